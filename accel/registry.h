@@ -1,0 +1,44 @@
+// Every structure by name. To add one: write its .h/.cpp in ray/, point/ or ball/ and a line in registry.cpp.
+#pragma once
+
+#include "framework/core/params.h"
+#include "framework/query.h"
+#include "framework/scene/scene.h"
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct RayEntry {
+  std::string name, summary;
+  std::string layout;                // "binary", ...; "-" for structures that have one form only
+  std::vector<ParamInfo> params;
+  // Builds over a whole scene: one level where it has no instances, two where it has; planes outside the tree.
+  std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&)> make;
+  bool available = true;             // false where the library it adapts was not built in
+};
+
+struct PointEntry {
+  std::string name, summary;
+  std::function<std::unique_ptr<PointQuery>()> make;
+};
+
+struct BallEntry {
+  std::string name, summary;
+  std::function<std::unique_ptr<BallQuery>(const Bounds&)> make;
+};
+
+std::span<const RayEntry> ray_structures();
+std::span<const PointEntry> point_structures();
+std::span<const BallEntry> ball_structures();
+
+// Throw Error with the nearest names (or saying that the library is absent).
+const RayEntry& find_ray_structure(const std::string& name, const Location& where);
+const PointEntry& find_point_structure(const std::string& name, const Location& where);
+const BallEntry& find_ball_structure(const std::string& name, const Location& where);
+
+}  // namespace etendue

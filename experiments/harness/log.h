@@ -1,0 +1,110 @@
+// runs.jsonl: the truth of an experiment. Every table, chart and page is derived from it.
+//
+// One JSON object a line, its "type" first:
+//
+//   manifest    what ran: id (hash of the rest), version, commit, compiler, flags, cpu, threads, experiment (title, file hash)
+//   reference   what a scene's error is measured against: scene, scene_hash, source, file (relative, or "" for a closed form
+//               evaluated on the spot), mse_floor (variance of its mean), checks (text of the agreement test)
+//   structure   a structure built over a scene: keys of StructureRecord
+//   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
+//   cell        the end of a cell: status "done" or "failed" (with error), image file and hash, expectation
+//
+// A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, so a killed run leaves whole
+// cells and at most one torn last line, which the reader drops and the next writer cuts off.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct ManifestRecord {
+  std::string id, version, commit, compiler, flags, cpu, title, experiment_hash;
+  int threads = 0;
+};
+
+struct ReferenceRecord {
+  std::string scene, scene_hash, source, file, checks;
+  double mse_floor = 0;
+  int width = 0, height = 0;
+};
+
+// Names that say which cell: labels are what charts print ("binned-sah", "photon-map photons=200000").
+struct CellName {
+  std::string scene, accel, integrator;
+  std::uint64_t seed = 0;
+
+  std::string key() const;  // "scene | accel | integrator | seed=N": unique within an experiment
+  auto operator<=>(const CellName&) const = default;
+};
+
+struct CheckpointRecord {
+  CellName cell;
+  std::string manifest;
+  std::uint64_t iterations = 0;
+  double time_s = 0;                       // wall time of build + prepare + iterations; metrics and images are off the clock
+  double cpu_s = 0;                        // user + system, same span
+  std::map<std::string, double> phases_s;  // "build", "emit", "trace", ..., "other"
+  std::map<std::string, double> metrics;   // by metric name; against the scene's reference, its floor not subtracted
+  std::map<std::string, std::uint64_t> counters;
+  std::uint64_t peak_memory_bytes = 0;
+  std::uint64_t non_finite = 0;
+};
+
+struct CellRecord {
+  CellName cell;
+  std::string status;      // "done" | "failed"
+  std::string error;       // of a failed cell
+  std::string image;       // EXR, relative to the experiment's directory
+  std::string image_hash;
+  std::string bias;        // "unbiased" | "consistent" | "biased"
+  double mse_exponent = 0;
+  std::string note;
+};
+
+struct StructureRecord {
+  std::string scene, structure, layout, manifest;
+  std::uint64_t triangles = 0, bytes = 0, nodes = 0, depth = 0, disagreements = 0;
+  double build_s = 0, sah_cost = 0;
+  double primary_mrays_per_s = 0, diffuse_mrays_per_s = 0, shadow_mrays_per_s = 0;
+  double nodes_per_ray = 0, primitives_per_ray = 0;
+};
+
+struct RunLog {
+  std::vector<ManifestRecord> manifests;
+  std::vector<ReferenceRecord> references;
+  std::vector<StructureRecord> structures;
+  std::vector<CheckpointRecord> checkpoints;
+  std::vector<CellRecord> cells;
+};
+
+// Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).
+std::string to_json_line(const ManifestRecord& record);
+std::string to_json_line(const ReferenceRecord& record);
+std::string to_json_line(const StructureRecord& record);
+std::string to_json_line(const CheckpointRecord& record);
+std::string to_json_line(const CellRecord& record);
+
+// Reads a whole log. A torn last line is dropped; any other malformed line throws Error{file:line}. Of a cell logged twice the
+// last counts.
+RunLog read_log(const std::string& path);
+// Merges logs of shards, in order; the same cell twice counts once (the last).
+RunLog merge_logs(const std::vector<RunLog>& logs);
+
+// Appends whole blocks. Opening cuts a torn last line and checkpoints that no `cell` line closed.
+class LogWriter {
+ public:
+  explicit LogWriter(const std::string& path);
+  ~LogWriter();
+  LogWriter(const LogWriter&) = delete;
+  LogWriter& operator=(const LogWriter&) = delete;
+  void append(const std::vector<std::string>& lines);  // one write, then fsync
+
+ private:
+  int file_ = -1;
+  std::string path_;
+};
+
+}  // namespace etendue

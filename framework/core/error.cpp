@@ -1,0 +1,73 @@
+#include "framework/core/error.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <numeric>
+
+namespace etendue {
+
+namespace {
+
+// Levenshtein's distance with adjacent transpositions counted once (optimal string alignment).
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before(b.size() + 1), previous(b.size() + 1), current(b.size() + 1);
+  std::iota(previous.begin(), previous.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    current[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substitution = previous[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      current[j] = std::min({previous[j] + 1, current[j - 1] + 1, substitution});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) current[j] = std::min(current[j], before[j - 2] + 1);
+    }
+    std::swap(before, previous);
+    std::swap(previous, current);
+  }
+  return previous[b.size()];
+}
+
+std::string quoted_list(std::span<const std::string> names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
+    text += "'" + names[i] + "'";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string Location::text() const {
+  if (line == 0) return file;
+  return column == 0 ? fmt::format("{}:{}", file, line) : fmt::format("{}:{}:{}", file, line, column);
+}
+
+Error::Error(const Location& where, const std::string& what)
+    : std::runtime_error(where.file.empty() ? what : where.text() + ": " + what) {}
+
+std::vector<std::string> nearest_names(std::string_view word, std::span<const std::string> names, std::size_t most) {
+  std::vector<std::pair<std::size_t, std::string>> ranked;
+  for (const std::string& name : names) {
+    std::size_t distance = edit_distance(word, name);
+    if (word.size() >= 3 && name.find(word) != std::string::npos) distance = std::min<std::size_t>(distance, 1);
+    if (distance <= std::max<std::size_t>(2, word.size() / 3)) ranked.emplace_back(distance, name);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  if (ranked.size() > most) ranked.resize(most);
+  std::vector<std::string> nearest;
+  for (auto& [distance, name] : ranked) nearest.push_back(std::move(name));
+  return nearest;
+}
+
+std::string unknown_name(std::string_view kind, std::string_view word, std::span<const std::string> names) {
+  std::string text = fmt::format("unknown {} '{}'", kind, word.substr(0, 80));
+  const auto nearest = nearest_names(word, names);
+  if (!nearest.empty()) text += "; did you mean " + quoted_list(nearest) + "?";
+  if (!names.empty() && (nearest.empty() || names.size() <= 8)) {
+    text += nearest.empty() ? "; available:" : " (available:";
+    for (const std::string& name : names) text += " " + name;
+    if (!nearest.empty()) text += ")";
+  }
+  return text;
+}
+
+}  // namespace etendue

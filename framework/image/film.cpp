@@ -1,0 +1,47 @@
+#include "framework/image/film.h"
+
+#include <tuple>
+#include <xxhash.h>
+
+namespace etendue {
+
+void Film::add(ivec2 pixel, const Rgb& value, std::uint32_t iteration) {
+  const std::size_t i = static_cast<std::size_t>(pixel.y) * sum_.size.x + pixel.x;
+  if (is_finite(value)) [[likely]]
+    sum_.pixels[i] += dvec3(value);
+  else
+    record_non_finite(pixel, iteration);
+  weight_[i] += 1;
+}
+
+void Film::set(ivec2 pixel, const dvec3& mean) {
+  const std::size_t i = static_cast<std::size_t>(pixel.y) * sum_.size.x + pixel.x;
+  sum_.pixels[i] = mean;
+  weight_[i] = 1;
+}
+
+Image Film::mean() const {
+  Image image(sum_.size);
+  for (std::size_t i = 0; i < weight_.size(); ++i)
+    if (weight_[i] > 0) image.pixels[i] = sum_.pixels[i] / weight_[i];
+  return image;
+}
+
+std::uint64_t Film::hash() const {
+  const Image image = mean();
+  return XXH3_64bits(image.pixels.data(), image.pixels.size() * sizeof(dvec3));
+}
+
+void Film::record_non_finite(ivec2 pixel, std::uint32_t iteration) {
+  constexpr std::size_t kept = 16;
+  const std::lock_guard lock(non_finite_mutex_);
+  ++non_finite_count_;
+  // Which ones are kept must not depend on the order in which threads come here.
+  non_finite_.push_back({pixel, iteration});
+  std::sort(non_finite_.begin(), non_finite_.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.iteration, a.pixel.y, a.pixel.x) < std::tie(b.iteration, b.pixel.y, b.pixel.x);
+  });
+  if (non_finite_.size() > kept) non_finite_.pop_back();
+}
+
+}  // namespace etendue

@@ -1,0 +1,56 @@
+// The image an integrator adds to: box filter, sums in double precision.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <cstdint>
+#include <mutex>
+#include <vector>
+
+namespace etendue {
+
+// A linear RGB image in double precision, row 0 at the top.
+struct Image {
+  ivec2 size{0};
+  std::vector<dvec3> pixels;
+
+  Image() = default;
+  explicit Image(ivec2 s) : size(s), pixels(static_cast<std::size_t>(s.x) * s.y, dvec3(0)) {}
+  dvec3& at(int x, int y) { return pixels[static_cast<std::size_t>(y) * size.x + x]; }
+  const dvec3& at(int x, int y) const { return pixels[static_cast<std::size_t>(y) * size.x + x]; }
+};
+
+struct NonFiniteSample {
+  ivec2 pixel;
+  std::uint32_t iteration;
+};
+
+class Film {
+ public:
+  explicit Film(ivec2 resolution) : sum_(resolution), weight_(sum_.pixels.size(), 0) {}
+
+  ivec2 resolution() const { return sum_.size; }
+
+  // One sample of a pixel. A pixel belongs to one thread at a time. A non-finite value counts as zero, is counted, and the first
+  // few are kept for replay.
+  void add(ivec2 pixel, const Rgb& value, std::uint32_t iteration);
+
+  // For methods that hold their own estimate (progressive photon maps): replaces the pixel's mean.
+  void set(ivec2 pixel, const dvec3& mean);
+
+  Image mean() const;
+  std::uint64_t non_finite_count() const { return non_finite_count_; }
+  const std::vector<NonFiniteSample>& non_finite() const { return non_finite_; }
+  std::uint64_t hash() const;  // XXH3 over the bits of mean()
+
+ private:
+  void record_non_finite(ivec2 pixel, std::uint32_t iteration);
+
+  Image sum_;
+  std::vector<double> weight_;
+  std::mutex non_finite_mutex_;
+  std::uint64_t non_finite_count_ = 0;
+  std::vector<NonFiniteSample> non_finite_;  // the first 16 by (iteration, pixel)
+};
+
+}  // namespace etendue

@@ -1,0 +1,87 @@
+// What an integrator is, and what it is given.
+#pragma once
+
+#include "framework/core/params.h"
+#include "framework/image/film.h"
+#include "framework/query.h"
+#include "framework/scene/needs.h"
+#include "framework/scene/scene.h"
+#include "framework/transport/light_sampling.h"
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// Wall time split by phase: "build", "emit", "gather", "trace", "shade", "prefill"... Time inside no phase is "other".
+class PhaseTimes {
+ public:
+  class Scope {
+   public:
+    Scope(PhaseTimes& times, const char* phase) : times_(times), phase_(phase), start_(Clock::now()) {}
+    ~Scope() { times_.seconds_[phase_] += std::chrono::duration<double>(Clock::now() - start_).count(); }
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+   private:
+    using Clock = std::chrono::steady_clock;
+    PhaseTimes& times_;
+    const char* phase_;
+    Clock::time_point start_;
+  };
+
+  Scope measure(const char* phase) { return Scope(*this, phase); }
+  const std::map<std::string, double>& seconds() const { return seconds_; }
+
+ private:
+  std::map<std::string, double> seconds_;
+};
+
+struct RenderContext {
+  const Scene& scene;
+  const SceneNeeds& needs;
+  const RayQuery& rays;
+  const LightSampler& lights;
+  std::uint64_t seed = 0;
+  ivec2 resolution{0};
+  PhaseTimes& phases;
+  // Structures by name, so that integrators need not know accel/. Throw Error on an unknown name.
+  std::function<std::unique_ptr<PointQuery>(const std::string& name)> make_points;
+  std::function<std::unique_ptr<BallQuery>(const std::string& name, const Bounds& bounds)> make_balls;
+
+  // The depth to use when a method's own parameter is 0: the scene's, else 64.
+  int max_depth(int requested) const { return requested > 0 ? requested : scene.max_depth.value_or(64); }
+};
+
+enum class Bias : std::uint8_t { unbiased, consistent, biased };
+
+// What theory expects of a method as configured.
+struct Expectation {
+  Bias bias = Bias::unbiased;
+  double mse_exponent = -1;     // MSE ~ iterations^exponent; for biased methods until the plateau
+  double bias_bound = 0;        // relative bias of the image's mean the method declares for smooth scenes (0 if unbiased)
+  std::string note;             // what the bias comes from, with its source
+};
+
+// Calls come in order: prepare once, then iteration 0, 1, 2, ... Everything an integrator does depends on (scene, parameters,
+// seed, index) alone. It owns no clock and no budget.
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  virtual void prepare(RenderContext& context) = 0;
+  virtual void iteration(RenderContext& context, std::uint32_t index, Film& film) = 0;
+  virtual Expectation expectation() const = 0;
+};
+
+// A row of the registry.
+struct IntegratorEntry {
+  std::string name, summary;
+  std::vector<ParamInfo> params;
+  std::function<std::unique_ptr<Integrator>(const ParamMap&)> make;  // throws Error on bad parameters
+};
+
+}  // namespace etendue

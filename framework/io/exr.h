@@ -1,0 +1,17 @@
+// OpenEXR images with string attributes (the manifest travels in them).
+#pragma once
+
+#include "framework/image/film.h"
+
+#include <map>
+#include <string>
+
+namespace etendue {
+
+// 32-bit RGB. Written beside its final name and renamed when complete. Throws Error.
+void write_exr(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes = {});
+
+// R, G, B (or Y) of any pixel type; the rest is ignored. Throws Error on missing, truncated or non-image files.
+Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
+
+}  // namespace etendue

@@ -1,0 +1,41 @@
+#include "framework/scene/camera.h"
+
+#include "framework/transport/sampling.h"
+
+namespace etendue {
+
+vec2 Camera::half_extent(ivec2 resolution) const {
+  const float shorter = std::tan(0.5f * fov);
+  const vec2 size(resolution);
+  return shorter * size / std::min(size.x, size.y);
+}
+
+Ray Camera::ray(ivec2 resolution, const vec2& film, const vec2& lens) const {
+  const vec2 extent = half_extent(resolution);
+  const vec2 ndc = 2.0f * film / vec2(resolution) - 1.0f;
+  vec3 direction(ndc.x * extent.x, -ndc.y * extent.y, 1);
+  vec3 origin(0);
+  if (lens_radius > 0) {
+    origin = vec3(lens_radius * sample_unit_disk(lens), 0);
+    direction = focal_distance * direction - origin;
+  }
+  return {.origin = to_world.point(origin), .direction = glm::normalize(to_world.vector(direction))};
+}
+
+std::optional<Camera::Connection> Camera::connect(ivec2 resolution, const vec3& position, const vec2& lens) const {
+  const vec3 origin = lens_radius > 0 ? vec3(lens_radius * sample_unit_disk(lens), 0) : vec3(0);
+  const vec3 towards = to_world.inverse().point(position) - origin;
+  if (!(towards.z > 0)) return std::nullopt;
+  // Where the line meets the plane in focus, brought to distance 1.
+  const float focus = lens_radius > 0 ? focal_distance : 1;
+  const vec2 on_plane = (vec2(origin) + vec2(towards) * (focus / towards.z)) / focus;
+  const vec2 extent = half_extent(resolution);
+  const vec2 film = 0.5f * (vec2(on_plane.x, -on_plane.y) / extent + 1.0f) * vec2(resolution);
+  if (!(film.x >= 0 && film.y >= 0 && film.x < static_cast<float>(resolution.x) && film.y < static_cast<float>(resolution.y)))
+    return std::nullopt;
+  const vec2 pixel = 2.0f * extent / vec2(resolution);
+  const float distance_squared = length_squared(towards), cosine = towards.z / std::sqrt(distance_squared);
+  return Connection{to_world.point(origin), film, 1.0f / (pixel.x * pixel.y * cosine * cosine * cosine * distance_squared)};
+}
+
+}  // namespace etendue

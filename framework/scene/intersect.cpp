@@ -1,0 +1,101 @@
+#include "framework/scene/intersect.h"
+
+#include <optional>
+
+namespace etendue {
+
+namespace {
+
+float azimuth_to_unit(float y, float x) {
+  const float phi = std::atan2(y, x);
+  return (phi < 0 ? phi + 2 * pi : phi) * (0.5f * inv_pi);
+}
+
+struct Quadratic {
+  float near, far;
+};
+
+// Both roots of |o + t d| = r for o, d in the space where the surface is a sphere (or, projected, a circle) about 0. The
+// discriminant is taken from the remainder of o after projecting on d, which keeps it exact for distant origins; the roots
+// come from [Haines2019]'s stable form.
+std::optional<Quadratic> solve(const vec3& o, const vec3& d, float radius) {
+  const float a = glm::dot(d, d);
+  if (a == 0) return std::nullopt;
+  const float b = -glm::dot(o, d);
+  const vec3 remainder = o + (b / a) * d;
+  const float discriminant = radius * radius - glm::dot(remainder, remainder);
+  if (!(discriminant >= 0)) return std::nullopt;
+  const float c = glm::dot(o, o) - radius * radius;
+  const float q = b + std::copysign(std::sqrt(a * discriminant), b);
+  const float t0 = q == 0 ? 0 : c / q, t1 = q / a;
+  return t0 < t1 ? Quadratic{t0, t1} : Quadratic{t1, t0};
+}
+
+struct IntersectQuadric {
+  const Ray& ray;
+  float t_max;
+  float& t_out;
+  vec2& uv_out;
+
+  bool in_range(float t) const { return t > ray.t_min && t <= t_max; }
+  bool accept(float t, const vec2& uv) {
+    t_out = t;
+    uv_out = uv;
+    return true;
+  }
+
+  bool operator()(const Sphere& s) {
+    const auto roots = solve(ray.origin - s.centre, ray.direction, s.radius);
+    if (!roots) return false;
+    const float t = in_range(roots->near) ? roots->near : roots->far;
+    if (!in_range(t)) return false;
+    const vec3 p = (ray.at(t) - s.centre) / s.radius;
+    return accept(t, {azimuth_to_unit(p.y, p.x), std::acos(std::clamp(p.z, -1.0f, 1.0f)) * inv_pi});
+  }
+
+  bool operator()(const Disk& d) { return disk(d.centre, d.normal, d.radius, d.inner_radius, t_max, 0, 1); }
+
+  // Flat ring; v runs over [v_begin, v_end] from the rim to the centre.
+  bool disk(const vec3& centre, const vec3& normal, float radius, float inner_radius, float limit, float v_begin, float v_end) {
+    const float cosine = glm::dot(ray.direction, normal);
+    if (cosine == 0) return false;
+    const float t = glm::dot(centre - ray.origin, normal) / cosine;
+    if (!(t > ray.t_min && t <= limit)) return false;
+    const vec3 p = ray.at(t) - centre;
+    const float distance = std::sqrt(glm::dot(p, p));
+    if (distance > radius || distance < inner_radius) return false;
+    const Frame frame = Frame::from_normal(normal);
+    const float along = (radius - distance) / std::max(radius - inner_radius, std::numeric_limits<float>::min());
+    return accept(t, {azimuth_to_unit(glm::dot(p, frame.bitangent), glm::dot(p, frame.tangent)), glm::mix(v_begin, v_end, along)});
+  }
+
+  // The tube, then the caps: v is the height in [0, 1]; caps lie at v = 0 and v = 1 exactly.
+  bool operator()(const Cylinder& c) {
+    bool found = false;
+    const vec3 o = ray.origin - c.base;
+    const float o_along = glm::dot(o, c.axis), d_along = glm::dot(ray.direction, c.axis);
+    if (const auto roots = solve(o - o_along * c.axis, ray.direction - d_along * c.axis, c.radius)) {
+      for (const float t : {roots->near, roots->far}) {
+        const float height = o_along + t * d_along;
+        if (found || !in_range(t) || height < 0 || height > c.length) continue;
+        const Frame frame = Frame::from_normal(c.axis);
+        const vec3 p = ray.at(t) - c.base;
+        const float v = std::clamp(height / c.length, 0x1p-20f, 1 - 0x1p-20f);
+        found = accept(t, {azimuth_to_unit(glm::dot(p, frame.bitangent), glm::dot(p, frame.tangent)), v});
+      }
+    }
+    if (c.caps) {
+      if (disk(c.base, -c.axis, c.radius, 0, found ? t_out : t_max, 0, 0)) found = true;
+      if (disk(c.base + c.length * c.axis, c.axis, c.radius, 0, found ? t_out : t_max, 1, 1)) found = true;
+    }
+    return found;
+  }
+};
+
+}  // namespace
+
+bool intersect_quadric(const Ray& ray, const Quadric& quadric, float t_max, float& t_out, vec2& uv_out) {
+  return std::visit(IntersectQuadric{ray, t_max, t_out, uv_out}, quadric);
+}
+
+}  // namespace etendue

@@ -1,0 +1,122 @@
+// Ray-primitive tests, shared by every structure so that all of them agree to the bit.
+//
+// Triangles: the watertight test of [Woop2013], in single precision with its double-precision fall-back for zero edge
+// functions; it must be compiled with -ffp-contract=off, which the build sets for the whole project. Ties in t are broken by
+// the caller through `closer`.
+#pragma once
+
+#include "framework/scene/geometry.h"
+
+#include <utility>
+
+namespace etendue {
+
+// The part of the watertight test that depends on the ray alone.
+struct TriangleRay {
+  int kx, ky, kz;
+  float sx, sy, sz;
+
+  explicit TriangleRay(const vec3& direction) {
+    const vec3 a = glm::abs(direction);
+    kz = a.x > a.y ? (a.x > a.z ? 0 : 2) : (a.y > a.z ? 1 : 2);
+    kx = kz == 2 ? 0 : kz + 1;
+    ky = kx == 2 ? 0 : kx + 1;
+    if (direction[kz] < 0) std::swap(kx, ky);
+    sx = direction[kx] / direction[kz];
+    sy = direction[ky] / direction[kz];
+    sz = 1.0f / direction[kz];
+  }
+};
+
+// Can this ray meet anything? False for NaN or infinite components and for a zero direction.
+inline bool is_traceable(const Ray& ray) {
+  return is_finite(ray.origin) && is_finite(ray.direction) && ray.direction != vec3(0) && ray.t_min <= ray.t_max;
+}
+
+// Distance and barycentrics of the second and third vertex, if t lies in (t_min, t_max].
+inline bool intersect_triangle(const Ray& ray, const TriangleRay& shear, const vec3& p0, const vec3& p1, const vec3& p2,
+                               float t_max, float& t_out, vec2& uv_out) {
+  const vec3 a = p0 - ray.origin, b = p1 - ray.origin, c = p2 - ray.origin;
+  const int kx = shear.kx, ky = shear.ky, kz = shear.kz;
+  const float ax = a[kx] - shear.sx * a[kz], ay = a[ky] - shear.sy * a[kz];
+  const float bx = b[kx] - shear.sx * b[kz], by = b[ky] - shear.sy * b[kz];
+  const float cx = c[kx] - shear.sx * c[kz], cy = c[ky] - shear.sy * c[kz];
+  float u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
+  if (u == 0 || v == 0 || w == 0) [[unlikely]] {
+    u = static_cast<float>(static_cast<double>(cx) * by - static_cast<double>(cy) * bx);
+    v = static_cast<float>(static_cast<double>(ax) * cy - static_cast<double>(ay) * cx);
+    w = static_cast<float>(static_cast<double>(bx) * ay - static_cast<double>(by) * ax);
+  }
+  if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
+  const float det = u + v + w;
+  if (det == 0) return false;
+  const float reciprocal = 1.0f / det;
+  const float t = (u * (shear.sz * a[kz]) + v * (shear.sz * b[kz]) + w * (shear.sz * c[kz])) * reciprocal;
+  if (!(t > ray.t_min && t <= t_max)) return false;
+  t_out = t;
+  uv_out = vec2(v, w) * reciprocal;
+  return true;
+}
+
+// As above for a sphere, a cylinder (the tube, then its caps) or a disk. In float with the discriminant of [Haines2019], so
+// that distant spheres keep their edge.
+bool intersect_quadric(const Ray& ray, const Quadric& quadric, float t_max, float& t_out, vec2& uv_out);
+
+// The rule for ties: a nearer hit wins, then the lower primitive id.
+inline bool closer(float t, std::uint32_t primitive, const Hit& best) {
+  return t < best.t || (t == best.t && primitive < best.primitive);
+}
+
+// One primitive of a geometry, updating `hit` (its t bounds the search; `hit.t` starts at ray.t_max). The instance is the
+// caller's.
+inline bool intersect_primitive(const Geometry& geometry, std::uint32_t primitive, const Ray& ray, const TriangleRay& shear,
+                                Hit& hit) {
+  float t;
+  vec2 uv;
+  if (geometry.is_triangle(primitive)) {
+    const uvec3 v = geometry.triangles[primitive];
+    const auto& p = geometry.positions;
+    if (!intersect_triangle(ray, shear, p[v.x], p[v.y], p[v.z], hit.t, t, uv)) return false;
+  } else if (!intersect_quadric(ray, geometry.quadric(primitive), hit.t, t, uv)) {
+    return false;
+  }
+  if (!closer(t, primitive, hit)) return false;
+  hit.t = t;
+  hit.uv = uv;
+  hit.primitive = primitive;
+  return true;
+}
+
+// What the slab test needs of a ray. Zero components give reciprocals of infinity with the component's sign; the near and far
+// planes of each axis are picked by the sign bit, so -0 is as good as any negative number.
+struct SlabRay {
+  vec3 origin, reciprocal;
+  bool negative[3];
+
+  explicit SlabRay(const Ray& ray)
+      : origin(ray.origin),
+        reciprocal(1.0f / ray.direction),
+        negative{std::signbit(ray.direction.x), std::signbit(ray.direction.y), std::signbit(ray.direction.z)} {}
+};
+
+// Branch-free slab test ([Williams2005], [Ize2013]): entry distance, or infinity when the box is missed.
+//
+// Rule for a ray parallel to a slab: outside it one product is the infinity that misses; inside, both are infinities that do not
+// restrict; on a face 0 * infinity is NaN, and the comparisons are ordered so that a NaN restricts nothing: faces belong to the
+// box. The far distance is padded by 4 epsilon, above the 2 gamma(3) by which rounding can part near from far, so that no box
+// is lost whose content is hit.
+inline float slab_entry(const SlabRay& ray, const vec3& lower, const vec3& upper, float t_min, float t_max) {
+  constexpr float pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
+  float near = t_min, far = t_max;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float near_plane = ray.negative[axis] ? upper[axis] : lower[axis];
+    const float far_plane = ray.negative[axis] ? lower[axis] : upper[axis];
+    const float t_near = (near_plane - ray.origin[axis]) * ray.reciprocal[axis];
+    const float t_far = (far_plane - ray.origin[axis]) * ray.reciprocal[axis] * pad;
+    near = t_near > near ? t_near : near;
+    far = t_far < far ? t_far : far;
+  }
+  return near <= far ? near : infinity;
+}
+
+}  // namespace etendue

@@ -1,0 +1,49 @@
+// Lights as data; sampling them is transport/light_sampling.h.
+#pragma once
+
+#include "framework/core/vec.h"
+#include "framework/scene/transform.h"
+
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+namespace etendue {
+
+// One emitting primitive of object 0. Emits on the side of the geometric normal, or on both.
+struct AreaLight {
+  std::uint32_t primitive = 0;
+  Rgb radiance{1};  // W/(m^2 sr)
+  bool two_sided = false;
+};
+
+struct PointLight {
+  vec3 position{0};
+  Rgb intensity{1};  // W/sr
+};
+
+// Full intensity within cos_inner of the axis, falling smoothly (cubic) to 0 at cos_outer.
+struct SpotLight {
+  vec3 position{0};
+  vec3 direction{0, 0, 1};
+  Rgb intensity{1};
+  float cos_outer = 0.8f, cos_inner = 0.9f;
+};
+
+struct DirectionalLight {
+  vec3 direction{0, 0, -1};  // in which light travels, unit
+  Rgb irradiance{1};         // W/m^2 on a surface facing it
+};
+
+// Radiance from infinity. A constant one has no image. Images are equirectangular: u over azimuth (from +x towards +y in light
+// space), v from +z (row 0) to -z.
+struct EnvironmentLight {
+  Rgb scale{1};
+  ivec2 size{0};
+  std::vector<Rgb> texels;
+  Transform light_to_world;
+};
+
+using Light = std::variant<AreaLight, PointLight, SpotLight, DirectionalLight, EnvironmentLight>;
+
+}  // namespace etendue

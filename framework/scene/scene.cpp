@@ -1,0 +1,150 @@
+#include "framework/scene/scene.h"
+
+#include "framework/core/check.h"
+
+namespace etendue {
+
+namespace {
+
+struct ObjectSurface {
+  vec3 position, normal, shading_normal, tangent;
+  vec2 uv;
+};
+
+vec3 normalised_or(const vec3& v, const vec3& fallback) {
+  const float length = glm::length(v);
+  return length > 0 && std::isfinite(length) ? v / length : fallback;
+}
+
+// dp/du from the texture coordinates of the corners; any perpendicular direction where they are degenerate.
+vec3 triangle_tangent(const vec3& e1, const vec3& e2, const vec2& d1, const vec2& d2, const vec3& normal) {
+  const float determinant = d1.x * d2.y - d1.y * d2.x;
+  if (std::abs(determinant) < 1e-12f) return Frame::from_normal(normal).tangent;
+  return (d2.y * e1 - d1.y * e2) / determinant;
+}
+
+ObjectSurface triangle_surface(const Object& object, const Shape& shape, const Hit& hit) {
+  const Geometry& g = object.geometry;
+  const uvec3 v = g.triangles[hit.primitive];
+  const vec3 &p0 = g.positions[v.x], &p1 = g.positions[v.y], &p2 = g.positions[v.z];
+  const float b1 = hit.uv.x, b2 = hit.uv.y, b0 = 1 - b1 - b2;
+  ObjectSurface s;
+  s.position = b0 * p0 + b1 * p1 + b2 * p2;
+  s.normal = normalised_or(vec3(glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0))), {0, 0, 1});
+  if (shape.flip_normal) s.normal = -s.normal;
+  s.shading_normal = s.normal;
+  if (shape.has_normals) {
+    s.shading_normal = normalised_or(b0 * object.normals[v.x] + b1 * object.normals[v.y] + b2 * object.normals[v.z], s.normal);
+    if (glm::dot(s.normal, s.shading_normal) < 0) s.normal = -s.normal;
+  }
+  const vec2 t0 = shape.has_uvs ? object.uvs[v.x] : vec2(0), t1 = shape.has_uvs ? object.uvs[v.y] : vec2(1, 0),
+             t2 = shape.has_uvs ? object.uvs[v.z] : vec2(1);
+  s.uv = b0 * t0 + b1 * t1 + b2 * t2;
+  s.tangent = triangle_tangent(p1 - p0, p2 - p0, t1 - t0, t2 - t0, s.normal);
+  return s;
+}
+
+// Points are moved onto the surface exactly, so that rays leaving them start where they should.
+struct QuadricSurface {
+  const vec3& p;
+  const vec2& uv;
+
+  ObjectSurface operator()(const Sphere& s) const {
+    const vec3 n = normalised_or(p - s.centre, {0, 0, 1});
+    return {s.centre + s.radius * n, n, n, {-n.y, n.x, 0}, uv};
+  }
+  ObjectSurface operator()(const Disk& d) const {
+    const vec3 position = p - glm::dot(p - d.centre, d.normal) * d.normal;
+    return {position, d.normal, d.normal, Frame::from_normal(d.normal).tangent, uv};
+  }
+  ObjectSurface operator()(const Cylinder& c) const {
+    if (c.caps && (uv.y == 0 || uv.y == 1))
+      return (*this)(Disk{c.base + uv.y * c.length * c.axis, c.radius, uv.y == 0 ? -c.axis : c.axis});
+    const vec3 on_axis = c.base + glm::dot(p - c.base, c.axis) * c.axis;
+    const vec3 n = normalised_or(p - on_axis, Frame::from_normal(c.axis).tangent);
+    return {on_axis + c.radius * n, n, n, glm::cross(c.axis, n), uv};
+  }
+};
+
+std::uint32_t light_of(const Shape& shape, const Hit& hit) {
+  return shape.first_light == no_id || hit.instance != 0 ? no_id : shape.first_light + (hit.primitive - shape.first_primitive);
+}
+
+}  // namespace
+
+Bounds Scene::bounds() const {
+  std::vector<Bounds> of_object(objects.size());
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    const Geometry& g = objects[o].geometry;
+    for (std::uint32_t i = 0; i < g.primitive_count(); ++i)
+      if (g.is_valid(i)) of_object[o].extend(g.primitive_bounds(i));
+  }
+  Bounds all;
+  for (const Instance& instance : instances) all.extend(instance.to_world.bounds(of_object[instance.object]));
+  return all;
+}
+
+std::uint64_t Scene::triangle_count() const {
+  std::uint64_t count = 0;
+  for (const Instance& instance : instances) count += objects[instance.object].geometry.triangles.size();
+  return count;
+}
+
+SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
+  if (hit.instance == plane_instance) {
+    const InfinitePlane& plane = planes[hit.primitive];
+    const vec3 p = ray.at(hit.t), position = p - glm::dot(p - plane.point, plane.normal) * plane.normal;
+    const Frame frame = Frame::from_normal(plane.normal);
+    const vec2 uv(glm::dot(position - plane.point, frame.tangent), glm::dot(position - plane.point, frame.bitangent));
+    return {position, plane.normal, plane.normal, frame.tangent, uv, plane.material, no_id};
+  }
+  const Instance& instance = instances[hit.instance];
+  const Object& object = objects[instance.object];
+  const Shape& shape = object.shape(hit.primitive);
+  const bool in_world = hit.instance == 0;
+  ObjectSurface s;
+  if (object.geometry.is_triangle(hit.primitive)) {
+    s = triangle_surface(object, shape, hit);
+  } else {
+    const vec3 p = in_world ? ray.at(hit.t) : instance.to_world.inverse().point(ray.at(hit.t));
+    s = std::visit(QuadricSurface{p, hit.uv}, object.geometry.quadric(hit.primitive));
+    if (shape.flip_normal) s.normal = s.shading_normal = -s.normal;
+  }
+  if (!in_world) {
+    const Transform& t = instance.to_world;
+    s = {t.point(s.position), glm::normalize(t.normal(s.normal)), glm::normalize(t.normal(s.shading_normal)), t.vector(s.tangent), s.uv};
+  }
+  return {s.position, s.normal, s.shading_normal, s.tangent, s.uv, shape.material, light_of(shape, hit)};
+}
+
+void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
+  CHECK(!scene.instances.empty() && scene.instances[0].object == 0 && scene.instances[0].to_world.is_identity());
+  for (const Instance& instance : scene.instances) CHECK_LT(instance.object, scene.objects.size());
+  for (Object& object : scene.objects) {
+    const Geometry& g = object.geometry;
+    std::uint32_t next = 0;
+    for (const Shape& shape : object.shapes) {
+      CHECK_EQ(shape.first_primitive, next);
+      next += shape.primitive_count;
+      CHECK_LT(shape.material, scene.materials.size());
+      CHECK(!shape.has_normals || object.normals.size() == g.positions.size());
+      CHECK(!shape.has_uvs || object.uvs.size() == g.positions.size());
+    }
+    CHECK_EQ(next, g.primitive_count());
+    for (const uvec3& t : g.triangles)
+      CHECK(t.x < g.positions.size() && t.y < g.positions.size() && t.z < g.positions.size());
+    if (object.shapes.size() < 2) continue;
+    object.shape_of.resize(g.primitive_count());
+    for (std::uint32_t s = 0; s < object.shapes.size(); ++s)
+      std::fill_n(object.shape_of.begin() + object.shapes[s].first_primitive, object.shapes[s].primitive_count, s);
+  }
+  for (const Emission& emission : emissions) {
+    CHECK_LT(emission.shape, scene.objects[0].shapes.size());
+    Shape& shape = scene.objects[0].shapes[emission.shape];
+    shape.first_light = static_cast<std::uint32_t>(scene.lights.size());
+    for (std::uint32_t i = 0; i < shape.primitive_count; ++i)
+      scene.lights.emplace_back(AreaLight{shape.first_primitive + i, emission.radiance, emission.two_sided});
+  }
+}
+
+}  // namespace etendue

@@ -1,0 +1,99 @@
+// A scene: geometry per object, instances of objects, what surfaces are made of, lights, a camera, and, where there is one, the
+// exact answer.
+#pragma once
+
+#include "framework/query.h"
+#include "framework/scene/camera.h"
+#include "framework/scene/geometry.h"
+#include "framework/scene/light.h"
+#include "framework/scene/material.h"
+#include "framework/scene/transform.h"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// A run of primitives that share material and vertex attributes.
+struct Shape {
+  std::uint32_t first_primitive = 0, primitive_count = 0;
+  std::uint32_t material = 0;
+  std::uint32_t first_light = no_id;  // light of the first primitive; the others follow. no_id: does not emit
+  bool flip_normal = false;           // the geometric normal is minus the winding's (or the quadric's outward one)
+  bool has_normals = false, has_uvs = false;
+};
+
+struct Object {
+  Geometry geometry;
+  std::vector<vec3> normals;  // per vertex, or empty when no shape has them
+  std::vector<vec2> uvs;      // likewise
+  std::vector<Shape> shapes;  // in order of first_primitive, covering all primitives
+  std::vector<std::uint32_t> shape_of;  // per primitive; empty when there is one shape
+
+  const Shape& shape(std::uint32_t primitive) const { return shapes[shape_of.empty() ? 0 : shape_of[primitive]]; }
+};
+
+struct Instance {
+  std::uint32_t object = 0;
+  Transform to_world;
+};
+
+// Infinite, outside every structure. `flip` is not needed: give the normal.
+struct InfinitePlane {
+  vec3 point{0};
+  vec3 normal{0, 0, 1};
+  std::uint32_t material = 0;
+};
+
+// Where a ray met a surface, in world space. `normal` is geometric and outward as the shape defines it (not towards the ray);
+// `shading_normal` is on the same side.
+struct SurfacePoint {
+  vec3 position;
+  vec3 normal;
+  vec3 shading_normal;
+  vec3 tangent;  // dp/du, not normalised; used by anisotropic materials
+  vec2 uv;
+  std::uint32_t material;
+  std::uint32_t light;  // index into Scene::lights, or no_id
+};
+
+// The exact radiance along a camera ray, unlimited in depth; the harness averages it over each pixel.
+struct ClosedForm {
+  std::string source;  // which fact, for the report
+  std::function<dvec3(const Ray& ray)> radiance;
+};
+
+struct Scene {
+  std::string name;
+  std::vector<Object> objects{1};                       // 0: the world's own geometry
+  std::vector<Instance> instances{Instance{}};          // 0: object 0, identity
+  std::vector<InfinitePlane> planes;
+  std::vector<Material> materials;
+  std::vector<Texture> textures;
+  std::vector<Light> lights;
+  Camera camera;
+  ivec2 resolution{256, 256};
+  std::optional<int> max_depth;                         // scattering events, where the file states it
+  std::optional<ClosedForm> closed_form;
+  std::vector<std::string> warnings;                    // of the reader: what was skipped, and why
+
+  bool has_instances() const { return instances.size() > 1; }
+  Bounds bounds() const;                                // of everything but planes
+  std::uint64_t triangle_count() const;                 // instances counted each
+  std::uint64_t hash() const;                           // of all that changes an image (XXH3)
+  SurfacePoint surface_at(const Ray& ray, const Hit& hit) const;
+};
+
+// Fills shape_of where needed, checks indices (CHECK: a reader's mistake), and appends an AreaLight per primitive of emitting
+// shapes. Readers call it last.
+struct Emission {
+  std::uint32_t shape;  // of object 0
+  Rgb radiance;
+  bool two_sided;
+};
+void finish_scene(Scene& scene, const std::vector<Emission>& emissions);
+
+}  // namespace etendue

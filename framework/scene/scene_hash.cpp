@@ -1,0 +1,103 @@
+// Scene::hash: every field that changes an image, written out, so that padding and names do not count.
+#include "framework/scene/scene.h"
+
+#include <memory>
+#include <type_traits>
+#include <xxhash.h>
+
+namespace etendue {
+
+namespace {
+
+class Hasher {
+ public:
+  Hasher() : state_(XXH3_createState(), XXH3_freeState) { XXH3_64bits_reset(state_.get()); }
+
+  // Arithmetic values and GLM vectors: no padding.
+  template <class... T>
+  void add(const T&... values) {
+    (add_bytes(&values, sizeof(values)), ...);
+  }
+  template <class T>
+  void add_vector(const std::vector<T>& values) {
+    add(static_cast<std::uint64_t>(values.size()));
+    add_bytes(values.data(), values.size() * sizeof(T));
+  }
+  void add_transform(const Transform& t) { add(t.point(vec3(0)), t.vector({1, 0, 0}), t.vector({0, 1, 0}), t.vector({0, 0, 1})); }
+  std::uint64_t digest() const { return XXH3_64bits_digest(state_.get()); }
+
+  void operator()(const Sphere& s) { add(s.centre, s.radius); }
+  void operator()(const Cylinder& c) { add(c.base, c.radius, c.axis, c.length, c.caps); }
+  void operator()(const Disk& d) { add(d.centre, d.radius, d.normal, d.inner_radius); }
+
+  void operator()(const Diffuse& m) { add_colour(m.reflectance); }
+  void operator()(const Conductor& m) { add(m.eta, m.k, m.tint, m.ideal, m.alpha); }
+  void operator()(const Dielectric& m) { add(m.eta, m.alpha, m.reflect_tint, m.transmit_tint); }
+  void operator()(const Plastic& m) {
+    add_colour(m.reflectance);
+    add(m.eta, m.alpha);
+  }
+
+  void operator()(const ImageTexture& t) {
+    add(t.size, t.uv_scale, t.uv_offset, t.gain);
+    add_vector(t.texels);
+  }
+  void operator()(const CheckerTexture& t) { add(t.even, t.odd, t.uv_scale, t.uv_offset); }
+
+  void operator()(const AreaLight& l) { add(l.primitive, l.radiance, l.two_sided); }
+  void operator()(const PointLight& l) { add(l.position, l.intensity); }
+  void operator()(const SpotLight& l) { add(l.position, l.direction, l.intensity, l.cos_outer, l.cos_inner); }
+  void operator()(const DirectionalLight& l) { add(l.direction, l.irradiance); }
+  void operator()(const EnvironmentLight& l) {
+    add(l.scale, l.size);
+    add_vector(l.texels);
+    add_transform(l.light_to_world);
+  }
+
+  template <class Variants>
+  void add_variants(const Variants& variants) {
+    add(static_cast<std::uint64_t>(variants.size()));
+    for (const auto& variant : variants) {
+      add(static_cast<std::uint64_t>(variant.index()));
+      std::visit([this](const auto& value) { (*this)(value); }, variant);
+    }
+  }
+
+  void add_object(const Object& object) {
+    add_vector(object.geometry.positions);
+    add_vector(object.geometry.triangles);
+    add_variants(object.geometry.quadrics);
+    add_vector(object.normals);
+    add_vector(object.uvs);
+    for (const Shape& s : object.shapes)
+      add(s.first_primitive, s.primitive_count, s.material, s.first_light, s.flip_normal, s.has_normals, s.has_uvs);
+  }
+
+ private:
+  void add_colour(const TexturedRgb& c) { add(c.constant, c.texture); }
+  void add_bytes(const void* data, std::size_t size) {
+    if (size > 0) XXH3_64bits_update(state_.get(), data, size);
+  }
+
+  std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
+};
+
+}  // namespace
+
+std::uint64_t Scene::hash() const {
+  Hasher h;
+  for (const Object& object : objects) h.add_object(object);
+  for (const Instance& instance : instances) {
+    h.add(instance.object);
+    h.add_transform(instance.to_world);
+  }
+  for (const InfinitePlane& plane : planes) h.add(plane.point, plane.normal, plane.material);
+  h.add_variants(materials);
+  h.add_variants(textures);
+  h.add_variants(lights);
+  h.add_transform(camera.to_world);
+  h.add(camera.fov, camera.lens_radius, camera.focal_distance, resolution, max_depth.value_or(0));
+  return h.digest();
+}
+
+}  // namespace etendue

@@ -1,0 +1,38 @@
+// Textures over a surface's (u, v): constant, image (bilinear, repeated) and checkerboard.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+namespace etendue {
+
+struct ImageTexture {
+  ivec2 size{0};
+  std::vector<Rgb> texels;  // linear, row 0 at v = 1 as image files have it
+  vec2 uv_scale{1}, uv_offset{0};
+  float gain = 1;
+};
+
+struct CheckerTexture {
+  Rgb even{1}, odd{0};
+  vec2 uv_scale{1}, uv_offset{0};
+};
+
+using Texture = std::variant<ImageTexture, CheckerTexture>;
+
+Rgb evaluate(const Texture& texture, const vec2& uv);
+
+// A colour that is constant or, where `texture` is an index into Scene::textures, looked up.
+struct TexturedRgb {
+  Rgb constant{0};
+  std::uint32_t texture = 0xffffffffu;
+
+  TexturedRgb() = default;
+  TexturedRgb(const Rgb& c) : constant(c) {}  // NOLINT(google-explicit-constructor): a colour is a texture
+  bool is_constant() const { return texture == 0xffffffffu; }
+};
+
+}  // namespace etendue

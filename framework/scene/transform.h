@@ -1,0 +1,44 @@
+// Affine transforms of points, vectors and normals.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <optional>
+
+namespace etendue {
+
+// A 3x3 linear part and a translation, with the inverse beside it. Rigid transforms are inverted by transposing.
+class Transform {
+ public:
+  Transform() = default;
+  // Throws nothing; a singular matrix gives no value.
+  static std::optional<Transform> from_matrix(const mat4& m);
+  static Transform translate(const vec3& offset);
+  static Transform scale(const vec3& factors);                      // no factor may be zero (CHECK)
+  static Transform rotate(float radians, const vec3& axis);
+  // Camera to world: looks along +z, y up, x to the right in a left-handed frame, as pbrt does.
+  static std::optional<Transform> look_at(const vec3& eye, const vec3& target, const vec3& up);
+
+  vec3 point(const vec3& p) const { return linear_ * p + offset_; }
+  vec3 vector(const vec3& v) const { return linear_ * v; }
+  vec3 normal(const vec3& n) const { return n * inverse_linear_; }  // by the inverse transpose; not normalised
+  Bounds bounds(const Bounds& b) const;
+
+  Transform inverse() const;
+  Transform operator*(const Transform& inner) const;  // inner first
+  bool operator==(const Transform&) const = default;
+
+  bool is_identity() const { return *this == Transform(); }
+  bool swaps_handedness() const { return glm::determinant(linear_) < 0; }
+  // The uniform scale factor if this is a similarity (rotation or reflection, scale, translation), within 1e-4.
+  std::optional<float> similarity_scale() const;
+
+ private:
+  Transform(const mat3& linear, const vec3& offset, const mat3& inverse_linear, const vec3& inverse_offset)
+      : linear_(linear), inverse_linear_(inverse_linear), offset_(offset), inverse_offset_(inverse_offset) {}
+
+  mat3 linear_{1}, inverse_linear_{1};
+  vec3 offset_{0}, inverse_offset_{0};
+};
+
+}  // namespace etendue

@@ -1,0 +1,31 @@
+#include "framework/transport/direct_light.h"
+
+#include "framework/core/check.h"
+#include "framework/transport/ray_tools.h"
+
+namespace etendue {
+
+MisMode parse_mis(const std::string& name) {
+  if (name == "power") return MisMode::power;
+  if (name == "balance") return MisMode::balance;
+  if (name == "light") return MisMode::light;
+  CHECK_EQ(name, "bsdf");
+  return MisMode::bsdf;
+}
+
+Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,
+                 MisMode mode) {
+  const float u_light = context.needs.light_choice ? sampler.get_1d() : 0;
+  const vec2 u = sampler.get_2d();
+  if (!bsdf.has_non_specular()) return Rgb(0);
+  const auto light = context.lights.sample(point.position, u_light, u);
+  if (!light || (mode == MisMode::bsdf && !light->delta)) return Rgb(0);
+  const Rgb scattered = bsdf.evaluate(wo, light->wi);
+  if (is_black(scattered) || is_black(light->radiance)) return Rgb(0);
+  if (!unoccluded(context, point, light->wi, light->distance)) return Rgb(0);
+  float weight = 1;
+  if (!light->delta && mode != MisMode::light) weight = mis_weight(mode, light->pdf_solid_angle, bsdf.pdf(wo, light->wi));
+  return scattered * light->radiance * (weight / light->pdf_solid_angle);
+}
+
+}  // namespace etendue

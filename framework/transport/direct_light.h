@@ -1,0 +1,36 @@
+// Direct light at a vertex: one light sample, weighed against BSDF sampling.
+#pragma once
+
+#include "framework/core/sampler.h"
+#include "framework/integrator.h"
+#include "framework/transport/bsdf.h"
+
+#include <string>
+
+namespace etendue {
+
+// How light sampling and BSDF sampling share the work ([Veach1995]): by the power heuristic (beta = 2) or the balance heuristic,
+// or one of them alone. Lights that no ray can hit (point, spot, directional) are sampled in every mode.
+enum class MisMode : std::uint8_t { power, balance, light, bsdf };
+
+MisMode parse_mis(const std::string& name);  // of a checked parameter
+
+// Weight of the strategy with density `mine` where another has `other`.
+inline float mis_weight(MisMode mode, float mine, float other) {
+  if (mode == MisMode::balance) return mine / (mine + other);
+  return mine > 1e18f ? 1 : mine * mine / (mine * mine + other * other);
+}
+
+// Weight of emission found by a BSDF sample of density pdf_bsdf (not from a delta lobe) where light sampling has pdf_light.
+inline float emission_weight(MisMode mode, float pdf_bsdf, float pdf_light) {
+  if (mode == MisMode::light) return 0;
+  if (mode == MisMode::bsdf) return 1;
+  return mis_weight(mode, pdf_bsdf, pdf_light);
+}
+
+// Radiance that one light sample sends through `point` towards wo, with its MIS weight. With MisMode::light it is the whole direct
+// light. Draws a 1-D and a 2-D number whatever happens.
+Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,
+                 MisMode mode);
+
+}  // namespace etendue

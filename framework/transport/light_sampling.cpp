@@ -1,0 +1,300 @@
+#include "framework/transport/light_sampling.h"
+
+#include "framework/scene/offset.h"
+#include "framework/transport/area_light.h"
+#include "framework/transport/sampling.h"
+
+namespace etendue {
+
+namespace {
+
+vec3 to_light_space(const EnvironmentLight& light, const vec3& direction) {
+  return glm::normalize(light.light_to_world.inverse().vector(direction));
+}
+
+vec2 equirectangular(const vec3& d) {
+  const float phi = std::atan2(d.y, d.x);
+  return {(phi < 0 ? phi + 2 * pi : phi) * (0.5f * inv_pi), std::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi};
+}
+
+ivec2 texel_at(const EnvironmentLight& light, const vec2& uv) {
+  return glm::clamp(ivec2(uv * vec2(light.size)), ivec2(0), light.size - 1);
+}
+
+float spot_falloff(const SpotLight& light, const vec3& from_light) {
+  const float cosine = glm::dot(from_light, light.direction);
+  if (cosine <= light.cos_outer) return 0;
+  if (cosine >= light.cos_inner) return 1;
+  const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
+  return x * x * (3 - 2 * x);
+}
+
+struct LuminousPower {
+  const Scene& scene;
+  float radius;
+
+  float operator()(const AreaLight& l) const {
+    return luminance(l.radiance) * pi * primitive_area(scene.objects[0].geometry, l.primitive) * (l.two_sided ? 2 : 1);
+  }
+  float operator()(const PointLight& l) const { return luminance(l.intensity) * 4 * pi; }
+  float operator()(const SpotLight& l) const {
+    return luminance(l.intensity) * 2 * pi * (1 - 0.5f * (l.cos_inner + l.cos_outer));
+  }
+  float operator()(const DirectionalLight& l) const { return luminance(l.irradiance) * pi * radius * radius; }
+  float operator()(const EnvironmentLight& l) const {
+    if (l.texels.empty()) return luminance(l.scale) * 4 * pi * pi * radius * radius;
+    double sum = 0, weight = 0;
+    for (int y = 0; y < l.size.y; ++y) {
+      const double sine = std::sin(pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(l.size.y));
+      for (int x = 0; x < l.size.x; ++x) sum += sine * luminance(l.texels[static_cast<std::size_t>(y) * l.size.x + x] * l.scale);
+      weight += sine * l.size.x;
+    }
+    return static_cast<float>(sum / weight) * 4 * pi * pi * radius * radius;
+  }
+};
+
+// Index of the first entry above u in a cumulative table that ends at 1; u is stretched back to [0, 1) within the entry.
+std::size_t pick(const float* cumulative, std::size_t count, float& u) {
+  const std::size_t i = std::min<std::size_t>(std::upper_bound(cumulative, cumulative + count, u) - cumulative, count - 1);
+  const float before = i == 0 ? 0 : cumulative[i - 1], width = cumulative[i] - before;
+  u = width > 0 ? std::clamp((u - before) / width, 0.0f, 0x1.fffffep-1f) : 0;
+  return i;
+}
+
+}  // namespace
+
+// Rows weighed by sin(theta), then texels within a row.
+struct LightSampler::ImageDistribution {
+  ivec2 size{0};
+  std::vector<float> rows;     // cumulative
+  std::vector<float> columns;  // cumulative within each row
+  std::vector<float> density;  // per texel, over the unit square of uv
+
+  explicit ImageDistribution(const EnvironmentLight& light) : size(light.size) {
+    const std::size_t count = light.texels.size();
+    rows.resize(size.y);
+    columns.resize(count);
+    density.resize(count);
+    double total = 0;
+    for (int y = 0; y < size.y; ++y) {
+      const float sine = std::sin(pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(size.y));
+      double row = 0;
+      for (int x = 0; x < size.x; ++x) {
+        const std::size_t i = static_cast<std::size_t>(y) * size.x + x;
+        density[i] = luminance(light.texels[i]) * sine;
+        row += density[i];
+        columns[i] = static_cast<float>(row);
+      }
+      for (int x = 0; x < size.x; ++x) {
+        float& c = columns[static_cast<std::size_t>(y) * size.x + x];
+        c = row > 0 ? static_cast<float>(c / row) : static_cast<float>(x + 1) / static_cast<float>(size.x);
+      }
+      total += row;
+      rows[y] = static_cast<float>(total);
+    }
+    for (float& r : rows) r = static_cast<float>(r / total);
+    for (float& d : density) d = static_cast<float>(d * static_cast<double>(count) / total);
+  }
+
+  vec2 sample(vec2 u) const {
+    const auto y = static_cast<int>(pick(rows.data(), rows.size(), u.y));
+    const auto x = static_cast<int>(pick(columns.data() + static_cast<std::size_t>(y) * size.x, size.x, u.x));
+    return (vec2(x, y) + u) / vec2(size);
+  }
+  // Over solid angle.
+  float pdf(const EnvironmentLight& light, const vec2& uv) const {
+    const ivec2 t = texel_at(light, uv);
+    const float sine = std::sin(pi * uv.y);
+    return sine > 0 ? density[static_cast<std::size_t>(t.y) * size.x + t.x] / (2 * pi * pi * sine) : 0;
+  }
+};
+
+LightSampler::~LightSampler() = default;
+
+float light_power(const Scene& scene, const Light& light, float scene_radius) {
+  return std::visit(LuminousPower{scene, scene_radius}, light);
+}
+
+LightSampler::LightSampler(const Scene& scene, bool uniform) : scene_(scene) {
+  const Bounds bounds = scene.bounds();
+  if (!bounds.empty()) {
+    scene_centre_ = bounds.centre();
+    scene_radius_ = std::max(0.5f * glm::length(bounds.diagonal()), 1e-6f);
+  }
+  std::vector<double> power;
+  for (const Light& light : scene.lights) power.push_back(light_power(scene, light, scene_radius_));
+  double total = 0;
+  for (const double p : power) total += p;
+  total_power_ = static_cast<float>(total);
+  if (!(total > 0)) return;  // nothing shines: as if there were no lights
+  double sum = 0;
+  const double even = 1.0 / static_cast<double>(power.size());
+  for (const double p : power) {
+    const double share = uniform ? even : p / total;
+    sum += share;
+    probability_.push_back(static_cast<float>(share));
+    cumulative_.push_back(static_cast<float>(sum));
+  }
+  for (std::uint32_t i = 0; i < scene.lights.size(); ++i) {
+    const auto* environment = std::get_if<EnvironmentLight>(&scene.lights[i]);
+    if (!environment) continue;
+    environments_.push_back(i);
+    const bool black = !(power[i] > 0);
+    distributions_.push_back(ImageDistribution(environment->texels.empty() || black ? EnvironmentLight{} : *environment));
+  }
+}
+
+std::size_t LightSampler::choose(float& u) const {
+  return probability_.size() == 1 ? 0 : pick(cumulative_.data(), cumulative_.size(), u);
+}
+
+const LightSampler::ImageDistribution* LightSampler::distribution(std::size_t light) const {
+  for (std::size_t i = 0; i < environments_.size(); ++i)
+    if (environments_[i] == light) return distributions_[i].density.empty() ? nullptr : &distributions_[i];
+  return nullptr;
+}
+
+std::optional<LightSample> LightSampler::sample(const vec3& position, float u_light, const vec2& u) const {
+  if (empty()) return std::nullopt;
+  const std::size_t i = choose(u_light);
+  const float chosen = probability_[i];
+  const Light& light = scene_.lights[i];
+  if (!(chosen > 0)) return std::nullopt;
+
+  if (const auto* l = std::get_if<AreaLight>(&light)) {
+    const AreaSample s = sample_area_towards(scene_, *l, position, u);
+    if (!(s.pdf_solid_angle > 0)) return std::nullopt;
+    return LightSample{s.wi, s.distance, l->radiance, chosen * s.pdf_solid_angle, false};
+  }
+  if (const auto* l = std::get_if<EnvironmentLight>(&light)) {
+    vec3 wi;
+    if (const ImageDistribution* d = distribution(i)) {
+      const vec2 uv = d->sample(u);
+      const float theta = pi * uv.y, phi = 2 * pi * uv.x;
+      wi = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+      wi = glm::normalize(l->light_to_world.vector(wi));
+    } else {
+      wi = sample_unit_sphere(u);
+    }
+    const float density = environment_pdf(wi);
+    if (!(density > 0)) return std::nullopt;
+    return LightSample{wi, infinity, environment(wi), density, false};
+  }
+  if (const auto* l = std::get_if<DirectionalLight>(&light))
+    return LightSample{-l->direction, infinity, l->irradiance, chosen, true};
+
+  const auto* point = std::get_if<PointLight>(&light);
+  const auto* spot = std::get_if<SpotLight>(&light);
+  const vec3 towards = (point ? point->position : spot->position) - position;
+  const float distance2 = length_squared(towards);
+  if (!(distance2 > 0)) return std::nullopt;
+  const float distance = std::sqrt(distance2);
+  const vec3 wi = towards / distance;
+  const Rgb intensity = point ? point->intensity : spot->intensity * spot_falloff(*spot, -wi);
+  return LightSample{wi, distance, intensity / distance2, chosen, true};
+}
+
+float LightSampler::pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const {
+  if (empty() || point.light == no_id) return 0;
+  return probability_[point.light] * area_pdf_towards(scene_, std::get<AreaLight>(scene_.lights[point.light]), position, wi, point);
+}
+
+// All environments together: their radiances add, and so do the densities that find a direction.
+float LightSampler::environment_pdf(const vec3& wi) const {
+  float density = 0;
+  for (std::size_t i = 0; i < environments_.size(); ++i) {
+    const auto& light = std::get<EnvironmentLight>(scene_.lights[environments_[i]]);
+    const ImageDistribution& d = distributions_[i];
+    density += probability_[environments_[i]] *
+               (d.density.empty() ? 0.25f * inv_pi : d.pdf(light, equirectangular(to_light_space(light, wi))));
+  }
+  return density;
+}
+
+Rgb LightSampler::environment(const vec3& direction) const {
+  Rgb sum(0);
+  for (const std::uint32_t i : environments_) {
+    const auto& light = std::get<EnvironmentLight>(scene_.lights[i]);
+    if (light.texels.empty()) {
+      sum += light.scale;
+    } else {
+      const ivec2 t = texel_at(light, equirectangular(to_light_space(light, direction)));
+      sum += light.scale * light.texels[static_cast<std::size_t>(t.y) * light.size.x + t.x];
+    }
+  }
+  return sum;
+}
+
+Rgb LightSampler::emitted(const SurfacePoint& point, const vec3& wo) const {
+  if (point.light == no_id) return Rgb(0);
+  const auto& light = std::get<AreaLight>(scene_.lights[point.light]);
+  return light.two_sided || glm::dot(wo, point.normal) > 0 ? light.radiance : Rgb(0);
+}
+
+std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position, const vec2& u_direction) const {
+  if (empty()) return std::nullopt;
+  const std::size_t i = choose(u_light);
+  const float chosen = probability_[i];
+  if (!(chosen > 0)) return std::nullopt;
+  const Light& light = scene_.lights[i];
+  const auto id = static_cast<std::uint32_t>(i);
+
+  if (const auto* l = std::get_if<AreaLight>(&light)) {
+    const AreaPoint p = sample_area(scene_, *l, u_position);
+    if (!(p.area > 0)) return std::nullopt;
+    // `choose` has used the light's number up; a two-sided light splits the direction's first number to pick its side.
+    vec2 u = u_direction;
+    vec3 normal = p.normal;
+    if (l->two_sided) {
+      if (u.x < 0.5f) normal = -normal;
+      u.x = u.x < 0.5f ? 2 * u.x : 2 * u.x - 1;
+    }
+    const vec3 direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(u));
+    const Rgb power = l->radiance * (pi * p.area * (l->two_sided ? 2 : 1) / chosen);
+    return LightRay{{.origin = offset_origin(p.position, normal), .direction = direction}, normal, power, id, false, false};
+  }
+  if (const auto* l = std::get_if<PointLight>(&light)) {
+    const vec3 direction = sample_unit_sphere(u_direction);
+    return LightRay{{.origin = l->position, .direction = direction}, direction, l->intensity * (4 * pi / chosen), id, true, false};
+  }
+  if (const auto* l = std::get_if<SpotLight>(&light)) {
+    const vec3 direction = Frame::from_normal(l->direction).to_world(sample_cone(u_direction, l->cos_outer));
+    const Rgb power = l->intensity * (spot_falloff(*l, direction) * 2 * pi * (1 - l->cos_outer) / chosen);
+    return LightRay{{.origin = l->position, .direction = direction}, direction, power, id, true, false};
+  }
+
+  // From infinity: through a disk as wide as the scene, perpendicular to the direction, in front of everything.
+  vec3 direction;
+  Rgb irradiance;  // over the disk, per density of the direction
+  bool delta = true;
+  if (const auto* l = std::get_if<DirectionalLight>(&light)) {
+    direction = l->direction;
+    irradiance = l->irradiance / chosen;
+  } else {
+    const auto& environment_light = std::get<EnvironmentLight>(light);
+    delta = false;
+    vec3 towards;
+    float density = 0.25f * inv_pi;
+    Rgb radiance = environment_light.scale;
+    if (const ImageDistribution* d = distribution(i)) {
+      const vec2 uv = d->sample(u_direction);
+      const float theta = pi * uv.y, phi = 2 * pi * uv.x;
+      towards = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+      towards = glm::normalize(environment_light.light_to_world.vector(towards));
+      density = d->pdf(environment_light, uv);
+      const ivec2 t = texel_at(environment_light, uv);
+      radiance *= environment_light.texels[static_cast<std::size_t>(t.y) * environment_light.size.x + t.x];
+    } else {
+      towards = sample_unit_sphere(u_direction);
+    }
+    if (!(density > 0)) return std::nullopt;
+    direction = -towards;
+    irradiance = radiance / (density * chosen);
+  }
+  const vec2 disk = scene_radius_ * sample_unit_disk(u_position);
+  const Frame frame = Frame::from_normal(direction);
+  const vec3 origin = scene_centre_ + disk.x * frame.tangent + disk.y * frame.bitangent - 1.01f * scene_radius_ * direction;
+  return LightRay{{.origin = origin, .direction = direction}, direction, irradiance * (pi * square(scene_radius_)), id, false, delta};
+}
+
+}  // namespace etendue

@@ -1,0 +1,76 @@
+// Sampling lights: towards a point (next-event estimation), out of the light (photons, light paths), and the densities MIS
+// needs. Lights are chosen in proportion to power; a scene of one light chooses nothing.
+#pragma once
+
+#include "framework/core/sampler.h"
+#include "framework/scene/scene.h"
+
+#include <optional>
+#include <vector>
+
+namespace etendue {
+
+// A direction towards a light from a reference point.
+struct LightSample {
+  vec3 wi;                // unit
+  float distance;         // to the light's point; infinity for directions from infinity
+  Rgb radiance;           // unoccluded; the estimator is f cos radiance / pdf_solid_angle
+  float pdf_solid_angle;  // includes the light's selection probability; for delta lights that probability alone, `radiance` being
+                          // then intensity / distance^2 (or irradiance)
+  bool delta;
+};
+
+// A particle leaving a light.
+struct LightRay {
+  Ray ray;           // direction unit, origin offset off the light
+  vec3 normal;       // at an area light; the direction itself otherwise
+  Rgb power;         // emitted radiance cos / (densities): the particle's power in W for one particle in total
+  std::uint32_t light;
+  bool delta_position, delta_direction;
+};
+
+class LightSampler {
+ public:
+  // `uniform`: choose lights uniformly rather than by power.
+  explicit LightSampler(const Scene& scene, bool uniform = false);
+
+  bool empty() const { return probability_.empty(); }
+  float total_power() const { return total_power_; }  // luminance of W
+
+  std::optional<LightSample> sample(const vec3& position, float u_light, const vec2& u) const;
+  // Density with which `sample` would have found `point` on an emitting surface, seen from `position` along unit wi.
+  float pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const;
+  float environment_pdf(const vec3& wi) const;
+
+  // Radiance a surface point emits towards wo (0 on its dark side).
+  Rgb emitted(const SurfacePoint& point, const vec3& wo) const;
+  Rgb environment(const vec3& direction) const;
+  bool has_environment() const { return !environments_.empty(); }
+
+  std::optional<LightRay> emit(float u_light, const vec2& u_position, const vec2& u_direction) const;
+
+ private:
+  struct ImageDistribution;  // piecewise-constant 2-D density of an environment image
+
+  std::size_t choose(float& u) const;
+  const ImageDistribution* distribution(std::size_t light) const;
+
+  const Scene& scene_;
+  std::vector<float> probability_;       // per light
+  std::vector<float> cumulative_;
+  std::vector<std::uint32_t> environments_;
+  std::vector<ImageDistribution> distributions_;  // parallel to environments_; empty table where constant
+  vec3 scene_centre_{0};
+  float scene_radius_ = 1;
+  float total_power_ = 0;
+
+ public:
+  ~LightSampler();
+  LightSampler(const LightSampler&) = delete;
+  LightSampler& operator=(const LightSampler&) = delete;
+};
+
+// Luminous weight used to choose lights: luminance of the light's power in W.
+float light_power(const Scene& scene, const Light& light, float scene_radius);
+
+}  // namespace etendue

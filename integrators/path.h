@@ -1,0 +1,47 @@
+// Unidirectional path tracing with next-event estimation and multiple importance sampling ([Kajiya1986], [Veach1995]).
+//
+// Unbiased up to the depth limit. Depth counts scattering events on the whole path; Russian roulette begins at
+// `roulette_depth` and survives with the largest component of the throughput.
+#pragma once
+
+#include "framework/core/sampler.h"
+#include "framework/integrator.h"
+#include "framework/transport/direct_light.h"
+
+#include <string>
+
+namespace etendue {
+
+struct PathParams {
+  int max_depth = 0;
+  int roulette_depth = 5;
+  std::string mis = "power";
+  std::string sampler = "sobol";
+};
+
+template <class Visitor>
+void describe(Visitor& v, PathParams& p) {
+  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
+  v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette begins");
+  v.choice("mis", p.mis, {"power", "balance", "light", "bsdf"}, "how light and BSDF sampling share the work");
+  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+}
+
+SamplerKind parse_sampler(const std::string& name);  // of a checked parameter
+
+struct PathSettings {
+  int max_depth = 64;
+  int roulette_depth = 5;
+  MisMode mis = MisMode::power;
+};
+
+// Radiance arriving along a ray whose path already has `depth` scattering events behind it. With `count_emission` false, light
+// that the ray's first hit (or the environment it escapes to) emits is left out: the caller has sampled it.
+Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSettings& settings, bool count_emission, Sampler& sampler);
+
+// A camera ray for a pixel, jittered over it (and over the lens where it is open).
+Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);
+
+IntegratorEntry path_entry();
+
+}  // namespace etendue
