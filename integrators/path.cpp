@@ -17,7 +17,6 @@ Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSe
   Rgb radiance(0), throughput(1);
   float eta_scale = 1;      // undoes the eta^2 of refractions, which roulette must not take for absorption
   float pdf_bsdf = 0;       // of the direction the ray was sampled with; 0: delta lobe or camera
-  vec3 origin = ray.origin; // where light sampling would have stood
   for (;; ++depth) {
     const Hit hit = trace(context, ray);
     if (!hit) {
@@ -33,7 +32,7 @@ Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSe
       const Rgb emitted = context.lights.emitted(point, wo);
       if (!is_black(emitted)) {
         const float weight =
-            pdf_bsdf == 0 ? 1 : emission_weight(settings.mis, pdf_bsdf, context.lights.pdf(origin, ray.direction, point));
+            pdf_bsdf == 0 ? 1 : emission_weight(settings.mis, pdf_bsdf, context.lights.pdf(ray.origin, ray.direction, point));
         radiance += throughput * emitted * weight;
       }
     }
@@ -49,7 +48,6 @@ Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSe
     throughput *= scattered.weight;
     if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
     pdf_bsdf = scattered.pdf_solid_angle;
-    origin = point.position;
     ray = spawn_ray(point, scattered.wi);
 
     if (depth + 1 >= settings.roulette_depth) {

@@ -7,10 +7,14 @@
 
 namespace etendue {
 
+// Where rays that leave a surface point to the side of `direction` start.
+inline vec3 ray_origin(const SurfacePoint& point, const vec3& direction) {
+  return offset_origin(point.position, glm::dot(direction, point.normal) < 0 ? -point.normal : point.normal);
+}
+
 // A ray from a surface point along a unit direction, moved off the surface on the side it leaves to.
 inline Ray spawn_ray(const SurfacePoint& point, const vec3& direction, float t_max = infinity) {
-  const vec3 normal = glm::dot(direction, point.normal) < 0 ? -point.normal : point.normal;
-  return {.origin = offset_origin(point.position, normal), .direction = direction, .t_max = t_max};
+  return {.origin = ray_origin(point, direction), .direction = direction, .t_max = t_max};
 }
 
 inline Hit trace(const RenderContext& context, const Ray& ray) {

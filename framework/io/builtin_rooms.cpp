@@ -1,0 +1,183 @@
+#include "framework/io/builtin_rooms.h"
+
+#include "framework/scene/builder.h"
+
+namespace etendue {
+
+namespace {
+
+const ivec2 room_resolution{192, 192};
+
+// The box: x and z in [-1, 1], y in [0, 2], open to the camera at +z; red on the left, green on the right.
+void cornell_walls(SceneBuilder& b) {
+  const auto white = b.material(Diffuse{Rgb(0.73f, 0.73f, 0.73f)});
+  const auto red = b.material(Diffuse{Rgb(0.63f, 0.065f, 0.05f)});
+  const auto green = b.material(Diffuse{Rgb(0.14f, 0.45f, 0.091f)});
+  b.mesh(quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), white);
+  b.mesh(quad({-1, 2, -1}, {1, 2, -1}, {1, 2, 1}, {-1, 2, 1}), white);
+  b.mesh(quad({-1, 0, -1}, {1, 0, -1}, {1, 2, -1}, {-1, 2, -1}), white);
+  b.mesh(quad({-1, 0, 1}, {-1, 0, -1}, {-1, 2, -1}, {-1, 2, 1}), red);
+  b.mesh(quad({1, 0, -1}, {1, 0, 1}, {1, 2, 1}, {1, 2, -1}), green);
+}
+
+void ceiling_light(SceneBuilder& b) {
+  b.mesh(quad({-0.25f, 1.98f, -0.25f}, {0.25f, 1.98f, -0.25f}, {0.25f, 1.98f, 0.25f}, {-0.25f, 1.98f, 0.25f}),
+         b.material(Diffuse{Rgb(0)}), Rgb(17, 12, 4) * 1.5f);
+}
+
+void cornell_camera(SceneBuilder& b) { b.camera({0, 1, 3.8f}, {0, 1, 0}, 40, room_resolution); }
+
+MeshData turned_box(const vec3& centre, const vec3& half, float degrees) {
+  return transformed(box(-half, half), Transform::translate(centre) * Transform::rotate(degrees * pi / 180, {0, 1, 0}));
+}
+
+// Smooth value noise: eight hashed corners, cubic between.
+float noise(const vec3& p) {
+  const vec3 cell = glm::floor(p), f = p - cell, s = f * f * (3.0f - 2.0f * f);
+  const auto corner = [&](int dx, int dy, int dz) {
+    const auto i = [](float c, int d) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(c) + d); };
+    std::uint64_t h = i(cell.x, dx) * 0x9e3779b97f4a7c15ull ^ i(cell.y, dy) * 0xc2b2ae3d27d4eb4full ^ i(cell.z, dz) * 0x165667b19e3779f9ull;
+    h ^= h >> 29;
+    h *= 0xbf58476d1ce4e5b9ull;
+    return static_cast<float>(h >> 40) * 0x1p-24f;
+  };
+  const auto edge = [&](int dy, int dz) { return glm::mix(corner(0, dy, dz), corner(1, dy, dz), s.x); };
+  return glm::mix(glm::mix(edge(0, 0), edge(1, 0), s.y), glm::mix(edge(0, 1), edge(1, 1), s.y), s.z);
+}
+
+// A ball displaced by five octaves of noise, on a grid of longitudes and latitudes: 2 * columns * (rows - 1) triangles.
+MeshData rough_ball(const vec3& centre, float radius, std::uint32_t columns, std::uint32_t rows) {
+  MeshData mesh;
+  const auto point = [&](const vec3& direction) {
+    float height = 0, amplitude = 0.5f, frequency = 2;
+    for (int octave = 0; octave < 5; ++octave, amplitude *= 0.5f, frequency *= 2.03f) height += amplitude * noise(direction * frequency + 17.0f);
+    return centre + radius * (0.7f + 0.5f * height) * direction;
+  };
+  mesh.positions.push_back(point({0, 1, 0}));
+  for (std::uint32_t row = 1; row < rows; ++row) {
+    const float theta = pi * static_cast<float>(row) / static_cast<float>(rows);
+    for (std::uint32_t column = 0; column < columns; ++column) {
+      const float phi = 2 * pi * static_cast<float>(column) / static_cast<float>(columns);
+      mesh.positions.push_back(point({std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)}));
+    }
+  }
+  mesh.positions.push_back(point({0, -1, 0}));
+  const auto south = static_cast<std::uint32_t>(mesh.positions.size() - 1);
+  const auto vertex = [&](std::uint32_t row, std::uint32_t column) { return 1 + (row - 1) * columns + column % columns; };
+  for (std::uint32_t c = 0; c < columns; ++c) {
+    mesh.triangles.emplace_back(0, vertex(1, c + 1), vertex(1, c));
+    for (std::uint32_t r = 1; r + 1 < rows; ++r) {
+      mesh.triangles.emplace_back(vertex(r, c), vertex(r, c + 1), vertex(r + 1, c));
+      mesh.triangles.emplace_back(vertex(r, c + 1), vertex(r + 1, c + 1), vertex(r + 1, c));
+    }
+    mesh.triangles.emplace_back(vertex(rows - 1, c), vertex(rows - 1, c + 1), south);
+  }
+  return mesh;
+}
+
+Scene ball_in_a_room(const char* name, std::uint32_t columns, std::uint32_t rows) {
+  SceneBuilder b(name);
+  cornell_walls(b);
+  ceiling_light(b);
+  b.mesh(rough_ball({0, 0.85f, -0.1f}, 0.78f, columns, rows), b.material(Diffuse{Rgb(0.6f)}));
+  cornell_camera(b);
+  return b.finish();
+}
+
+}  // namespace
+
+Scene make_cornell_box() {
+  SceneBuilder b("builtin:cornell-box");
+  cornell_walls(b);
+  ceiling_light(b);
+  const auto white = b.material(Diffuse{Rgb(0.73f)});
+  b.mesh(turned_box({-0.33f, 0.6f, -0.35f}, {0.3f, 0.6f, 0.3f}, 18), white);
+  b.mesh(turned_box({0.36f, 0.3f, 0.3f}, {0.3f, 0.3f, 0.3f}, -17), white);
+  cornell_camera(b);
+  return b.finish();
+}
+
+Scene make_cornell_spheres() {
+  SceneBuilder b("builtin:cornell-spheres");
+  cornell_walls(b);
+  ceiling_light(b);
+  b.quadric(Sphere{{-0.45f, 0.4f, -0.4f}, 0.4f}, b.material(Conductor{.tint = Rgb(0.95f), .ideal = true}));
+  b.quadric(Sphere{{0.45f, 0.4f, 0.25f}, 0.4f}, b.material(Dielectric{.eta = 1.5f}));
+  cornell_camera(b);
+  return b.finish();
+}
+
+Scene make_glass_caustic() {
+  SceneBuilder b("builtin:glass-caustic");
+  const auto floor = b.material(Diffuse{Rgb(0.7f)});
+  const auto wall = b.material(Diffuse{Rgb(0.35f, 0.4f, 0.5f)});
+  b.mesh(quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), floor);
+  b.mesh(quad({-3, 0, -3}, {3, 0, -3}, {3, 4, -3}, {-3, 4, -3}), wall);
+  b.mesh(quad({-3, 0, 3}, {-3, 0, -3}, {-3, 4, -3}, {-3, 4, 3}), wall);
+  // The mirror stands behind and shows the caustic again; the slab of glass lies over half of it.
+  b.mesh(quad({0.4f, 0.05f, -2.2f}, {2.4f, 0.05f, -1.2f}, {2.4f, 1.8f, -1.2f}, {0.4f, 1.8f, -2.2f}),
+         b.material(Conductor{.tint = Rgb(0.9f), .ideal = true}));
+  const auto glass = b.material(Dielectric{.eta = 1.5f});
+  b.quadric(Sphere{{-0.3f, 0.75f, 0}, 0.6f}, glass);
+  b.mesh(box({0.15f, 0.05f, -0.3f}, {1.25f, 0.2f, 0.9f}), glass);
+  b.quadric(Sphere{{-2, 3, 0.4f}, 0.15f}, b.material(Diffuse{Rgb(0)}), Rgb(130, 120, 100));
+  b.camera({0.6f, 2.2f, 4.6f}, {0.2f, 0.55f, -0.2f}, 42, {256, 192});
+  return b.finish();
+}
+
+Scene make_two_rooms() {
+  SceneBuilder b("builtin:two-rooms");
+  const auto white = b.material(Diffuse{Rgb(0.75f)});
+  const auto floor = b.material(Diffuse{Rgb(0.55f, 0.42f, 0.3f)});
+  const auto blue = b.material(Diffuse{Rgb(0.25f, 0.35f, 0.6f)});
+  // Two rooms side by side along x, a wall between them with a doorway, and a door left ajar by 15 degrees.
+  b.mesh(quad({-4, 0, 2}, {4, 0, 2}, {4, 0, -2}, {-4, 0, -2}), floor);
+  b.mesh(quad({-4, 2.5f, -2}, {4, 2.5f, -2}, {4, 2.5f, 2}, {-4, 2.5f, 2}), white);
+  b.mesh(quad({-4, 0, -2}, {4, 0, -2}, {4, 2.5f, -2}, {-4, 2.5f, -2}), white);
+  b.mesh(quad({4, 0, 2}, {-4, 0, 2}, {-4, 2.5f, 2}, {4, 2.5f, 2}), white);
+  b.mesh(quad({-4, 0, 2}, {-4, 0, -2}, {-4, 2.5f, -2}, {-4, 2.5f, 2}), blue);
+  b.mesh(quad({4, 0, -2}, {4, 0, 2}, {4, 2.5f, 2}, {4, 2.5f, -2}), white);
+  b.mesh(box({-0.05f, 0, -2}, {0.05f, 2.5f, -0.5f}), white);
+  b.mesh(box({-0.05f, 0, 0.5f}, {0.05f, 2.5f, 2}), white);
+  b.mesh(box({-0.05f, 2, -0.5f}, {0.05f, 2.5f, 0.5f}), white);
+  const Transform ajar = Transform::translate({-0.05f, 0, -0.5f}) * Transform::rotate(-15 * pi / 180, {0, 1, 0});
+  b.mesh(transformed(box({-0.04f, 0.01f, 0}, {0, 1.99f, 0.99f}), ajar), b.material(Diffuse{Rgb(0.45f, 0.25f, 0.12f)}));
+  b.mesh(turned_box({-1.9f, 0.35f, -0.9f}, {0.35f, 0.35f, 0.35f}, 30), white);
+  b.quadric(Sphere{{-1.4f, 0.3f, 0.4f}, 0.3f}, b.material(Diffuse{Rgb(0.7f, 0.6f, 0.2f)}));
+  // The only light is in the other room.
+  b.mesh(quad({2, 2.45f, -0.5f}, {3, 2.45f, -0.5f}, {3, 2.45f, 0.5f}, {2, 2.45f, 0.5f}), b.material(Diffuse{Rgb(0)}), Rgb(60));
+  b.camera({-3.7f, 1.4f, 1.2f}, {-0.6f, 0.85f, -0.35f}, 55, {256, 192});
+  return b.finish();
+}
+
+Scene make_veach_mis() {
+  SceneBuilder b("builtin:veach-mis");
+  const auto grey = b.material(Diffuse{Rgb(0.4f)});
+  b.mesh(quad({-10, -4.15f, 12}, {10, -4.15f, 12}, {10, -4.15f, -10}, {-10, -4.15f, -10}), grey);
+  b.mesh(quad({-10, -4.15f, -3}, {10, -4.15f, -3}, {10, 16, -3}, {-10, 16, -3}), grey);
+  // Centres and slopes after [Veach1995] fig. 2 as the field has it: each plate mirrors the lights to the eye.
+  const Rgb gold_eta(0.143f, 0.375f, 1.442f), gold_k(3.983f, 2.386f, 1.603f);
+  const struct {
+    float height, depth, slope, alpha;
+  } plates[] = {{-2.71f, 0.33f, 35, 0.005f}, {-3.29f, 1.56f, 25.6f, 0.02f}, {-3.77f, 3.06f, 18.3f, 0.05f}, {-4.07f, 4.9f, 11.9f, 0.1f}};
+  for (const auto& p : plates) {
+    const Transform t = Transform::translate({0, p.height + 0.35f, p.depth}) * Transform::rotate(p.slope * pi / 180, {1, 0, 0});
+    b.mesh(transformed(box({-4, -0.03f, -0.62f}, {4, 0.03f, 0.62f}), t),
+           b.material(Conductor{.eta = gold_eta, .k = gold_k, .alpha = vec2(p.alpha)}));
+  }
+  const auto dark = b.material(Diffuse{Rgb(0)});
+  const struct {
+    float x, radius;
+    Rgb colour;
+  } lights[] = {{-3.75f, 0.03333f, {1, 0.45f, 0.35f}}, {-1.25f, 0.1f, {1, 0.9f, 0.4f}}, {1.25f, 0.3f, {0.45f, 1, 0.5f}}, {3.75f, 0.9f, {0.4f, 0.55f, 1}}};
+  for (const auto& l : lights) b.quadric(Sphere{{l.x, 0.5f, 0}, l.radius}, dark, l.colour * (0.9f / (l.radius * l.radius)));
+  b.light(PointLight{{0, 10, 10}, Rgb(60)});
+  b.camera({0, 2, 15}, {0, -1.6f, 2.5f}, 28, {256, 170});
+  return b.finish();
+}
+
+Scene make_mesh() { return ball_in_a_room("builtin:mesh", 250, 201); }
+
+Scene make_mesh_large() { return ball_in_a_room("builtin:mesh-large", 1000, 801); }
+
+}  // namespace etendue
