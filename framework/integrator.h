@@ -62,9 +62,9 @@ enum class Bias : std::uint8_t { unbiased, consistent, biased };
 // What theory expects of a method as configured.
 struct Expectation {
   Bias bias = Bias::unbiased;
-  double mse_exponent = -1;     // MSE ~ iterations^exponent; for biased methods until the plateau
-  double bias_bound = 0;        // relative bias of the image's mean the method declares for smooth scenes (0 if unbiased)
-  std::string note;             // what the bias comes from, with its source
+  double mse_exponent = -1;  // MSE ~ iterations^exponent; for biased methods until the plateau
+  double bias_bound = 0;     // relative bias of the image's mean the method declares for smooth scenes (0 if unbiased)
+  std::string note;          // what the bias comes from, with its source
 };
 
 // Calls come in order: prepare once, then iteration 0, 1, 2, ... Everything an integrator does depends on (scene, parameters,

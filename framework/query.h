@@ -45,7 +45,7 @@ struct Hit {
 
 // What a structure tells of itself.
 struct RayStructureStats {
-  std::uint64_t bytes = 0;       // all that the structure holds beyond the geometry it was built over
+  std::uint64_t bytes = 0;  // all that the structure holds beyond the geometry it was built over
   std::uint64_t nodes = 0;
   std::uint64_t depth = 0;
   std::uint64_t references = 0;  // primitive references in leaves (more than primitives when a structure duplicates)

@@ -58,7 +58,8 @@ class LightTrace final : public Integrator {
     Sampler sampler(SamplerKind::sobol, context.seed, Stream::camera, key, index);
     const Ray ray = sample_camera_ray(context, pixel, sampler);
     const Hit hit = trace(context, ray);
-    return hit ? context.lights.emitted(context.scene.surface_at(ray, hit), -ray.direction) : context.lights.environment(ray.direction);
+    return hit ? context.lights.emitted(context.scene.surface_at(ray, hit), -ray.direction)
+               : context.lights.environment(ray.direction);
   }
 
   void trace_particle(const RenderContext& context, std::uint32_t path, std::uint32_t index, std::vector<Splat>& splats) const {
@@ -94,8 +95,8 @@ class LightTrace final : public Integrator {
     }
   }
 
-  static void connect(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& power,
-                      Sampler& sampler, std::vector<Splat>& splats) {
+  static void connect(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                      const Rgb& power, Sampler& sampler, std::vector<Splat>& splats) {
     const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
     const auto connection = context.scene.camera.connect(context.resolution, point.position, lens);
     if (!connection) return;

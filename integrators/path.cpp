@@ -13,15 +13,17 @@ Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sample
   return context.scene.camera.ray(context.resolution, film, lens);
 }
 
-Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSettings& settings, bool count_emission, Sampler& sampler) {
+Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSettings& settings, bool count_emission,
+                  Sampler& sampler) {
   Rgb radiance(0), throughput(1);
-  float eta_scale = 1;      // undoes the eta^2 of refractions, which roulette must not take for absorption
-  float pdf_bsdf = 0;       // of the direction the ray was sampled with; 0: delta lobe or camera
+  float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
+  float pdf_bsdf = 0;   // of the direction the ray was sampled with; 0: delta lobe or camera
   for (;; ++depth) {
     const Hit hit = trace(context, ray);
     if (!hit) {
       if (count_emission && context.lights.has_environment()) {
-        const float weight = pdf_bsdf == 0 ? 1 : emission_weight(settings.mis, pdf_bsdf, context.lights.environment_pdf(ray.direction));
+        const float weight =
+            pdf_bsdf == 0 ? 1 : emission_weight(settings.mis, pdf_bsdf, context.lights.environment_pdf(ray.direction));
         radiance += throughput * context.lights.environment(ray.direction) * weight;
       }
       break;

@@ -16,19 +16,18 @@ std::string operands(const A& a, const B& b) {
 }
 }  // namespace etendue::detail
 
-#define ETENDUE_CHECK_OP(a, op, b)                                                                  \
-  do {                                                                                              \
-    const auto& check_a = (a);                                                                      \
-    const auto& check_b = (b);                                                                      \
-    if (!(check_a op check_b)) [[unlikely]]                                                         \
-      ::etendue::detail::check_failed(__FILE__, __LINE__, #a " " #op " " #b,                        \
-                                      ::etendue::detail::operands(check_a, check_b));               \
+#define ETENDUE_CHECK_OP(a, op, b)                                                                                           \
+  do {                                                                                                                       \
+    const auto& check_a = (a);                                                                                               \
+    const auto& check_b = (b);                                                                                               \
+    if (!(check_a op check_b)) [[unlikely]]                                                                                  \
+      ::etendue::detail::check_failed(__FILE__, __LINE__, #a " " #op " " #b, ::etendue::detail::operands(check_a, check_b)); \
   } while (false)
 
-#define CHECK(condition)                                                                            \
-  do {                                                                                              \
-    if (!(condition)) [[unlikely]]                                                                  \
-      ::etendue::detail::check_failed(__FILE__, __LINE__, #condition, {});                          \
+#define CHECK(condition)                                                   \
+  do {                                                                     \
+    if (!(condition)) [[unlikely]]                                         \
+      ::etendue::detail::check_failed(__FILE__, __LINE__, #condition, {}); \
   } while (false)
 #define CHECK_EQ(a, b) ETENDUE_CHECK_OP(a, ==, b)
 #define CHECK_LT(a, b) ETENDUE_CHECK_OP(a, <, b)

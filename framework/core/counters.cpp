@@ -1,7 +1,7 @@
 #include "framework/core/counters.h"
 
-#include <mutex>
 #include <sys/resource.h>
+#include <mutex>
 #include <vector>
 
 namespace etendue {

@@ -9,13 +9,13 @@
 namespace etendue {
 
 enum class Counter : std::uint8_t {
-  rays,            // closest-hit queries by integrators
-  shadow_rays,     // occlusion queries by integrators
+  rays,         // closest-hit queries by integrators
+  shadow_rays,  // occlusion queries by integrators
   photons_emitted,
   photons_stored,
   photons_gathered,
-  records,         // cache records made
-  lookups,         // cache lookups
+  records,  // cache records made
+  lookups,  // cache lookups
   count_
 };
 

@@ -1,7 +1,7 @@
 #include "framework/core/error.h"
 
-#include <algorithm>
 #include <fmt/format.h>
+#include <algorithm>
 #include <numeric>
 
 namespace etendue {

@@ -2,10 +2,10 @@
 
 #include "framework/core/units.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fmt/format.h>
 
 namespace etendue {
 
@@ -25,10 +25,12 @@ std::string join(std::initializer_list<const char*> options, const char* separat
 }
 
 Error wrong_type(const ParamValue& value, const std::string& owner, const char* name, const std::string& expected) {
-  return Error(value.where, fmt::format("{}: {} = {} is {}; expected {}", owner, name, to_text(value), type_name(value), expected));
+  return Error(value.where,
+               fmt::format("{}: {} = {} is {}; expected {}", owner, name, to_text(value), type_name(value), expected));
 }
 
-Error out_of_range(const ParamValue& value, const std::string& owner, const char* name, const std::string& range, const char* unit) {
+Error out_of_range(const ParamValue& value, const std::string& owner, const char* name, const std::string& range,
+                   const char* unit) {
   return Error(value.where, fmt::format("{}: {} = {} is out of range; expected {}{}{}", owner, name, to_text(value), range,
                                         *unit ? " " : "", unit));
 }
@@ -55,7 +57,8 @@ ParamValue parse_param_value(const std::string& text, const Location& where) {
   return {text, where};
 }
 
-void ParamLister::integer(const char* name, int& value, std::int64_t low, std::int64_t high, const char* unit, const char* help) {
+void ParamLister::integer(const char* name, int& value, std::int64_t low, std::int64_t high, const char* unit,
+                          const char* help) {
   infos.push_back({name, "integer", std::to_string(value), fmt::format("{} .. {}", low, high), unit, help});
 }
 

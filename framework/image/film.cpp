@@ -1,7 +1,7 @@
 #include "framework/image/film.h"
 
-#include <tuple>
 #include <xxhash.h>
+#include <tuple>
 
 namespace etendue {
 

@@ -31,8 +31,8 @@ class Film {
 
   ivec2 resolution() const { return sum_.size; }
 
-  // One sample of a pixel. A pixel belongs to one thread at a time. A non-finite value counts as zero, is counted, and the first
-  // few are kept for replay.
+  // One sample of a pixel. A pixel belongs to one thread at a time. A non-finite value counts as zero, is counted, and the
+  // first few are kept for replay.
   void add(ivec2 pixel, const Rgb& value, std::uint32_t iteration);
 
   // For methods that hold their own estimate (progressive photon maps): replaces the pixel's mean.

@@ -15,10 +15,10 @@ Scene make_polygon_light();              // direct light of a rectangle on a pla
 Scene make_sphere_light();               // ... of a sphere
 Scene make_disc_light();                 // ... of a parallel disc
 
-// Irradiance of direct light at a point with unit normal, in W/m^2 for unit radiance; the closed forms behind the scenes above and
-// the tests of gradients.
+// Irradiance of direct light at a point with unit normal, in W/m^2 for unit radiance; the closed forms behind the scenes above
+// and the tests of gradients.
 double polygon_irradiance(const dvec3& point, const dvec3& normal, const std::vector<dvec3>& corners);  // all above the horizon
-double sphere_irradiance(const dvec3& point, const dvec3& normal, const dvec3& centre, double radius);   // all above the horizon
+double sphere_irradiance(const dvec3& point, const dvec3& normal, const dvec3& centre, double radius);  // all above the horizon
 double disc_irradiance(double distance, double offset, double radius);  // parallel disc, lateral offset of its centre
 
 }  // namespace etendue

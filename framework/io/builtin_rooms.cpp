@@ -36,7 +36,8 @@ float noise(const vec3& p) {
   const vec3 cell = glm::floor(p), f = p - cell, s = f * f * (3.0f - 2.0f * f);
   const auto corner = [&](int dx, int dy, int dz) {
     const auto i = [](float c, int d) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(c) + d); };
-    std::uint64_t h = i(cell.x, dx) * 0x9e3779b97f4a7c15ull ^ i(cell.y, dy) * 0xc2b2ae3d27d4eb4full ^ i(cell.z, dz) * 0x165667b19e3779f9ull;
+    std::uint64_t h =
+        i(cell.x, dx) * 0x9e3779b97f4a7c15ull ^ i(cell.y, dy) * 0xc2b2ae3d27d4eb4full ^ i(cell.z, dz) * 0x165667b19e3779f9ull;
     h ^= h >> 29;
     h *= 0xbf58476d1ce4e5b9ull;
     return static_cast<float>(h >> 40) * 0x1p-24f;
@@ -50,7 +51,8 @@ MeshData rough_ball(const vec3& centre, float radius, std::uint32_t columns, std
   MeshData mesh;
   const auto point = [&](const vec3& direction) {
     float height = 0, amplitude = 0.5f, frequency = 2;
-    for (int octave = 0; octave < 5; ++octave, amplitude *= 0.5f, frequency *= 2.03f) height += amplitude * noise(direction * frequency + 17.0f);
+    for (int octave = 0; octave < 5; ++octave, amplitude *= 0.5f, frequency *= 2.03f)
+      height += amplitude * noise(direction * frequency + 17.0f);
     return centre + radius * (0.7f + 0.5f * height) * direction;
   };
   mesh.positions.push_back(point({0, 1, 0}));
@@ -159,7 +161,8 @@ Scene make_veach_mis() {
   const Rgb gold_eta(0.143f, 0.375f, 1.442f), gold_k(3.983f, 2.386f, 1.603f);
   const struct {
     float height, depth, slope, alpha;
-  } plates[] = {{-2.71f, 0.33f, 35, 0.005f}, {-3.29f, 1.56f, 25.6f, 0.02f}, {-3.77f, 3.06f, 18.3f, 0.05f}, {-4.07f, 4.9f, 11.9f, 0.1f}};
+  } plates[] = {
+      {-2.71f, 0.33f, 35, 0.005f}, {-3.29f, 1.56f, 25.6f, 0.02f}, {-3.77f, 3.06f, 18.3f, 0.05f}, {-4.07f, 4.9f, 11.9f, 0.1f}};
   for (const auto& p : plates) {
     const Transform t = Transform::translate({0, p.height + 0.35f, p.depth}) * Transform::rotate(p.slope * pi / 180, {1, 0, 0});
     b.mesh(transformed(box({-4, -0.03f, -0.62f}, {4, 0.03f, 0.62f}), t),
@@ -169,7 +172,10 @@ Scene make_veach_mis() {
   const struct {
     float x, radius;
     Rgb colour;
-  } lights[] = {{-3.75f, 0.03333f, {1, 0.45f, 0.35f}}, {-1.25f, 0.1f, {1, 0.9f, 0.4f}}, {1.25f, 0.3f, {0.45f, 1, 0.5f}}, {3.75f, 0.9f, {0.4f, 0.55f, 1}}};
+  } lights[] = {{-3.75f, 0.03333f, {1, 0.45f, 0.35f}},
+                {-1.25f, 0.1f, {1, 0.9f, 0.4f}},
+                {1.25f, 0.3f, {0.45f, 1, 0.5f}},
+                {3.75f, 0.9f, {0.4f, 0.55f, 1}}};
   for (const auto& l : lights) b.quadric(Sphere{{l.x, 0.5f, 0}, l.radius}, dark, l.colour * (0.9f / (l.radius * l.radius)));
   b.light(PointLight{{0, 10, 10}, Rgb(60)});
   b.camera({0, 2, 15}, {0, -1.6f, 2.5f}, 28, {256, 170});

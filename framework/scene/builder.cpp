@@ -76,7 +76,10 @@ void SceneBuilder::closed_form(std::string source, std::function<dvec3(const Ray
 Scene SceneBuilder::finish() {
   Object& world = scene_.objects[0];
   for (const PendingQuadric& q : quadrics_) {
-    const Shape shape{.first_primitive = world.geometry.primitive_count(), .primitive_count = 1, .material = q.material, .flip_normal = q.inward};
+    const Shape shape{.first_primitive = world.geometry.primitive_count(),
+                      .primitive_count = 1,
+                      .material = q.material,
+                      .flip_normal = q.inward};
     world.geometry.quadrics.push_back(q.quadric);
     if (q.emitted) emissions_.push_back({static_cast<std::uint32_t>(world.shapes.size()), *q.emitted, false});
     world.shapes.push_back(shape);

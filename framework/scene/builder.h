@@ -28,7 +28,8 @@ class SceneBuilder {
   std::uint32_t material(Material material);
   void mesh(const MeshData& mesh, std::uint32_t material, const std::optional<Rgb>& emitted = std::nullopt);
   // `inward`: the normal points to the inside.
-  void quadric(const Quadric& quadric, std::uint32_t material, const std::optional<Rgb>& emitted = std::nullopt, bool inward = false);
+  void quadric(const Quadric& quadric, std::uint32_t material, const std::optional<Rgb>& emitted = std::nullopt,
+               bool inward = false);
   void plane(const InfinitePlane& plane) { scene_.planes.push_back(plane); }
   void light(Light light) { scene_.lights.push_back(std::move(light)); }
   void camera(const vec3& eye, const vec3& target, float fov_degrees, ivec2 resolution, const vec3& up = {0, 1, 0});

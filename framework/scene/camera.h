@@ -10,10 +10,10 @@
 namespace etendue {
 
 struct Camera {
-  Transform to_world;         // camera space looks along +z, +y up, +x to the right of the image
-  float fov = 0.785398f;      // radians, across the shorter side of the image
-  float lens_radius = 0;      // metres; 0: pinhole
-  float focal_distance = 1;   // metres, to the plane in focus
+  Transform to_world;        // camera space looks along +z, +y up, +x to the right of the image
+  float fov = 0.785398f;     // radians, across the shorter side of the image
+  float lens_radius = 0;     // metres; 0: pinhole
+  float focal_distance = 1;  // metres, to the plane in focus
 
   // The ray through a point of the film in pixels ((0,0) is the top-left corner); `lens` in [0,1)^2. Direction unit.
   Ray ray(ivec2 resolution, const vec2& film, const vec2& lens) const;
@@ -21,9 +21,9 @@ struct Camera {
   // A point seen from the lens, for light tracing: where it falls on the film and what a unit of radiance leaving it towards
   // the lens, over its area, adds to that pixel's mean. Empty when it is behind the camera or outside the film.
   struct Connection {
-    vec3 lens_point;    // world
-    vec2 film;          // pixels
-    float importance;   // 1 / (pixel area at distance 1 * cos^3 * distance^2): multiplies f cos(at the point)
+    vec3 lens_point;   // world
+    vec2 film;         // pixels
+    float importance;  // 1 / (pixel area at distance 1 * cos^3 * distance^2): multiplies f cos(at the point)
   };
   std::optional<Connection> connect(ivec2 resolution, const vec3& position, const vec2& lens) const;
 

@@ -66,7 +66,8 @@ struct IntersectQuadric {
     if (distance > radius || distance < inner_radius) return false;
     const Frame frame = Frame::from_normal(normal);
     const float along = (radius - distance) / std::max(radius - inner_radius, std::numeric_limits<float>::min());
-    return accept(t, {azimuth_to_unit(glm::dot(p, frame.bitangent), glm::dot(p, frame.tangent)), glm::mix(v_begin, v_end, along)});
+    return accept(t,
+                  {azimuth_to_unit(glm::dot(p, frame.bitangent), glm::dot(p, frame.tangent)), glm::mix(v_begin, v_end, along)});
   }
 
   // The tube, then the caps: v is the height in [0, 1]; caps lie at v = 0 and v = 1 exactly.

@@ -101,10 +101,10 @@ struct SlabRay {
 
 // Branch-free slab test ([Williams2005], [Ize2013]): entry distance, or infinity when the box is missed.
 //
-// Rule for a ray parallel to a slab: outside it one product is the infinity that misses; inside, both are infinities that do not
-// restrict; on a face 0 * infinity is NaN, and the comparisons are ordered so that a NaN restricts nothing: faces belong to the
-// box. The far distance is padded by 4 epsilon, above the 2 gamma(3) by which rounding can part near from far, so that no box
-// is lost whose content is hit.
+// Rule for a ray parallel to a slab: outside it one product is the infinity that misses; inside, both are infinities that do
+// not restrict; on a face 0 * infinity is NaN, and the comparisons are ordered so that a NaN restricts nothing: faces belong to
+// the box. The far distance is padded by 4 epsilon, above the 2 gamma(3) by which rounding can part near from far, so that no
+// box is lost whose content is hit.
 inline float slab_entry(const SlabRay& ray, const vec3& lower, const vec3& upper, float t_min, float t_max) {
   constexpr float pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
   float near = t_min, far = t_max;

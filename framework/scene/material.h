@@ -29,8 +29,9 @@ struct Dielectric {
   Rgb reflect_tint{1}, transmit_tint{1};
 };
 
-// A diffuse base under a smooth or rough dielectric coat [pbrt-v4's coateddiffuse in spirit: here the base sees the coat's
-// Fresnel transmission both ways, with internal reflection summed as a geometric series, after Kulla and Conty 2017].
+// A diffuse base under a smooth or rough dielectric coat: the base is lit and seen through the coat's Fresnel transmission,
+// with the light reflected back inside summed as a geometric series. Lossless for albedo 1 when smooth; a rough coat keeps the
+// smooth one's transmission. (pbrt-v4's coateddiffuse walks the layers at random instead.)
 struct Plastic {
   TexturedRgb reflectance{Rgb(0.5f)};
   float eta = 1.5f;

@@ -35,7 +35,8 @@ class Reaches {
   template <class Predicate>
   bool any_corner(const Predicate& predicate) const {
     for (int i = 0; i < 8; ++i)
-      if (predicate(vec3(i & 1 ? box_.upper.x : box_.lower.x, i & 2 ? box_.upper.y : box_.lower.y, i & 4 ? box_.upper.z : box_.lower.z)))
+      if (predicate(vec3(i & 1 ? box_.upper.x : box_.lower.x, i & 2 ? box_.upper.y : box_.lower.y,
+                         i & 4 ? box_.upper.z : box_.lower.z)))
         return true;
     return false;
   }
@@ -94,7 +95,8 @@ std::vector<SceneNeeds::Line> SceneNeeds::lines(const Scene& scene) const {
   std::size_t quadric_count = 0;
   for (const Object& object : scene.objects) quadric_count += object.geometry.quadrics.size();
   return {
-      {"caustic photon map", caustic_map, caustic_map ? "a specular surface that light can reach" : "no specular surface that light can reach"},
+      {"caustic photon map", caustic_map,
+       caustic_map ? "a specular surface that light can reach" : "no specular surface that light can reach"},
       {"two-level structure", two_levels, count(scene.instances.size() - 1, "instance")},
       {"quadric leaf", quadrics, count(quadric_count, "quadric")},
       {"plane test", planes, count(scene.planes.size(), "infinite plane")},

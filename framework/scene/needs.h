@@ -9,16 +9,16 @@
 namespace etendue {
 
 struct SceneNeeds {
-  bool caustic_map = false;       // a surface with a delta lobe that light can reach
-  bool two_levels = false;        // instances
-  bool quadrics = false;          // a leaf that tests more than triangles
+  bool caustic_map = false;  // a surface with a delta lobe that light can reach
+  bool two_levels = false;   // instances
+  bool quadrics = false;     // a leaf that tests more than triangles
   bool planes = false;
-  bool light_choice = false;      // more than one light
+  bool light_choice = false;  // more than one light
   bool textures = false;
   bool shading_normals = false;
   bool environment = false;
   bool thin_lens = false;
-  bool glossy = false;            // a non-delta lobe that is not diffuse
+  bool glossy = false;  // a non-delta lobe that is not diffuse
 
   struct Line {
     std::string what;

@@ -112,7 +112,8 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
   }
   if (!in_world) {
     const Transform& t = instance.to_world;
-    s = {t.point(s.position), glm::normalize(t.normal(s.normal)), glm::normalize(t.normal(s.shading_normal)), t.vector(s.tangent), s.uv};
+    s = {t.point(s.position), glm::normalize(t.normal(s.normal)), glm::normalize(t.normal(s.shading_normal)),
+         t.vector(s.tangent), s.uv};
   }
   return {s.position, s.normal, s.shading_normal, s.tangent, s.uv, shape.material, light_of(shape, hit)};
 }
@@ -131,8 +132,7 @@ void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
       CHECK(!shape.has_uvs || object.uvs.size() == g.positions.size());
     }
     CHECK_EQ(next, g.primitive_count());
-    for (const uvec3& t : g.triangles)
-      CHECK(t.x < g.positions.size() && t.y < g.positions.size() && t.z < g.positions.size());
+    for (const uvec3& t : g.triangles) CHECK(t.x < g.positions.size() && t.y < g.positions.size() && t.z < g.positions.size());
     if (object.shapes.size() < 2) continue;
     object.shape_of.resize(g.primitive_count());
     for (std::uint32_t s = 0; s < object.shapes.size(); ++s)

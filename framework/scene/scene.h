@@ -28,9 +28,9 @@ struct Shape {
 
 struct Object {
   Geometry geometry;
-  std::vector<vec3> normals;  // per vertex, or empty when no shape has them
-  std::vector<vec2> uvs;      // likewise
-  std::vector<Shape> shapes;  // in order of first_primitive, covering all primitives
+  std::vector<vec3> normals;            // per vertex, or empty when no shape has them
+  std::vector<vec2> uvs;                // likewise
+  std::vector<Shape> shapes;            // in order of first_primitive, covering all primitives
   std::vector<std::uint32_t> shape_of;  // per primitive; empty when there is one shape
 
   const Shape& shape(std::uint32_t primitive) const { return shapes[shape_of.empty() ? 0 : shape_of[primitive]]; }
@@ -68,22 +68,22 @@ struct ClosedForm {
 
 struct Scene {
   std::string name;
-  std::vector<Object> objects{1};                       // 0: the world's own geometry
-  std::vector<Instance> instances{Instance{}};          // 0: object 0, identity
+  std::vector<Object> objects{1};               // 0: the world's own geometry
+  std::vector<Instance> instances{Instance{}};  // 0: object 0, identity
   std::vector<InfinitePlane> planes;
   std::vector<Material> materials;
   std::vector<Texture> textures;
   std::vector<Light> lights;
   Camera camera;
   ivec2 resolution{256, 256};
-  std::optional<int> max_depth;                         // scattering events, where the file states it
+  std::optional<int> max_depth;  // scattering events, where the file states it
   std::optional<ClosedForm> closed_form;
-  std::vector<std::string> warnings;                    // of the reader: what was skipped, and why
+  std::vector<std::string> warnings;  // of the reader: what was skipped, and why
 
   bool has_instances() const { return instances.size() > 1; }
-  Bounds bounds() const;                                // of everything but planes
-  std::uint64_t triangle_count() const;                 // instances counted each
-  std::uint64_t hash() const;                           // of all that changes an image (XXH3)
+  Bounds bounds() const;                 // of everything but planes
+  std::uint64_t triangle_count() const;  // instances counted each
+  std::uint64_t hash() const;            // of all that changes an image (XXH3)
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const;
 };
 

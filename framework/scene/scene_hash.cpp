@@ -1,9 +1,9 @@
 // Scene::hash: every field that changes an image, written out, so that padding and names do not count.
 #include "framework/scene/scene.h"
 
+#include <xxhash.h>
 #include <memory>
 #include <type_traits>
-#include <xxhash.h>
 
 namespace etendue {
 
@@ -23,7 +23,9 @@ class Hasher {
     add(static_cast<std::uint64_t>(values.size()));
     add_bytes(values.data(), values.size() * sizeof(T));
   }
-  void add_transform(const Transform& t) { add(t.point(vec3(0)), t.vector({1, 0, 0}), t.vector({0, 1, 0}), t.vector({0, 0, 1})); }
+  void add_transform(const Transform& t) {
+    add(t.point(vec3(0)), t.vector({1, 0, 0}), t.vector({0, 1, 0}), t.vector({0, 0, 1}));
+  }
   std::uint64_t digest() const { return XXH3_64bits_digest(state_.get()); }
 
   void operator()(const Sphere& s) { add(s.centre, s.radius); }

@@ -67,7 +67,8 @@ Bounds Transform::bounds(const Bounds& b) const {
   Bounds result;
   if (b.empty()) return result;
   for (int corner = 0; corner < 8; ++corner)
-    result.extend(point({corner & 1 ? b.upper.x : b.lower.x, corner & 2 ? b.upper.y : b.lower.y, corner & 4 ? b.upper.z : b.lower.z}));
+    result.extend(
+        point({corner & 1 ? b.upper.x : b.lower.x, corner & 2 ? b.upper.y : b.lower.y, corner & 4 ? b.upper.z : b.lower.z}));
   return result;
 }
 

@@ -14,7 +14,7 @@ class Transform {
   // Throws nothing; a singular matrix gives no value.
   static std::optional<Transform> from_matrix(const mat4& m);
   static Transform translate(const vec3& offset);
-  static Transform scale(const vec3& factors);                      // no factor may be zero (CHECK)
+  static Transform scale(const vec3& factors);  // no factor may be zero (CHECK)
   static Transform rotate(float radians, const vec3& axis);
   // Camera to world: looks along +z, y up, x to the right in a left-handed frame, as pbrt does.
   static std::optional<Transform> look_at(const vec3& eye, const vec3& target, const vec3& up);

@@ -43,7 +43,8 @@ struct SampleQuadric {
     }
     pick = (pick - tube) / caps;
     const bool top = pick < 0.5f;
-    return (*this)(Disk{c.base + (top ? c.length : 0.0f) * c.axis, c.radius, top ? c.axis : -c.axis}, {2 * pick - (top ? 0.0f : 1.0f), u.y});
+    return (*this)(Disk{c.base + (top ? c.length : 0.0f) * c.axis, c.radius, top ? c.axis : -c.axis},
+                   {2 * pick - (top ? 0.0f : 1.0f), u.y});
   }
 
  private:
@@ -102,7 +103,8 @@ AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const
   return {wi, distance, distance2 / (std::abs(cosine) * p.area)};
 }
 
-float area_pdf_towards(const Scene& scene, const AreaLight& light, const vec3& position, const vec3& wi, const SurfacePoint& point) {
+float area_pdf_towards(const Scene& scene, const AreaLight& light, const vec3& position, const vec3& wi,
+                       const SurfacePoint& point) {
   const Geometry& g = scene.objects[0].geometry;
   if (const Sphere* sphere = sphere_of(g, light.primitive)) {
     const float height = cone_height(*sphere, position);

@@ -134,7 +134,8 @@ Rgb Bsdf::evaluate_local(const vec3& wo_in, const vec3& wi_in) const {
       if (smooth_) return base;
       const Ggx ggx(alpha_);
       const vec3 h = glm::normalize(wo + wi);
-      const float coat = fresnel_dielectric(glm::dot(wo, h), eta_) * ggx.density(h) * ggx.masking_shadowing(wo, wi) / (4 * wo.z);
+      const float coat =
+          fresnel_dielectric(glm::dot(wo, h), eta_) * ggx.density(h) * ggx.masking_shadowing(wo, wi) / (4 * wo.z);
       return base + coat;
     }
     case Kind::dielectric: {

@@ -15,11 +15,11 @@ enum class TransportMode : std::uint8_t { radiance, importance };
 
 struct BsdfSample {
   vec3 wi{0};
-  Rgb weight{0};               // f |cos| / pdf; for delta lobes the same with their discrete probability
-  float pdf_solid_angle = 0;   // 0 for delta lobes
+  Rgb weight{0};              // f |cos| / pdf; for delta lobes the same with their discrete probability
+  float pdf_solid_angle = 0;  // 0 for delta lobes
   bool specular = false;
   bool transmitted = false;
-  float eta = 1;               // relative index crossed, for Russian roulette
+  float eta = 1;  // relative index crossed, for Russian roulette
 
   explicit operator bool() const { return !is_black(weight); }
 };
@@ -54,10 +54,10 @@ class Bsdf {
   bool has_specular_, has_non_specular_, smooth_ = false, ideal_ = false;
   vec2 alpha_{0};
   float eta_ = 1;
-  Rgb reflectance_{0};          // diffuse albedo, or tint
+  Rgb reflectance_{0};  // diffuse albedo, or tint
   Rgb transmittance_{1};
   Rgb conductor_eta_{1}, conductor_k_{0};
-  Rgb base_gain_{0};            // plastic: albedo / (eta^2 (1 - albedo F_internal))
+  Rgb base_gain_{0};  // plastic: albedo / (eta^2 (1 - albedo F_internal))
 };
 
 }  // namespace etendue

@@ -9,8 +9,8 @@
 
 namespace etendue {
 
-// How light sampling and BSDF sampling share the work ([Veach1995]): by the power heuristic (beta = 2) or the balance heuristic,
-// or one of them alone. Lights that no ray can hit (point, spot, directional) are sampled in every mode.
+// How light sampling and BSDF sampling share the work ([Veach1995]): by the power heuristic (beta = 2) or the balance
+// heuristic, or one of them alone. Lights that no ray can hit (point, spot, directional) are sampled in every mode.
 enum class MisMode : std::uint8_t { power, balance, light, bsdf };
 
 MisMode parse_mis(const std::string& name);  // of a checked parameter
@@ -28,8 +28,8 @@ inline float emission_weight(MisMode mode, float pdf_bsdf, float pdf_light) {
   return mis_weight(mode, pdf_bsdf, pdf_light);
 }
 
-// Radiance that one light sample sends through `point` towards wo, with its MIS weight. With MisMode::light it is the whole direct
-// light. Draws a 1-D and a 2-D number whatever happens.
+// Radiance that one light sample sends through `point` towards wo, with its MIS weight. With MisMode::light it is the whole
+// direct light. Draws a 1-D and a 2-D number whatever happens.
 Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,
                  MisMode mode);
 

@@ -20,7 +20,7 @@ inline float fresnel_dielectric(float cos_in, float eta, float* cos_transmitted 
   return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-// Unpolarised reflectance of a conductor with complex index eta + i k, per channel ([Lazanyi2005] gives the exact form used).
+// Unpolarised reflectance of a conductor with complex index eta + i k, per channel ([BornWolf1999] 14.4).
 inline Rgb fresnel_conductor(float cos_in, const Rgb& eta, const Rgb& k) {
   const float c2 = cos_in * cos_in, s2 = 1 - c2;
   Rgb reflectance;
@@ -37,8 +37,8 @@ inline Rgb fresnel_conductor(float cos_in, const Rgb& eta, const Rgb& k) {
   return reflectance;
 }
 
-// Hemispherical average of fresnel_dielectric over cosine-weighted directions arriving from outside, eta > 1: the closed form of
-// [Duntley1942].
+// Hemispherical average of fresnel_dielectric over cosine-weighted directions arriving from outside, eta > 1: the closed form
+// of [Duntley1942].
 inline float fresnel_average(float eta) {
   const double n = eta;
   if (n < 1.001) return 0;

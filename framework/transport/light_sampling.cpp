@@ -46,7 +46,8 @@ struct LuminousPower {
     double sum = 0, weight = 0;
     for (int y = 0; y < l.size.y; ++y) {
       const double sine = std::sin(pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(l.size.y));
-      for (int x = 0; x < l.size.x; ++x) sum += sine * luminance(l.texels[static_cast<std::size_t>(y) * l.size.x + x] * l.scale);
+      for (int x = 0; x < l.size.x; ++x)
+        sum += sine * luminance(l.texels[static_cast<std::size_t>(y) * l.size.x + x] * l.scale);
       weight += sine * l.size.x;
     }
     return static_cast<float>(sum / weight) * 4 * pi * pi * radius * radius;
@@ -196,7 +197,8 @@ std::optional<LightSample> LightSampler::sample(const vec3& position, float u_li
 
 float LightSampler::pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const {
   if (empty() || point.light == no_id) return 0;
-  return probability_[point.light] * area_pdf_towards(scene_, std::get<AreaLight>(scene_.lights[point.light]), position, wi, point);
+  return probability_[point.light] *
+         area_pdf_towards(scene_, std::get<AreaLight>(scene_.lights[point.light]), position, wi, point);
 }
 
 // All environments together: their radiances add, and so do the densities that find a direction.
@@ -255,7 +257,8 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
   }
   if (const auto* l = std::get_if<PointLight>(&light)) {
     const vec3 direction = sample_unit_sphere(u_direction);
-    return LightRay{{.origin = l->position, .direction = direction}, direction, l->intensity * (4 * pi / chosen), id, true, false};
+    return LightRay{
+        {.origin = l->position, .direction = direction}, direction, l->intensity * (4 * pi / chosen), id, true, false};
   }
   if (const auto* l = std::get_if<SpotLight>(&light)) {
     const vec3 direction = Frame::from_normal(l->direction).to_world(sample_cone(u_direction, l->cos_outer));
@@ -294,7 +297,8 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
   const vec2 disk = scene_radius_ * sample_unit_disk(u_position);
   const Frame frame = Frame::from_normal(direction);
   const vec3 origin = scene_centre_ + disk.x * frame.tangent + disk.y * frame.bitangent - 1.01f * scene_radius_ * direction;
-  return LightRay{{.origin = origin, .direction = direction}, direction, irradiance * (pi * square(scene_radius_)), id, false, delta};
+  return LightRay{
+      {.origin = origin, .direction = direction}, direction, irradiance * (pi * square(scene_radius_)), id, false, delta};
 }
 
 }  // namespace etendue

@@ -15,16 +15,16 @@ struct LightSample {
   vec3 wi;                // unit
   float distance;         // to the light's point; infinity for directions from infinity
   Rgb radiance;           // unoccluded; the estimator is f cos radiance / pdf_solid_angle
-  float pdf_solid_angle;  // includes the light's selection probability; for delta lights that probability alone, `radiance` being
-                          // then intensity / distance^2 (or irradiance)
+  float pdf_solid_angle;  // includes the light's selection probability; for delta lights that probability alone, `radiance`
+                          // being then intensity / distance^2 (or irradiance)
   bool delta;
 };
 
 // A particle leaving a light.
 struct LightRay {
-  Ray ray;           // direction unit, origin offset off the light
-  vec3 normal;       // at an area light; the direction itself otherwise
-  Rgb power;         // emitted radiance cos / (densities): the particle's power in W for one particle in total
+  Ray ray;      // direction unit, origin offset off the light
+  vec3 normal;  // at an area light; the direction itself otherwise
+  Rgb power;    // emitted radiance cos / (densities): the particle's power in W for one particle in total
   std::uint32_t light;
   bool delta_position, delta_direction;
 };
@@ -56,7 +56,7 @@ class LightSampler {
   const ImageDistribution* distribution(std::size_t light) const;
 
   const Scene& scene_;
-  std::vector<float> probability_;       // per light
+  std::vector<float> probability_;  // per light
   std::vector<float> cumulative_;
   std::vector<std::uint32_t> environments_;
   std::vector<ImageDistribution> distributions_;  // parallel to environments_; empty table where constant

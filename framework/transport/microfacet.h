@@ -1,4 +1,5 @@
-// The GGX distribution of normals with Smith's height-correlated masking ([Walter2007], [Heitz2014]), sampled by visible normals
+// The GGX distribution of normals with Smith's height-correlated masking ([Walter2007], [Heitz2014]), sampled by visible
+// normals
 // ([Heitz2018]). Local directions, z along the macroscopic normal; wo.z > 0 and the half vector's z > 0 throughout.
 #pragma once
 

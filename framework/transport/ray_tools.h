@@ -22,7 +22,8 @@ inline Hit trace(const RenderContext& context, const Ray& ray) {
   return context.rays.closest(ray);
 }
 
-// Does light from `distance` away along `wi` arrive at the point? The last 1e-4 of the way is left out: it holds the light itself.
+// Does light from `distance` away along `wi` arrive at the point? The last 1e-4 of the way is left out: it holds the light
+// itself.
 inline bool unoccluded(const RenderContext& context, const SurfacePoint& point, const vec3& wi, float distance) {
   count(Counter::shadow_rays);
   return !context.rays.occluded(spawn_ray(point, wi, std::isinf(distance) ? infinity : distance * (1 - 1e-4f)));
