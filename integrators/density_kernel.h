@@ -1,0 +1,45 @@
+// Kernels of photon density estimation, all normalised: over the disc of radius r each integrates to one.
+//
+// The Gaussian is Jensen's filter ([Jensen2001], alpha = 0.918 and beta = 1.953) divided by its mean over the disc. As
+// printed it integrates to 0.531, so that an image made with it is about half as bright as it should be.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <string>
+
+namespace etendue {
+
+enum class Kernel : std::uint8_t { box, cone, epanechnikov, gaussian };
+
+inline constexpr const char* kernel_names[] = {"box", "cone", "epanechnikov", "gaussian"};
+
+inline Kernel kernel_from_name(const std::string& name) {
+  return name == "cone"           ? Kernel::cone
+         : name == "epanechnikov" ? Kernel::epanechnikov
+         : name == "gaussian"     ? Kernel::gaussian
+                                  : Kernel::box;
+}
+
+namespace detail {
+inline constexpr float gaussian_beta = 1.953f;
+inline constexpr float gaussian_end = 0.858152f;   // 1 - exp(-beta)
+inline constexpr float gaussian_mean = 0.578600f;  // of 1 - (1 - exp(-beta x / 2)) / gaussian_end over x in [0, 1]
+}  // namespace detail
+
+// The kernel times pi r^2, at x = (distance / r)^2 in [0, 1]: its mean over x is one.
+inline float kernel_shape(Kernel kernel, float x) {
+  switch (kernel) {
+    case Kernel::box:
+      return 1;
+    case Kernel::cone:
+      return 3 * (1 - std::sqrt(x));
+    case Kernel::epanechnikov:
+      return 2 * (1 - x);
+    case Kernel::gaussian:
+      return (1 - (1 - std::exp(-0.5f * detail::gaussian_beta * x)) / detail::gaussian_end) / detail::gaussian_mean;
+  }
+  return 0;
+}
+
+}  // namespace etendue

@@ -1,0 +1,19 @@
+// Light that a path meets by itself, weighed against light sampling at the vertex before.
+#pragma once
+
+#include "framework/transport/direct_light.h"
+
+namespace etendue {
+
+// Radiance along `ray` from its hit `point`, or from infinity where that is null. `pdf_bsdf` is the density the ray was sampled
+// with at `origin`; 0 for the camera and for delta lobes, which light sampling cannot find.
+inline Rgb met_emission(const RenderContext& context, const Ray& ray, const SurfacePoint* point, const vec3& origin,
+                        float pdf_bsdf) {
+  const Rgb emitted = point ? context.lights.emitted(*point, -ray.direction) : context.lights.environment(ray.direction);
+  if (is_black(emitted) || pdf_bsdf == 0) return emitted;
+  const float pdf_light =
+      point ? context.lights.pdf(origin, ray.direction, *point) : context.lights.environment_pdf(ray.direction);
+  return emitted * emission_weight(MisMode::power, pdf_bsdf, pdf_light);
+}
+
+}  // namespace etendue

@@ -1,0 +1,184 @@
+#include "integrators/photon_map.h"
+
+#include "framework/core/parallel.h"
+#include "framework/transport/ray_tools.h"
+#include "integrators/emission.h"
+#include "integrators/path.h"
+#include "integrators/photon_gather.h"
+
+namespace etendue {
+
+namespace {
+
+constexpr int roulette_depth = 5;
+
+// What one camera sample carries along.
+struct CameraSample {
+  std::uint64_t pixel;
+  std::uint32_t iteration;
+  Sampler sampler;
+};
+
+class PhotonMapping final : public Integrator {
+ public:
+  explicit PhotonMapping(const PhotonMapParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {
+    if (params.k == 1) throw Error("photon-map: k = 1: expected 0 (fixed radius) or at least 2");
+  }
+
+  void prepare(RenderContext& context) override;
+  void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
+  Expectation expectation() const override;
+
+ private:
+  void trace_maps(RenderContext& context, std::uint32_t pass);
+  Rgb camera_radiance(const RenderContext& context, Ray ray, CameraSample& sample) const;
+  Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
+                CameraSample& sample) const;
+  Rgb gather_ray(const RenderContext& context, Ray ray, int depth, Sampler& sampler) const;
+
+  PhotonMapParams params_;
+  SamplerKind sampler_;
+  int max_depth_ = 0;
+  bool separate_caustics_ = false;
+  PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
+  std::unique_ptr<Receivers> receivers_;
+  PhotonMap global_, caustic_;
+};
+
+void PhotonMapping::prepare(RenderContext& context) {
+  max_depth_ = context.max_depth(params_.max_depth);
+  receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below);
+  separate_caustics_ = params_.caustic_map == "on" ||
+                       (params_.caustic_map == "auto" && (context.needs.caustic_map || receivers_->narrow_lobes()));
+  global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
+  trace_maps(context, 0);
+}
+
+void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {
+  const GatherOptions options{params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test};
+  const auto make = [&](PhotonMap& map, int count, std::uint64_t key, int max_scatterings, PhotonHistory keep) {
+    Photons photons;
+    {
+      const auto timed = context.phases.measure("emit");
+      photons = trace_photons(context, *receivers_,
+                              {static_cast<std::uint32_t>(count), hash_keys(key, pass), max_scatterings, keep, sampler_});
+    }
+    const auto timed = context.phases.measure("build");
+    map.build(std::move(photons), context.make_points(params_.structure), options);
+  };
+  // The event at which a photon is gathered counts too, and so does the one at the visible point before a gather ray.
+  const bool gathers = params_.final_gather > 0;
+  make(global_, params_.photons, 0, max_depth_ - (gathers && separate_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_);
+  if (separate_caustics_) make(caustic_, params_.caustic_photons, 1, max_depth_ - 1, photon_caustic);
+}
+
+void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film& film) {
+  if (params_.retrace && index > 0) trace_maps(context, index);
+  const auto timed = context.phases.measure("gather");
+  parallel_pixels(context.resolution, [&](ivec2 pixel) {
+    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+    CameraSample sample{key, index, Sampler(sampler_, context.seed, Stream::camera, key, index)};
+    const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
+    film.add(pixel, camera_radiance(context, ray, sample), index);
+  });
+}
+
+Rgb PhotonMapping::camera_radiance(const RenderContext& context, Ray ray, CameraSample& sample) const {
+  Rgb radiance(0), throughput(1);
+  float eta_scale = 1;
+  BsdfSample last;
+  vec3 origin = ray.origin;
+  for (int depth = 0;; ++depth) {
+    const Hit hit = trace(context, ray);
+    if (!hit) return radiance + throughput * met_emission(context, ray, nullptr, origin, last.pdf_solid_angle);
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    radiance += throughput * met_emission(context, ray, &point, origin, last.pdf_solid_angle);
+    if (depth >= max_depth_) return radiance;
+
+    const vec3 wo = -ray.direction;
+    const Bsdf bsdf(context.scene, point);
+    const bool receiver = (*receivers_)(point.material);
+    if (receiver) radiance += throughput * reflected(context, point, bsdf, wo, depth, sample);
+    if (receiver && !bsdf.has_specular()) return radiance;
+    if (!receiver) radiance += throughput * direct_light(context, point, bsdf, wo, sample.sampler, MisMode::power);
+
+    const float u_lobe = sample.sampler.get_1d();
+    last = bsdf.sample(wo, u_lobe, sample.sampler.get_2d());
+    if (!last || (receiver && !last.specular)) return radiance;
+    throughput *= last.weight;
+    if (last.transmitted) eta_scale *= last.eta * last.eta;
+    origin = point.position;
+    ray = spawn_ray(point, last.wi);
+    if (depth + 1 >= roulette_depth) {
+      const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
+      if (!(sample.sampler.get_1d() < survival)) return radiance;
+      throughput /= survival;
+    }
+  }
+}
+
+// What a receiver reflects by events that diffuse, seen by a camera path with `depth` events before this one.
+Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                             int depth, CameraSample& sample) const {
+  const int remaining = max_depth_ - depth - 1;
+  Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light);
+  if (separate_caustics_) radiance += caustic_.radiance(point, bsdf, wo, photon_caustic, remaining);
+  if (params_.final_gather == 0) return radiance + global_.radiance(point, bsdf, wo, global_seen_, remaining);
+  if (!separate_caustics_) radiance += global_.radiance(point, bsdf, wo, photon_caustic, remaining);
+  if (remaining < 1) return radiance;
+
+  // Ray j of iteration i is point i * rays + j of one sequence, so that the rays stratify each other, within and over
+  // iterations.
+  Rgb sum(0);
+  const auto rays = static_cast<std::uint32_t>(params_.final_gather);
+  for (std::uint32_t j = 0; j < rays; ++j) {
+    Sampler sampler(sampler_, context.seed, Stream::gather, hash_keys(sample.pixel, depth), sample.iteration * rays + j);
+    const float u_lobe = bsdf.is_diffuse() ? 0 : sampler.get_1d();
+    const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
+    if (!scattered || scattered.specular) continue;
+    sum += scattered.weight * gather_ray(context, spawn_ray(point, scattered.wi), depth + 1, sampler);
+  }
+  return radiance + sum / static_cast<float>(rays);
+}
+
+// Photons seen along a ray from a receiver, through whatever carries.
+Rgb PhotonMapping::gather_ray(const RenderContext& context, Ray ray, int depth, Sampler& sampler) const {
+  Rgb radiance(0), throughput(1);
+  float eta_scale = 1;
+  for (; depth < max_depth_; ++depth) {
+    const Hit hit = trace(context, ray);
+    if (!hit) break;
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    const Bsdf bsdf(context.scene, point);
+    const bool receiver = (*receivers_)(point.material);
+    if (receiver) radiance += throughput * global_.radiance(point, bsdf, -ray.direction, photon_any, max_depth_ - depth - 1);
+    if (receiver && !bsdf.has_specular()) break;
+
+    const float u_lobe = sampler.get_1d();
+    const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
+    if (!scattered || (receiver && !scattered.specular)) break;
+    throughput *= scattered.weight;
+    if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
+    ray = spawn_ray(point, scattered.wi);
+    const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
+    if (!(sampler.get_1d() < survival)) break;
+    throughput /= survival;
+  }
+  return radiance;
+}
+
+Expectation PhotonMapping::expectation() const {
+  return {Bias::biased, -1, 0.05,
+          params_.retrace ? "blur by the kernel's radius and loss at edges [Jensen2001]; the maps' variance averages out"
+                          : "blur by the kernel's radius, loss at edges, and the one map's own noise [Jensen2001]"};
+}
+
+}  // namespace
+
+IntegratorEntry photon_map_entry() {
+  return {"photon-map", "photon mapping with a caustic map where one is needed, and optional final gathering",
+          list_params<PhotonMapParams>(),
+          [](const ParamMap& map) { return std::make_unique<PhotonMapping>(read_params<PhotonMapParams>(map, "photon-map")); }};
+}
+
+}  // namespace etendue

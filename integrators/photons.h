@@ -1,0 +1,82 @@
+// Photons: emitted by the lights, traced through the scene, stored where surfaces receive them ([Jensen1996]).
+//
+// A scattering event either *carries* light on or *diffuses* it. Delta lobes carry, and so do lobes narrower than a roughness
+// threshold, whose reflection no density estimate of a few hundred photons could resolve; all else diffuses. A surface with a
+// lobe that diffuses is a *receiver*: photons are stored there, and there alone. By what happened before it landed a photon is
+//
+//   direct    nothing                             L R
+//   caustic   carried only                        L C+ R
+//   indirect  diffused at least once              L (C|R)* R C* R
+//
+// and a map states which of the three it holds, so that nothing is counted twice.
+//
+// Photon i of a pass is a function of (seed, pass, i) alone. Chunks of fixed size are traced in parallel and joined in order,
+// so the arrays are the same, bit for bit, at any number of threads. Russian roulette follows [Jensen2001]: a photon survives
+// with the largest component of its power it would keep, and keeps that component.
+#pragma once
+
+#include "framework/integrator.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace etendue {
+
+// Bits, so that a set of histories is a mask.
+using PhotonHistory = std::uint8_t;
+inline constexpr PhotonHistory photon_direct = 1, photon_caustic = 2, photon_indirect = 4, photon_any = 7;
+
+// The geometric normal of the side a photon came from, in 1/127, and its history.
+struct PhotonSide {
+  std::int8_t x = 0, y = 0, z = 0;
+  PhotonHistory history = 0;
+
+  vec3 normal() const { return vec3(x, y, z) * (1.0f / 127); }
+  bool operator==(const PhotonSide&) const = default;
+};
+
+struct Photons {
+  std::vector<vec3> position;
+  std::vector<Rgb> power;       // W, divided by the number emitted
+  std::vector<vec3> direction;  // unit, to where the photon came from
+  std::vector<PhotonSide> side;
+  std::vector<std::uint16_t> scatterings;  // before it landed; 65535 stands for all above
+
+  std::size_t size() const { return position.size(); }
+  bool empty() const { return position.empty(); }
+  std::uint64_t bytes() const;
+  void add(const vec3& at, const Rgb& watts, const vec3& from, const vec3& normal_from, PhotonHistory history, int events);
+  // Photons order[0], order[1], ...: for locality, see `along_curve`.
+  Photons reordered(std::span<const std::uint32_t> order) const;
+  bool operator==(const Photons&) const = default;
+};
+
+// Ids in the order of a Morton curve through the points' bounds, ties by id.
+std::vector<std::uint32_t> along_curve(std::span<const vec3> points);
+
+// Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe carries.
+class Receivers {
+ public:
+  Receivers(const Scene& scene, float narrow);
+  bool operator()(std::uint32_t material) const { return receives_[material] != 0; }
+  // Is there a rough lobe that carries?
+  bool narrow_lobes() const { return narrow_lobes_; }
+
+ private:
+  std::vector<std::uint8_t> receives_;
+  bool narrow_lobes_ = false;
+};
+
+struct PhotonPass {
+  std::uint32_t count = 0;  // photons to emit
+  std::uint64_t key = 0;    // passes of different keys are independent
+  int max_scatterings = 0;  // at most this many events before landing
+  PhotonHistory keep = photon_any;
+  SamplerKind sampler = SamplerKind::sobol;
+};
+
+// Paths end early once no photon of a kept history can follow.
+Photons trace_photons(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass);
+
+}  // namespace etendue

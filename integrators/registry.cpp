@@ -1,0 +1,25 @@
+#include "integrators/registry.h"
+
+#include "integrators/irradiance_cache.h"
+#include "integrators/light_trace.h"
+#include "integrators/path.h"
+#include "integrators/photon_map.h"
+
+namespace etendue {
+
+std::span<const IntegratorEntry> integrators() {
+  static const std::vector<IntegratorEntry> table = {path_entry(), light_trace_entry(), photon_map_entry(),
+                                                     irradiance_cache_entry()};
+  return table;
+}
+
+const IntegratorEntry& find_integrator(const std::string& name, const Location& where) {
+  std::vector<std::string> names;
+  for (const IntegratorEntry& entry : integrators()) {
+    if (entry.name == name) return entry;
+    names.push_back(entry.name);
+  }
+  throw Error(where, unknown_name("integrator", name, names));
+}
+
+}  // namespace etendue
