@@ -1,0 +1,134 @@
+#include "framework/io/exr.h"
+
+#include "framework/core/check.h"
+#include "framework/core/error.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
+
+#include <unistd.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+namespace etendue {
+
+namespace {
+
+constexpr std::array<const char*, 3> rgb_names{"R", "G", "B"};
+
+std::string channel_names(const Imf::ChannelList& channels) {
+  std::string names;
+  for (auto c = channels.begin(); c != channels.end(); ++c) names += (names.empty() ? "" : ", ") + std::string(c.name());
+  return names.empty() ? "none" : names;
+}
+
+// The channels that make R, G and B: themselves, or Y three times.
+std::array<const char*, 3> find_channels(const Imf::ChannelList& channels) {
+  const bool has_rgb = channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
+  if (!has_rgb && !channels.findChannel("Y"))
+    throw Error("expected channels R, G and B, or Y; found " + channel_names(channels));
+  std::array<const char*, 3> found{"Y", "Y", "Y"};
+  if (has_rgb) found = rgb_names;
+  for (const char* name : found) {
+    const Imf::Channel& channel = channels[name];
+    if (channel.xSampling != 1 || channel.ySampling != 1) throw Error(fmt::format("channel {} is subsampled", name));
+  }
+  return found;
+}
+
+// No allocation on the word of a header that the file cannot keep: a chunk holds at most 256 lines and takes 8 bytes in the
+// table of offsets, and no codec packs float images beyond 1 : 20,000.
+ivec2 checked_size(const Imath::Box2i& window, std::uintmax_t file_bytes) {
+  const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1,
+                     height = std::int64_t{window.max.y} - window.min.y + 1;
+  const bool sensible =
+      width >= 1 && height >= 1 && width <= 65536 && height <= 65536 && width * height <= (std::int64_t{1} << 27);
+  const auto bytes = static_cast<std::int64_t>(file_bytes);
+  if (!sensible || height / 256 * 8 > bytes || width * height > bytes * 20000)
+    throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes));
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+Image read_pixels(const std::string& path, std::map<std::string, std::string>* attributes) {
+  Imf::InputFile file(path.c_str());
+  const Imf::Header& header = file.header();
+  const Imath::Box2i window = header.dataWindow();
+  const ivec2 size = checked_size(window, std::filesystem::file_size(path));
+  const auto names = find_channels(header.channels());
+
+  std::vector<float> planes(static_cast<std::size_t>(size.x) * size.y * 3);
+  Imf::FrameBuffer buffer;
+  constexpr std::size_t x_stride = 3 * sizeof(float);
+  const std::size_t y_stride = x_stride * static_cast<std::size_t>(size.x);
+  const bool grey = std::string_view(names[0]) == "Y";
+  for (int i = 0; i < (grey ? 1 : 3); ++i) {
+    char* base = reinterpret_cast<char*>(planes.data() + i) - static_cast<std::ptrdiff_t>(x_stride) * window.min.x -
+                 static_cast<std::ptrdiff_t>(y_stride) * window.min.y;
+    buffer.insert(names[i], Imf::Slice(Imf::FLOAT, base, x_stride, y_stride));
+  }
+  file.setFrameBuffer(buffer);
+  file.readPixels(window.min.y, window.max.y);
+
+  Image image(size);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const float* p = &planes[3 * i];
+    image.pixels[i] = grey ? dvec3(p[0]) : dvec3(p[0], p[1], p[2]);
+  }
+  if (attributes)
+    for (auto a = header.begin(); a != header.end(); ++a)
+      if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute())) (*attributes)[a.name()] = text->value();
+  return image;
+}
+
+void write_pixels(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes) {
+  std::vector<float> planes;
+  planes.reserve(image.pixels.size() * 3);
+  for (const dvec3& p : image.pixels)
+    for (int c = 0; c < 3; ++c) planes.push_back(static_cast<float>(p[c]));
+  Imf::Header header(image.size.x, image.size.y);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  for (const auto& [name, value] : attributes) header.insert(name, Imf::StringAttribute(value));
+  Imf::FrameBuffer buffer;
+  constexpr std::size_t x_stride = 3 * sizeof(float);
+  for (int c = 0; c < 3; ++c) {
+    header.channels().insert(rgb_names[c], Imf::Channel(Imf::FLOAT));
+    buffer.insert(rgb_names[c], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(planes.data() + c), x_stride,
+                                           x_stride * static_cast<std::size_t>(image.size.x)));
+  }
+  Imf::OutputFile file(path.c_str(), header);
+  file.setFrameBuffer(buffer);
+  file.writePixels(image.size.y);
+}
+
+}  // namespace
+
+void write_exr(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes) {
+  CHECK(image.size.x > 0 && image.size.y > 0);
+  const std::string unfinished = fmt::format("{}.{}.part", path, ::getpid());
+  try {
+    write_pixels(unfinished, image, attributes);
+    std::filesystem::rename(unfinished, path);
+  } catch (const std::exception& e) {
+    std::error_code ignored;
+    std::filesystem::remove(unfinished, ignored);
+    throw Error(fmt::format("cannot write '{}': {}", path, e.what()));
+  }
+}
+
+Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {
+  try {
+    return read_pixels(path, attributes);
+  } catch (const std::exception& e) {
+    throw Error(fmt::format("cannot read '{}' as OpenEXR: {}", path, e.what()));
+  }
+}
+
+}  // namespace etendue

@@ -1,0 +1,133 @@
+#include "framework/io/image_file.h"
+
+#include "framework/core/check.h"
+#include "framework/io/exr.h"
+#include "framework/io/text.h"
+
+// The one place where stb's functions are compiled.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#pragma GCC diagnostic ignored "-Wsign-compare"
+#pragma GCC diagnostic ignored "-Wunused-but-set-variable"
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_MAX_DIMENSIONS 65536
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#define STBI_ONLY_TGA
+#define STBI_ONLY_HDR
+#include <stb/stb_image.h>
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_STATIC
+#include <stb/stb_image_write.h>
+#pragma GCC diagnostic pop
+
+#include <array>
+#include <limits>
+#include <memory>
+
+namespace etendue {
+
+namespace {
+
+// IEC 61966-2-1.
+float srgb_to_linear(float encoded) {
+  return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+template <class Word>
+struct Pixels {
+  std::unique_ptr<Word, void (*)(void*)> words;
+  Pixels(Word* w) : words(w, &stbi_image_free) {
+    if (!w) throw Error(stbi_failure_reason());
+  }
+};
+
+template <class Word>
+void decode(const Word* words, Encoding encoding, std::vector<Rgb>& texels) {
+  constexpr std::size_t levels = std::size_t{std::numeric_limits<Word>::max()} + 1;
+  std::vector<float> table(levels);
+  for (std::size_t i = 0; i < levels; ++i) {
+    const float value = static_cast<float>(i) / static_cast<float>(levels - 1);
+    table[i] = encoding == Encoding::srgb ? srgb_to_linear(value) : value;
+  }
+  for (std::size_t i = 0; i < texels.size(); ++i)
+    texels[i] = {table[words[3 * i]], table[words[3 * i + 1]], table[words[3 * i + 2]]};
+}
+
+// No allocation on the word of a header that the file cannot keep: deflate packs at most 1 : 1032, JPEG of one colour about as
+// far.
+void check_size(int width, int height, std::size_t bytes) {
+  const std::int64_t pixels = std::int64_t{width} * height;
+  if (pixels < 1 || pixels > (std::int64_t{1} << 27) || pixels > static_cast<std::int64_t>(bytes) * 10000)
+    throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes));
+}
+
+RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) throw Error("larger than 2 GiB");
+  const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
+  const int length = static_cast<int>(bytes.size());
+  RgbImage image;
+  int channels = 0;
+  if (!stbi_info_from_memory(data, length, &image.size.x, &image.size.y, &channels))
+    throw Error("neither PNG, JPEG, TGA, HDR nor EXR, or damaged");
+  check_size(image.size.x, image.size.y, bytes.size());
+  image.texels.resize(static_cast<std::size_t>(image.size.x) * image.size.y);
+  int x = 0, y = 0;
+  if (stbi_is_hdr_from_memory(data, length)) {
+    const Pixels<float> pixels = stbi_loadf_from_memory(data, length, &x, &y, &channels, 3);
+    const float* p = pixels.words.get();
+    for (Rgb& texel : image.texels) texel = {p[0], p[1], p[2]}, p += 3;
+  } else if (stbi_is_16_bit_from_memory(data, length)) {
+    const Pixels<stbi_us> pixels = stbi_load_16_from_memory(data, length, &x, &y, &channels, 3);
+    decode(pixels.words.get(), encoding, image.texels);
+  } else {
+    const Pixels<stbi_uc> pixels = stbi_load_from_memory(data, length, &x, &y, &channels, 3);
+    decode(pixels.words.get(), encoding, image.texels);
+  }
+  return image;
+}
+
+RgbImage decode_exr(const std::string& path) {
+  const Image pixels = read_exr(path);
+  RgbImage image{pixels.size, {}};
+  image.texels.reserve(pixels.pixels.size());
+  for (const dvec3& p : pixels.pixels) image.texels.emplace_back(p);
+  return image;
+}
+
+}  // namespace
+
+RgbImage read_image(const std::string& path, Encoding encoding) {
+  const std::string bytes = read_file(path);
+  RgbImage image;
+  if (bytes.starts_with("\x76\x2f\x31\x01")) {
+    image = decode_exr(path);
+  } else {
+    try {
+      image = decode_stb(bytes, encoding);
+    } catch (const Error& e) {
+      throw Error(fmt::format("cannot read '{}' as an image: {}", path, e.what()));
+    }
+  }
+  for (Rgb& texel : image.texels)
+    for (int c = 0; c < 3; ++c)
+      if (!std::isfinite(texel[c])) texel[c] = 0;
+  return image;
+}
+
+std::vector<std::uint8_t> encode_png(const std::uint8_t* rgb, ivec2 size) {
+  CHECK(rgb != nullptr && size.x > 0 && size.y > 0);
+  std::vector<std::uint8_t> bytes;
+  const auto append = [](void* context, void* data, int count) {
+    const auto* begin = static_cast<const std::uint8_t*>(data);
+    static_cast<std::vector<std::uint8_t>*>(context)->insert(static_cast<std::vector<std::uint8_t>*>(context)->end(), begin,
+                                                             begin + count);
+  };
+  CHECK(stbi_write_png_to_func(append, &bytes, size.x, size.y, 3, rgb, 3 * size.x) != 0);
+  return bytes;
+}
+
+}  // namespace etendue

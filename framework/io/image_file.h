@@ -1,0 +1,28 @@
+// Image files as textures and environments read them.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// How the numbers of an image of whole numbers stand for light. Files of floats (HDR, EXR) are linear whatever is asked.
+enum class Encoding : std::uint8_t { srgb, linear };
+
+// Linear RGB, row 0 at the top.
+struct RgbImage {
+  ivec2 size{0};
+  std::vector<Rgb> texels;
+};
+
+// PNG, JPEG, TGA, HDR (8 or 16 bits, or RGBE) and EXR, told apart by their content; alpha is ignored, grey becomes RGB.
+// Non-finite texels become 0. Throws Error.
+RgbImage read_image(const std::string& path, Encoding encoding = Encoding::srgb);
+
+// `rgb`: 3 bytes per pixel, rows from the top. The bytes of a PNG file.
+std::vector<std::uint8_t> encode_png(const std::uint8_t* rgb, ivec2 size);
+
+}  // namespace etendue

@@ -1,0 +1,24 @@
+// A triangle mesh as the mesh readers give it, before it becomes part of a scene.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// `normals` and `uvs` are per vertex, or empty. Indices are valid and positions finite: readers throw otherwise.
+struct TriangleMesh {
+  std::vector<vec3> positions, normals;
+  std::vector<vec2> uvs;
+  std::vector<uvec3> triangles;
+  std::vector<std::string> warnings;  // what was in the file and is not here
+};
+
+// Makes every normal unit. A zero or non-finite one becomes the area-weighted mean of the geometric normals around its vertex,
+// each turned to the side of the usable normals of its face. Where no normal is usable, `normals` becomes empty. Texture
+// coordinates that are not finite become 0.
+void mend_attributes(TriangleMesh& mesh);
+
+}  // namespace etendue

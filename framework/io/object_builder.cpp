@@ -1,0 +1,72 @@
+#include "framework/io/object_builder.h"
+
+#include "framework/core/check.h"
+
+namespace etendue {
+
+namespace {
+
+// Appends the attributes of `count` vertices, or zeros; nothing as long as no mesh had any.
+template <class T>
+void append(std::vector<T>& all, const std::vector<T>& some, std::size_t before, std::size_t count) {
+  if (some.empty() && all.empty()) return;
+  all.resize(before, T(0));
+  all.insert(all.end(), some.begin(), some.end());
+  all.resize(before + count, T(0));
+}
+
+}  // namespace
+
+void ObjectBuilder::add(TriangleMesh mesh, const ShapeLook& look) {
+  Geometry& g = object_.geometry;
+  const std::size_t before = g.positions.size(), count = mesh.positions.size();
+  CHECK_LT(before + count, std::size_t{no_id});
+  Part part{{}, look.glow};
+  part.shape = {.first_primitive = static_cast<std::uint32_t>(g.triangles.size()),
+                .primitive_count = static_cast<std::uint32_t>(mesh.triangles.size()),
+                .material = look.material,
+                .flip_normal = look.flip_normal,
+                .has_normals = !mesh.normals.empty(),
+                .has_uvs = !mesh.uvs.empty()};
+  append(object_.normals, mesh.normals, before, count);
+  append(object_.uvs, mesh.uvs, before, count);
+  if (before == 0) {
+    g.positions = std::move(mesh.positions);
+    g.triangles = std::move(mesh.triangles);
+  } else {
+    g.positions.insert(g.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    g.triangles.reserve(g.triangles.size() + mesh.triangles.size());
+    for (const uvec3& t : mesh.triangles) g.triangles.push_back(t + static_cast<std::uint32_t>(before));
+  }
+  meshes_.push_back(part);
+}
+
+void ObjectBuilder::add(const Quadric& quadric, const ShapeLook& look) {
+  Part part{{}, look.glow};
+  part.shape = {.first_primitive = static_cast<std::uint32_t>(object_.geometry.quadrics.size()),
+                .primitive_count = 1,
+                .material = look.material,
+                .flip_normal = look.flip_normal};
+  object_.geometry.quadrics.push_back(quadric);
+  quadrics_.push_back(part);
+}
+
+Object ObjectBuilder::take(std::vector<Emission>* emissions) {
+  const auto triangles = static_cast<std::uint32_t>(object_.geometry.triangles.size());
+  for (Part& part : quadrics_) {
+    part.shape.first_primitive += triangles;
+    meshes_.push_back(part);
+  }
+  for (const Part& part : meshes_) {
+    if (part.glow) {
+      CHECK(emissions != nullptr);
+      emissions->push_back({static_cast<std::uint32_t>(object_.shapes.size()), part.glow->radiance, part.glow->two_sided});
+    }
+    object_.shapes.push_back(part.shape);
+  }
+  meshes_.clear();
+  quadrics_.clear();
+  return std::exchange(object_, {});
+}
+
+}  // namespace etendue

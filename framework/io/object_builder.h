@@ -1,0 +1,42 @@
+// Collects the shapes of one object in the order they are met and lays them out as an Object: triangles first, then quadrics.
+#pragma once
+
+#include "framework/io/mesh.h"
+#include "framework/scene/scene.h"
+
+#include <optional>
+#include <vector>
+
+namespace etendue {
+
+struct ShapeLook {
+  std::uint32_t material = 0;
+  bool flip_normal = false;
+  struct Glow {
+    Rgb radiance;
+    bool two_sided;
+  };
+  std::optional<Glow> glow;
+};
+
+class ObjectBuilder {
+ public:
+  // The mesh is in the object's space.
+  void add(TriangleMesh mesh, const ShapeLook& look);
+  void add(const Quadric& quadric, const ShapeLook& look);
+
+  bool empty() const { return meshes_.empty() && quadrics_.empty(); }
+  // The object, leaving the builder empty. Emissions name shapes of this object.
+  Object take(std::vector<Emission>* emissions = nullptr);
+
+ private:
+  struct Part {
+    Shape shape;
+    std::optional<ShapeLook::Glow> glow;
+  };
+
+  Object object_;
+  std::vector<Part> meshes_, quadrics_;
+};
+
+}  // namespace etendue

@@ -1,0 +1,204 @@
+// Textures. What is constant becomes a colour as it is read; images and checkerboards are kept for reflectances.
+
+#include "framework/io/image_file.h"
+#include "framework/io/pbrt_reader.h"
+#include "framework/io/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+// The "uv" mapping, the only one.
+struct UvMapping {
+  vec2 scale, offset;
+
+  explicit UvMapping(const PbrtParams& params)
+      : scale(params.number("uscale", 1), params.number("vscale", 1)),
+        offset(params.number("udelta", 0), params.number("vdelta", 0)) {
+    if (const std::string mapping = params.string("mapping", "uv"); mapping != "uv")
+      params.fail("mapping", fmt::format("is '{}'; only uv is supported", mapping));
+  }
+};
+
+Encoding read_encoding(const PbrtParams& params) {
+  const std::string encoding = params.string("encoding", params.boolean("gamma", true) ? "sRGB" : "linear");
+  if (encoding != "sRGB" && encoding != "linear")
+    params.fail("encoding", fmt::format("is '{}'; expected sRGB or linear", encoding));
+  return encoding == "linear" ? Encoding::linear : Encoding::srgb;
+}
+
+struct ScaleTexture {
+  const Rgb& factor;
+
+  Texture operator()(ImageTexture t) const {
+    if (factor.x == factor.y && factor.y == factor.z) {
+      t.gain *= factor.x;
+    } else {
+      for (Rgb& texel : t.texels) texel *= factor;
+    }
+    return t;
+  }
+  Texture operator()(CheckerTexture t) const {
+    t.even *= factor;
+    t.odd *= factor;
+    return t;
+  }
+};
+
+struct LargestValue {
+  float operator()(const ImageTexture& t) const {
+    float largest = 0;
+    for (const Rgb& texel : t.texels) largest = std::max(largest, max_component(texel));
+    return t.gain * largest;
+  }
+  float operator()(const CheckerTexture& t) const { return std::max(max_component(t.even), max_component(t.odd)); }
+};
+
+}  // namespace
+
+void PbrtReader::texture(PbrtLexer& lexer, const Token& token) {
+  const Location where = lexer.where(lexer.peek());
+  const std::string name = expect_string(lexer, "Texture");
+  const Location at_kind = lexer.where(lexer.peek());
+  const std::string kind = expect_string(lexer, "Texture");
+  if (kind != "spectrum" && kind != "color" && kind != "float")
+    throw Error(at_kind, unknown_name("kind of texture", kind, std::vector<std::string>{"spectrum", "float"}));
+  const Location at_type = lexer.where(lexer.peek());
+  const std::string type = expect_string(lexer, "Texture");
+  const PbrtParams params(lexer, titled(token.text, name), at_type);
+  TextureMap& textures = kind == "float" ? float_textures_ : spectrum_textures_;
+  if (textures.contains(name)) throw Error(where, fmt::format("{} texture '{}' is defined twice", kind, name));
+  textures.emplace(name, make_texture(lexer, type, params, textures));
+  params.finish();
+}
+
+PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params,
+                                                  TextureMap& textures) {
+  if (type == "constant") return {constant_operand(params, "value", Rgb(1), textures), {}};
+  if (type == "imagemap") return {image_texture(lexer, params), {}};
+  if (type == "checkerboard") return {checker_texture(params, textures), {}};
+  if (type == "scale") return scaled_texture(params, textures);
+  if (type == "mix") return {mixed_texture(params, textures), {}};
+  throw Error(params.where(),
+              unknown_name("texture", type, std::vector<std::string>{"constant", "imagemap", "checkerboard", "scale", "mix"}));
+}
+
+Texture PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
+  const UvMapping mapping(params);
+  const std::string file = params.string("filename", "");
+  if (file.empty()) params.fail("filename", "is missing");
+  if (const std::string wrap = params.string("wrap", "repeat"); wrap != "repeat")
+    params.fail("wrap", fmt::format("is '{}'; only repeat is supported", wrap));
+  if (params.string("filter", "bilinear") == "point") warn(params.where("filter"), "images are interpolated between texels");
+  params.ignore({"trilinear", "maxanisotropy"});
+  ImageTexture texture{
+      .size = {}, .texels = {}, .uv_scale = mapping.scale, .uv_offset = mapping.offset, .gain = params.number("scale", 1, 0)};
+  try {
+    RgbImage image = read_image(resolve(lexer, file), read_encoding(params));
+    texture.size = image.size;
+    texture.texels = std::move(image.texels);
+  } catch (const Error& e) {
+    throw Error(params.where("filename"), e.what());
+  }
+  if (params.boolean("invert", false)) {
+    for (Rgb& texel : texture.texels) texel = glm::max(Rgb(1) - texture.gain * texel, Rgb(0));
+    texture.gain = 1;
+  }
+  return texture;
+}
+
+Texture PbrtReader::checker_texture(const PbrtParams& params, TextureMap& textures) {
+  if (const int dimension = params.integer("dimension", 2, 2, 3); dimension != 2)
+    params.fail("dimension", "is 3; only 2 is supported");
+  const UvMapping mapping(params);
+  params.ignore({"aamode"});
+  return CheckerTexture{.even = constant_operand(params, "tex1", Rgb(1), textures),
+                        .odd = constant_operand(params, "tex2", Rgb(0), textures),
+                        .uv_scale = mapping.scale,
+                        .uv_offset = mapping.offset};
+}
+
+// Version 3 multiplies tex1 and tex2, version 4 tex and scale.
+PbrtReader::TextureEntry PbrtReader::scaled_texture(const PbrtParams& params, TextureMap& textures) {
+  const bool version4 = params.has("tex") || params.has("scale");
+  const std::string_view names[] = {version4 ? "tex" : "tex1", version4 ? "scale" : "tex2"};
+  auto a = operand(params, names[0], Rgb(1), textures), b = operand(params, names[1], Rgb(1), textures);
+  if (const Rgb* first = std::get_if<Rgb>(&a)) {
+    if (const Rgb* second = std::get_if<Rgb>(&b)) return {*first * *second, {}};
+    std::swap(a, b);
+  }
+  const Rgb* factor = std::get_if<Rgb>(&b);
+  if (!factor) params.fail(names[1], "is not constant, nor is the other: only products with a constant are supported");
+  return {std::visit(ScaleTexture{*factor}, *std::get<const Texture*>(a)), {}};
+}
+
+Rgb PbrtReader::mixed_texture(const PbrtParams& params, TextureMap& textures) {
+  const Rgb a = constant_operand(params, "tex1", Rgb(0), textures), b = constant_operand(params, "tex2", Rgb(1), textures);
+  return glm::mix(a, b, number(params, "amount", 0.5f, 0, 1));
+}
+
+PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std::string_view param, const std::string& name,
+                                                   TextureMap& textures) {
+  const auto found = textures.find(name);
+  if (found != textures.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& [known, entry] : textures) names.push_back(known);
+  throw Error(params.where(param),
+              fmt::format("{}: {}", params.owner(),
+                          unknown_name(&textures == &float_textures_ ? "float texture" : "spectrum texture", name, names)));
+}
+
+std::variant<Rgb, const Texture*> PbrtReader::operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise,
+                                                      TextureMap& textures) {
+  const auto texture = params.texture(name);
+  if (!texture) return params.colour(name, ColourUse::index).value_or(otherwise);
+  const TextureEntry& entry = find_texture(params, name, *texture, textures);
+  if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return *constant;
+  return entry.scene_index ? &scene_.textures[*entry.scene_index] : &std::get<Texture>(entry.value);
+}
+
+Rgb PbrtReader::constant_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures) {
+  const auto value = operand(params, name, otherwise, textures);
+  const Rgb* constant = std::get_if<Rgb>(&value);
+  if (!constant) params.fail(name, "is a texture that varies: only constants are supported here");
+  return *constant;
+}
+
+float PbrtReader::number(const PbrtParams& params, std::string_view name, float otherwise, float low, float high) {
+  if (!params.texture(name)) return params.number(name, otherwise, low, high);
+  const float value = constant_operand(params, name, Rgb(0), float_textures_).x;
+  if (!(value >= low && value <= high)) params.fail(name, fmt::format("is {}; expected {} to {}", value, low, high));
+  return value;
+}
+
+Rgb PbrtReader::colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use) {
+  if (!params.texture(name)) return params.colour(name, use).value_or(otherwise);
+  const Rgb value = constant_operand(params, name, Rgb(0), spectrum_textures_);
+  if (use == ColourUse::reflectance && max_component(value) > 1) params.fail(name, "is a texture above 1; expected 0 to 1");
+  return value;
+}
+
+TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, bool& textured) {
+  const auto texture = params.texture(name);
+  if (!texture) return colour(params, name, otherwise, ColourUse::reflectance);
+  TextureEntry& entry = find_texture(params, name, *texture, spectrum_textures_);
+  if (std::holds_alternative<Rgb>(entry.value)) return colour(params, name, otherwise, ColourUse::reflectance);
+  if (!entry.scene_index) {
+    Texture& value = std::get<Texture>(entry.value);
+    if (std::visit(LargestValue{}, value) > 1.0001f)
+      warn(params.where(name),
+           fmt::format("texture '{}' exceeds 1: the surface reflects more light than it receives", *texture));
+    entry.scene_index = static_cast<std::uint32_t>(scene_.textures.size());
+    scene_.textures.push_back(std::move(value));
+  }
+  textured = true;
+  TexturedRgb result;
+  result.texture = *entry.scene_index;
+  return result;
+}
+
+}  // namespace etendue

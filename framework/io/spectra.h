@@ -1,0 +1,44 @@
+// From spectra to the linear RGB (sRGB primaries, D65 white) that everything else computes with.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace etendue {
+
+// Piecewise linear over wavelengths in nm that increase strictly; the end values go on beyond the ends.
+struct SampledSpectrum {
+  std::vector<double> wavelengths, values;
+  double at(double wavelength) const;
+};
+
+// Of a reflectance or an index: the mean over the colour-matching functions under D65, so that a constant stays itself.
+Rgb surface_rgb(const SampledSpectrum& spectrum);
+
+// Of a light: scaled to luminance 1, as pbrt-v4 scales its lights.
+Rgb light_rgb(const SampledSpectrum& spectrum);
+
+// Planck's law at a temperature in kelvin, scaled to luminance 1, or (as pbrt-v3 has it) to a largest spectral value of 1.
+Rgb blackbody_rgb(double kelvin);
+Rgb blackbody_rgb_of_unit_peak(double kelvin);
+
+// Complex index of a metal by its symbol: Ag Al Au Cu CuZn MgO TiO2.
+struct MetalIndex {
+  std::string_view name;
+  Rgb eta, k;
+};
+std::span<const MetalIndex> metals();
+
+// Refractive index of a glass at the d line (587.6 nm), by pbrt's names: glass-BK7 ...
+struct GlassIndex {
+  std::string_view name;
+  float eta;
+};
+std::span<const GlassIndex> glasses();
+
+}  // namespace etendue

@@ -1,0 +1,48 @@
+// What the readers of text files share: whole-file input, numbers without a locale, and places for messages.
+#pragma once
+
+#include "framework/core/error.h"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace etendue {
+
+// The bytes of a file. Throws Error when it is missing, a directory, unreadable or gzip-compressed.
+std::string read_file(const std::string& path);
+
+// The place of a byte of `text`, counted in lines that end with \n, \r\n or \r.
+Location location_at(const std::string& file, std::string_view text, std::size_t offset);
+
+// A decimal number that a float can hold, all of `word`; no hexadecimal, infinity or NaN. Magnitudes below the smallest double
+// are 0.
+std::optional<double> parse_number(std::string_view word);
+
+// `word` in quotes, shortened, with control characters shown as '?': fit for a message.
+std::string quoted(std::string_view word);
+
+// Words and line ends of a text, with offsets; never past the end.
+class WordReader {
+ public:
+  explicit WordReader(std::string_view text) : text_(text) {}
+
+  bool at_end() const { return position_ >= text_.size(); }
+  std::size_t offset() const { return position_; }
+  // The next word of this line, empty at the line's end.
+  std::string_view word();
+  // The next word of the text, empty at its end.
+  std::string_view word_on_any_line();
+  // Past the end of this line.
+  void next_line();
+
+ private:
+  static bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+  static bool is_space(char c) { return c == ' ' || c == '\t'; }
+
+  std::string_view text_;
+  std::size_t position_ = 0;
+};
+
+}  // namespace etendue
