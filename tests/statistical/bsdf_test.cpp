@@ -1,0 +1,208 @@
+// BSDFs: what `sample` draws follows `pdf` (chi-square), weights are f cos / pdf, energy is kept, and the two transport modes
+// are adjoint.
+#include "framework/transport/bsdf.h"
+#include "framework/transport/fresnel.h"
+#include "framework/transport/sampling.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace etendue {
+namespace {
+
+struct Case {
+  std::string name;
+  Material material;
+};
+
+std::vector<Case> cases() {
+  const Rgb eta(0.2f, 0.9f, 1.1f), k(3.9f, 2.5f, 2.2f);
+  return {
+      {"diffuse", Diffuse{Rgb(0.7f)}},
+      {"conductor", Conductor{.eta = eta, .k = k, .alpha = vec2(0.3f)}},
+      {"anisotropic conductor", Conductor{.eta = eta, .k = k, .alpha = vec2(0.15f, 0.5f)}},
+      {"rough glass", Dielectric{.eta = 1.5f, .alpha = 0.3f}},
+      {"plastic", Plastic{.reflectance = Rgb(0.6f), .eta = 1.5f}},
+      {"rough plastic", Plastic{.reflectance = Rgb(0.6f), .eta = 1.5f, .alpha = 0.2f}},
+  };
+}
+
+struct Setting {
+  Scene scene;
+  SurfacePoint point;
+
+  explicit Setting(const Material& material) {
+    scene.materials.push_back(material);
+    const vec3 n = glm::normalize(vec3(0.3f, -0.5f, 0.8f));
+    point = {vec3(0), n, n, vec3(1, 0.2f, 0), vec2(0.5f), 0, no_id};
+  }
+  Bsdf bsdf() const { return Bsdf(scene, point); }
+  // A direction with a given cosine to the normal; below the surface where negative.
+  vec3 direction(float cosine, float phi) const {
+    const float s = std::sqrt(1 - cosine * cosine);
+    return Frame::from_normal(point.normal).to_world({s * std::cos(phi), s * std::sin(phi), cosine});
+  }
+};
+
+Sampler numbers(int i, int salt = 0) { return Sampler(SamplerKind::independent, 11, Stream::test, i, salt); }
+
+constexpr float cosines[] = {0.95f, 0.5f, 0.15f, -0.6f};
+
+// Upper tail of chi-square by the Wilson-Hilferty cube root, good to a few percent of the tail, which suffices at 1e-5.
+double chi_square_z(double chi2, double dof) {
+  return (std::cbrt(chi2 / dof) - (1 - 2 / (9 * dof))) / std::sqrt(2 / (9 * dof));
+}
+
+TEST(Bsdf, SamplesFollowThePdf) {
+  constexpr int rows = 16, columns = 12, samples = 100000, fine = 24;
+  for (const Case& c : cases()) {
+    const Setting setting(c.material);
+    const Bsdf bsdf = setting.bsdf();
+    const Frame frame = Frame::from_normal(setting.point.normal);
+    for (const float cosine : cosines) {
+      const vec3 wo = setting.direction(cosine, 0.8f);
+      std::vector<double> observed(rows * columns, 0), expected(rows * columns, 0);
+      for (int i = 0; i < samples; ++i) {
+        Sampler s = numbers(i);
+        const float u_lobe = s.get_1d();
+        const BsdfSample drawn = bsdf.sample(wo, u_lobe, s.get_2d());
+        if (!drawn || drawn.specular) continue;
+        const vec3 local = frame.to_local(drawn.wi);
+        const float phi = std::atan2(local.y, local.x) / (2 * pi);
+        const int row = std::clamp(static_cast<int>(0.5f * (local.z + 1) * rows), 0, rows - 1);
+        const int column = std::clamp(static_cast<int>((phi < 0 ? phi + 1 : phi) * columns), 0, columns - 1);
+        ++observed[row * columns + column];
+      }
+      // Bins are equal in z and phi, so equal in solid angle: midpoint rule.
+      for (int row = 0; row < rows * fine; ++row)
+        for (int column = 0; column < columns * fine; ++column) {
+          const float z = 2 * (static_cast<float>(row) + 0.5f) / (rows * fine) - 1;
+          const float phi = 2 * pi * (static_cast<float>(column) + 0.5f) / (columns * fine);
+          const float sine = std::sqrt(1 - z * z);
+          const vec3 wi = frame.to_world({sine * std::cos(phi), sine * std::sin(phi), z});
+          if (is_black(bsdf.evaluate(wo, wi))) continue;  // drawn, but given no weight
+          expected[row / fine * columns + column / fine] +=
+              bsdf.pdf(wo, wi) * samples * 4 * pi / (rows * columns * fine * fine);
+        }
+      double chi2 = 0, pooled_observed = 0, pooled_expected = 0;
+      int dof = 0;
+      for (std::size_t i = 0; i < observed.size(); ++i) {
+        if (expected[i] < 10) {
+          pooled_observed += observed[i];
+          pooled_expected += expected[i];
+          continue;
+        }
+        chi2 += square(static_cast<float>(observed[i] - expected[i])) / expected[i];
+        ++dof;
+      }
+      if (pooled_expected > 10) {
+        chi2 += square(static_cast<float>(pooled_observed - pooled_expected)) / pooled_expected;
+        ++dof;
+      }
+      ASSERT_GT(dof, 1) << c.name;
+      EXPECT_LT(chi_square_z(chi2, dof), 4.5) << c.name << " cos " << cosine << " chi2 " << chi2 << " dof " << dof;
+    }
+  }
+}
+
+TEST(Bsdf, WeightsAreValueOverDensity) {
+  for (const Case& c : cases()) {
+    const Setting setting(c.material);
+    const Bsdf bsdf = setting.bsdf();
+    for (const float cosine : cosines)
+      for (const TransportMode mode : {TransportMode::radiance, TransportMode::importance})
+        for (int i = 0; i < 200; ++i) {
+          const vec3 wo = setting.direction(cosine, 0.1f * static_cast<float>(i));
+          Sampler s = numbers(i, 1);
+          const float u_lobe = s.get_1d();
+          const BsdfSample drawn = bsdf.sample(wo, u_lobe, s.get_2d(), mode);
+          if (!drawn || drawn.specular) continue;
+          const Rgb value = bsdf.evaluate(wo, drawn.wi, mode) / drawn.pdf_solid_angle;
+          EXPECT_NEAR(drawn.pdf_solid_angle, bsdf.pdf(wo, drawn.wi), 2e-2f * drawn.pdf_solid_angle) << c.name;
+          EXPECT_NEAR(value.y, drawn.weight.y, 2e-2f * drawn.weight.y + 1e-4f) << c.name;
+        }
+  }
+}
+
+double mean_weight(const Bsdf& bsdf, const vec3& wo, TransportMode mode) {
+  constexpr int samples = 1 << 14;
+  double sum = 0;
+  for (int i = 0; i < samples; ++i) {
+    Sampler s(SamplerKind::sobol, 1, Stream::test, 0, i);
+    const float u_lobe = s.get_1d();
+    sum += bsdf.sample(wo, u_lobe, s.get_2d(), mode).weight.y;
+  }
+  return sum / samples;
+}
+
+TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
+  const Case lossless[] = {{"white", Diffuse{Rgb(1)}},
+                           {"mirror", Conductor{.ideal = true}},
+                           {"glass", Dielectric{.eta = 1.5f}},
+                           {"white plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f}}};
+  for (const Case& c : lossless) {
+    const Setting setting(c.material);
+    for (const float cosine : cosines)
+      // Importance counts particles: refraction does not change their number.
+      EXPECT_NEAR(mean_weight(setting.bsdf(), setting.direction(cosine, 1), TransportMode::importance), 1, 5e-3)
+          << c.name << " " << cosine;
+  }
+}
+
+TEST(Bsdf, RoughSurfacesLoseAndNeverGain) {
+  const Case rough[] = {{"conductor", Conductor{.ideal = true, .alpha = vec2(0.4f)}},
+                        {"glass", Dielectric{.eta = 1.5f, .alpha = 0.4f}},
+                        {"plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f, .alpha = 0.3f}}};
+  for (const Case& c : rough) {
+    const Setting setting(c.material);
+    for (const float cosine : cosines) {
+      const double energy = mean_weight(setting.bsdf(), setting.direction(cosine, 1), TransportMode::importance);
+      EXPECT_LT(energy, 1.02) << c.name << " " << cosine;
+      EXPECT_GT(energy, 0.65) << c.name << " " << cosine;
+    }
+  }
+}
+
+TEST(Bsdf, SwappingDirectionsGivesTheAdjoint) {
+  // f(wo, wi) for radiance is f*(wi, wo) for importance, also across an interface and under a tilted shading normal.
+  for (const Case& c : cases()) {
+    Setting setting(c.material);
+    setting.point.shading_normal = glm::normalize(setting.point.normal + vec3(0.1f, 0.15f, -0.1f));
+    const Bsdf bsdf = setting.bsdf();
+    for (int i = 0; i < 500; ++i) {
+      Sampler s = numbers(i, 2);
+      const vec3 wo = sample_unit_sphere(s.get_2d()), wi = sample_unit_sphere(s.get_2d());
+      // evaluate holds |cos wi| to the shading normal; the adjoint is defined against geometric cosines.
+      const float radiance = bsdf.evaluate(wo, wi).y / std::abs(glm::dot(wi, setting.point.shading_normal));
+      const float importance = bsdf.evaluate(wi, wo, TransportMode::importance).y /
+                               std::abs(glm::dot(wo, setting.point.normal)) * std::abs(glm::dot(wi, setting.point.normal)) /
+                               std::abs(glm::dot(wi, setting.point.shading_normal));
+      EXPECT_NEAR(radiance, importance, 2e-3f * std::abs(radiance) + 1e-5f) << c.name;
+    }
+  }
+}
+
+TEST(Fresnel, HemisphericalAverageMatchesQuadrature) {
+  for (const float eta : {1.1f, 1.33f, 1.5f, 2.4f}) {
+    constexpr int steps = 20000;
+    double sum = 0;
+    for (int i = 0; i < steps; ++i) {
+      const double cosine = (i + 0.5) / steps;
+      sum += 2 * cosine * fresnel_dielectric(static_cast<float>(cosine), eta) / steps;
+    }
+    EXPECT_NEAR(fresnel_average(eta), sum, 2e-5) << eta;
+  }
+}
+
+TEST(Fresnel, NormalIncidenceAndTotalReflection) {
+  EXPECT_NEAR(fresnel_dielectric(1, 1.5f), 0.04f, 1e-6f);
+  float cos_t = 1;
+  EXPECT_EQ(fresnel_dielectric(0.3f, 1 / 1.5f, &cos_t), 1);
+  EXPECT_EQ(cos_t, 0);
+  // A conductor without absorption is a dielectric.
+  EXPECT_NEAR(fresnel_conductor(0.4f, Rgb(1.5f), Rgb(0)).x, fresnel_dielectric(0.4f, 1.5f), 1e-5f);
+}
+
+}  // namespace
+}  // namespace etendue

@@ -1,0 +1,119 @@
+// The path tracer and the light tracer against every closed form.
+#include "tests/render_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::exact_image;
+using testing::render;
+using testing::RenderOptions;
+
+// The mean over the image within `sigmas` of the closed form, the noise estimated from independent seeds.
+void expect_mean_exact(const std::string& scene_name, const std::string& integrator, const ParamMap& params,
+                       std::uint32_t iterations) {
+  const Scene scene = load_scene(scene_name);
+  RenderOptions options;
+  options.params = params;
+  options.iterations = iterations;
+  const Image exact = exact_image(scene, options.resolution);
+  constexpr int seeds = 8;
+  double sum = 0, squares = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    options.seed = static_cast<std::uint64_t>(seed);
+    const auto rendered = render(scene, integrator, options);
+    EXPECT_EQ(rendered.non_finite, 0u) << scene_name;
+    const double b = bias(rendered.image, exact);
+    sum += b;
+    squares += b * b;
+  }
+  const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
+  // 28 such tests, 8 seeds each: Student's t of 7 degrees of freedom at 1e-3 (Sidak) is 7.1. The 2e-5 is single precision's.
+  EXPECT_LT(std::abs(mean), 7.1 * deviation + 2e-5)
+      << scene_name << " " << integrator << ": bias " << mean << " +- " << deviation;
+}
+
+constexpr const char* exact_scenes[] = {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre",
+                                        "builtin:furnace",        "builtin:polygon-light",
+                                        "builtin:sphere-light",   "builtin:disc-light"};
+
+TEST(PathTracer, MatchesEveryClosedFormInEveryMisMode) {
+  for (const char* scene : exact_scenes)
+    for (const char* mis : {"power", "balance", "light", "bsdf"})
+      expect_mean_exact(scene, "path", {{"mis", {std::string(mis), {}}}}, 16);
+}
+
+TEST(PathTracer, WhiteFurnaceIsOneEverywhere) {
+  const Scene scene = load_scene("builtin:white-furnace");
+  for (const char* mis : {"power", "light", "bsdf"}) {
+    RenderOptions options;
+    options.params["mis"] = {std::string(mis), {}};
+    options.params["roulette_depth"] = {std::int64_t{64}, {}};
+    options.iterations = 64;
+    EXPECT_LT(std::abs(bias(render(scene, "path", options).image, exact_image(scene, options.resolution))), 2e-3) << mis;
+  }
+}
+
+TEST(LightTracer, MatchesClosedFormsThatItCanSample) {
+  for (const char* scene :
+       {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre", "builtin:furnace", "builtin:polygon-light"})
+    expect_mean_exact(scene, "light-trace", {}, 16);
+}
+
+TEST(PathTracer, DepthLimitTruncatesTheSeries) {
+  // k reflections of the integrating sphere: L (1 - rho^k), ground truth of the central light.
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  const double full = 1 / static_cast<double>(pi);
+  for (const char* integrator : {"path", "light-trace"})
+    for (int depth = 1; depth <= 3; ++depth) {
+      RenderOptions options;
+      options.params["max_depth"] = {std::int64_t{depth}, {}};
+      options.iterations = 64;
+      const auto image = render(scene, integrator, options).image;
+      double mean = 0;
+      for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
+      EXPECT_NEAR(mean / (full * (1 - std::pow(0.5, depth))), 1, 6e-3) << integrator << " " << depth;
+    }
+}
+
+TEST(PathTracer, RouletteChangesNoiseNotTheMean) {
+  for (const std::int64_t depth : {0, 1, 20})
+    expect_mean_exact("builtin:furnace", "path", {{"roulette_depth", {depth, {}}}}, 16);
+}
+
+TEST(PathTracer, MisBeatsItsParts) {
+  // Veach's plates: power-weighted sampling has less error than either strategy alone.
+  const Scene scene = load_scene("builtin:veach-mis");
+  RenderOptions options;
+  options.resolution = {48, 32};
+  options.iterations = 2048;
+  options.seed = 77;
+  const Image reference = render(scene, "path", options).image;
+  const auto error = [&](const char* mis) {
+    RenderOptions o;
+    o.resolution = options.resolution;
+    o.params["mis"] = {std::string(mis), {}};
+    return trimmed_relmse(render(scene, "path", o).image, reference);
+  };
+  const double power = error("power");
+  EXPECT_LT(power, error("light"));
+  EXPECT_LT(power, error("bsdf"));
+}
+
+TEST(PathTracer, SameBitsAtAnyThreadCount) {
+  for (const char* integrator : {"path", "light-trace"}) {
+    RenderOptions options;
+    options.iterations = 2;
+    std::uint64_t first = 0;
+    for (const int threads : {1, 2, 3}) {
+      options.threads = threads;
+      const std::uint64_t hash = render(load_scene("builtin:cornell-spheres"), integrator, options).hash;
+      if (threads == 1) first = hash;
+      EXPECT_EQ(hash, first) << integrator << " " << threads;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace etendue

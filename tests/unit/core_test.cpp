@@ -1,0 +1,158 @@
+#include "framework/core/counters.h"
+#include "framework/core/error.h"
+#include "framework/core/parallel.h"
+#include "framework/core/params.h"
+#include "framework/core/sampler.h"
+#include "framework/core/units.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <set>
+#include <vector>
+
+namespace etendue {
+namespace {
+
+template <class Call>
+std::string error_of(const Call& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(Units, KnownSuffixesScale) {
+  EXPECT_DOUBLE_EQ(parse_seconds("60s"), 60);
+  EXPECT_DOUBLE_EQ(parse_seconds("1.5min"), 90);
+  EXPECT_DOUBLE_EQ(parse_seconds("250 ms"), 0.25);
+  EXPECT_EQ(parse_count("200k"), 200000);
+  EXPECT_EQ(parse_count("1.5M"), 1500000);
+  EXPECT_EQ(parse_bytes("512MiB"), 512ll << 20);
+}
+
+TEST(Units, BadInputNamesTheUnits) {
+  EXPECT_EQ(error_of([] { parse_seconds("60sec"); }),
+            "unknown unit in '60sec': expected a time such as \"60s\" (units: s, ms, min, h)");
+  for (const char* text : {"", "s", "-1s", "nan", "1e400", "inf s"}) EXPECT_THROW(parse_seconds(text), Error) << text;
+  EXPECT_THROW(parse_count("1.5"), Error);
+  EXPECT_THROW(parse_count("1e30"), Error);
+}
+
+TEST(Names, NearestComeFirst) {
+  const std::vector<std::string> names{"photon-map", "path", "irradiance-cache"};
+  EXPECT_EQ(nearest_names("pth", names).front(), "path");
+  EXPECT_EQ(nearest_names("photon-mpa", names).front(), "photon-map");
+  EXPECT_TRUE(nearest_names("zzzz", names).empty());
+}
+
+struct SampleParams {
+  int photons = 100;
+  float radius = 0.5f;
+  bool gather = false;
+  std::string kernel = "box";
+};
+template <class Visitor>
+void describe(Visitor& v, SampleParams& p) {
+  v.integer("photons", p.photons, 1, 1000000, "photons", "how many");
+  v.number("radius", p.radius, 0, 10, "metres", "how far");
+  v.flag("gather", p.gather, "whether");
+  v.choice("kernel", p.kernel, {"box", "cone"}, "which");
+}
+
+TEST(Params, ValuesAreReadByType) {
+  const Location here{"x.toml", 3, 5};
+  const ParamMap map{{"photons", {std::string("200k"), here}},
+                     {"radius", {std::int64_t{2}, here}},
+                     {"gather", {true, here}},
+                     {"kernel", {std::string("cone"), here}}};
+  const auto p = read_params<SampleParams>(map, "sample");
+  EXPECT_EQ(p.photons, 200000);
+  EXPECT_EQ(p.radius, 2);
+  EXPECT_TRUE(p.gather);
+  EXPECT_EQ(p.kernel, "cone");
+}
+
+TEST(Params, MistakesSayWhereAndWhatWasExpected) {
+  const Location here{"x.toml", 3, 5};
+  const auto read = [&](const char* name, const ParamValue& value) {
+    return error_of([&] { read_params<SampleParams>({{name, value}}, "sample"); });
+  };
+  EXPECT_EQ(
+      read("photon", {std::int64_t{1}, here}),
+      "x.toml:3:5: sample: unknown parameter 'photon'; did you mean 'photons'? (available: photons radius gather kernel)");
+  EXPECT_EQ(read("photons", {2.5, here}),
+            "x.toml:3:5: sample: photons = 2.5 is a number; expected an integer such as 1000 or \"200k\"");
+  EXPECT_EQ(read("radius", {std::int64_t{11}, here}),
+            "x.toml:3:5: sample: radius = 11 is out of range; expected 0 .. 10 metres");
+  EXPECT_NE(read("radius", {std::nan(""), here}), "no error");
+  EXPECT_EQ(read("gather", {std::int64_t{1}, here}), "x.toml:3:5: sample: gather = 1 is an integer; expected true or false");
+  EXPECT_EQ(read("kernel", {std::string("cnoe"), here}),
+            "x.toml:3:5: sample: unknown kernel 'cnoe'; did you mean 'cone'? (available: box cone)");
+}
+
+TEST(Sampler, SobolPointsFillElementaryIntervals) {
+  // 2^8 points of a scrambled (0,2)-sequence: each box of area 2^-8, whatever its shape, holds exactly one.
+  for (int pixel = 0; pixel < 4; ++pixel) {
+    for (int bits_x = 0; bits_x <= 8; ++bits_x) {
+      std::set<int> boxes;
+      for (std::uint32_t i = 0; i < 256; ++i) {
+        const vec2 u = Sampler(SamplerKind::sobol, 7, Stream::test, pixel, i).get_2d();
+        ASSERT_TRUE(u.x >= 0 && u.x < 1 && u.y >= 0 && u.y < 1);
+        boxes.insert(static_cast<int>(u.x * static_cast<float>(1 << bits_x)) << (8 - bits_x) |
+                     static_cast<int>(u.y * static_cast<float>(1 << (8 - bits_x))));
+      }
+      EXPECT_EQ(boxes.size(), 256u) << bits_x;
+    }
+  }
+}
+
+TEST(Sampler, KeysGiveDifferentNumbersAndSameKeysTheSame) {
+  const auto first = [](SamplerKind kind, std::uint64_t seed, Stream stream, std::uint64_t pixel, std::uint32_t iteration) {
+    return Sampler(kind, seed, stream, pixel, iteration).get_1d();
+  };
+  for (const SamplerKind kind : {SamplerKind::sobol, SamplerKind::independent}) {
+    const float base = first(kind, 1, Stream::camera, 5, 9);
+    EXPECT_EQ(base, first(kind, 1, Stream::camera, 5, 9));
+    EXPECT_NE(base, first(kind, 2, Stream::camera, 5, 9));
+    EXPECT_NE(base, first(kind, 1, Stream::light_path, 5, 9));
+    EXPECT_NE(base, first(kind, 1, Stream::camera, 6, 9));
+    EXPECT_NE(base, first(kind, 1, Stream::camera, 5, 10));
+  }
+}
+
+TEST(Sampler, DimensionsAreUncorrelated) {
+  for (const SamplerKind kind : {SamplerKind::sobol, SamplerKind::independent}) {
+    constexpr int n = 1 << 14;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+      Sampler s(kind, 3, Stream::test, i, 0);
+      const float a = s.get_1d(), b = s.get_2d().x, c = s.get_1d();
+      sum += (a - 0.5) * (b - 0.5) + (b - 0.5) * (c - 0.5);
+    }
+    EXPECT_LT(std::abs(sum / n), 5 * std::sqrt(2.0) / 12 / std::sqrt(n));
+  }
+}
+
+TEST(Parallel, EveryPixelOnceAtAnyThreadCount) {
+  for (const int threads : {1, 2, 3}) {
+    std::vector<std::atomic<int>> visits(37 * 21);
+    with_threads(threads, [&] {
+      parallel_pixels({37, 21}, [&](ivec2 p) { ++visits[static_cast<std::size_t>(p.y) * 37 + p.x]; });
+    });
+    for (const auto& v : visits) ASSERT_EQ(v, 1);
+  }
+}
+
+TEST(Counters, SumOverThreads) {
+  reset_counters();
+  with_threads(3, [] { parallel_for(1000, 1, [](std::size_t) { count(Counter::rays, 2); }); });
+  EXPECT_EQ(read_counters()[static_cast<std::size_t>(Counter::rays)], 2000u);
+  reset_counters();
+  EXPECT_EQ(read_counters()[static_cast<std::size_t>(Counter::rays)], 0u);
+}
+
+}  // namespace
+}  // namespace etendue

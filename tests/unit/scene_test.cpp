@@ -1,0 +1,162 @@
+#include "framework/core/sampler.h"
+#include "framework/io/load_scene.h"
+#include "framework/scene/builder.h"
+#include "framework/scene/intersect.h"
+#include "framework/scene/needs.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+TEST(Transform, InverseUndoes) {
+  const Transform t = Transform::translate({1, -2, 3}) * Transform::rotate(0.7f, {1, 2, 3}) * Transform::scale({2, -1, 0.5f});
+  const vec3 p(0.3f, 0.9f, -4);
+  const vec3 back = t.inverse().point(t.point(p));
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(back[i], p[i], 1e-5f);
+  EXPECT_TRUE(t.swaps_handedness());
+  EXPECT_FALSE(t.similarity_scale().has_value());
+}
+
+TEST(Transform, NormalsStayPerpendicular) {
+  const Transform t = Transform::rotate(0.4f, {0, 1, 1}) * Transform::scale({3, 1, 0.2f});
+  const vec3 n = glm::normalize(vec3(1, 2, -1)), along = Frame::from_normal(n).tangent;
+  EXPECT_NEAR(glm::dot(t.normal(n), t.vector(along)), 0, 1e-5f);
+}
+
+TEST(Transform, RigidInverseIsTheTranspose) {
+  const auto t = Transform::look_at({1, 2, 3}, {0, 0, 0}, {0, 1, 0});
+  ASSERT_TRUE(t);
+  EXPECT_NEAR(*t->similarity_scale(), 1, 1e-6f);
+  EXPECT_FALSE(Transform::look_at({1, 1, 1}, {1, 1, 1}, {0, 1, 0}));
+  EXPECT_FALSE(Transform::from_matrix(mat4(0)));
+}
+
+TEST(Quadrics, HitsMatchDoublePrecision) {
+  for (int i = 0; i < 2000; ++i) {
+    Sampler s(SamplerKind::independent, 1, Stream::test, i, 0);
+    const auto number = [&](float low, float high) { return glm::mix(low, high, s.get_1d()); };
+    const vec3 centre(number(-1, 1), number(-1, 1), number(-1, 1));
+    const Ray ray{.origin = {number(-40, 40), number(-40, 40), number(-40, 40)},
+                  .direction = glm::normalize(centre + 0.4f * vec3(number(-1, 1), number(-1, 1), number(-1, 1)))};
+    const Sphere sphere{centre, 0.5f};
+    const dvec3 o = dvec3(ray.origin) - dvec3(centre), d(ray.direction);
+    const double a = glm::dot(d, d), b = glm::dot(o, d), c = glm::dot(o, o) - 0.25, discriminant = b * b - a * c;
+    float t;
+    vec2 uv;
+    const bool hit = intersect_quadric(ray, sphere, infinity, t, uv);
+    if (std::abs(discriminant) < 1e-4) continue;  // grazing: either answer is right
+    ASSERT_EQ(hit, discriminant > 0 && -b + std::sqrt(discriminant) > 0) << i;
+    if (hit) {
+      const double near = (-b - std::sqrt(discriminant)) / a;
+      EXPECT_NEAR(t, near > 0 ? near : (-b + std::sqrt(discriminant)) / a, 2e-4 * std::abs(t) + 1e-5);
+    }
+  }
+}
+
+TEST(Quadrics, CappedCylinderIsClosed) {
+  // From inside, every ray leaves through the tube or a cap; from outside, the caps are hit from above and below.
+  const Cylinder cylinder{{0, 0, 0}, 0.5f, {0, 0, 1}, 2, true};
+  float t;
+  vec2 uv;
+  for (int i = 0; i < 1000; ++i) {
+    Sampler s(SamplerKind::independent, 1, Stream::test, i, 1);
+    const float z = 2 * s.get_1d() - 1, phi = 2 * pi * s.get_1d();
+    const vec3 direction(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+    EXPECT_TRUE(intersect_quadric({.origin = {0.1f, 0.2f, 1}, .direction = direction}, cylinder, infinity, t, uv));
+  }
+  ASSERT_TRUE(intersect_quadric({.origin = {0.2f, 0, 5}, .direction = {0, 0, -1}}, cylinder, infinity, t, uv));
+  EXPECT_FLOAT_EQ(t, 3);
+  EXPECT_EQ(uv.y, 1);
+  Cylinder open = cylinder;
+  open.caps = false;
+  EXPECT_FALSE(intersect_quadric({.origin = {0.2f, 0, 5}, .direction = {0, 0, -1}}, open, infinity, t, uv));
+}
+
+TEST(Quadrics, AnnulusHasAHole) {
+  const Disk ring{{0, 0, 0}, 1, {0, 1, 0}, 0.5f};
+  float t;
+  vec2 uv;
+  EXPECT_FALSE(intersect_quadric({.origin = {0.2f, 1, 0}, .direction = {0, -1, 0}}, ring, infinity, t, uv));
+  EXPECT_TRUE(intersect_quadric({.origin = {0.7f, 1, 0}, .direction = {0, -1, 0}}, ring, infinity, t, uv));
+}
+
+TEST(SlabTest, OriginOnAFaceAndZeroComponentsLoseNothing) {
+  const vec3 lower(0, 0, 0), upper(1, 1, 1);
+  for (const float zero : {0.0f, -0.0f}) {
+    for (const float x : {0.0f, 0.5f, 1.0f}) {
+      const Ray ray{.origin = {x, 0.5f, -1}, .direction = {zero, zero, 1}};
+      EXPECT_EQ(slab_entry(SlabRay(ray), lower, upper, 0, infinity), 1) << x;
+    }
+    const Ray outside{.origin = {1.5f, 0.5f, -1}, .direction = {zero, zero, 1}};
+    EXPECT_EQ(slab_entry(SlabRay(outside), lower, upper, 0, infinity), infinity);
+  }
+}
+
+TEST(Camera, ConnectionInvertsTheRay) {
+  for (const float lens_radius : {0.0f, 0.2f}) {
+    Scene scene = load_scene("builtin:cornell-box");
+    Camera camera = scene.camera;
+    camera.lens_radius = lens_radius;
+    camera.focal_distance = 2.5f;
+    for (int i = 0; i < 100; ++i) {
+      Sampler s(SamplerKind::independent, 1, Stream::test, i, 2);
+      const ivec2 resolution(200, 100);
+      const vec2 film = s.get_2d() * vec2(resolution), lens = s.get_2d();
+      const Ray ray = camera.ray(resolution, film, lens);
+      const auto c = camera.connect(resolution, ray.at(1 + 3 * s.get_1d()), lens);
+      ASSERT_TRUE(c);
+      EXPECT_NEAR(c->film.x, film.x, 2e-3);
+      EXPECT_NEAR(c->film.y, film.y, 2e-3);
+    }
+    EXPECT_FALSE(camera.connect({200, 100}, camera.to_world.point({0, 0, -1}), {0.5f, 0.5f}));
+  }
+}
+
+TEST(Needs, CausticMapOnlyWhereLightReachesSpecular) {
+  EXPECT_FALSE(scene_needs(load_scene("builtin:cornell-box")).caustic_map);
+  EXPECT_TRUE(scene_needs(load_scene("builtin:cornell-spheres")).caustic_map);
+  // A mirror behind a light that shines away from it.
+  SceneBuilder b("test");
+  b.mesh(quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), b.material(Diffuse{}), Rgb(1));  // shines up
+  b.mesh(quad({-1, -2, 1}, {1, -2, 1}, {1, -2, -1}, {-1, -2, -1}), b.material(Conductor{.ideal = true}));
+  b.camera({0, 1, 4}, {0, 0, 0}, 40, {8, 8});
+  EXPECT_FALSE(scene_needs(b.finish()).caustic_map);
+}
+
+TEST(Needs, OneLightNeedsNoChoice) {
+  EXPECT_FALSE(scene_needs(load_scene("builtin:lambert-sphere")).light_choice);
+  const SceneNeeds needs = scene_needs(load_scene("builtin:veach-mis"));
+  EXPECT_TRUE(needs.light_choice);
+  EXPECT_TRUE(needs.glossy);
+  EXPECT_FALSE(needs.two_levels);
+}
+
+TEST(SceneHash, ChangesWithWhatChangesAnImage) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  EXPECT_EQ(scene.hash(), load_scene("builtin:cornell-spheres").hash());
+  Scene changed = scene;
+  changed.camera.fov *= 1.001f;
+  EXPECT_NE(scene.hash(), changed.hash());
+  changed = scene;
+  changed.materials[0] = Diffuse{Rgb(0.1f)};
+  EXPECT_NE(scene.hash(), changed.hash());
+  changed = scene;
+  changed.name = "another name";
+  EXPECT_EQ(scene.hash(), changed.hash());
+}
+
+TEST(BuiltinScenes, HaveLightsGeometryAndACameraInside) {
+  for (const BuiltinScene& entry : builtin_scenes()) {
+    if (entry.name == "mesh-large") continue;
+    const Scene scene = entry.make();
+    EXPECT_EQ(scene.name, "builtin:" + entry.name);
+    EXPECT_FALSE(scene.lights.empty()) << entry.name;
+    EXPECT_GT(scene.objects[0].geometry.primitive_count(), 0u) << entry.name;
+    for (std::uint32_t i = 0; i < scene.objects[0].geometry.primitive_count(); ++i)
+      ASSERT_TRUE(scene.objects[0].geometry.is_valid(i)) << entry.name << " primitive " << i;
+  }
+}
+
+}  // namespace
+}  // namespace etendue
