@@ -1,0 +1,64 @@
+// The commands behind the command line: each takes what was typed and returns the process's exit status (0 done; 1 a cell
+// failed or a gate tripped). Bad input is thrown as Error and becomes 2 in main.
+#pragma once
+
+#include "experiments/harness/run.h"
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct RunCommand {
+  RunOptions options;
+  std::string threads;
+  bool dry_run = false;
+};
+int run_command(const RunCommand& command);
+
+struct RenderCommand {
+  std::string scene, integrator = "path", accel = "binned-sah";
+  std::string spp, time, error, seed = "1", threads, resolution;
+  std::vector<std::string> params;
+  std::string output;
+  bool json = false;
+  std::chrono::steady_clock::time_point started;  // of the process: --time counts from there
+};
+int render_command(const RenderCommand& command);
+
+struct AccelCommand {
+  std::vector<std::string> scenes;
+  std::string structures, resolution = "512", repetitions = "3";
+  bool json = false;
+};
+int accel_command(const AccelCommand& command);
+
+struct InspectCommand {
+  std::string scene;
+  bool json = false;
+};
+int inspect_command(const InspectCommand& command);
+
+struct CompareCommand {
+  std::string image, reference;
+  bool json = false;
+};
+int compare_command(const CompareCommand& command);
+
+struct ReportCommand {
+  std::vector<std::string> directories;
+  std::string out;
+};
+int report_command(const ReportCommand& command);
+
+int list_command(const std::string& what);  // "": everything
+
+// Typed values of the command line; they throw Error naming the option.
+std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high);
+double duration_option(const std::string& option, const std::string& text);
+double number_option(const std::string& option, const std::string& text, double low, double high);
+int threads_option(const std::string& text);       // "": the machine's
+ivec2 resolution_option(const std::string& text);  // "640x480"
+
+}  // namespace etendue

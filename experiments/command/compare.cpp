@@ -1,0 +1,42 @@
+// `etendue compare` and `etendue report`: from files alone, with no scene and no rendering.
+#include "experiments/command/commands.h"
+#include "experiments/command/console.h"
+#include "experiments/harness/log.h"
+#include "experiments/harness/report.h"
+#include "framework/image/metrics.h"
+#include "framework/io/exr.h"
+
+#include <fmt/format.h>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+namespace etendue {
+
+int compare_command(const CompareCommand& command) {
+  const Image image = read_exr(command.image);
+  const Image reference = read_exr(command.reference);
+  if (image.size != reference.size)
+    throw Error(Location{command.image}, fmt::format("{} x {} pixels; expected {} x {} as in {}", image.size.x, image.size.y,
+                                                     reference.size.x, reference.size.y, command.reference));
+  nlohmann::ordered_json json;
+  for (const Metric& metric : metrics()) {
+    const double value = metric.compute(image, reference);
+    json[std::string(metric.name)] = value;
+    if (!command.json) fmt::print("{:<15} {:.6g}\n", metric.name, value);
+  }
+  if (command.json) fmt::print("{}\n", json.dump(2));
+  return 0;
+}
+
+int report_command(const ReportCommand& command) {
+  for (const std::string& directory : command.directories)
+    if (!std::filesystem::exists(std::filesystem::path(directory) / "runs.jsonl"))
+      throw Error(Location{directory}, "no runs.jsonl there; expected a directory that `etendue run` wrote");
+  if (command.out.empty() && command.directories.size() > 1)
+    throw Error(Location{"report"}, "several directories are merged into a new one; expected --out DIR");
+  const std::string out = command.out.empty() ? command.directories.front() : command.out;
+  for (const std::string& file : write_report(command.directories, out)) fmt::print("{}\n", file);
+  return 0;
+}
+
+}  // namespace etendue

@@ -1,0 +1,120 @@
+#include "experiments/command/console.h"
+
+#include "framework/core/units.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace etendue {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::size_t terminal_width() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+const char* interrupt_message = "";
+
+void handle_interrupt(int) {
+  // Only calls that are safe in a signal handler.
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, interrupt_message, std::strlen(interrupt_message));
+  _exit(130);
+}
+
+}  // namespace
+
+Console::Console() {
+  const char* term = std::getenv("TERM");
+  const char* no_color = std::getenv("NO_COLOR");
+  interactive_ = isatty(STDERR_FILENO) && !(term && std::strcmp(term, "dumb") == 0);
+  colour_ = interactive_ && !(no_color && *no_color);
+}
+
+std::string Console::coloured(const std::string& text, const char* code) const {
+  return colour_ ? fmt::format("\x1b[{}m{}\x1b[0m", code, text) : text;
+}
+
+void Console::line(const std::string& text) {
+  clear_status();
+  std::fprintf(stderr, "%s\n", text.c_str());
+}
+
+void Console::warning(const std::string& text) { line(coloured("warning: ", "33") + text); }
+
+void Console::status(const std::string& text) {
+  if (!interactive_ || (shown_ && Clock::now() - last_ < std::chrono::milliseconds(100))) return;
+  last_ = Clock::now();
+  shown_ = true;
+  // Cut to the terminal, lest it wrap and leave lines behind. All of it is ASCII but names, which may be cut early.
+  std::fprintf(stderr, "\r%s\x1b[K", text.substr(0, terminal_width() - 1).c_str());
+  std::fflush(stderr);
+}
+
+void Console::clear_status() {
+  if (shown_) std::fputs("\r\x1b[K", stderr);
+  shown_ = false;
+}
+
+std::string progress_bar(double share, int width) {
+  const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * width);
+  return "[" + std::string(static_cast<std::size_t>(full), '#') + std::string(static_cast<std::size_t>(width - full), ' ') +
+         "]";
+}
+
+void ConsoleRunObserver::narrate(const std::string& line) { console_.line(line); }
+
+void ConsoleRunObserver::cell_started(const CellName& cell, std::size_t position, std::size_t count) {
+  if (position == 0) first_start_ = Clock::now();
+  cell_ = cell;
+  position_ = position;
+  count_ = count;
+  draw(0, "");
+}
+
+void ConsoleRunObserver::cell_progress(double share, std::uint64_t iterations, double time_s) {
+  draw(share, time_s > 0 ? fmt::format("{:.3g} iterations/s, ", static_cast<double>(iterations) / time_s) : "");
+}
+
+void ConsoleRunObserver::draw(double share, const std::string& rate) {
+  const double all = (static_cast<double>(position_) + share) / static_cast<double>(count_);
+  const double elapsed = std::chrono::duration<double>(Clock::now() - first_start_).count();
+  const std::string left = all > 0.002 ? format_seconds(elapsed * (1 - all) / all) + " left" : "";
+  console_.status(fmt::format("{} {}/{} {}{}  {}", progress_bar(all, 24), position_ + 1, count_, rate, left, cell_.key()));
+}
+
+void ConsoleRunObserver::cell_finished(const CellRecord& cell, const CheckpointRecord* last) {
+  const std::string head = fmt::format("[{}/{}] {}: ", position_ + 1, count_, cell.cell.key());
+  if (!last) {
+    console_.line(head + console_.red("failed: ") + cell.error);
+    return;
+  }
+  const auto error = last->metrics.find("relmse");
+  const std::string text = fmt::format("{}{}{} iterations, {}", head,
+                                       error == last->metrics.end() ? "" : fmt::format("relmse {:.3g}, ", error->second),
+                                       last->iterations, format_seconds(last->time_s));
+  if (console_.interactive())
+    draw(1, "");
+  else
+    console_.line(text);
+}
+
+void exit_on_interrupt(const char* message) {
+  interrupt_message = message;
+  struct sigaction current {};
+  sigaction(SIGINT, nullptr, &current);
+  if (current.sa_handler == SIG_IGN) return;  // started with nohup, or in a script's background
+  struct sigaction action {};
+  action.sa_handler = handle_interrupt;
+  sigaction(SIGINT, &action, nullptr);
+}
+
+}  // namespace etendue

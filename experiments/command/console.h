@@ -1,0 +1,60 @@
+// What a person at the terminal sees: narration and a progress bar on stderr; stdout is left to data.
+#pragma once
+
+#include "experiments/harness/run.h"
+
+#include <chrono>
+#include <string>
+
+namespace etendue {
+
+// Colours and a bar that redraws itself, only on a terminal; no colours where NO_COLOR is set.
+class Console {
+ public:
+  Console();
+
+  void line(const std::string& text);     // above the bar
+  void warning(const std::string& text);  // the same, in yellow
+  // One line that replaces itself, at most ten times a second; nothing where stderr is no terminal.
+  void status(const std::string& text);
+  void clear_status();
+
+  bool interactive() const { return interactive_; }
+  std::string red(const std::string& text) const { return coloured(text, "31"); }
+  std::string green(const std::string& text) const { return coloured(text, "32"); }
+
+ private:
+  std::string coloured(const std::string& text, const char* code) const;
+
+  bool interactive_ = false, colour_ = false;
+  bool shown_ = false;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+// "[#####     ]" of `width` places.
+std::string progress_bar(double share, int width);
+
+// A bar over all cells with rate and time left, and a line per cell where stderr is no terminal.
+class ConsoleRunObserver final : public RunObserver {
+ public:
+  explicit ConsoleRunObserver(Console& console) : console_(console) {}
+
+  void narrate(const std::string& line) override;
+  void cell_started(const CellName& cell, std::size_t position, std::size_t count) override;
+  void cell_progress(double share, std::uint64_t iterations, double time_s) override;
+  void cell_finished(const CellRecord& cell, const CheckpointRecord* last) override;
+
+ private:
+  void draw(double share, const std::string& rate);
+
+  Console& console_;
+  CellName cell_;
+  std::size_t position_ = 0, count_ = 0;
+  std::chrono::steady_clock::time_point first_start_{};
+};
+
+// Ctrl-C ends the process at once with status 130, after saying `message`. Nothing needs tidying up: only complete files carry
+// their final name, and logs are appended in whole blocks.
+void exit_on_interrupt(const char* message);
+
+}  // namespace etendue

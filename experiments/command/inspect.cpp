@@ -1,0 +1,101 @@
+// `etendue inspect`: what a scene holds, and what of the machinery it needs.
+#include "experiments/command/commands.h"
+#include "framework/core/units.h"
+#include "framework/io/load_scene.h"
+#include "framework/scene/needs.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace etendue {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Contents {
+  std::uint64_t triangles = 0, quadrics = 0, shapes = 0;
+  std::uint64_t stored_triangles = 0;  // each object once, however often it stands in the scene
+};
+
+Contents count_contents(const Scene& scene) {
+  Contents contents;
+  contents.triangles = scene.triangle_count();
+  for (const Object& object : scene.objects) {
+    contents.stored_triangles += object.geometry.triangles.size();
+    contents.shapes += object.shapes.size();
+  }
+  for (const Instance& instance : scene.instances) contents.quadrics += scene.objects[instance.object].geometry.quadrics.size();
+  return contents;
+}
+
+Json vector_json(const vec3& v) { return Json::array({v.x, v.y, v.z}); }
+
+std::string to_json(const std::string& name, const Scene& scene, const SceneNeeds& needs) {
+  const Contents contents = count_contents(scene);
+  const Bounds bounds = scene.bounds();
+  Json json{{"scene", name},
+            {"hash", fmt::format("{:016x}", scene.hash())},
+            {"triangles", contents.triangles},
+            {"stored_triangles", contents.stored_triangles},
+            {"quadrics", contents.quadrics},
+            {"planes", scene.planes.size()},
+            {"objects", scene.objects.size()},
+            {"instances", scene.instances.size()},
+            {"shapes", contents.shapes},
+            {"materials", scene.materials.size()},
+            {"textures", scene.textures.size()},
+            {"lights", scene.lights.size()},
+            {"resolution", {scene.resolution.x, scene.resolution.y}}};
+  if (!bounds.empty()) json["bounds"] = {{"lower", vector_json(bounds.lower)}, {"upper", vector_json(bounds.upper)}};
+  if (scene.max_depth) json["max_depth"] = *scene.max_depth;
+  if (scene.closed_form) json["closed_form"] = scene.closed_form->source;
+  json["needs"] = Json::array();
+  for (const auto& line : needs.lines(scene))
+    json["needs"].push_back({{"what", line.what}, {"needed", line.needed}, {"why", line.why}});
+  json["warnings"] = scene.warnings;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string to_lines(const std::string& name, const Scene& scene, const SceneNeeds& needs) {
+  const Contents contents = count_contents(scene);
+  const Bounds bounds = scene.bounds();
+  std::string text = fmt::format("{}  ({:016x})\n", name, scene.hash());
+  const auto add = [&](const char* what, const std::string& value) { text += fmt::format("  {:<14}{}\n", what, value); };
+  add("triangles", contents.stored_triangles == contents.triangles
+                       ? format_count(static_cast<double>(contents.triangles))
+                       : fmt::format("{} ({} stored)", format_count(static_cast<double>(contents.triangles)),
+                                     format_count(static_cast<double>(contents.stored_triangles))));
+  add("quadrics", std::to_string(contents.quadrics));
+  add("planes", std::to_string(scene.planes.size()));
+  add("objects", fmt::format("{}, instances {}, shapes {}", scene.objects.size(), scene.instances.size(), contents.shapes));
+  add("materials", fmt::format("{}, textures {}", scene.materials.size(), scene.textures.size()));
+  add("lights", std::to_string(scene.lights.size()));
+  if (!bounds.empty())
+    add("bounds", fmt::format("({:.4g}, {:.4g}, {:.4g}) .. ({:.4g}, {:.4g}, {:.4g}) m", bounds.lower.x, bounds.lower.y,
+                              bounds.lower.z, bounds.upper.x, bounds.upper.y, bounds.upper.z));
+  add("resolution", fmt::format("{} x {}", scene.resolution.x, scene.resolution.y));
+  add("depth",
+      scene.max_depth ? fmt::format("{} scattering events", *scene.max_depth) : "64 scattering events (the scene states none)");
+  add("truth", scene.closed_form ? "closed form: " + scene.closed_form->source : "none: rendered where one is needed");
+  text += "needs\n";
+  for (const auto& line : needs.lines(scene))
+    text += fmt::format("  {:<4}{:<20} {}\n", line.needed ? "yes" : "no", line.what, line.why);
+  if (!scene.warnings.empty()) text += "warnings\n";
+  for (const std::string& warning : scene.warnings) text += fmt::format("  {}\n", warning);
+  return text;
+}
+
+}  // namespace
+
+int inspect_command(const InspectCommand& command) {
+  const Scene scene = load_scene(command.scene);
+  const SceneNeeds needs = scene_needs(scene);
+  if (command.json)
+    fmt::print("{}\n", to_json(command.scene, scene, needs));
+  else
+    fmt::print("{}", to_lines(command.scene, scene, needs));
+  return 0;
+}
+
+}  // namespace etendue

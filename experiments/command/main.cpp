@@ -1,0 +1,176 @@
+// The `etendue` program: its command line, and where errors become messages and exit statuses.
+//
+//   0 done   1 a cell failed, a gate tripped or the machine did   2 bad usage, config or scene   130 interrupted
+#include "experiments/command/commands.h"
+#include "experiments/harness/manifest.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+#include <new>
+
+namespace etendue {
+
+namespace {
+
+class CommandLine {
+ public:
+  explicit CommandLine(std::chrono::steady_clock::time_point started) {
+    render_.started = started;
+    app_.set_version_flag("--version", version_text());
+    app_.allow_extras();
+    app_.get_formatter()->column_width(44);
+    add_run();
+    add_render();
+    add_accel();
+    add_small_commands();
+  }
+
+  int run(int argc, char** argv) {
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+      if (e.get_exit_code() == 0) return app_.exit(e);  // --help, --version
+      throw Error(std::string(e.what()) + "; see `etendue --help`");
+    }
+    refuse_unknown();
+    if (!chosen_) {
+      std::fputs(app_.help().c_str(), stderr);
+      return 2;
+    }
+    return chosen_();
+  }
+
+ private:
+  CLI::App* add(const char* name, const char* what, std::function<int()> action) {
+    CLI::App* command = app_.add_subcommand(name, what);
+    command->allow_extras();
+    command->callback([this, action = std::move(action)] { chosen_ = action; });
+    return command;
+  }
+
+  // One value each time it is given, so that what follows is not swallowed.
+  static void repeated(CLI::App* command, const char* name, std::vector<std::string>& values, const char* type,
+                       const char* help) {
+    command->add_option(name, values, help)->type_name(type)->allow_extra_args(false);
+  }
+  static void text(CLI::App* command, const char* name, std::string& value, const char* type, const char* help) {
+    command->add_option(name, value, help)->type_name(type);
+  }
+
+  void add_run() {
+    CLI::App* c =
+        add("run", "run an experiment: its cells, then tables, charts and a page", [this] { return run_command(run_); });
+    c->add_option("EXPERIMENT", run_.options.experiment, "a .toml file")->required()->type_name("");
+    repeated(c, "-o", run_.options.overrides, "KEY=VALUE",
+             "put a value in the place of the file's (budget.time=5s), repeatable");
+    text(c, "--out", run_.options.out, "DIR", "where results go; default out/NAME");
+    c->add_flag("--fresh", run_.options.fresh, "delete what an earlier run left there");
+    text(c, "--threads", run_.threads, "N", "default: the experiment's, else all of the machine's");
+    c->add_flag("--quick", run_.options.quick, "a small version: what the file's [quick] table says");
+    c->add_flag("--dry-run", run_.dry_run, "list the cells and run nothing");
+    text(c, "--filter", run_.options.filter, "REGEX",
+         "only cells whose name it finds: \"scene | accel | integrator | seed=N\"");
+    text(c, "--shard", run_.options.shard, "I/N",
+         "only part I (0 .. N-1) of N; slurm: as the job array says (then the default)");
+  }
+
+  void add_render() {
+    CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
+    c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf")->required()->type_name("");
+    text(c, "--integrator", render_.integrator, "NAME", "default path; see `etendue list integrators`");
+    text(c, "--accel", render_.accel, "NAME", "default binned-sah; see `etendue list accels`");
+    text(c, "--spp", render_.spp, "N", "iterations: samples per pixel, photon passes; default 64");
+    text(c, "--time", render_.time, "30s", "the image is there by then, preparation included");
+    text(c, "--error", render_.error, "0.01", "until relmse is that small (within --time, default 10min)");
+    text(c, "--seed", render_.seed, "N", "default 1");
+    repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");
+    text(c, "-o", render_.output, "FILE", ".exr or .png; default: named after scene and integrator, none with --json");
+    c->add_flag("--json", render_.json, "figures as JSON on stdout");
+    text(c, "--threads", render_.threads, "N", "default: all of the machine's");
+    text(c, "--resolution", render_.resolution, "WxH", "default: the scene's");
+  }
+
+  void add_accel() {
+    CLI::App* c =
+        add("accel", "every ray structure on one scene: agreement, build time, memory, SAH cost, Mrays/s, work per ray",
+            [this] { return accel_command(accel_); });
+    c->add_option("SCENE", accel_.scenes, "builtin:NAME or files")->required()->type_name("");
+    c->add_flag("--json", accel_.json, "one JSON object a line");
+    text(c, "--structures", accel_.structures, "A,B", "default: all that are built in");
+    text(c, "--resolution", accel_.resolution, "N", "N x N primary rays; default 512");
+    text(c, "--repetitions", accel_.repetitions, "N", "interleaved timings, of which the median counts; default 3");
+  }
+
+  void add_small_commands() {
+    CLI::App* c = add("inspect", "what a scene holds and what it needs", [this] { return inspect_command(inspect_); });
+    c->add_option("SCENE", inspect_.scene, "builtin:NAME or a file")->required()->type_name("");
+    c->add_flag("--json", inspect_.json, "as JSON");
+    c = add("compare", "every metric of an image against a reference", [this] { return compare_command(compare_); });
+    c->add_option("IMAGE", compare_.image, ".exr")->required()->type_name("");
+    c->add_option("REFERENCE", compare_.reference, ".exr of the same size")->required()->type_name("");
+    c->add_flag("--json", compare_.json, "as JSON");
+    c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",
+            [this] { return report_command(report_); });
+    c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
+    text(c, "--out", report_.out, "DIR", "default: the one DIR itself");
+    c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
+    c->add_option("WHAT", list_, "scenes, integrators, accels, metrics, points or balls; default all")->type_name("");
+  }
+
+  // What no option took, with the nearest names.
+  void refuse_unknown() const {
+    std::vector<std::string> commands;
+    const CLI::App* used = nullptr;
+    for (const CLI::App* command : app_.get_subcommands([](const CLI::App*) { return true; }))
+      commands.push_back(command->get_name());
+    if (const auto parsed = app_.get_subcommands(); !parsed.empty()) used = parsed.front();
+    const CLI::App& owner = used ? *used : app_;
+    const auto extras = owner.remaining();
+    if (extras.empty()) return;
+    const std::string word = extras.front().substr(0, extras.front().find('='));
+    if (!word.starts_with("-") && !used) throw Error(unknown_name("command", word, commands));
+    const std::string where = used ? used->get_name() : "etendue";
+    if (!word.starts_with("-"))
+      throw Error(Location{where}, fmt::format("unexpected '{}'; see `etendue {} --help`", word, where));
+    std::vector<std::string> flags;
+    for (const CLI::Option* option : owner.get_options()) {
+      for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+      for (const std::string& name : option->get_snames()) flags.push_back("-" + name);
+    }
+    throw Error(Location{where}, unknown_name("option", word, flags));
+  }
+
+  CLI::App app_{"etendue: a laboratory for photon mapping and radiance caching", "etendue"};
+  RunCommand run_;
+  RenderCommand render_;
+  AccelCommand accel_;
+  InspectCommand inspect_;
+  CompareCommand compare_;
+  ReportCommand report_;
+  std::string list_;
+  std::function<int()> chosen_;
+};
+
+int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point started) {
+  try {
+    const int status = CommandLine(started).run(argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::runtime_error("cannot write to the standard output");
+    return status;
+  } catch (const Error& e) {
+    std::fprintf(stderr, "error: %s\n", e.what());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::fputs("error: out of memory\n", stderr);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "error: %s\n", e.what());
+  }
+  return 1;
+}
+
+}  // namespace
+
+}  // namespace etendue
+
+int main(int argc, char** argv) { return etendue::guarded_main(argc, argv, std::chrono::steady_clock::now()); }

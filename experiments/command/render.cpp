@@ -1,0 +1,210 @@
+// `etendue render`: one scene, one method, one image, through the same loop as every cell of an experiment.
+#include "experiments/command/commands.h"
+#include "experiments/command/console.h"
+#include "experiments/command/png.h"
+#include "experiments/harness/manifest.h"
+#include "experiments/harness/reference.h"
+#include "experiments/harness/report_text.h"
+#include "experiments/harness/run_cell.h"
+#include "framework/core/units.h"
+#include "framework/image/metrics.h"
+#include "framework/io/exr.h"
+#include "framework/io/load_scene.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace etendue {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t default_samples = 64;
+constexpr double default_error_limit_s = 600;  // --error alone: a target out of reach must end some time
+
+// "-p photons=200k" goes to the integrator, "-p accel.bins=32" to the structure.
+void read_parameters(const RenderCommand& command, Method& integrator, Method& accel) {
+  constexpr std::string_view prefix = "accel.";
+  for (const std::string& assignment : command.params) {
+    const Location where{"-p " + assignment};
+    const auto equals = assignment.find('=');
+    if (equals == std::string::npos || equals == 0) throw Error(where, "expected key=value, such as max_depth=8");
+    std::string key = assignment.substr(0, equals);
+    Method& method = key.starts_with(prefix) ? accel : integrator;
+    if (&method == &accel) key.erase(0, prefix.size());
+    method.params[key] = parse_param_value(assignment.substr(equals + 1), where);
+  }
+  validate_integrator(integrator);
+  validate_accel(accel);
+}
+
+Budget read_budget(const RenderCommand& command) {
+  Budget budget;
+  budget.checkpoints.linear = 1;
+  if (!command.spp.empty()) budget.samples = static_cast<std::uint64_t>(whole_option("--spp", command.spp, 1, 4'000'000'000));
+  if (!command.time.empty()) budget.time_s = duration_option("--time", command.time);
+  if (!command.error.empty()) budget.error = number_option("--error", command.error, 1e-12, 1e6);
+  if (!budget.samples && !budget.time_s) {
+    if (budget.error)
+      budget.time_s = default_error_limit_s;
+    else
+      budget.samples = default_samples;
+  }
+  return budget;
+}
+
+// The image shall be on disk when the time is over: what has passed since the process began counts, and so does writing it.
+void count_from_the_start(Budget& budget, std::chrono::steady_clock::time_point started) {
+  const double gone = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  const double reserve = std::min(0.05, 0.02 * *budget.time_s);
+  budget.time_s = std::max(1e-9, *budget.time_s - gone - reserve);
+}
+
+std::string output_path(const RenderCommand& command) {
+  if (!command.output.empty() || command.json) return command.output;
+  return slug(command.scene) + "-" + slug(command.integrator) + ".exr";
+}
+
+void check_output(const std::string& path) {
+  if (!path.empty() && !path.ends_with(".exr") && !path.ends_with(".png"))
+    throw Error(Location{"-o " + path}, "unknown image format; expected a name that ends in .exr or .png");
+}
+
+struct Rendered {
+  const RenderCommand& command;
+  Method integrator, accel;
+  CellResult result = {};
+  ivec2 resolution{0};
+  int threads = 1;
+  std::uint64_t seed = 1;
+  std::string output = {};
+  std::string reference = {};  // what the metrics are measured against; "": none
+  std::map<std::string, double> metrics = {};
+};
+
+std::string to_json(const Rendered& r) {
+  const CheckpointRecord& end = r.result.checkpoints.back();
+  Json json{
+      {"scene", r.command.scene},
+      {"integrator", r.integrator.label()},
+      {"accel", r.accel.label()},
+      {"seed", r.seed},
+      {"width", r.resolution.x},
+      {"height", r.resolution.y},
+      {"threads", r.threads},
+      {"image", r.output},
+      {"image_hash", fmt::format("{:016x}", r.result.image_hash)},
+      {"spp", end.iterations},
+      {"time_s", end.time_s},
+      {"cpu_s", end.cpu_s},
+      {"phases_s", end.phases_s},
+      {"counters", end.counters},
+      {"peak_memory_bytes", end.peak_memory_bytes},
+      {"non_finite", end.non_finite},
+      {"expectation", {{"bias", bias_name(r.result.expectation.bias)}, {"mse_exponent", r.result.expectation.mse_exponent}}}};
+  if (!r.reference.empty()) json["reference"] = r.reference;
+  for (const auto& [name, value] : r.metrics) json[name] = value;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string to_lines(const Rendered& r) {
+  const CheckpointRecord& end = r.result.checkpoints.back();
+  std::string text = fmt::format("image       {}\nhash        {:016x}\nspp         {}\ntime        {}", r.output,
+                                 r.result.image_hash, end.iterations, format_seconds(end.time_s));
+  std::string separator = " (";
+  for (const auto& [phase, seconds] : end.phases_s)
+    text += std::exchange(separator, ", ") + phase + " " + format_seconds(seconds);
+  text += fmt::format(")\nmemory      {} at most\n", format_bytes(static_cast<double>(end.peak_memory_bytes)));
+  for (const auto& [name, value] : r.metrics) text += fmt::format("{:<15} {:.4g}\n", name, value);
+  if (!r.reference.empty()) text += fmt::format("against     {}\n", r.reference);
+  return text;
+}
+
+void write_image(const Rendered& r) {
+  if (r.output.empty()) return;
+  if (r.output.ends_with(".png")) return write_png(r.output, r.result.image);
+  write_exr(r.output, r.result.image,
+            {{"etendue_manifest", to_json_line(make_manifest("", "", r.threads))},
+             {"etendue_cell", CellName{r.command.scene, r.accel.label(), r.integrator.label(), r.seed}.key()},
+             {"etendue_iterations", std::to_string(r.result.checkpoints.back().iterations)}});
+}
+
+}  // namespace
+
+int render_command(const RenderCommand& command) {
+  Console console;
+  exit_on_interrupt("\ninterrupted; no image is written\n");
+  Rendered r{command, {command.integrator, {}, {"--integrator"}}, {command.accel, {}, {"--accel"}}};
+  r.output = output_path(command);
+  read_parameters(command, r.integrator, r.accel);
+  Budget budget = read_budget(command);
+  r.threads = threads_option(command.threads);
+  r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
+  check_output(r.output);
+  const std::optional<ivec2> resolution =
+      command.resolution.empty() ? std::nullopt : std::optional(resolution_option(command.resolution));
+
+  const Scene scene = load_scene(command.scene);
+  const SceneNeeds needs = scene_needs(scene);
+  for (const std::string& warning : scene.warnings) console.warning(warning);
+  r.resolution = resolution.value_or(scene.resolution);
+
+  // An error target needs the reference before, all else only afterwards, off the user's time.
+  std::optional<Reference> reference;
+  const auto find_reference = [&] {
+    const auto narrate = [&](const std::string& line) { console.line(line); };
+    reference =
+        make_reference({scene, needs, command.scene, r.resolution, {}, r.threads, narrate}, ReferenceCache::standard(""));
+    if (!reference->failure.empty()) throw Error(Location{command.scene}, reference->failure);
+  };
+  if (budget.error)
+    find_reference();
+  else if (budget.time_s)
+    count_from_the_start(budget, command.started);
+
+  const auto progress = [&](std::uint64_t iterations, double time_s) {
+    const double share = budget.progress(iterations, time_s);
+    console.status(fmt::format("{} {} iterations, {:.3g}/s, {} left", progress_bar(share, 32), iterations,
+                               static_cast<double>(iterations) / time_s,
+                               format_seconds(time_s * (1 - share) / std::max(share, 1e-9))));
+  };
+  r.result = run_cell({scene,
+                       needs,
+                       r.accel,
+                       r.integrator,
+                       r.seed,
+                       r.resolution,
+                       budget,
+                       r.threads,
+                       reference ? &reference->rendered.image : nullptr,
+                       {},
+                       progress});
+  console.clear_status();
+  write_image(r);
+  if (!reference && scene.closed_form) find_reference();
+  if (reference) {
+    r.reference = reference->rendered.source;
+    for (const Metric& metric : metrics())
+      r.metrics[std::string(metric.name)] = metric.compute(r.result.image, reference->rendered.image);
+  }
+  if (command.json)
+    fmt::print("{}\n", to_json(r));
+  else
+    fmt::print("{}", to_lines(r));
+  if (const auto count = r.result.checkpoints.back().non_finite; count > 0) {
+    const NonFiniteSample& first = r.result.non_finite.front();
+    console.warning(fmt::format("{} non-finite samples, the first at pixel ({}, {}), iteration {}", count, first.pixel.x,
+                                first.pixel.y, first.iteration));
+  }
+  if (budget.error && !r.result.reached_error) {
+    console.warning(fmt::format("relmse {:g} was not reached within {}", *budget.error,
+                                format_seconds(r.result.checkpoints.back().time_s)));
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace etendue

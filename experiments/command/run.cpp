@@ -1,0 +1,58 @@
+#include "experiments/harness/run.h"
+
+#include "experiments/command/commands.h"
+#include "experiments/command/console.h"
+#include "experiments/harness/run_directory.h"
+#include "framework/core/units.h"
+
+#include <fmt/format.h>
+#include <set>
+
+namespace etendue {
+
+namespace {
+
+// Cells on stdout, one a line, with what an earlier run made of them.
+void print_plan(const RunPlan& plan, Console& console) {
+  std::map<CellName, std::string> earlier;
+  if (!plan.fresh)
+    for (const CellRecord& cell : read_directory_log(plan.directory).cells) earlier[cell.cell] = cell.status;
+  std::size_t done = 0;
+  for (const Cell& cell : plan.cells) {
+    const auto found = earlier.find(cell.name);
+    const std::string status = found == earlier.end() ? "" : "  [" + found->second + "]";
+    if (status == "  [done]") ++done;
+    fmt::print("{}{}\n", cell.name.key(), status);
+  }
+  const std::size_t left = plan.cells.size() - done;
+  console.line(fmt::format("{} cells, {} to run, each within {}; into {}", plan.cells.size(), left, plan.config.budget.text(),
+                           plan.directory));
+  if (plan.config.budget.time_s)
+    console.line(fmt::format("at most about {}, and what references, structures and metrics take",
+                             format_seconds(static_cast<double>(left) * *plan.config.budget.time_s)));
+}
+
+}  // namespace
+
+int run_command(const RunCommand& command) {
+  Console console;
+  RunOptions options = command.options;
+  if (!command.threads.empty()) options.threads = threads_option(command.threads);
+  const RunPlan plan = plan_run(options);
+  if (command.dry_run) {
+    print_plan(plan, console);
+    return 0;
+  }
+  exit_on_interrupt("\ninterrupted; the same command goes on from here\n");
+  ConsoleRunObserver observer(console);
+  const RunSummary summary = execute_run(plan, observer);
+  console.clear_status();
+  fmt::print("{}", summary.table);
+  for (const std::string& file : summary.report_files) console.line(file);
+  console.line(fmt::format("{} cells done, {} failed, {} done before; {}", summary.done, summary.failed, summary.skipped,
+                           plan.directory));
+  if (summary.disagreements > 0) console.warning(fmt::format("structures disagree on {} rays", summary.disagreements));
+  return summary.failed > 0 || summary.disagreements > 0 ? 1 : 0;
+}
+
+}  // namespace etendue

@@ -1,0 +1,70 @@
+// When a cell stops and where its error is measured: the one budget of every method.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace etendue {
+
+// Checkpoints run backwards from the end: T, T/f, T/f^2, ... (`log`: f = 2, `sqrt2`: f = sqrt 2), or T/n, 2T/n, ..., T
+// (`linear:n`). T is the time or the count of iterations the budget allows.
+struct CheckpointLadder {
+  double factor = 2;
+  int linear = 0;  // > 0: so many equal steps instead
+
+  // "log", "sqrt2" or "linear:N"; throws Error.
+  static CheckpointLadder parse(const std::string& text);
+};
+
+// Every limit that is given holds; the first one reached ends the cell.
+struct Budget {
+  std::optional<double> time_s;          // structure, preparation and iterations
+  std::optional<std::uint64_t> samples;  // iterations
+  std::optional<double> error;           // relmse to reach
+  CheckpointLadder checkpoints;
+
+  std::string text() const;
+  // Share of the budget used up, in [0, 1].
+  double progress(std::uint64_t iterations, double time_s) const;
+};
+
+// Walks a budget. Times are those of the cell's own clock, on which nothing but the method runs.
+class BudgetSchedule {
+ public:
+  explicit BudgetSchedule(const Budget& budget);
+
+  // Whether no further iteration may start. A time budget ends before an iteration that would overrun it, predicted by the
+  // length of the last one; so the first iteration always runs.
+  bool finished(std::uint64_t iterations, double time_s, double last_iteration_s) const;
+
+  // Whether a rung of the ladder has been reached since the last one; several rungs in one iteration are one checkpoint.
+  bool checkpoint_due(std::uint64_t iterations, double time_s);
+
+  // Whether to compare the error with its target: each time the iterations have grown by a tenth. Measuring is off the clock,
+  // but not free.
+  bool error_due(std::uint64_t iterations);
+
+ private:
+  double next_rung(double total, double reached) const;
+
+  Budget budget_;
+  double next_iterations_, next_time_;  // infinity where that limit is absent
+  std::uint64_t next_error_ = 1;
+};
+
+// Wall and CPU time of the process, counted only while running.
+class RunClock {
+ public:
+  void start();
+  void stop();
+  double wall_s() const;  // while running too
+  double cpu_s() const;   // user + system, all threads
+
+ private:
+  bool running_ = false;
+  double wall_ = 0, cpu_ = 0;
+  double wall_start_ = 0, cpu_start_ = 0;
+};
+
+}  // namespace etendue

@@ -1,0 +1,249 @@
+#include "experiments/harness/config.h"
+
+#include "experiments/harness/config_tree.h"
+#include "framework/image/metrics.h"
+#include "framework/io/load_scene.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+#include <algorithm>
+#include <filesystem>
+
+namespace etendue {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// What `--quick` means where an experiment has no [quick] table of its own.
+constexpr std::string_view default_quick = "seeds = 1\nbudget = { time = \"0.3s\" }\nresolution = [64, 64]\n";
+
+SceneChoice read_scene(const ConfigNode& node, const fs::path& directory) {
+  SceneChoice scene{read_text(node, "scenes", "names or paths in quotes"), {}, node.where};
+  constexpr std::string_view prefix = "builtin:";
+  if (scene.name.starts_with(prefix)) {
+    std::vector<std::string> names;
+    for (const BuiltinScene& builtin : builtin_scenes()) names.push_back(std::string(prefix) + builtin.name);
+    if (std::find(names.begin(), names.end(), scene.name) == names.end())
+      throw Error(scene.where, unknown_name("scene", scene.name, names));
+    scene.path = scene.name;
+    return scene;
+  }
+  for (const fs::path& candidate : {directory / scene.name, fs::path(scene.name)}) {
+    if (!fs::is_regular_file(candidate)) continue;
+    scene.path = candidate.string();
+    return scene;
+  }
+  throw Error(scene.where, fmt::format("no scene '{}'; expected a file beside the experiment or in the working directory, or "
+                                       "builtin:NAME (`etendue list scenes`)",
+                                       scene.name));
+}
+
+std::vector<SceneChoice> read_scenes(const ConfigNode& node, const fs::path& directory) {
+  std::vector<SceneChoice> scenes;
+  for (const ConfigNode* element : list_elements(node, "scenes", "an array of scenes")) {
+    SceneChoice scene = read_scene(*element, directory);
+    for (const SceneChoice& other : scenes)
+      if (other.name == scene.name) throw Error(scene.where, fmt::format("scene '{}' stands there twice", scene.name));
+    scenes.push_back(std::move(scene));
+  }
+  return scenes;
+}
+
+std::vector<std::uint64_t> read_seeds(const ConfigNode* node) {
+  if (!node) return {1};
+  std::vector<std::uint64_t> seeds;
+  if (node->array()) {
+    for (const ConfigNode* element : list_elements(*node, "seeds", "how many, or an array of whole numbers")) {
+      const auto seed = static_cast<std::uint64_t>(read_whole(*element, "seeds", 0, INT64_MAX));
+      if (std::find(seeds.begin(), seeds.end(), seed) != seeds.end())
+        throw Error(element->where, fmt::format("seed {} stands there twice", seed));
+      seeds.push_back(seed);
+    }
+    return seeds;
+  }
+  const std::int64_t count = read_whole(*node, "seeds", 1, 1'000'000);
+  for (std::int64_t seed = 1; seed <= count; ++seed) seeds.push_back(static_cast<std::uint64_t>(seed));
+  return seeds;
+}
+
+Budget read_budget(const ConfigNode& node) {
+  TableReader reader(node, "budget");
+  Budget budget;
+  if (const auto* time = reader.find("time")) budget.time_s = read_duration(*time, "budget.time");
+  if (const auto* samples = reader.find("samples"))
+    budget.samples = static_cast<std::uint64_t>(read_whole(*samples, "budget.samples", 1, 4'000'000'000));
+  const auto* error = reader.find("error");
+  if (error) budget.error = read_number(*error, "budget.error", 1e-12, 1e6);
+  if (const auto* ladder = reader.find("checkpoints")) {
+    try {
+      budget.checkpoints = CheckpointLadder::parse(read_text(*ladder, "budget.checkpoints"));
+    } catch (const Error& e) {
+      throw Error(ladder->where, std::string("budget: ") + e.what());
+    }
+  }
+  reader.finish();
+  if (!budget.time_s && !budget.samples)
+    throw Error((error ? *error : node).where, error ? "budget: an error that is never reached would run for ever; expected a "
+                                                       "time or samples beside it"
+                                                     : "budget: no limit; expected time, samples or error");
+  return budget;
+}
+
+ReferenceChoice read_reference(const ConfigNode* node, const fs::path& directory) {
+  using Kind = ReferenceChoice::Kind;
+  if (!node) return {};
+  if (const auto* text = node->text()) {
+    if (*text == "auto") return {Kind::automatic, 0, {}, node->where};
+    if (*text == "exact") return {Kind::exact, 0, {}, node->where};
+    const std::vector<std::string> names{"auto", "exact"};
+    throw Error(node->where, unknown_name("reference", *text, names) + "; or { samples = N } or { file = \"ref.exr\" }");
+  }
+  if (!node->table()) wrong_type(*node, "reference", "\"auto\", \"exact\", { samples = N } or { file = \"ref.exr\" }");
+  TableReader reader(*node, "reference");
+  const auto* samples = reader.find("samples");
+  const auto* file = reader.find("file");
+  reader.finish();
+  if ((samples != nullptr) == (file != nullptr)) throw Error(node->where, "reference: expected either samples or file");
+  if (samples)
+    return {Kind::samples,
+            static_cast<std::uint64_t>(read_whole(*samples, "reference.samples", 16, 1'000'000'000)),
+            {},
+            samples->where};
+  const std::string name = read_text(*file, "reference.file");
+  for (const fs::path& candidate : {directory / name, fs::path(name)})
+    if (fs::is_regular_file(candidate)) return {Kind::file, 0, candidate.string(), file->where};
+  throw Error(file->where, fmt::format("reference: no file '{}' beside the experiment or in the working directory", name));
+}
+
+std::vector<std::string> read_names(const ConfigNode& node, const std::string& key, const std::string& kind,
+                                    const std::vector<std::string>& valid) {
+  std::vector<std::string> names;
+  for (const ConfigNode* element : list_elements(node, key, "an array of names")) {
+    const std::string name = read_text(*element, key);
+    if (std::find(valid.begin(), valid.end(), name) == valid.end())
+      throw Error(element->where, key + ": " + unknown_name(kind, name, valid));
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+ivec2 read_resolution(const ConfigNode& node) {
+  const auto* array = node.array();
+  if (!array || array->size() != 2) wrong_type(node, "resolution", "[width, height]");
+  return {static_cast<int>(read_whole((*array)[0], "resolution", 1, 16384)),
+          static_cast<int>(read_whole((*array)[1], "resolution", 1, 16384))};
+}
+
+std::optional<StructureTiming> read_structures(const ConfigNode& node) {
+  if (const auto* wanted = std::get_if<bool>(&node.value)) return *wanted ? std::optional(StructureTiming{}) : std::nullopt;
+  if (!node.table()) wrong_type(node, "structures", "true, false or { resolution = N, repetitions = N }");
+  TableReader reader(node, "structures");
+  StructureTiming timing;
+  if (const auto* n = reader.find("resolution"))
+    timing.resolution = static_cast<int>(read_whole(*n, "structures.resolution", 8, 8192));
+  if (const auto* n = reader.find("repetitions"))
+    timing.repetitions = static_cast<int>(read_whole(*n, "structures.repetitions", 1, 1000));
+  reader.finish();
+  return timing;
+}
+
+// Puts [quick]'s keys in the place of the experiment's own; whole keys, so that { samples } replaces { time }.
+void apply_quick(ConfigNode& root) {
+  auto& table = std::get<ConfigNode::Table>(root.value);
+  const auto own = table.find("quick");
+  ConfigNode quick = own == table.end() ? parse_config(default_quick, "--quick") : own->second;
+  if (const auto timing = table.find("structures");
+      own == table.end() && timing != table.end() && read_structures(timing->second))
+    apply_override(quick, "structures={ resolution = 64, repetitions = 1 }");
+  if (!quick.table()) wrong_type(quick, "quick", "a table of keys to replace");
+  for (const auto& [key, value] : *quick.table()) {
+    if (key == "quick") throw Error(value.key_where, "quick: a [quick] inside [quick]; expected keys of the experiment");
+    table.insert_or_assign(key, value);
+  }
+}
+
+// What changes a result, and so must not change within one output directory.
+std::string result_hash(const ConfigNode& root) {
+  ConfigNode::Table table = *root.table();
+  for (const char* key : {"title", "outputs", "quick", "threads"}) table.erase(key);
+  const std::string text = canonical_text({std::move(table), {}, {}});
+  return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
+}
+
+ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
+  const fs::path directory = fs::path(path).parent_path();
+  ExperimentConfig config;
+  config.path = path;
+  config.title = fs::path(path).stem().string();
+  TableReader reader(root, "experiment");
+  const auto* scenes = reader.find("scenes");
+  const auto* accels = reader.find("accels");
+  const auto* methods = reader.find("integrators");
+  const auto* seeds = reader.find("seeds");
+  const auto* budget = reader.find("budget");
+  const auto* reference = reader.find("reference");
+  if (const auto* n = reader.find("title")) config.title = read_text(*n, "title");
+  if (const auto* n = reader.find("resolution")) config.resolution = read_resolution(*n);
+  if (const auto* n = reader.find("threads")) config.threads = static_cast<int>(read_whole(*n, "threads", 1, 4096));
+  if (const auto* n = reader.find("structures")) config.structures = read_structures(*n);
+  std::vector<std::string> all_metrics;
+  for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
+  const auto* wanted = reader.find("metrics");
+  config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
+  config.table_formats = {"md", "csv", "tex"};
+  if (const auto* outputs = reader.find("outputs")) {
+    TableReader output_reader(*outputs, "outputs");
+    if (const auto* n = output_reader.find("tables"))
+      config.table_formats = read_names(*n, "outputs.tables", "format", {"md", "csv", "tex"});
+    output_reader.finish();
+  }
+  if (const auto* quick = reader.find("quick"); quick && !quick->table())
+    wrong_type(*quick, "quick", "a table of keys to replace");
+  reader.finish();
+
+  config.seeds = read_seeds(seeds);
+  if (budget) config.budget = read_budget(*budget);
+  config.reference = read_reference(reference, directory);
+  config.accels = accels ? read_accels(*accels) : std::vector<Method>{{"binned-sah", {}, {}}};
+  if (methods) config.integrators = read_integrators(*methods);
+  if (!scenes) throw Error(Location{path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
+  config.scenes = read_scenes(*scenes, directory);
+  if (!methods && !config.structures)
+    throw Error(Location{path}, "no integrators; expected [[integrators]] tables (or structures = true)");
+  if (methods && !budget) throw Error(Location{path}, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");
+  if (config.reference.kind == ReferenceChoice::Kind::file && config.scenes.size() > 1)
+    throw Error(config.reference.where,
+                fmt::format("reference: one file for {} scenes; expected one scene", config.scenes.size()));
+  config.hash = result_hash(root);
+  return config;
+}
+
+ExperimentConfig finish(ConfigNode root, const std::string& path, const ConfigOptions& options) {
+  // All of the file must be valid, whichever half of it this run uses: a slip in [quick] shall not wait for --quick.
+  ExperimentConfig config = interpret(root, path);
+  ConfigNode quick = root;
+  apply_quick(quick);
+  ExperimentConfig quick_config = interpret(quick, path);
+  if (options.overrides.empty()) return options.quick ? quick_config : config;
+  ConfigNode& chosen = options.quick ? quick : root;
+  for (const std::string& assignment : options.overrides) {
+    if (assignment.starts_with("quick"))
+      throw Error(Location{"-o " + assignment},
+                  "overrides come after [quick]; expected the key itself, such as budget.time=5s");
+    apply_override(chosen, assignment);
+  }
+  return interpret(chosen, path);
+}
+
+}  // namespace
+
+ExperimentConfig load_config(const std::string& path, const ConfigOptions& options) {
+  return finish(read_config_file(path), path, options);
+}
+
+ExperimentConfig parse_experiment(const std::string& text, const std::string& path, const ConfigOptions& options) {
+  return finish(parse_config(text, path), path, options);
+}
+
+}  // namespace etendue

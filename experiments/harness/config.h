@@ -1,0 +1,73 @@
+// experiment.toml → ExperimentConfig: everything checked, with file:line:col, before anything runs.
+//
+//   title       text; default: the file's name
+//   scenes      names or paths (beside the TOML file first, then in the working directory)
+//   accels      ray structures: names or tables { name, parameters… }; "all": every one that is built in. Default binned-sah
+//   integrators methods: tables { name, parameters… } or names
+//   seeds       how many (1, 2, …, N) or an array of them
+//   budget      { time = "60s", samples = N, error = E, checkpoints = "log" | "sqrt2" | "linear:N" }: the first limit reached
+//               ends a cell; `error` (a relmse) needs a limit beside it, for it may never be reached
+//   reference   "auto" (default: the closed form where the scene has one, else cached or rendered), "exact", { samples = N }
+//               or { file = "ref.exr" }
+//   metrics     default: all
+//   resolution  [w, h]; default: the scene's
+//   threads     default: the machine's; `--threads` wins
+//   structures  true or { resolution, repetitions }: also time every structure on every scene
+//   outputs     { tables = ["md", "csv", "tex"] }
+//   quick       any of the keys above, put in their place by `--quick`
+#pragma once
+
+#include "experiments/harness/budget.h"
+#include "experiments/harness/method.h"
+#include "framework/core/vec.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct SceneChoice {
+  std::string name;  // as the experiment writes it, and as the log names it
+  std::string path;  // what load_scene is given
+  Location where;
+};
+
+struct ReferenceChoice {
+  enum class Kind : std::uint8_t { automatic, exact, samples, file };
+  Kind kind = Kind::automatic;
+  std::uint64_t samples = 0;  // per pixel and estimator; 0: the default, or what the cache has
+  std::string file;
+  Location where;
+};
+
+struct StructureTiming {
+  int resolution = 512;
+  int repetitions = 3;
+};
+
+struct ExperimentConfig {
+  std::string path, title;
+  std::vector<SceneChoice> scenes;
+  std::vector<Method> accels, integrators;
+  std::vector<std::uint64_t> seeds;
+  Budget budget;
+  ReferenceChoice reference;
+  std::vector<std::string> metrics;
+  std::optional<ivec2> resolution;
+  std::optional<int> threads;
+  std::optional<StructureTiming> structures;
+  std::vector<std::string> table_formats;
+  std::string hash;  // of all that changes a result: neither comments nor title, threads or outputs
+};
+
+struct ConfigOptions {
+  bool quick = false;
+  std::vector<std::string> overrides;  // key=value, applied in order, after [quick]
+};
+
+// Throw Error.
+ExperimentConfig load_config(const std::string& path, const ConfigOptions& options = {});
+ExperimentConfig parse_experiment(const std::string& text, const std::string& path, const ConfigOptions& options = {});
+
+}  // namespace etendue

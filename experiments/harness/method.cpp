@@ -1,0 +1,98 @@
+#include "experiments/harness/method.h"
+
+#include "accel/registry.h"
+#include "framework/core/units.h"
+#include "integrators/registry.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <set>
+
+namespace etendue {
+
+namespace {
+
+void normalise_integers(Method& method, const std::vector<ParamInfo>& infos) {
+  for (const ParamInfo& info : infos) {
+    const auto found = method.params.find(info.name);
+    if (info.type != "integer" || found == method.params.end()) continue;
+    if (const auto* text = std::get_if<std::string>(&found->second.value)) found->second.value = parse_count(*text);
+  }
+}
+
+ParamValue read_param(const ConfigNode& node, const std::string& key) {
+  if (const auto* b = std::get_if<bool>(&node.value)) return {*b, node.where};
+  if (const auto* i = std::get_if<std::int64_t>(&node.value)) return {*i, node.where};
+  if (const auto* d = std::get_if<double>(&node.value)) return {*d, node.where};
+  if (const auto* s = node.text()) return {*s, node.where};
+  wrong_type(node, key, "a boolean, a number or text");
+}
+
+// `find` is find_integrator or find_ray_structure.
+template <class Find>
+Method read_method(const ConfigNode& node, const std::string& key, const Find& find) {
+  if (const auto* text = node.text()) return {*text, {}, node.where};
+  const auto* table = node.table();
+  if (!table) wrong_type(node, key, "names or tables { name = \"…\", parameters… }");
+  const auto name = table->find("name");
+  if (name == table->end()) throw Error(node.where, key + ": a table without a name; expected { name = \"…\", parameters… }");
+  Method method{read_text(name->second, key + ".name"), {}, name->second.where};
+
+  std::vector<std::string> known{"name"};
+  for (const ParamInfo& info : find(method.name, method.where).params) known.push_back(info.name);
+  for (const auto& [parameter, value] : *table) {
+    if (parameter == "name") continue;
+    if (std::find(known.begin(), known.end(), parameter) == known.end())
+      throw Error(value.key_where, method.name + ": " + unknown_name("parameter", parameter, known));
+    method.params.emplace(parameter, read_param(value, key + "." + parameter));
+  }
+  return method;
+}
+
+template <class Find, class Validate>
+std::vector<Method> read_methods(const ConfigNode& node, const std::string& key, const Find& find, const Validate& validate) {
+  std::vector<Method> methods;
+  std::set<std::string> labels;
+  for (const ConfigNode* element : list_elements(node, key, "an array of names or tables")) {
+    Method method = read_method(*element, key, find);
+    validate(method);
+    if (!labels.insert(method.label()).second)
+      throw Error(method.where, fmt::format("{}: '{}' stands there twice; expected each once", key, method.label()));
+    methods.push_back(std::move(method));
+  }
+  return methods;
+}
+
+}  // namespace
+
+std::string Method::label() const {
+  std::string text = name;
+  for (const auto& [key, value] : params) text += fmt::format(" {}={}", key, to_text(value));
+  return text;
+}
+
+void validate_integrator(Method& method) {
+  const IntegratorEntry& entry = find_integrator(method.name, method.where);
+  entry.make(method.params);
+  normalise_integers(method, entry.params);
+}
+
+void validate_accel(Method& method) {
+  const RayEntry& entry = find_ray_structure(method.name, method.where);
+  entry.make(Scene{}, method.params);
+  normalise_integers(method, entry.params);
+}
+
+std::vector<Method> read_integrators(const ConfigNode& node) {
+  return read_methods(node, "integrators", find_integrator, validate_integrator);
+}
+
+std::vector<Method> read_accels(const ConfigNode& node) {
+  if (!node.text() || *node.text() != "all") return read_methods(node, "accels", find_ray_structure, validate_accel);
+  std::vector<Method> methods;
+  for (const RayEntry& entry : ray_structures())
+    if (entry.available) methods.push_back({entry.name, {}, node.where});
+  return methods;
+}
+
+}  // namespace etendue

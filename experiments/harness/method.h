@@ -1,0 +1,28 @@
+// A structure or an integrator as an experiment or the command line names it.
+#pragma once
+
+#include "experiments/harness/config_tree.h"
+#include "framework/core/params.h"
+
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct Method {
+  std::string name;
+  ParamMap params;
+  Location where;
+
+  std::string label() const;  // "photon-map photons=200000": what logs and charts call it
+};
+
+// Check a method's name and parameters by making it, and spell integers one way ("200k" is 200000). Throw Error.
+void validate_integrator(Method& method);
+void validate_accel(Method& method);
+
+// Names, tables { name, parameters… }, or an array of both; each label once. `accels = "all"` is every structure built in.
+std::vector<Method> read_integrators(const ConfigNode& node);
+std::vector<Method> read_accels(const ConfigNode& node);
+
+}  // namespace etendue

@@ -1,0 +1,157 @@
+#include "experiments/harness/reference.h"
+
+#include "accel/registry.h"
+#include "experiments/harness/closed_form.h"
+#include "experiments/harness/file_lock.h"
+#include "experiments/harness/run_cell.h"
+#include "framework/core/parallel.h"
+#include "framework/core/rng.h"
+#include "integrators/registry.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <optional>
+
+namespace etendue {
+
+namespace {
+
+// Seeds of references share no bits with those of experiments, which are small numbers.
+constexpr std::uint64_t reference_seed = 0x7265666572656e63ull;
+
+bool has_integrator(const std::string& name) {
+  return std::any_of(integrators().begin(), integrators().end(), [&](const auto& entry) { return entry.name == name; });
+}
+
+// With the independent sampler where the method has a choice.
+Method independent(const std::string& name, ParamMap params = {}) {
+  for (const ParamInfo& info : find_integrator(name, {}).params)
+    if (info.name == "sampler") params["sampler"] = {std::string("independent"), {}};
+  return {name, std::move(params), {}};
+}
+
+Reference from_closed_form(const ReferenceRequest& request) {
+  Image image;
+  with_threads(request.threads, [&] { image = integrate_closed_form(request.scene, request.resolution); });
+  return {{std::move(image), 0, 0, "closed form: " + request.scene.closed_form->source,
+           "integrated over each pixel by Gauss-Legendre quadrature"},
+          {}};
+}
+
+Reference from_file(const ReferenceRequest& request) {
+  const std::string& path = request.choice.file;
+  RenderedReference rendered = read_reference(path);
+  if (rendered.source.empty()) rendered.source = path;
+  if (rendered.checks.empty()) rendered.checks = "none: given by the experiment, its variance unknown";
+  const ivec2 size = rendered.image.size;
+  auto reduced = reduce(rendered, request.resolution);
+  if (!reduced)
+    throw Error(request.choice.where, fmt::format("{} is {} x {}; expected {} x {} or a whole multiple", path, size.x, size.y,
+                                                  request.resolution.x, request.resolution.y));
+  return {std::move(*reduced), {}};
+}
+
+BatchStatistics run_batches(const ReferenceRequest& request, const Method& method, std::uint64_t samples,
+                            std::uint64_t stream) {
+  const Method accel{"binned-sah", {}, {}};
+  Budget budget;
+  budget.samples = std::max<std::uint64_t>(1, (samples + reference_batches - 1) / reference_batches);
+  budget.checkpoints.linear = 1;
+  BatchStatistics statistics(request.resolution);
+  for (int batch = 0; batch < reference_batches; ++batch) {
+    if (request.narrate)
+      request.narrate(
+          fmt::format("reference of {}: {}, batch {} of {}", request.name, method.label(), batch + 1, reference_batches));
+    const std::uint64_t seed = hash_keys(reference_seed, stream, batch);
+    statistics.add(
+        run_cell({request.scene, request.needs, accel, method, seed, request.resolution, budget, request.threads}).image);
+  }
+  return statistics;
+}
+
+std::optional<Reference> from_cache(const ReferenceRequest& request, const ReferenceCache& cache) {
+  auto found = cache.find(request.scene, request.resolution, request.choice.samples);
+  if (!found) return std::nullopt;
+  return Reference{std::move(*found), {}};
+}
+
+}  // namespace
+
+EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs) {
+  const Method path{"path", {}, {}};
+  if (has_integrator("bdpt")) return {path, independent("bdpt")};
+  if (!needs.caustic_map && !needs.thin_lens && has_integrator("light-trace")) return {path, independent("light-trace")};
+  // BSDF sampling alone never finds a point or a direction; light sampling alone finds everything but light through glass.
+  const bool has_delta = std::any_of(scene.lights.begin(), scene.lights.end(), [](const Light& light) {
+    return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
+  });
+  return {path, independent("path", {{"mis", {std::string(has_delta ? "light" : "bsdf"), {}}}})};
+}
+
+Reference render_reference(const ReferenceRequest& request, std::uint64_t samples) {
+  const EstimatorPair pair = choose_estimators(request.scene, request.needs);
+  const BatchStatistics first = run_batches(request, pair.first, samples, 1);
+  const BatchStatistics second = run_batches(request, pair.second, samples, 2);
+  const Agreement agreement = compare_means(first, second);
+
+  // One weight for all pixels, so that the variances' own noise biases nothing.
+  const double a = first.mean_variance(), b = second.mean_variance();
+  const double weight = a + b > 0 ? b / (a + b) : 0.5;
+  RenderedReference rendered;
+  rendered.image = first.mean();
+  const Image other = second.mean();
+  for (std::size_t i = 0; i < other.pixels.size(); ++i)
+    rendered.image.pixels[i] = weight * rendered.image.pixels[i] + (1 - weight) * other.pixels[i];
+  rendered.mse_floor = weight * weight * a + (1 - weight) * (1 - weight) * b;
+  rendered.samples = samples;
+  rendered.source = fmt::format("{:.3g} of {} and {:.3g} of {}, {} samples per pixel each", weight, pair.first.label(),
+                                1 - weight, pair.second.label(), samples);
+  rendered.checks = agreement.text;
+  Reference reference{std::move(rendered), {}};
+  if (!agreement.agree)
+    reference.failure =
+        fmt::format("no reference: {} and {} disagree: {}", pair.first.label(), pair.second.label(), agreement.text);
+  return reference;
+}
+
+ReferenceRecord reference_record(const std::string& scene_name, const Scene& scene, const RenderedReference& rendered,
+                                 const std::string& file) {
+  return {scene_name,
+          fmt::format("{:016x}", scene.hash()),
+          rendered.source,
+          file,
+          rendered.checks,
+          rendered.mse_floor,
+          rendered.image.size.x,
+          rendered.image.size.y};
+}
+
+Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache) {
+  using Kind = ReferenceChoice::Kind;
+  const Kind kind = request.choice.kind;
+  if (kind == Kind::file) return from_file(request);
+  if (kind == Kind::exact && !request.scene.closed_form)
+    throw Error(request.choice.where,
+                fmt::format("reference \"exact\": scene {} has no closed form; expected \"auto\", {{ samples = N }} "
+                            "or {{ file = \"ref.exr\" }}",
+                            request.name));
+  if (kind != Kind::samples && request.scene.closed_form) return from_closed_form(request);
+  if (auto cached = from_cache(request, cache)) return std::move(*cached);
+
+  // Another shard may be rendering the same one: wait for it, then look again.
+  std::optional<FileLock> lock;
+  if (const auto path = cache.lock_path(request.scene, request.resolution)) {
+    lock.emplace(*path);
+    if (auto cached = from_cache(request, cache)) return std::move(*cached);
+  }
+  Reference reference = render_reference(request, kind == Kind::samples ? request.choice.samples : default_reference_samples);
+  if (reference.failure.empty()) {
+    const auto stored = cache.store(request.scene, reference.rendered);
+    if (request.narrate)
+      request.narrate(stored ? "reference kept in " + *stored
+                             : "the reference cache cannot be written; the reference is not kept");
+  }
+  return reference;
+}
+
+}  // namespace etendue

@@ -1,0 +1,52 @@
+// What a scene's error is measured against: its closed form, a cached or given image, or the mean of two unrelated unbiased
+// estimators that agree.
+#pragma once
+
+#include "experiments/harness/agreement.h"
+#include "experiments/harness/config.h"
+#include "experiments/harness/log.h"
+#include "experiments/harness/reference_cache.h"
+#include "framework/scene/needs.h"
+
+#include <functional>
+#include <string>
+
+namespace etendue {
+
+struct Reference {
+  RenderedReference rendered;
+  std::string failure;  // not empty: the estimators disagree, and nothing may be judged by this image
+};
+
+struct ReferenceRequest {
+  const Scene& scene;
+  const SceneNeeds& needs;
+  std::string name;  // of the scene, in records
+  ivec2 resolution{0};
+  ReferenceChoice choice;
+  int threads = 1;
+  std::function<void(const std::string&)> narrate;
+};
+
+// Without a wish of the experiment's: enough that the reference's variance stays far below a path tracer's at some 100 samples.
+inline constexpr std::uint64_t default_reference_samples = 4096;
+
+// The log's line; `file` as the caller stored the image.
+ReferenceRecord reference_record(const std::string& scene_name, const Scene& scene, const RenderedReference& rendered,
+                                 const std::string& file);
+
+// Throws Error where the choice cannot be met: "exact" without a closed form, a file of another size.
+Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache);
+
+// The two estimators a scene's reference is rendered with. The first is a path tracer; the second shares as little with it as
+// the scene allows: bidirectional, light tracing where no specular surface hides anything from it, else BSDF or light sampling
+// alone.
+struct EstimatorPair {
+  Method first, second;
+};
+EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs);
+
+// Renders both in independent batches, compares them, and weighs them by their variances.
+Reference render_reference(const ReferenceRequest& request, std::uint64_t samples);
+
+}  // namespace etendue

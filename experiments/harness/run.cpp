@@ -1,0 +1,236 @@
+#include "experiments/harness/run.h"
+
+#include "experiments/harness/accel_comparison.h"
+#include "experiments/harness/manifest.h"
+#include "experiments/harness/reference.h"
+#include "experiments/harness/report.h"
+#include "experiments/harness/run_cell.h"
+#include "experiments/harness/run_directory.h"
+#include "experiments/harness/tables.h"
+#include "framework/core/parallel.h"
+#include "framework/io/load_scene.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+namespace etendue {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct LoadedScene {
+  Scene scene;
+  SceneNeeds needs;
+  ivec2 resolution{0};
+  Reference reference;
+};
+
+class Execution {
+ public:
+  Execution(const RunPlan& plan, RunObserver& observer)
+      : plan_(plan),
+        config_(plan.config),
+        observer_(observer),
+        manifest_(make_manifest(config_.title, config_.hash, plan.threads)),
+        directory_(plan.directory, manifest_, plan.fresh),
+        scenes_(config_.scenes.size()) {}
+
+  RunSummary run() {
+    for (const Cell& cell : plan_.cells) {
+      if (directory_.is_done(cell.name))
+        ++summary_.skipped;
+      else
+        pending_.push_back(&cell);
+    }
+    narrate_resumption();
+    load_scenes();
+    for (std::size_t s = 0; s < scenes_.size(); ++s)
+      if (has_pending(s)) make_scene_reference(s);
+    for (std::size_t s = 0; s < scenes_.size(); ++s)
+      if (wants_structures(s)) compare_scene_structures(s);
+    for (std::size_t i = 0; i < pending_.size(); ++i) run_one(*pending_[i], i);
+    const ReportOptions options{config_.table_formats};
+    summary_.report_files = write_report({plan_.directory}, plan_.directory, options);
+    summary_.table = summary_table(read_directory_log(plan_.directory));
+    return std::move(summary_);
+  }
+
+ private:
+  bool has_pending(std::size_t scene) const {
+    return std::any_of(pending_.begin(), pending_.end(), [&](const Cell* cell) { return cell->scene == scene; });
+  }
+
+  bool wants_structures(std::size_t scene) const {
+    return config_.structures && in_shard(scene, plan_.shard) &&
+           !directory_.has_structures(config_.scenes[scene].name, config_.accels.size());
+  }
+
+  void narrate_resumption() {
+    if (summary_.skipped > 0)
+      observer_.narrate(
+          fmt::format("{}: {} of {} cells are done already", plan_.directory, summary_.skipped, plan_.cells.size()));
+    for (const ManifestRecord& other : directory_.earlier().manifests)
+      if (other.commit != manifest_.commit || other.cpu != manifest_.cpu || other.flags != manifest_.flags)
+        observer_.narrate(fmt::format("{}: some cells were run by {} on {}; --fresh runs all of them alike", plan_.directory,
+                                      other.commit, other.cpu));
+  }
+
+  // All of them before anything runs, so that a file that cannot be read is known at once.
+  void load_scenes() {
+    for (std::size_t s = 0; s < scenes_.size(); ++s) {
+      if (!has_pending(s) && !wants_structures(s)) continue;
+      const SceneChoice& choice = config_.scenes[s];
+      auto loaded = std::make_unique<LoadedScene>();
+      loaded->scene = load_scene(choice.path, choice.where);
+      loaded->needs = scene_needs(loaded->scene);
+      loaded->resolution = config_.resolution.value_or(loaded->scene.resolution);
+      for (const std::string& warning : loaded->scene.warnings) observer_.narrate(choice.name + ": " + warning);
+      const std::string hash = fmt::format("{:016x}", loaded->scene.hash());
+      for (const ReferenceRecord& record : directory_.earlier().references)
+        if (record.scene == choice.name && record.scene_hash != hash)
+          throw Error(Location{plan_.directory},
+                      fmt::format("{} has changed since its first cells were run; expected --fresh to start over, "
+                                  "or --out DIR for another directory",
+                                  choice.name));
+      scenes_[s] = std::move(loaded);
+    }
+  }
+
+  void make_scene_reference(std::size_t s) {
+    LoadedScene& loaded = *scenes_[s];
+    const std::string& name = config_.scenes[s].name;
+    const auto narrate = [this](const std::string& line) { observer_.narrate(line); };
+    loaded.reference =
+        make_reference({loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate},
+                       ReferenceCache::standard(config_.path));
+    const RenderedReference& rendered = loaded.reference.rendered;
+    const std::string file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
+    directory_.append({to_json_line(reference_record(name, loaded.scene, rendered, file))});
+  }
+
+  void compare_scene_structures(std::size_t s) {
+    const std::string& name = config_.scenes[s].name;
+    std::vector<StructureChoice> choices;
+    for (const Method& accel : config_.accels) choices.push_back({accel.name, accel.params});
+    ComparisonOptions options;
+    options.resolution = config_.structures->resolution;
+    options.repetitions = config_.structures->repetitions;
+    const auto narrate = [&](const std::string& line) { observer_.narrate(name + ": " + line); };
+    std::vector<StructureRecord> records;
+    with_threads(plan_.threads, [&] { records = compare_structures(scenes_[s]->scene, choices, options, narrate); });
+    std::vector<std::string> lines;
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      StructureRecord& record = records[i];
+      record.scene = name;
+      record.manifest = manifest_.id;
+      if (records.size() == choices.size()) record.structure = config_.accels[i].label();
+      summary_.disagreements += record.disagreements;
+      lines.push_back(to_json_line(record));
+    }
+    directory_.append(lines);
+  }
+
+  void run_one(const Cell& cell, std::size_t position) {
+    observer_.cell_started(cell.name, position, pending_.size());
+    CellRecord record;
+    record.cell = cell.name;
+    CellResult result;
+    try {
+      result = compute(cell);
+      record.status = "done";
+    } catch (const std::bad_alloc&) {
+      record.error = "out of memory";
+    } catch (const std::exception& e) {
+      record.error = e.what();
+    }
+    if (record.status.empty()) {
+      record.status = "failed";
+      ++summary_.failed;
+      directory_.append({to_json_line(record)});
+      observer_.cell_finished(record, nullptr);
+      return;
+    }
+    fill(record, result);
+    record.image = directory_.write_image(cell.name, result.image, attributes(cell, result));
+    std::vector<std::string> lines;
+    for (CheckpointRecord& checkpoint : result.checkpoints) {
+      checkpoint.cell = cell.name;
+      checkpoint.manifest = manifest_.id;
+      lines.push_back(to_json_line(checkpoint));
+    }
+    lines.push_back(to_json_line(record));
+    directory_.append(lines);
+    ++summary_.done;
+    observer_.cell_finished(record, &result.checkpoints.back());
+  }
+
+  CellResult compute(const Cell& cell) {
+    const LoadedScene& loaded = *scenes_[cell.scene];
+    if (!loaded.reference.failure.empty()) throw Error(loaded.reference.failure);
+    const Budget& budget = config_.budget;
+    return run_cell({loaded.scene, loaded.needs, config_.accels[cell.accel], config_.integrators[cell.integrator],
+                     cell.name.seed, loaded.resolution, budget, plan_.threads, &loaded.reference.rendered.image,
+                     config_.metrics, [&](std::uint64_t iterations, double time_s) {
+                       observer_.cell_progress(budget.progress(iterations, time_s), iterations, time_s);
+                     }});
+  }
+
+  static void fill(CellRecord& record, const CellResult& result) {
+    record.image_hash = fmt::format("{:016x}", result.image_hash);
+    record.bias = bias_name(result.expectation.bias);
+    record.mse_exponent = result.expectation.mse_exponent;
+    record.note = result.expectation.note;
+    if (result.non_finite.empty()) return;
+    const NonFiniteSample& first = result.non_finite.front();
+    record.note +=
+        fmt::format("{}{} non-finite samples, the first at pixel ({}, {}), iteration {}", record.note.empty() ? "" : "; ",
+                    result.checkpoints.back().non_finite, first.pixel.x, first.pixel.y, first.iteration);
+  }
+
+  std::map<std::string, std::string> attributes(const Cell& cell, const CellResult& result) const {
+    return {{"etendue_cell", cell.name.key()},
+            {"etendue_experiment", config_.title},
+            {"etendue_manifest", to_json_line(manifest_)},
+            {"etendue_iterations", std::to_string(result.checkpoints.back().iterations)},
+            {"etendue_time_s", fmt::format("{}", result.checkpoints.back().time_s)}};
+  }
+
+  const RunPlan& plan_;
+  const ExperimentConfig& config_;
+  RunObserver& observer_;
+  ManifestRecord manifest_;
+  RunDirectory directory_;
+  std::vector<std::unique_ptr<LoadedScene>> scenes_;  // null where nothing is left to do
+  std::vector<const Cell*> pending_;
+  RunSummary summary_;
+};
+
+}  // namespace
+
+RunPlan plan_run(const RunOptions& options) {
+  RunPlan plan;
+  plan.config = load_config(options.experiment, {options.quick, options.overrides});
+  plan.threads = options.threads.value_or(plan.config.threads.value_or(hardware_threads()));
+  plan.fresh = options.fresh;
+  if (!options.shard.empty())
+    plan.shard = Shard::parse(options.shard);
+  else
+    plan.shard = Shard::from_slurm().value_or(Shard{});
+  plan.cells = make_cells(plan.config);
+  if (!options.filter.empty()) plan.cells = filter_cells(plan.cells, options.filter);
+  plan.cells = shard_cells(plan.cells, plan.shard);
+  plan.directory = options.out;
+  if (plan.directory.empty()) {
+    std::string name = fs::path(options.experiment).stem().string() + (options.quick ? "-quick" : "");
+    if (plan.shard.count > 1) name += fmt::format("-shard-{}-of-{}", plan.shard.index, plan.shard.count);
+    plan.directory = (fs::path("out") / name).string();
+  }
+  return plan;
+}
+
+RunSummary execute_run(const RunPlan& plan, RunObserver& observer) { return Execution(plan, observer).run(); }
+
+}  // namespace etendue

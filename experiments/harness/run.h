@@ -1,0 +1,57 @@
+// An experiment from its TOML to its report: plan, then execute. Killing it at any moment loses at most the cell it is in; the
+// same plan executed again goes on from there.
+#pragma once
+
+#include "experiments/harness/cells.h"
+#include "experiments/harness/config.h"
+#include "experiments/harness/log.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct RunOptions {
+  std::string experiment;
+  std::vector<std::string> overrides;
+  std::string out;     // "": out/<name of the experiment>[-quick][-shard-i-of-n]
+  std::string filter;  // "": all cells
+  std::string shard;   // "": what Slurm says, else all cells
+  std::optional<int> threads;
+  bool fresh = false, quick = false;
+};
+
+struct RunPlan {
+  ExperimentConfig config;
+  std::vector<Cell> cells;  // of this shard, after the filter
+  Shard shard;
+  std::string directory;
+  int threads = 1;
+  bool fresh = false;
+};
+
+// Reads and checks everything that can be checked without running. Throws Error.
+RunPlan plan_run(const RunOptions& options);
+
+// Who watches a run.
+class RunObserver {
+ public:
+  virtual ~RunObserver() = default;
+  virtual void narrate(const std::string& line) = 0;
+  virtual void cell_started(const CellName& cell, std::size_t position, std::size_t count) = 0;  // position from 0
+  virtual void cell_progress(double share, std::uint64_t iterations, double time_s) = 0;
+  virtual void cell_finished(const CellRecord& cell, const CheckpointRecord* last) = 0;
+};
+
+struct RunSummary {
+  std::size_t done = 0, failed = 0, skipped = 0;  // skipped: done by an earlier run
+  std::uint64_t disagreements = 0;                // of structures, in this run's comparisons
+  std::vector<std::string> report_files;
+  std::string table;  // the summary, for people
+};
+
+// Throws Error; a failing cell is recorded and counted instead.
+RunSummary execute_run(const RunPlan& plan, RunObserver& observer);
+
+}  // namespace etendue

@@ -1,0 +1,46 @@
+// One cell: build, prepare, iterate within the budget, measure at checkpoints. The only budget loop there is; `run` and
+// `render` both go through it.
+#pragma once
+
+#include "experiments/harness/budget.h"
+#include "experiments/harness/log.h"
+#include "experiments/harness/method.h"
+#include "framework/image/film.h"
+#include "framework/integrator.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct CellTask {
+  const Scene& scene;
+  const SceneNeeds& needs;
+  const Method& accel;
+  const Method& integrator;
+  std::uint64_t seed = 1;
+  ivec2 resolution{0};
+  const Budget& budget;
+  int threads = 1;
+  const Image* reference = nullptr;       // no metrics without one
+  std::vector<std::string> metrics = {};  // names
+  // Told about ten times a second, off the clock.
+  std::function<void(std::uint64_t iterations, double time_s)> progress = {};
+};
+
+struct CellResult {
+  Image image;
+  std::uint64_t image_hash = 0;
+  std::vector<CheckpointRecord> checkpoints;  // at least one; `cell` and `manifest` are the caller's to fill
+  Expectation expectation;
+  std::vector<NonFiniteSample> non_finite;  // the first few, for replay
+  bool reached_error = false;               // of a budget with an error target
+};
+
+// Throws what building, preparing or iterating throws.
+CellResult run_cell(const CellTask& task);
+
+std::string_view bias_name(Bias bias);
+
+}  // namespace etendue
