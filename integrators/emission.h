@@ -6,13 +6,12 @@
 namespace etendue {
 
 // Radiance along `ray` from its hit `point`, or from infinity where that is null. `pdf_bsdf` is the density the ray was sampled
-// with at `origin`; 0 for the camera and for delta lobes, which light sampling cannot find.
-inline Rgb met_emission(const RenderContext& context, const Ray& ray, const SurfacePoint* point, const vec3& origin,
-                        float pdf_bsdf) {
+// with at its origin; 0 for the camera and for delta lobes, which light sampling cannot find.
+inline Rgb met_emission(const RenderContext& context, const Ray& ray, const SurfacePoint* point, float pdf_bsdf) {
   const Rgb emitted = point ? context.lights.emitted(*point, -ray.direction) : context.lights.environment(ray.direction);
   if (is_black(emitted) || pdf_bsdf == 0) return emitted;
   const float pdf_light =
-      point ? context.lights.pdf(origin, ray.direction, *point) : context.lights.environment_pdf(ray.direction);
+      point ? context.lights.pdf(ray.origin, ray.direction, *point) : context.lights.environment_pdf(ray.direction);
   return emitted * emission_weight(MisMode::power, pdf_bsdf, pdf_light);
 }
 

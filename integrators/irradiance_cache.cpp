@@ -38,7 +38,8 @@ class IrradianceCache final : public Integrator {
 
  private:
   std::size_t level(int depth) const { return max_depth_ > shared_above ? 0 : static_cast<std::size_t>(depth); }
-  void fill(const RenderContext& context, const std::vector<VisiblePoint>& seen, std::vector<std::uint32_t> wanted);
+  template <class Wanted>
+  void fill(const RenderContext& context, const std::vector<VisiblePoint>& seen, const Wanted& wanted);
   VisiblePoint find_visible(const RenderContext& context, ivec2 pixel) const;
   IrradianceRecord compute_record(const RenderContext& context, const VisiblePoint& point, std::uint64_t key) const;
   Rgb camera_radiance(const RenderContext& context, Ray ray, Sampler& sampler) const;
@@ -77,31 +78,32 @@ void IrradianceCache::prepare(RenderContext& context) {
   Bounds whole = context.scene.bounds();
   if (whole.empty()) whole = bounds;
   max_spacing_ = params_.max_spacing * glm::length(whole.diagonal());
-  for (int i = 0; i <= deepest; ++i) levels_.emplace_back(context.make_balls(params_.structure, bounds), params_.accuracy);
+  for (int i = 0; i <= deepest; ++i)
+    levels_.emplace_back(context.make_balls(params_.structure, bounds), params_.accuracy, params_.neighbour_clamping);
 
-  for (int step = coarsest_grid; step >= 1; step /= 2) {
-    // Every step-th pixel, but for those the coarser pass has been to.
-    std::vector<std::uint32_t> wanted;
-    for (int y = 0; y < size.y; y += step)
-      for (int x = 0; x < size.x; x += step)
-        if (step == coarsest_grid || x % (2 * step) != 0 || y % (2 * step) != 0)
-          wanted.push_back(static_cast<std::uint32_t>(y * size.x + x));
-    fill(context, seen, std::move(wanted));
-  }
+  // Every step-th pixel, but for those that the coarser pass has been to.
+  for (int step = coarsest_grid; step >= 1; step /= 2)
+    fill(context, seen, [=](int x, int y) {
+      return x % step == 0 && y % step == 0 && (step == coarsest_grid || x % (2 * step) != 0 || y % (2 * step) != 0);
+    });
+  if (params_.neighbour_clamping) fill(context, seen, [](int, int) { return true; });
 }
 
-// Covers the wanted pixels' points that no record covers yet.
-void IrradianceCache::fill(const RenderContext& context, const std::vector<VisiblePoint>& seen,
-                           std::vector<std::uint32_t> wanted) {
-  const auto covered = [&](std::uint32_t pixel) {
+// Covers the points of the pixels for which wanted(x, y), where no record covers them yet.
+template <class Wanted>
+void IrradianceCache::fill(const RenderContext& context, const std::vector<VisiblePoint>& seen, const Wanted& wanted) {
+  const auto covered = [&](std::size_t pixel) {
     const VisiblePoint& point = seen[pixel];
     return point.depth < 0 || levels_[level(point.depth)].covered(point.position, point.normal);
   };
-  std::vector<std::uint8_t> open(wanted.size());
-  parallel_for(wanted.size(), 256, [&](std::size_t i) { open[i] = !covered(wanted[i]); });
+  const auto width = static_cast<std::size_t>(context.resolution.x);
+  std::vector<std::uint8_t> open(seen.size());
+  parallel_for(seen.size(), 1024, [&](std::size_t i) {
+    open[i] = wanted(static_cast<int>(i % width), static_cast<int>(i / width)) && !covered(i);
+  });
   std::vector<std::pair<std::uint64_t, std::uint32_t>> queue;
-  for (std::size_t i = 0; i < wanted.size(); ++i)
-    if (open[i]) queue.emplace_back(mix_bits(wanted[i]), wanted[i]);
+  for (std::uint32_t i = 0; i < seen.size(); ++i)
+    if (open[i]) queue.emplace_back(mix_bits(i), i);
   std::sort(queue.begin(), queue.end());
 
   std::vector<std::uint32_t> batch;
@@ -158,8 +160,7 @@ IrradianceRecord IrradianceCache::compute_record(const RenderContext& context, c
     const vec3 direction = frame.to_world(strata_.direction(i, sampler.get_2d()));
     if (glm::dot(direction, point.geometric) <= 0) continue;  // below the surface, where shading normals disagree
     const Ray ray{.origin = origin, .direction = direction};
-    samples[i].distance = trace(context, ray).t;
-    samples[i].radiance = path_radiance(context, ray, depth, settings, false, sampler);
+    samples[i].radiance = path_radiance(context, ray, depth, settings, false, sampler, &samples[i].distance);
   }
   return make_record(point.position, point.normal, estimate_irradiance(strata_, samples, frame), gradients_, params_.accuracy,
                      std::max(params_.min_spacing * point.pixel_width, 1e-6f * max_spacing_), max_spacing_);
@@ -179,15 +180,14 @@ Rgb IrradianceCache::camera_radiance(const RenderContext& context, Ray ray, Samp
   Rgb radiance(0), throughput(1);
   float eta_scale = 1, pdf_bsdf = 0;
   bool count_emission = true;
-  vec3 origin = ray.origin;
   for (int depth = 0;; ++depth) {
     const Hit hit = trace(context, ray);
     if (!hit) {
-      if (count_emission) radiance += throughput * met_emission(context, ray, nullptr, origin, pdf_bsdf);
+      if (count_emission) radiance += throughput * met_emission(context, ray, nullptr, pdf_bsdf);
       return radiance;
     }
     const SurfacePoint point = context.scene.surface_at(ray, hit);
-    if (count_emission) radiance += throughput * met_emission(context, ray, &point, origin, pdf_bsdf);
+    if (count_emission) radiance += throughput * met_emission(context, ray, &point, pdf_bsdf);
     if (depth >= max_depth_) return radiance;
 
     const vec3 wo = -ray.direction;
@@ -213,7 +213,6 @@ Rgb IrradianceCache::camera_radiance(const RenderContext& context, Ray ray, Samp
     throughput *= scattered.weight;
     if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
     pdf_bsdf = scattered.pdf_solid_angle;
-    origin = point.position;
     ray = spawn_ray(point, scattered.wi);
     if (depth + 1 >= roulette_depth) {
       const float survival = std::min(0.95f, max_component(throughput) * eta_scale);

@@ -8,8 +8,9 @@
 // The cache is filled before the first iteration, in an overture over pixel centres on grids of 64, 32, ... 1 pixels. Each
 // pass looks for points that no record covers and takes them in an order drawn by hash, in batches of 64: a batch is
 // computed in parallel, then inserted in its order. Points of one batch do not see each other; the few records more cost
-// nothing but room. Thus the image does not depend on threads. Afterwards the cache is only read: a camera sample on a spot
-// that no record covers (between the pixel centres, or behind a glossy bounce) is path-traced one bounce on, which is unbiased.
+// nothing but room. As clamping shortens what records reach, a last pass looks at every pixel again. Thus the image does not
+// depend on threads. Afterwards the cache is only read: a camera sample on a spot that no record covers (between the pixel
+// centres, or behind a glossy bounce) is path-traced one bounce on, which is unbiased.
 //
 // Depth: the light a record holds has a bound on its scattering events, so records serve the camera depth they were made at.
 // Where the limit is above 16 all depths share them, and a path seen through c carrying events may be c events too long.
@@ -27,8 +28,9 @@ struct IrradianceCacheParams {
   float accuracy = 0.2f;
   int samples = 1024;
   float min_spacing = 1.5f;
-  float max_spacing = 0.05f;
+  float max_spacing = 0.1f;
   std::string gradients = "both";
+  bool neighbour_clamping = true;
   int max_depth = 0;
   std::string structure = "octree";
   std::string sampler = "sobol";
@@ -43,6 +45,7 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "and at most this far");
   v.choice("gradients", p.gradients, {"none", "rotation", "both"},
            "with which records are extrapolated: both adds translation");
+  v.flag("neighbour_clamping", p.neighbour_clamping, "records reach no farther than their neighbours and the way to them");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, {"octree", "brute"}, "what finds the records");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");

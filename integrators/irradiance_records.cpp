@@ -29,7 +29,15 @@ float IrradianceRecords::weight(const IrradianceRecord& record, const vec3& posi
   return 1 / std::max(error, 1e-4f) - 1 / accuracy_;
 }
 
-void IrradianceRecords::insert(const IrradianceRecord& record) {
+void IrradianceRecords::insert(IrradianceRecord record) {
+  if (clamp_) {
+    // All pairs: small beside the thousands of rays that made the record. The least of R_j + |p_i - p_j| over all records obeys
+    // the triangle inequality, so the order of insertion does not matter. Balls are not shrunk: `weight` decides.
+    for (const IrradianceRecord& other : records_)
+      record.reach = std::min(record.reach, other.reach + glm::length(record.position - other.position));
+    for (IrradianceRecord& other : records_)
+      other.reach = std::min(other.reach, record.reach + glm::length(record.position - other.position));
+  }
   balls_->insert(record.position, accuracy_ * record.reach, static_cast<std::uint32_t>(records_.size()));
   records_.push_back(record);
 }

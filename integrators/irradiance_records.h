@@ -35,9 +35,11 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
 
 class IrradianceRecords {
  public:
-  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy) : balls_(std::move(balls)), accuracy_(accuracy) {}
+  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, bool clamp = false)
+      : balls_(std::move(balls)), accuracy_(accuracy), clamp_(clamp) {}
 
-  void insert(const IrradianceRecord& record);
+  // With clamping, also shortens what older records reach, so that some of what was covered may no longer be.
+  void insert(IrradianceRecord record);
   bool covered(const vec3& position, const vec3& normal) const;
   // Empty where no record serves.
   std::optional<Rgb> interpolate(const vec3& position, const vec3& normal) const;
@@ -51,6 +53,7 @@ class IrradianceRecords {
   std::vector<IrradianceRecord> records_;
   std::unique_ptr<BallQuery> balls_;
   float accuracy_;
+  bool clamp_;
 };
 
 }  // namespace etendue

@@ -3,6 +3,8 @@
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
 
+#include <utility>
+
 namespace etendue {
 
 SamplerKind parse_sampler(const std::string& name) { return name == "sobol" ? SamplerKind::sobol : SamplerKind::independent; }
@@ -14,12 +16,13 @@ Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sample
 }
 
 Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSettings& settings, bool count_emission,
-                  Sampler& sampler) {
+                  Sampler& sampler, float* first_distance) {
   Rgb radiance(0), throughput(1);
   float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
   float pdf_bsdf = 0;   // of the direction the ray was sampled with; 0: delta lobe or camera
   for (;; ++depth) {
     const Hit hit = trace(context, ray);
+    if (first_distance) *std::exchange(first_distance, nullptr) = hit ? hit.t : infinity;
     if (!hit) {
       if (count_emission && context.lights.has_environment()) {
         const float weight =

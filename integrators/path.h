@@ -36,9 +36,10 @@ struct PathSettings {
 };
 
 // Radiance arriving along a ray whose path already has `depth` scattering events behind it. With `count_emission` false, light
-// that the ray's first hit (or the environment it escapes to) emits is left out: the caller has sampled it.
+// that the ray's first hit (or the environment it escapes to) emits is left out: the caller has sampled it. `first_distance`
+// gets the distance to that hit, in lengths of the direction (infinity where there is none).
 Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSettings& settings, bool count_emission,
-                  Sampler& sampler);
+                  Sampler& sampler, float* first_distance = nullptr);
 
 // A camera ray for a pixel, jittered over it (and over the lens where it is open).
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);

@@ -87,12 +87,11 @@ Rgb PhotonMapping::camera_radiance(const RenderContext& context, Ray ray, Camera
   Rgb radiance(0), throughput(1);
   float eta_scale = 1;
   BsdfSample last;
-  vec3 origin = ray.origin;
   for (int depth = 0;; ++depth) {
     const Hit hit = trace(context, ray);
-    if (!hit) return radiance + throughput * met_emission(context, ray, nullptr, origin, last.pdf_solid_angle);
+    if (!hit) return radiance + throughput * met_emission(context, ray, nullptr, last.pdf_solid_angle);
     const SurfacePoint point = context.scene.surface_at(ray, hit);
-    radiance += throughput * met_emission(context, ray, &point, origin, last.pdf_solid_angle);
+    radiance += throughput * met_emission(context, ray, &point, last.pdf_solid_angle);
     if (depth >= max_depth_) return radiance;
 
     const vec3 wo = -ray.direction;
@@ -107,7 +106,6 @@ Rgb PhotonMapping::camera_radiance(const RenderContext& context, Ray ray, Camera
     if (!last || (receiver && !last.specular)) return radiance;
     throughput *= last.weight;
     if (last.transmitted) eta_scale *= last.eta * last.eta;
-    origin = point.position;
     ray = spawn_ray(point, last.wi);
     if (depth + 1 >= roulette_depth) {
       const float survival = std::min(0.95f, max_component(throughput) * eta_scale);

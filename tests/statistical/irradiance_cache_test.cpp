@@ -1,0 +1,304 @@
+// Irradiance gradients against differentiated closed forms; the cache against closed forms, its own order and threads.
+#include "framework/core/sampler.h"
+#include "framework/io/builtin_exact.h"
+#include "integrators/irradiance_records.h"
+#include "tests/render_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace etendue {
+namespace {
+
+using testing::exact_image;
+using testing::render;
+using testing::RenderOptions;
+
+// --- Gradients: incoming radiance given as a function, unit radiance on one light, black elsewhere.
+
+using Seen = std::function<float(const vec3& origin, const vec3& direction)>;  // distance to the light, or infinity
+
+IrradianceEstimate estimate(const vec3& position, const vec3& normal, const Seen& seen, int samples) {
+  const HemisphereStrata strata = HemisphereStrata::of(samples);
+  const Frame frame = Frame::from_normal(normal);
+  std::vector<HemisphereSample> values(static_cast<std::size_t>(strata.count()));
+  Sampler sampler(SamplerKind::independent, 7, Stream::test, 0, 0);
+  for (int i = 0; i < strata.count(); ++i) {
+    const vec3 direction = frame.to_world(strata.direction(i, sampler.get_2d()));
+    const float distance = seen(position, direction);
+    values[static_cast<std::size_t>(i)] = {Rgb(std::isinf(distance) ? 0.0f : 1.0f), distance};
+  }
+  return estimate_irradiance(strata, values, frame);
+}
+
+float meet_sphere(const vec3& o, const vec3& d, const vec3& centre, float radius) {
+  const vec3 to = centre - o;
+  const float along = glm::dot(to, d), square_gap = length_squared(to - along * d);
+  return along > 0 && square_gap < radius * radius ? along - std::sqrt(radius * radius - square_gap) : infinity;
+}
+
+// y = height, facing down; inside(x, z).
+template <class Inside>
+float meet_ceiling(const vec3& o, const vec3& d, float height, const Inside& inside) {
+  if (d.y <= 0) return infinity;
+  const float t = (height - o.y) / d.y;
+  const vec3 p = o + t * d;
+  return inside(p.x, p.z) ? t : infinity;
+}
+
+constexpr int many = 400000;
+const vec3 up{0, 1, 0};
+
+void expect_translation(const Seen& seen, const vec3& position, const std::function<double(const dvec3&)>& exact,
+                        double tolerance) {
+  const IrradianceEstimate e = estimate(position, up, seen, many);
+  const dvec3 p(position);
+  EXPECT_NEAR(e.irradiance.x / exact(p), 1, 0.01);
+  const double h = 1e-4;
+  const double gx = (exact(p + dvec3(h, 0, 0)) - exact(p - dvec3(h, 0, 0))) / (2 * h);
+  const double gz = (exact(p + dvec3(0, 0, h)) - exact(p - dvec3(0, 0, h))) / (2 * h);
+  const double size = std::hypot(gx, gz);
+  EXPECT_NEAR(e.translation[0].x, gx, tolerance * size);
+  EXPECT_NEAR(e.translation[0].y, 0, tolerance * size);
+  EXPECT_NEAR(e.translation[0].z, gz, tolerance * size);
+}
+
+TEST(IrradianceGradient, TranslationMatchesPolygonLight) {
+  const auto seen = [](const vec3& o, const vec3& d) {
+    return meet_ceiling(o, d, 1.5f, [](float x, float z) { return std::abs(x) < 0.6f && std::abs(z) < 0.4f; });
+  };
+  const std::vector<dvec3> corners{{-0.6, 1.5, -0.4}, {0.6, 1.5, -0.4}, {0.6, 1.5, 0.4}, {-0.6, 1.5, 0.4}};
+  for (const vec3& p : {vec3(0.5f, 0, 0.2f), vec3(-0.9f, 0, 0.7f), vec3(1.5f, 0.3f, -0.4f)})
+    expect_translation(
+        seen, p,
+        [&](const dvec3& q) {
+          return polygon_irradiance(q, {0, 1, 0}, corners);
+        },
+        0.03);
+}
+
+TEST(IrradianceGradient, TranslationMatchesDiscLight) {
+  const auto seen = [](const vec3& o, const vec3& d) {
+    return meet_ceiling(o, d, 1.5f, [](float x, float z) { return x * x + z * z < 0.25f; });
+  };
+  for (const vec3& p : {vec3(0.3f, 0, 0), vec3(0.8f, 0, -0.6f)})
+    expect_translation(
+        seen, p, [](const dvec3& q) { return disc_irradiance(1.5 - q.y, std::hypot(q.x, q.z), 0.5); }, 0.03);
+}
+
+TEST(IrradianceGradient, TranslationMatchesSphereLight) {
+  // A sphere bends away from its silhouette, so the sampled distances near it are short: the error (4 % here) falls as a root
+  // of the strata.
+  const auto seen = [](const vec3& o, const vec3& d) { return meet_sphere(o, d, {0, 1.7f, 0}, 0.3f); };
+  for (const vec3& p : {vec3(0.5f, 0, 0.1f), vec3(-1, 0.2f, 1)})
+    expect_translation(
+        seen, p,
+        [](const dvec3& q) {
+          return sphere_irradiance(q, {0, 1, 0}, {0, 1.7, 0}, 0.3);
+        },
+        0.06);
+}
+
+TEST(IrradianceGradient, RotationMatchesTiltedPolygonLight) {
+  const auto seen = [](const vec3& o, const vec3& d) {
+    return meet_ceiling(o, d, 1.5f, [](float x, float z) { return std::abs(x) < 0.6f && std::abs(z) < 0.4f; });
+  };
+  const std::vector<dvec3> corners{{-0.6, 1.5, -0.4}, {0.6, 1.5, -0.4}, {0.6, 1.5, 0.4}, {-0.6, 1.5, 0.4}};
+  const vec3 position(0.9f, 0, 0.5f);
+  const IrradianceEstimate e = estimate(position, up, seen, many);
+  for (const vec3& tilt : {vec3(0.05f, 0, 0), vec3(0, 0, -0.05f), vec3(0.03f, 0, 0.04f)}) {
+    const vec3 tilted = glm::normalize(up + tilt), other = glm::normalize(up - tilt);
+    const double exact = polygon_irradiance(dvec3(position), dvec3(tilted), corners) -
+                         polygon_irradiance(dvec3(position), dvec3(other), corners);
+    const double linear = glm::dot(glm::cross(up, tilted) - glm::cross(up, other), e.rotation[0]);
+    EXPECT_NEAR(linear / exact, 1, 0.02);
+  }
+}
+
+TEST(IrradianceGradient, ErrorOfExtrapolationIsOfSecondOrder) {
+  // Halving the distance divides the error by two without gradients, by four with.
+  const auto seen = [](const vec3& o, const vec3& d) { return meet_sphere(o, d, {0, 1.7f, 0}, 0.5f); };
+  const auto exact = [](const dvec3& p) { return sphere_irradiance(p, {0, 1, 0}, {0, 1.7, 0}, 0.5); };
+  const vec3 position(0.8f, 0, 0);
+  const IrradianceEstimate e = estimate(position, up, seen, 4 * many);
+  const auto error = [&](float step, bool gradient) {
+    const double e0 = exact(dvec3(position));  // noise of the value itself left out
+    const double predicted = e0 + (gradient ? step * e.translation[0].x : 0.0f);
+    return std::abs(predicted - exact(dvec3(position + vec3(step, 0, 0))));
+  };
+  EXPECT_NEAR(error(0.2f, false) / error(0.1f, false), 2, 0.3);
+  EXPECT_NEAR(error(0.4f, true) / error(0.2f, true), 4, 0.8);
+  EXPECT_LT(error(0.2f, true), 0.2 * error(0.2f, false));
+}
+
+TEST(IrradianceEstimate, HarmonicDistanceOfASphereFromItsCentreIsItsRadius) {
+  const auto seen = [](const vec3&, const vec3&) { return 2.5f; };
+  const IrradianceEstimate e = estimate({0, 0, 0}, up, seen, 1000);
+  EXPECT_NEAR(e.harmonic_distance, 2.5f, 1e-4f);
+  EXPECT_NEAR(e.irradiance.x, pi, 1e-4f);
+  EXPECT_LT(glm::length(e.translation[0]), 1e-4f);
+  EXPECT_LT(glm::length(e.rotation[0]), 1e-4f);
+}
+
+// --- Records.
+
+IrradianceRecords records_of(const std::vector<IrradianceRecord>& all, float accuracy) {
+  IrradianceRecords records(find_ball_structure("octree", {}).make(Bounds{vec3(-2), vec3(2)}), accuracy);
+  for (const IrradianceRecord& r : all) records.insert(r);
+  return records;
+}
+
+TEST(IrradianceRecords, InterpolationDoesNotDependOnTheOrderOfInsertion) {
+  std::vector<IrradianceRecord> all;
+  Sampler sampler(SamplerKind::independent, 3, Stream::test, 1, 0);
+  for (int i = 0; i < 200; ++i) {
+    const vec2 u = sampler.get_2d();
+    IrradianceRecord r{{2 * u.x - 1, 0, 2 * u.y - 1}, up, 0.5f + sampler.get_1d(), Rgb(sampler.get_1d())};
+    r.translation[0] = vec3(sampler.get_1d(), 0, sampler.get_1d());
+    all.push_back(r);
+  }
+  const IrradianceRecords forward = records_of(all, 0.3f);
+  std::reverse(all.begin(), all.end());
+  const IrradianceRecords backward = records_of(all, 0.3f);
+  for (int i = 0; i < 100; ++i) {
+    const vec2 u = sampler.get_2d();
+    const vec3 p(2 * u.x - 1, 0, 2 * u.y - 1);
+    const auto a = forward.interpolate(p, up), b = backward.interpolate(p, up);
+    ASSERT_TRUE(a && b);
+    EXPECT_NEAR(a->x / b->x, 1, 1e-5);
+  }
+}
+
+TEST(IrradianceRecords, RecordInFrontOrTurnedAwayIsRefused) {
+  const IrradianceRecords step = records_of({{{0, 0.3f, 0}, up, 2, Rgb(1)}}, 0.4f);
+  EXPECT_TRUE(step.covered({0.1f, 0.3f, 0}, up));
+  EXPECT_FALSE(step.covered({0.1f, 0.1f, 0}, up)) << "a point below the step it was made on";
+  EXPECT_TRUE(step.covered({0.1f, 0.35f, 0}, up)) << "a point above it";
+  EXPECT_FALSE(step.covered({0.1f, 0.3f, 0}, -up)) << "the other side of a wall";
+  EXPECT_FALSE(step.covered({0.1f, 0.3f, 0}, glm::normalize(vec3(1, 1, 0)))) << "45 degrees apart";
+}
+
+TEST(IrradianceRecords, ReachIsKeptBetweenTheSpacingsAndGradientsDoNotExtrapolateBelowZero) {
+  IrradianceEstimate e;
+  e.irradiance = Rgb(1);
+  e.harmonic_distance = 1e-3f;
+  EXPECT_FLOAT_EQ(make_record({}, up, e, Gradients::none, 0.2f, 0.01f, 0.1f).reach, 0.05f);
+  e.harmonic_distance = infinity;
+  EXPECT_FLOAT_EQ(make_record({}, up, e, Gradients::none, 0.2f, 0.01f, 0.1f).reach, 0.5f);
+  e.translation = mat3(0);
+  for (int c = 0; c < 3; ++c) e.translation[c] = vec3(100, 0, 0);
+  const IrradianceRecord steep = make_record({}, up, e, Gradients::both, 0.2f, 0.01f, 0.1f);
+  EXPECT_FLOAT_EQ(steep.reach, 0.05f);
+  EXPECT_LE(glm::length(steep.translation[0]) * steep.reach, 1.0001f);
+}
+
+TEST(IrradianceRecords, ClampedReachesObeyTheTriangleInequalityInAnyOrder) {
+  std::vector<IrradianceRecord> all;
+  Sampler sampler(SamplerKind::independent, 3, Stream::test, 2, 0);
+  for (int i = 0; i < 60; ++i) {
+    const vec2 u = sampler.get_2d();
+    all.push_back({{2 * u.x - 1, 0, 2 * u.y - 1}, up, i % 10 == 0 ? 0.05f : 2, Rgb(1)});
+  }
+  const auto reaches = [&] {
+    IrradianceRecords records(find_ball_structure("brute", {}).make(Bounds{vec3(-2), vec3(2)}), 0.3f, true);
+    for (const IrradianceRecord& r : all) records.insert(r);
+    std::map<float, float> by_place;
+    for (const IrradianceRecord& r : records.all()) {
+      by_place[r.position.x] = r.reach;
+      for (const IrradianceRecord& other : records.all())
+        EXPECT_LE(r.reach, other.reach + glm::length(r.position - other.position) + 1e-5f);
+    }
+    return by_place;
+  };
+  const auto forward = reaches();
+  std::reverse(all.begin(), all.end());
+  for (const auto& [place, reach] : reaches()) EXPECT_NEAR(forward.at(place), reach, 1e-5f);
+}
+
+// --- The integrator.
+
+RenderOptions options_for(std::int64_t samples, std::uint32_t iterations) {
+  RenderOptions options;
+  options.params["samples"] = {samples, {}};
+  options.iterations = iterations;
+  return options;
+}
+
+TEST(IrradianceCache, MatchesClosedFormsWithinItsDeclaredBias) {
+  for (const char* name : {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre", "builtin:furnace"}) {
+    const Scene scene = load_scene(name);
+    RenderOptions options = options_for(256, 4);
+    const Image exact = exact_image(scene, options.resolution);
+    constexpr int seeds = 6;
+    double sum = 0, squares = 0, bound = 0;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      options.seed = static_cast<std::uint64_t>(seed);
+      const auto rendered = render(scene, "irradiance-cache", options);
+      EXPECT_EQ(rendered.non_finite, 0u);
+      const double b = bias(rendered.image, exact);
+      sum += b;
+      squares += b * b;
+      bound = rendered.expectation.bias_bound;
+      // Pixel by pixel too: the irradiance is smooth, so interpolation is good everywhere.
+      EXPECT_LT(relmse(rendered.image, exact), 1e-3) << name;
+    }
+    const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
+    EXPECT_LT(std::abs(mean), bound + 4 * deviation) << name;
+    EXPECT_LT(std::abs(mean), 0.004 + 4 * deviation) << name << ": far below what is declared for rooms with edges";
+  }
+}
+
+TEST(IrradianceCache, DepthLimitTruncatesTheSeries) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  for (int depth = 1; depth <= 3; ++depth) {
+    RenderOptions options = options_for(512, 4);
+    options.params["max_depth"] = {std::int64_t{depth}, {}};
+    const Image image = render(scene, "irradiance-cache", options).image;
+    double mean = 0;
+    for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
+    EXPECT_NEAR(mean * static_cast<double>(pi) / (1 - std::pow(0.5, depth)), 1, 4e-3) << depth;
+  }
+}
+
+TEST(IrradianceCache, SameBitsAtAnyThreadCount) {
+  for (const char* scene : {"builtin:cornell-spheres", "builtin:lambert-sphere"}) {
+    RenderOptions options = options_for(32, 2);
+    std::uint64_t first = 0;
+    for (const int threads : {1, 2, 3}) {
+      options.threads = threads;
+      const std::uint64_t hash = render(load_scene(scene), "irradiance-cache", options).hash;
+      if (threads == 1) first = hash;
+      EXPECT_EQ(hash, first) << scene << " " << threads;
+    }
+  }
+}
+
+TEST(IrradianceCache, EveryParameterChangesTheImage) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  RenderOptions options = options_for(32, 1);
+  const std::uint64_t plain = render(scene, "irradiance-cache", options).hash;
+  const std::pair<const char*, decltype(ParamValue::value)> changes[] = {
+      {"accuracy", 0.4},         {"samples", std::int64_t{64}},  {"min_spacing", 4.0},
+      {"max_spacing", 0.02},     {"neighbour_clamping", false},  {"gradients", "none"},
+      {"gradients", "rotation"}, {"max_depth", std::int64_t{2}}, {"sampler", "independent"},
+  };
+  for (const auto& [name, value] : changes) {
+    RenderOptions changed = options;
+    changed.params[name] = {value, {}};
+    EXPECT_NE(render(scene, "irradiance-cache", changed).hash, plain) << name;
+  }
+  RenderOptions brute = options;
+  brute.params["structure"] = {std::string("brute"), {}};
+  EXPECT_EQ(render(scene, "irradiance-cache", brute).hash, plain) << "structures answer alike";
+}
+
+TEST(IrradianceCache, WhiteFurnaceStaysWhite) {
+  // Diffuse, plastic, glass and mirror in a unit environment: the coated base, the coat and the carriers each keep their share.
+  const Scene scene = load_scene("builtin:white-furnace");
+  const RenderOptions options = options_for(256, 32);
+  EXPECT_LT(std::abs(bias(render(scene, "irradiance-cache", options).image, exact_image(scene, options.resolution))), 3e-3);
+}
+
+}  // namespace
+}  // namespace etendue

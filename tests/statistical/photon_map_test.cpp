@@ -1,0 +1,326 @@
+// Photons and their density: kernels and nearest neighbours against theory, the map against closed forms.
+#include "framework/scene/builder.h"
+#include "integrators/photon_gather.h"
+#include "tests/render_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::exact_image;
+using testing::render;
+using testing::RenderOptions;
+
+constexpr Kernel kernels[] = {Kernel::box, Kernel::cone, Kernel::epanechnikov, Kernel::gaussian};
+
+std::unique_ptr<PointQuery> points_over(const std::vector<vec3>& points) {
+  auto query = find_point_structure("brute", {}).make();
+  query->build(points);
+  return query;
+}
+
+double density(const PointQuery& query, const vec3& at, int k, float radius, Kernel kernel) {
+  Neighbours found;
+  const KernelDisc disc = find_disc(query, at, k, radius, found);
+  double sum = 0;
+  for (std::size_t i = 0; i < disc.count; ++i) sum += disc.shape(kernel, found[i].distance_squared);
+  return sum * disc.per_area();
+}
+
+TEST(Kernel, EachIntegratesToOneOverItsDisc) {
+  for (const Kernel kernel : kernels) {
+    double sum = 0;
+    constexpr int steps = 100000;
+    for (int i = 0; i < steps; ++i) sum += kernel_shape(kernel, (static_cast<float>(i) + 0.5f) / steps);
+    EXPECT_NEAR(sum / steps, 1, 1e-4) << kernel_names[static_cast<int>(kernel)];
+  }
+}
+
+TEST(NearestPhotons, DensityIsUnbiasedForEveryKernelAndItsVarianceIsKnown) {
+  // n = 100 uniform photons in 100 m^2, k = 20. The share U of the square within the k-th distance is Beta(k, n - k + 1), of
+  // which follow the mean 1 and, for the box, the variance (n - k + 1) / ((k - 2) n): 1 / (k - 2) as n grows.
+  constexpr int trials = 4000, k = 20;
+  constexpr float half = 5;
+  struct Case {
+    Kernel kernel;
+    float r_max;
+  };
+  std::vector<Case> cases;
+  for (const Kernel kernel : kernels) cases.push_back({kernel, infinity});
+  cases.push_back({Kernel::box, 2.5f});  // the bound stops about half of the searches: 19.6 photons expected
+  cases.push_back({Kernel::epanechnikov, 2.5f});
+  std::vector<double> sum(cases.size()), squares(cases.size());
+  for (int trial = 0; trial < trials; ++trial) {
+    Pcg32 random(17, static_cast<std::uint64_t>(trial));
+    std::vector<vec3> points(100);
+    for (vec3& p : points) p = vec3(random.next_float() * 2 - 1, random.next_float() * 2 - 1, 0) * half;
+    const auto query = points_over(points);
+    for (std::size_t c = 0; c < cases.size(); ++c) {
+      const double d = density(*query, vec3(0), k, cases[c].r_max, cases[c].kernel);
+      sum[c] += d;
+      squares[c] += d * d;
+    }
+  }
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    const double mean = sum[c] / trials, variance = squares[c] / trials - mean * mean;
+    EXPECT_NEAR(mean, 1, 4.5 * std::sqrt(variance / trials))
+        << kernel_names[static_cast<int>(cases[c].kernel)] << " " << cases[c].r_max;
+  }
+  const double mean = sum[0] / trials, variance = squares[0] / trials - mean * mean;
+  EXPECT_NEAR(variance * (k - 2) / 0.81, 1, 0.1);
+}
+
+// Photons of unit power on the plane z = 0 seen from above, on a fine lattice: density without noise.
+class LatticeMap {
+ public:
+  static constexpr int n = 200;
+  static constexpr float spacing = 0.02f, radius = 0.5f;
+
+  // Half plane x < edge; photons lie at height z and arrive from the side `facing`.
+  LatticeMap(float edge, float z, const vec3& facing, bool side_test) {
+    SceneBuilder builder("lattice");
+    builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
+    scene_ = builder.finish();
+    point_ = SurfacePoint{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
+    Photons photons;
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        const vec3 p((static_cast<float>(x - n / 2) + 0.5f) * spacing, (static_cast<float>(y - n / 2) + 0.5f) * spacing, z);
+        if (p.x < edge) photons.add(p, Rgb(1), facing, facing, photon_indirect, 1);
+      }
+    map_.build(std::move(photons), find_point_structure("brute", {}).make(), {0, radius, Kernel::box, side_test});
+  }
+  // Relative to the full plane.
+  double share(const vec3& wo = {0, 0, 1}) const {
+    const Bsdf bsdf(scene_, point_);
+    return map_.radiance(point_, bsdf, wo, photon_any, 64).x * static_cast<double>(pi) * square(spacing);
+  }
+
+ private:
+  Scene scene_;
+  SurfacePoint point_;
+  PhotonMap map_;
+};
+
+TEST(PhotonMap, BoundaryBiasIsTheShareOfTheDiscOnTheSurface) {
+  for (const double x : {0.0, 0.2, 0.5, 0.8, 1.1}) {
+    const double kept = x >= 1 ? 1 : 1 - (std::acos(x) - x * std::sqrt(1 - x * x)) / std::numbers::pi;
+    EXPECT_NEAR(LatticeMap(static_cast<float>(x) * LatticeMap::radius, 0, {0, 0, 1}, true).share(), kept, 0.01) << x;
+  }
+}
+
+TEST(PhotonMap, SideTestStopsTheLeakThroughAThinPlate) {
+  // Photons arrive on the far face of a plate of thickness t: without the test 1 - (t / r)^2 of them is counted.
+  for (const double t : {0.1, 0.5, 0.9}) {
+    const float z = -static_cast<float>(t) * LatticeMap::radius;
+    EXPECT_NEAR(LatticeMap(infinity, z, {0, 0, -1}, false).share(), 1 - t * t, 0.015);
+    EXPECT_EQ(LatticeMap(infinity, z, {0, 0, -1}, true).share(), 0);
+  }
+  EXPECT_EQ(LatticeMap(infinity, 0, {0, 0, 1}, true).share({0, 0, -1}), 0) << "a sheet seen from behind";
+}
+
+TEST(PhotonMap, DepthBoundAndHistorySelectPhotons) {
+  SceneBuilder builder("one");
+  builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
+  const Scene scene = builder.finish();
+  const SurfacePoint point{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
+  Photons photons;
+  photons.add({0, 0, 0}, Rgb(1), {0, 0, 1}, {0, 0, 1}, photon_direct, 0);
+  photons.add({0.1f, 0, 0}, Rgb(2), {0, 0, 1}, {0, 0, 1}, photon_caustic, 1);
+  photons.add({0, 0.1f, 0}, Rgb(4), {0, 0, 1}, {0, 0, 1}, photon_indirect, 2);
+  PhotonMap map;
+  map.build(std::move(photons), find_point_structure("brute", {}).make(), {0, 1, Kernel::box, true});
+  const Bsdf bsdf(scene, point);
+  const auto sum = [&](PhotonHistory keep, int depth) {
+    return std::lround(map.radiance(point, bsdf, {0, 0, 1}, keep, depth).x * pi * pi);
+  };
+  EXPECT_EQ(sum(photon_any, 9), 7);
+  EXPECT_EQ(sum(photon_any, 1), 3);
+  EXPECT_EQ(sum(photon_any, 0), 1);
+  EXPECT_EQ(sum(photon_any, -1), 0);
+  EXPECT_EQ(sum(photon_caustic, 9), 2);
+  EXPECT_EQ(sum(photon_caustic | photon_indirect, 1), 2);
+}
+
+// --- Photon tracing.
+
+Photons photons_of(const Scene& scene, const PhotonPass& pass, int threads = 2) {
+  const SceneNeeds needs = scene_needs(scene);
+  const LightSampler lights(scene);
+  const auto rays = find_ray_structure("binned-sah", {}).make(scene, {});
+  PhaseTimes phases;
+  const RenderContext context{.scene = scene,
+                              .needs = needs,
+                              .rays = *rays,
+                              .lights = lights,
+                              .seed = 5,
+                              .resolution = {8, 8},
+                              .phases = phases,
+                              .make_points = {},
+                              .make_balls = {}};
+  Photons photons;
+  with_threads(threads, [&] { photons = trace_photons(context, Receivers(scene, 0.25f), pass); });
+  return photons;
+}
+
+TEST(PhotonTracing, SamePhotonsAtAnyThreadCount) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  const PhotonPass pass{
+      .count = 30000, .key = 3, .max_scatterings = 20, .keep = photon_any, .sampler = SamplerKind::independent};
+  const Photons one = photons_of(scene, pass, 1);
+  EXPECT_GT(one.size(), 10000u);
+  EXPECT_TRUE(one == photons_of(scene, pass, 2));
+  EXPECT_TRUE(one == photons_of(scene, pass, 3));
+}
+
+TEST(PhotonTracing, PowerArrivesInFullAndEvenly) {
+  // Central light, albedo 1/2: 4 pi I arrives first, half of it again, and so on; roulette keeps each photon's power.
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  const Photons photons = photons_of(scene, {.count = 100000, .key = 0, .max_scatterings = 60});
+  double power[3] = {};
+  for (std::size_t i = 0; i < photons.size(); ++i) {
+    if (photons.scatterings[i] < 3) power[photons.scatterings[i]] += photons.power[i].x;
+    ASSERT_NEAR(photons.power[i].x / (4 * pi / 100000), 1, 1e-4);
+    ASSERT_EQ(photons.side[i].history, photons.scatterings[i] == 0 ? photon_direct : photon_indirect);
+    ASSERT_LT(glm::dot(photons.side[i].normal(), photons.position[i]), 0) << "the inner side";
+  }
+  for (int j = 0; j < 3; ++j) EXPECT_NEAR(power[j] / (4 * std::numbers::pi * std::pow(0.5, j)), 1, 0.02) << j;
+}
+
+TEST(PhotonTracing, HistoriesPartitionThePhotons) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  const auto kept = [&](PhotonHistory keep) {
+    return photons_of(scene, {.count = 20000, .key = 1, .max_scatterings = 20, .keep = keep}).size();
+  };
+  const std::size_t direct = kept(photon_direct), caustic = kept(photon_caustic), indirect = kept(photon_indirect);
+  EXPECT_GT(caustic, 100u);
+  EXPECT_EQ(direct + caustic + indirect, kept(photon_any));
+}
+
+// --- The integrator.
+
+struct BiasEstimate {
+  double mean = 0, deviation = 0, bound = 0;
+};
+
+BiasEstimate bias_over_seeds(const Scene& scene, RenderOptions options, int seeds) {
+  const Image exact = exact_image(scene, options.resolution);
+  double sum = 0, squares = 0, bound = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    options.seed = static_cast<std::uint64_t>(seed);
+    const auto rendered = render(scene, "photon-map", options);
+    EXPECT_EQ(rendered.non_finite, 0u);
+    const double b = bias(rendered.image, exact);
+    sum += b;
+    squares += b * b;
+    bound = rendered.expectation.bias_bound;
+  }
+  const double mean = sum / seeds;
+  return {mean, std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1)), bound};
+}
+
+RenderOptions options_for(std::int64_t photons, std::uint32_t iterations, ParamMap more = {}) {
+  RenderOptions options;
+  options.params = std::move(more);
+  options.params["photons"] = {photons, {}};
+  options.iterations = iterations;
+  return options;
+}
+
+TEST(PhotonMapping, MatchesClosedFormsWithinItsDeclaredBias) {
+  for (const char* name : {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre", "builtin:furnace"})
+    for (const std::int64_t rays : {0, 3}) {
+      const auto b = bias_over_seeds(load_scene(name), options_for(8000, 1, {{"final_gather", {rays, {}}}}), 6);
+      EXPECT_LT(std::abs(b.mean), b.bound + 4 * b.deviation) << name;
+      EXPECT_LT(std::abs(b.mean), 0.003 + 4 * b.deviation) << name << ": no edge, so far below what is declared";
+    }
+}
+
+TEST(PhotonMapping, FollowsTheClosedFormPixelByPixel) {
+  // Light off the centre; indirect light is even, so no kernel blurs it, and what is left is the photons' noise.
+  const Scene scene = load_scene("builtin:lambert-sphere-off-centre");
+  const RenderOptions options = options_for(60000, 4, {{"k", {std::int64_t{200}, {}}}});
+  EXPECT_LT(relmse(render(scene, "photon-map", options).image, exact_image(scene, options.resolution)), 2e-3);
+}
+
+TEST(PhotonMapping, SphereHasNoKernelBiasAtAnyRadius) {
+  // A ball of radius r cuts pi r^2 out of a sphere, evenly in d^2, so that every kernel is exact at every radius.
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  for (const char* kernel : {"box", "cone", "epanechnikov", "gaussian"})
+    for (const double radius : {0.15, 0.5, 1.0}) {
+      RenderOptions options =
+          options_for(6000, 1, {{"k", {std::int64_t{0}, {}}}, {"radius", {radius, {}}}, {"kernel", {std::string(kernel), {}}}});
+      options.resolution = {16, 16};
+      const auto b = bias_over_seeds(scene, options, 6);
+      EXPECT_LT(std::abs(b.mean), 6 * b.deviation) << kernel << " " << radius;
+    }
+}
+
+TEST(PhotonMapping, DepthLimitTruncatesTheSeries) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  for (const std::int64_t rays : {0, 2})
+    for (int depth = 1; depth <= 3; ++depth) {
+      RenderOptions options = options_for(40000, 2, {{"final_gather", {rays, {}}}});
+      options.params["max_depth"] = {std::int64_t{depth}, {}};
+      const Image image = render(scene, "photon-map", options).image;
+      double mean = 0;
+      for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
+      EXPECT_NEAR(mean * std::numbers::pi / (1 - std::pow(0.5, depth)), 1, 0.02) << depth << " " << rays;
+    }
+}
+
+TEST(PhotonMapping, SameBitsAtAnyThreadCount) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  for (const std::int64_t rays : {0, 2}) {
+    RenderOptions options = options_for(10000, 2, {{"final_gather", {rays, {}}}, {"retrace", {true, {}}}});
+    options.params["caustic_photons"] = {std::int64_t{10000}, {}};
+    std::uint64_t first = 0;
+    for (const int threads : {1, 2, 3}) {
+      options.threads = threads;
+      const std::uint64_t hash = render(scene, "photon-map", options).hash;
+      if (threads == 1) first = hash;
+      EXPECT_EQ(hash, first) << threads;
+    }
+  }
+}
+
+TEST(PhotonMapping, EveryParameterChangesTheImage) {
+  const Scene scene = load_scene("builtin:veach-mis");  // rough plates
+  const Scene spheres = load_scene("builtin:cornell-spheres");
+  RenderOptions options = options_for(3000, 2, {{"caustic_photons", {std::int64_t{3000}, {}}}});
+  const auto hash = [&](const Scene& s, const char* name, const ParamMap::mapped_type& value) {
+    RenderOptions changed = options;
+    changed.params[name] = value;
+    return render(s, "photon-map", changed).hash;
+  };
+  const std::uint64_t plain = render(spheres, "photon-map", options).hash;
+  const std::pair<const char*, decltype(ParamValue::value)> changes[] = {
+      {"photons", std::int64_t{4000}},
+      {"caustic_photons", std::int64_t{4000}},
+      {"k", std::int64_t{20}},
+      {"radius", 0.05},
+      {"kernel", "box"},
+      {"final_gather", std::int64_t{2}},
+      {"caustic_map", "off"},
+      {"side_test", false},
+      {"retrace", true},
+      {"max_depth", std::int64_t{2}},
+      {"sampler", "independent"},
+  };
+  for (const auto& [name, value] : changes) EXPECT_NE(hash(spheres, name, {value, {}}), plain) << name;
+  EXPECT_NE(hash(scene, "carry_below", {0.01, {}}), render(scene, "photon-map", options).hash);
+  for (const char* structure : {"hash-grid", "brute"})
+    EXPECT_EQ(hash(spheres, "structure", {std::string(structure), {}}), plain) << "structures answer alike";
+  EXPECT_THROW(hash(spheres, "k", {std::int64_t{1}, {}}), Error);
+}
+
+TEST(PhotonMapping, WhiteFurnaceStaysWhite) {
+  // Every path leaves for the environment; what the glass and the mirror send on lands on the others as caustics.
+  const auto b = bias_over_seeds(load_scene("builtin:white-furnace"),
+                                 options_for(40000, 8, {{"caustic_photons", {std::int64_t{40000}, {}}}}), 6);
+  EXPECT_LT(std::abs(b.mean), 0.01 + 4 * b.deviation);
+}
+
+}  // namespace
+}  // namespace etendue
