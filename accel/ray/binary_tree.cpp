@@ -1,0 +1,32 @@
+#include "accel/ray/binary_tree.h"
+
+namespace etendue {
+
+double BinaryTree::sah_cost() const {
+  if (nodes.empty()) return 0;
+  double cost = 0;
+  for (const TreeNode& node : nodes) cost += static_cast<double>(node.bounds.half_area()) * (node.is_leaf() ? node.count : 1u);
+  const double root_area = nodes[0].bounds.half_area();
+  return root_area > 0 && std::isfinite(root_area) ? cost / root_area : 0;
+}
+
+std::vector<BuildItem> build_items(const Geometry& geometry) {
+  std::vector<BuildItem> items;
+  items.reserve(geometry.primitive_count());
+  for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) {
+    if (!geometry.is_valid(id)) continue;
+    const Bounds bounds = geometry.primitive_bounds(id);
+    items.push_back({{bounds.lower + 0.0f, bounds.upper + 0.0f}, id});
+  }
+  return items;
+}
+
+BinaryTree single_leaf(std::span<const BuildItem> items) {
+  BinaryTree tree;
+  if (items.empty()) return tree;
+  for (const BuildItem& item : items) tree.primitives.push_back(item.id);
+  tree.nodes.push_back({{vec3(-infinity), vec3(infinity)}, 0, static_cast<std::uint32_t>(items.size())});
+  return tree;
+}
+
+}  // namespace etendue

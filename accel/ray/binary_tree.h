@@ -1,0 +1,70 @@
+// The product of every builder: a binary tree of boxes in one contiguous array, and the primitives in leaf order.
+//
+// Builders decide which tree; layouts (layout_binary.h) decide how it lies in memory and how it is traversed. A tree knows
+// neither triangles nor instances, only boxes and ids, so that the same builders serve both levels of a scene.
+#pragma once
+
+#include "framework/scene/geometry.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace etendue {
+
+// A primitive as builders see it.
+struct BuildItem {
+  Bounds bounds;
+  std::uint32_t id = no_id;
+};
+
+struct TreeNode {
+  Bounds bounds;
+  std::uint32_t first = 0;  // the left child, the right one follows it; in a leaf, the first of its run of primitives
+  std::uint32_t count = 0;  // primitives of a leaf; 0: interior
+
+  bool is_leaf() const { return count > 0; }
+};
+
+struct BinaryTree {
+  std::vector<TreeNode> nodes;            // 0 is the root, children follow their parent; empty over no primitive
+  std::vector<std::uint32_t> primitives;  // ids; each leaf's lie together
+  std::uint32_t depth = 0;                // edges on the longest way down
+
+  // Expected work of a random ray that meets the root's box ([Goldsmith1987], [MacDonald1990]): interior nodes and leaves weigh
+  // by their surface area, a node visit counts 1 and a primitive test 1. 0 where no root area can be divided by.
+  double sah_cost() const;
+};
+
+// What all builders keep to.
+struct TreeLimits {
+  int leaf_size = 4;   // primitives, at most; only a leaf at max_depth may hold more
+  int max_depth = 64;  // edges from the root; a node there becomes a leaf
+};
+
+template <class Visitor>
+void describe(Visitor& v, TreeLimits& limits) {
+  v.integer("leaf_size", limits.leaf_size, 1, 64, "primitives", "most primitives in a leaf above max_depth");
+  v.integer("max_depth", limits.max_depth, 1, 1024, "edges", "depth at which a node becomes a leaf whatever it holds");
+}
+
+// What builders by the surface area heuristic keep to beside.
+struct SahParams : TreeLimits {
+  // Four triangles are tested at once (triangle_block.h), so one costs less than a visit of a node: 0.35 traced fastest of
+  // 0.35, 0.6 and 1 on four meshes.
+  float primitive_cost = 0.35f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, SahParams& params) {
+  describe(v, static_cast<TreeLimits&>(params));
+  v.number("primitive_cost", params.primitive_cost, 0.01, 100, "node visits", "cost of a primitive test, for choosing leaves");
+}
+
+// The valid primitives of a geometry. Negative zeros become positive, so that no tree depends on the order of a minimum.
+std::vector<BuildItem> build_items(const Geometry& geometry);
+
+// All items in one leaf whose box is the whole space: the tree of brute force.
+BinaryTree single_leaf(std::span<const BuildItem> items);
+
+}  // namespace etendue

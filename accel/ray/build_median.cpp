@@ -1,0 +1,44 @@
+#include "accel/ray/build_median.h"
+
+#include "accel/ray/grow_tree.h"
+
+namespace etendue {
+
+Split halve_items(std::span<BuildItem> items, const ItemRange& range) {
+  Bounds centres;
+  for (std::uint32_t i = range.begin; i < range.end; ++i) centres.extend(items[i].bounds.centre());
+  const int axis = centres.longest_axis();
+  const auto before = [axis](const BuildItem& a, const BuildItem& b) {
+    const float ca = 0.5f * a.bounds.lower[axis] + 0.5f * a.bounds.upper[axis];
+    const float cb = 0.5f * b.bounds.lower[axis] + 0.5f * b.bounds.upper[axis];
+    return ca < cb || (ca == cb && a.id < b.id);
+  };
+  Split split{range.begin + range.size() / 2, {}, {}};
+  std::nth_element(items.begin() + range.begin, items.begin() + split.middle, items.begin() + range.end, before);
+  for (std::uint32_t i = range.begin; i < split.middle; ++i) split.left.extend(items[i].bounds);
+  for (std::uint32_t i = split.middle; i < range.end; ++i) split.right.extend(items[i].bounds);
+  return split;
+}
+
+namespace {
+
+struct MedianSplitter {
+  std::span<BuildItem> items;
+  std::uint32_t leaf_size;
+
+  std::optional<Split> best(const ItemRange& range) {
+    if (range.size() <= leaf_size) return std::nullopt;
+    return halve(range);
+  }
+  Split halve(const ItemRange& range) { return halve_items(items, range); }
+  std::uint32_t id(std::uint32_t position) const { return items[position].id; }
+};
+
+}  // namespace
+
+BinaryTree build_median(std::vector<BuildItem> items, const TreeLimits& limits) {
+  MedianSplitter splitter{items, static_cast<std::uint32_t>(limits.leaf_size)};
+  return grow_tree(splitter, items, limits);
+}
+
+}  // namespace etendue

@@ -1,0 +1,20 @@
+// Counting the work of a traversal, as a template parameter: without it nothing of it is left in the code.
+#pragma once
+
+#include "framework/query.h"
+
+namespace etendue {
+
+struct CountNothing {
+  void node() {}
+  void primitives(std::uint32_t) {}
+};
+
+struct CountWork {
+  TraversalCounters& counters;
+
+  void node() { ++counters.nodes; }
+  void primitives(std::uint32_t count) { counters.primitives += count; }
+};
+
+}  // namespace etendue

@@ -1,0 +1,45 @@
+// Embree 3 as a ray structure: the baseline that every user asks for ([Wald2014]). Present where the library was found.
+//
+// Triangles are copied into Embree's buffers, quadrics become user geometry with our own test, instances are Embree's own. What
+// it does not share with the other structures: ties in distance go to whichever primitive it tests last, and, unless `robust`,
+// its triangle test may let a ray through an edge.
+#pragma once
+
+#include "framework/core/params.h"
+#include "framework/scene/scene.h"
+
+#include <memory>
+#include <string>
+
+namespace etendue {
+
+struct EmbreeParams {
+  bool robust = false;
+  std::string quality = "medium";
+};
+
+template <class Visitor>
+void describe(Visitor& v, EmbreeParams& params) {
+  v.flag("robust", params.robust, "watertight triangle test (RTC_SCENE_FLAG_ROBUST)");
+  v.choice("quality", params.quality, {"low", "medium", "high"},
+           "of the build: Morton order, binned SAH, SAH with spatial splits");
+}
+
+class Embree {
+ public:
+  // Over all objects and instances; planes are not included. Throws Error where Embree fails. `scene` must outlive it.
+  Embree(const Scene& scene, const EmbreeParams& params);
+
+  Hit closest(const Ray& ray) const;
+  bool occluded(const Ray& ray) const;
+  // Embree does not tell its work: nothing is counted.
+  Hit closest_counted(const Ray& ray, TraversalCounters&) const { return closest(ray); }
+  bool occluded_counted(const Ray& ray, TraversalCounters&) const { return occluded(ray); }
+  RayStructureStats stats() const;
+
+ private:
+  struct State;
+  std::shared_ptr<const State> state_;
+};
+
+}  // namespace etendue

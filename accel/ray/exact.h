@@ -1,0 +1,31 @@
+// Brute force in double precision over a whole scene: the arbiter where two structures disagree, and the oracle's oracle.
+//
+// Triangles are tested by the signs of three volumes, one per edge: an edge shared by two triangles gets exactly opposite
+// values in them, so no ray slips through between. Instances are inverted in double from their matrix.
+#pragma once
+
+#include "framework/scene/scene.h"
+
+#include <optional>
+
+namespace etendue {
+
+struct ExactHit {
+  double t;
+  std::uint32_t instance, primitive;
+  double cos_surface;  // |cos| between the ray and the surface's normal, in world space
+};
+
+// The nearest surface with t in (t_min, t_max].
+std::optional<ExactHit> exact_closest(const Scene& scene, const Ray& ray);
+
+// Is `answer` what a structure working in single precision may say of this ray, `exact` being exact_closest of it?
+//
+//   - A miss is right if there is no exact hit.
+//   - A hit is right if its primitive is met at that distance, give or take rounding, and nothing is met clearly before it.
+//   Rounding
+//     is 1e-5 of the largest length involved, measured along the surface's normal (a grazing ray moves far along the surface
+//     for a small error across it), and 1e-4 of the triangle at its rim.
+bool is_right(const Scene& scene, const Ray& ray, const Hit& answer, const std::optional<ExactHit>& exact);
+
+}  // namespace etendue

@@ -1,0 +1,156 @@
+// The `binary` layout: a tree as 64-byte nodes, one cache line each, that hold the boxes of both children.
+//
+// A visit tests the two children at once (four SSE lanes: near and far of both) and goes on to the nearer; the other
+// waits on a stack with its entry distance and is dropped if a closer hit has come up meanwhile. The slab test keeps the rules
+// of slab_entry in framework/scene/intersect.h: planes picked by the sign of the direction, a NaN restricts nothing, far
+// distances padded ([Ize2013]). A box is entered while its entry is at most the best distance, padded likewise, so that
+// hits at equal distance in other leaves are still seen and the lowest primitive id wins.
+//
+// The traversal knows no primitives: leaves are the caller's, which is why both levels of a scene use this one.
+#pragma once
+
+#include "accel/ray/binary_tree.h"
+#include "accel/ray/counting.h"
+#include "accel/ray/traversal_stack.h"
+#include "framework/scene/intersect.h"
+
+#if defined(__SSE4_1__)
+#include <smmintrin.h>
+#endif
+
+namespace etendue {
+
+class BinaryLayout {
+ public:
+  BinaryLayout() = default;
+  explicit BinaryLayout(const BinaryTree& tree);
+
+  // Visits the leaves that the ray meets, nearest box first, while `t_best` (which `leaf` lowers as it finds hits) lets them.
+  // `leaf(first, count)` gets what the tree's leaf holds and returns true to end the traversal.
+  template <class Count, class Leaf>
+  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
+
+  std::uint64_t node_count() const { return nodes_.size(); }
+  std::uint64_t bytes() const { return nodes_.size() * sizeof(Node); }
+  std::uint32_t depth() const { return depth_; }
+
+ private:
+  // An inner node's place has count 0. A missing child (of a root that is a leaf) has an empty box.
+  struct Place {
+    std::uint32_t first, count;
+  };
+  struct alignas(64) Node {
+    float planes[3][4];  // per axis: lower of left, lower of right, upper of left, upper of right
+    Place children[2];
+  };
+  struct Waiting {
+    Place place;
+    float entry;
+  };
+  class RayBoxes;
+
+  static void set_child(Node& node, int side, const TreeNode& child);
+
+  std::vector<Node> nodes_;  // 0 is the root
+  std::uint32_t depth_ = 0;
+};
+
+// The padding of far distances and of the best distance: 4 epsilon is above the 2 gamma(3) by which rounding can part the two
+// ends of a slab ([Ize2013]).
+inline constexpr float slab_pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
+
+#if defined(__SSE4_1__)
+
+// One ray against the two boxes of a node. Lanes: entry of left and right, then the negated exits, so that all four are maxima.
+class BinaryLayout::RayBoxes {
+ public:
+  RayBoxes(const Ray& ray, float t_best) : t_min_(ray.t_min) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const float reciprocal = 1.0f / ray.direction[axis], far = -(reciprocal * slab_pad);
+      const bool negative = std::signbit(ray.direction[axis]);
+      origin_[axis] = _mm_set1_ps(ray.origin[axis]);
+      reciprocal_[axis] = _mm_setr_ps(reciprocal, reciprocal, far, far);
+      near_first_[axis] = negative ? _mm_setr_epi8(8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7)
+                                   : _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    }
+    shorten(t_best);
+  }
+
+  void shorten(float t_best) {
+    const float far = -(t_best * slab_pad);
+    limits_ = _mm_setr_ps(t_min_, t_min_, far, far);
+  }
+
+  // Bit i: the ray meets child i, at entry[i].
+  int test(const Node& node, float (&entry)[2]) const {
+    __m128 t = limits_;
+    for (int axis = 0; axis < 3; ++axis) {
+      const __m128i planes = _mm_load_si128(reinterpret_cast<const __m128i*>(node.planes[axis]));
+      const __m128 near_far = _mm_castsi128_ps(_mm_shuffle_epi8(planes, near_first_[axis]));
+      // maxps answers its second operand when one is NaN: a NaN restricts nothing.
+      t = _mm_max_ps(_mm_mul_ps(_mm_sub_ps(near_far, origin_[axis]), reciprocal_[axis]), t);
+    }
+    _mm_storel_pi(reinterpret_cast<__m64*>(entry), t);
+    const __m128 exit = _mm_xor_ps(_mm_movehl_ps(t, t), _mm_set1_ps(-0.0f));
+    return _mm_movemask_ps(_mm_cmple_ps(t, exit)) & 3;
+  }
+
+ private:
+  float t_min_;
+  __m128 origin_[3], reciprocal_[3], limits_;
+  __m128i near_first_[3];
+};
+
+#else
+
+class BinaryLayout::RayBoxes {
+ public:
+  RayBoxes(const Ray& ray, float t_best) : slab_(ray), t_min_(ray.t_min), t_max_(t_best * slab_pad) {}
+  void shorten(float t_best) { t_max_ = t_best * slab_pad; }
+  int test(const Node& node, float (&entry)[2]) const {
+    const auto corner = [&](int plane) { return vec3(node.planes[0][plane], node.planes[1][plane], node.planes[2][plane]); };
+    for (int side = 0; side < 2; ++side) entry[side] = slab_entry(slab_, corner(side), corner(side + 2), t_min_, t_max_);
+    return (entry[0] < infinity) | (entry[1] < infinity) << 1;
+  }
+
+ private:
+  SlabRay slab_;
+  float t_min_, t_max_;
+};
+
+#endif
+
+template <class Count, class Leaf>
+void BinaryLayout::traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const {
+  if (nodes_.empty()) return;
+  RayBoxes boxes(ray, t_best);
+  TraversalStack<Waiting> stack(depth_);
+  Waiting* top = stack.begin();
+  Place place{0, 0};
+  for (;;) {
+    while (place.count == 0) {
+      const Node& node = nodes_[place.first];
+      count.node();
+      float entry[2];
+      const int met = boxes.test(node, entry);
+      if (met == 0) break;
+      const int nearer = met == 3 ? entry[1] < entry[0] : met >> 1;
+      // The other is written in any case and kept only if it was met: cheaper than a branch that is hard to foresee.
+      *top = {node.children[1 - nearer], entry[1 - nearer]};
+      top += met == 3;
+      place = node.children[nearer];
+    }
+    if (place.count > 0) {
+      if (leaf(place.first, place.count)) return;
+      boxes.shorten(t_best);
+    }
+    const float limit = t_best * slab_pad;
+    do {
+      if (top == stack.begin()) return;
+      --top;
+    } while (top->entry > limit);
+    place = top->place;
+  }
+}
+
+}  // namespace etendue

@@ -1,0 +1,161 @@
+// Octree with references: space is cut into eight equal cubes as long as that pays, and each leaf lists the primitives that
+// touch its cube ([Glassner1984]; traversal from the root down, front to back).
+//
+// A primitive that crosses a boundary is listed in several leaves: stats().references counts the duplicates, and a ray may test
+// a primitive more than once (there are no mailboxes). Triangles are listed where they really overlap a cube, by separating
+// axes
+// ([AkenineMoeller2001]); quadrics where their box does. A cube is cut when it holds more than leaf_size primitives and the
+// surface area heuristic finds the cut cheaper than a leaf; the total of references is bounded by 32 per primitive.
+#pragma once
+
+#include "accel/ray/binary_tree.h"
+#include "accel/ray/counting.h"
+#include "accel/ray/leaf.h"
+#include "accel/ray/traversal_stack.h"
+
+namespace etendue {
+
+struct OctreeParams {
+  int leaf_size = 8;
+  int max_depth = 16;
+};
+
+template <class Visitor>
+void describe(Visitor& v, OctreeParams& params) {
+  v.integer("leaf_size", params.leaf_size, 1, 64, "primitives", "a cube with no more than this is not cut");
+  v.integer("max_depth", params.max_depth, 1, 24, "edges", "depth at which a cube is not cut whatever it holds");
+}
+
+class Octree {
+ public:
+  // `geometry` must outlive the structure.
+  Octree(const Geometry& geometry, const OctreeParams& params);
+
+  Hit closest(const Ray& ray) const { return closest_with(ray, CountNothing{}); }
+  bool occluded(const Ray& ray) const { return occluded_with(ray, CountNothing{}); }
+  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const { return closest_with(ray, CountWork{counters}); }
+  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const { return occluded_with(ray, CountWork{counters}); }
+  RayStructureStats stats() const { return {bytes(), nodes_.size(), depth_, leaves_.references(), sah_cost_}; }
+
+ private:
+  class Builder;
+
+  // An inner node has count `inner` and its eight children from `first` on, child i lying high on axis a where bit a of i is
+  // set.
+  static constexpr std::uint32_t inner = no_id;
+  struct Node {
+    std::uint32_t first = 0, count = 0;
+  };
+  struct Visit {
+    std::uint32_t node;
+    float entry;
+    vec3 lower, upper;
+  };
+
+  std::uint64_t bytes() const { return nodes_.size() * sizeof(Node) + leaves_.bytes(); }
+  template <class Count, class Leaf>
+  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
+  static Visit* visit_children(const SlabRay& slab, const Ray& ray, float limit, const Visit& parent, std::uint32_t first,
+                               Visit* top);
+  template <class Count>
+  Hit closest_with(const Ray& ray, Count count) const;
+  template <class Count>
+  bool occluded_with(const Ray& ray, Count count) const;
+
+  LeafBlocks leaves_;
+  std::vector<Node> nodes_;
+  Bounds cube_;
+  std::uint32_t depth_ = 0;
+  double sah_cost_ = 0;
+};
+
+// Pushes the children that the ray meets, the nearest last. All of them share nine planes. In the order of the child's number,
+// with the bits of negative directions flipped, no child lies before one that the ray meets earlier.
+inline Octree::Visit* Octree::visit_children(const SlabRay& slab, const Ray& ray, float limit, const Visit& parent,
+                                             std::uint32_t first, Visit* top) {
+  constexpr float pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
+  const vec3 middle = 0.5f * parent.lower + 0.5f * parent.upper;
+  float near[3][2], far[3][2];  // by axis and half
+  unsigned flip = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float planes[3] = {parent.lower[axis], middle[axis], parent.upper[axis]};
+    flip |= static_cast<unsigned>(slab.negative[axis]) << axis;
+    for (int half = 0; half < 2; ++half) {
+      near[axis][half] = (planes[half + slab.negative[axis]] - slab.origin[axis]) * slab.reciprocal[axis];
+      far[axis][half] = (planes[half + !slab.negative[axis]] - slab.origin[axis]) * slab.reciprocal[axis] * pad;
+    }
+  }
+  for (unsigned i = 8; i-- > 0;) {
+    const unsigned child = i ^ flip;
+    float entry = ray.t_min, exit = limit;
+    for (int axis = 0; axis < 3; ++axis) {  // ordered so that a NaN restricts nothing, as in slab_entry
+      const unsigned half = child >> axis & 1;
+      entry = near[axis][half] > entry ? near[axis][half] : entry;
+      exit = far[axis][half] < exit ? far[axis][half] : exit;
+    }
+    if (entry > exit) continue;
+    Visit& visit = *top++;
+    visit.node = first + child;
+    visit.entry = entry;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool high = child >> axis & 1;
+      visit.lower[axis] = high ? middle[axis] : parent.lower[axis];
+      visit.upper[axis] = high ? parent.upper[axis] : middle[axis];
+    }
+  }
+  return top;
+}
+
+template <class Count, class Leaf>
+void Octree::traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const {
+  constexpr float pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
+  const SlabRay slab(ray);
+  const float entry = slab_entry(slab, cube_.lower, cube_.upper, ray.t_min, t_best);
+  if (nodes_.empty() || entry == infinity) return;
+  TraversalStack<Visit> stack(7 * depth_ + 8);
+  Visit* top = stack.begin();
+  *top++ = {0, entry, cube_.lower, cube_.upper};
+  while (top != stack.begin()) {
+    const Visit visit = *--top;
+    if (visit.entry > t_best * pad) continue;
+    const Node& node = nodes_[visit.node];
+    if (node.count == inner) {
+      count.node();
+      top = visit_children(slab, ray, t_best * pad, visit, node.first, top);
+    } else if (node.count > 0 && leaf(LeafBlocks::Run{node.first, node.count})) {
+      return;
+    }
+  }
+}
+
+template <class Count>
+Hit Octree::closest_with(const Ray& ray, Count count) const {
+  if (!is_traceable(ray)) return {};
+  Hit hit;
+  hit.t = ray.t_max;
+  const BlockRay block_ray(ray);
+  traverse(ray, hit.t, count, [&](LeafBlocks::Run run) {
+    if (leaves_.mixed())
+      leaves_.closest<true>(block_ray, run, hit, count);
+    else
+      leaves_.closest<false>(block_ray, run, hit, count);
+    return false;
+  });
+  if (!hit) return {};
+  hit.instance = 0;
+  return hit;
+}
+
+template <class Count>
+bool Octree::occluded_with(const Ray& ray, Count count) const {
+  if (!is_traceable(ray)) return false;
+  bool found = false;
+  const BlockRay block_ray(ray);
+  traverse(ray, ray.t_max, count, [&](LeafBlocks::Run run) {
+    return found =
+               leaves_.mixed() ? leaves_.occluded<true>(block_ray, run, count) : leaves_.occluded<false>(block_ray, run, count);
+  });
+  return found;
+}
+
+}  // namespace etendue

@@ -1,0 +1,63 @@
+// A box under construction, held in two SIMD registers: a builder's inner loops are minima and maxima of boxes.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace etendue {
+
+#if defined(__SSE2__)
+
+// Lanes 0-2 of `lower_` and 1-3 of `upper_` count; the two others hold what the overlapping loads of a Bounds bring along.
+class SimdBounds {
+ public:
+  SimdBounds() : lower_(_mm_set1_ps(infinity)), upper_(_mm_set1_ps(-infinity)) {}
+
+  void extend(const Bounds& b) {
+    static_assert(sizeof(Bounds) == 6 * sizeof(float));
+    const float* floats = &b.lower.x;
+    lower_ = _mm_min_ps(lower_, _mm_loadu_ps(floats));
+    upper_ = _mm_max_ps(upper_, _mm_loadu_ps(floats + 2));
+  }
+  void extend(const SimdBounds& b) {
+    lower_ = _mm_min_ps(lower_, b.lower_);
+    upper_ = _mm_max_ps(upper_, b.upper_);
+  }
+  Bounds get() const {
+    alignas(16) float lower[4], upper[4];
+    _mm_store_ps(lower, lower_);
+    _mm_store_ps(upper, upper_);
+    return {{lower[0], lower[1], lower[2]}, {upper[1], upper[2], upper[3]}};
+  }
+  // As Bounds::half_area, of a box that is not empty.
+  float half_area() const {
+    const __m128 xyz = _mm_sub_ps(_mm_shuffle_ps(upper_, upper_, _MM_SHUFFLE(0, 3, 2, 1)), lower_);
+    const __m128 yzx = _mm_shuffle_ps(xyz, xyz, _MM_SHUFFLE(3, 0, 2, 1));
+    const __m128 products = _mm_mul_ps(xyz, yzx);
+    const __m128 second = _mm_shuffle_ps(products, products, _MM_SHUFFLE(1, 1, 1, 1));
+    return _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(products, second), _mm_movehl_ps(products, products)));
+  }
+
+ private:
+  __m128 lower_, upper_;
+};
+
+#else
+
+class SimdBounds {
+ public:
+  void extend(const Bounds& b) { bounds_.extend(b); }
+  void extend(const SimdBounds& b) { bounds_.extend(b.bounds_); }
+  Bounds get() const { return bounds_; }
+  float half_area() const { return bounds_.half_area(); }
+
+ private:
+  Bounds bounds_;
+};
+
+#endif
+
+}  // namespace etendue

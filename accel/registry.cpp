@@ -1,0 +1,154 @@
+#include "accel/registry.h"
+
+#include "accel/ball/brute_force.h"
+#include "accel/ball/octree.h"
+#include "accel/point/brute_force.h"
+#include "accel/point/hash_grid.h"
+#include "accel/point/kd_tree.h"
+#include "accel/ray/brute_force.h"
+#include "accel/ray/build_binned_sah.h"
+#include "accel/ray/build_median.h"
+#include "accel/ray/build_sah.h"
+#include "accel/ray/bvh.h"
+#include "accel/ray/embree.h"
+#include "accel/ray/octree.h"
+#include "accel/ray/two_level.h"
+#include "accel/ray/with_planes.h"
+#include "framework/core/error.h"
+
+namespace etendue {
+
+namespace {
+
+template <RayStructure S>
+std::unique_ptr<RayQuery> behind_interface(S structure, const Scene& scene) {
+  if (scene.planes.empty()) return std::make_unique<RayAdapter<S>>(std::move(structure));
+  return std::make_unique<RayAdapter<WithPlanes<S>>>(WithPlanes<S>(std::move(structure), scene.planes));
+}
+
+// A whole scene with no more around the structure than it needs: a second level only over instances, planes only where there
+// are any. `make_bottom(geometry)` builds over one object, `make_top(items)` the tree over instances.
+template <class MakeBottom, class MakeTop>
+std::unique_ptr<RayQuery> over_scene(const Scene& scene, const MakeBottom& make_bottom, const MakeTop& make_top) {
+  if (!scene.has_instances()) return behind_interface(make_bottom(scene.objects[0].geometry), scene);
+  std::vector<decltype(make_bottom(scene.objects[0].geometry))> bottoms;
+  for (const Object& object : scene.objects) bottoms.push_back(make_bottom(object.geometry));
+  return behind_interface(TwoLevel(std::move(bottoms), scene, make_top(instance_items(scene))), scene);
+}
+
+// A row of the table for a builder whose trees lie in the binary layout; its instances' tree is of the same builder.
+template <class Params>
+RayEntry bvh_entry(const char* name, const char* summary, BinaryTree (*build)(std::vector<BuildItem>, const Params&)) {
+  const auto make = [name, build](const Scene& scene, const ParamMap& map) {
+    const auto params = read_params<Params>(map, name);
+    const auto tree = [&](std::vector<BuildItem> items) { return build(std::move(items), params); };
+    return over_scene(
+        scene, [&](const Geometry& geometry) { return Bvh(geometry, tree(build_items(geometry))); }, tree);
+  };
+  return {name, summary, "binary", list_params<Params>(), make};
+}
+
+struct NoParams {};
+
+template <class Visitor>
+void describe(Visitor&, NoParams&) {}
+
+RayEntry brute_entry() {
+  const auto make = [](const Scene& scene, const ParamMap& map) {
+    read_params<NoParams>(map, "brute");
+    return over_scene(
+        scene, [](const Geometry& geometry) { return BruteForce(geometry); }, single_leaf);
+  };
+  return {"brute", "every primitive for every ray: the measure of the others", "-", list_params<NoParams>(), make};
+}
+
+RayEntry octree_entry() {
+  const auto make = [](const Scene& scene, const ParamMap& map) {
+    const auto params = read_params<OctreeParams>(map, "octree");
+    return over_scene(
+        scene, [&](const Geometry& geometry) { return Octree(geometry, params); },
+        [](std::vector<BuildItem> items) { return build_sah(std::move(items), {}); });
+  };
+  return {"octree", "cubes cut in eight, primitives listed in every leaf they touch", "-", list_params<OctreeParams>(), make};
+}
+
+RayEntry embree_entry() {
+#ifdef ETENDUE_HAS_EMBREE
+  constexpr bool available = true;
+  const auto make = [](const Scene& scene, const ParamMap& map) {
+    return behind_interface(Embree(scene, read_params<EmbreeParams>(map, "embree")), scene);
+  };
+#else
+  constexpr bool available = false;
+  const auto make = [](const Scene&, const ParamMap&) -> std::unique_ptr<RayQuery> {
+    throw Error("structure 'embree' is not available: this build was made without Embree 3");
+  };
+#endif
+  return {"embree", "Intel's Embree 3, as a baseline", "-", list_params<EmbreeParams>(), make, available};
+}
+
+template <PointStructure S>
+PointEntry point_entry(const char* name, const char* summary) {
+  return {name, summary, [] { return std::make_unique<PointAdapter<S>>(S()); }};
+}
+
+template <class Entry>
+const Entry& find(std::span<const Entry> entries, const char* kind, const std::string& name, const Location& where) {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries) {
+    if (entry.name == name) return entry;
+    names.push_back(entry.name);
+  }
+  throw Error(where, unknown_name(kind, name, names));
+}
+
+}  // namespace
+
+std::span<const RayEntry> ray_structures() {
+  static const std::vector<RayEntry> entries{
+      brute_entry(),
+      bvh_entry<TreeLimits>("median", "bounding volume hierarchy, halved at the median of centres", build_median),
+      bvh_entry<SahParams>("sah", "bounding volume hierarchy by surface area, every cut tried", build_sah),
+      bvh_entry<BinnedSahParams>("binned-sah", "bounding volume hierarchy by surface area, cuts between bins",
+                                 build_binned_sah),
+      octree_entry(),
+      embree_entry(),
+  };
+  return entries;
+}
+
+std::span<const PointEntry> point_structures() {
+  static const std::vector<PointEntry> entries{
+      point_entry<PointBruteForce>("brute", "every point for every query: the measure of the others"),
+      point_entry<KdTree>("kd-tree", "kd-tree (nanoflann)"),
+      point_entry<HashGrid>("hash-grid", "uniform grid of the occupied cells, hashed by cell"),
+  };
+  return entries;
+}
+
+std::span<const BallEntry> ball_structures() {
+  static const std::vector<BallEntry> entries{
+      {"brute", "every ball for every query: the measure of the others",
+       [](const Bounds&) { return std::make_unique<BallAdapter<BallBruteForce>>(BallBruteForce()); }},
+      {"octree", "each ball in an octree cell of about its size",
+       [](const Bounds& bounds) { return std::make_unique<BallAdapter<BallOctree>>(BallOctree(bounds)); }},
+  };
+  return entries;
+}
+
+const RayEntry& find_ray_structure(const std::string& name, const Location& where) {
+  const RayEntry& entry = find(ray_structures(), "ray structure", name, where);
+  if (!entry.available)
+    throw Error(where, "structure '" + name + "' is not available: its library was not found when this was built");
+  return entry;
+}
+
+const PointEntry& find_point_structure(const std::string& name, const Location& where) {
+  return find(point_structures(), "point structure", name, where);
+}
+
+const BallEntry& find_ball_structure(const std::string& name, const Location& where) {
+  return find(ball_structures(), "ball structure", name, where);
+}
+
+}  // namespace etendue
