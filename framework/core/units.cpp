@@ -3,6 +3,7 @@
 #include "framework/core/error.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <initializer_list>
@@ -43,7 +44,7 @@ std::int64_t to_whole(double value, std::string_view text) {
 
 std::string scaled(double value, std::initializer_list<std::pair<double, const char*>> steps) {
   for (const auto& [factor, suffix] : steps)
-    if (std::abs(value) >= factor) return fmt::format("{:.4g} {}", value / factor, suffix);
+    if (std::abs(value) >= factor) return fmt::format("{:.4g} {}", value / std::max(factor, 1.0), suffix);
   return fmt::format("{:.4g}", value);
 }
 

@@ -1,0 +1,37 @@
+// How a report writes what a log holds: figures for people, and text made safe for each format.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace etendue {
+
+// Three significant digits: "0.0123", "1.23e-5", "0"; "–" has no part in it: absence is the caller's to write.
+std::string format_figure(double value);
+// The same without trailing zeros, for figures that people chose: "0.005", "-1".
+std::string format_short(double value);
+std::string format_interval(double low, double high);  // "1.1–1.4"; "-0.1 to 0.2" where a sign would look like the dash
+// All the digits a double needs to be read back.
+std::string format_exact(double value);
+
+// Columns a terminal needs for UTF-8 text (one per code point, which is true of all that a report writes itself).
+std::size_t display_width(std::string_view text);
+std::string padded(std::string_view text, std::size_t width, bool right);
+// At most `width` code points, the last one an ellipsis where text was cut.
+std::string shortened(std::string_view text, std::size_t width);
+
+std::string escape_html(std::string_view text);      // for text and attribute values, also of SVG; control characters dropped
+std::string escape_tex(std::string_view text);       // with figures such as 1.2e-5 set as powers of ten
+std::string escape_markdown(std::string_view text);  // for one cell of a table
+std::string escape_csv(std::string_view text);
+// A JSON string with its quotes, safe inside <script>.
+std::string json_string(std::string_view text);
+
+// "builtin:cornell-box" -> "cornell-box", "scenes/Mine.pbrt" -> "scenes-mine-pbrt": a part of a file's name.
+std::string slug(std::string_view text);
+
+std::string base64(std::span<const std::uint8_t> bytes);
+
+}  // namespace etendue

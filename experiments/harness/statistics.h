@@ -1,0 +1,121 @@
+// What may be said of an experiment's figures: averages, quantiles, intervals, rates, fronts, and bias against variance.
+//
+// Errors are positive and spread over decades, so they are averaged and interpolated in logarithms; a signed figure (bias) is
+// averaged as it is. Seeds are the independent replicates: checkpoints of one run are autocorrelated, so every bootstrap
+// resamples whole seeds, never checkpoints.
+#pragma once
+
+#include "framework/core/vec.h"
+#include "framework/image/film.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace etendue {
+
+struct Interval {
+  double low = 0, high = 0;
+  bool contains(double x) const { return low <= x && x <= high; }
+};
+
+// All of these CHECK that there is at least one value.
+double mean(std::span<const double> values);
+double geometric_mean(std::span<const double> values);      // 0 where any value is 0; values must not be negative
+double sample_sd(std::span<const double> values);           // with n - 1; 0 for a single value
+double quantile(std::span<const double> values, double p);  // linear between order statistics ([Hyndman1996] type 7)
+double median(std::span<const double> values);
+
+// The t with P(T <= t) = p for Student's distribution; p in (0, 1), degrees of freedom > 0.
+double student_t_quantile(double p, double degrees);
+// The level each of `tests` two-sided tests is held to so that all of them together err with `level` ([Sidak1967]).
+double sidak_level(double level, std::size_t tests);
+
+// How an interval around a centre was made, which depends on how many seeds there are.
+enum class Spread : std::uint8_t {
+  none,     // one seed: no interval
+  min_max,  // two seeds, or a zero among the values: the extremes
+  t95       // three or more: 95 % Student interval of the mean (of the logarithms, where the centre is geometric)
+};
+
+struct Estimate {
+  double centre = 0;
+  Interval interval;  // equal to the centre where spread is none
+  Spread spread = Spread::none;
+  std::size_t count = 0;
+};
+Estimate geometric_estimate(std::span<const double> values);  // of errors: values >= 0
+Estimate signed_estimate(std::span<const double> values, double confidence = 0.95);
+
+// a / b of two geometric means with its 95 % Welch interval ([Welch1947], in logarithms); empty with fewer than three values in
+// either, or with zeros.
+struct Ratio {
+  double value = 1;
+  Interval interval;
+};
+std::optional<Ratio> geometric_ratio(std::span<const double> a, std::span<const double> b);
+
+// Percentile bootstrap ([Efron1993] ch. 13) over `count` replicates: `statistic` gets the indices of a resample; results that
+// are not finite are left out. Its percentiles are moved outwards as Student's distribution asks ([Hesterberg2015]
+// section 5.2): the plain ones are too narrow for few replicates. Deterministic in `seed`. Empty if fewer than half of the
+// resamples gave a figure.
+struct BootstrapOptions {
+  double confidence = 0.95;
+  int resamples = 2000;
+  std::uint64_t seed = 1;
+};
+std::optional<Interval> bootstrap_interval(std::size_t count,
+                                           const std::function<double(std::span<const std::size_t>)>& statistic,
+                                           const BootstrapOptions& options = {});
+
+// A figure against time or iterations: x strictly ascending and positive.
+struct Curve {
+  std::vector<double> x, y;
+  bool empty() const { return x.empty(); }
+};
+// Between the checkpoints around `x`, linear on log-log axes (linear in y where an end is not positive); nothing outside them.
+std::optional<double> value_at(const Curve& curve, double x);
+
+// The least-squares slope of log y over log x, over points with y > 0; empty with fewer than two different x.
+std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y);
+
+// The exponent of E[y] ~ x^slope: y[replicate][point] is averaged over replicates, `offset` (the reference's own variance)
+// subtracted, and the slope fitted; the interval resamples replicates and is empty for fewer than three.
+struct SlopeFit {
+  double slope = 0;
+  std::optional<Interval> interval;
+};
+std::optional<SlopeFit> fit_slope(std::span<const double> x, const std::vector<std::vector<double>>& y, double offset);
+
+// When a falling curve first meets `target`. What never arrives is censored at its last time, not dropped; what is below it at
+// the first checkpoint arrived at some unknown time before.
+struct Arrival {
+  enum class Kind : std::uint8_t { at, before, never } kind = Kind::never;
+  double time = 0;  // at: interpolated; before: of the first checkpoint; never: of the last
+};
+Arrival time_to(const Curve& curve, double target);
+// The median of several arrivals: `never` sorts last, so it is a time only if more than half arrived.
+struct ArrivalMedian {
+  Arrival median;
+  std::size_t arrived = 0, count = 0;
+};
+ArrivalMedian median_arrival(std::span<const Arrival> arrivals);
+
+// Indices of the points that no other point beats in both coordinates (less is better), by ascending x; of equal points the
+// first.
+std::vector<std::size_t> pareto_front(std::span<const dvec2> points);
+
+// Squared bias and variance of a method's image, means over pixels and channels, from R >= 2 independent images:
+// bias^2 = (mean - reference)^2 - s^2 / R - reference_variance, unbiased, hence negative at times; the standard error is the
+// jackknife's over images ([Efron1993] ch. 11), 0 for R = 2.
+struct BiasVariance {
+  double bias_squared = 0, variance = 0, standard_error = 0;
+  std::size_t count = 0;
+};
+BiasVariance bias_variance(std::size_t count, const std::function<Image(std::size_t)>& load, const Image& reference,
+                           double reference_variance);
+
+}  // namespace etendue

@@ -1,0 +1,50 @@
+// One table, written for readers (Markdown aligned for a terminal, TeX with booktabs, HTML that sorts) and for programs (CSV).
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// What a reader sees, what a program reads ("" where nothing was measured), and what a column is sorted by.
+struct TableCell {
+  std::string text = "–";
+  std::string raw;
+  std::optional<double> order;
+
+  static TableCell words(std::string text);
+  static TableCell number(double value, std::string text);
+  static TableCell number(double value);  // with three significant digits
+  static TableCell count(std::uint64_t value);
+};
+
+// A reader's column may gather what takes several for a program: "1.2e-3 (1e-3–1.4e-3)".
+enum class Audience : std::uint8_t { everyone, people, machines };
+
+struct TableColumn {
+  std::string key;    // the CSV's header; for people only: unused
+  std::string title;  // the reader's
+  bool right = true;  // aligned right, as figures are
+  Audience audience = Audience::everyone;
+  std::size_t group = 0;  // on paper a wide table is cut into its groups, the columns of group 0 beside each
+};
+
+struct Table {
+  std::string name;  // of the file
+  std::string title;
+  std::vector<TableColumn> columns;
+  std::vector<std::vector<TableCell>> rows;  // a cell for each column
+  std::vector<std::string> group_titles;     // of groups 1, 2, ...; empty: the table is narrow enough as it is
+  std::vector<std::string> notes;
+};
+
+std::string to_markdown(const Table& table);
+std::string to_csv(const Table& table);
+std::string to_tex(const Table& table);   // one `table` environment a group; needs \usepackage{booktabs}
+std::string to_html(const Table& table);  // all groups in one
+// Without rules, for the end of a run: the columns of group 0 and the chosen one.
+std::string to_terminal(const Table& table, std::size_t group);
+
+}  // namespace etendue

@@ -1,0 +1,198 @@
+#include "experiments/harness/charts.h"
+#include "tests/unit/report_helpers.h"
+
+#include <algorithm>
+
+namespace etendue {
+namespace {
+
+using namespace report_test;
+
+std::vector<std::string> labels(Interval range, Scale scale, int most) {
+  std::vector<std::string> result;
+  for (const Tick& tick : ticks(range, scale, most))
+    if (!tick.label.empty()) result.push_back(tick.label);
+  return result;
+}
+
+using Labels = std::vector<std::string>;
+
+TEST(Ticks, LogAxesAreLabelledAtDecadesOr125) {
+  EXPECT_EQ(labels({0.9, 1100}, Scale::log, 6), (Labels{"1", "10", "100", "1000"}));
+  EXPECT_EQ(labels({0.9, 11}, Scale::log, 8), (Labels{"1", "2", "5", "10"}));
+  EXPECT_EQ(labels({1.5e-6, 2e-2}, Scale::log, 5), (Labels{"10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²"}));
+  EXPECT_EQ(labels({1e-12, 1}, Scale::log, 5), (Labels{"10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "10⁰"}));
+  EXPECT_EQ(labels({3.1, 4.9}, Scale::log, 5), (Labels{"3.5", "4.0", "4.5"}));  // less than a decade: as on a linear axis
+}
+
+TEST(Ticks, LogAxesHaveMinorTicksBetween) {
+  const auto all = ticks({1, 100}, Scale::log, 2);
+  EXPECT_EQ(all.size(), 19u);
+  EXPECT_DOUBLE_EQ(all[1].value, 2);
+}
+
+TEST(Ticks, LinearStepsAreRound) {
+  EXPECT_EQ(labels({-0.013, 0.021}, Scale::linear, 4), (Labels{"−0.01", "0.00", "0.01", "0.02"}));
+  EXPECT_EQ(labels({0, 1}, Scale::linear, 5), (Labels{"0.0", "0.2", "0.4", "0.6", "0.8", "1.0"}));
+  EXPECT_EQ(labels({0, 2.4e6}, Scale::linear, 3), (Labels{"0", "1·10⁶", "2·10⁶"}));
+}
+
+TEST(Ticks, NeverRunAway) {
+  for (const Interval range : {Interval{1e-300, 1e300}, Interval{1, 1.0000001}, Interval{1e-8, 1.1e-8}, Interval{0.5, 2}})
+    for (const Scale scale : {Scale::log, Scale::linear})
+      for (const int most : {2, 8}) {
+        const auto found = ticks(range, scale, most);
+        EXPECT_LT(found.size(), 800u);
+        for (const Tick& tick : found) EXPECT_TRUE(std::isfinite(tick.value));
+      }
+}
+
+TEST(Range, ShowsAllPositiveValuesOnALogAxis) {
+  const Interval range = padded_range({1e-3, 10, 0, -1}, Scale::log);
+  EXPECT_LT(range.low, 1e-3);
+  EXPECT_GT(range.high, 10);
+  EXPECT_GT(range.low, 1e-4);
+  const Interval nothing = padded_range({0, 0}, Scale::log);
+  EXPECT_LT(nothing.low, nothing.high);
+  const Interval one = padded_range({5}, Scale::linear);
+  EXPECT_LT(one.low, 5);
+  EXPECT_GT(one.high, 5);
+}
+
+Figure over_time(const RunLog& log, const std::string& metric = "relmse", Scale scale = Scale::log) {
+  const ReportData data = arrange(log);
+  return error_figure(data, data.scenes.at(0), metric, Abscissa::time, scale);
+}
+
+TEST(Charts, EveryFileIsWellFormedAndFinite) {
+  RunLog log = small_log();
+  log.structures = {structure("builtin:room", "sah", "wide8", 2, 0.1), structure("builtin:room", "lbvh", "binary", 1, 0.01),
+                    structure("builtin:room", "brute", "-", 1e-4, 0)};
+  const auto figures = file_figures(arrange(log));
+  EXPECT_EQ(figures.size(), 3u * 2 + 2 + 2);  // metrics over time and iterations, fronts of the unsigned, structures
+  for (const Figure& figure : figures) {
+    const std::string svg = to_svg(figure);
+    EXPECT_TRUE(well_formed(svg)) << figure.name;
+    for (const char* bad : {"nan", "inf,", "inf ", "\"inf"})
+      EXPECT_EQ(svg.find(bad), std::string::npos) << figure.name << " has " << bad;
+    EXPECT_NE(svg.find("xmlns="), std::string::npos);
+    EXPECT_EQ(occurrences(svg, "http"), 1u) << "only the namespace is an address";
+  }
+}
+
+TEST(Charts, NamesFromTheLogAreEscaped) {
+  RunLog log;
+  add_cells(log, "a<script>&\"", {"p<b>'\"&", "s]]>"}, 2);
+  add_cells(log, "a<script>&\"", {"other", "s]]>"}, 2);
+  for (const Figure& figure : file_figures(arrange(log))) {
+    const std::string svg = to_svg(figure);
+    EXPECT_TRUE(well_formed(svg)) << figure.name;
+    EXPECT_EQ(svg.find("<script"), std::string::npos);
+    EXPECT_EQ(svg.find("<b>"), std::string::npos);
+    EXPECT_EQ(figure.name.find_first_of("<>&\"/ "), std::string::npos);
+  }
+}
+
+TEST(Charts, BandIsDrawnFromSeveralSeedsOnlyAndSaidSo) {
+  RunLog one;
+  add_cells(one, "room", {}, 1);
+  const Figure without = over_time(one);
+  EXPECT_EQ(to_svg(without).find("class=\"band\""), std::string::npos);
+  EXPECT_EQ(without.notes.at(0), "One seed: no band can be drawn.");
+  RunLog three;
+  add_cells(three, "room", {}, 3);
+  const Figure with = over_time(three);
+  EXPECT_NE(to_svg(with).find("class=\"band\""), std::string::npos);
+  EXPECT_NE(with.notes.at(0).find("95 % Student interval"), std::string::npos);
+}
+
+TEST(Charts, ZeroErrorIsMarkedOnTheLowerEdge) {
+  RunLog log;
+  add_cells(log, "room", {}, 1);
+  log.checkpoints.back().metrics["relmse"] = 0;
+  const Figure figure = over_time(log);
+  EXPECT_TRUE(std::any_of(figure.notes.begin(), figure.notes.end(),
+                          [](const auto& n) { return n.find("error of zero") != std::string::npos; }));
+  EXPECT_EQ(occurrences(to_svg(figure), "class=\"mark open\""), 1u);
+}
+
+TEST(Charts, ManySeriesSplitIntoPanelsByIntegrator) {
+  RunLog log;
+  for (const char* integrator : {"path", "bdpt", "sppm"})
+    for (const char* accel : {"sah", "median", "lbvh", "grid"}) add_cells(log, "room", {integrator, accel}, 1);
+  const Figure figure = over_time(log);
+  ASSERT_EQ(figure.panels.size(), 3u);
+  EXPECT_EQ(figure.panels[0].title, "path");
+  // All panels have the same axes, and each shows the others' curves behind.
+  EXPECT_EQ(figure.panels[0].x.range->low, figure.panels[2].x.range->low);
+  const auto grey = std::count_if(figure.panels[0].series.begin(), figure.panels[0].series.end(),
+                                  [](const ChartSeries& s) { return s.draw == ChartSeries::Draw::context; });
+  EXPECT_EQ(grey, 8);
+  EXPECT_TRUE(well_formed(to_svg(figure)));
+}
+
+TEST(Charts, StructuresCoincideOverIterations) {
+  RunLog log;
+  add_cells(log, "room", {"path", "sah", 0.1}, 2);
+  add_cells(log, "room", {"path", "median", 0.2}, 2);
+  const ReportData data = arrange(log);
+  const auto note = [&](const ReportData& d) {
+    return error_figure(d, d.scenes[0], "relmse", Abscissa::iterations, Scale::log).notes.at(1);
+  };
+  EXPECT_NE(note(data).find("equal to the last bit"), std::string::npos);
+  log.checkpoints.back().metrics["relmse"] *= 1.001;
+  EXPECT_NE(note(arrange(log)).find("differ"), std::string::npos);
+}
+
+TEST(Charts, SignedMetricIsDrawnOnALinearAxis) {
+  const Figure figure = over_time(small_log(), "bias");
+  EXPECT_EQ(figure.panels.at(0).y.scale, Scale::linear);
+  EXPECT_EQ(figure.panels.at(0).x.scale, Scale::log);
+}
+
+TEST(Charts, MetricThatOneMethodLacksLeavesOnlyThatOut) {
+  RunLog log = small_log();
+  for (CheckpointRecord& record : log.checkpoints)
+    if (record.cell.integrator == "path") record.metrics.erase("mse");
+  const Figure figure = over_time(log, "mse");
+  ASSERT_EQ(figure.panels.size(), 1u);
+  ASSERT_EQ(figure.panels[0].series.size(), 1u);
+  EXPECT_EQ(figure.panels[0].series[0].label, "sppm");
+  EXPECT_TRUE(over_time(log, "unknown").empty());
+}
+
+TEST(Charts, FrontNamesEveryConfigurationAndMarksWhatNothingBeats) {
+  const RunLog log = small_log();
+  const ReportData data = arrange(log);
+  const Figure figure = front_figure(data, data.scenes[0], "relmse", Scale::log);
+  ASSERT_FALSE(figure.empty());
+  const Chart& chart = figure.panels[0];
+  EXPECT_EQ(chart.labels.size(), 2u);
+  const auto front = std::find_if(chart.series.begin(), chart.series.end(), [](const auto& s) { return s.key == "front"; });
+  ASSERT_NE(front, chart.series.end());
+  for (std::size_t i = 1; i < front->points.size(); ++i) EXPECT_LT(front->points[i].y, front->points[i - 1].y);
+  EXPECT_TRUE(front_figure(data, data.scenes[0], "bias", Scale::log).empty());
+}
+
+TEST(Charts, OutlyingStructureIsNamedNotDrawn) {
+  RunLog log;
+  log.structures = {structure("room", "sah", "wide8", 2, 0.1), structure("room", "lbvh", "wide8", 1, 0.01),
+                    structure("room", "sbvh", "wide8", 2.5, 0.5), structure("room", "brute", "-", 1e-4, 0)};
+  const ReportData data = arrange(log);
+  const Figure figure = structures_figure(data, data.scenes.at(0));
+  EXPECT_NE(figure.notes.at(0).find("brute"), std::string::npos);
+  for (const ChartSeries& series : figure.panels.at(0).series) EXPECT_NE(series.label, "brute");
+}
+
+TEST(Charts, EqualLogsGiveEqualFiles) {
+  const auto draw = [] {
+    std::string all;
+    const RunLog log = small_log();
+    for (const Figure& figure : file_figures(arrange(log))) all += to_svg(figure);
+    return all;
+  };
+  EXPECT_EQ(draw(), draw());
+}
+
+}  // namespace
+}  // namespace etendue

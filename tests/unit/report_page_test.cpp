@@ -1,0 +1,246 @@
+#include "experiments/harness/report.h"
+#include "experiments/harness/report_html.h"
+#include "experiments/harness/tables.h"
+#include "framework/core/error.h"
+#include "framework/io/exr.h"
+#include "tests/unit/report_helpers.h"
+
+#include <algorithm>
+
+namespace etendue {
+namespace {
+
+using namespace report_test;
+namespace fs = std::filesystem;
+
+std::string page_of(const RunLog& log) {
+  const ReportData data = arrange(log);
+  PageContent content;
+  content.tables = report_tables(data);
+  return report_page(data, content);
+}
+
+TEST(Page, NeedsNothingBeyondItself) {
+  const std::string page = page_of(small_log());
+  EXPECT_EQ(page.find("src=\"http"), std::string::npos);
+  EXPECT_EQ(page.find("href=\"http"), std::string::npos);
+  EXPECT_EQ(page.find("@import"), std::string::npos);
+  EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
+}
+
+TEST(Page, HostileNamesStayText) {
+  const std::string hostile = "</script><img src=x onerror=alert(1)>\"'&";
+  RunLog log;
+  log.manifests.push_back(manifest(hostile));
+  ReferenceRecord record = reference(hostile);
+  record.source = record.checks = hostile;
+  log.references.push_back(record);
+  add_cells(log, hostile, {hostile, hostile}, 3);
+  add_failure(log, {hostile, hostile, "failed", 9}, hostile);
+  log.structures = {structure(hostile, hostile, hostile, 1, 1), structure(hostile, "b", "-", 2, 2)};
+  const std::string page = page_of(log);
+  EXPECT_EQ(page.find("<img src=x"), std::string::npos);
+  EXPECT_EQ(occurrences(page, "</script>"), 2u);  // its own: the images' data and the script
+}
+
+TEST(Page, HoldsAVariantForEachMetricScaleAndAxis) {
+  const std::string page = page_of(small_log());
+  EXPECT_EQ(occurrences(page, "<template data-variant=\"relmse|log|time\">"), 1u);
+  EXPECT_EQ(occurrences(page, "<template data-variant=\"bias|linear|iterations\">"), 1u);
+  EXPECT_EQ(occurrences(page, "<template data-variant=\"mse|linear\">"), 1u);  // the front
+}
+
+TEST(Page, BeyondItsBudgetLessUsefulChartsAreLeftOut) {
+  const RunLog log = small_log();
+  const ReportData data = arrange(log);
+  PageContent content;
+  content.chart_budget_bytes = 1;
+  const std::string page = report_page(data, content);
+  EXPECT_EQ(page.find("|linear"), std::string::npos);
+  EXPECT_EQ(page.find("data-variant=\"mse"), std::string::npos);
+  EXPECT_NE(page.find("data-variant=\"relmse|log|time\""), std::string::npos);
+  EXPECT_NE(page.find("to keep this page small"), std::string::npos);
+}
+
+TEST(Page, OfLogsWithLittleInThemSaysWhatIsMissing) {
+  EXPECT_NE(page_of({}).find("The log holds no finished cell."), std::string::npos);
+  RunLog failed;
+  add_failure(failed, {"room", "sah", "path", 1}, "out of memory");
+  EXPECT_NE(page_of(failed).find("No cell finished"), std::string::npos);
+  EXPECT_NE(page_of(failed).find("out of memory"), std::string::npos);
+  RunLog unmeasured = small_log();
+  for (CheckpointRecord& record : unmeasured.checkpoints) record.metrics.clear();
+  EXPECT_NE(page_of(unmeasured).find("No metric was logged"), std::string::npos);
+  RunLog timeless = small_log();
+  for (CheckpointRecord& record : timeless.checkpoints) record.time_s = 0;
+  const std::string page = page_of(timeless);
+  EXPECT_NE(page.find("relmse over iterations"), std::string::npos);
+  RunLog only_bias = small_log();
+  for (CheckpointRecord& record : only_bias.checkpoints) record.metrics = {{"bias", -0.1}};
+  EXPECT_EQ(page_of(only_bias).find("the least bias"), std::string::npos);
+}
+
+TEST(Page, ZeroErrorsBringNoNonFiniteText) {
+  RunLog log = small_log();
+  for (CheckpointRecord& record : log.checkpoints) record.metrics["relmse"] = record.metrics["mse"] = 0;
+  const std::string page = page_of(log);
+  EXPECT_EQ(page.find(">nan"), std::string::npos);
+  EXPECT_EQ(page.find("-nan"), std::string::npos);
+  EXPECT_EQ(page.find("data-v=\"inf"), std::string::npos);
+}
+
+class Report : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = fs::temp_directory_path() /
+            (std::string("etendue-report-") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(root_);
+    fs::create_directories(root_);
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  std::string directory(const std::string& name, const RunLog& log) {
+    const fs::path path = root_ / name;
+    fs::create_directories(path);
+    LogWriter writer((path / "runs.jsonl").string());
+    std::vector<std::string> lines;
+    for (const auto& record : log.manifests) lines.push_back(to_json_line(record));
+    for (const auto& record : log.references) lines.push_back(to_json_line(record));
+    for (const auto& record : log.structures) lines.push_back(to_json_line(record));
+    for (const auto& cell : log.cells) {
+      for (const auto& record : log.checkpoints)
+        if (record.cell == cell.cell) lines.push_back(to_json_line(record));
+      lines.push_back(to_json_line(cell));
+    }
+    writer.append(lines);
+    return path.string();
+  }
+  std::string out() const { return (root_ / "out").string(); }
+
+  fs::path root_;
+};
+
+Image flat(double value, ivec2 size = ivec2(8, 6)) {
+  Image image(size);
+  for (dvec3& pixel : image.pixels) pixel = dvec3(value);
+  return image;
+}
+
+TEST_F(Report, WritesTablesChartsAndPage) {
+  const auto paths = write_report({directory("a", small_log())}, out());
+  EXPECT_TRUE(fs::exists(root_ / "out/report.html"));
+  for (const char* name :
+       {"tables/final.md", "tables/final.csv", "tables/final.tex", "tables/phases.md", "tables/manifest.csv",
+        "charts/error-time-room-relmse.svg", "charts/error-iterations-room-bias.svg", "charts/front-room-mse.svg"})
+    EXPECT_TRUE(fs::exists(root_ / "out" / name)) << name;
+  for (const std::string& path : paths) EXPECT_TRUE(fs::exists(path)) << path;
+  for (const auto& entry : fs::recursive_directory_iterator(root_ / "out")) EXPECT_NE(entry.path().extension(), ".part");
+}
+
+TEST_F(Report, SameLogGivesTheSameBytes) {
+  const std::string a = directory("a", small_log());
+  write_report({a}, out());
+  const std::string first = file_text(root_ / "out/report.html");
+  write_report({a}, out());
+  EXPECT_EQ(file_text(root_ / "out/report.html"), first);
+}
+
+TEST_F(Report, RemovesOnlyWhatAnEarlierReportWrote) {
+  RunLog two = small_log();
+  add_cells(two, "builtin:hall", {}, 1);
+  write_report({directory("two", two)}, out());
+  EXPECT_TRUE(fs::exists(root_ / "out/charts/error-time-hall-relmse.svg"));
+  std::ofstream(root_ / "out/charts/mine.svg") << "mine";
+  std::ofstream(root_ / "outside.txt") << "outside";
+  std::ofstream(root_ / "out/report.files", std::ios::app) << "../outside.txt\n" << (root_ / "outside.txt").string() << "\n";
+  write_report({directory("one", small_log())}, out(), {{"csv"}});
+  EXPECT_FALSE(fs::exists(root_ / "out/charts/error-time-hall-relmse.svg"));
+  EXPECT_FALSE(fs::exists(root_ / "out/tables/final.md"));
+  EXPECT_TRUE(fs::exists(root_ / "out/tables/final.csv"));
+  EXPECT_TRUE(fs::exists(root_ / "out/charts/mine.svg"));
+  EXPECT_TRUE(fs::exists(root_ / "outside.txt"));
+}
+
+TEST_F(Report, MergesShardsOfOneExperiment) {
+  RunLog a, b;
+  for (RunLog* log : {&a, &b}) log->references.push_back(reference("room"));
+  add_cell(a, "room", {}, 1);
+  add_cell(b, "room", {}, 2);
+  add_cell(b, "room", {}, 3);
+  write_report({directory("a", a), directory("b", b)}, out());
+  EXPECT_NE(file_text(root_ / "out/tables/final.csv").find("room,path,sah,3,"), std::string::npos);
+  EXPECT_EQ(file_text(root_ / "out/report.html").find("different versions"), std::string::npos);
+  b.references[0].scene_hash = "changed";
+  write_report({directory("a2", a), directory("b2", b)}, out());
+  EXPECT_NE(file_text(root_ / "out/report.html").find("different versions"), std::string::npos);
+}
+
+TEST_F(Report, ShowsImagesErrorMapsAndBias) {
+  RunLog log = small_log();
+  log.references[0].file = "ref.exr";
+  for (CellRecord& cell : log.cells) cell.image = cell.cell.integrator + std::to_string(cell.cell.seed) + ".exr";
+  const std::string a = directory("a", log);
+  write_exr(a + "/ref.exr", flat(1));
+  for (const CellRecord& cell : log.cells) write_exr(a + "/" + cell.image, flat(cell.cell.integrator == "path" ? 1.1 : 1.3));
+  write_report({a}, out());
+  const std::string page = file_text(root_ / "out/report.html");
+  EXPECT_EQ(occurrences(page, "\"png\":\"iVBOR"), 3u);  // the reference and one for each integrator
+  EXPECT_EQ(occurrences(page, "\"err\":\"iVBOR"), 2u);
+  EXPECT_NE(page.find("seed 1, 128 iterations"), std::string::npos);
+  // All seeds are alike, so there is no variance and the bias is exact: 0.1^2.
+  const std::string csv = file_text(root_ / "out/tables/final.csv");
+  EXPECT_NE(csv.find(",0.0100000"), std::string::npos) << csv;
+}
+
+TEST_F(Report, MissingOrMisfitImagesAreSaidNotFatal) {
+  RunLog log = small_log();
+  log.references[0].file = "ref.exr";
+  for (CellRecord& cell : log.cells) cell.image = cell.cell.integrator + ".exr";
+  const std::string a = directory("a", log);
+  write_exr(a + "/ref.exr", flat(1));
+  write_exr(a + "/path.exr", flat(1, ivec2(4, 4)));
+  write_report({a}, out());
+  const std::string page = file_text(root_ / "out/report.html");
+  EXPECT_NE(page.find("The image of path is missing or of another size."), std::string::npos);
+  EXPECT_NE(page.find("The image of sppm is missing or of another size."), std::string::npos);
+}
+
+TEST_F(Report, ImagesShrinkToTheBudget) {
+  RunLog log = small_log();
+  log.references[0].file = "ref.exr";
+  for (CellRecord& cell : log.cells) cell.image = "image.exr";
+  const std::string a = directory("a", log);
+  write_exr(a + "/ref.exr", flat(1, ivec2(300, 200)));
+  write_exr(a + "/image.exr", flat(2, ivec2(300, 200)));
+  RunLog resolved = read_log(a + "/runs.jsonl");
+  for (CellRecord& cell : resolved.cells) cell.image = a + "/" + cell.image;
+  resolved.references[0].file = a + "/ref.exr";
+  const ReportData data = arrange(resolved);
+  EXPECT_EQ(page_images(data, 100 << 20).at(0).shown, ivec2(300, 200));
+  const auto small = page_images(data, 5 * 128 * 128 * 3);
+  EXPECT_LE(std::max(small.at(0).shown.x, small.at(0).shown.y), 128);
+  EXPECT_NE(small.at(0).notes.at(0).find("of 300×200 pixels"), std::string::npos);
+}
+
+TEST_F(Report, WhatIsNoExperimentIsAnError) {
+  EXPECT_THROW(write_report({(root_ / "nowhere").string()}, out()), Error);
+  EXPECT_THROW(write_report({directory("a", small_log())}, out(), {{"xlsx"}}), Error);
+}
+
+TEST_F(Report, QuotesTheExperimentThatAsked) {
+  const std::string a = directory("a", small_log());
+  std::ofstream(a + "/caustics.toml") << "title = \"<why>\"\n";
+  write_report({a}, out());
+  const std::string page = file_text(root_ / "out/report.html");
+  EXPECT_NE(page.find("./etendue run caustics.toml --threads 2"), std::string::npos);
+  EXPECT_NE(page.find("title = &quot;&lt;why&gt;&quot;"), std::string::npos);
+}
+
+TEST(Viridis, RunsFromDarkToBright) {
+  EXPECT_EQ(viridis_css(0), "#440154");
+  EXPECT_EQ(viridis_css(1), "#fde725");
+  EXPECT_EQ(viridis_css(-3), "#440154");
+}
+
+}  // namespace
+}  // namespace etendue

@@ -1,0 +1,297 @@
+#include "experiments/harness/report_text.h"
+#include "experiments/harness/tables.h"
+#include "experiments/harness/verdicts.h"
+#include "tests/unit/report_helpers.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace etendue {
+namespace {
+
+using namespace report_test;
+
+std::size_t column(const Table& table, const std::string& key) {
+  const auto found = std::find_if(table.columns.begin(), table.columns.end(), [&](const auto& c) { return c.key == key; });
+  EXPECT_NE(found, table.columns.end()) << key;
+  return static_cast<std::size_t>(found - table.columns.begin());
+}
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> result;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) result.push_back(line);
+  return result;
+}
+
+TEST(ReportData, CommonTimeIsTheLatestThatAllReached) {
+  RunLog log = small_log();
+  add_cells(log, "builtin:room", {"slow", "sah", 0.05, 1, -1, 7}, 3);  // ends at 3.2 s
+  const ReportData data = arrange(log);
+  ASSERT_EQ(data.scenes.size(), 1u);
+  EXPECT_DOUBLE_EQ(data.scenes[0].common_time_s, 3.2);
+  EXPECT_EQ(data.main_metric(), "relmse");
+  EXPECT_TRUE(data.is_signed("bias"));
+  EXPECT_FALSE(data.is_signed("mse"));
+}
+
+TEST(ReportData, AggregateAveragesSeedsInLogarithmsAtTheirCheckpoints) {
+  RunLog log;
+  add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 4);
+  const ReportData data = arrange(log);
+  const Configuration& path = data.scenes[0].configurations[0];
+  const auto points = aggregate(path, "relmse", Abscissa::iterations, false);
+  ASSERT_EQ(points.size(), 8u);
+  double log_factor = 0;
+  for (int seed = 1; seed <= 4; ++seed) log_factor += 0.1 * std::sin(7.0 * seed) / 4;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_EQ(points[i].x, std::pow(2.0, i));
+    EXPECT_NEAR(points[i].y.centre, std::exp(log_factor) / points[i].x, 1e-12);
+    EXPECT_EQ(points[i].y.spread, Spread::t95);
+  }
+}
+
+TEST(ReportData, SeedsAreNotReadOutsideWhatTheyMeasured) {
+  RunLog log;
+  add_cell(log, "room", {"path", "sah", 0.1, 1, -1}, 1);
+  add_cell(log, "room", {"path", "sah", 0.2, 1, -1}, 2);  // twice as slow: 0.2 s to 25.6 s
+  const ReportData data = arrange(log);
+  const auto points = aggregate(data.scenes[0].configurations[0], "relmse", Abscissa::time, false);
+  ASSERT_GE(points.size(), 2u);
+  EXPECT_NEAR(points.front().x, 0.2, 1e-12);
+  EXPECT_NEAR(points.back().x, 12.8, 1e-12);
+}
+
+TEST(ReportData, OneCheckpointGivesOnePoint) {
+  RunLog log;
+  add_cells(log, "room", {"path", "sah", 0.1, 1, -1, 1}, 3);
+  const ReportData data = arrange(log);
+  EXPECT_EQ(aggregate(data.scenes[0].configurations[0], "relmse", Abscissa::time, false).size(), 1u);
+  EXPECT_FALSE(measured_rate(data.scenes[0].configurations[0], nullptr));
+}
+
+TEST(ReportData, MeasuredRateIsTheDeclaredOne) {
+  const RunLog log = small_log();
+  const ReportData data = arrange(log);
+  const auto path = measured_rate(data.scenes[0].configurations[0], data.scenes[0].reference);
+  const auto sppm = measured_rate(data.scenes[0].configurations[1], data.scenes[0].reference);
+  ASSERT_TRUE(path && sppm);
+  EXPECT_NEAR(path->fit.slope, -1, 1e-9);
+  EXPECT_NEAR(sppm->fit.slope, -2.0 / 3, 1e-9);
+  EXPECT_EQ(path->metric, "mse");
+  EXPECT_EQ(path->first_iteration, 16);  // the later half of 1 to 128
+  EXPECT_EQ(path->last_iteration, 128);
+}
+
+TEST(ReportData, LeadPassesWhereTheCurvesCross) {
+  RunLog log;  // 1/N against 0.25 N^(-1/2): they cross at N = 16, t = 1.6 s
+  add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 1);
+  add_cells(log, "room", {"cache", "sah", 0.1, 0.25, -0.5}, 1);
+  const ReportData data = arrange(log);
+  const auto rulers = reigns(data.scenes[0], "relmse");
+  ASSERT_EQ(rulers.size(), 2u);
+  EXPECT_EQ(data.scenes[0].configurations[rulers[0].configuration].integrator, "cache");
+  EXPECT_EQ(data.scenes[0].configurations[rulers[1].configuration].integrator, "path");
+  EXPECT_GT(rulers[1].begin_s, 1.5);
+  EXPECT_LT(rulers[1].begin_s, 3.3);
+}
+
+TEST(ReportData, FailedCellsAreKeptApart) {
+  RunLog log = small_log();
+  add_failure(log, {"builtin:room", "sah", "path", 4}, "out of memory");
+  const ReportData data = arrange(log);
+  EXPECT_EQ(data.failed, 1u);
+  EXPECT_EQ(data.done, 6u);
+  EXPECT_EQ(data.scenes[0].configurations[0].replicates.size(), 3u);
+  const Table table = failures_table(data);
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0][4].text, "out of memory");
+}
+
+TEST(Tables, FinalRowsAreOrderedByErrorAtEqualTime) {
+  const RunLog log = small_log();
+  const Table table = final_table(arrange(log));
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[0][1].raw, "sppm");  // 0.1 * 128^(-2/3) < 1/128
+  EXPECT_EQ(table.rows[0][column(table, "seeds")].raw, "3");
+  EXPECT_EQ(table.rows[0][column(table, "relmse_at_common_time_interval")].raw, "t95");
+  EXPECT_EQ(table.rows[0][column(table, "iterations_median")].raw, "128");
+  EXPECT_EQ(table.rows[0][column(table, "declared_bias")].raw, "consistent");
+  EXPECT_NEAR(std::stod(table.rows[0][column(table, "measured_mse_exponent")].raw), -2.0 / 3, 1e-9);
+  const double relmse = std::stod(table.rows[1][column(table, "relmse_median")].raw);
+  EXPECT_NEAR(1 / (relmse * 12.8), *table.rows[1][column(table, "efficiency_per_s")].order, 1e-9);
+}
+
+TEST(Tables, WhatNeverArrivesIsCensoredNotDropped) {
+  RunLog log = small_log();
+  add_cells(log, "builtin:room", {"noisy", "sah", 0.1, 50, -1}, 3);
+  const Table table = final_table(arrange(log));
+  ASSERT_EQ(table.rows.size(), 3u);
+  const auto& noisy = table.rows[2];
+  EXPECT_EQ(noisy[1].raw, "noisy");
+  EXPECT_EQ(noisy[column(table, "time_to_target_censoring")].raw, "right");
+  EXPECT_EQ(noisy[column(table, "time_to_target_arrived")].raw, "0");
+  const std::string text = noisy[column(table, "target_relmse") + 1].text;
+  EXPECT_EQ(text.substr(0, 2), "> ") << text;
+  EXPECT_GT(*noisy[column(table, "target_relmse") + 1].order, *table.rows[1][column(table, "target_relmse") + 1].order);
+}
+
+TEST(Tables, MarkdownColumnsAlignInATerminal) {
+  const RunLog log = small_log();
+  const ReportData data = arrange(log);
+  for (const Table& table : report_tables(data)) {
+    std::size_t width = 0;
+    for (const std::string& line : lines(to_markdown(table))) {
+      if (!line.starts_with('|')) {
+        width = 0;
+        continue;
+      }
+      if (width > 0) {
+        EXPECT_EQ(display_width(line), width) << table.name << "\n" << line;
+      }
+      width = display_width(line);
+      EXPECT_LE(width, 200u) << table.name;
+    }
+  }
+}
+
+TEST(Tables, CsvRowsHaveAsManyFieldsAsTheHead) {
+  const RunLog log = small_log();
+  const ReportData data = arrange(log);
+  for (const Table& table : report_tables(data)) {
+    const auto rows = lines(to_csv(table));
+    for (const std::string& row : rows) {
+      bool quoted = false;
+      std::size_t fields = 1;
+      for (const char c : row) {
+        quoted = quoted != (c == '"');
+        fields += c == ',' && !quoted;
+      }
+      EXPECT_EQ(fields, 1 + static_cast<std::size_t>(std::count(rows[0].begin(), rows[0].end(), ','))) << table.name << "\n"
+                                                                                                       << row;
+    }
+  }
+}
+
+TEST(Tables, CsvKeepsAllDigits) {
+  RunLog log;
+  add_cells(log, "room", {"path", "sah", 0.1, 1.0 / 3, -1}, 1);
+  const Table table = final_table(arrange(log));
+  const double raw = std::stod(table.rows[0][column(table, "relmse_median")].raw);
+  EXPECT_EQ(raw, log.checkpoints.back().metrics.at("relmse"));
+}
+
+TEST(Tables, TexRowsMatchTheirColumnsAndBracesBalance) {
+  RunLog log = small_log();
+  add_failure(log, {"a_b%", "sah & co", "{odd}$", 1}, "50% of #1 \\ failed_here ~^");
+  const ReportData data = arrange(log);
+  for (const Table& table : report_tables(data)) {
+    const std::string tex = to_tex(table);
+    if (table.rows.empty()) continue;
+    EXPECT_EQ(occurrences(tex, "\\toprule"), occurrences(tex, "\\bottomrule"));
+    std::size_t columns = 0;
+    for (const std::string& line : lines(tex)) {
+      if (line.starts_with('%')) continue;
+      int depth = 0;
+      for (std::size_t i = 0; i < line.size(); ++i) {
+        const bool escaped = i > 0 && line[i - 1] == '\\';
+        depth += (line[i] == '{') - (line[i] == '}') - (escaped && line[i] == '{') + (escaped && line[i] == '}');
+      }
+      EXPECT_EQ(depth, 0) << line;
+      if (!line.ends_with("\\\\")) {
+        columns = 0;
+        continue;
+      }
+      std::size_t fields = 1;
+      for (std::size_t i = 0; i < line.size(); ++i) fields += line[i] == '&' && (i == 0 || line[i - 1] != '\\');
+      if (columns > 0) {
+        EXPECT_EQ(fields, columns) << line;
+      }
+    }
+  }
+}
+
+TEST(Tables, StructuresAreInHumanUnits) {
+  RunLog log;
+  log.structures.push_back(structure("room", "sah", "wide8", 2, 0.012));
+  const Table table = structures_table(arrange(log));
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0][column(table, "build_s")].text, "12 ms");
+  EXPECT_EQ(table.rows[0][column(table, "bytes")].text, "62.5 KiB");
+  EXPECT_EQ(table.rows[0][column(table, "bytes_per_triangle")].raw, "64");
+}
+
+TEST(Tables, CountersArePerIteration) {
+  const RunLog log = small_log();
+  const Table table = counters_table(arrange(log));
+  EXPECT_EQ(table.rows[0][column(table, "rays_per_iteration")].raw, "1000");
+  EXPECT_EQ(table.rows[0][column(table, "rays_per_s")].raw, "15000");
+  EXPECT_EQ(table.columns[column(table, "records_per_iteration")].audience, Audience::machines);  // zero everywhere
+}
+
+TEST(Summary, NamesTheLeaderAndItsMargin) {
+  const std::string text = summary_table(small_log());
+  EXPECT_NE(text.find("sppm has the least relmse at 12.8 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("Next comes path"), std::string::npos) << text;
+}
+
+TEST(Summary, OfALogWithoutCellsSaysSo) {
+  EXPECT_NE(summary_table({}).find("no finished cell"), std::string::npos);
+  RunLog failed;
+  add_failure(failed, {"room", "sah", "path", 1}, "boom");
+  EXPECT_NE(summary_table(failed).find("1 of 1 cells failed"), std::string::npos);
+}
+
+bool warns(const RunLog& log, const std::string& part) {
+  const auto warnings = warnings_of(arrange(log));
+  return std::any_of(warnings.begin(), warnings.end(), [&](const std::string& w) { return w.find(part) != std::string::npos; });
+}
+
+TEST(Warnings, NoisyReferenceIsFlaggedAboveOnePercent) {
+  RunLog log = small_log();
+  const double least = 0.5 * 0.1 * std::pow(128, -2.0 / 3);
+  log.references[0].mse_floor = 0.005 * least;
+  EXPECT_FALSE(warns(log, "own variance"));
+  log.references[0].mse_floor = 0.02 * least;
+  EXPECT_TRUE(warns(log, "own variance"));
+}
+
+TEST(Warnings, OneSeedFailuresAndNonFiniteSamplesAreSaid) {
+  RunLog log;
+  log.references.push_back(reference("room"));
+  add_cells(log, "room", {}, 1);
+  EXPECT_TRUE(warns(log, "One seed"));
+  log.checkpoints.back().non_finite = 3;
+  EXPECT_TRUE(warns(log, "3 non-finite samples"));
+  EXPECT_FALSE(warns(small_log(), "One seed"));
+  EXPECT_FALSE(warns(small_log(), "non-finite"));
+}
+
+TEST(Warnings, BiasOfAnUnbiasedMethodIsFlagged) {
+  RunLog log = small_log();
+  EXPECT_FALSE(warns(log, "declared unbiased"));
+  for (CheckpointRecord& record : log.checkpoints)
+    if (record.cell.integrator == "path") record.metrics["bias"] = 0.05 + 0.001 * static_cast<double>(record.cell.seed);
+  EXPECT_TRUE(warns(log, "declared unbiased"));
+}
+
+TEST(Warnings, StructuresThatChangeTheImageAreFlagged) {
+  RunLog log = small_log();
+  add_cells(log, "builtin:room", {"path", "median", 0.2, 1, -1}, 3);
+  for (CellRecord& cell : log.cells) cell.image_hash = "h" + std::to_string(cell.cell.seed) + cell.cell.integrator;
+  EXPECT_FALSE(warns(log, "differ between structures"));
+  log.cells.back().image_hash = "other";
+  EXPECT_TRUE(warns(log, "differ between structures"));
+}
+
+TEST(Warnings, SlowConvergenceIsFlaggedWithTenSeeds) {
+  RunLog log;
+  log.references.push_back(reference("room"));
+  add_cells(log, "room", {"path", "sah", 0.1, 1, -0.4}, 10);
+  EXPECT_FALSE(warns(log, "more slowly"));
+  for (CellRecord& cell : log.cells) cell.mse_exponent = -1;
+  EXPECT_TRUE(warns(log, "more slowly"));
+}
+
+}  // namespace
+}  // namespace etendue
