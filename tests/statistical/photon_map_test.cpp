@@ -71,6 +71,14 @@ TEST(NearestPhotons, DensityIsUnbiasedForEveryKernelAndItsVarianceIsKnown) {
   EXPECT_NEAR(variance * (k - 2) / 0.81, 1, 0.1);
 }
 
+Scene white_plane() {
+  SceneBuilder builder("white plane");
+  builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
+  return builder.finish();
+}
+
+const SurfacePoint origin{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
+
 // Photons of unit power on the plane z = 0 seen from above, on a fine lattice: density without noise.
 class LatticeMap {
  public:
@@ -78,11 +86,7 @@ class LatticeMap {
   static constexpr float spacing = 0.02f, radius = 0.5f;
 
   // Half plane x < edge; photons lie at height z and arrive from the side `facing`.
-  LatticeMap(float edge, float z, const vec3& facing, bool side_test) {
-    SceneBuilder builder("lattice");
-    builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
-    scene_ = builder.finish();
-    point_ = SurfacePoint{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
+  LatticeMap(float edge, float z, const vec3& facing, bool side_test) : scene_(white_plane()) {
     Photons photons;
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {
@@ -93,13 +97,12 @@ class LatticeMap {
   }
   // Relative to the full plane.
   double share(const vec3& wo = {0, 0, 1}) const {
-    const Bsdf bsdf(scene_, point_);
-    return map_.radiance(point_, bsdf, wo, photon_any, 64).x * static_cast<double>(pi) * square(spacing);
+    const Bsdf bsdf(scene_, origin);
+    return map_.radiance(origin, bsdf, wo, photon_any, 64).x * static_cast<double>(pi) * square(spacing);
   }
 
  private:
   Scene scene_;
-  SurfacePoint point_;
   PhotonMap map_;
 };
 
@@ -121,19 +124,16 @@ TEST(PhotonMap, SideTestStopsTheLeakThroughAThinPlate) {
 }
 
 TEST(PhotonMap, DepthBoundAndHistorySelectPhotons) {
-  SceneBuilder builder("one");
-  builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
-  const Scene scene = builder.finish();
-  const SurfacePoint point{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
+  const Scene scene = white_plane();
   Photons photons;
   photons.add({0, 0, 0}, Rgb(1), {0, 0, 1}, {0, 0, 1}, photon_direct, 0);
   photons.add({0.1f, 0, 0}, Rgb(2), {0, 0, 1}, {0, 0, 1}, photon_caustic, 1);
   photons.add({0, 0.1f, 0}, Rgb(4), {0, 0, 1}, {0, 0, 1}, photon_indirect, 2);
   PhotonMap map;
   map.build(std::move(photons), find_point_structure("brute", {}).make(), {0, 1, Kernel::box, true});
-  const Bsdf bsdf(scene, point);
+  const Bsdf bsdf(scene, origin);
   const auto sum = [&](PhotonHistory keep, int depth) {
-    return std::lround(map.radiance(point, bsdf, {0, 0, 1}, keep, depth).x * pi * pi);
+    return std::lround(map.radiance(origin, bsdf, {0, 0, 1}, keep, depth).x * pi * pi);
   };
   EXPECT_EQ(sum(photon_any, 9), 7);
   EXPECT_EQ(sum(photon_any, 1), 3);
