@@ -71,6 +71,7 @@ std::string progress_bar(double share, int width) {
 }
 
 void ConsoleRunObserver::narrate(const std::string& line) { console_.line(line); }
+void ConsoleRunObserver::status(const std::string& line) { console_.status(line); }
 
 void ConsoleRunObserver::cell_started(const CellName& cell, std::size_t position, std::size_t count) {
   if (position == 0) first_start_ = Clock::now();

@@ -40,6 +40,7 @@ class ConsoleRunObserver final : public RunObserver {
   explicit ConsoleRunObserver(Console& console) : console_(console) {}
 
   void narrate(const std::string& line) override;
+  void status(const std::string& line) override;
   void cell_started(const CellName& cell, std::size_t position, std::size_t count) override;
   void cell_progress(double share, std::uint64_t iterations, double time_s) override;
   void cell_finished(const CellRecord& cell, const CheckpointRecord* last) override;

@@ -12,7 +12,7 @@ namespace etendue {
 
 namespace {
 
-void print_name(const std::string& name, const std::string& summary) { fmt::print("  {:<28} {}\n", name, summary); }
+void print_name(const std::string& name, const std::string& summary) { fmt::print("  {:<34} {}\n", name, summary); }
 
 void print_params(const std::vector<ParamInfo>& params) {
   for (const ParamInfo& info : params)

@@ -156,8 +156,9 @@ int render_command(const RenderCommand& command) {
   std::optional<Reference> reference;
   const auto find_reference = [&] {
     const auto narrate = [&](const std::string& line) { console.line(line); };
-    reference =
-        make_reference({scene, needs, command.scene, r.resolution, {}, r.threads, narrate}, ReferenceCache::standard(""));
+    const auto status = [&](const std::string& line) { console.status(line); };
+    reference = make_reference({scene, needs, command.scene, r.resolution, {}, r.threads, narrate, status},
+                               ReferenceCache::standard(""));
     if (!reference->failure.empty()) throw Error(Location{command.scene}, reference->failure);
   };
   if (budget.error)

@@ -6,7 +6,8 @@
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
-#include <set>
+#include <filesystem>
+#include <map>
 
 namespace etendue {
 
@@ -32,6 +33,20 @@ void print_plan(const RunPlan& plan, Console& console) {
                              format_seconds(static_cast<double>(left) * *plan.config.budget.time_s)));
 }
 
+// Directories with their numbers of files, then the page, which is where a reader begins.
+void print_files(const std::vector<std::string>& files, Console& console) {
+  std::map<std::string, std::size_t> directories;
+  std::string page;
+  for (const std::string& file : files) {
+    if (file.ends_with(".html"))
+      page = file;
+    else
+      ++directories[std::filesystem::path(file).parent_path().string()];
+  }
+  for (const auto& [directory, count] : directories) console.line(fmt::format("{}/: {} files", directory, count));
+  console.line(page);
+}
+
 }  // namespace
 
 int run_command(const RunCommand& command) {
@@ -48,7 +63,7 @@ int run_command(const RunCommand& command) {
   const RunSummary summary = execute_run(plan, observer);
   console.clear_status();
   fmt::print("{}", summary.table);
-  for (const std::string& file : summary.report_files) console.line(file);
+  print_files(summary.report_files, console);
   console.line(fmt::format("{} cells done, {} failed, {} done before; {}", summary.done, summary.failed, summary.skipped,
                            plan.directory));
   if (summary.disagreements > 0) console.warning(fmt::format("structures disagree on {} rays", summary.disagreements));

@@ -58,10 +58,10 @@ BatchStatistics run_batches(const ReferenceRequest& request, const Method& metho
   budget.samples = std::max<std::uint64_t>(1, (samples + reference_batches - 1) / reference_batches);
   budget.checkpoints.linear = 1;
   BatchStatistics statistics(request.resolution);
+  const std::string what = fmt::format("reference of {}: {} samples per pixel of {}", request.name, samples, method.label());
+  if (request.narrate) request.narrate(what);
   for (int batch = 0; batch < reference_batches; ++batch) {
-    if (request.narrate)
-      request.narrate(
-          fmt::format("reference of {}: {}, batch {} of {}", request.name, method.label(), batch + 1, reference_batches));
+    if (request.status) request.status(fmt::format("{}, {} of {} batches", what, batch, reference_batches));
     const std::uint64_t seed = hash_keys(reference_seed, stream, batch);
     statistics.add(
         run_cell({request.scene, request.needs, accel, method, seed, request.resolution, budget, request.threads}).image);

@@ -25,11 +25,13 @@ struct ReferenceRequest {
   ivec2 resolution{0};
   ReferenceChoice choice;
   int threads = 1;
-  std::function<void(const std::string&)> narrate;
+  std::function<void(const std::string&)> narrate;  // what is being done
+  std::function<void(const std::string&)> status;   // how far it is; each line replaces the one before
 };
 
-// Without a wish of the experiment's: enough that the reference's variance stays far below a path tracer's at some 100 samples.
-inline constexpr std::uint64_t default_reference_samples = 4096;
+// Without a wish of the experiment's: a minute or two for a built-in scene. The report warns where the variance this leaves is not
+// small against the errors measured.
+inline constexpr std::uint64_t default_reference_samples = 1024;
 
 // The log's line; `file` as the caller stored the image.
 ReferenceRecord reference_record(const std::string& scene_name, const Scene& scene, const RenderedReference& rendered,

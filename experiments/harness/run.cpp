@@ -4,7 +4,6 @@
 #include "experiments/harness/manifest.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report.h"
-#include "experiments/harness/run_cell.h"
 #include "experiments/harness/run_directory.h"
 #include "experiments/harness/tables.h"
 #include "framework/core/parallel.h"
@@ -30,8 +29,9 @@ struct LoadedScene {
 
 class Execution {
  public:
-  Execution(const RunPlan& plan, RunObserver& observer)
-      : plan_(plan),
+  Execution(const RunPlan& plan, RunObserver& observer, const CellFunction& compute)
+      : compute_(compute),
+        plan_(plan),
         config_(plan.config),
         observer_(observer),
         manifest_(make_manifest(config_.title, config_.hash, plan.threads)),
@@ -103,8 +103,9 @@ class Execution {
     LoadedScene& loaded = *scenes_[s];
     const std::string& name = config_.scenes[s].name;
     const auto narrate = [this](const std::string& line) { observer_.narrate(line); };
+    const auto status = [this](const std::string& line) { observer_.status(line); };
     loaded.reference =
-        make_reference({loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate},
+        make_reference({loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status},
                        ReferenceCache::standard(config_.path));
     const RenderedReference& rendered = loaded.reference.rendered;
     const std::string file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
@@ -118,9 +119,10 @@ class Execution {
     ComparisonOptions options;
     options.resolution = config_.structures->resolution;
     options.repetitions = config_.structures->repetitions;
-    const auto narrate = [&](const std::string& line) { observer_.narrate(name + ": " + line); };
+    observer_.narrate(fmt::format("{}: timing {} structures", name, choices.size()));
+    const auto status = [&](const std::string& line) { observer_.status(name + ": " + line); };
     std::vector<StructureRecord> records;
-    with_threads(plan_.threads, [&] { records = compare_structures(scenes_[s]->scene, choices, options, narrate); });
+    with_threads(plan_.threads, [&] { records = compare_structures(scenes_[s]->scene, choices, options, status); });
     std::vector<std::string> lines;
     for (std::size_t i = 0; i < records.size(); ++i) {
       StructureRecord& record = records[i];
@@ -171,7 +173,7 @@ class Execution {
     const LoadedScene& loaded = *scenes_[cell.scene];
     if (!loaded.reference.failure.empty()) throw Error(loaded.reference.failure);
     const Budget& budget = config_.budget;
-    return run_cell({loaded.scene, loaded.needs, config_.accels[cell.accel], config_.integrators[cell.integrator],
+    return compute_({loaded.scene, loaded.needs, config_.accels[cell.accel], config_.integrators[cell.integrator],
                      cell.name.seed, loaded.resolution, budget, plan_.threads, &loaded.reference.rendered.image,
                      config_.metrics, [&](std::uint64_t iterations, double time_s) {
                        observer_.cell_progress(budget.progress(iterations, time_s), iterations, time_s);
@@ -198,6 +200,7 @@ class Execution {
             {"etendue_time_s", fmt::format("{}", result.checkpoints.back().time_s)}};
   }
 
+  const CellFunction& compute_;
   const RunPlan& plan_;
   const ExperimentConfig& config_;
   RunObserver& observer_;
@@ -231,6 +234,8 @@ RunPlan plan_run(const RunOptions& options) {
   return plan;
 }
 
-RunSummary execute_run(const RunPlan& plan, RunObserver& observer) { return Execution(plan, observer).run(); }
+RunSummary execute_run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) {
+  return Execution(plan, observer, compute).run();
+}
 
 }  // namespace etendue

@@ -5,7 +5,9 @@
 #include "experiments/harness/cells.h"
 #include "experiments/harness/config.h"
 #include "experiments/harness/log.h"
+#include "experiments/harness/run_cell.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,6 +41,7 @@ class RunObserver {
  public:
   virtual ~RunObserver() = default;
   virtual void narrate(const std::string& line) = 0;
+  virtual void status(const std::string& line) = 0;  // of the moment: the next one replaces it
   virtual void cell_started(const CellName& cell, std::size_t position, std::size_t count) = 0;  // position from 0
   virtual void cell_progress(double share, std::uint64_t iterations, double time_s) = 0;
   virtual void cell_finished(const CellRecord& cell, const CheckpointRecord* last) = 0;
@@ -51,7 +54,8 @@ struct RunSummary {
   std::string table;  // the summary, for people
 };
 
-// Throws Error; a failing cell is recorded and counted instead.
-RunSummary execute_run(const RunPlan& plan, RunObserver& observer);
+// Throws Error; a failing cell is recorded and counted instead. `compute` does the work of a cell: tests put failures there.
+using CellFunction = std::function<CellResult(const CellTask&)>;
+RunSummary execute_run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute = run_cell);
 
 }  // namespace etendue

@@ -35,7 +35,7 @@ FileLock lock_directory(const std::string& path) {
 
 // Only what a run writes: a user's own files beside it stay.
 void clear(const fs::path& directory) {
-  for (const char* name : {log_name, "images", "references", "tables", "charts", "report.html"})
+  for (const char* name : {log_name, "images", "references", "tables", "charts", "report.html", "report.files"})
     fs::remove_all(directory / name);
 }
 

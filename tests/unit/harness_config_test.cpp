@@ -1,0 +1,159 @@
+// experiment.toml: every slip is an error at its line and column; overrides and --quick take the place of what the file says.
+#include "experiments/harness/config.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+constexpr const char* valid =
+    "title = \"A question\"\n"
+    "scenes = [\"builtin:lambert-sphere\", \"builtin:cornell-box\"]\n"
+    "accels = [\"binned-sah\", { name = \"median\", leaf_size = 2 }]\n"
+    "seeds = 3\n"
+    "budget = { time = \"1.5min\", checkpoints = \"sqrt2\" }\n"
+    "[[integrators]]\n"
+    "name = \"path\"\n"
+    "max_depth = 7\n"
+    "[[integrators]]\n"
+    "name = \"photon-map\"\n"
+    "photons = \"20k\"\n"
+    "[quick]\n"
+    "seeds = [5]\n"
+    "budget = { samples = 2 }\n";
+
+ExperimentConfig parse(const std::string& text, const ConfigOptions& options = {}) {
+  return parse_experiment(text, "x.toml", options);
+}
+
+std::string error_of(const std::string& text, const ConfigOptions& options = {}) {
+  try {
+    parse(text, options);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+// `valid` with the first occurrence of a piece replaced.
+std::string with(const std::string& from, const std::string& to) {
+  std::string text = valid;
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+void expect_error(const std::string& text, const std::string& place, const std::string& piece) {
+  const std::string what = error_of(text);
+  EXPECT_TRUE(what.starts_with(place + ":")) << what;
+  EXPECT_NE(what.find(piece), std::string::npos) << what;
+}
+
+TEST(ExperimentConfig, ValidFileIsReadInFull) {
+  const ExperimentConfig config = parse(valid);
+  EXPECT_EQ(config.title, "A question");
+  ASSERT_EQ(config.scenes.size(), 2u);
+  EXPECT_EQ(config.scenes[1].path, "builtin:cornell-box");
+  ASSERT_EQ(config.accels.size(), 2u);
+  EXPECT_EQ(config.accels[1].label(), "median leaf_size=2");
+  ASSERT_EQ(config.integrators.size(), 2u);
+  EXPECT_EQ(config.integrators[1].label(), "photon-map photons=20000");
+  EXPECT_EQ(config.seeds, (std::vector<std::uint64_t>{1, 2, 3}));
+  EXPECT_DOUBLE_EQ(config.budget.time_s.value(), 90);
+  EXPECT_FALSE(config.budget.samples.has_value());
+  EXPECT_NEAR(config.budget.checkpoints.factor, 1.41421356, 1e-6);
+  EXPECT_EQ(config.metrics.size(), 5u);
+}
+
+TEST(ExperimentConfig, QuickReplacesWholeKeys) {
+  const ExperimentConfig config = parse(valid, {true, {}});
+  EXPECT_EQ(config.seeds, (std::vector<std::uint64_t>{5}));
+  EXPECT_EQ(config.budget.samples.value(), 2u);
+  EXPECT_FALSE(config.budget.time_s.has_value());
+  EXPECT_NE(config.hash, parse(valid).hash);
+}
+
+TEST(ExperimentConfig, QuickHasADefault) {
+  std::string text = valid;
+  text.erase(text.find("[quick]"));
+  const ExperimentConfig config = parse(text, {true, {}});
+  EXPECT_EQ(config.seeds.size(), 1u);
+  EXPECT_LT(config.budget.time_s.value(), 1);
+  EXPECT_EQ(config.resolution.value(), ivec2(64, 64));
+}
+
+TEST(ExperimentConfig, OverridesAreTypedAndDescend) {
+  const ExperimentConfig config = parse(valid, {false,
+                                                {"budget.time=5s", "seeds=[7, 9]", "integrators.photon-map.photons=1M",
+                                                 "integrators.0.mis=bsdf", "accels.0.leaf_size=8", "title=x = y"}});
+  EXPECT_DOUBLE_EQ(config.budget.time_s.value(), 5);
+  EXPECT_EQ(config.seeds, (std::vector<std::uint64_t>{7, 9}));
+  EXPECT_EQ(config.integrators[1].label(), "photon-map photons=1000000");
+  EXPECT_EQ(config.integrators[0].label(), "path max_depth=7 mis=bsdf");
+  EXPECT_EQ(config.accels[0].label(), "binned-sah leaf_size=8");
+  EXPECT_EQ(config.title, "x = y");
+}
+
+TEST(ExperimentConfig, BadOverridesAreErrorsToo) {
+  const auto error = [](const std::string& assignment) { return error_of(valid, {false, {assignment}}); };
+  EXPECT_NE(error("budget.tmie=5s").find("did you mean 'time'"), std::string::npos) << error("budget.tmie=5s");
+  EXPECT_TRUE(error("budget.tmie=5s").starts_with("-o budget.tmie=5s: "));
+  EXPECT_NE(error("seeds").find("expected key=value"), std::string::npos);
+  EXPECT_NE(error("integrators.5.photons=1").find("out of range"), std::string::npos);
+  EXPECT_NE(error("integrators.pth.mis=bsdf").find("did you mean 'path'"), std::string::npos);
+  EXPECT_NE(error("seeds.x=1").find("a table or an array"), std::string::npos);
+  EXPECT_NE(error("a..b=1").find("empty part"), std::string::npos);
+  EXPECT_NE(error("quick.seeds=1").find("expected the key itself"), std::string::npos);
+  EXPECT_NE(error("budget.time=5parsec").find("unit"), std::string::npos);
+}
+
+TEST(ExperimentConfig, SlipsAreErrorsAtTheirPlace) {
+  expect_error(with("seeds", "sedes"), "x.toml:4:1", "did you mean 'seeds'");
+  expect_error(with("time =", "tme ="), "x.toml:5:12", "did you mean 'time'");
+  expect_error(with("1.5min", "1.5mn"), "x.toml:5:19", "units: s, ms, min, h");
+  expect_error(with("\"1.5min\"", "true"), "x.toml:5:19", "a boolean; expected a time");
+  expect_error(with("seeds = 3", "seeds = \"x\""), "x.toml:4:9", "expected a count");
+  expect_error(with("seeds = 3", "seeds = 0"), "x.toml:4:9", "expected 1 ..");
+  expect_error(with("seeds = 3", "seeds = [1, 1]"), "x.toml:4:13", "twice");
+  expect_error(with("sqrt2", "cubic"), "x.toml:5:43", "linear:N");
+  expect_error(with("builtin:cornell-box", "builtin:cornel-box"), "x.toml:2:37", "did you mean 'builtin:cornell-box'");
+  expect_error(with("builtin:cornell-box", "no/such.pbrt"), "x.toml:2:37", "no scene");
+  expect_error(with("\"path\"", "\"pth\""), "x.toml:7:8", "did you mean 'path'");
+  expect_error(with("max_depth", "mx_depth"), "x.toml:8:1", "did you mean 'max_depth'");
+  expect_error(with("max_depth = 7", "max_depth = -7"), "x.toml:8:13", "out of range");
+  expect_error(with("20k", "20q"), "x.toml:11:11", "unit");
+  expect_error(with("leaf_size = 2", "leaf_size = 1979-05-27"), "x.toml:3:56", "date");
+  expect_error(with("\"binned-sah\"", "\"binned\""), "x.toml:3:11", "did you mean 'binned-sah'");
+  expect_error(with("name = \"photon-map\"", "nam = \"photon-map\""), "x.toml:9:1", "without a name");
+  expect_error(with("title =", "title"), "x.toml:1:7", "not TOML");
+}
+
+TEST(ExperimentConfig, SlipInQuickIsFoundWithoutQuick) {
+  expect_error(with("seeds = [5]", "sedes = [5]"), "x.toml:13:1", "did you mean 'seeds'");
+}
+
+TEST(ExperimentConfig, MeaninglessCombinationsAreErrors) {
+  EXPECT_NE(error_of("").find("no scenes"), std::string::npos);
+  EXPECT_NE(error_of("scenes = [\"builtin:furnace\"]").find("no integrators"), std::string::npos);
+  EXPECT_NE(error_of("scenes = [\"builtin:furnace\"]\nintegrators = [\"path\"]").find("no budget"), std::string::npos);
+  expect_error("scenes = \"builtin:furnace\"\nintegrators = [\"path\"]\nbudget = { error = 0.1 }", "x.toml:3:20", "beside it");
+  expect_error("scenes = \"builtin:furnace\"\nintegrators = [\"path\", \"path\"]\nbudget = { samples = 1 }", "x.toml:2:24",
+               "twice");
+  expect_error(with("seeds = 3", "reference = \"exacct\""), "x.toml:4:13", "did you mean 'exact'");
+  expect_error(with("seeds = 3", "reference = { samples = 2 }"), "x.toml:4:25", "16 ..");
+  expect_error(with("seeds = 3", "metrics = [\"flip\"]"), "x.toml:4:12", "unknown metric");
+  expect_error(with("seeds = 3", "resolution = [64]"), "x.toml:4:14", "[width, height]");
+}
+
+TEST(ExperimentConfig, HashIsOfWhatChangesAResult) {
+  const std::string hash = parse(valid).hash;
+  EXPECT_EQ(parse(std::string("# a comment\n") + valid).hash, hash);
+  EXPECT_EQ(parse(with("A question", "Another title")).hash, hash);
+  EXPECT_EQ(parse(with("seeds = 3", "seeds = 3\nthreads = 2")).hash, hash);
+  EXPECT_NE(parse(with("seeds = 3", "seeds = 4")).hash, hash);
+  EXPECT_NE(parse(with("max_depth = 7", "max_depth = 8")).hash, hash);
+}
+
+}  // namespace
+}  // namespace etendue

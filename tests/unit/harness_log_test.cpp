@@ -1,0 +1,151 @@
+// runs.jsonl: what is written is read back, and a torn end is cut off.
+#include "experiments/harness/log.h"
+#include "framework/core/error.h"
+
+#include <gtest/gtest.h>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace etendue {
+namespace {
+
+CheckpointRecord checkpoint(std::uint64_t seed, std::uint64_t iterations) {
+  CheckpointRecord r;
+  r.cell = {"builtin:x \"quoted\"", "sah", "path", seed};
+  r.manifest = "m";
+  r.iterations = iterations;
+  r.time_s = 0.1 * static_cast<double>(iterations);
+  r.cpu_s = 1.0 / 3;
+  r.phases_s = {{"build", 1e-300}, {"other", 0.25}};
+  r.metrics = {{"relmse", 0.1}, {"bias", -1e-17}};
+  r.counters = {{"rays", 18446744073709551615ull}};
+  r.peak_memory_bytes = 123;
+  r.non_finite = 2;
+  return r;
+}
+
+CellRecord cell(std::uint64_t seed, const std::string& status = "done") {
+  return {{"builtin:x \"quoted\"", "sah", "path", seed},
+          status,
+          status == "done" ? "" : "boom",
+          "images/a.exr",
+          "ff",
+          "unbiased",
+          -1,
+          "é"};
+}
+
+class Log : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = std::filesystem::temp_directory_path() /
+                 (std::string("etendue-log-") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(directory_);
+    std::filesystem::create_directories(directory_);
+    path_ = (directory_ / "runs.jsonl").string();
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  void write_cell(std::uint64_t seed, const std::string& status = "done") {
+    LogWriter(path_).append(
+        {to_json_line(checkpoint(seed, 1)), to_json_line(checkpoint(seed, 2)), to_json_line(cell(seed, status))});
+  }
+  void append_raw(const std::string& text) { std::ofstream(path_, std::ios::app | std::ios::binary) << text; }
+  std::string content() const {
+    std::ifstream file(path_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+
+  std::filesystem::path directory_;
+  std::string path_;
+};
+
+TEST_F(Log, RecordsAreReadBackExactly) {
+  const ManifestRecord manifest{"id", "0.1", "abc", "GCC", "-O2", "cpu", "title", "hash", 7};
+  const ReferenceRecord reference{"s", "h", "closed form", "references/s.exr", "agree", 1e-7, 64, 32};
+  StructureRecord structure;
+  structure.scene = "s";
+  structure.structure = "sah";
+  structure.layout = "binary";
+  structure.triangles = 5;
+  structure.build_s = 0.125;
+  structure.shadow_mrays_per_s = 3.5;
+  structure.disagreements = 1;
+  LogWriter(path_).append({to_json_line(manifest), to_json_line(reference), to_json_line(structure)});
+  write_cell(1);
+  const RunLog log = read_log(path_);
+  ASSERT_EQ(log.manifests.size(), 1u);
+  EXPECT_EQ(to_json_line(log.manifests[0]), to_json_line(manifest));
+  ASSERT_EQ(log.references.size(), 1u);
+  EXPECT_EQ(to_json_line(log.references[0]), to_json_line(reference));
+  ASSERT_EQ(log.structures.size(), 1u);
+  EXPECT_EQ(to_json_line(log.structures[0]), to_json_line(structure));
+  ASSERT_EQ(log.checkpoints.size(), 2u);
+  EXPECT_EQ(to_json_line(log.checkpoints[1]), to_json_line(checkpoint(1, 2)));
+  EXPECT_EQ(log.checkpoints[0].counters.at("rays"), 18446744073709551615ull);
+  EXPECT_EQ(log.checkpoints[0].metrics.at("relmse"), 0.1);
+  ASSERT_EQ(log.cells.size(), 1u);
+  EXPECT_EQ(to_json_line(log.cells[0]), to_json_line(cell(1)));
+  EXPECT_TRUE(content().starts_with("{\"type\":\"manifest\""));
+}
+
+TEST_F(Log, TornEndIsDroppedAndCutOffAtAnyByte) {
+  write_cell(1);
+  const std::string whole = content();
+  write_cell(2);
+  const std::string both = content();
+  for (std::size_t length = whole.size(); length < both.size(); length += 37) {
+    std::ofstream(path_, std::ios::binary) << both.substr(0, length);
+    EXPECT_EQ(read_log(path_).cells.size(), 1u);
+    EXPECT_EQ(read_log(path_).checkpoints.size(), 2u);
+    const LogWriter repaired(path_);
+    EXPECT_EQ(content(), whole);
+  }
+}
+
+TEST_F(Log, WritingGoesOnAfterARepair) {
+  write_cell(1);
+  append_raw(to_json_line(checkpoint(2, 1)) + "\n{\"type\":\"chec");
+  write_cell(3);
+  const RunLog log = read_log(path_);
+  ASSERT_EQ(log.cells.size(), 2u);
+  EXPECT_EQ(log.cells[1].cell.seed, 3u);
+  EXPECT_EQ(log.checkpoints.size(), 4u);
+}
+
+TEST_F(Log, MalformedLineInsideIsAnErrorWithItsNumber) {
+  write_cell(1);
+  append_raw("nonsense\n");
+  write_cell(2);
+  try {
+    read_log(path_);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_TRUE(std::string(e.what()).starts_with(path_ + ":4: ")) << e.what();
+  }
+}
+
+TEST_F(Log, CellLoggedTwiceCountsOnceByItsLast) {
+  write_cell(1, "failed");
+  write_cell(2);
+  write_cell(1);
+  const RunLog log = read_log(path_);
+  ASSERT_EQ(log.cells.size(), 2u);
+  EXPECT_EQ(log.cells[0].status, "done");
+  EXPECT_EQ(log.checkpoints.size(), 4u);
+}
+
+TEST_F(Log, MergingShardsKeepsEachCellOnce) {
+  write_cell(1);
+  const RunLog first = read_log(path_);
+  write_cell(2);
+  const RunLog merged = merge_logs({first, read_log(path_)});
+  EXPECT_EQ(merged.cells.size(), 2u);
+  EXPECT_EQ(merged.checkpoints.size(), 4u);
+}
+
+TEST_F(Log, MissingFileIsAnError) { EXPECT_THROW(read_log(path_), Error); }
+
+}  // namespace
+}  // namespace etendue

@@ -1,0 +1,161 @@
+// What errors are measured against: closed forms over pixels, the agreement of two estimators, and the cache.
+#include "experiments/harness/agreement.h"
+#include "experiments/harness/closed_form.h"
+#include "experiments/harness/reference.h"
+#include "framework/core/rng.h"
+#include "framework/image/metrics.h"
+#include "framework/io/exr.h"
+#include "framework/io/load_scene.h"
+
+#include <gtest/gtest.h>
+#include <filesystem>
+#include <fstream>
+
+namespace etendue {
+namespace {
+
+// 16 batches of noise around `level`, shifted in one corner.
+BatchStatistics noisy_batches(std::uint64_t seed, double level, double corner_shift) {
+  BatchStatistics statistics({32, 32});
+  for (int batch = 0; batch < reference_batches; ++batch) {
+    Image image({32, 32});
+    Pcg32 rng(seed, static_cast<std::uint64_t>(batch));
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x)
+        for (int c = 0; c < 3; ++c) image.at(x, y)[c] = level + rng.next_float() - 0.5 + (x < 4 && y < 4 ? corner_shift : 0);
+    statistics.add(image);
+  }
+  return statistics;
+}
+
+TEST(Agreement, EqualMeansAgreeForEverySeedTried) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Agreement agreement = compare_means(noisy_batches(seed, 1, 0), noisy_batches(1000 + seed, 1, 0));
+    EXPECT_TRUE(agreement.agree) << agreement.text;
+  }
+}
+
+TEST(Agreement, ShiftOfOneBlockIsFoundAndNamed) {
+  const Agreement agreement = compare_means(noisy_batches(1, 1, 0), noisy_batches(2, 1, 0.2));
+  EXPECT_FALSE(agreement.agree);
+  EXPECT_NE(agreement.text.find("block (0, 0)"), std::string::npos) << agreement.text;
+}
+
+TEST(Agreement, ShiftOfTheWholeImageIsFound) {
+  EXPECT_FALSE(compare_means(noisy_batches(1, 1, 0), noisy_batches(2, 1.02, 0)).agree);
+}
+
+TEST(Agreement, ConstantsAgreeWithinTheMarginOnly) {
+  const auto constant = [](double level) {
+    BatchStatistics statistics({8, 8});
+    for (int i = 0; i < reference_batches; ++i) {
+      Image image({8, 8});
+      for (dvec3& pixel : image.pixels) pixel = dvec3(level);
+      statistics.add(image);
+    }
+    return statistics;
+  };
+  EXPECT_TRUE(compare_means(constant(1), constant(1.0001)).agree);
+  EXPECT_FALSE(compare_means(constant(1), constant(1.01)).agree);
+}
+
+TEST(Agreement, MeanVarianceIsThatOfTheMean) {
+  // Uniform noise of width 1 has variance 1/12, its mean over 16 batches 1/192.
+  EXPECT_NEAR(noisy_batches(3, 1, 0).mean_variance(), 1.0 / 192, 0.1 / 192);
+}
+
+TEST(ClosedForm, IsIntegratedOverEachPixel) {
+  Scene scene = load_scene("builtin:lambert-sphere");
+  // Radiance linear in the direction's x: its mean over a pixel of a narrow view is its value at the centre.
+  scene.camera.fov = 0.01f;
+  scene.closed_form = {"linear", [](const Ray& ray) { return dvec3(ray.direction.x, 1, 0); }};
+  const Image image = integrate_closed_form(scene, {4, 4});
+  const Ray centre = scene.camera.ray({4, 4}, {2.5f, 1.5f}, {0.5f, 0.5f});
+  EXPECT_NEAR(image.at(2, 1).x, centre.direction.x, 1e-6);
+  EXPECT_DOUBLE_EQ(image.at(2, 1).y, 1);
+  // A step: half of the film is lit, and the step lies inside a pixel.
+  const float step = scene.camera.ray({5, 5}, {2.25f, 2.5f}, {0.5f, 0.5f}).direction.x;
+  const float right = scene.camera.ray({5, 5}, {4.5f, 2.5f}, {0.5f, 0.5f}).direction.x;
+  scene.closed_form = {"step", [=](const Ray& ray) { return dvec3((ray.direction.x > step) == (right > step) ? 1 : 0); }};
+  EXPECT_NEAR(integrate_closed_form(scene, {5, 5}).at(2, 2).x, 0.75, 0.01);
+}
+
+class ReferenceFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = (std::filesystem::temp_directory_path() /
+                  (std::string("etendue-reference-") + ::testing::UnitTest::GetInstance()->current_test_info()->name()))
+                     .string();
+    std::filesystem::remove_all(directory_);
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  Reference make(const ReferenceChoice& choice, ivec2 resolution, const char* name = "builtin:cornell-box") {
+    const Scene scene = load_scene(name);
+    return make_reference({scene, scene_needs(scene), name, resolution, choice, 2, {}, {}}, ReferenceCache({directory_}));
+  }
+
+  std::string directory_;
+};
+
+TEST_F(ReferenceFiles, RenderedOnceThenCachedWithItsChecks) {
+  const ReferenceChoice choice{ReferenceChoice::Kind::samples, 32, {}, {}};
+  const Reference first = make(choice, {16, 16});
+  EXPECT_EQ(first.failure, "");
+  EXPECT_GT(first.rendered.mse_floor, 0);
+  EXPECT_NE(first.rendered.checks.find("agree"), std::string::npos);
+  const Reference second = make(choice, {16, 16});
+  EXPECT_EQ(second.rendered.mse_floor, first.rendered.mse_floor);
+  EXPECT_EQ(second.rendered.checks, first.rendered.checks);
+  EXPECT_LT(mse(second.rendered.image, first.rendered.image), 1e-12);
+
+  // A quarter of the size is served from the same file; averaging 16 pixels leaves a sixteenth of the variance.
+  const Reference small = make({ReferenceChoice::Kind::samples, 500, {}, {}}, {4, 4});
+  EXPECT_NEAR(small.rendered.mse_floor, first.rendered.mse_floor / 16, 1e-12);
+  double mean = 0;
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) mean += first.rendered.image.at(x, y).x / 16;
+  EXPECT_NEAR(small.rendered.image.at(0, 0).x, mean, 1e-6);
+}
+
+TEST_F(ReferenceFiles, ClosedFormComesFirst) {
+  const Reference reference = make({}, {8, 8}, "builtin:furnace");
+  EXPECT_TRUE(reference.rendered.source.starts_with("closed form"));
+  EXPECT_EQ(reference.rendered.mse_floor, 0);
+}
+
+TEST_F(ReferenceFiles, ExactWithoutClosedFormIsAnError) {
+  EXPECT_THROW(make({ReferenceChoice::Kind::exact, 0, {}, {"x.toml", 3, 1}}, {8, 8}), Error);
+}
+
+TEST_F(ReferenceFiles, GivenFileMustFit) {
+  std::filesystem::create_directories(directory_);
+  const std::string file = directory_ + "/given.exr";
+  Image image({8, 8});
+  image.at(0, 0) = dvec3(4);
+  write_exr(file, image);
+  const ReferenceChoice choice{ReferenceChoice::Kind::file, 0, file, {}};
+  EXPECT_EQ(make(choice, {8, 8}).rendered.image.at(0, 0).x, 4);
+  EXPECT_EQ(make(choice, {4, 4}).rendered.image.at(0, 0).x, 1);
+  EXPECT_THROW(make(choice, {6, 6}), Error);
+}
+
+TEST_F(ReferenceFiles, DamagedCacheFileIsIgnored) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  std::filesystem::create_directories(directory_);
+  std::ofstream(directory_ + "/" + ReferenceCache::key(scene, {8, 8}) + ".exr") << "not an image";
+  EXPECT_FALSE(ReferenceCache({directory_}).find(scene, {8, 8}, 0).has_value());
+}
+
+TEST(Estimators, SecondSharesAsLittleAsTheSceneAllows) {
+  for (const BuiltinScene& builtin : builtin_scenes()) {
+    if (builtin.name == "mesh-large") continue;  // slow to make, and like mesh
+    const Scene scene = builtin.make();
+    const EstimatorPair pair = choose_estimators(scene, scene_needs(scene));
+    EXPECT_EQ(pair.first.label(), "path");
+    EXPECT_NE(pair.second.label(), "path") << builtin.name;
+  }
+}
+
+}  // namespace
+}  // namespace etendue

@@ -1,0 +1,210 @@
+// `etendue run` from outside: interrupted anywhere it resumes, and ends with what an uninterrupted run would have written.
+#include "experiments/harness/log.h"
+#include "experiments/harness/run.h"
+#include "framework/io/exr.h"
+#include "tests/unit/harness_process.h"
+
+#include <algorithm>
+#include <map>
+
+namespace etendue {
+namespace {
+
+constexpr const char* experiment =
+    "title = \"Small\"\n"
+    "scenes = [\"builtin:lambert-sphere\", \"builtin:furnace\"]\n"
+    "seeds = 4\n"
+    "budget = { samples = 24 }\n"
+    "resolution = [24, 24]\n"
+    "integrators = [\"path\", { name = \"path\", mis = \"light\" }]\n"
+    "[quick]\n"
+    "seeds = 1\n"
+    "budget = { samples = 2 }\n";
+
+// All of a log that no clock touches, in order of cells.
+std::map<std::string, std::string> results(const RunLog& log) {
+  std::map<std::string, std::string> text;
+  for (const CheckpointRecord& c : log.checkpoints) {
+    std::string& line = text[c.cell.key()];
+    line += std::to_string(c.iterations);
+    for (const auto& [name, value] : c.metrics) line += " " + name + "=" + std::to_string(value);
+    for (const auto& [name, value] : c.counters) line += " " + name + "=" + std::to_string(value);
+    line += "\n";
+  }
+  for (const CellRecord& c : log.cells) text[c.cell.key()] += c.status + " " + c.image + " " + c.image_hash + " " + c.bias;
+  return text;
+}
+
+class Run : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write_file("small.toml", experiment);
+  }
+
+  RunLog log(const std::string& out = "out/small") { return read_log((directory_ / out / "runs.jsonl").string()); }
+  std::string log_text(const std::string& out) { return read_text_file(directory_ / out / "runs.jsonl"); }
+
+  // Waits until the log of `out` holds so many finished cells.
+  bool wait_for_cells(const std::string& out, int cells) {
+    for (int i = 0; i < 6000; ++i) {
+      const std::string text = log_text(out);
+      int found = 0;
+      for (std::size_t at = 0; (at = text.find("\"type\":\"cell\"", at)) != std::string::npos; ++at) ++found;
+      if (found >= cells) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  }
+};
+
+TEST_F(Run, WritesLogImagesAndReport) {
+  const Outcome outcome = run({"run", "small.toml", "--quick", "--threads", "2"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const RunLog written = log("out/small-quick");
+  EXPECT_EQ(written.cells.size(), 4u);
+  EXPECT_EQ(written.references.size(), 2u);
+  EXPECT_EQ(written.manifests.size(), 1u);
+  for (const CellRecord& cell : written.cells)
+    EXPECT_TRUE(std::filesystem::exists(directory_ / "out/small-quick" / cell.image));
+  EXPECT_TRUE(std::filesystem::exists(directory_ / "out/small-quick/report.html"));
+  EXPECT_NE(outcome.out.find("path"), std::string::npos) << "the table is on stdout";
+  EXPECT_NE(outcome.err.find("[4/4]"), std::string::npos) << "a line per cell is on stderr";
+}
+
+TEST_F(Run, KilledRunResumesToTheSameResults) {
+  ASSERT_EQ(run({"run", "small.toml", "--out", "whole", "--threads", "2"}).status, 0);
+  for (const int after : {1, 7, 13}) {
+    const pid_t pid = start({"run", "small.toml", "--out", "killed", "--threads", "2"});
+    EXPECT_TRUE(wait_for_cells("killed", after));
+    kill(pid, SIGKILL);
+    const Outcome killed = finish(pid);
+    EXPECT_TRUE(killed.status == -SIGKILL || after == 13) << killed.err;
+  }
+  // What a write cut short in the middle leaves.
+  std::ofstream(directory_ / "killed/runs.jsonl", std::ios::app) << "{\"type\":\"checkpoint\",\"scene\":\"bui";
+  const Outcome outcome = run({"run", "small.toml", "--out", "killed", "--threads", "2"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(results(log("killed")), results(log("whole")));
+  EXPECT_EQ(log("killed").cells.size(), 16u);
+  for (const auto& entry : std::filesystem::directory_iterator(directory_ / "whole/images"))
+    EXPECT_EQ(read_exr(entry.path().string()).pixels,
+              read_exr((directory_ / "killed/images" / entry.path().filename()).string()).pixels);
+
+  const std::string before = log_text("killed");
+  const Outcome again = run({"run", "small.toml", "--out", "killed", "--threads", "2"});
+  EXPECT_EQ(again.status, 0);
+  EXPECT_NE(again.err.find("16 of 16 cells are done already"), std::string::npos) << again.err;
+  EXPECT_EQ(log_text("killed"), before) << "a finished run has nothing to add";
+}
+
+TEST_F(Run, InterruptEndsWith130AndResumes) {
+  const pid_t pid = start({"run", "small.toml", "--threads", "1", "-o", "budget.samples=2000"});
+  for (int i = 0; i < 2000 && log_text("out/small").find("\"type\":\"reference\"") == std::string::npos; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  kill(pid, SIGINT);
+  const Outcome outcome = finish(pid);
+  EXPECT_EQ(outcome.status, 130);
+  EXPECT_NE(outcome.err.find("the same command goes on"), std::string::npos);
+}
+
+TEST_F(Run, ImagesDoNotDependOnTheThreads) {
+  std::map<std::string, std::string> first;
+  for (const char* threads : {"1", "2", "3"}) {
+    const std::string out = std::string("threads-") + threads;
+    ASSERT_EQ(run({"run", "small.toml", "--quick", "--threads", threads, "--out", out}).status, 0);
+    if (first.empty()) first = results(log(out));
+    EXPECT_EQ(results(log(out)), first);
+  }
+}
+
+TEST_F(Run, ShardsAreAPartitionAndMergeInTheReport) {
+  ASSERT_EQ(run({"run", "small.toml", "--out", "whole", "--threads", "1", "-o", "budget.samples=2"}).status, 0);
+  std::vector<RunLog> shards;
+  for (const char* shard : {"0/3", "1/3", "2/3"}) {
+    const std::string out = std::string("shard-") + shard[0];
+    ASSERT_EQ(run({"run", "small.toml", "--shard", shard, "--out", out, "--threads", "1", "-o", "budget.samples=2"}).status, 0);
+    shards.push_back(log(out));
+  }
+  EXPECT_EQ(shards[0].cells.size() + shards[1].cells.size() + shards[2].cells.size(), 16u);
+  EXPECT_EQ(results(merge_logs(shards)), results(log("whole")));
+  const Outcome report = run({"report", "shard-0", "shard-1", "shard-2", "--out", "merged"});
+  EXPECT_EQ(report.status, 0) << report.err;
+  EXPECT_TRUE(std::filesystem::exists(directory_ / "merged/report.html"));
+}
+
+TEST_F(Run, OtherSettingsInTheSameDirectoryAreRefused) {
+  ASSERT_EQ(run({"run", "small.toml", "--quick", "--threads", "2"}).status, 0);
+  const Outcome other = run({"run", "small.toml", "--quick", "--threads", "2", "-o", "seeds=2"});
+  EXPECT_EQ(other.status, 2);
+  EXPECT_NE(other.err.find("--fresh"), std::string::npos) << other.err;
+  EXPECT_EQ(run({"run", "small.toml", "--quick", "--threads", "1"}).status, 2) << "times of other thread counts would be mixed";
+  EXPECT_EQ(run({"run", "small.toml", "--quick", "--threads", "2", "-o", "seeds=2", "--fresh"}).status, 0);
+  EXPECT_EQ(log("out/small-quick").cells.size(), 8u);
+}
+
+TEST_F(Run, SecondWriterOfADirectoryIsRefused) {
+  const pid_t pid = start({"run", "small.toml", "--threads", "1", "-o", "budget.samples=100000"});
+  for (int i = 0; i < 2000 && log_text("out/small").find("\"type\":\"reference\"") == std::string::npos; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const Outcome second = run({"run", "small.toml", "--threads", "1", "-o", "budget.samples=100000"});
+  kill(pid, SIGKILL);
+  finish(pid);
+  EXPECT_EQ(second.status, 2);
+  EXPECT_NE(second.err.find("another run"), std::string::npos) << second.err;
+}
+
+TEST_F(Run, DryRunListsCellsAndWritesNothing) {
+  const Outcome outcome = run({"run", "small.toml", "--dry-run", "--filter", "furnace.*seed=[12]$"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 4);
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
+}
+
+struct SilentObserver final : RunObserver {
+  void narrate(const std::string&) override {}
+  void status(const std::string&) override {}
+  void cell_started(const CellName&, std::size_t, std::size_t) override {}
+  void cell_progress(double, std::uint64_t, double) override {}
+  void cell_finished(const CellRecord&, const CheckpointRecord*) override {}
+};
+
+TEST_F(Run, FailedCellIsRecordedTheRestGoOnAndItIsTriedAgain) {
+  RunOptions options;
+  options.experiment = (directory_ / "small.toml").string();
+  options.out = (directory_ / "failing").string();
+  options.quick = true;
+  SilentObserver observer;
+  const auto failing = [](const CellTask& task) {
+    if (task.integrator.params.contains("mis")) throw std::runtime_error("no \"mis\" today");
+    return run_cell(task);
+  };
+  const RunSummary first = execute_run(plan_run(options), observer, failing);
+  EXPECT_EQ(first.done, 2u);
+  EXPECT_EQ(first.failed, 2u);
+  for (const CellRecord& cell : log("failing").cells) {
+    EXPECT_EQ(cell.status, cell.cell.integrator == "path" ? "done" : "failed");
+    EXPECT_EQ(cell.error, cell.cell.integrator == "path" ? "" : "no \"mis\" today");
+  }
+  const RunSummary second = execute_run(plan_run(options), observer);
+  EXPECT_EQ(second.skipped, 2u);
+  EXPECT_EQ(second.done, 2u);
+  for (const CellRecord& cell : log("failing").cells) EXPECT_EQ(cell.status, "done");
+}
+
+TEST_F(Run, BadInputExitsWith2) {
+  write_file("bad.toml", "scenes = [\"builtin:furnace\"]\nsedes = 3\n");
+  const Outcome outcome = run({"run", "bad.toml"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_TRUE(outcome.err.starts_with("error: bad.toml:2:1: ")) << outcome.err;
+  EXPECT_EQ(run({"run", "missing.toml"}).status, 2);
+  EXPECT_EQ(run({"run"}).status, 2);
+  EXPECT_EQ(run({"run", "small.toml", "--shard", "4/4"}).status, 2);
+  EXPECT_EQ(run({"run", "small.toml", "--threads", "0"}).status, 2);
+  EXPECT_EQ(run({"runn", "small.toml"}).status, 2);
+  EXPECT_EQ(run({"run", "small.toml", "--quik"}).status, 2);
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
+}
+
+}  // namespace
+}  // namespace etendue
