@@ -15,6 +15,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <string_view>
 #include <vector>
 
@@ -23,6 +24,7 @@ namespace etendue {
 namespace {
 
 constexpr std::array<const char*, 3> rgb_names{"R", "G", "B"};
+constexpr int most_pixels_across = 65536;
 
 std::string channel_names(const Imf::ChannelList& channels) {
   std::string names;
@@ -44,24 +46,73 @@ std::array<const char*, 3> find_channels(const Imf::ChannelList& channels) {
   return found;
 }
 
-// No allocation on the word of a header that the file cannot keep: a chunk holds at most 256 lines and takes 8 bytes in the
-// table of offsets, and no codec packs float images beyond 1 : 20,000.
-ivec2 checked_size(const Imath::Box2i& window, std::uintmax_t file_bytes) {
+// How many times smaller than its pixels a codec can make an image. Deflate reaches 1 : 1032; the last figure is a bound for
+// the rest, whose flat areas cost next to nothing.
+std::int64_t most_packed(Imf::Compression compression) {
+  switch (compression) {
+    case Imf::NO_COMPRESSION:
+      return 1;
+    case Imf::RLE_COMPRESSION:
+      return 128;
+    case Imf::ZIPS_COMPRESSION:
+    case Imf::ZIP_COMPRESSION:
+    case Imf::PXR24_COMPRESSION:
+      return 1032;
+    default:
+      return 20000;
+  }
+}
+
+// No allocation on the word of a header that the file cannot keep. A pixel takes two bytes at least.
+ivec2 checked_size(const Imf::Header& header, std::uintmax_t file_bytes) {
+  const Imath::Box2i window = header.dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1,
                      height = std::int64_t{window.max.y} - window.min.y + 1;
-  const bool sensible =
-      width >= 1 && height >= 1 && width <= 65536 && height <= 65536 && width * height <= (std::int64_t{1} << 27);
-  const auto bytes = static_cast<std::int64_t>(file_bytes);
-  if (!sensible || height / 256 * 8 > bytes || width * height > bytes * 20000)
-    throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes));
+  const bool sensible = width >= 1 && height >= 1 && width <= most_pixels_across && height <= most_pixels_across &&
+                        width * height <= (std::int64_t{1} << 27);
+  if (!sensible || 2 * width * height > static_cast<std::int64_t>(file_bytes) * most_packed(header.compression()))
+    throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, file_bytes));
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
+// Walks over the attributes of the headers: OpenEXR would allocate whatever size an attribute states before it reads it.
+void check_attributes(const std::string& path, std::uintmax_t file_bytes) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<char, 8> start{};
+  in.read(start.data(), start.size());
+  const bool multi_part = start[5] & 0x10;
+  const auto read_name = [&] {
+    std::string name;
+    for (int c = in.get(); c > 0 && name.size() < 256; c = in.get()) name += static_cast<char>(c);
+    return name;
+  };
+  bool header_is_empty = true;
+  while (in) {
+    if (read_name().empty()) {  // the end of a header; several end with an empty one
+      if (!multi_part || header_is_empty) return;
+      header_is_empty = true;
+      continue;
+    }
+    header_is_empty = false;
+    read_name();  // the type
+    std::array<unsigned char, 4> b{};
+    in.read(reinterpret_cast<char*>(b.data()), b.size());
+    const std::uint32_t size = b[0] | b[1] << 8 | b[2] << 16 | static_cast<std::uint32_t>(b[3]) << 24;
+    if (in && size > file_bytes) throw Error(fmt::format("an attribute of {} bytes, in a file of {}", size, file_bytes));
+    in.seekg(size, std::ios::cur);
+  }
+}
+
 Image read_pixels(const std::string& path, std::map<std::string, std::string>* attributes) {
+  // OpenEXR allocates its table of offsets before it hands out the header.
+  Imf::Header::setMaxImageSize(most_pixels_across, most_pixels_across);
+  Imf::Header::setMaxTileSize(most_pixels_across, most_pixels_across);
+  const std::uintmax_t file_bytes = std::filesystem::file_size(path);
+  check_attributes(path, file_bytes);
   Imf::InputFile file(path.c_str());
   const Imf::Header& header = file.header();
   const Imath::Box2i window = header.dataWindow();
-  const ivec2 size = checked_size(window, std::filesystem::file_size(path));
+  const ivec2 size = checked_size(header, file_bytes);
   const auto names = find_channels(header.channels());
 
   std::vector<float> planes(static_cast<std::size_t>(size.x) * size.y * 3);

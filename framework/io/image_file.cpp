@@ -2,6 +2,7 @@
 
 #include "framework/core/check.h"
 #include "framework/io/exr.h"
+#include "framework/io/hdr.h"
 #include "framework/io/text.h"
 
 // The one place where stb's functions are compiled.
@@ -17,16 +18,17 @@
 #define STBI_ONLY_PNG
 #define STBI_ONLY_JPEG
 #define STBI_ONLY_TGA
-#define STBI_ONLY_HDR
+#define STBI_NO_HDR
+#define STBI_NO_LINEAR
 #include <stb/stb_image.h>
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
 #include <stb/stb_image_write.h>
 #pragma GCC diagnostic pop
 
-#include <array>
 #include <limits>
 #include <memory>
+#include <string_view>
 
 namespace etendue {
 
@@ -65,10 +67,38 @@ void check_size(int width, int height, std::size_t bytes) {
     throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes));
 }
 
+// This stb writes past its tables when a JPEG states Huffman tables of more than 256 codes, so such files are refused first.
+// The segments up to the image data are walked; after that, where no segment but a table's holds these bytes, every one is
+// checked.
+void check_huffman_tables(std::string_view bytes) {
+  if (!bytes.starts_with("\xff\xd8")) return;
+  const auto byte = [&](std::size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u; };
+  bool in_data = false;
+  for (std::size_t i = 2; i + 1 < bytes.size();) {
+    const unsigned marker = byte(i + 1);
+    if (byte(i) != 0xff || marker == 0 || marker == 0xff || marker == 0x01 || (marker >= 0xd0 && marker <= 0xd9)) {
+      ++i;
+      continue;
+    }
+    const std::size_t end = i + 2 + 256 * byte(i + 2) + byte(i + 3);
+    if (marker == 0xc4) {
+      for (std::size_t table = i + 4; table < end;) {
+        std::size_t codes = 0;
+        for (std::size_t length = 1; length <= 16; ++length) codes += byte(table + length);
+        if (codes > 256) throw Error("a Huffman table of more than 256 codes");
+        table += 17 + codes;
+      }
+    }
+    in_data |= marker == 0xda;
+    i = in_data ? i + 2 : std::max(end, i + 2);
+  }
+}
+
 RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) throw Error("larger than 2 GiB");
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const int length = static_cast<int>(bytes.size());
+  check_huffman_tables(bytes);
   RgbImage image;
   int channels = 0;
   if (!stbi_info_from_memory(data, length, &image.size.x, &image.size.y, &channels))
@@ -76,11 +106,7 @@ RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
   check_size(image.size.x, image.size.y, bytes.size());
   image.texels.resize(static_cast<std::size_t>(image.size.x) * image.size.y);
   int x = 0, y = 0;
-  if (stbi_is_hdr_from_memory(data, length)) {
-    const Pixels<float> pixels = stbi_loadf_from_memory(data, length, &x, &y, &channels, 3);
-    const float* p = pixels.words.get();
-    for (Rgb& texel : image.texels) texel = {p[0], p[1], p[2]}, p += 3;
-  } else if (stbi_is_16_bit_from_memory(data, length)) {
+  if (stbi_is_16_bit_from_memory(data, length)) {
     const Pixels<stbi_us> pixels = stbi_load_16_from_memory(data, length, &x, &y, &channels, 3);
     decode(pixels.words.get(), encoding, image.texels);
   } else {
@@ -107,7 +133,7 @@ RgbImage read_image(const std::string& path, Encoding encoding) {
     image = decode_exr(path);
   } else {
     try {
-      image = decode_stb(bytes, encoding);
+      image = is_hdr(bytes) ? decode_hdr(bytes) : decode_stb(bytes, encoding);
     } catch (const Error& e) {
       throw Error(fmt::format("cannot read '{}' as an image: {}", path, e.what()));
     }
