@@ -45,7 +45,6 @@ class IrradianceRecords {
   std::optional<Rgb> interpolate(const vec3& position, const vec3& normal) const;
 
   const std::vector<IrradianceRecord>& all() const { return records_; }
-  std::uint64_t bytes() const { return records_.capacity() * sizeof(IrradianceRecord) + balls_->bytes(); }
 
  private:
   float weight(const IrradianceRecord& record, const vec3& position, const vec3& normal) const;  // 0: refused

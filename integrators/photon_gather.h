@@ -17,7 +17,6 @@
 #include "integrators/photons.h"
 
 #include <memory>
-#include <string>
 
 namespace etendue {
 
@@ -48,10 +47,6 @@ class PhotonMap {
   // Radiance towards wo that photons of the given histories, with at most `max_scatterings` events behind them, make the
   // surface reflect.
   Rgb radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings) const;
-
-  const Photons& photons() const { return photons_; }
-  float radius() const { return radius_; }
-  std::uint64_t bytes() const { return photons_.bytes() + (query_ ? query_->bytes() : 0); }
 
  private:
   float automatic_radius() const;

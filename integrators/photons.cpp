@@ -7,8 +7,6 @@
 
 #include <tbb/parallel_sort.h>
 
-#include <numeric>
-
 namespace etendue {
 
 namespace {
@@ -90,10 +88,6 @@ void PhotonTracer::trace(std::uint32_t index, Photons& out) {
 }
 
 }  // namespace
-
-std::uint64_t Photons::bytes() const {
-  return size() * (sizeof(vec3) * 2 + sizeof(Rgb) + sizeof(PhotonSide) + sizeof(std::uint16_t));
-}
 
 void Photons::add(const vec3& at, const Rgb& watts, const vec3& from, const vec3& normal_from, PhotonHistory history,
                   int events) {

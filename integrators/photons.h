@@ -45,7 +45,6 @@ struct Photons {
 
   std::size_t size() const { return position.size(); }
   bool empty() const { return position.empty(); }
-  std::uint64_t bytes() const;
   void add(const vec3& at, const Rgb& watts, const vec3& from, const vec3& normal_from, PhotonHistory history, int events);
   // Photons order[0], order[1], ...: for locality, see `along_curve`.
   Photons reordered(std::span<const std::uint32_t> order) const;
