@@ -26,10 +26,12 @@ void print_plan(const RunPlan& plan, Console& console) {
     fmt::print("{}{}\n", cell.name.key(), status);
   }
   const std::size_t left = plan.cells.size() - done;
-  console.line(fmt::format("{} cells, {} to run, each within {}; into {}", plan.cells.size(), left, plan.config.budget.text(),
-                           plan.directory));
-  if (plan.config.budget.time_s)
-    console.line(fmt::format("at most about {}, and what references, structures and metrics take",
+  if (plan.config.structures)
+    console.line(fmt::format("{} structures timed on {} scenes", plan.config.accels.size(), plan.config.scenes.size()));
+  console.line(fmt::format("{} cells, {} to run; into {}", plan.cells.size(), left, plan.directory));
+  if (left > 0) console.line("each cell: at most " + plan.config.budget.text());
+  if (left > 0 && plan.config.budget.time_s)
+    console.line(fmt::format("all of them: about {}, and what references, structures and metrics take",
                              format_seconds(static_cast<double>(left) * *plan.config.budget.time_s)));
 }
 

@@ -67,10 +67,15 @@ BudgetSchedule::BudgetSchedule(const Budget& budget) : budget_(budget) {
   next_time_ = budget.time_s ? 0 : never;
 }
 
-bool BudgetSchedule::finished(std::uint64_t iterations, double time_s, double last_iteration_s) const {
+bool BudgetSchedule::finished(std::uint64_t iterations, double time_s, double last_iteration_s) {
+  lengths_ = {lengths_[1], lengths_[2], last_iteration_s};
   if (iterations >= std::numeric_limits<std::uint32_t>::max()) return true;  // an iteration's index has 32 bits
   if (budget_.samples && iterations >= *budget_.samples) return true;
-  return budget_.time_s && time_s + last_iteration_s > *budget_.time_s;
+  if (!budget_.time_s) return false;
+  const auto [a, b, c] = lengths_;
+  const double predicted =
+      iterations < lengths_.size() ? last_iteration_s : std::max(std::min(a, b), std::min(std::max(a, b), c));
+  return time_s + predicted > *budget_.time_s;
 }
 
 double BudgetSchedule::next_rung(double total, double reached) const {

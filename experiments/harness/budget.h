@@ -1,6 +1,7 @@
 // When a cell stops and where its error is measured: the one budget of every method.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -34,9 +35,10 @@ class BudgetSchedule {
  public:
   explicit BudgetSchedule(const Budget& budget);
 
-  // Whether no further iteration may start. A time budget ends before an iteration that would overrun it, predicted by the
-  // length of the last one; so the first iteration always runs.
-  bool finished(std::uint64_t iterations, double time_s, double last_iteration_s) const;
+  // Whether no further iteration may start, the last one having taken so long. A time budget ends before an iteration that
+  // would overrun it, predicted by the median of the last three: one that the machine delayed must not end a cell early. The
+  // first iteration always runs.
+  bool finished(std::uint64_t iterations, double time_s, double last_iteration_s);
 
   // Whether a rung of the ladder has been reached since the last one; several rungs in one iteration are one checkpoint.
   bool checkpoint_due(std::uint64_t iterations, double time_s);
@@ -51,6 +53,7 @@ class BudgetSchedule {
   Budget budget_;
   double next_iterations_, next_time_;  // infinity where that limit is absent
   std::uint64_t next_error_ = 1;
+  std::array<double, 3> lengths_{};  // of the last iterations
 };
 
 // Wall and CPU time of the process, counted only while running.

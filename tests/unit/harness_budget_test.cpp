@@ -53,6 +53,15 @@ TEST(BudgetSchedule, TimeLadderIsLogarithmicAndEndsBeforeOverrunning) {
 
 TEST(BudgetSchedule, FirstIterationRunsWhateverItTakes) { EXPECT_EQ(checkpoints(seconds(1), 60), (List{1})); }
 
+TEST(BudgetSchedule, OneDelayedIterationDoesNotEndTheCell) {
+  BudgetSchedule schedule(seconds(10));
+  EXPECT_FALSE(schedule.finished(1, 1, 1));
+  EXPECT_FALSE(schedule.finished(2, 2, 1));
+  EXPECT_FALSE(schedule.finished(3, 7, 5));
+  EXPECT_FALSE(schedule.finished(4, 8, 1));
+  EXPECT_TRUE(schedule.finished(5, 9.5, 1.5));
+}
+
 TEST(BudgetSchedule, FirstLimitReachedEnds) {
   Budget budget = seconds(100);
   budget.samples = 4;
