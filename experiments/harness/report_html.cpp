@@ -272,10 +272,17 @@ std::string structures_section(const ReportData& data) {
 std::string reproduction(const ReportData& data, const PageContent& content) {
   std::string out = "<section id=\"reproduce\"><h2>How to reproduce</h2>\n<pre>";
   std::set<std::string> commands;
-  for (const ManifestRecord& m : data.log->manifests)
-    commands.insert(fmt::format("{}./etendue run {} --threads {}\n", m.commit.empty() ? "" : "git checkout " + m.commit + "\n",
+  for (const ManifestRecord& m : data.log->manifests) {
+    constexpr std::string_view dirty = "-dirty";  // there is no such commit to check out
+    const bool changed = m.commit.ends_with(dirty);
+    const std::string commit = changed ? m.commit.substr(0, m.commit.size() - dirty.size()) : m.commit;
+    const std::string checkout =
+        commit.empty() ? ""
+                       : fmt::format("git checkout {}{}\n", commit, changed ? "  # and changes that were not committed" : "");
+    commands.insert(fmt::format("{}./etendue run {} --threads {}\n", checkout,
                                 content.experiments.size() == 1 ? content.experiments.front().first : "EXPERIMENT.toml",
                                 m.threads));
+  }
   for (const std::string& command : commands) out += html(command);
   out += "./etendue report";
   for (const std::string& directory : content.directories) out += " " + html(directory);

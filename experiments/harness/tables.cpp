@@ -271,8 +271,8 @@ Table phases_table(const ReportData& data) {
           continue;
         }
         const double share = total > 0 ? 100 * time / total : 0;
-        cells.push_back(
-            TableCell::number(time, fmt::format("{} ({:.{}f} %)", format_seconds(time), share, share < 0.95 ? 1 : 0)));
+        const std::string percent = share < 0.05 ? "< 0.1" : fmt::format("{:.{}f}", share, share < 0.95 ? 1 : 0);
+        cells.push_back(TableCell::number(time, fmt::format("{} ({} %)", format_seconds(time), percent)));
       }
       table.rows.push_back(std::move(cells));
     }
