@@ -34,7 +34,7 @@ void write_png(const std::string& path, const Image& image) {
     static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
   };
   const bool encoded = stbi_write_png_to_func(append, &bytes, image.size.x, image.size.y, 3, pixels.data(), 3 * image.size.x);
-  const std::string partial = path + ".partial";
+  const std::string partial = path + ".part";
   std::ofstream file(partial, std::ios::binary);
   file << bytes;
   file.close();

@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -71,6 +72,9 @@ std::string output_path(const RenderCommand& command) {
 void check_output(const std::string& path) {
   if (!path.empty() && !path.ends_with(".exr") && !path.ends_with(".png"))
     throw Error(Location{"-o " + path}, "unknown image format; expected a name that ends in .exr or .png");
+  const auto parent = std::filesystem::path(path).parent_path();
+  if (!parent.empty() && !std::filesystem::is_directory(parent))
+    throw Error(Location{"-o " + path}, "no directory '" + parent.string() + "'; expected one that exists");
 }
 
 struct Rendered {

@@ -6,6 +6,7 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -123,7 +124,8 @@ ConfigNode parse_config(std::string_view text, const std::string& path) {
 
 ConfigNode read_config_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Location{path}, "cannot open the experiment; expected a .toml file");
+  if (!file || std::filesystem::is_directory(path))
+    throw Error(Location{path}, "cannot open the experiment; expected a .toml file");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   if (!file.good() && !file.eof()) throw Error(Location{path}, "cannot read the experiment; expected a .toml file");
   return parse_config(text, path);

@@ -80,11 +80,14 @@ std::optional<Reference> from_cache(const ReferenceRequest& request, const Refer
 EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs) {
   const Method path{"path", {}, {}};
   if (has_integrator("bdpt")) return {path, independent("bdpt")};
-  if (!needs.caustic_map && !needs.thin_lens && has_integrator("light-trace")) return {path, independent("light-trace")};
-  // BSDF sampling alone never finds a point or a direction; light sampling alone finds everything but light through glass.
   const bool has_delta = std::any_of(scene.lights.begin(), scene.lights.end(), [](const Light& light) {
     return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
   });
+  // Caustics of a point light are out of a path tracer's reach, however it samples: that light tracing disagrees with it is
+  // then what must be found.
+  if ((!needs.caustic_map || has_delta) && !needs.thin_lens && has_integrator("light-trace"))
+    return {path, independent("light-trace")};
+  // BSDF sampling alone never finds a point or a direction; light sampling alone finds everything but light through glass.
   return {path, independent("path", {{"mis", {std::string(has_delta ? "light" : "bsdf"), {}}}})};
 }
 

@@ -39,6 +39,14 @@ void clear(const fs::path& directory) {
     fs::remove_all(directory / name);
 }
 
+// What writers of images that were killed left behind. The lock is held, so nobody is writing now.
+void remove_partial_images(const fs::path& directory) {
+  std::vector<fs::path> partial;
+  for (const auto& entry : fs::directory_iterator(directory))
+    if (entry.path().extension() == ".part") partial.push_back(entry.path());
+  for (const fs::path& path : partial) fs::remove(path);
+}
+
 void refuse_mixture(const RunLog& log, const ManifestRecord& manifest, const std::string& path) {
   constexpr const char* cure = "expected --fresh to start over, or --out DIR for another directory";
   for (const ManifestRecord& other : log.manifests) {
@@ -70,8 +78,10 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
   refuse_mixture(earlier_, manifest, path);
   for (const CellRecord& cell : earlier_.cells)
     if (cell.status == "done") done_.insert(cell.cell);
-  make_directory(fs::path(path) / "images");
-  make_directory(fs::path(path) / "references");
+  for (const char* name : {"images", "references"}) {
+    make_directory(fs::path(path) / name);
+    remove_partial_images(fs::path(path) / name);
+  }
   writer_ = std::make_unique<LogWriter>(log_path(path));
   const auto same = [&](const ManifestRecord& other) { return other.id == manifest.id; };
   if (std::none_of(earlier_.manifests.begin(), earlier_.manifests.end(), same)) append({to_json_line(manifest)});

@@ -192,6 +192,25 @@ TEST_F(Run, FailedCellIsRecordedTheRestGoOnAndItIsTriedAgain) {
   for (const CellRecord& cell : log("failing").cells) EXPECT_EQ(cell.status, "done");
 }
 
+// The caustic of a point light: light tracing finds it, path tracing cannot, so there is nothing to judge either by.
+TEST_F(Run, EstimatorsThatDisagreeFailTheScenesCells) {
+  write_file("caustic.pbrt",
+             "Film \"rgb\" \"integer xresolution\" [16] \"integer yresolution\" [16]\n"
+             "LookAt 0 3 4  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]\nWorldBegin\n"
+             "LightSource \"point\" \"rgb I\" [20 20 20] \"point3 from\" [0 3 0]\n"
+             "Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n"
+             "Shape \"trianglemesh\" \"point3 P\" [-2 0 -2  2 0 -2  2 0 2  -2 0 2] \"integer indices\" [0 1 2 0 2 3]\n"
+             "Translate 0 1.2 0\nMaterial \"dielectric\" \"float eta\" [1.5]\nShape \"sphere\" \"float radius\" [0.5]\n");
+  write_file("caustic.toml",
+             "scenes = [\"caustic.pbrt\"]\nintegrators = [\"path\"]\nbudget = { samples = 1 }\nreference = { samples = 64 }\n");
+  const Outcome outcome = run({"run", "caustic.toml"});
+  EXPECT_EQ(outcome.status, 1) << outcome.err;
+  const RunLog written = log("out/caustic");
+  ASSERT_EQ(written.cells.size(), 1u);
+  EXPECT_EQ(written.cells[0].status, "failed");
+  EXPECT_NE(written.cells[0].error.find("disagree"), std::string::npos);
+}
+
 TEST_F(Run, BadInputExitsWith2) {
   write_file("bad.toml", "scenes = [\"builtin:furnace\"]\nsedes = 3\n");
   const Outcome outcome = run({"run", "bad.toml"});
