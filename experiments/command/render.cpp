@@ -136,32 +136,48 @@ void write_image(const Rendered& r) {
              {"etendue_iterations", std::to_string(r.result.checkpoints.back().iterations)}});
 }
 
+void warn_of_non_finite(const CellResult& result, Console& console) {
+  const auto count = result.checkpoints.back().non_finite;
+  if (count == 0) return;
+  const NonFiniteSample& first = result.non_finite.front();
+  console.warning(fmt::format("{} non-finite samples, the first at pixel ({}, {}), iteration {}", count, first.pixel.x,
+                              first.pixel.y, first.iteration));
+}
+
+// Everything typed, checked before a scene is loaded.
+Budget read_options(const RenderCommand& command, Rendered& r) {
+  r.output = output_path(command);
+  read_parameters(command, r.integrator, r.accel);
+  r.threads = threads_option(command.threads);
+  r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
+  if (!command.resolution.empty()) r.resolution = resolution_option(command.resolution);
+  check_output(r.output);
+  return read_budget(command);
+}
+
 }  // namespace
 
 int render_command(const RenderCommand& command) {
   Console console;
   exit_on_interrupt("\ninterrupted; no image is written\n");
   Rendered r{command, {command.integrator, {}, {"--integrator"}}, {command.accel, {}, {"--accel"}}};
-  r.output = output_path(command);
-  read_parameters(command, r.integrator, r.accel);
-  Budget budget = read_budget(command);
-  r.threads = threads_option(command.threads);
-  r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
-  check_output(r.output);
-  const std::optional<ivec2> resolution =
-      command.resolution.empty() ? std::nullopt : std::optional(resolution_option(command.resolution));
-
+  Budget budget = read_options(command, r);
   const Scene scene = load_scene(command.scene);
   const SceneNeeds needs = scene_needs(scene);
   for (const std::string& warning : scene.warnings) console.warning(warning);
-  r.resolution = resolution.value_or(scene.resolution);
+  if (r.resolution == ivec2(0)) r.resolution = scene.resolution;
 
   // An error target needs the reference before, all else only afterwards, off the user's time.
   std::optional<Reference> reference;
   const auto find_reference = [&] {
-    const auto narrate = [&](const std::string& line) { console.line(line); };
-    const auto status = [&](const std::string& line) { console.status(line); };
-    reference = make_reference({scene, needs, command.scene, r.resolution, {}, r.threads, narrate, status},
+    reference = make_reference({scene,
+                                needs,
+                                command.scene,
+                                r.resolution,
+                                {},
+                                r.threads,
+                                [&](const std::string& line) { console.line(line); },
+                                [&](const std::string& line) { console.status(line); }},
                                ReferenceCache::standard(""));
     if (!reference->failure.empty()) throw Error(Location{command.scene}, reference->failure);
   };
@@ -176,17 +192,8 @@ int render_command(const RenderCommand& command) {
                                static_cast<double>(iterations) / time_s,
                                format_seconds(time_s * (1 - share) / std::max(share, 1e-9))));
   };
-  r.result = run_cell({scene,
-                       needs,
-                       r.accel,
-                       r.integrator,
-                       r.seed,
-                       r.resolution,
-                       budget,
-                       r.threads,
-                       reference ? &reference->rendered.image : nullptr,
-                       {},
-                       progress});
+  const Image* target = reference ? &reference->rendered.image : nullptr;
+  r.result = run_cell({scene, needs, r.accel, r.integrator, r.seed, r.resolution, budget, r.threads, target, {}, progress});
   console.clear_status();
   write_image(r);
   if (!reference && scene.closed_form) find_reference();
@@ -195,21 +202,12 @@ int render_command(const RenderCommand& command) {
     for (const Metric& metric : metrics())
       r.metrics[std::string(metric.name)] = metric.compute(r.result.image, reference->rendered.image);
   }
-  if (command.json)
-    fmt::print("{}\n", to_json(r));
-  else
-    fmt::print("{}", to_lines(r));
-  if (const auto count = r.result.checkpoints.back().non_finite; count > 0) {
-    const NonFiniteSample& first = r.result.non_finite.front();
-    console.warning(fmt::format("{} non-finite samples, the first at pixel ({}, {}), iteration {}", count, first.pixel.x,
-                                first.pixel.y, first.iteration));
-  }
-  if (budget.error && !r.result.reached_error) {
-    console.warning(fmt::format("relmse {:g} was not reached within {}", *budget.error,
-                                format_seconds(r.result.checkpoints.back().time_s)));
-    return 1;
-  }
-  return 0;
+  fmt::print("{}", command.json ? to_json(r) + "\n" : to_lines(r));
+  warn_of_non_finite(r.result, console);
+  if (!budget.error || r.result.reached_error) return 0;
+  console.warning(
+      fmt::format("relmse {:g} was not reached within {}", *budget.error, format_seconds(r.result.checkpoints.back().time_s)));
+  return 1;
 }
 
 }  // namespace etendue
