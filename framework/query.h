@@ -22,7 +22,7 @@ namespace etendue {
 
 struct Ray {
   vec3 origin;
-  float t_min = 0;
+  float t_min = 0;  // not negative
   vec3 direction;  // need not be unit: t counts in its length
   float t_max = infinity;
 

@@ -6,7 +6,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double distance_tolerance = 1e-5, rim_tolerance = 1e-4;
+constexpr double distance_tolerance = 1e-5, triangle_rim = 1e-4, quadric_rim = 1e-5;
 
 struct ExactRay {
   dvec3 origin, direction;
@@ -117,15 +117,21 @@ struct LocalRay {
   }
 };
 
-// Where the ray meets the primitive that an answer names.
-std::optional<ExactHit> meet_named(const Scene& scene, const Ray& ray, const Hit& answer) {
-  const bool is_plane = answer.instance == plane_instance;
-  const Instance instance = is_plane ? Instance{} : scene.instances[answer.instance];
+// Is the primitive that an answer names met at the distance it gives? First within its rim, then a little outside.
+bool meets_named(const Scene& scene, const Ray& ray, const Hit& answer, double slack) {
+  const auto agrees = [&](const std::optional<Met>& met, const LocalRay& local) {
+    return met && std::abs(answer.t - met->t) * local.cos_surface(*met, ray) <= slack;
+  };
+  if (answer.instance == plane_instance) {
+    const LocalRay world(Transform(), ray);
+    return agrees(meet(scene.planes[answer.primitive], world.ray), world);
+  }
+  const Instance& instance = scene.instances[answer.instance];
+  const Geometry& geometry = scene.objects[instance.object].geometry;
   const LocalRay local(instance.to_world, ray);
-  const auto met = is_plane ? meet(scene.planes[answer.primitive], local.ray)
-                            : meet(scene.objects[instance.object].geometry, answer.primitive, local.ray, rim_tolerance);
-  if (!met) return std::nullopt;
-  return ExactHit{met->t, answer.instance, answer.primitive, local.cos_surface(*met, ray)};
+  const double rim = geometry.is_triangle(answer.primitive) ? triangle_rim : quadric_rim;
+  return agrees(meet(geometry, answer.primitive, local.ray, 0), local) ||
+         agrees(meet(geometry, answer.primitive, local.ray, rim), local);
 }
 
 }  // namespace
@@ -150,12 +156,9 @@ std::optional<ExactHit> exact_closest(const Scene& scene, const Ray& ray) {
 
 bool is_right(const Scene& scene, const Ray& ray, const Hit& answer, const std::optional<ExactHit>& exact) {
   if (!answer) return !exact;
-  const auto named = meet_named(scene, ray, answer);
-  if (!named) return false;
-  const double t = answer.t, speed = glm::length(dvec3(ray.direction));
-  const double slack = distance_tolerance * (glm::length(dvec3(ray.origin)) + t * speed);
-  if (std::abs(t - named->t) * speed * named->cos_surface > slack) return false;
-  return !exact || (t - exact->t) * speed * exact->cos_surface <= slack;
+  // Along the surface's normal, in units of t.
+  const double slack = distance_tolerance * (glm::length(dvec3(ray.origin)) / glm::length(dvec3(ray.direction)) + answer.t);
+  return meets_named(scene, ray, answer, slack) && (!exact || (answer.t - exact->t) * exact->cos_surface <= slack);
 }
 
 }  // namespace etendue

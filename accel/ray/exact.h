@@ -23,9 +23,8 @@ std::optional<ExactHit> exact_closest(const Scene& scene, const Ray& ray);
 //
 //   - A miss is right if there is no exact hit.
 //   - A hit is right if its primitive is met at that distance, give or take rounding, and nothing is met clearly before it.
-//   Rounding
-//     is 1e-5 of the largest length involved, measured along the surface's normal (a grazing ray moves far along the surface
-//     for a small error across it), and 1e-4 of the triangle at its rim.
+//     Rounding is 1e-5 of the largest length involved, measured along the surface's normal (a grazing ray moves far along the
+//     surface for a small error across it), and at a primitive's rim 1e-4 of a triangle, 1e-5 of a quadric.
 bool is_right(const Scene& scene, const Ray& ray, const Hit& answer, const std::optional<ExactHit>& exact);
 
 }  // namespace etendue

@@ -13,6 +13,7 @@ void BinaryLayout::set_child(Node& node, int side, const TreeNode& child) {
 // Inner nodes keep the tree's order, so a child's place is the number of inner nodes before it.
 BinaryLayout::BinaryLayout(const BinaryTree& tree) : depth_(tree.depth) {
   if (tree.nodes.empty()) return;
+  extent_ = largest_coordinate(tree.nodes[0].bounds);
   if (tree.nodes[0].is_leaf()) {
     nodes_.resize(1);
     set_child(nodes_[0], 0, tree.nodes[0]);

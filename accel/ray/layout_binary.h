@@ -3,7 +3,7 @@
 // A visit tests the two children at once (four SSE lanes: near and far of both) and goes on to the nearer; the other
 // waits on a stack with its entry distance and is dropped if a closer hit has come up meanwhile. The slab test keeps the rules
 // of slab_entry in framework/scene/intersect.h: planes picked by the sign of the direction, a NaN restricts nothing, far
-// distances padded ([Ize2013]). A box is entered while its entry is at most the best distance, padded likewise, so that
+// distances padded ([Ize2013]). Boxes are entered up to a little beyond the best distance (traversal_limit.h), so that
 // hits at equal distance in other leaves are still seen and the lowest primitive id wins.
 //
 // The traversal knows no primitives: leaves are the caller's, which is why both levels of a scene use this one.
@@ -11,6 +11,7 @@
 
 #include "accel/ray/binary_tree.h"
 #include "accel/ray/counting.h"
+#include "accel/ray/traversal_limit.h"
 #include "accel/ray/traversal_stack.h"
 #include "framework/scene/intersect.h"
 
@@ -53,18 +54,15 @@ class BinaryLayout {
 
   std::vector<Node> nodes_;  // 0 is the root
   std::uint32_t depth_ = 0;
+  float extent_ = 0;  // largest_coordinate of the root's box
 };
-
-// The padding of far distances and of the best distance: 4 epsilon is above the 2 gamma(3) by which rounding can part the two
-// ends of a slab ([Ize2013]).
-inline constexpr float slab_pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
 
 #if defined(__SSE4_1__)
 
 // One ray against the two boxes of a node. Lanes: entry of left and right, then the negated exits, so that all four are maxima.
 class BinaryLayout::RayBoxes {
  public:
-  RayBoxes(const Ray& ray, float t_best) : t_min_(ray.t_min) {
+  RayBoxes(const Ray& ray, float limit) : t_min_(ray.t_min) {
     for (int axis = 0; axis < 3; ++axis) {
       const float reciprocal = 1.0f / ray.direction[axis], far = -(reciprocal * slab_pad);
       const bool negative = std::signbit(ray.direction[axis]);
@@ -73,13 +71,10 @@ class BinaryLayout::RayBoxes {
       near_first_[axis] = negative ? _mm_setr_epi8(8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7)
                                    : _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     }
-    shorten(t_best);
+    shorten(limit);
   }
 
-  void shorten(float t_best) {
-    const float far = -(t_best * slab_pad);
-    limits_ = _mm_setr_ps(t_min_, t_min_, far, far);
-  }
+  void shorten(float limit) { limits_ = _mm_setr_ps(t_min_, t_min_, -limit, -limit); }
 
   // Bit i: the ray meets child i, at entry[i].
   int test(const Node& node, float (&entry)[2]) const {
@@ -105,8 +100,8 @@ class BinaryLayout::RayBoxes {
 
 class BinaryLayout::RayBoxes {
  public:
-  RayBoxes(const Ray& ray, float t_best) : slab_(ray), t_min_(ray.t_min), t_max_(t_best * slab_pad) {}
-  void shorten(float t_best) { t_max_ = t_best * slab_pad; }
+  RayBoxes(const Ray& ray, float limit) : slab_(ray), t_min_(ray.t_min), t_max_(limit) {}
+  void shorten(float limit) { t_max_ = limit; }
   int test(const Node& node, float (&entry)[2]) const {
     const auto corner = [&](int plane) { return vec3(node.planes[0][plane], node.planes[1][plane], node.planes[2][plane]); };
     for (int side = 0; side < 2; ++side) entry[side] = slab_entry(slab_, corner(side), corner(side + 2), t_min_, t_max_);
@@ -123,7 +118,9 @@ class BinaryLayout::RayBoxes {
 template <class Count, class Leaf>
 void BinaryLayout::traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const {
   if (nodes_.empty()) return;
-  RayBoxes boxes(ray, t_best);
+  const TraversalLimit limit_beyond(ray, extent_);
+  float limit = limit_beyond(t_best);
+  RayBoxes boxes(ray, limit);
   TraversalStack<Waiting> stack(depth_);
   Waiting* top = stack.begin();
   Place place{0, 0};
@@ -142,9 +139,9 @@ void BinaryLayout::traverse(const Ray& ray, const float& t_best, Count& count, c
     }
     if (place.count > 0) {
       if (leaf(place.first, place.count)) return;
-      boxes.shorten(t_best);
+      limit = limit_beyond(t_best);
+      boxes.shorten(limit);
     }
-    const float limit = t_best * slab_pad;
     do {
       if (top == stack.begin()) return;
       --top;

@@ -11,6 +11,7 @@
 #include "accel/ray/binary_tree.h"
 #include "accel/ray/counting.h"
 #include "accel/ray/leaf.h"
+#include "accel/ray/traversal_limit.h"
 #include "accel/ray/traversal_stack.h"
 
 namespace etendue {
@@ -73,7 +74,6 @@ class Octree {
 // with the bits of negative directions flipped, no child lies before one that the ray meets earlier.
 inline Octree::Visit* Octree::visit_children(const SlabRay& slab, const Ray& ray, float limit, const Visit& parent,
                                              std::uint32_t first, Visit* top) {
-  constexpr float pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
   const vec3 middle = 0.5f * parent.lower + 0.5f * parent.upper;
   float near[3][2], far[3][2];  // by axis and half
   unsigned flip = 0;
@@ -82,7 +82,7 @@ inline Octree::Visit* Octree::visit_children(const SlabRay& slab, const Ray& ray
     flip |= static_cast<unsigned>(slab.negative[axis]) << axis;
     for (int half = 0; half < 2; ++half) {
       near[axis][half] = (planes[half + slab.negative[axis]] - slab.origin[axis]) * slab.reciprocal[axis];
-      far[axis][half] = (planes[half + !slab.negative[axis]] - slab.origin[axis]) * slab.reciprocal[axis] * pad;
+      far[axis][half] = (planes[half + !slab.negative[axis]] - slab.origin[axis]) * slab.reciprocal[axis] * slab_pad;
     }
   }
   for (unsigned i = 8; i-- > 0;) {
@@ -108,20 +108,21 @@ inline Octree::Visit* Octree::visit_children(const SlabRay& slab, const Ray& ray
 
 template <class Count, class Leaf>
 void Octree::traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const {
-  constexpr float pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
   const SlabRay slab(ray);
-  const float entry = slab_entry(slab, cube_.lower, cube_.upper, ray.t_min, t_best);
+  const TraversalLimit limit_beyond(ray, largest_coordinate(cube_));
+  const float entry = slab_entry(slab, cube_.lower, cube_.upper, ray.t_min, limit_beyond(t_best));
   if (nodes_.empty() || entry == infinity) return;
   TraversalStack<Visit> stack(7 * depth_ + 8);
   Visit* top = stack.begin();
   *top++ = {0, entry, cube_.lower, cube_.upper};
   while (top != stack.begin()) {
     const Visit visit = *--top;
-    if (visit.entry > t_best * pad) continue;
+    const float limit = limit_beyond(t_best);
+    if (visit.entry > limit) continue;
     const Node& node = nodes_[visit.node];
     if (node.count == inner) {
       count.node();
-      top = visit_children(slab, ray, t_best * pad, visit, node.first, top);
+      top = visit_children(slab, ray, limit, visit, node.first, top);
     } else if (node.count > 0 && leaf(LeafBlocks::Run{node.first, node.count})) {
       return;
     }

@@ -93,7 +93,8 @@ inline void TriangleBlock::intersect(const BlockRay& ray, float t_max, Hits& hit
   const __m128 depth = _mm_add_ps(_mm_add_ps(_mm_mul_ps(u, _mm_mul_ps(sz, z[0])), _mm_mul_ps(v, _mm_mul_ps(sz, z[1]))),
                                   _mm_mul_ps(w, _mm_mul_ps(sz, z[2])));
   const __m128 t = _mm_mul_ps(depth, reciprocal);
-  const __m128 in_range = _mm_and_ps(_mm_cmpgt_ps(t, _mm_set1_ps(ray.ray.t_min)), _mm_cmple_ps(t, _mm_set1_ps(t_max)));
+  const __m128 in_range = _mm_and_ps(_mm_cmpgt_ps(t, _mm_set1_ps(ray.ray.t_min)),
+                                     _mm_cmple_ps(t, _mm_set1_ps(std::min(t_max, std::numeric_limits<float>::max()))));
   hits.mask &= _mm_movemask_ps(in_range);
   if (hits.mask == 0) return;
   _mm_store_ps(hits.t.data(), t);

@@ -52,7 +52,7 @@ inline bool intersect_triangle(const Ray& ray, const TriangleRay& shear, const v
   if (det == 0) return false;
   const float reciprocal = 1.0f / det;
   const float t = (u * (shear.sz * a[kz]) + v * (shear.sz * b[kz]) + w * (shear.sz * c[kz])) * reciprocal;
-  if (!(t > ray.t_min && t <= t_max)) return false;
+  if (!(t > ray.t_min && t <= t_max) || t == infinity) return false;  // infinite where 1 / det is
   t_out = t;
   uv_out = vec2(v, w) * reciprocal;
   return true;

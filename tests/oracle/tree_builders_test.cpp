@@ -1,0 +1,211 @@
+// What every builder's tree must be, whatever it is built over; and the SIMD leaf against the scalar test.
+#include "accel/ray/build_binned_sah.h"
+#include "accel/ray/build_median.h"
+#include "accel/ray/build_sah.h"
+#include "accel/ray/triangle_block.h"
+#include "framework/core/parallel.h"
+#include "tests/oracle/ray_cases.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+
+namespace etendue::testing {
+namespace {
+
+using Build = std::function<BinaryTree(std::vector<BuildItem>, const TreeLimits&)>;
+
+struct Builder {
+  std::string name;
+  Build build;
+};
+
+std::vector<Builder> builders() {
+  const auto binned = [](int bins) {
+    return [bins](std::vector<BuildItem> items, const TreeLimits& limits) {
+      BinnedSahParams params;
+      static_cast<TreeLimits&>(params) = limits;
+      params.bins = bins;
+      return build_binned_sah(std::move(items), params);
+    };
+  };
+  const auto sah = [](std::vector<BuildItem> items, const TreeLimits& limits) {
+    SahParams params;
+    static_cast<TreeLimits&>(params) = limits;
+    return build_sah(std::move(items), params);
+  };
+  return {{"median", build_median},
+          {"sah", sah},
+          {"binned-sah 16", binned(16)},
+          {"binned-sah 2", binned(2)},
+          {"binned-sah 256", binned(256)}};
+}
+
+bool contains(const Bounds& outer, const Bounds& inner) { return outer.contains(inner.lower) && outer.contains(inner.upper); }
+
+// Every item in one leaf, boxes around what they hold, and no leaf or path beyond the limits.
+void expect_sound(const BinaryTree& tree, const std::vector<BuildItem>& items, const TreeLimits& limits) {
+  ASSERT_EQ(tree.nodes.empty(), items.empty());
+  ASSERT_EQ(tree.primitives.size(), items.size());
+  if (items.empty()) return;
+  std::vector<const BuildItem*> by_id;
+  for (const BuildItem& item : items) {
+    by_id.resize(std::max<std::size_t>(by_id.size(), item.id + 1));
+    by_id[item.id] = &item;
+  }
+  std::vector<int> seen(by_id.size());
+  struct Visit {
+    std::uint32_t node;
+    int depth;
+  };
+  std::vector<Visit> visits{{0, 0}};
+  std::size_t visited = 0;
+  int deepest = 0;
+  while (!visits.empty()) {
+    const auto [index, depth] = visits.back();
+    visits.pop_back();
+    ++visited;
+    const TreeNode& node = tree.nodes[index];
+    deepest = std::max(deepest, depth);
+    if (!node.is_leaf()) {
+      for (std::uint32_t child = node.first; child < node.first + 2; ++child) {
+        ASSERT_GT(child, index);
+        ASSERT_TRUE(contains(node.bounds, tree.nodes[child].bounds));
+        visits.push_back({child, depth + 1});
+      }
+      continue;
+    }
+    ASSERT_TRUE(static_cast<int>(node.count) <= limits.leaf_size || depth == limits.max_depth) << node.count << " at " << depth;
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      ++seen[tree.primitives[i]];
+      ASSERT_TRUE(contains(node.bounds, by_id[tree.primitives[i]]->bounds));
+    }
+  }
+  EXPECT_EQ(visited, tree.nodes.size());
+  EXPECT_EQ(deepest, static_cast<int>(tree.depth));
+  EXPECT_LE(deepest, limits.max_depth);
+  for (const BuildItem& item : items) EXPECT_EQ(seen[item.id], 1);
+}
+
+std::vector<BuildItem> items_at(const std::function<vec3(int)>& centre, int count, float half) {
+  std::vector<BuildItem> items;
+  for (int i = 0; i < count; ++i) items.push_back({{centre(i) - half, centre(i) + half}, static_cast<std::uint32_t>(i)});
+  return items;
+}
+
+struct ItemCase {
+  std::string name;
+  std::vector<BuildItem> items;
+};
+
+std::vector<ItemCase> item_cases() {
+  std::vector<ItemCase> cases;
+  for (const RayCase& c : ray_cases()) cases.push_back({c.name, build_items(c.scene.objects[0].geometry)});
+  cases.push_back({"one place", items_at([](int) { return vec3(1, 2, 3); }, 3000, 0.5f)});
+  cases.push_back({"no extent", items_at([](int) { return vec3(1, 2, 3); }, 3000, 0)});
+  cases.push_back({"on a line", items_at([](int i) { return vec3(i, 0, 0); }, 1000, 0)});
+  cases.push_back({"two places", items_at([](int i) { return vec3(i % 2); }, 1000, 0)});
+  cases.push_back({"series", items_at([](int i) { return vec3(std::ldexp(1.0f, -(i % 140))); }, 1400, 0)});
+  cases.push_back({"huge", items_at([](int i) { return vec3(i % 2 ? 3e38f : -3e38f, i, 0); }, 100, 0)});
+  cases.push_back({"tiny", items_at([](int i) { return vec3(i * 1e-44f, 0, 0); }, 100, 0)});
+  return cases;
+}
+
+TEST(TreeBuilders, TreesAreSoundWithinTheirLimits) {
+  for (const ItemCase& c : item_cases())
+    for (const Builder& builder : builders())
+      for (const TreeLimits& limits :
+           {TreeLimits{}, TreeLimits{1, 1024}, TreeLimits{1, 12}, TreeLimits{64, 2}, TreeLimits{4, 1}}) {
+        SCOPED_TRACE(c.name + ", " + builder.name + " leaf_size " + std::to_string(limits.leaf_size) + " max_depth " +
+                     std::to_string(limits.max_depth));
+        ASSERT_NO_FATAL_FAILURE(expect_sound(builder.build(c.items, limits), c.items, limits));
+      }
+}
+
+// Near max_depth cuts turn into halves, so that no large leaf is left where a balanced tree still fits.
+TEST(TreeBuilders, DepthLimitHalvesBeforeItLeavesLargeLeaves) {
+  const auto items = items_at([](int i) { return vec3(std::ldexp(1.0f, -(i % 140)), i * 1e-30f, 0); }, 1000, 0);
+  for (const Builder& builder : builders()) {
+    const BinaryTree tree = builder.build(items, {1, 10});  // 2^10 leaves hold 1000 items
+    for (const TreeNode& node : tree.nodes) EXPECT_LE(node.count, 1u) << builder.name;
+  }
+}
+
+TEST(TreeBuilders, TreeIsTheSameAtAnyThreadCount) {
+  Random random(3);
+  std::vector<BuildItem> items;
+  for (std::uint32_t i = 0; i < 150000; ++i) {
+    const vec3 centre = random.in_cube(1) * random.unit();
+    items.push_back({{centre - random.unit() * 0.01f, centre + random.unit() * 0.01f}, i});
+  }
+  for (const Builder& builder : builders()) {
+    BinaryTree trees[3];
+    for (int threads = 1; threads <= 3; ++threads)
+      with_threads(threads, [&] { trees[threads - 1] = builder.build(items, {}); });
+    for (int i = 1; i < 3; ++i) {
+      EXPECT_EQ(trees[i].primitives, trees[0].primitives) << builder.name;
+      ASSERT_EQ(trees[i].nodes.size(), trees[0].nodes.size()) << builder.name;
+      EXPECT_EQ(std::memcmp(trees[i].nodes.data(), trees[0].nodes.data(), trees[0].nodes.size() * sizeof(TreeNode)), 0)
+          << builder.name;
+    }
+  }
+}
+
+TEST(TreeBuilders, FullSweepIsNoDearerThanMedianOnUnevenMeshes) {
+  for (const RayCase& c : ray_cases()) {
+    if (c.name != "teapot in a stadium" && c.name != "soup") continue;
+    const auto items = build_items(c.scene.objects[0].geometry);
+    const double median = build_median(items, {}).sah_cost(), sah = build_sah(items, {}).sah_cost();
+    EXPECT_LT(sah, median) << c.name;
+    EXPECT_LT(sah, 1.1 * build_binned_sah(items, {}).sah_cost()) << c.name;
+  }
+}
+
+TEST(TreeBuilders, SahCostIsTheExpectedWork) {
+  BinaryTree tree;  // a unit cube cut in two halves of 2 and 3 primitives
+  tree.nodes = {{{vec3(0), vec3(1)}, 1, 0}, {{vec3(0), vec3(0.5f, 1, 1)}, 0, 2}, {{vec3(0.5f, 0, 0), vec3(1)}, 2, 3}};
+  EXPECT_DOUBLE_EQ(tree.sah_cost(), 1 + (2.0 / 3) * (2 + 3));
+  EXPECT_EQ(BinaryTree().sah_cost(), 0);
+}
+
+TEST(TriangleBlock, LanesGiveTheBitsOfTheScalarTest) {
+  std::size_t hits_seen = 0;
+  for (const RayCase& c : ray_cases()) {
+    const Geometry& g = c.scene.objects[0].geometry;
+    if (g.triangles.size() < 4) continue;
+    std::vector<Ray> rays = general_rays(c.scene, 300, 11);
+    const std::vector<Ray> aimed = aimed_rays(c.scene, 300, 12);
+    rays.insert(rays.end(), aimed.begin(), aimed.end());
+    Random random(13);
+    for (const Ray& ray : rays) {
+      TriangleBlock block;
+      vec3 p[4][3];
+      const std::uint32_t filled = 1 + random.below(4);
+      for (std::uint32_t lane = 0; lane < filled; ++lane) {
+        const uvec3 v = g.triangles[random.below(static_cast<std::uint32_t>(g.triangles.size()))];
+        for (int i = 0; i < 3; ++i) p[lane][i] = g.positions[v[i]];
+        block.set(lane, p[lane][0], p[lane][1], p[lane][2]);
+      }
+      const BlockRay block_ray(ray);
+      TriangleBlock::Hits hits;
+      block.intersect(block_ray, ray.t_max, hits);
+      for (std::uint32_t lane = 0; lane < 4; ++lane) {
+        float t;
+        vec2 uv;
+        const bool hit =
+            lane < filled && intersect_triangle(ray, block_ray.shear, p[lane][0], p[lane][1], p[lane][2], ray.t_max, t, uv);
+        ASSERT_EQ((hits.mask >> lane & 1) != 0, hit) << c.name;
+        if (!hit) continue;
+        ++hits_seen;
+        ASSERT_EQ(hits.t[lane], t);
+        ASSERT_EQ(hits.u[lane], uv.x);
+        ASSERT_EQ(hits.v[lane], uv.y);
+      }
+    }
+  }
+  EXPECT_GT(hits_seen, 1000u);
+}
+
+}  // namespace
+}  // namespace etendue::testing
