@@ -125,6 +125,7 @@ std::string point_data(const ChartSeries& series, const PlotFrame& frame) {
   std::string data;
   for (const ChartPoint& point : series.points) {
     const dvec2 at = frame.place(point.x, point.y);
+    if (at.y < frame.box.top) continue;  // cut off, so not to be pointed at
     data += fmt::format("{}{},{},{:.4g},{:.4g}", data.empty() ? "" : ";", px(at.x), px(at.y), point.x, point.y);
     if (point.high > point.low) data += fmt::format(",{:.3g},{:.3g}", point.low, point.high);
   }
@@ -169,6 +170,7 @@ std::string draw_labels(const Chart& chart, const PlotFrame& frame) {
   std::string out;
   for (const ChartLabel& label : chart.labels) {
     const dvec2 at = frame.place(label.x, label.y);
+    if (at.y < frame.box.top) continue;
     const std::string text = shortened(label.text, 40);
     const double width = text_width(text, small_font), height = small_font + 2;
     std::optional<PixelBox> chosen;
@@ -292,11 +294,12 @@ std::string draw_plot(const Chart& chart, const PlotFrame& frame, bool compact) 
   out += draw_axes(chart, frame);
   const PixelBox& box = frame.box;
   // A nested svg clips without an id, which would have to be unique in the page. A little larger: markers on the edge stay
-  // whole.
+  // whole, unless the axis was cut there.
+  const double above = chart.y.scale == Scale::linear && chart.y.range ? 0 : 6;
   const std::string clip =
-      fmt::format("{} {} {} {}", px(box.left - 6), px(box.top - 6), px(box.width + 12), px(box.height + 6));
+      fmt::format("{} {} {} {}", px(box.left - 6), px(box.top - above), px(box.width + 12), px(box.height + above));
   out += fmt::format("<svg class=\"plot\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" viewBox=\"{}\">\n", px(box.left - 6),
-                     px(box.top - 6), px(box.width + 12), px(box.height + 6), clip);
+                     px(box.top - above), px(box.width + 12), px(box.height + above), clip);
   for (const bool behind : {true, false})
     for (const ChartSeries& series : chart.series)
       if ((series.draw == ChartSeries::Draw::context || series.draw == ChartSeries::Draw::faint) == behind)

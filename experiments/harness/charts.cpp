@@ -135,11 +135,31 @@ void add_reference_floor(Chart& chart, const SceneData& scene, const std::string
   chart.labels.push_back({chart.x.scale == Scale::log ? x.low * 1.05 : x.low, floor, "reference's own variance"});
 }
 
+// On a linear axis the first checkpoints would press all that follows against zero: it ends at a few times the last errors.
+void cut_linear_axis(Chart& chart, std::vector<std::string>& notes) {
+  constexpr double times = 6;
+  if (chart.y.scale != Scale::linear) return;
+  std::map<std::string, ChartPoint> last_points;
+  for (const ChartSeries& series : chart.series)
+    for (const ChartPoint& point : series.points)
+      if (series.draw != ChartSeries::Draw::stairs && series.draw != ChartSeries::Draw::context)
+        if (ChartPoint& latest = last_points[series.key]; point.x >= latest.x) latest = point;
+  double last = 0;
+  for (const auto& [key, point] : last_points) last = std::max(last, point.y);
+  const Interval natural = natural_y_range(chart);
+  if (last <= 0 || natural.low < 0 || natural.high <= times * last) return;
+  chart.y.range = {0, times * last};
+  const std::string note = "The linear axis ends at six times the largest last error.";
+  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+}
+
 void share_ranges(std::vector<Chart>& panels) {
   if (panels.size() < 2) return;
-  Interval x = natural_x_range(panels[0]), y = natural_y_range(panels[0]);
+  const auto x_of = [](const Chart& chart) { return chart.x.range.value_or(natural_x_range(chart)); };
+  const auto y_of = [](const Chart& chart) { return chart.y.range.value_or(natural_y_range(chart)); };
+  Interval x = x_of(panels[0]), y = y_of(panels[0]);
   for (const Chart& chart : panels) {
-    const Interval cx = natural_x_range(chart), cy = natural_y_range(chart);
+    const Interval cx = x_of(chart), cy = y_of(chart);
     x = {std::min(x.low, cx.low), std::max(x.high, cx.high)};
     y = {std::min(y.low, cy.low), std::max(y.high, cy.high)};
   }
@@ -189,8 +209,10 @@ Figure error_figure(const ReportData& data, const SceneData& scene, const std::s
     figure.panels.push_back(std::move(chart));
   }
   if (!any) return {};
-  share_ranges(figure.panels);
   figure.notes.push_back(spread_note(scene, with_sign));
+  if (!with_sign)
+    for (Chart& chart : figure.panels) cut_linear_axis(chart, figure.notes);
+  share_ranges(figure.panels);
   if (zeros && scale == Scale::log) figure.notes.push_back("Open triangles on the lower edge: an error of zero.");
   if (!over_time)
     if (const std::string note = coincidence_note(data, scene, metric); !note.empty()) figure.notes.push_back(note);
@@ -241,11 +263,13 @@ Figure front_figure(const ReportData& data, const SceneData& scene, const std::s
     chart.labels.push_back({at.time_s, at.error, label(data, scene.configurations[c])});
   }
 
+  std::vector<std::string> notes{"Each mark is a checkpoint, averaged over seeds; marks on the front are bold."};
+  cut_linear_axis(chart, notes);
   return {fmt::format("front-{}-{}", scene.file_stem, slug(metric)),
           scene.name,
           fmt::format("{} against time, and what nothing beats", metric),
           {std::move(chart)},
-          {"Each mark is a checkpoint, averaged over seeds; marks on the front are bold."}};
+          notes};
 }
 
 std::vector<Figure> file_figures(const ReportData& data) {

@@ -63,7 +63,7 @@ document.addEventListener('click', event => {
 const parsed = new WeakMap();
 function seriesOf(svg) {
   if (!parsed.has(svg))
-    parsed.set(svg, all('.series[data-p]', svg).filter(g => !g.classList.contains('stairs')).map(group => ({
+    parsed.set(svg, all('.series[data-p]', svg).filter(g => g.dataset.p && !g.classList.contains('stairs')).map(group => ({
       group, label: group.dataset.label, points: group.dataset.p.split(';').map(p => p.split(',').map(Number))})));
   return parsed.get(svg).filter(s => !s.group.classList.contains('hidden'));
 }

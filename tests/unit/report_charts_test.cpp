@@ -150,6 +150,13 @@ TEST(Charts, SignedMetricIsDrawnOnALinearAxis) {
   EXPECT_EQ(figure.panels.at(0).x.scale, Scale::log);
 }
 
+TEST(Charts, LinearAxisShowsTheLastErrors) {
+  const Figure figure = over_time(small_log(), "relmse", Scale::linear);
+  EXPECT_LT(figure.panels.at(0).y.range->high, 0.06);  // the first errors are near 1, the last near 0.008
+  EXPECT_NE(figure.notes.at(1).find("linear axis ends"), std::string::npos);
+  EXPECT_TRUE(well_formed(to_svg(figure)));
+}
+
 TEST(Charts, MetricThatOneMethodLacksLeavesOnlyThatOut) {
   RunLog log = small_log();
   for (CheckpointRecord& record : log.checkpoints)
