@@ -2,6 +2,7 @@
 
 #include "framework/core/check.h"
 #include "framework/core/error.h"
+#include "framework/io/text.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -12,10 +13,11 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -64,7 +66,7 @@ std::int64_t most_packed(Imf::Compression compression) {
 }
 
 // No allocation on the word of a header that the file cannot keep. A pixel takes two bytes at least.
-ivec2 checked_size(const Imf::Header& header, std::uintmax_t file_bytes) {
+ivec2 checked_size(const Imf::Header& header, std::size_t file_bytes) {
   const Imath::Box2i window = header.dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1,
                      height = std::int64_t{window.max.y} - window.min.y + 1;
@@ -75,44 +77,98 @@ ivec2 checked_size(const Imf::Header& header, std::uintmax_t file_bytes) {
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-// Walks over the attributes of the headers: OpenEXR would allocate whatever size an attribute states before it reads it.
-void check_attributes(const std::string& path, std::uintmax_t file_bytes) {
-  std::ifstream in(path, std::ios::binary);
-  std::array<char, 8> start{};
-  in.read(start.data(), start.size());
-  const bool multi_part = start[5] & 0x10;
-  const auto read_name = [&] {
-    std::string name;
-    for (int c = in.get(); c > 0 && name.size() < 256; c = in.get()) name += static_cast<char>(c);
-    return name;
+// The size that OpenEXR reads for an attribute of a type, whatever size the file states; nothing where it goes by the file.
+std::optional<std::size_t> fixed_size(std::string_view type) {
+  struct Entry {
+    std::string_view type;
+    std::size_t size;
   };
-  bool header_is_empty = true;
-  while (in) {
-    if (read_name().empty()) {  // the end of a header; several end with an empty one
-      if (!multi_part || header_is_empty) return;
-      header_is_empty = true;
-      continue;
-    }
-    header_is_empty = false;
-    read_name();  // the type
-    std::array<unsigned char, 4> b{};
-    in.read(reinterpret_cast<char*>(b.data()), b.size());
-    const std::uint32_t size = b[0] | b[1] << 8 | b[2] << 16 | static_cast<std::uint32_t>(b[3]) << 24;
-    if (in && size > file_bytes) throw Error(fmt::format("an attribute of {} bytes, in a file of {}", size, file_bytes));
-    in.seekg(size, std::ios::cur);
-  }
+  static constexpr Entry entries[] = {{"box2f", 16},
+                                      {"box2i", 16},
+                                      {"chromaticities", 32},
+                                      {"compression", 1},
+                                      {"deepImageState", 1},
+                                      {"double", 8},
+                                      {"envmap", 1},
+                                      {"float", 4},
+                                      {"int", 4},
+                                      {"keycode", 28},
+                                      {"lineOrder", 1},
+                                      {"m33d", 72},
+                                      {"m33f", 36},
+                                      {"m44d", 128},
+                                      {"m44f", 64},
+                                      {"rational", 8},
+                                      {"tiledesc", 9},
+                                      {"timecode", 8},
+                                      {"v2d", 16},
+                                      {"v2f", 8},
+                                      {"v2i", 8},
+                                      {"v3d", 24},
+                                      {"v3f", 12},
+                                      {"v3i", 12}};
+  for (const Entry& entry : entries)
+    if (entry.type == type) return entry.size;
+  return std::nullopt;
 }
 
-Image read_pixels(const std::string& path, std::map<std::string, std::string>* attributes) {
+// Walks over the headers' attributes before OpenEXR does, which allocates whatever sizes they state before it reads them.
+class HeaderCheck {
+ public:
+  explicit HeaderCheck(std::string_view bytes) : bytes_(bytes) {}
+
+  void run() {
+    const bool multi_part = bytes_.size() > 5 && (bytes_[5] & 0x10);
+    bool header_is_empty = true;
+    while (position_ < bytes_.size()) {
+      if (text().empty()) {  // the end of a header; several end with an empty one
+        if (!multi_part || header_is_empty) return;
+        header_is_empty = true;
+        continue;
+      }
+      header_is_empty = false;
+      const std::string_view type = text();
+      const std::uint32_t size = number();
+      const std::size_t end = position_ + size;
+      if (end > bytes_.size()) throw Error(fmt::format("an attribute of {} bytes, in a file of {}", size, bytes_.size()));
+      if (type == "chlist") {
+        while (!text().empty()) position_ += 16;
+      } else if (type == "preview") {
+        const std::uint64_t width = number(), height = number();
+        position_ += 4 * std::min<std::uint64_t>(width * height, bytes_.size());
+      } else {
+        position_ += fixed_size(type).value_or(size);
+      }
+      if (position_ != end) throw Error(fmt::format("a damaged attribute of type {}", quoted(type)));
+    }
+  }
+
+ private:
+  std::string_view text() {
+    const std::size_t begin = std::min(position_, bytes_.size()), end = std::min(bytes_.find('\0', begin), bytes_.size());
+    position_ = end + 1;
+    return bytes_.substr(begin, end - begin);
+  }
+  std::uint32_t number() {
+    std::uint32_t value = 0;
+    for (int i = 0; i < 4; ++i, ++position_)
+      if (position_ < bytes_.size()) value |= std::uint32_t{static_cast<unsigned char>(bytes_[position_])} << (8 * i);
+    return value;
+  }
+
+  std::string_view bytes_;
+  std::size_t position_ = 8;  // after the magic number and the version
+};
+
+Image read_pixels(const std::string& path, std::string_view bytes, std::map<std::string, std::string>* attributes) {
   // OpenEXR allocates its table of offsets before it hands out the header.
   Imf::Header::setMaxImageSize(most_pixels_across, most_pixels_across);
   Imf::Header::setMaxTileSize(most_pixels_across, most_pixels_across);
-  const std::uintmax_t file_bytes = std::filesystem::file_size(path);
-  check_attributes(path, file_bytes);
+  HeaderCheck(bytes).run();
   Imf::InputFile file(path.c_str());
   const Imf::Header& header = file.header();
   const Imath::Box2i window = header.dataWindow();
-  const ivec2 size = checked_size(header, file_bytes);
+  const ivec2 size = checked_size(header, bytes.size());
   const auto names = find_channels(header.channels());
 
   std::vector<float> planes(static_cast<std::size_t>(size.x) * size.y * 3);
@@ -175,8 +231,9 @@ void write_exr(const std::string& path, const Image& image, const std::map<std::
 }
 
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {
+  const std::string bytes = read_file(path);
   try {
-    return read_pixels(path, attributes);
+    return read_pixels(path, bytes, attributes);
   } catch (const std::exception& e) {
     throw Error(fmt::format("cannot read '{}' as OpenEXR: {}", path, e.what()));
   }

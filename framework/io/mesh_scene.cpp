@@ -18,19 +18,30 @@ Bounds used_bounds(const TriangleMesh& mesh) {
   return bounds;
 }
 
-// Far enough for the sphere about the bounds to fit; a mesh without extent is seen from its own distance to the origin, or 1 m.
+// The eye's distance from the target at which all corners of the bounds lie in the image, with a margin of a tenth.
+float framing_distance(const Bounds& bounds, const vec3& target, const Transform& to_camera) {
+  float distance = 0;
+  for (int i = 0; i < 8; ++i) {
+    const vec3 corner(i & 1 ? bounds.upper.x : bounds.lower.x, i & 2 ? bounds.upper.y : bounds.lower.y,
+                      i & 4 ? bounds.upper.z : bounds.lower.z);
+    const vec3 c = to_camera.vector(corner - target);
+    distance = std::max(distance, 1.1f * std::max(std::abs(c.x), std::abs(c.y)) / std::tan(0.5f * fov) - c.z);
+  }
+  return distance;
+}
+
+// A mesh without extent is seen from its own distance to the origin, or 1 m.
 Camera framing_camera(const Bounds& bounds, const std::string& name) {
-  const double diagonal = glm::length(dvec3(bounds.upper) - dvec3(bounds.lower));
   const vec3 target = bounds.centre();
-  const double reach = diagonal + glm::length(dvec3(target));
-  if (!(reach < 1e18)) throw Error(fmt::format("{}: the mesh reaches {:.3g} m, too far to frame", name, reach));
-  float radius = static_cast<float>(0.5 * diagonal);
-  if (!(radius > 1e-6f * glm::length(target))) radius = std::max(glm::length(target), 1e-6f);
-  const float distance = 1.05f * radius / std::sin(0.5f * fov);
-  const vec3 eye = target + distance * glm::normalize(vec3(0.6f, 0.45f, 1));
+  const double extent = glm::length(dvec3(bounds.upper) - dvec3(bounds.lower)), offset = glm::length(dvec3(target));
+  if (!(extent + offset < 1e18))
+    throw Error(fmt::format("{}: the mesh reaches {:.3g} m, too far to frame", name, extent + offset));
+  const vec3 towards_eye = glm::normalize(vec3(0.6f, 0.45f, 1)), up(0, 1, 0);
+  float distance = framing_distance(bounds, target, Transform::look_at(towards_eye, vec3(0), up)->inverse());
+  if (!(distance > 1e-5 * offset)) distance = offset > 0 ? static_cast<float>(offset) : 1;
   Camera camera;
   // look_at is left-handed, meshes are right-handed: without the reflection the picture would be mirrored.
-  camera.to_world = *Transform::look_at(eye, target, {0, 1, 0}) * Transform::scale({-1, 1, 1});
+  camera.to_world = *Transform::look_at(target + distance * towards_eye, target, up) * Transform::scale({-1, 1, 1});
   camera.fov = fov;
   return camera;
 }

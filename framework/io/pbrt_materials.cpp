@@ -129,6 +129,8 @@ Material PbrtReader::make_coated_diffuse(const PbrtParams& params, bool& texture
 PbrtReader::MaterialEntry PbrtReader::make_material(const std::string& type, const PbrtParams& params) {
   for (const std::string_view bump : {"displacement", "bumpmap", "normalmap"})
     params.reject(bump, "surfaces are not displaced");
+  if (type.empty() || type == "interface" || type == "none")
+    throw Error(params.where(), fmt::format("material '{}' is not supported: there are no participating media to bound", type));
   MaterialEntry entry;
   bool& textured = entry.textured;
   if (type == "diffuse")

@@ -148,9 +148,11 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params) {
 }
 
 void PbrtReader::place(const Quadric& quadric, const PbrtParams& params) {
-  const Transform& t = attributes_.ctm;
   const ShapeLook appearance = look(params, attributes_.reverse_orientation);
   const bool textured = materials_[attributes_.material].textured;
+  Transform t = attributes_.ctm;
+  // pbrt's v runs up a sphere, ours down; mirrored, it is the same sphere.
+  if (textured && std::holds_alternative<Sphere>(quadric)) t = t * Transform::scale({1, 1, -1});
   Definition& definition = open_definition_ ? *open_definition_ : world_;
   const auto scale = t.similarity_scale();
   if (scale && (!textured || appearance.glow || keeps_axes(t, *scale))) {
