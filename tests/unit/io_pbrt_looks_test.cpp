@@ -1,0 +1,299 @@
+// Materials, textures, lights and spectra.
+#include "framework/io/exr.h"
+#include "framework/io/image_file.h"
+#include "framework/io/spectra.h"
+#include "tests/unit/io_pbrt_helpers.h"
+
+namespace etendue {
+namespace {
+
+TEST(PbrtMaterials, DiffuseAndDefault) {
+  expect_near(material_of<Diffuse>("").reflectance.constant, Rgb(0.5f));
+  expect_near(material_of<Diffuse>("Material \"diffuse\" \"rgb reflectance\" [.1 .2 .3]").reflectance.constant,
+              {0.1f, 0.2f, 0.3f});
+  expect_near(material_of<Diffuse>("Material \"matte\" \"color Kd\" [.1 .2 .3]").reflectance.constant, {0.1f, 0.2f, 0.3f});
+  expect_near(material_of<Diffuse>("Material \"matte\" \"float Kd\" .25").reflectance.constant, Rgb(0.25f));
+  EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"float sigma\" 20"), "'sigma' is not supported");
+  EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"rgb Kd\" [.1 1.5 0]"), "has the component 1.5; expected 0 to 1");
+  EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"rgb Kd\" [.1 .5]"), "has 2 values; expected three");
+  EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"blackbody Kd\" 3000"), "only lights can be");
+  EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"texture bumpmap\" \"x\""), "'bumpmap' is not supported");
+}
+
+TEST(PbrtMaterials, ScopesAndNames) {
+  const Scene scene = world(
+      "MakeNamedMaterial \"red\" \"string type\" \"diffuse\" \"rgb reflectance\" [1 0 0]\n"
+      "MakeNamedMaterial \"unused\" \"string type\" \"mirror\"\n"
+      "AttributeBegin NamedMaterial \"red\" " +
+      triangle + " AttributeEnd " + triangle + "NamedMaterial \"red\"" + triangle);
+  ASSERT_EQ(scene.materials.size(), 2u) << "unused ones are left out";
+  const auto& shapes = scene.objects[0].shapes;
+  EXPECT_EQ(shapes.at(0).material, shapes.at(2).material);
+  EXPECT_NE(shapes.at(0).material, shapes.at(1).material);
+  EXPECT_ERROR(world("MakeNamedMaterial \"red\" \"string type\" \"matte\"\nNamedMaterial \"rad\""),
+               "s.pbrt:4:15: unknown named material 'rad'; did you mean 'red'");
+  EXPECT_ERROR(world("MakeNamedMaterial \"red\""), "'type' is missing");
+  EXPECT_ERROR(world("MakeNamedMaterial \"a\" \"string type\" \"matte\" MakeNamedMaterial \"a\" \"string type\" \"matte\""),
+               "defined twice");
+}
+
+TEST(PbrtMaterials, ConductorsRemapRoughnessAsTheirVersionDoes) {
+  const Conductor smooth = material_of<Conductor>("Material \"conductor\"");
+  EXPECT_EQ(smooth.alpha, vec2(0));
+  expect_near(smooth.eta, metals()[3].eta);
+  EXPECT_EQ(metals()[3].name, "Cu");
+  const Conductor version4 = material_of<Conductor>("Material \"conductor\" \"float uroughness\" .04 \"float vroughness\" .09");
+  expect_near(vec3(version4.alpha, 0), {0.2f, 0.3f, 0});
+  // The polynomial at log 0.1, in full precision.
+  const double x = std::log(0.1),
+               alpha = 1.62142 + 0.819955 * x + 0.1734 * x * x + 0.0171201 * x * x * x + 0.000640711 * x * x * x * x;
+  const Conductor version3 = material_of<Conductor>("Material \"metal\" \"float roughness\" .1");
+  EXPECT_NEAR(version3.alpha.x, alpha, 1e-5);
+  const Conductor plain = material_of<Conductor>(
+      "Material \"metal\" \"float roughness\" .1 \"bool remaproughness\" false \"rgb eta\" [1 2 3] \"rgb k\" [4 5 6]");
+  EXPECT_EQ(plain.alpha, vec2(0.1f));
+  EXPECT_EQ(plain.eta, Rgb(1, 2, 3));
+  EXPECT_EQ(plain.k, Rgb(4, 5, 6));
+  EXPECT_EQ(material_of<Conductor>("Material \"conductor\" \"float roughness\" .0001 \"bool remaproughness\" false").alpha,
+            vec2(0))
+      << "effectively smooth";
+}
+
+// Unpolarised reflectance at normal incidence.
+Rgb normal_reflectance(const Rgb& eta, const Rgb& k) {
+  return ((eta - 1.0f) * (eta - 1.0f) + k * k) / ((eta + 1.0f) * (eta + 1.0f) + k * k);
+}
+
+TEST(PbrtMaterials, NamedMetalsHaveTheColoursOfMetals) {
+  const Conductor gold =
+      material_of<Conductor>("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"");
+  expect_near(normal_reflectance(gold.eta, gold.k), {0.968f, 0.784f, 0.343f}, 0.01f);
+  const Conductor silver =
+      material_of<Conductor>("Material \"metal\" \"spectrum eta\" \"metal-Ag-eta\" \"spectrum k\" \"metal-Ag-k\"");
+  expect_near(normal_reflectance(silver.eta, silver.k), {0.971f, 0.960f, 0.915f}, 0.01f);
+  expect_near(normal_reflectance(metals()[3].eta, metals()[3].k), {0.953f, 0.639f, 0.538f}, 0.01f);
+  const Conductor tinted = material_of<Conductor>("Material \"conductor\" \"rgb reflectance\" [.9 .5 .1]");
+  expect_near(normal_reflectance(tinted.eta, tinted.k), {0.9f, 0.5f, 0.1f});
+  EXPECT_ERROR(material_of<Conductor>("Material \"conductor\" \"spectrum eta\" \"metal-Ax-eta\""),
+               "unknown spectrum 'metal-Ax-eta'; did you mean 'metal-A");
+  EXPECT_ERROR(material_of<Conductor>("Material \"conductor\" \"rgb reflectance\" .5"), "expected three");
+  EXPECT_ERROR(material_of<Conductor>("Material \"conductor\" \"rgb reflectance\" [1 1 1] \"rgb eta\" [1 1 1]"),
+               "cannot stand beside");
+  EXPECT_ERROR(material_of<Conductor>("Material \"metal\" \"rgb eta\" [0 1 1] \"rgb k\" [0 1 1]"), "both 0 in a channel");
+}
+
+TEST(PbrtMaterials, GlassMirrorAndPlastic) {
+  const Conductor mirror = material_of<Conductor>("Material \"mirror\" \"rgb Kr\" [1 .5 .25]");
+  EXPECT_TRUE(mirror.ideal);
+  EXPECT_EQ(mirror.tint, Rgb(1, 0.5f, 0.25f));
+  const Dielectric glass = material_of<Dielectric>("Material \"glass\" \"float index\" 1.6 \"rgb Kt\" [.5 1 1]");
+  EXPECT_FLOAT_EQ(glass.eta, 1.6f);
+  EXPECT_EQ(glass.transmit_tint, Rgb(0.5f, 1, 1));
+  EXPECT_EQ(glass.alpha, 0) << "no roughness: smooth before the remapping";
+  EXPECT_GT(material_of<Dielectric>("Material \"glass\" \"float uroughness\" .1 \"float vroughness\" .1").alpha, 0.1f);
+  EXPECT_FLOAT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float roughness\" .25 \"float eta\" 1.33").alpha, 0.5f);
+  EXPECT_FLOAT_EQ(material_of<Dielectric>("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"").eta, 1.5168f);
+  EXPECT_ERROR(material_of<Dielectric>("Material \"dielectric\" \"spectrum eta\" \"glass-BK8\""),
+               "unknown glass 'glass-BK8'; did you mean 'glass-BK7'");
+  EXPECT_ERROR(material_of<Dielectric>("Material \"dielectric\" \"float uroughness\" .1"),
+               "only conductors may be anisotropic");
+  const Plastic coated = material_of<Plastic>(
+      "Material \"coateddiffuse\" \"rgb reflectance\" [.1 .2 .3] \"float roughness\" 0.09 \"float thickness\" .1 \"integer "
+      "maxdepth\" 5");
+  EXPECT_FLOAT_EQ(coated.alpha, 0.3f);
+  EXPECT_EQ(coated.reflectance.constant, Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(material_of<Plastic>("Material \"plastic\"").reflectance.constant, Rgb(0.25f));
+  EXPECT_TRUE(warns(world("Material \"plastic\""), "conserves energy"));
+  EXPECT_ERROR(material_of<Plastic>("Material \"plastic\" \"rgb Ks\" [1 1 1]"), "'Ks' other than 0.25");
+  EXPECT_ERROR(material_of<Plastic>("Material \"coateddiffuse\" \"rgb albedo\" [.5 .5 .5]"), "'albedo' is not supported");
+}
+
+TEST(PbrtTextures, ConstantsFoldAndCombine) {
+  const auto reflectance = [](const std::string& textures) {
+    return material_of<Diffuse>(textures + " Material \"diffuse\" \"texture reflectance\" \"t\"").reflectance;
+  };
+  EXPECT_EQ(reflectance("Texture \"t\" \"spectrum\" \"constant\" \"rgb value\" [.1 .2 .3]").constant, Rgb(0.1f, 0.2f, 0.3f));
+  expect_near(reflectance("Texture \"a\" \"color\" \"constant\" \"rgb value\" [.5 .5 .5] Texture \"t\" \"color\" \"scale\" "
+                          "\"texture tex1\" \"a\" \"rgb tex2\" [.2 1 1]")
+                  .constant,
+              {0.1f, 0.5f, 0.5f});
+  expect_near(reflectance("Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [0 0 0] \"rgb tex2\" [1 .5 0] \"float amount\" .25")
+                  .constant,
+              {0.25f, 0.125f, 0});
+  EXPECT_ERROR(reflectance("Texture \"x\" \"spectrum\" \"constant\""), "unknown spectrum texture 't'");
+  EXPECT_ERROR(reflectance("Texture \"t\" \"float\" \"constant\""), "unknown spectrum texture 't'");
+  EXPECT_ERROR(reflectance("Texture \"t\" \"spectrum\" \"constant\" \"rgb value\" [2 2 2]"), "above 1");
+  EXPECT_ERROR(world("Texture \"t\" \"vector\" \"constant\""), "unknown kind of texture 'vector'");
+  EXPECT_ERROR(world("Texture \"t\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\""), "defined twice");
+  EXPECT_FLOAT_EQ(
+      material_of<Dielectric>(
+          "Texture \"r\" \"float\" \"constant\" \"float value\" .25 Material \"dielectric\" \"texture roughness\" \"r\"")
+          .alpha,
+      0.5f);
+}
+
+TEST(PbrtTextures, CheckerboardKeepsItsMapping) {
+  const Scene scene = world(
+      "Texture \"t\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [.1 .2 .3] \"float uscale\" 4 \"float vscale\" 2 \"float "
+      "udelta\" .5\n"
+      "Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"t\" \"float scale\" .5\n"
+      "Material \"diffuse\" \"texture reflectance\" \"s\"" +
+      triangle);
+  ASSERT_EQ(scene.textures.size(), 1u);
+  const CheckerTexture checker = std::get<CheckerTexture>(scene.textures[0]);
+  expect_near(checker.even, {0.05f, 0.1f, 0.15f});
+  EXPECT_EQ(checker.odd, Rgb(0));
+  EXPECT_EQ(checker.uv_scale, vec2(4, 2));
+  EXPECT_EQ(checker.uv_offset, vec2(0.5f, 0));
+  const std::string checks = "Texture \"t\" \"spectrum\" \"checkerboard\" ";
+  EXPECT_ERROR(world(checks + "\"integer dimension\" 3"), "only 2 is supported");
+  EXPECT_ERROR(world(checks + "\"string mapping\" \"spherical\""), "only uv is supported");
+  EXPECT_ERROR(world(checks + " Texture \"u\" \"spectrum\" \"mix\" \"texture tex1\" \"t\""),
+               "only constants are supported here");
+  EXPECT_ERROR(world(checks + " Material \"mirror\" \"texture Kr\" \"t\""), "'Kr' is a texture that varies");
+  EXPECT_ERROR(world(checks + " Texture \"u\" \"spectrum\" \"scale\" \"texture tex1\" \"t\" \"texture tex2\" \"t\""),
+               "only products with a constant");
+}
+
+std::string png_bytes(const std::vector<std::uint8_t>& rgb, ivec2 size) {
+  const auto png = encode_png(rgb.data(), size);
+  return {png.begin(), png.end()};
+}
+
+TEST(PbrtTextures, ImagesAreDecodedOnce) {
+  const TestDirectory directory;
+  directory.write("maps/a.png", png_bytes({255, 0, 188, 0, 0, 0}, {2, 1}));
+  const auto image = [&](const std::string& params) {
+    const std::string text = "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"maps/a.png\" " + params +
+                             " Material \"diffuse\" \"texture reflectance\" \"t\" " + triangle + triangle;
+    const Scene scene = parse_pbrt(text, directory.path("s.pbrt"));
+    EXPECT_EQ(scene.textures.size(), 1u);
+    return std::get<ImageTexture>(scene.textures.at(0));
+  };
+  EXPECT_NEAR(image("").texels.at(0).z, 0.5028865, 1e-6);
+  EXPECT_EQ(image("").size, ivec2(2, 1));
+  EXPECT_NEAR(image("\"string encoding\" \"linear\" \"float scale\" .5").texels.at(0).z, 188.0 / 255, 1e-6);
+  EXPECT_NEAR(image("\"bool gamma\" \"false\"").texels.at(0).z, 188.0 / 255, 1e-6);
+  EXPECT_EQ(image("\"float scale\" .5 \"bool trilinear\" true \"string filter\" \"trilinear\" \"string wrap\" \"repeat\"").gain,
+            0.5f);
+  EXPECT_EQ(image("\"bool invert\" true").texels.at(0), Rgb(0, 1, 1 - image("").texels.at(0).z));
+  EXPECT_ERROR(image("\"string wrap\" \"clamp\""), "only repeat is supported");
+  EXPECT_ERROR(image("\"string encoding\" \"gamma 2\""), "expected sRGB or linear");
+  EXPECT_ERROR(parse_pbrt("WorldBegin\nTexture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"absent.png\"",
+                          directory.path("s.pbrt")),
+               "s.pbrt:2:35: cannot open");
+}
+
+TEST(PbrtLights, DeltaLights) {
+  const PointLight point =
+      light_of<PointLight>("Translate 1 0 0 LightSource \"point\" \"rgb I\" [1 2 3] \"float scale\" 2 \"point3 from\" [0 1 0]");
+  expect_near(point.position, {1, 1, 0});
+  expect_near(point.intensity, {2, 4, 6});
+  const SpotLight spot = light_of<SpotLight>(
+      "LightSource \"spot\" \"point3 from\" [0 0 2] \"point3 to\" [0 0 0] \"float coneangle\" 60 \"float conedeltaangle\" 15");
+  expect_near(spot.direction, {0, 0, -1});
+  EXPECT_NEAR(spot.cos_outer, 0.5f, 1e-6);
+  EXPECT_NEAR(spot.cos_inner, std::sqrt(0.5f), 1e-6);
+  // pbrt's distant light shines from 'from' towards 'to'.
+  const DirectionalLight distant = light_of<DirectionalLight>(
+      "Rotate 90 1 0 0 LightSource \"distant\" \"point3 from\" [0 0 0] \"point3 to\" [0 0 5] \"rgb L\" [3 3 3]");
+  expect_near(distant.direction, {0, -1, 0});
+  expect_near(distant.irradiance, Rgb(3));
+  EXPECT_ERROR(light_of<PointLight>("LightSource \"point\" \"float power\" 100"), "'power' is not supported");
+  EXPECT_ERROR(light_of<SpotLight>("LightSource \"spot\" \"float coneangle\" 10 \"float conedeltaangle\" 20"),
+               "no more than coneangle");
+  EXPECT_ERROR(light_of<DirectionalLight>("LightSource \"distant\" \"point3 to\" [0 0 0]"), "has no direction");
+  EXPECT_ERROR(light_of<PointLight>("LightSource \"point\" \"rgb I\" [-1 0 0]"), "has the component -1");
+  EXPECT_TRUE(warns(world("LightSource \"point\" \"rgb I\" [0 0 0]"), "is black"));
+}
+
+TEST(PbrtLights, AreaLightsCoverTheirShapes) {
+  const Scene scene =
+      world("AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] \"float scale\" 2 \"bool twosided\" \"true\"\n" +
+            triangle + "Shape \"sphere\" AttributeEnd\n" + triangle + "LightSource \"point\"");
+  ASSERT_EQ(scene.lights.size(), 3u);
+  const Object& object = scene.objects[0];
+  std::size_t glowing = 0;
+  for (std::uint32_t i = 0; i < object.geometry.primitive_count(); ++i) {
+    const Shape& shape = object.shape(i);
+    if (shape.first_light == no_id) continue;
+    ++glowing;
+    const AreaLight light = std::get<AreaLight>(scene.lights.at(shape.first_light + i - shape.first_primitive));
+    EXPECT_EQ(light.primitive, i);
+    EXPECT_EQ(light.radiance, Rgb(2, 4, 6));
+    EXPECT_TRUE(light.two_sided);
+  }
+  EXPECT_EQ(glowing, 2u) << "the first triangle and the sphere, not the second triangle";
+  EXPECT_EQ(object.shape(1).first_light, no_id);
+  EXPECT_ERROR(world("AreaLightSource \"diffuse\" \"string filename\" \"x.png\""), "'filename' is not supported");
+  EXPECT_ERROR(world("AreaLightSource \"diffuse\" \"float power\" 3"), "'power' is not supported");
+}
+
+TEST(PbrtLights, InfiniteLights) {
+  const EnvironmentLight constant = light_of<EnvironmentLight>("LightSource \"infinite\" \"rgb L\" [1 2 3] \"float scale\" .5");
+  expect_near(constant.scale, {0.5f, 1, 1.5f});
+  EXPECT_TRUE(constant.texels.empty());
+
+  const TestDirectory directory;
+  Image image({4, 2});
+  image.at(3, 1) = {7, 8, 9};
+  write_exr(directory.path("wide.exr"), image);
+  write_exr(directory.path("square.exr"), Image({4, 4}));
+  const auto read = [&](const std::string& light) {
+    return std::get<EnvironmentLight>(
+        parse_pbrt("WorldBegin\nRotate 90 0 0 1\n" + light + triangle, directory.path("s.pbrt")).lights.at(0));
+  };
+  const EnvironmentLight version3 = read("LightSource \"infinite\" \"string mapname\" \"wide.exr\" \"rgb L\" [2 2 2]\n");
+  EXPECT_EQ(version3.size, ivec2(4, 2));
+  EXPECT_EQ(version3.texels.at(7), Rgb(7, 8, 9)) << "equirectangular as it stands";
+  EXPECT_EQ(version3.scale, Rgb(2));
+  expect_near(version3.light_to_world.vector({1, 0, 0}), {0, 1, 0});
+  EXPECT_EQ(read("LightSource \"infinite\" \"string filename\" \"square.exr\"\n").size, ivec2(8, 4)) << "octahedral, unfolded";
+  EXPECT_ERROR(read("LightSource \"infinite\" \"string filename\" \"wide.exr\"\n"), "expects a square octahedral image");
+  EXPECT_ERROR(read("LightSource \"infinite\" \"string filename\" \"square.exr\" \"rgb L\" [1 1 1]\n"),
+               "cannot stand beside 'filename'");
+  EXPECT_ERROR(read("Scale 1 2 1 LightSource \"infinite\" \"string mapname\" \"wide.exr\"\n"), "distorts directions");
+  EXPECT_ERROR(read("LightSource \"infinite\" \"point3 portal\" [0 0 0]\n"), "'portal' is not supported");
+}
+
+TEST(PbrtSpectra, BlackbodiesHaveUnitLuminanceOrPeak) {
+  for (const float kelvin : {2000.0f, 3500.0f, 6500.0f, 12000.0f}) {
+    const Rgb rgb = light_of<EnvironmentLight>("LightSource \"infinite\" \"blackbody L\" " + std::to_string(kelvin)).scale;
+    EXPECT_NEAR(luminance(rgb), 1, 0.003f) << kelvin;
+  }
+  const Rgb warm = blackbody_rgb(2700), day = blackbody_rgb(6504);
+  expect_near(warm / warm.x, {1, 0.4241f, 0.0997f}, 0.02f);
+  expect_near(day, Rgb(1, 1, 1), 0.08f);
+  const Rgb version3 = light_of<EnvironmentLight>("LightSource \"infinite\" \"blackbody L\" [5000 3]").scale;
+  expect_near(version3 / luminance(version3), blackbody_rgb(5000), 0.01f);
+  EXPECT_GT(luminance(version3), 2.5f) << "near the peak over all of the visible range";
+  EXPECT_LT(luminance(version3), 3);
+  EXPECT_ERROR(light_of<EnvironmentLight>("LightSource \"infinite\" \"blackbody L\" 5"), "expected 100 to 1e6");
+}
+
+TEST(PbrtSpectra, SampledSpectraBecomeRgb) {
+  const auto kd = [](const std::string& values) {
+    return material_of<Diffuse>("Material \"matte\" \"spectrum Kd\" " + values).reflectance.constant;
+  };
+  expect_near(kd("[300 .4 900 .4]"), Rgb(0.4f), 1e-6f);
+  const Rgb red = kd("[400 .05 580 .05 620 .9 700 .9]");
+  EXPECT_GT(red.x, 0.7f);
+  EXPECT_LT(red.y, 0.15f);
+  EXPECT_LT(red.z, 0.1f);
+  expect_near(light_of<PointLight>("LightSource \"point\" \"spectrum I\" \"stdillum-D65\" \"float scale\" 3").intensity,
+              Rgb(3));
+  EXPECT_NEAR(luminance(light_of<PointLight>("LightSource \"point\" \"spectrum I\" [300 9 900 9]").intensity), 1, 0.01f);
+  EXPECT_ERROR(kd("[400 .1 400 .2]"), "wavelengths must increase");
+  EXPECT_ERROR(kd("[400 .1 500]"), "pairs of wavelength and value");
+  EXPECT_ERROR(kd("\"stdillum-D65\""), "unknown spectrum 'stdillum-D65'");
+  const TestDirectory directory;
+  directory.write("grey.spd", "# grey\n400 0.3\n700 0.3 # end\n");
+  const auto read = [&](const std::string& name) {
+    return parse_pbrt("WorldBegin\nMaterial \"matte\" \"spectrum Kd\" \"" + name + "\"" + triangle, directory.path("s.pbrt"));
+  };
+  expect_near(std::get<Diffuse>(read("grey.spd").materials.at(0)).reflectance.constant, Rgb(0.3f));
+  EXPECT_ERROR(read("absent.spd"), "cannot open");
+}
+
+}  // namespace
+}  // namespace etendue

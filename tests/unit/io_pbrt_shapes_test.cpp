@@ -1,0 +1,143 @@
+// Shapes, their orientation, objects and instances.
+#include "framework/scene/intersect.h"
+#include "tests/unit/io_pbrt_helpers.h"
+
+namespace etendue {
+namespace {
+
+TEST(PbrtShapes, TriangleMeshesAreChecked) {
+  const std::string mesh = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 0] ";
+  EXPECT_ERROR(world("Shape \"trianglemesh\""), "'P' is missing");
+  EXPECT_ERROR(world(mesh), "'indices' is missing");
+  EXPECT_ERROR(world(mesh + "\"integer indices\" [0 1]"), "expected three per triangle");
+  EXPECT_ERROR(world(mesh + "\"integer indices\" [0 1 4]"), "has 4 as its value 2, but there are 4 points");
+  EXPECT_ERROR(world(mesh + "\"integer indices\" [0 -1 2]"), "has -1 as its value 1");
+  EXPECT_ERROR(world(mesh + "\"integer indices\" [0 1 2] \"normal N\" [0 0 1]"), "has 1 normals, but there are 4 points");
+  EXPECT_ERROR(world(mesh + "\"integer indices\" [0 1 2] \"float uv\" [0 0 1]"), "expected pairs");
+  EXPECT_ERROR(world("Shape \"trianglemesh\" \"point P\" [0 0 0 1]"), "expected triples");
+  const Scene scene =
+      world(mesh + "\"integer indices\" [0 1 2 1 2 3] \"float st\" [0 0 1 0 0 1 1 1] \"vector S\" [1 0 0 1 0 0 1 0 0 1 0 0]\n" +
+            triangle);
+  EXPECT_TRUE(warns(scene, "tangents"));
+  ASSERT_EQ(scene.objects[0].shapes.size(), 2u);
+  EXPECT_TRUE(scene.objects[0].shapes[0].has_uvs);
+  EXPECT_FALSE(scene.objects[0].shapes[1].has_uvs);
+  EXPECT_EQ(scene.objects[0].uvs.size(), scene.objects[0].geometry.positions.size());
+  EXPECT_EQ(scene.objects[0].geometry.triangles.at(2), uvec3(4, 5, 6));
+}
+
+// The geometric normal where a ray straight down meets the scene near the origin.
+vec3 normal_below(const Scene& scene, const vec3& origin) {
+  const Ray ray{.origin = origin, .direction = {0, 0, -1}};
+  Hit hit;
+  const Geometry& g = scene.objects[0].geometry;
+  const TriangleRay shear(ray.direction);
+  for (std::uint32_t i = 0; i < g.primitive_count(); ++i) intersect_primitive(g, i, ray, shear, hit);
+  hit.instance = 0;
+  return hit ? scene.surface_at(ray, hit).normal : vec3(0);
+}
+
+TEST(PbrtShapes, OrientationFollowsWindingReversalAndHandedness) {
+  const vec3 above(0.25f, 0.25f, 1), mirrored(-0.25f, 0.25f, 1);
+  const std::string with_normals =
+      "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0] \"normal3 N\" [0 0 -1 0 0 -1 0 0 -1]\n";
+  expect_near(normal_below(world(triangle), above), {0, 0, 1});
+  expect_near(normal_below(world("ReverseOrientation " + triangle), above), {0, 0, -1});
+  // Mirrored, the winding as placed points down; the handedness turns it back up.
+  expect_near(normal_below(world("Scale -1 1 1 " + triangle), mirrored), {0, 0, 1});
+  expect_near(normal_below(world("ReverseOrientation Scale -1 1 1 " + triangle), mirrored), {0, 0, -1});
+  expect_near(normal_below(world(with_normals), above), {0, 0, -1});
+  expect_near(normal_below(world("ReverseOrientation " + with_normals), above), {0, 0, 1});
+  for (const char* mirror : {"", "Scale -1 1 1 "}) {
+    expect_near(normal_below(world(std::string(mirror) + "Shape \"sphere\""), {0, 0, 3}), {0, 0, 1});
+    expect_near(normal_below(world(std::string(mirror) + "ReverseOrientation Shape \"sphere\""), {0, 0, 3}), {0, 0, -1});
+    expect_near(normal_below(world(std::string(mirror) + "Shape \"disk\""), above), {0, 0, 1});
+  }
+}
+
+TEST(PbrtShapes, NormalsGoByTheInverseTranspose) {
+  const Scene scene =
+      world("Scale 2 1 1 Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 -1  0 1 0] \"normal3 N\" [1 0 1 1 0 1 1 0 1]");
+  expect_near(scene.objects[0].normals.at(0), glm::normalize(vec3(0.5f, 0, 1)));
+}
+
+TEST(PbrtShapes, QuadricsUnderSimilaritiesArePlacedDirectly) {
+  const Scene scene = world(
+      "Translate 1 2 3 Scale 2 2 2 Rotate 90 0 1 0\nShape \"sphere\" \"float radius\" 0.5\n"
+      "Shape \"cylinder\" \"float radius\" 0.25 \"float zmin\" 1 \"float zmax\" -1\nShape \"disk\" \"float height\" 1 \"float "
+      "innerradius\" 0.5");
+  EXPECT_EQ(scene.instances.size(), 1u);
+  const auto& quadrics = scene.objects[0].geometry.quadrics;
+  ASSERT_EQ(quadrics.size(), 3u);
+  const Sphere sphere = std::get<Sphere>(quadrics[0]);
+  expect_near(sphere.centre, {1, 2, 3});
+  EXPECT_FLOAT_EQ(sphere.radius, 1);
+  const Cylinder cylinder = std::get<Cylinder>(quadrics[1]);
+  expect_near(cylinder.base, {-1, 2, 3});
+  expect_near(cylinder.axis, {1, 0, 0});
+  EXPECT_FLOAT_EQ(cylinder.length, 4);
+  EXPECT_FLOAT_EQ(cylinder.radius, 0.5f);
+  EXPECT_FALSE(cylinder.caps);
+  const Disk disk = std::get<Disk>(quadrics[2]);
+  expect_near(disk.centre, {3, 2, 3});
+  expect_near(disk.normal, {1, 0, 0});
+  EXPECT_FLOAT_EQ(disk.inner_radius, 1);
+}
+
+TEST(PbrtShapes, DistortedQuadricsBecomeInstances) {
+  const Scene scene = world("Translate 1 0 0 Scale 1 2 3 Shape \"sphere\" \"float radius\" 0.5");
+  ASSERT_EQ(scene.instances.size(), 2u);
+  EXPECT_FLOAT_EQ(std::get<Sphere>(scene.objects.at(1).geometry.quadrics.at(0)).radius, 0.5f);
+  expect_near(scene.instances[1].to_world.point({0, 0.5f, 0}), {1, 1, 0});
+  EXPECT_ERROR(world("AreaLightSource \"diffuse\" Scale 1 2 3 Shape \"sphere\""),
+               "s.pbrt:3:39: Shape \"sphere\": a shape under a transform that distorts it cannot emit");
+  EXPECT_ERROR(world("Shape \"disk\" \"float innerradius\" 1"), "expected less than the radius");
+  EXPECT_ERROR(world("Shape \"cylinder\" \"float zmin\" 1"), "no height");
+}
+
+// Texture coordinates where a ray from outside towards the origin meets the scene's one quadric, wherever it was put.
+vec2 uv_from(const Scene& scene, const vec3& eye) {
+  const auto instance = static_cast<std::uint32_t>(scene.instances.size() - 1);
+  const Transform to_object = scene.instances[instance].to_world.inverse();
+  const Ray ray{.origin = eye, .direction = -eye};
+  Hit hit{.instance = instance, .primitive = 0};
+  const Quadric& quadric = scene.objects[scene.instances[instance].object].geometry.quadrics.at(0);
+  EXPECT_TRUE(intersect_quadric({.origin = to_object.point(eye), .direction = to_object.vector(-eye)}, quadric, infinity, hit.t,
+                                hit.uv));
+  return scene.surface_at(ray, hit).uv;
+}
+
+TEST(PbrtShapes, TexturedQuadricsKeepPbrtsCoordinates) {
+  const std::string checks = "Texture \"t\" \"spectrum\" \"checkerboard\" Material \"diffuse\" \"texture reflectance\" \"t\" ";
+  // On pbrt's sphere u is the azimuth from x towards y, and v runs from 0 at -z to 1 at +z.
+  const float up = std::sin(pi / 4);
+  const vec2 plain = uv_from(world(checks + "Shape \"sphere\""), vec3(0, 3 * up, 3 * up));
+  EXPECT_NEAR(plain.x, 0.25f, 1e-5f);
+  EXPECT_NEAR(plain.y, 0.75f, 1e-5f);
+  // Turned by 90 degrees about x, the sphere's y axis lies along the world's z, its z axis along -y.
+  const vec2 turned = uv_from(world(checks + "Rotate 90 1 0 0 Shape \"sphere\""), vec3(0, -3 * up, 3 * up));
+  EXPECT_NEAR(turned.x, 0.25f, 1e-5f);
+  EXPECT_NEAR(turned.y, 0.75f, 1e-5f);
+  const vec2 cylinder = uv_from(world(checks + "Rotate 90 0 0 1 Shape \"cylinder\""), vec3(-3, 0, 1.5f));
+  EXPECT_NEAR(cylinder.x, 0.25f, 1e-5f);
+  EXPECT_NEAR(cylinder.y, 0.75f, 1e-5f);
+}
+
+TEST(PbrtShapes, ObjectsAreInstancedByName) {
+  const Scene scene = world("ObjectBegin \"o\" Translate 1 0 0 " + triangle +
+                            "ObjectEnd\nTranslate 0 5 0 ObjectInstance \"o\" Scale 2 2 2 ObjectInstance \"o\"");
+  ASSERT_EQ(scene.instances.size(), 3u);
+  EXPECT_EQ(scene.objects.size(), 2u);
+  EXPECT_TRUE(scene.objects[0].shapes.empty());
+  expect_near(scene.instances[1].to_world.point(scene.objects[1].geometry.positions[1]), {2, 5, 0});
+  expect_near(scene.instances[2].to_world.point(scene.objects[1].geometry.positions[1]), {4, 5, 0});
+  EXPECT_EQ(world("ObjectBegin \"o\" " + triangle + "ObjectEnd").objects.size(), 1u) << "never instanced, left out";
+  EXPECT_ERROR(world("ObjectInstance \"o\""), "s.pbrt:3:16: unknown object 'o'");
+  EXPECT_ERROR(world("ObjectBegin \"o\" ObjectInstance \"o\" ObjectEnd"), "instances do not nest");
+  EXPECT_ERROR(world("ObjectBegin \"o\" ObjectBegin \"p\""), "inside another object");
+  EXPECT_ERROR(world("ObjectBegin \"o\" ObjectEnd ObjectBegin \"o\""), "defined twice");
+  EXPECT_ERROR(world("ObjectBegin \"o\" AreaLightSource \"diffuse\" " + triangle + "ObjectEnd"), "cannot emit light");
+}
+
+}  // namespace
+}  // namespace etendue
