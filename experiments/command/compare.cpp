@@ -32,9 +32,10 @@ int report_command(const ReportCommand& command) {
   for (const std::string& directory : command.directories)
     if (!std::filesystem::exists(std::filesystem::path(directory) / "runs.jsonl"))
       throw Error(Location{directory}, "no runs.jsonl there; expected a directory that `etendue run` wrote");
-  if (command.out.empty() && command.directories.size() > 1)
-    throw Error(Location{"report"}, "several directories are merged into a new one; expected --out DIR");
-  const std::string out = command.out.empty() ? command.directories.front() : command.out;
+  // Merged results belong to none of the directories they come from.
+  const std::string merged = (std::filesystem::path("out") / "merged").string();
+  const std::string own = command.directories.size() > 1 ? merged : command.directories.front();
+  const std::string out = command.out.empty() ? own : command.out;
   for (const std::string& file : write_report(command.directories, out)) fmt::print("{}\n", file);
   return 0;
 }

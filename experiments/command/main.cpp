@@ -114,7 +114,7 @@ class CommandLine {
     c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",
             [this] { return report_command(report_); });
     c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
-    text(c, "--out", report_.out, "DIR", "default: the one DIR itself");
+    text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
     c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
     c->add_option("WHAT", list_, "scenes, integrators, accels, metrics, points or balls; default all")->type_name("");
   }

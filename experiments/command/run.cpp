@@ -61,6 +61,9 @@ int run_command(const RunCommand& command) {
     return 0;
   }
   exit_on_interrupt("\ninterrupted; the same command goes on from here\n");
+  if (plan.shard.count > 1)
+    console.line(fmt::format("shard {} of {}: {} cells, into {}", plan.shard.index, plan.shard.count, plan.cells.size(),
+                             plan.directory));
   ConsoleRunObserver observer(console);
   const RunSummary summary = execute_run(plan, observer);
   console.clear_status();
