@@ -13,6 +13,7 @@
 #include "accel/ray/embree.h"
 #include "accel/ray/octree.h"
 #include "accel/ray/two_level.h"
+#include "accel/ray/wide_bvh.h"
 #include "accel/ray/with_planes.h"
 #include "framework/core/error.h"
 
@@ -36,16 +37,49 @@ std::unique_ptr<RayQuery> over_scene(const Scene& scene, const MakeBottom& make_
   return behind_interface(TwoLevel(std::move(bottoms), scene, make_top(instance_items(scene))), scene);
 }
 
-// A row of the table for a builder whose trees lie in the binary layout; its instances' tree is of the same builder.
-template <class Params>
-RayEntry bvh_entry(const char* name, const char* summary, BinaryTree (*build)(std::vector<BuildItem>, const Params&)) {
+// What a builder takes, and how its trees are to lie in memory.
+template <class BuilderParams>
+struct BvhParams : BuilderParams {
+  std::string layout = "binary";
+
+  BvhParams() { this->leaf_size = 0; }
+};
+
+template <class Visitor, class BuilderParams>
+void describe(Visitor& v, BvhParams<BuilderParams>& params) {
+  describe(v, static_cast<BuilderParams&>(params));
+  v.choice("layout", params.layout, {"binary", "wide4", "wide8", "wide16"},
+           "nodes of two children; or of 4, 8 or 16, with SIMD packs of triangles as leaves");
+}
+
+// Bottom levels in a wide layout. The tree is built down to single primitives, and the collapse makes the leaves.
+template <class Wide, class Params, class Build>
+std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& params, const Build& build) {
+  CollapseOptions options;
+  if (params.leaf_size > 0) options.leaf_size = static_cast<std::uint32_t>(params.leaf_size);
+  if constexpr (requires { params.primitive_cost; }) options.leaf_cost = params.primitive_cost;
+  Params single = params;
+  single.leaf_size = 1;
+  return over_scene(
+      scene, [&](const Geometry& geometry) { return Wide(geometry, build(build_items(geometry), single), options); },
+      [&](std::vector<BuildItem> items) { return build(std::move(items), single); });
+}
+
+// A row of the table for a builder; its instances' tree is of the same builder, and binary.
+template <class BuilderParams>
+RayEntry bvh_entry(const char* name, const char* summary, BinaryTree (*build)(std::vector<BuildItem>, const BuilderParams&)) {
+  using Params = BvhParams<BuilderParams>;
   const auto make = [name, build](const Scene& scene, const ParamMap& map) {
-    const auto params = read_params<Params>(map, name);
+    auto params = read_params<Params>(map, name);
+    if (params.layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, params, build);
+    if (params.layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, params, build);
+    if (params.layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, params, build);
+    if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
     const auto tree = [&](std::vector<BuildItem> items) { return build(std::move(items), params); };
     return over_scene(
         scene, [&](const Geometry& geometry) { return Bvh(geometry, tree(build_items(geometry))); }, tree);
   };
-  return {name, summary, "binary", list_params<Params>(), make};
+  return {name, summary, list_params<Params>(), make};
 }
 
 struct NoParams {};
@@ -59,7 +93,7 @@ RayEntry brute_entry() {
     return over_scene(
         scene, [](const Geometry& geometry) { return BruteForce(geometry); }, single_leaf);
   };
-  return {"brute", "every primitive for every ray: the measure of the others", "-", list_params<NoParams>(), make};
+  return {"brute", "every primitive for every ray: the measure of the others", list_params<NoParams>(), make};
 }
 
 RayEntry octree_entry() {
@@ -69,7 +103,7 @@ RayEntry octree_entry() {
         scene, [&](const Geometry& geometry) { return Octree(geometry, params); },
         [](std::vector<BuildItem> items) { return build_sah(std::move(items), {}); });
   };
-  return {"octree", "cubes cut in eight, primitives listed in every leaf they touch", "-", list_params<OctreeParams>(), make};
+  return {"octree", "cubes cut in eight, primitives listed in every leaf they touch", list_params<OctreeParams>(), make};
 }
 
 RayEntry embree_entry() {
@@ -84,7 +118,7 @@ RayEntry embree_entry() {
     throw Error("structure 'embree' is not available: this build was made without Embree 3");
   };
 #endif
-  return {"embree", "Intel's Embree 3, as a baseline", "-", list_params<EmbreeParams>(), make, available};
+  return {"embree", "Intel's Embree 3, as a baseline", list_params<EmbreeParams>(), make, available};
 }
 
 template <PointStructure S>

@@ -15,7 +15,6 @@ namespace etendue {
 
 struct RayEntry {
   std::string name, summary;
-  std::string layout;  // "binary", ...; "-" for structures that have one form only
   std::vector<ParamInfo> params;
   // Builds over a whole scene: one level where it has no instances, two where it has; planes outside the tree.
   std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&)> make;

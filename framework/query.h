@@ -15,6 +15,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,7 @@ struct RayStructureStats {
   std::uint64_t depth = 0;
   std::uint64_t references = 0;  // primitive references in leaves (more than primitives when a structure duplicates)
   double sah_cost = 0;           // expected work of a random ray: node visit 1, primitive test 1; 0: not defined
+  std::string_view layout = "-";  // how a tree lies in memory; "-" for structures that have one form only
 };
 
 // Work of one traversal, filled by the counting variant only.

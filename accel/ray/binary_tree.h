@@ -44,7 +44,8 @@ struct TreeLimits {
 
 template <class Visitor>
 void describe(Visitor& v, TreeLimits& limits) {
-  v.integer("leaf_size", limits.leaf_size, 1, 64, "primitives", "most primitives in a leaf above max_depth");
+  v.integer("leaf_size", limits.leaf_size, 0, 64, "primitives",
+            "most in a leaf above max_depth; 0: 4 in the binary layout, a pack in the wide ones");
   v.integer("max_depth", limits.max_depth, 1, 1024, "edges", "depth at which a node becomes a leaf whatever it holds");
 }
 

@@ -15,7 +15,7 @@ Bvh::Bvh(const Geometry& geometry, BinaryTree tree) : leaves_(geometry), sah_cos
 }
 
 RayStructureStats Bvh::stats() const {
-  return {layout_.bytes() + leaves_.bytes(), layout_.node_count(), layout_.depth(), leaves_.references(), sah_cost_};
+  return {layout_.bytes() + leaves_.bytes(), layout_.node_count(), layout_.depth(), leaves_.references(), sah_cost_, "binary"};
 }
 
 }  // namespace etendue

@@ -21,6 +21,13 @@
 
 namespace etendue {
 
+// At the end of a branch, keeps the compiler from making a conditional move of it.
+inline void keep_branch() {
+#if defined(__GNUC__)
+  asm volatile("");
+#endif
+}
+
 class BinaryLayout {
  public:
   BinaryLayout() = default;
@@ -131,11 +138,25 @@ void BinaryLayout::traverse(const Ray& ray, const float& t_best, Count& count, c
       float entry[2];
       const int met = boxes.test(node, entry);
       if (met == 0) break;
-      const int nearer = met == 3 ? entry[1] < entry[0] : met >> 1;
-      // The other is written in any case and kept only if it was met: cheaper than a branch that is hard to foresee.
-      *top = {node.children[1 - nearer], entry[1 - nearer]};
-      top += met == 3;
-      place = node.children[nearer];
+      // Three branches, and not a selection by index: once the processor has guessed where the ray goes, it loads the next node
+      // while this test is still under way. Mispredictions cost less than waiting for every test would.
+      if (met == 3) {
+        if (entry[0] <= entry[1]) {
+          *top++ = {node.children[1], entry[1]};
+          place = node.children[0];
+          keep_branch();
+        } else {
+          *top++ = {node.children[0], entry[0]};
+          place = node.children[1];
+          keep_branch();
+        }
+      } else if (met == 1) {
+        place = node.children[0];
+        keep_branch();
+      } else {
+        place = node.children[1];
+        keep_branch();
+      }
     }
     if (place.count > 0) {
       if (leaf(place.first, place.count)) return;

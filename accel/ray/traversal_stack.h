@@ -12,7 +12,7 @@
 
 namespace etendue {
 
-template <class Entry>
+template <class Entry, std::uint32_t fixed_size = 65>
 class TraversalStack {
  public:
   // Room for `depth` entries and one more, which a traversal may write before it knows whether to keep it.
@@ -30,8 +30,6 @@ class TraversalStack {
   Entry* begin() { return begin_; }
 
  private:
-  static constexpr std::uint32_t fixed_size = 65;
-
   struct Block {
     std::unique_ptr<Entry[]> entries;
     std::size_t size = 0;

@@ -121,6 +121,7 @@ RayStructureStats TwoLevel<Bottom>::stats() const {
     stats.depth = std::max(stats.depth, of_bottom.depth);
   }
   stats.depth += top_.depth();
+  if (!bottoms_.empty()) stats.layout = bottoms_[0].stats().layout;
   return stats;
 }
 

@@ -100,7 +100,7 @@ class Comparison {
       StructureRecord& record = contenders_[i].record;
       record.scene = scene_.name;
       record.structure = Method{choices_[i].name, choices_[i].params, {}}.label();
-      record.layout = find_ray_structure(choices_[i].name, {}).layout;
+      record.layout = stats.layout;
       record.triangles = scene_.triangle_count();
       record.bytes = stats.bytes;
       record.nodes = stats.nodes;

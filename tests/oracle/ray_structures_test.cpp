@@ -36,6 +36,12 @@ std::vector<Variant> variants() {
     all.push_back({entry.name, {{"leaf_size", integer(1)}, {"max_depth", integer(1024)}}});
     all.push_back({entry.name, {{"leaf_size", integer(64)}, {"max_depth", integer(3)}}});
   }
+  for (const char* layout : {"wide4", "wide8", "wide16"}) {
+    const ParamValue value{std::string(layout), {}};
+    for (const char* builder : {"median", "sah", "binned-sah"}) all.push_back({builder, with("layout", value)});
+    all.push_back({"binned-sah", {{"layout", value}, {"max_depth", integer(2)}}});
+    all.push_back({"binned-sah", {{"layout", value}, {"leaf_size", integer(1)}, {"max_depth", integer(1024)}}});
+  }
   all.push_back({"binned-sah", with("bins", integer(2))});
   all.push_back({"binned-sah", with("bins", integer(256))});
   all.push_back({"sah", with("primitive_cost", {10.0, {}})});

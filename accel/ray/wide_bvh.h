@@ -1,0 +1,79 @@
+// Bounding volume hierarchy over one geometry: any builder's tree in a wide layout, traversed with the widest SIMD instructions
+// that the machine has (chosen once, at run time).
+#pragma once
+
+#include "accel/ray/traversal_limit.h"
+#include "accel/ray/wide_tree.h"
+#include "framework/query.h"
+
+#include <algorithm>
+#include <span>
+#include <string_view>
+
+namespace etendue {
+
+// The instruction sets the traversal is compiled for, one file each (wide_isa_*.cpp). All give the same bits.
+enum class Isa : std::uint8_t { scalar, sse, avx2, avx512 };
+
+std::string_view isa_name(Isa isa);
+std::span<const Isa> supported_isas();  // by this machine, narrowest first
+
+template <int node_width, int pack_width>
+struct WideView {
+  const WideTree<node_width, pack_width>& tree;
+  const Geometry& geometry;
+  float extent;  // largest_coordinate of the root's box
+};
+
+template <int node_width, int pack_width>
+struct WideKernels {
+  using View = WideView<node_width, pack_width>;
+
+  Hit (*closest)(const View&, const Ray&);
+  bool (*occluded)(const View&, const Ray&);
+  Hit (*closest_counted)(const View&, const Ray&, TraversalCounters&);
+  bool (*occluded_counted)(const View&, const Ray&, TraversalCounters&);
+};
+
+template <int node_width, int pack_width>
+const WideKernels<node_width, pack_width>& wide_kernels(Isa isa);
+
+template <int node_width, int pack_width>
+class WideBvh {
+ public:
+  // `geometry` must outlive the structure (its quadrics are looked up; triangles are copied).
+  WideBvh(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options = {},
+          Isa isa = supported_isas().back())
+      : geometry_(&geometry),
+        tree_(collapse<node_width, pack_width>(geometry, tree, options)),
+        kernels_(&wide_kernels<node_width, pack_width>(isa)),
+        extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
+
+  Hit closest(const Ray& ray) const { return kernels_->closest({tree_, *geometry_, extent_}, ray); }
+  bool occluded(const Ray& ray) const { return kernels_->occluded({tree_, *geometry_, extent_}, ray); }
+  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const {
+    return kernels_->closest_counted({tree_, *geometry_, extent_}, ray, counters);
+  }
+  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const {
+    return kernels_->occluded_counted({tree_, *geometry_, extent_}, ray, counters);
+  }
+  RayStructureStats stats() const {
+    std::uint64_t references = tree_.list_ids.size();
+    for (const auto& pack : tree_.packs) references += pack_width - std::count(pack.ids, pack.ids + pack_width, no_id);
+    return {tree_.bytes(), tree_.nodes.size(), tree_.depth, references, tree_.sah_cost, layout_name};
+  }
+
+ private:
+  static constexpr const char* layout_name = node_width == 4 ? "wide4" : node_width == 8 ? "wide8" : "wide16";
+
+  const Geometry* geometry_;
+  WideTree<node_width, pack_width> tree_;
+  const WideKernels<node_width, pack_width>* kernels_;
+  float extent_;
+};
+
+using Wide4Bvh = WideBvh<4, 4>;
+using Wide8Bvh = WideBvh<8, 8>;
+using Wide16Bvh = WideBvh<16, 8>;
+
+}  // namespace etendue

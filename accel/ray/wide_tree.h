@@ -1,0 +1,75 @@
+// The wide layouts: a binary tree collapsed to nodes of 4, 8 or 16 children, over leaves of one SIMD pack of triangles.
+//
+// A node holds its children's boxes as six arrays, so that one visit tests all of them; a leaf is one pack, its triangles side
+// by side. Which subtrees become nodes and which become leaves is decided by dynamic programming over "this subtree as at most
+// i children" ([Ylitie2017] section 3.1), at a cost of area per node and of area per pack. A node's children lie in order of
+// falling area, so that any-hit queries meet the large ones first.
+#pragma once
+
+#include "accel/ray/binary_tree.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace etendue {
+
+// A child of a wide node. The kind is in the top two bits: an inner node, a pack of triangles, or a list of primitives. Lists
+// are leaves that hold a quadric, and those that a tree cut off at its max_depth left larger than a pack.
+class WideRef {
+ public:
+  enum class Kind : std::uint32_t { node = 0, list = 2, pack = 3 };
+
+  WideRef() = default;
+  WideRef(Kind kind, std::uint32_t index) : bits_(static_cast<std::uint32_t>(kind) << 30 | index) {}
+
+  bool is_leaf() const { return bits_ >> 31 != 0; }
+  bool is_pack() const { return bits_ >> 30 == 3; }
+  std::uint32_t index() const { return bits_ & 0x3fffffffu; }
+
+ private:
+  std::uint32_t bits_;
+};
+
+template <int width>
+struct alignas(64) WideNode {
+  // Lower and upper x, y, z. An empty slot has lower = infinity and upper = -infinity, which no ray meets.
+  float planes[6][width];
+  WideRef children[width];
+};
+
+// Triangles by vertex, axis and lane. Unused lanes hold NaN, which nothing hits. Ids ascend.
+template <int width>
+struct alignas(4 * width) TrianglePack {
+  float vertices[3][3][width];
+  std::uint32_t ids[width];
+};
+
+struct WideList {
+  std::uint32_t first, count;  // in WideTree::list_ids
+};
+
+template <int node_width, int pack_width>
+struct WideTree {
+  std::vector<WideNode<node_width>> nodes;  // 0 is the root; empty over no primitive
+  std::vector<TrianglePack<pack_width>> packs;
+  std::vector<WideList> lists;
+  std::vector<std::uint32_t> list_ids;
+  std::uint32_t depth = 0;  // edges to the deepest leaf
+  double sah_cost = 0;      // of [MacDonald1990] with wide nodes: each node visited counts 1, each triangle tested 1
+
+  std::uint64_t bytes() const {
+    return nodes.size() * sizeof(nodes[0]) + packs.size() * sizeof(packs[0]) + lists.size() * sizeof(WideList) +
+           list_ids.size() * sizeof(std::uint32_t);
+  }
+};
+
+struct CollapseOptions {
+  std::uint32_t leaf_size = no_id;  // primitives a leaf may take, up to a pack
+  float leaf_cost = 0.35f;          // of a pack, in visits of a node
+};
+
+// `tree` is best built down to single primitives, so that the collapse chooses the leaves.
+template <int node_width, int pack_width>
+WideTree<node_width, pack_width> collapse(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options);
+
+}  // namespace etendue
