@@ -7,6 +7,7 @@ namespace etendue {
 namespace {
 
 constexpr double distance_tolerance = 1e-5, triangle_rim = 1e-4, quadric_rim = 1e-5;
+constexpr float end_tolerance = 1e-4f;
 
 struct ExactRay {
   dvec3 origin, direction;
@@ -159,6 +160,12 @@ bool is_right(const Scene& scene, const Ray& ray, const Hit& answer, const std::
   // Along the surface's normal, in units of t.
   const double slack = distance_tolerance * (glm::length(dvec3(ray.origin)) / glm::length(dvec3(ray.direction)) + answer.t);
   return meets_named(scene, ray, answer, slack) && (!exact || (answer.t - exact->t) * exact->cos_surface <= slack);
+}
+
+bool is_right(const Scene& scene, const Ray& ray, bool occluded) {
+  Ray moved = ray;
+  moved.t_max *= occluded ? 1 + end_tolerance : 1 - end_tolerance;
+  return exact_closest(scene, moved).has_value() == occluded;
 }
 
 }  // namespace etendue

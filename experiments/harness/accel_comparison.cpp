@@ -196,14 +196,14 @@ class Comparison {
   }
 
   void arbitrate(RayKind kind, const Ray& ray, bool exactly) {
-    const auto exact = exactly ? exact_closest(scene_, ray) : std::nullopt;
+    const auto exact = exactly && kind != RayKind::shadow ? exact_closest(scene_, ray) : std::nullopt;
     const Hit referees = exactly ? Hit{} : answer(*referee_, kind, ray);
     for (Contender& contender : contenders_) {
       const Hit given = answer(*contender.structure, kind, ray);
-      const bool wrong = !exactly                  ? differ(kind, given, referees)
-                         : kind == RayKind::shadow ? static_cast<bool>(given) != exact.has_value()
-                                                   : !is_right(scene_, ray, given, exact);
-      contender.record.disagreements += wrong;
+      const bool right = !exactly                  ? !differ(kind, given, referees)
+                         : kind == RayKind::shadow ? is_right(scene_, ray, static_cast<bool>(given))
+                                                   : is_right(scene_, ray, given, exact);
+      contender.record.disagreements += !right;
     }
   }
 
