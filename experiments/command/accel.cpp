@@ -3,8 +3,10 @@
 
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
+#include "experiments/harness/method.h"
 #include "experiments/harness/report_data.h"
 #include "experiments/harness/tables.h"
+#include "framework/core/units.h"
 #include "framework/io/load_scene.h"
 
 #include <fmt/format.h>
@@ -15,17 +17,35 @@ namespace etendue {
 
 namespace {
 
-std::vector<StructureChoice> choose(const std::string& names) {
+// Every structure as it is by default, and binned SAH in the wide layouts as well.
+std::vector<StructureChoice> all_structures() {
   std::vector<StructureChoice> choices;
-  if (names.empty()) {
-    for (const RayEntry& entry : ray_structures())
-      if (entry.available) choices.push_back({entry.name, {}});
-    return choices;
+  for (const RayEntry& entry : ray_structures()) {
+    if (entry.available) choices.push_back({entry.name, {}});
+    if (entry.name != "binned-sah") continue;
+    for (const char* layout : {"wide4", "wide8", "wide16"})
+      choices.push_back({entry.name, {{"layout", {std::string(layout), {}}}}});
   }
+  return choices;
+}
+
+// "sah,binned-sah:layout=wide8:bins=32": structures with their parameters.
+std::vector<StructureChoice> choose(const std::string& names) {
+  if (names.empty()) return all_structures();
+  const Location where{"--structures"};
+  std::vector<StructureChoice> choices;
   std::istringstream stream(names);
-  for (std::string name; std::getline(stream, name, ',');) {
-    find_ray_structure(name, {"--structures"});
-    choices.push_back({name, {}});
+  for (std::string item; std::getline(stream, item, ',');) {
+    std::istringstream parts(item);
+    Method method{.name = {}, .params = {}, .where = where};
+    std::getline(parts, method.name, ':');
+    for (std::string pair; std::getline(parts, pair, ':');) {
+      const std::size_t equals = pair.find('=');
+      if (equals == std::string::npos) throw Error(where, "'" + pair + "': expected key=value, as in binned-sah:layout=wide8");
+      method.params[pair.substr(0, equals)] = parse_param_value(pair.substr(equals + 1), where);
+    }
+    validate_accel(method);
+    choices.push_back({method.name, method.params});
   }
   return choices;
 }
@@ -47,6 +67,14 @@ std::string to_json(const StructureRecord& r) {
       .dump();
 }
 
+void print_comparison(const std::string& name, const Scene& scene, const RunLog& log) {
+  fmt::print("{}: {} triangles\n\n", name, format_count(static_cast<double>(scene.triangle_count())));
+  Table table = structures_table(arrange(log));
+  for (TableColumn& column : table.columns)
+    if (column.key == "scene" || column.key == "triangles") column.audience = Audience::machines;  // the heading says them
+  for (std::size_t group = 1; group <= table.group_titles.size(); ++group) fmt::print("{}\n", to_terminal(table, group));
+}
+
 }  // namespace
 
 int accel_command(const AccelCommand& command) {
@@ -56,11 +84,11 @@ int accel_command(const AccelCommand& command) {
   ComparisonOptions options;
   options.resolution = static_cast<int>(whole_option("--resolution", command.resolution, 8, 8192));
   options.repetitions = static_cast<int>(whole_option("--repetitions", command.repetitions, 1, 1000));
-  RunLog log;
   std::uint64_t disagreements = 0;
   for (const std::string& name : command.scenes) {
     const Scene scene = load_scene(name);
     for (const std::string& warning : scene.warnings) console.warning(warning);
+    RunLog log;
     for (StructureRecord record :
          compare_structures(scene, choices, options, [&](const std::string& line) { console.status(line); })) {
       record.scene = name;
@@ -71,12 +99,8 @@ int accel_command(const AccelCommand& command) {
       }
       log.structures.push_back(std::move(record));
     }
-  }
-  console.clear_status();
-  if (!command.json) {
-    const Table table = structures_table(arrange(log));
-    for (std::size_t group = 1; group <= std::max<std::size_t>(1, table.group_titles.size()); ++group)
-      fmt::print("{}\n", to_terminal(table, group));
+    console.clear_status();
+    if (!command.json) print_comparison(name, scene, log);
   }
   if (disagreements > 0) console.warning(fmt::format("structures disagree on {} rays", disagreements));
   return disagreements > 0 ? 1 : 0;

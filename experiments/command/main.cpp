@@ -98,7 +98,7 @@ class CommandLine {
             [this] { return accel_command(accel_); });
     c->add_option("SCENE", accel_.scenes, "builtin:NAME or files")->required()->type_name("");
     c->add_flag("--json", accel_.json, "one JSON object a line");
-    text(c, "--structures", accel_.structures, "A,B", "default: all that are built in");
+    text(c, "--structures", accel_.structures, "A,B:key=value", "default: all that are built in");
     text(c, "--resolution", accel_.resolution, "N", "N x N primary rays; default 512");
     text(c, "--repetitions", accel_.repetitions, "N", "interleaved timings, of which the median counts; default 3");
   }

@@ -99,7 +99,9 @@ class Comparison {
       const RayStructureStats stats = contenders_[i].structure->stats();
       StructureRecord& record = contenders_[i].record;
       record.scene = scene_.name;
-      record.structure = Method{choices_[i].name, choices_[i].params, {}}.label();
+      ParamMap params = choices_[i].params;
+      params.erase("layout");  // the structure itself says which it took
+      record.structure = Method{choices_[i].name, params, {}}.label();
       record.layout = stats.layout;
       record.triangles = scene_.triangle_count();
       record.bytes = stats.bytes;
