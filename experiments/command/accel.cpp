@@ -17,23 +17,12 @@ namespace etendue {
 
 namespace {
 
-// Every structure as it is by default, and binned SAH in the wide layouts as well.
-std::vector<StructureChoice> all_structures() {
-  std::vector<StructureChoice> choices;
-  for (const RayEntry& entry : ray_structures()) {
-    if (entry.available) choices.push_back({entry.name, {}});
-    if (entry.name != "binned-sah") continue;
-    for (const char* layout : {"wide4", "wide8", "wide16"})
-      choices.push_back({entry.name, {{"layout", {std::string(layout), {}}}}});
-  }
-  return choices;
-}
-
 // "sah,binned-sah:layout=wide8:bins=32": structures with their parameters.
 std::vector<StructureChoice> choose(const std::string& names) {
-  if (names.empty()) return all_structures();
   const Location where{"--structures"};
   std::vector<StructureChoice> choices;
+  if (names.empty())
+    for (const Method& method : all_accels(where)) choices.push_back({method.name, method.params});
   std::istringstream stream(names);
   for (std::string item; std::getline(stream, item, ',');) {
     std::istringstream parts(item);

@@ -89,9 +89,17 @@ std::vector<Method> read_integrators(const ConfigNode& node) {
 
 std::vector<Method> read_accels(const ConfigNode& node) {
   if (!node.text() || *node.text() != "all") return read_methods(node, "accels", find_ray_structure, validate_accel);
+  return all_accels(node.where);
+}
+
+std::vector<Method> all_accels(const Location& where) {
   std::vector<Method> methods;
-  for (const RayEntry& entry : ray_structures())
-    if (entry.available) methods.push_back({entry.name, {}, node.where});
+  for (const RayEntry& entry : ray_structures()) {
+    if (entry.available) methods.push_back({entry.name, {}, where});
+    if (entry.name != "binned-sah") continue;
+    for (const char* layout : {"wide4", "wide8", "wide16"})
+      methods.push_back({entry.name, {{"layout", {std::string(layout), where}}}, where});
+  }
   return methods;
 }
 

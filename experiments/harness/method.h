@@ -21,7 +21,10 @@ struct Method {
 void validate_integrator(Method& method);
 void validate_accel(Method& method);
 
-// Names, tables { name, parameters… }, or an array of both; each label once. `accels = "all"` is every structure built in.
+// Every structure that is built in, as it is by default, and binned SAH in the wide layouts as well.
+std::vector<Method> all_accels(const Location& where);
+
+// Names, tables { name, parameters… }, or an array of both; each label once. `accels = "all"` is all_accels.
 std::vector<Method> read_integrators(const ConfigNode& node);
 std::vector<Method> read_accels(const ConfigNode& node);
 
