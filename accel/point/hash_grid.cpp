@@ -115,14 +115,17 @@ void HashGrid::within(const vec3& p, float r, Neighbours& out) const {
       }
 }
 
-// Balls of growing radius until one holds enough: then the nearest are all inside it.
+// Balls of growing radius until one holds enough: then the nearest are all inside it. The first is small, as clusters may be
+// much denser than the mean; the next ones are as large as the density met so far asks for.
 void HashGrid::nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const {
   out.clear();
   if (points_.empty() || k == 0 || !can_find(p, r_max)) return;
   const float to_bounds = glm::length(p - glm::clamp(p, bounds_.lower, bounds_.upper));
-  const float cells = std::sqrt(static_cast<float>(k) / points_per_cell);
-  float r = std::min(to_bounds + 0.5f * cell_size_ * cells, r_max);
-  for (within(p, r, out); out.size() < std::min(k, points_.size()) && r < r_max; within(p, r, out)) r = std::min(2 * r, r_max);
+  float r = std::min(to_bounds + 0.25f * cell_size_, r_max);
+  for (within(p, r, out); out.size() < std::min(k, points_.size()) && r < r_max; within(p, r, out)) {
+    const float missing = static_cast<float>(k) / static_cast<float>(out.size() + 1);
+    r = std::min(r * std::clamp(std::sqrt(1.5f * missing), 1.5f, 4.0f), r_max);
+  }
   keep_nearest(out, k);
 }
 

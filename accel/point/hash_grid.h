@@ -17,9 +17,6 @@ class HashGrid {
   void nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const;
   std::uint64_t bytes() const { return points_.size() * sizeof(Point) + slots_.size() * sizeof(Slot); }
 
-  float cell_size() const { return cell_size_; }
-  std::size_t cell_count() const { return cell_count_; }
-
  private:
   using Key = std::uint64_t;
   struct Point {

@@ -27,8 +27,7 @@ std::optional<ExactHit> exact_closest(const Scene& scene, const Ray& ray);
 //     surface for a small error across it), and at a primitive's rim 1e-4 of a triangle, 1e-5 of a quadric.
 bool is_right(const Scene& scene, const Ray& ray, const Hit& answer, const std::optional<ExactHit>& exact);
 
-// The same of an answer to "is anything hit?": right if it holds for a ray whose end is moved by 1e-4 of its length, to either
-// side.
+// The same of an answer to "is anything hit?": right if it holds for the ray with its end moved by 1e-4, to either side.
 bool is_right(const Scene& scene, const Ray& ray, bool occluded);
 
 }  // namespace etendue

@@ -17,7 +17,6 @@ class LeafBlocks {
     std::uint32_t first = 0, count = 0;  // blocks
   };
 
-  LeafBlocks() = default;
   // `geometry` must outlive this.
   explicit LeafBlocks(const Geometry& geometry) : geometry_(&geometry) {}
 

@@ -84,8 +84,7 @@ class Octree::Builder {
         children[i] = child(cell, i);
         total += children[i].primitives.size();
       }
-      // A child has a quarter of its parent's area: by the surface area heuristic the cut costs 1 + total / 4, the leaf
-      // `count`.
+      // A child has a quarter of its parent's area, so the heuristic's cost of the cut is 1 + total / 4, and `count` of a leaf.
       if (total < 4 * (count - 1) && references_ + total - count <= budget_) {
         references_ += total - count;
         tree_.sah_cost_ += weight;

@@ -2,9 +2,8 @@
 // touch its cube ([Glassner1984]; traversal from the root down, front to back).
 //
 // A primitive that crosses a boundary is listed in several leaves: stats().references counts the duplicates, and a ray may test
-// a primitive more than once (there are no mailboxes). Triangles are listed where they really overlap a cube, by separating
-// axes
-// ([AkenineMoeller2001]); quadrics where their box does. A cube is cut when it holds more than leaf_size primitives and the
+// a primitive more than once (there are no mailboxes). Triangles are listed where they really overlap a cube
+// ([AkenineMoeller2001]), quadrics where their box does. A cube is cut when it holds more than leaf_size primitives and the
 // surface area heuristic finds the cut cheaper than a leaf; the total of references is bounded by 32 per primitive.
 #pragma once
 
@@ -41,8 +40,7 @@ class Octree {
  private:
   class Builder;
 
-  // An inner node has count `inner` and its eight children from `first` on, child i lying high on axis a where bit a of i is
-  // set.
+  // An inner node has count `inner` and its eight children from `first` on; child i lies high on axis a if bit a of i is set.
   static constexpr std::uint32_t inner = no_id;
   struct Node {
     std::uint32_t first = 0, count = 0;

@@ -9,8 +9,7 @@
 
 namespace etendue {
 
-// The padding of distances to a slab's far plane: 4 epsilon is above the 2 gamma(3) by which rounding can part the two ends of
-// a slab
+// The padding of distances to a slab's far plane: 4 epsilon is above the 2 gamma(3) by which rounding can part its two ends
 // ([Ize2013]).
 inline constexpr float slab_pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
 

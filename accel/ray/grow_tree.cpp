@@ -1,0 +1,21 @@
+#include "accel/ray/grow_tree.h"
+
+namespace etendue {
+
+Split halve_items(std::span<BuildItem> items, const ItemRange& range) {
+  Bounds centres;
+  for (std::uint32_t i = range.begin; i < range.end; ++i) centres.extend(items[i].bounds.centre());
+  const int axis = centres.longest_axis();
+  const auto before = [axis](const BuildItem& a, const BuildItem& b) {
+    const float ca = 0.5f * a.bounds.lower[axis] + 0.5f * a.bounds.upper[axis];
+    const float cb = 0.5f * b.bounds.lower[axis] + 0.5f * b.bounds.upper[axis];
+    return ca < cb || (ca == cb && a.id < b.id);
+  };
+  Split split{range.begin + range.size() / 2, {}, {}};
+  std::nth_element(items.begin() + range.begin, items.begin() + split.middle, items.begin() + range.end, before);
+  for (std::uint32_t i = range.begin; i < split.middle; ++i) split.left.extend(items[i].bounds);
+  for (std::uint32_t i = split.middle; i < range.end; ++i) split.right.extend(items[i].bounds);
+  return split;
+}
+
+}  // namespace etendue
