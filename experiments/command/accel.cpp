@@ -81,7 +81,8 @@ int accel_command(const AccelCommand& command) {
     for (StructureRecord record :
          compare_structures(scene, choices, options, [&](const std::string& line) { console.status(line); })) {
       record.scene = name;
-      disagreements += record.disagreements;
+      // Embree's default mode gives up rays at edges for speed; its row says so, and only ours are held to account.
+      if (!record.structure.starts_with("embree")) disagreements += record.disagreements;
       if (command.json) {
         console.clear_status();
         fmt::print("{}\n", to_json(record));

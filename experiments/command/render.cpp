@@ -1,7 +1,7 @@
 // `etendue render`: one scene, one method, one image, through the same loop as every cell of an experiment.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/command/png.h"
+#include "framework/io/png.h"
 #include "experiments/harness/manifest.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report_text.h"

@@ -115,7 +115,7 @@ std::string markers(const ChartSeries& series, const PlotFrame& frame, double ra
       d += marker_path(series.marker, at, radius);
   }
   std::string out;
-  if (!d.empty()) out += fmt::format("<path class=\"mark{}\" d=\"{}\"/>", series.open ? " open" : "", d);
+  if (!d.empty()) out += fmt::format("<path class=\"mark\" d=\"{}\"/>", d);
   if (!zeros.empty()) out += fmt::format("<path class=\"mark open\" d=\"{}\"/>", zeros);
   return out;
 }

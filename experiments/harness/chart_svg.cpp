@@ -41,8 +41,7 @@ std::string swatch(ChartSeries series, double x, double y) {
   if (series.draw == Draw::line || series.draw == Draw::stairs)
     out += fmt::format("<path class=\"line\" d=\"M{:.1f} {:.1f}h28\"/>", x, y);
   if (series.draw != Draw::stairs)
-    out += fmt::format("<path class=\"mark{}\" d=\"{}\"/>", series.open ? " open" : "",
-                       marker_path(series.marker, {x + 14, y}, 4));
+    out += fmt::format("<path class=\"mark\" d=\"{}\"/>", marker_path(series.marker, {x + 14, y}, 4));
   return out + "</g>";
 }
 
@@ -78,7 +77,7 @@ std::string document(double width, double height, const std::string& title, cons
       ".c0{{color:#0072b2}}.c1{{color:#d55e00}}.c2{{color:#009e73}}.c3{{color:#cc79a7}}.c4{{color:#e69f00}}.c5{{color:#56b4e9}}"
       ".c6{{color:#000}}.c7{{color:#b8a800}}\n{3}"
       ".context{{color:#c9c9c9}}.grid{{stroke:#e2e2e2}}.minor{{stroke:#f3f3f3}}.zero{{stroke:#999}}.frame{{stroke:#888}}"
-      ".leader{{stroke:#aaa}}.open{{fill:#fff}}.mark{{stroke-width:1}}.stairs{{color:#222}}\n"
+      ".leader{{stroke:#aaa}}.mark{{stroke-width:1}}.stairs{{color:#222}}\n"
       ".heading{{font-size:16px;font-weight:600}}.note{{font-size:11.5px;fill:#555}}.label{{stroke:#fff}}\n"
       "</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{4}</svg>\n",
       width, height, escape_html(title), chart_css(), body);
@@ -228,7 +227,7 @@ std::string legend_swatch(const ChartSeries& series) {
 std::string chart_css() {
   return ".line{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}.context "
          ".line,.line.context{stroke-width:1.2}"
-         ".band{fill:currentColor;fill-opacity:.16}.mark{fill:currentColor;stroke:currentColor}.mark.open{stroke-width:1.6}"
+         ".band{fill:currentColor;fill-opacity:.16}.mark{fill:currentColor;stroke:currentColor}"
          ".faint .mark{fill:currentColor;fill-opacity:.4;stroke:none}.stairs .line{stroke-width:2.6}"
          ".d1 .line{stroke-dasharray:8 4}.d2 .line{stroke-dasharray:2 3.5}.d3 .line{stroke-dasharray:10 3 2 3}"
          ".d4 .line{stroke-dasharray:14 5}.d5 .line{stroke-dasharray:5 3 1.5 3 1.5 3}"

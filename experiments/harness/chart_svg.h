@@ -29,7 +29,6 @@ struct ChartSeries {
   std::string label;   // for the legend
   std::string detail;  // behind the label where one point is read out
   std::size_t colour = 0, dash = 0, marker = 0;
-  bool open = false;  // hollow markers
   Draw draw = Draw::line;
   std::vector<ChartPoint> points;
 };

@@ -64,7 +64,7 @@ ChartSeries styled(const ReportData& data, const Panels& panels, const Configura
     cycle(i);
     if (data.accels.size() > 1) {
       series.dash = a % chart_dashes;
-      series.open = a % 2 == 1;
+      series.marker = a % chart_markers;  // colour says the integrator, shape the structure
     }
   }
   return series;

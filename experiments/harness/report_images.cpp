@@ -7,6 +7,7 @@
 #include "framework/image/metrics.h"
 #include "framework/io/exr.h"
 #include "framework/io/image_file.h"
+#include "framework/io/png.h"
 
 #include <fmt/format.h>
 
@@ -46,12 +47,6 @@ std::array<std::uint8_t, 3> viridis(double t) {
   return colour;
 }
 
-std::uint8_t srgb_byte(double linear) {
-  const double v = std::clamp(linear, 0.0, 1.0);
-  const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255 * encoded));
-}
-
 ivec2 reduced_size(ivec2 size, int factor) { return (size + factor - 1) / factor; }
 
 // Averages of factor x factor blocks; at the right and lower edge of what is left.
@@ -75,7 +70,7 @@ std::string encode_picture(const Image& image, int factor, double exposure) {
   std::vector<std::uint8_t> bytes;
   bytes.reserve(3 * pixels.size());
   for (const dvec3& pixel : pixels)
-    for (int c = 0; c < 3; ++c) bytes.push_back(srgb_byte(pixel[c] * exposure));
+    for (int c = 0; c < 3; ++c) bytes.push_back(linear_to_srgb_byte(pixel[c] * exposure));
   return base64(encode_png(bytes.data(), reduced_size(image.size, factor)));
 }
 

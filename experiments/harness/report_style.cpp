@@ -55,7 +55,6 @@ svg .grid{stroke:var(--grid)}svg .minor{stroke:var(--minor)}svg .zero{stroke:var
 svg .leader{stroke:var(--context)}svg .label{stroke:var(--page)}
 .c0{color:var(--c0)}.c1{color:var(--c1)}.c2{color:var(--c2)}.c3{color:var(--c3)}.c4{color:var(--c4)}.c5{color:var(--c5)}
 .c6{color:var(--c6)}.c7{color:var(--c7)}.context{color:var(--context)}.stairs{color:var(--ink)}
-.mark.open{fill:var(--page)}.faint .mark.open{fill:currentColor}
 .series.hidden{display:none}
 .cursor{fill:none;stroke:var(--ink);stroke-width:1.5;pointer-events:none}
 ul.legend{list-style:none;display:flex;flex-wrap:wrap;gap:.1rem .4rem;margin:.3rem 0;padding:0}
