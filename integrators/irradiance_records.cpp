@@ -31,7 +31,8 @@ float IrradianceRecords::weight(const IrradianceRecord& record, const vec3& posi
 
 void IrradianceRecords::insert(IrradianceRecord record) {
   if (clamp_) {
-    // All pairs: small beside the thousands of rays that made the record. The least of R_j + |p_i - p_j| over all records obeys
+    // All pairs, so quadratic in the number of records: some nanoseconds each, small beside the rays of a record up to some
+    // hundred thousand records of a thousand rays. The least of R_j + |p_i - p_j| over all records obeys
     // the triangle inequality, so the order of insertion does not matter. Balls are not shrunk: `weight` decides.
     for (const IrradianceRecord& other : records_)
       record.reach = std::min(record.reach, other.reach + glm::length(record.position - other.position));

@@ -21,6 +21,8 @@ class LightTrace final : public Integrator {
 
   void prepare(RenderContext& context) override {
     max_depth_ = context.max_depth(params_.max_depth);
+    const auto& materials = context.scene.materials;
+    sees_all_ = std::none_of(materials.begin(), materials.end(), [](const Material& m) { return has_specular(m); });
     const auto pixels = static_cast<std::uint32_t>(context.resolution.x * context.resolution.y);
     paths_ = params_.paths > 0 ? static_cast<std::uint32_t>(params_.paths) : pixels;
   }
@@ -49,7 +51,9 @@ class LightTrace final : public Integrator {
   }
 
   Expectation expectation() const override {
-    return {Bias::unbiased, -1, 0, "surfaces seen through specular ones are black: paths this method cannot sample"};
+    if (sees_all_) return {Bias::unbiased, -1, 0, ""};
+    return {Bias::biased, -1, 1,
+            "specular surfaces are black: the method cannot sample paths that end on one before the camera"};
   }
 
  private:
@@ -109,6 +113,7 @@ class LightTrace final : public Integrator {
 
   LightTraceParams params_;
   int max_depth_ = 64;
+  bool sees_all_ = true;  // no surface whose light no connection to the camera can carry
   std::uint32_t paths_ = 1;
 };
 

@@ -1,8 +1,9 @@
 // Light tracing: particles from the lights, each vertex joined to the camera ([Dutre1993], [Veach1997] 10.3 with t = 1).
 //
-// Unbiased for what it can sample: light that the camera sees directly, and every path whose last surface before the camera is
-// not specular. Surfaces seen only through mirrors and glass stay black. It shares neither direct-light sampling nor
-// camera-side scattering with the path tracer, which makes it the second opinion for references.
+// Unbiased in scenes without specular surfaces. Where there are any, they stay black, and so does what is seen through them:
+// the paths it can sample are light that the camera sees directly, and those whose last surface before the camera is not
+// specular. It shares neither direct-light sampling nor camera-side scattering with the path tracer, which makes it the second
+// opinion for references.
 #pragma once
 
 #include "framework/integrator.h"

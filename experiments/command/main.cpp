@@ -82,7 +82,7 @@ class CommandLine {
     text(c, "--integrator", render_.integrator, "NAME", "default path; see `etendue list integrators`");
     text(c, "--accel", render_.accel, "NAME", "default binned-sah; see `etendue list accels`");
     text(c, "--spp", render_.spp, "N", "iterations: samples per pixel, photon passes; default 64");
-    text(c, "--time", render_.time, "30s", "the image is there by then, preparation included");
+    text(c, "--time", render_.time, "30s", "the image is there by then, preparation included (a longer preparation is finished first)");
     text(c, "--error", render_.error, "0.01", "until relmse is that small (within --time, default 10min)");
     text(c, "--seed", render_.seed, "N", "default 1");
     repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");

@@ -1,7 +1,6 @@
 // `etendue render`: one scene, one method, one image, through the same loop as every cell of an experiment.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "framework/io/png.h"
 #include "experiments/harness/manifest.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report_text.h"
@@ -10,10 +9,12 @@
 #include "framework/image/metrics.h"
 #include "framework/io/exr.h"
 #include "framework/io/load_scene.h"
+#include "framework/io/png.h"
 
 #include <fmt/format.h>
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -75,6 +76,13 @@ void check_output(const std::string& path) {
   const auto parent = std::filesystem::path(path).parent_path();
   if (!parent.empty() && !std::filesystem::is_directory(parent))
     throw Error(Location{"-o " + path}, "no directory '" + parent.string() + "'; expected one that exists");
+  if (path.empty()) return;
+  // Tried before the rendering, not after it.
+  const std::string partial = path + ".part";
+  const bool writable = !std::filesystem::is_directory(path) && std::ofstream(partial).good();
+  std::filesystem::remove(partial);
+  if (!writable)
+    throw Error(Location{"-o " + path}, "cannot be written; expected a file in a directory that can be written to");
 }
 
 struct Rendered {
@@ -204,6 +212,9 @@ int render_command(const RenderCommand& command) {
   }
   fmt::print("{}", command.json ? to_json(r) + "\n" : to_lines(r));
   warn_of_non_finite(r.result, console);
+  if (const double spent = r.result.checkpoints.back().time_s; budget.time_s && spent > 1.1 * *budget.time_s)
+    console.warning(fmt::format("took {} of {}: the method's preparation and its first iteration cannot be cut short",
+                                format_seconds(spent), format_seconds(*budget.time_s)));
   if (!budget.error || r.result.reached_error) return 0;
   console.warning(
       fmt::format("relmse {:g} was not reached within {}", *budget.error, format_seconds(r.result.checkpoints.back().time_s)));

@@ -47,6 +47,7 @@ class LightSampler {
   Rgb environment(const vec3& direction) const;
   bool has_environment() const { return !environments_.empty(); }
 
+  // Light from infinity enters through a disk that covers Scene::bounds(); infinite planes get none of it beyond.
   std::optional<LightRay> emit(float u_light, const vec2& u_position, const vec2& u_direction) const;
 
  private:

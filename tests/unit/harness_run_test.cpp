@@ -192,8 +192,8 @@ TEST_F(Run, FailedCellIsRecordedTheRestGoOnAndItIsTriedAgain) {
   for (const CellRecord& cell : log("failing").cells) EXPECT_EQ(cell.status, "done");
 }
 
-// The caustic of a point light: light tracing finds it, path tracing cannot, so there is nothing to judge either by.
-TEST_F(Run, EstimatorsThatDisagreeFailTheScenesCells) {
+// Path tracing cannot find the caustic of a point light, so there is nothing to judge a method by.
+TEST_F(Run, CausticOfAPointLightFailsTheScenesCells) {
   write_file("caustic.pbrt",
              "Film \"rgb\" \"integer xresolution\" [16] \"integer yresolution\" [16]\n"
              "LookAt 0 3 4  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]\nWorldBegin\n"
@@ -208,7 +208,7 @@ TEST_F(Run, EstimatorsThatDisagreeFailTheScenesCells) {
   const RunLog written = log("out/caustic");
   ASSERT_EQ(written.cells.size(), 1u);
   EXPECT_EQ(written.cells[0].status, "failed");
-  EXPECT_NE(written.cells[0].error.find("disagree"), std::string::npos);
+  EXPECT_NE(written.cells[0].error.find("finds the caustic"), std::string::npos);
 }
 
 TEST_F(Run, BadInputExitsWith2) {
