@@ -108,6 +108,7 @@ class Execution {
         make_reference({loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status},
                        ReferenceCache::standard(config_.path));
     const RenderedReference& rendered = loaded.reference.rendered;
+    if (rendered.image.pixels.empty()) return;  // there is none, and its cells will say why
     const std::string file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
     directory_.append({to_json_line(reference_record(name, loaded.scene, rendered, file))});
   }
