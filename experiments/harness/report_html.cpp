@@ -212,7 +212,7 @@ std::string viewer(const SceneImages& images, std::size_t index) {
       stops);
   for (const std::string& note : images.notes) out += "<p class=\"note\">" + html(note) + "</p>\n";
   out += fmt::format(
-      "<p class=\"note\">White at 0 EV is {} W/(m² sr), the 98th percentile; what is brighter was clipped, so only darker "
+      "<p class=\"note\">White at 0 EV is {} W/(m² sr), 1.25 times the 98th percentile; what is brighter was clipped, so only darker "
       "parts "
       "can be exposed anew.</p></figure>\n",
       format_figure(1 / images.exposure));

@@ -112,12 +112,13 @@ std::optional<Image> try_read(const std::string& path) {
   }
 }
 
-// White is the 98th percentile of the brightest channel, so that lamps in view do not darken the room.
+// White lies a quarter above the 98th percentile of the brightest channel: lamps in view do not darken the room, and an evenly lit
+// scene is light grey, not white.
 double exposure_for(const Image& image) {
   std::vector<double> values;
   values.reserve(image.pixels.size());
   for (const dvec3& p : image.pixels) values.push_back(std::max({p.x, p.y, p.z}));
-  const double white = values.empty() ? 0 : quantile(values, 0.98);
+  const double white = values.empty() ? 0 : 1.25 * quantile(values, 0.98);
   return white > 0 ? 1 / white : 1;
 }
 

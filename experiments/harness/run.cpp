@@ -129,7 +129,6 @@ class Execution {
       StructureRecord& record = records[i];
       record.scene = name;
       record.manifest = manifest_.id;
-      if (records.size() == choices.size()) record.structure = config_.accels[i].label();
       // As in `etendue accel`: Embree gives up rays at edges for speed, which its row says; ours are held to account.
       if (!record.structure.starts_with("embree")) summary_.disagreements += record.disagreements;
       lines.push_back(to_json_line(record));
