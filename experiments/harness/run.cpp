@@ -110,7 +110,11 @@ class Execution {
     const RenderedReference& rendered = loaded.reference.rendered;
     if (rendered.image.pixels.empty()) return;  // there is none, and its cells will say why
     const std::string file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
-    directory_.append({to_json_line(reference_record(name, loaded.scene, rendered, file))});
+    // Once: a run that goes on ends with the log of one that was not stopped.
+    const std::string line = to_json_line(reference_record(name, loaded.scene, rendered, file));
+    const auto& earlier = directory_.earlier().references;
+    if (std::none_of(earlier.begin(), earlier.end(), [&](const ReferenceRecord& r) { return to_json_line(r) == line; }))
+      directory_.append({line});
   }
 
   void compare_scene_structures(std::size_t s) {

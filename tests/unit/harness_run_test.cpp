@@ -87,6 +87,11 @@ TEST_F(Run, KilledRunResumesToTheSameResults) {
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(results(log("killed")), results(log("whole")));
   EXPECT_EQ(log("killed").cells.size(), 16u);
+  const auto line_count = [&](const std::string& out) {
+    const std::string text = log_text(out);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  EXPECT_EQ(line_count("killed"), line_count("whole")) << "nothing is logged twice";
   for (const auto& entry : std::filesystem::directory_iterator(directory_ / "whole/images"))
     EXPECT_EQ(read_exr(entry.path().string()).pixels,
               read_exr((directory_ / "killed/images" / entry.path().filename()).string()).pixels);
