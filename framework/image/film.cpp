@@ -14,12 +14,6 @@ void Film::add(ivec2 pixel, const Rgb& value, std::uint32_t iteration) {
   weight_[i] += 1;
 }
 
-void Film::set(ivec2 pixel, const dvec3& mean) {
-  const std::size_t i = static_cast<std::size_t>(pixel.y) * sum_.size.x + pixel.x;
-  sum_.pixels[i] = mean;
-  weight_[i] = 1;
-}
-
 Image Film::mean() const {
   Image image(sum_.size);
   for (std::size_t i = 0; i < weight_.size(); ++i)

@@ -35,9 +35,6 @@ class Film {
   // first few are kept for replay.
   void add(ivec2 pixel, const Rgb& value, std::uint32_t iteration);
 
-  // For methods that hold their own estimate (progressive photon maps): replaces the pixel's mean.
-  void set(ivec2 pixel, const dvec3& mean);
-
   Image mean() const;
   std::uint64_t non_finite_count() const { return non_finite_count_; }
   const std::vector<NonFiniteSample>& non_finite() const { return non_finite_; }

@@ -112,26 +112,20 @@ struct LightSampler::ImageDistribution {
 
 LightSampler::~LightSampler() = default;
 
-float light_power(const Scene& scene, const Light& light, float scene_radius) {
-  return std::visit(LuminousPower{scene, scene_radius}, light);
-}
-
-LightSampler::LightSampler(const Scene& scene, bool uniform) : scene_(scene) {
+LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
   const Bounds bounds = scene.bounds();
   if (!bounds.empty()) {
     scene_centre_ = bounds.centre();
     scene_radius_ = std::max(0.5f * glm::length(bounds.diagonal()), 1e-6f);
   }
   std::vector<double> power;
-  for (const Light& light : scene.lights) power.push_back(light_power(scene, light, scene_radius_));
+  for (const Light& light : scene.lights) power.push_back(std::visit(LuminousPower{scene, scene_radius_}, light));
   double total = 0;
   for (const double p : power) total += p;
-  total_power_ = static_cast<float>(total);
   if (!(total > 0)) return;  // nothing shines: as if there were no lights
   double sum = 0;
-  const double even = 1.0 / static_cast<double>(power.size());
   for (const double p : power) {
-    const double share = uniform ? even : p / total;
+    const double share = p / total;
     sum += share;
     probability_.push_back(static_cast<float>(share));
     cumulative_.push_back(static_cast<float>(sum));

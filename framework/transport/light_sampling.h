@@ -31,11 +31,9 @@ struct LightRay {
 
 class LightSampler {
  public:
-  // `uniform`: choose lights uniformly rather than by power.
-  explicit LightSampler(const Scene& scene, bool uniform = false);
+  explicit LightSampler(const Scene& scene);
 
   bool empty() const { return probability_.empty(); }
-  float total_power() const { return total_power_; }  // luminance of W
 
   std::optional<LightSample> sample(const vec3& position, float u_light, const vec2& u) const;
   // Density with which `sample` would have found `point` on an emitting surface, seen from `position` along unit wi.
@@ -63,15 +61,11 @@ class LightSampler {
   std::vector<ImageDistribution> distributions_;  // parallel to environments_; empty table where constant
   vec3 scene_centre_{0};
   float scene_radius_ = 1;
-  float total_power_ = 0;
 
  public:
   ~LightSampler();
   LightSampler(const LightSampler&) = delete;
   LightSampler& operator=(const LightSampler&) = delete;
 };
-
-// Luminous weight used to choose lights: luminance of the light's power in W.
-float light_power(const Scene& scene, const Light& light, float scene_radius);
 
 }  // namespace etendue
