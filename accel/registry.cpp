@@ -8,6 +8,8 @@
 #include "accel/ray/brute_force.h"
 #include "accel/ray/build_binned_sah.h"
 #include "accel/ray/build_median.h"
+#include "accel/ray/build_median_rotating.h"
+#include "accel/ray/build_midpoint.h"
 #include "accel/ray/build_sah.h"
 #include "accel/ray/bvh.h"
 #include "accel/ray/embree.h"
@@ -79,7 +81,12 @@ RayEntry bvh_entry(const char* name, const char* summary, BinaryTree (*build)(st
     return over_scene(
         scene, [&](const Geometry& geometry) { return Bvh(geometry, tree(build_items(geometry))); }, tree);
   };
-  return {name, summary, list_params<Params>(), make};
+  const auto tree = [name, build](const Geometry& geometry, const ParamMap& map) {
+    auto params = read_params<Params>(map, name);
+    if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
+    return build(build_items(geometry), params);
+  };
+  return {name, summary, list_params<Params>(), make, true, tree};
 }
 
 struct NoParams {};
@@ -142,6 +149,9 @@ std::span<const RayEntry> ray_structures() {
   static const std::vector<RayEntry> entries{
       brute_entry(),
       bvh_entry<TreeLimits>("median", "bounding volume hierarchy, halved at the median of centres", build_median),
+      bvh_entry<MedianRotatingParams>("median-rotating", "bounding volume hierarchy, sorted and halved along x, y, z in turn",
+                                      build_median_rotating),
+      bvh_entry<TreeLimits>("midpoint", "bounding volume hierarchy, cut at the middle of the longest edge", build_midpoint),
       bvh_entry<SahParams>("sah", "bounding volume hierarchy by surface area, every cut tried", build_sah),
       bvh_entry<BinnedSahParams>("binned-sah", "bounding volume hierarchy by surface area, cuts between bins",
                                  build_binned_sah),

@@ -1,6 +1,7 @@
 // Every structure by name. To add one: write its .h/.cpp in ray/, point/ or ball/ and a line in registry.cpp.
 #pragma once
 
+#include "accel/ray/binary_tree.h"
 #include "framework/core/params.h"
 #include "framework/query.h"
 #include "framework/scene/scene.h"
@@ -19,6 +20,8 @@ struct RayEntry {
   // Builds over a whole scene: one level where it has no instances, two where it has; planes outside the tree.
   std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&)> make;
   bool available = true;  // false where the library it adapts was not built in
+  // Where the structure is a tree of boxes: its builder's binary tree over one geometry, before any layout. Empty elsewhere.
+  std::function<BinaryTree(const Geometry&, const ParamMap&)> tree = {};
 };
 
 struct PointEntry {
