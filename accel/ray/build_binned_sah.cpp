@@ -126,7 +126,7 @@ class BinnedSplitter {
   }
 
   Split halve(const ItemRange& range) { return halve_items(items_, range); }
-  std::uint32_t id(std::uint32_t position) const { return items_[position].id; }
+  std::uint32_t id(const ItemRange&, std::uint32_t position) const { return items_[position].id; }
 
  private:
   // A small node gains nothing from many bins, and empty bins cost as much as full ones.

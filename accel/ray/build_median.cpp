@@ -15,7 +15,7 @@ struct MedianSplitter {
     return halve(range);
   }
   Split halve(const ItemRange& range) { return halve_items(items, range); }
-  std::uint32_t id(std::uint32_t position) const { return items[position].id; }
+  std::uint32_t id(const ItemRange&, std::uint32_t position) const { return items[position].id; }
 };
 
 }  // namespace

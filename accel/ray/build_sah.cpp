@@ -51,7 +51,7 @@ class SweepSplitter {
     return partition(centres.longest_axis(), range.begin + range.size() / 2, range);
   }
 
-  std::uint32_t id(std::uint32_t position) const { return items_[order_[0][position]].id; }
+  std::uint32_t id(const ItemRange&, std::uint32_t position) const { return items_[order_[0][position]].id; }
 
  private:
   struct Candidate {

@@ -2,6 +2,24 @@
 
 namespace etendue {
 
+std::vector<TreeNode> without_gaps(const std::vector<TreeNode>& places, std::uint32_t used) {
+  std::vector<TreeNode> nodes;
+  nodes.reserve(used);
+  nodes.push_back(places[0]);
+  std::vector<std::uint32_t> parents{0};  // in `nodes`, their children still in `places`
+  if (places[0].is_leaf()) parents.clear();
+  while (!parents.empty()) {
+    TreeNode& parent = nodes[parents.back()];
+    parents.pop_back();
+    const auto first = static_cast<std::uint32_t>(nodes.size());
+    const std::uint32_t place = std::exchange(parent.first, first);
+    for (std::uint32_t i = 0; i < 2; ++i) nodes.push_back(places[place + i]);
+    for (std::uint32_t i = 2; i-- > 0;)
+      if (!nodes[first + i].is_leaf()) parents.push_back(first + i);
+  }
+  return nodes;
+}
+
 Split halve_items(std::span<BuildItem> items, const ItemRange& range) {
   Bounds centres;
   for (std::uint32_t i = range.begin; i < range.end; ++i) centres.extend(items[i].bounds.centre());

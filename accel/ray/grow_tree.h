@@ -4,9 +4,9 @@
 // of the nodes. The work is iterative within a task, so its depth costs no call stack. Runs of at least `task_size` items
 // become tasks of their own (oneTBB).
 //
-// The tree is the same at any thread count because a node's place follows from the split alone: no two splits cut at the same
-// position, so the children of the node cut at m can own slots 2m-1 and 2m without asking anyone. A last pass renumbers
-// the slots in use depth first.
+// The tree is the same at any thread count because a node's place follows from the splits above it alone: a subtree of n items
+// has n - 1 pairs of children at most, so its first pair and its n decide where every pair below may lie, depth first. Trees of
+// single primitives fill all places; others are closed up by a last pass.
 #pragma once
 
 #include "accel/ray/binary_tree.h"
@@ -15,6 +15,7 @@
 #include <tbb/task_group.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <concepts>
 #include <optional>
@@ -25,6 +26,8 @@ namespace etendue {
 struct ItemRange {
   std::uint32_t begin = 0, end = 0;
   Bounds bounds;
+  Bounds centres{};         // the box of their centres, for splitters that hand it down
+  std::uint32_t depth = 0;  // edges from the root
 
   std::uint32_t size() const { return end - begin; }
 };
@@ -32,6 +35,7 @@ struct ItemRange {
 struct Split {
   std::uint32_t middle;  // begin < middle < end: where the right side begins
   Bounds left, right;
+  Bounds left_centres{}, right_centres{};
 };
 
 template <class S>
@@ -40,9 +44,20 @@ concept Splitter = requires(S& s, const ItemRange& range, std::uint32_t position
   { s.best(range) } -> std::same_as<std::optional<Split>>;
   // Cuts it into two runs of equal length (or lengths that differ by one), whatever the items.
   { s.halve(range) } -> std::same_as<Split>;
-  // The id at a position, once the tree has grown.
-  { s.id(position) } -> std::same_as<std::uint32_t>;
+  // The id at a position of a run that became a leaf.
+  { s.id(range, position) } -> std::same_as<std::uint32_t>;
 };
+
+// Where the depth left only just suffices for halving, halving it is: so max_depth bounds the tree without large leaves,
+// unless even a balanced tree would be deeper.
+inline bool must_halve(std::uint32_t size, std::uint32_t depth, const TreeLimits& limits) {
+  const auto leaf_size = static_cast<std::uint32_t>(limits.leaf_size);
+  const int balanced_depth = static_cast<int>(std::bit_width((size + leaf_size - 1) / leaf_size - 1));
+  return size > leaf_size && balanced_depth >= limits.max_depth - static_cast<int>(depth);
+}
+
+// The nodes reachable from the first, in the same order, without the places between them that hold none.
+std::vector<TreeNode> without_gaps(const std::vector<TreeNode>& places, std::uint32_t used);
 
 // Cuts a run of items at the median of their centres along the axis on which these spread most; ties go by id, so the cut
 // depends on the set alone.
@@ -51,15 +66,18 @@ Split halve_items(std::span<BuildItem> items, const ItemRange& range);
 template <Splitter S>
 class TreeGrower {
  public:
-  TreeGrower(S& splitter, std::uint32_t count, const TreeLimits& limits)
-      : splitter_(splitter), count_(count), limits_(limits), slots_(2 * static_cast<std::size_t>(count) - 1) {
+  TreeGrower(S& splitter, std::uint32_t count, const TreeLimits& limits) : splitter_(splitter), count_(count), limits_(limits) {
     CHECK_LT(count, 1u << 31);
+    tree_.nodes.resize(2 * static_cast<std::size_t>(count) - 1);
+    tree_.primitives.resize(count);
   }
 
-  BinaryTree grow(const Bounds& bounds) {
-    run({{0, count_, bounds}, 0, 0});
+  BinaryTree grow(const Bounds& bounds, const Bounds& centres) {
+    run({{0, count_, bounds, centres, 0}, 0, 0});
     tasks_.wait();
-    return renumbered();
+    tree_.depth = depth_;
+    if (used_ < tree_.nodes.size()) tree_.nodes = without_gaps(tree_.nodes, used_);
+    return std::move(tree_);
   }
 
  private:
@@ -67,23 +85,34 @@ class TreeGrower {
 
   struct Job {
     ItemRange range;
-    std::uint32_t slot, depth;
+    std::uint32_t place;  // of its node
+    std::uint32_t pair;   // the first of its subtree's pairs: pair k is at 2k + 1
   };
 
   // Grows the subtree of a job, handing large subtrees to other tasks.
   void run(const Job& root) {
     std::vector<Job> jobs{root};
+    std::uint32_t used = root.place == 0, depth = 0;
     while (!jobs.empty()) {
       const Job job = jobs.back();
       jobs.pop_back();
-      const std::optional<Split> split = cut(job);
-      slots_[job.slot] = {job.range.bounds, job.range.begin, job.range.size()};
-      if (!split) continue;
-      const std::uint32_t left = 2 * split->middle - 1;
-      slots_[job.slot].first = left;
-      slots_[job.slot].count = 0;
-      hand_on({{job.range.begin, split->middle, split->left}, left, job.depth + 1}, jobs);
-      hand_on({{split->middle, job.range.end, split->right}, left + 1, job.depth + 1}, jobs);
+      const ItemRange& range = job.range;
+      const std::optional<Split> split = cut(range);
+      if (!split) {
+        make_leaf(range, job.place);
+        depth = std::max(depth, range.depth);
+        continue;
+      }
+      used += 2;
+      const std::uint32_t place = 2 * job.pair + 1, left = split->middle - range.begin;
+      tree_.nodes[job.place] = {range.bounds, place, 0};
+      hand_on({{split->middle, range.end, split->right, split->right_centres, range.depth + 1}, place + 1, job.pair + left},
+              jobs);
+      hand_on({{range.begin, split->middle, split->left, split->left_centres, range.depth + 1}, place, job.pair + 1}, jobs);
+    }
+    used_ += used;
+    std::uint32_t deepest = depth_;
+    while (depth > deepest && !depth_.compare_exchange_weak(deepest, depth)) {
     }
   }
 
@@ -94,58 +123,34 @@ class TreeGrower {
       jobs.push_back(job);
   }
 
-  // Where the depth left only just suffices for halving, halving it is: so max_depth bounds the tree without large leaves,
-  // unless even a balanced tree would be deeper.
-  std::optional<Split> cut(const Job& job) {
-    const auto leaf_size = static_cast<std::uint32_t>(limits_.leaf_size), size = job.range.size();
-    const auto depth_left = limits_.max_depth - static_cast<int>(job.depth);
-    if (size == 1 || depth_left == 0) return std::nullopt;
-    const int balanced_depth = static_cast<int>(std::bit_width((size + leaf_size - 1) / leaf_size - 1));
-    if (size > leaf_size && balanced_depth >= depth_left) return splitter_.halve(job.range);
-    return splitter_.best(job.range);
+  std::optional<Split> cut(const ItemRange& range) {
+    if (range.size() == 1 || static_cast<int>(range.depth) == limits_.max_depth) return std::nullopt;
+    if (must_halve(range.size(), range.depth, limits_)) return splitter_.halve(range);
+    return splitter_.best(range);
   }
 
-  // Depth first, a pair of children at a time, without the slots that leaves left empty.
-  BinaryTree renumbered() {
-    struct Move {
-      std::uint32_t from, to, depth;
-    };
-    BinaryTree tree;
-    tree.nodes.reserve(slots_.size());
-    tree.nodes.resize(1);
-    std::vector<Move> moves{{0, 0, 0}};
-    while (!moves.empty()) {
-      const Move move = moves.back();
-      moves.pop_back();
-      const TreeNode& node = slots_[move.from];
-      tree.depth = std::max(tree.depth, move.depth);
-      tree.nodes[move.to] = node;
-      if (node.is_leaf()) continue;
-      const auto first = static_cast<std::uint32_t>(tree.nodes.size());
-      tree.nodes.resize(tree.nodes.size() + 2);
-      tree.nodes[move.to].first = first;
-      moves.push_back({node.first + 1, first + 1, move.depth + 1});
-      moves.push_back({node.first, first, move.depth + 1});
-    }
-    tree.nodes.shrink_to_fit();
-    tree.primitives.resize(count_);
-    for (std::uint32_t i = 0; i < count_; ++i) tree.primitives[i] = splitter_.id(i);
-    return tree;
+  void make_leaf(const ItemRange& range, std::uint32_t place) {
+    tree_.nodes[place] = {range.bounds, range.begin, range.size()};
+    for (std::uint32_t i = range.begin; i < range.end; ++i) tree_.primitives[i] = splitter_.id(range, i);
   }
 
   S& splitter_;
   const std::uint32_t count_;
   const TreeLimits limits_;
-  std::vector<TreeNode> slots_;
+  BinaryTree tree_;
+  std::atomic<std::uint32_t> used_ = 0, depth_ = 0;
   tbb::task_group tasks_;
 };
 
 template <Splitter S>
 BinaryTree grow_tree(S& splitter, std::span<const BuildItem> items, const TreeLimits& limits) {
   if (items.empty()) return {};
-  Bounds bounds;
-  for (const BuildItem& item : items) bounds.extend(item.bounds);
-  return TreeGrower<S>(splitter, static_cast<std::uint32_t>(items.size()), limits).grow(bounds);
+  Bounds bounds, centres;
+  for (const BuildItem& item : items) {
+    bounds.extend(item.bounds);
+    centres.extend(item.bounds.centre());
+  }
+  return TreeGrower<S>(splitter, static_cast<std::uint32_t>(items.size()), limits).grow(bounds, centres);
 }
 
 }  // namespace etendue

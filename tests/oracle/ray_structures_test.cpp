@@ -30,11 +30,16 @@ std::vector<Variant> variants() {
   for (const RayEntry& entry : ray_structures()) {
     if (entry.name == "embree" || entry.name == "brute") continue;
     all.push_back({entry.name, {}});
-    all.push_back({entry.name, with("leaf_size", integer(1))});
+    const auto has = [&](const char* key) {
+      return std::any_of(entry.params.begin(), entry.params.end(), [&](const ParamInfo& info) { return info.name == key; });
+    };
+    const std::string leaf_size = has("triangle_threshold") ? "triangle_threshold" : "leaf_size";
+    if (!has(leaf_size.c_str()) || !has("max_depth")) continue;
+    all.push_back({entry.name, with(leaf_size, integer(1))});
     all.push_back({entry.name, with("max_depth", integer(1))});
     if (entry.name == "octree") continue;
-    all.push_back({entry.name, {{"leaf_size", integer(1)}, {"max_depth", integer(1024)}}});
-    all.push_back({entry.name, {{"leaf_size", integer(64)}, {"max_depth", integer(3)}}});
+    all.push_back({entry.name, {{leaf_size, integer(1)}, {"max_depth", integer(1024)}}});
+    all.push_back({entry.name, {{leaf_size, integer(64)}, {"max_depth", integer(3)}}});
   }
   for (const char* layout : {"wide4", "wide8", "wide16"}) {
     const ParamValue value{std::string(layout), {}};

@@ -1,6 +1,8 @@
 // What every builder's tree must be, whatever it is built over; and the SIMD leaf against the scalar test.
 #include "accel/ray/build_binned_sah.h"
 #include "accel/ray/build_median.h"
+#include "accel/ray/build_median_rotating.h"
+#include "accel/ray/build_midpoint.h"
 #include "accel/ray/build_sah.h"
 #include "accel/ray/triangle_block.h"
 #include "framework/core/parallel.h"
@@ -21,25 +23,30 @@ struct Builder {
   Build build;
 };
 
+// A builder with its own parameters, under any limits.
+template <class Params>
+Builder builder(const char* name, BinaryTree (*build)(std::vector<BuildItem>, const Params&), Params params = {}) {
+  return {name, [=](std::vector<BuildItem> items, const TreeLimits& limits) {
+            Params limited = params;
+            static_cast<TreeLimits&>(limited) = limits;
+            return build(std::move(items), limited);
+          }};
+}
+
+BinnedSahParams with_bins(int bins) {
+  BinnedSahParams params;
+  params.bins = bins;
+  return params;
+}
+
 std::vector<Builder> builders() {
-  const auto binned = [](int bins) {
-    return [bins](std::vector<BuildItem> items, const TreeLimits& limits) {
-      BinnedSahParams params;
-      static_cast<TreeLimits&>(params) = limits;
-      params.bins = bins;
-      return build_binned_sah(std::move(items), params);
-    };
-  };
-  const auto sah = [](std::vector<BuildItem> items, const TreeLimits& limits) {
-    SahParams params;
-    static_cast<TreeLimits&>(params) = limits;
-    return build_sah(std::move(items), params);
-  };
-  return {{"median", build_median},
-          {"sah", sah},
-          {"binned-sah 16", binned(16)},
-          {"binned-sah 2", binned(2)},
-          {"binned-sah 256", binned(256)}};
+  return {builder("median", build_median),
+          builder("median-rotating", build_median_rotating),
+          builder("midpoint", build_midpoint),
+          builder("sah", build_sah),
+          builder("binned-sah 16", build_binned_sah, with_bins(16)),
+          builder("binned-sah 2", build_binned_sah, with_bins(2)),
+          builder("binned-sah 256", build_binned_sah, with_bins(256))};
 }
 
 bool contains(const Bounds& outer, const Bounds& inner) { return outer.contains(inner.lower) && outer.contains(inner.upper); }
