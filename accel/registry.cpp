@@ -13,6 +13,9 @@
 #include "accel/ray/build_sah.h"
 #include "accel/ray/bvh.h"
 #include "accel/ray/embree.h"
+#include "accel/ray/grid.h"
+#include "accel/ray/kd_tree.h"
+#include "accel/ray/mesh_bounds.h"
 #include "accel/ray/octree.h"
 #include "accel/ray/two_level.h"
 #include "accel/ray/wide_bvh.h"
@@ -29,13 +32,22 @@ std::unique_ptr<RayQuery> behind_interface(S structure, const Scene& scene) {
   return std::make_unique<RayAdapter<WithPlanes<S>>>(WithPlanes<S>(std::move(structure), scene.planes));
 }
 
+// Most structures ask for an object's geometry alone.
+template <class MakeBottom>
+auto make_over(const MakeBottom& make_bottom, const Object& object) {
+  if constexpr (std::invocable<const MakeBottom&, const Object&>)
+    return make_bottom(object);
+  else
+    return make_bottom(object.geometry);
+}
+
 // A whole scene with no more around the structure than it needs: a second level only over instances, planes only where there
 // are any. `make_bottom(geometry)` builds over one object, `make_top(items)` the tree over instances.
 template <class MakeBottom, class MakeTop>
 std::unique_ptr<RayQuery> over_scene(const Scene& scene, const MakeBottom& make_bottom, const MakeTop& make_top) {
-  if (!scene.has_instances()) return behind_interface(make_bottom(scene.objects[0].geometry), scene);
-  std::vector<decltype(make_bottom(scene.objects[0].geometry))> bottoms;
-  for (const Object& object : scene.objects) bottoms.push_back(make_bottom(object.geometry));
+  if (!scene.has_instances()) return behind_interface(make_over(make_bottom, scene.objects[0]), scene);
+  std::vector<decltype(make_over(make_bottom, scene.objects[0]))> bottoms;
+  for (const Object& object : scene.objects) bottoms.push_back(make_over(make_bottom, object));
   return behind_interface(TwoLevel(std::move(bottoms), scene, make_top(instance_items(scene))), scene);
 }
 
@@ -86,7 +98,15 @@ RayEntry bvh_entry(const char* name, const char* summary, BinaryTree (*build)(st
     if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
     return build(build_items(geometry), params);
   };
-  return {name, summary, list_params<Params>(), make, true, tree};
+  const auto builder = [name, build](const ParamMap& map) -> TreeBuilder {
+    auto params = read_params<Params>(map, name);
+    if (params.layout != "binary")
+      throw Error(map.at("layout").where,
+                  std::string(name) + ": layout '" + params.layout + "' cannot change over time; expected binary");
+    if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
+    return [params, build](std::vector<BuildItem> items) { return build(std::move(items), params); };
+  };
+  return {name, summary, list_params<Params>(), make, true, tree, builder};
 }
 
 struct NoParams {};
@@ -103,14 +123,25 @@ RayEntry brute_entry() {
   return {"brute", "every primitive for every ray: the measure of the others", list_params<NoParams>(), make};
 }
 
-RayEntry octree_entry() {
+RayEntry bounds_entry() {
   const auto make = [](const Scene& scene, const ParamMap& map) {
-    const auto params = read_params<OctreeParams>(map, "octree");
+    read_params<NoParams>(map, "bounds");
     return over_scene(
-        scene, [&](const Geometry& geometry) { return Octree(geometry, params); },
+        scene, [](const Object& object) { return MeshBounds(object); }, single_leaf);
+  };
+  return {"bounds", "a box around each mesh, and every primitive of those met", list_params<NoParams>(), make};
+}
+
+// A structure over cells of space; its instances' tree is a hierarchy of boxes.
+template <class Cells, class Params>
+RayEntry cells_entry(const char* name, const char* summary) {
+  const auto make = [name](const Scene& scene, const ParamMap& map) {
+    const auto params = read_params<Params>(map, name);
+    return over_scene(
+        scene, [&](const Geometry& geometry) { return Cells(geometry, params); },
         [](std::vector<BuildItem> items) { return build_sah(std::move(items), {}); });
   };
-  return {"octree", "cubes cut in eight, primitives listed in every leaf they touch", list_params<OctreeParams>(), make};
+  return {name, summary, list_params<Params>(), make};
 }
 
 RayEntry embree_entry() {
@@ -148,6 +179,7 @@ const Entry& find(std::span<const Entry> entries, const char* kind, const std::s
 std::span<const RayEntry> ray_structures() {
   static const std::vector<RayEntry> entries{
       brute_entry(),
+      bounds_entry(),
       bvh_entry<TreeLimits>("median", "bounding volume hierarchy, halved at the median of centres", build_median),
       bvh_entry<MedianRotatingParams>("median-rotating", "bounding volume hierarchy, sorted and halved along x, y, z in turn",
                                       build_median_rotating),
@@ -155,7 +187,9 @@ std::span<const RayEntry> ray_structures() {
       bvh_entry<SahParams>("sah", "bounding volume hierarchy by surface area, every cut tried", build_sah),
       bvh_entry<BinnedSahParams>("binned-sah", "bounding volume hierarchy by surface area, cuts between bins",
                                  build_binned_sah),
-      octree_entry(),
+      cells_entry<Grid, GridParams>("grid", "equal cells, walked one after another"),
+      cells_entry<RayKdTree, KdTreeParams>("kd-tree", "space cut in two by surface area, triangles clipped"),
+      cells_entry<Octree, OctreeParams>("octree", "cubes cut in eight, primitives listed in every leaf they touch"),
       embree_entry(),
   };
   return entries;

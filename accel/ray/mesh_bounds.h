@@ -1,0 +1,88 @@
+// One bounding box per mesh, and every primitive of the meshes whose box the ray meets: what a renderer does before it has an
+// acceleration structure ([Rubin1980], with the one level that a model comes with).
+//
+// A mesh is a Shape of the object: a file's mesh with its material, or one quadric. Its primitives lie together and are tested
+// four at a time. Work grows with the primitives of the meshes that are met, so a scene of one large mesh costs what brute
+// force costs. Memory: 32 bytes per mesh, 44 per triangle (the copied vertices and ids).
+#pragma once
+
+#include "accel/ray/counting.h"
+#include "accel/ray/leaf.h"
+#include "accel/ray/traversal_limit.h"
+#include "framework/scene/scene.h"
+
+namespace etendue {
+
+class MeshBounds {
+ public:
+  // `object` must outlive the structure. Primitives that no shape names make one more mesh.
+  explicit MeshBounds(const Object& object);
+
+  Hit closest(const Ray& ray) const { return closest_with(ray, CountNothing{}); }
+  bool occluded(const Ray& ray) const { return occluded_with(ray, CountNothing{}); }
+  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const { return closest_with(ray, CountWork{counters}); }
+  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const { return occluded_with(ray, CountWork{counters}); }
+  // A node is a mesh's box. The cost is that of testing all boxes, which lie in the box of all.
+  RayStructureStats stats() const;
+
+ private:
+  struct Mesh {
+    Bounds bounds;
+    LeafBlocks::Run primitives;
+  };
+
+  template <class Count, class Leaf>
+  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
+  template <class Count>
+  Hit closest_with(const Ray& ray, Count count) const;
+  template <class Count>
+  bool occluded_with(const Ray& ray, Count count) const;
+
+  LeafBlocks blocks_;
+  std::vector<Mesh> meshes_;
+  Bounds bounds_;
+  double sah_cost_ = 0;
+};
+
+template <class Count, class Leaf>
+void MeshBounds::traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const {
+  const SlabRay slab(ray);
+  const TraversalLimit limit_beyond(ray, largest_coordinate(bounds_));
+  for (const Mesh& mesh : meshes_) {
+    count.node();
+    if (slab_entry(slab, mesh.bounds.lower, mesh.bounds.upper, ray.t_min, limit_beyond(t_best)) == infinity) continue;
+    if (leaf(mesh.primitives)) return;
+  }
+}
+
+template <class Count>
+Hit MeshBounds::closest_with(const Ray& ray, Count count) const {
+  if (!is_traceable(ray)) return {};
+  Hit hit;
+  hit.t = ray.t_max;
+  const BlockRay block_ray(ray);
+  traverse(ray, hit.t, count, [&](LeafBlocks::Run run) {
+    if (blocks_.mixed())
+      blocks_.closest<true>(block_ray, run, hit, count);
+    else
+      blocks_.closest<false>(block_ray, run, hit, count);
+    return false;
+  });
+  if (!hit) return {};
+  hit.instance = 0;
+  return hit;
+}
+
+template <class Count>
+bool MeshBounds::occluded_with(const Ray& ray, Count count) const {
+  if (!is_traceable(ray)) return false;
+  bool found = false;
+  const BlockRay block_ray(ray);
+  traverse(ray, ray.t_max, count, [&](LeafBlocks::Run run) {
+    return found =
+               blocks_.mixed() ? blocks_.occluded<true>(block_ray, run, count) : blocks_.occluded<false>(block_ray, run, count);
+  });
+  return found;
+}
+
+}  // namespace etendue
