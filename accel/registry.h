@@ -14,6 +14,8 @@
 
 namespace etendue {
 
+using TreeBuilder = std::function<BinaryTree(std::vector<BuildItem>)>;
+
 struct RayEntry {
   std::string name, summary;
   std::vector<ParamInfo> params;
@@ -22,6 +24,9 @@ struct RayEntry {
   bool available = true;  // false where the library it adapts was not built in
   // Where the structure is a tree of boxes: its builder's binary tree over one geometry, before any layout. Empty elsewhere.
   std::function<BinaryTree(const Geometry&, const ParamMap&)> tree = {};
+  // Likewise the builder alone, over any boxes, for trees that change over time. These lie in the binary layout: another one in
+  // the map is an error.
+  std::function<TreeBuilder(const ParamMap&)> builder = {};
 };
 
 struct PointEntry {

@@ -6,6 +6,33 @@
 
 namespace etendue {
 
+// The two queries over a tree in the `binary` layout whose leaves are runs of blocks.
+template <bool mixed, class Count>
+Hit closest_in(const BinaryLayout& layout, const LeafBlocks& leaves, const Ray& ray, Count count) {
+  if (!is_traceable(ray)) return {};
+  Hit hit;
+  hit.t = ray.t_max;
+  const BlockRay block_ray(ray);
+  layout.traverse(ray, hit.t, count, [&](std::uint32_t first, std::uint32_t size) {
+    leaves.closest<mixed>(block_ray, {first, size}, hit, count);
+    return false;
+  });
+  if (!hit) return {};
+  hit.instance = 0;
+  return hit;
+}
+
+template <bool mixed, class Count>
+bool occluded_in(const BinaryLayout& layout, const LeafBlocks& leaves, const Ray& ray, Count count) {
+  if (!is_traceable(ray)) return false;
+  bool found = false;
+  const BlockRay block_ray(ray);
+  layout.traverse(ray, ray.t_max, count, [&](std::uint32_t first, std::uint32_t size) {
+    return found = leaves.occluded<mixed>(block_ray, {first, size}, count);
+  });
+  return found;
+}
+
 class Bvh {
  public:
   // `geometry` must outlive the structure (its quadrics are looked up; triangles are copied).
@@ -20,46 +47,16 @@ class Bvh {
  private:
   template <class Count>
   Hit closest_with(const Ray& ray, Count count) const {
-    return leaves_.mixed() ? closest_in<true>(ray, count) : closest_in<false>(ray, count);
+    return leaves_.mixed() ? closest_in<true>(layout_, leaves_, ray, count) : closest_in<false>(layout_, leaves_, ray, count);
   }
   template <class Count>
   bool occluded_with(const Ray& ray, Count count) const {
-    return leaves_.mixed() ? occluded_in<true>(ray, count) : occluded_in<false>(ray, count);
+    return leaves_.mixed() ? occluded_in<true>(layout_, leaves_, ray, count) : occluded_in<false>(layout_, leaves_, ray, count);
   }
-  template <bool mixed, class Count>
-  Hit closest_in(const Ray& ray, Count count) const;
-  template <bool mixed, class Count>
-  bool occluded_in(const Ray& ray, Count count) const;
 
   LeafBlocks leaves_;
   BinaryLayout layout_;  // its leaves are runs of blocks
   double sah_cost_;
 };
-
-template <bool mixed, class Count>
-Hit Bvh::closest_in(const Ray& ray, Count count) const {
-  if (!is_traceable(ray)) return {};
-  Hit hit;
-  hit.t = ray.t_max;
-  const BlockRay block_ray(ray);
-  layout_.traverse(ray, hit.t, count, [&](std::uint32_t first, std::uint32_t size) {
-    leaves_.closest<mixed>(block_ray, {first, size}, hit, count);
-    return false;
-  });
-  if (!hit) return {};
-  hit.instance = 0;
-  return hit;
-}
-
-template <bool mixed, class Count>
-bool Bvh::occluded_in(const Ray& ray, Count count) const {
-  if (!is_traceable(ray)) return false;
-  bool found = false;
-  const BlockRay block_ray(ray);
-  layout_.traverse(ray, ray.t_max, count, [&](std::uint32_t first, std::uint32_t size) {
-    return found = leaves_.occluded<mixed>(block_ray, {first, size}, count);
-  });
-  return found;
-}
 
 }  // namespace etendue

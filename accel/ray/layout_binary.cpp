@@ -10,6 +10,26 @@ void BinaryLayout::set_child(Node& node, int side, const TreeNode& child) {
   node.children[side] = {child.first, child.count};
 }
 
+TreeNode BinaryLayout::child(std::uint32_t node, int side) const {
+  const Node& n = nodes_[node];
+  TreeNode child{{}, n.children[side].first, n.children[side].count};
+  for (int axis = 0; axis < 3; ++axis) {
+    child.bounds.lower[axis] = n.planes[axis][side];
+    child.bounds.upper[axis] = n.planes[axis][2 + side];
+  }
+  return child;
+}
+
+std::uint32_t BinaryLayout::add_node() {
+  nodes_.emplace_back();
+  return static_cast<std::uint32_t>(nodes_.size()) - 1;
+}
+
+void BinaryLayout::set_root(const Bounds& bounds, std::uint32_t depth) {
+  extent_ = bounds.empty() ? 0 : largest_coordinate(bounds);
+  depth_ = depth;
+}
+
 // Inner nodes keep the tree's order, so a child's place is the number of inner nodes before it.
 BinaryLayout::BinaryLayout(const BinaryTree& tree) : depth_(tree.depth) {
   if (tree.nodes.empty()) return;

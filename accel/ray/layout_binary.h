@@ -38,6 +38,14 @@ class BinaryLayout {
   template <class Count, class Leaf>
   void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
 
+  // Changing a tree in place (dynamic_tree.h). A child is given as in a BinaryTree, but that `first` of an inner one is its node
+  // here; node 0 is the root. `set_root` must follow whatever moved the root's box or made the tree deeper.
+  TreeNode child(std::uint32_t node, int side) const;
+  void set_child(std::uint32_t node, int side, const TreeNode& child) { set_child(nodes_[node], side, child); }
+  std::uint32_t add_node();
+  void clear() { nodes_.clear(); }
+  void set_root(const Bounds& bounds, std::uint32_t depth);
+
   std::uint64_t node_count() const { return nodes_.size(); }
   std::uint64_t bytes() const { return nodes_.size() * sizeof(Node); }
   std::uint32_t depth() const { return depth_; }

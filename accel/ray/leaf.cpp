@@ -1,5 +1,7 @@
 #include "accel/ray/leaf.h"
 
+#include "framework/core/check.h"
+
 #include <algorithm>
 
 namespace etendue {
@@ -12,21 +14,35 @@ LeafBlocks::Run LeafBlocks::add(std::span<const std::uint32_t> ids) {
     ids = ordered;
   }
   const auto first = static_cast<std::uint32_t>(blocks_.size());
-  for (std::size_t begin = 0; begin < ids.size(); begin += TriangleBlock::width) {
-    Block& block = blocks_.emplace_back();
-    block.ids.fill(no_id);
-    for (std::size_t i = begin; i < std::min(begin + TriangleBlock::width, ids.size()); ++i) {
-      const std::uint32_t id = block.ids[block.size] = ids[i];
-      if (geometry_->is_triangle(id)) {
-        const uvec3 v = geometry_->triangles[id];
-        block.triangles.set(block.triangle_count++, geometry_->positions[v.x], geometry_->positions[v.y],
-                            geometry_->positions[v.z]);
-      }
-      ++block.size;
-    }
-  }
-  references_ += ids.size();
+  for (std::size_t begin = 0; begin < ids.size(); begin += TriangleBlock::width)
+    fill(blocks_.emplace_back(), ids.subspan(begin, std::min<std::size_t>(TriangleBlock::width, ids.size() - begin)));
   return {first, static_cast<std::uint32_t>(blocks_.size()) - first};
+}
+
+void LeafBlocks::set(std::uint32_t block, std::span<const std::uint32_t> ids) {
+  CHECK_LE(ids.size(), TriangleBlock::width);
+  std::array<std::uint32_t, TriangleBlock::width> ordered;
+  ordered.fill(no_id);
+  std::copy(ids.begin(), ids.end(), ordered.begin());
+  std::sort(ordered.begin(), ordered.end());
+  blocks_[block] = {};
+  fill(blocks_[block], std::span(ordered).first(ids.size()));
+}
+
+void LeafBlocks::fill(Block& block, std::span<const std::uint32_t> ids) const {
+  for (const std::uint32_t id : ids) {
+    block.ids[block.size++] = id;
+    if (!geometry_->is_triangle(id)) continue;
+    const uvec3 v = geometry_->triangles[id];
+    const auto& p = geometry_->positions;
+    block.triangles.set(block.triangle_count++, p[v.x], p[v.y], p[v.z]);
+  }
+}
+
+std::uint64_t LeafBlocks::references() const {
+  std::uint64_t sum = 0;
+  for (const Block& block : blocks_) sum += block.size;
+  return sum;
 }
 
 }  // namespace etendue

@@ -22,9 +22,12 @@ class LeafBlocks {
 
   // Adds the primitives of one leaf and says where they lie.
   Run add(std::span<const std::uint32_t> ids);
+  // For trees that change: blocks without primitives, and what one of them is to hold (TriangleBlock::width ids at most).
+  void resize(std::size_t blocks) { blocks_.resize(blocks); }
+  void set(std::uint32_t block, std::span<const std::uint32_t> ids);
 
   bool mixed() const { return !geometry_->quadrics.empty(); }
-  std::uint64_t references() const { return references_; }
+  std::uint64_t references() const;
   std::uint64_t bytes() const { return blocks_.size() * sizeof(Block); }
 
   // Tests a run, lowering `hit`.
@@ -73,6 +76,8 @@ class LeafBlocks {
     TriangleBlock triangles;
     std::array<std::uint32_t, TriangleBlock::width> ids;  // triangles first
     std::uint8_t triangle_count = 0, size = 0;
+
+    Block() { ids.fill(no_id); }
   };
 
   static void record(Hit& hit, float t, const vec2& uv, std::uint32_t id) {
@@ -81,9 +86,11 @@ class LeafBlocks {
     hit.primitive = id;
   }
 
+  // `ids` triangles first.
+  void fill(Block& block, std::span<const std::uint32_t> ids) const;
+
   const Geometry* geometry_ = nullptr;
   std::vector<Block> blocks_;
-  std::uint64_t references_ = 0;
 };
 
 }  // namespace etendue
