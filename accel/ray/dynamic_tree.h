@@ -20,30 +20,13 @@
 // bits at any thread count.
 #pragma once
 
+#include "accel/ray/change_policy.h"
 #include "accel/ray/layout_binary.h"
 
 #include <array>
 #include <functional>
 
 namespace etendue {
-
-struct HybridParams {
-  float changed_fraction = 0.1f;
-  float sah_growth = 1.3f;
-};
-
-template <class Visitor>
-void describe(Visitor& v, HybridParams& params) {
-  v.number("changed_fraction", params.changed_fraction, 0, 1, "of the items",
-           "changed since subtrees were last judged; below it, refit alone");
-  v.number("sah_growth", params.sah_growth, 1, 1000, "times", "a subtree whose cost has grown by more is rebuilt");
-}
-
-struct ChangePolicy {
-  enum class Kind : std::uint8_t { refit, rebuild, hybrid };
-  Kind kind = Kind::hybrid;
-  HybridParams hybrid;
-};
 
 // What an update did.
 struct TreeUpdate {
