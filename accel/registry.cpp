@@ -12,6 +12,7 @@
 #include "accel/ray/build_midpoint.h"
 #include "accel/ray/build_sah.h"
 #include "accel/ray/bvh.h"
+#include "accel/ray/cgal.h"
 #include "accel/ray/embree.h"
 #include "accel/ray/grid.h"
 #include "accel/ray/kd_tree.h"
@@ -159,6 +160,24 @@ RayEntry embree_entry() {
   return {"embree", "Intel's Embree 3, as a baseline", list_params<EmbreeParams>(), make, available};
 }
 
+RayEntry cgal_entry() {
+#ifdef ETENDUE_HAS_CGAL
+  constexpr bool available = true;
+  const auto make = [](const Scene& scene, const ParamMap& map) {
+    read_params<NoParams>(map, "cgal");
+    return over_scene(
+        scene, [](const Geometry& geometry) { return Cgal(geometry); },
+        [](std::vector<BuildItem> items) { return build_sah(std::move(items), {}); });
+  };
+#else
+  constexpr bool available = false;
+  const auto make = [](const Scene&, const ParamMap&) -> std::unique_ptr<RayQuery> {
+    throw Error("structure 'cgal' is not available: this build was made without CGAL");
+  };
+#endif
+  return {"cgal", "CGAL's AABB tree (GPL-3), in double precision, as a baseline", list_params<NoParams>(), make, available};
+}
+
 template <PointStructure S>
 PointEntry point_entry(const char* name, const char* summary) {
   return {name, summary, [] { return std::make_unique<PointAdapter<S>>(S()); }};
@@ -176,6 +195,8 @@ const Entry& find(std::span<const Entry> entries, const char* kind, const std::s
 
 }  // namespace
 
+bool is_adapter(std::string_view label) { return label.starts_with("embree") || label.starts_with("cgal"); }
+
 std::span<const RayEntry> ray_structures() {
   static const std::vector<RayEntry> entries{
       brute_entry(),
@@ -191,6 +212,7 @@ std::span<const RayEntry> ray_structures() {
       cells_entry<RayKdTree, KdTreeParams>("kd-tree", "space cut in two by surface area, triangles clipped"),
       cells_entry<Octree, OctreeParams>("octree", "cubes cut in eight, primitives listed in every leaf they touch"),
       embree_entry(),
+      cgal_entry(),
   };
   return entries;
 }

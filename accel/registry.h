@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace etendue {
@@ -38,6 +39,10 @@ struct BallEntry {
   std::string name, summary;
   std::function<std::unique_ptr<BallQuery>(const Bounds&)> make;
 };
+
+// Whether the structure, named by its label (its name, then perhaps parameters), is another library's. Those have tests of
+// their own and give up rays at edges: their disagreements are reported, and held against nobody.
+bool is_adapter(std::string_view label);
 
 std::span<const RayEntry> ray_structures();
 std::span<const PointEntry> point_structures();
