@@ -7,9 +7,11 @@
 #include "accel/point/kd_tree.h"
 #include "accel/ray/brute_force.h"
 #include "accel/ray/build_binned_sah.h"
+#include "accel/ray/build_lbvh.h"
 #include "accel/ray/build_median.h"
 #include "accel/ray/build_median_rotating.h"
 #include "accel/ray/build_midpoint.h"
+#include "accel/ray/build_ploc.h"
 #include "accel/ray/build_sah.h"
 #include "accel/ray/bvh.h"
 #include "accel/ray/cgal.h"
@@ -208,6 +210,8 @@ std::span<const RayEntry> ray_structures() {
       bvh_entry<SahParams>("sah", "bounding volume hierarchy by surface area, every cut tried", build_sah),
       bvh_entry<BinnedSahParams>("binned-sah", "bounding volume hierarchy by surface area, cuts between bins",
                                  build_binned_sah),
+      bvh_entry<TreeLimits>("lbvh", "bounding volume hierarchy, cut by the Morton codes of centres", build_lbvh),
+      bvh_entry<PlocParams>("ploc", "bounding volume hierarchy, nearest neighbours along the Morton curve merged", build_ploc),
       cells_entry<Grid, GridParams>("grid", "equal cells, walked one after another"),
       cells_entry<RayKdTree, KdTreeParams>("kd-tree", "space cut in two by surface area, triangles clipped"),
       cells_entry<Octree, OctreeParams>("octree", "cubes cut in eight, primitives listed in every leaf they touch"),

@@ -1,8 +1,10 @@
 // What every builder's tree must be, whatever it is built over; and the SIMD leaf against the scalar test.
 #include "accel/ray/build_binned_sah.h"
+#include "accel/ray/build_lbvh.h"
 #include "accel/ray/build_median.h"
 #include "accel/ray/build_median_rotating.h"
 #include "accel/ray/build_midpoint.h"
+#include "accel/ray/build_ploc.h"
 #include "accel/ray/build_sah.h"
 #include "accel/ray/triangle_block.h"
 #include "framework/core/parallel.h"
@@ -39,6 +41,12 @@ BinnedSahParams with_bins(int bins) {
   return params;
 }
 
+PlocParams with_radius(int radius) {
+  PlocParams params;
+  params.search_radius = radius;
+  return params;
+}
+
 std::vector<Builder> builders() {
   return {builder("median", build_median),
           builder("median-rotating", build_median_rotating),
@@ -46,7 +54,11 @@ std::vector<Builder> builders() {
           builder("sah", build_sah),
           builder("binned-sah 16", build_binned_sah, with_bins(16)),
           builder("binned-sah 2", build_binned_sah, with_bins(2)),
-          builder("binned-sah 256", build_binned_sah, with_bins(256))};
+          builder("binned-sah 256", build_binned_sah, with_bins(256)),
+          builder("lbvh", build_lbvh),
+          builder("ploc 16", build_ploc),
+          builder("ploc 1", build_ploc, with_radius(1)),
+          builder("ploc 100", build_ploc, with_radius(100))};
 }
 
 bool contains(const Bounds& outer, const Bounds& inner) { return outer.contains(inner.lower) && outer.contains(inner.upper); }
