@@ -120,6 +120,13 @@ bool count_bytes(void* total, ssize_t bytes, bool) {
   return true;
 }
 
+// Embree ends the program at a ray beyond its own range.
+bool is_within_embree(const Ray& ray) {
+  constexpr float largest = 1.844e18f;  // FLT_LARGE in Embree's common/math/constants.h
+  return is_traceable(ray) && max_component(glm::abs(ray.origin)) <= largest &&
+         max_component(glm::abs(ray.direction)) <= largest;
+}
+
 RTCRay to_embree(const Ray& ray) {
   return {ray.origin.x,
           ray.origin.y,
@@ -186,7 +193,7 @@ Embree::State::State(const Scene& scene, const EmbreeParams& params) : device(rt
 Embree::Embree(const Scene& scene, const EmbreeParams& params) : state_(std::make_shared<const State>(scene, params)) {}
 
 Hit Embree::closest(const Ray& ray) const {
-  if (!is_traceable(ray)) return {};
+  if (!is_within_embree(ray)) return {};
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit ray_hit;
@@ -204,7 +211,7 @@ Hit Embree::closest(const Ray& ray) const {
 }
 
 bool Embree::occluded(const Ray& ray) const {
-  if (!is_traceable(ray)) return false;
+  if (!is_within_embree(ray)) return false;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRay embree_ray = to_embree(ray);

@@ -2,7 +2,8 @@
 //
 // Triangles are copied into Embree's buffers, quadrics become user geometry with our own test, instances are Embree's own. What
 // it does not share with the other structures: ties in distance go to whichever primitive it tests last, and, unless `robust`,
-// its triangle test may let a ray through an edge.
+// its triangle test may let a ray through an edge. Embree knows no coordinate beyond 1.844e18: larger triangles are not in it,
+// and larger rays miss.
 #pragma once
 
 #include "framework/core/params.h"

@@ -7,8 +7,8 @@
 //
 // No hit is lost: lists are enlarged by cell_slack; distances of planes are computed afresh at each step, from the planes, so
 // rounding does not add up; where planes are met at distances too close to tell their order, all the cells around the edge or
-// corner are visited; walking ends only beyond traversal_limit.h, so ties go to the lowest id. A primitive of several cells is
-// tested once, thanks to mailboxes (reference_test.h).
+// corner are visited, however many; walking ends only beyond traversal_limit.h, so ties go to the lowest id. A primitive of
+// several cells is tested once, thanks to mailboxes (reference_test.h).
 //
 // Limits: where detail is uneven ("teapot in a stadium") all of it falls into few cells.
 #pragma once
@@ -81,15 +81,9 @@ class Grid::Walk {
   // where `visit` returns true.
   template <class Visit>
   bool advance(const Visit& visit) {
-    const unsigned crossed = crossed_together();
-    if ((crossed & (crossed - 1)) != 0)
-      for (unsigned some = (crossed - 1) & crossed; some != 0; some = (some - 1) & crossed)
-        if (const auto beside = stepped(some); inside(beside) && visit(beside)) return false;
-    cell_ = stepped(crossed);
-    if (!inside(cell_)) return false;
-    for (int axis = 0; axis < 3; ++axis)
-      if (crossed >> axis & 1) next_[axis] = distance(axis, cell_[axis] + (step_[axis] > 0));
-    return true;
+    const std::array<int, 3> from = cell_;
+    if (cross() > 1 && visit_between(from, visit)) return false;
+    return inside(cell_);
   }
 
  private:
@@ -117,27 +111,40 @@ class Grid::Walk {
     cell_[axis] = i;
   }
 
-  // The axes (bits) whose planes are met next and at once: within the padding of slab tests of the nearest, or of each other.
-  unsigned crossed_together() {
+  // Crosses the next plane, and with it those whose order rounding leaves open: within the padding of slab tests of the nearest
+  // or of each other. Says how many. Far from the grid, as compared with its size, that can be all.
+  int cross() {
     passed_ = std::max(passed_, exit());
-    unsigned crossed = 0, before;
+    int crossed = 0, before;
     do {
       before = crossed;
-      const float limit = passed_ * slab_pad;
-      for (int axis = 0; axis < 3; ++axis) {
-        if (!(next_[axis] <= limit)) continue;
-        crossed |= 1u << axis;
-        passed_ = std::max(passed_, next_[axis]);
-      }
+      for (int axis = 0; axis < 3; ++axis)
+        while (next_[axis] <= passed_ * slab_pad && next_[axis] < infinity) {
+          passed_ = std::max(passed_, next_[axis]);
+          cell_[axis] += step_[axis];
+          const bool left = cell_[axis] < 0 || cell_[axis] >= grid_.size(axis);
+          next_[axis] = left ? infinity : distance(axis, cell_[axis] + (step_[axis] > 0));
+          ++crossed;
+        }
     } while (crossed != before);
     return crossed;
   }
 
-  std::array<int, 3> stepped(unsigned axes) const {
-    std::array<int, 3> cell = cell_;
-    for (int axis = 0; axis < 3; ++axis) cell[axis] += axes >> axis & 1 ? step_[axis] : 0;
-    return cell;
+  // Shows all cells of the box between two corners but the corners themselves.
+  template <class Visit>
+  bool visit_between(const std::array<int, 3>& from, const Visit& visit) const {
+    std::array<int, 3> low, high, cell;
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::max(std::min(from[axis], cell_[axis]), 0);
+      high[axis] = std::min(std::max(from[axis], cell_[axis]), grid_.size(axis) - 1);
+    }
+    for (cell[2] = low[2]; cell[2] <= high[2]; ++cell[2])
+      for (cell[1] = low[1]; cell[1] <= high[1]; ++cell[1])
+        for (cell[0] = low[0]; cell[0] <= high[0]; ++cell[0])
+          if (cell != from && cell != cell_ && visit(cell)) return true;
+    return false;
   }
+
   bool inside(const std::array<int, 3>& cell) const {
     for (int axis = 0; axis < 3; ++axis)
       if (cell[axis] < 0 || cell[axis] >= grid_.size(axis)) return false;

@@ -35,7 +35,7 @@ class WideTraversal {
     shear_x_ = Lanes::set(shear_.sx);
     shear_y_ = Lanes::set(shear_.sy);
     shear_z_ = Lanes::set(shear_.sz);
-    hit_.t = ray.t_max;
+    hit_.t = std::min(ray.t_max, std::numeric_limits<float>::max());  // t is infinite where 1 / det is: no hit
   }
 
   Hit run() {

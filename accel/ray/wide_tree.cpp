@@ -51,7 +51,7 @@ class Collapse {
     std::int8_t left_share;
   };
   Distribution distribute(std::uint32_t left, int slots) const {
-    Distribution best{infinity, as_fewer};
+    Distribution best{infinity, 1};  // areas can exceed the range of float
     for (int share = 1; share < slots; ++share) {
       const float cost = plans_[left].cost[share - 1] + plans_[left + 1].cost[slots - share - 1];
       if (cost < best.cost) best = {cost, static_cast<std::int8_t>(share)};
