@@ -10,14 +10,17 @@ namespace etendue {
 
 struct HybridParams {
   float changed_fraction = 0.1f;
-  float sah_growth = 1.3f;
+  float sah_growth = 1.4f;
+  float least_gain = 0.1f;
 };
 
 template <class Visitor>
 void describe(Visitor& v, HybridParams& params) {
   v.number("changed_fraction", params.changed_fraction, 0, 1, "of the items",
            "changed since subtrees were last judged; below it, refit alone");
-  v.number("sah_growth", params.sah_growth, 1, 1000, "times", "a subtree whose cost has grown by more is rebuilt");
+  v.number("sah_growth", params.sah_growth, 1, 1000, "times", "a subtree whose cost has grown by more has worsened");
+  v.number("least_gain", params.least_gain, 0, 1, "of the cost",
+           "of the whole tree that rebuilding the worsened subtrees must promise to spare");
 }
 
 struct ChangePolicy {

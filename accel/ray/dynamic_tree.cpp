@@ -54,14 +54,17 @@ TreeUpdate DynamicTree::update(std::span<const std::uint32_t> changed, std::span
     changed_count_ += !changed_[item];
     changed_[item] = 1;
   }
+  order_touched();
   refit();
   const std::uint64_t refitted = touched_.size();
   TreeUpdate done;
   if (is_hybrid() && static_cast<double>(changed_count_) >=
                          static_cast<double>(policy_.hybrid.changed_fraction) * static_cast<double>(boxes_.size())) {
     done = rebuild_worsened();
-    std::fill(changed_.begin(), changed_.end(), 0);
-    changed_count_ = 0;
+    if (done.subtrees > 0) {
+      std::fill(changed_.begin(), changed_.end(), 0);
+      changed_count_ = 0;
+    }
   }
   done.refitted = refitted;
   layout_.set_root(node_bounds(0), heights_[0]);
@@ -80,6 +83,14 @@ void DynamicTree::touch(std::uint32_t leaf) {
   if (is_touched_[leaf]) return;
   is_touched_[leaf] = 1;
   touched_.push_back(leaf);
+}
+
+// Leaves lie in memory as their nodes do: where many are touched, taking them in their order saves more than sorting costs.
+void DynamicTree::order_touched() {
+  if (touched_.size() < leaves_.size() / 16) return;
+  touched_.clear();
+  for (std::uint32_t leaf = 0; leaf < leaves_.size(); ++leaf)
+    if (is_touched_[leaf]) touched_.push_back(leaf);
 }
 
 void DynamicTree::rebuild_all() {

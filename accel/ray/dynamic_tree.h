@@ -2,10 +2,12 @@
 //
 //   refit    boxes grow and shrink, bottom up, along the ways from changed leaves to the root; the topology stays ([Wald2007a])
 //   rebuild  the builder starts anew at every update
-//   hybrid   refits; once the items changed since it last looked reach `changed_fraction`, subtrees whose cost has grown by
-//            more than `sah_growth` since they were built are rebuilt in place. That single subtrees are worth restructuring
-//            is [Yoon2007]'s idea, that a measure taken at the build tells which have worsened [Lauterbach2006]'s; the measure
-//            is our own.
+//   hybrid   refits; once the items changed since subtrees were last rebuilt reach `changed_fraction`, subtrees are judged:
+//   those
+//            whose cost has grown by more than `sah_growth` since they were built have worsened, and if undoing that would
+//            spare `least_gain` of the whole tree's cost, they are rebuilt in place. That single subtrees are worth
+//            restructuring is [Yoon2007]'s idea, that a measure taken at the build tells which have worsened
+//            [Lauterbach2006]'s; the measure is our own.
 //
 // The measure is the surface area cost of a subtree, visits and primitive tests weighted by area, in relation to its box and to
 // the boxes of its items. The former sees what comes to overlap in a box, but misses it when the box widens too; the latter
@@ -75,7 +77,7 @@ class DynamicTree {
     float growth = 0;
   };
   struct Region {  // of nodes to be rebuilt
-    std::uint32_t root;
+    std::uint32_t root = 0;
     std::vector<std::uint32_t> nodes, leaves;  // that it gives up
     std::vector<std::uint32_t> parts;          // items, or kept subtrees by their node
     std::vector<BuildItem> items;              // of the parts
@@ -87,6 +89,7 @@ class DynamicTree {
   bool is_hybrid() const { return policy_.kind == ChangePolicy::Kind::hybrid; }
   void take_boxes(std::span<const std::uint32_t> changed, std::span<const Bounds> boxes);
   void touch(std::uint32_t leaf);
+  void order_touched();
   void rebuild_all();
   void refit();
   void climb_and_mark(std::uint32_t leaf);

@@ -6,9 +6,16 @@
 namespace etendue {
 
 TreeUpdate DynamicTree::rebuild_worsened() {
-  std::vector<Region> regions;
-  for (std::uint32_t node = 0; node < costs_.size(); ++node)
-    if (is_worsened(node) && is_topmost(node)) regions.push_back(gather(node));
+  std::vector<std::uint32_t> roots;
+  double gain = 0;  // if they came to cost again what they did
+  for (std::uint32_t node = 0; node < costs_.size(); ++node) {
+    if (!is_worsened(node) || !is_topmost(node)) continue;
+    roots.push_back(node);
+    gain += static_cast<double>(costs_[node].now.work) * (1 - 1 / static_cast<double>(costs_[node].growth));
+  }
+  if (gain < static_cast<double>(policy_.hybrid.least_gain) * static_cast<double>(costs_[0].now.work)) return {};
+  std::vector<Region> regions(roots.size());
+  parallel_for(regions.size(), 1, [&](std::size_t i) { regions[i] = gather(roots[i]); });
   parallel_for(regions.size(), 1, [&](std::size_t i) { regions[i].tree = build_(std::move(regions[i].items)); });
   TreeUpdate done;
   for (const Region& region : regions) {

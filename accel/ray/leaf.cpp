@@ -21,11 +21,12 @@ LeafBlocks::Run LeafBlocks::add(std::span<const std::uint32_t> ids) {
 
 void LeafBlocks::set(std::uint32_t block, std::span<const std::uint32_t> ids) {
   CHECK_LE(ids.size(), TriangleBlock::width);
+  blocks_[block] = {};
+  if (!mixed()) return fill(blocks_[block], ids);
   std::array<std::uint32_t, TriangleBlock::width> ordered;
   ordered.fill(no_id);
   std::copy(ids.begin(), ids.end(), ordered.begin());
   std::sort(ordered.begin(), ordered.end());
-  blocks_[block] = {};
   fill(blocks_[block], std::span(ordered).first(ids.size()));
 }
 

@@ -58,18 +58,25 @@ void describe(Visitor& v, WaveParams& p) {
   v.number("amplitude", p.amplitude, 0.0001, 10, "diagonals", "height of the wave");
   v.number("length", p.length, 0.001, 100, "diagonals", "length of the wave");
   v.number("period", p.period, 1, 1e6, "frames", "in which it passes");
-  v.number("moving", p.moving, 0.0001, 1, "of the extent", "that it runs through, from the lower end of the longest axis");
+  v.number("moving", p.moving, 0.0001, 1, "of the vertices", "that it moves: the lowest along the longest axis");
 }
 
 class Wave final : public Deformation {
  public:
-  Wave(const MotionTask& task, const WaveParams& params) : Deformation(task.geometry), params_(params) {}
+  Wave(const MotionTask& task, const WaveParams& params)
+      : Deformation(task.geometry), params_(params), axis_(bounds().longest_axis()) {
+    std::vector<float> along;
+    for (const vec3& p : rest().positions)
+      if (is_finite(p)) along.push_back(p[axis_]);
+    for (const Quadric& quadric : rest().quadrics) along.push_back(etendue::anchor(quadric)[axis_]);
+    const auto count = static_cast<std::ptrdiff_t>(params.moving * static_cast<float>(along.size()));
+    if (params.moving >= 1 || along.empty()) return;
+    std::nth_element(along.begin(), along.begin() + count, along.end());
+    highest_ = along[static_cast<std::size_t>(count)];
+  }
 
  private:
-  bool moves(const vec3& p) const override {
-    const int axis = bounds().longest_axis();
-    return p[axis] <= bounds().lower[axis] + params_.moving * bounds().diagonal()[axis];
-  }
+  bool moves(const vec3& p) const override { return p[axis_] <= highest_; }
   vec3 place(const vec3& p, int frame) const override {
     const float along = (p.x + p.z) / (std::sqrt(2.0f) * params_.length * diagonal());
     const float height = std::sin(2 * pi * (along - static_cast<float>(frame) / params_.period));
@@ -77,6 +84,8 @@ class Wave final : public Deformation {
   }
 
   WaveParams params_;
+  int axis_;
+  float highest_ = infinity;
 };
 
 struct TwistParams {

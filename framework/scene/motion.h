@@ -1,6 +1,6 @@
 // Motions that animate a geometry frame by frame: deformations of its surface, and rigid transforms of objects it is cut into.
 //
-//   wave     a travelling wave along x and z lifts and lowers the part of the geometry at the lower end of its longest axis
+//   wave     a travelling wave along x and z lifts and lowers the surface, or the part of it at one end of its longest axis
 //   twist    about the vertical axis, by an angle that grows with height and time
 //   explode  objects fly outward, spinning
 //   scatter  some objects, others each frame, are put at random places in the geometry's box, turned at random
