@@ -1,21 +1,24 @@
 #include "accel/ray/exact.h"
 
+#include "accel/ray/build_binned_sah.h"
+#include "accel/ray/two_level.h"
 #include "framework/scene/intersect.h"
 
 namespace etendue {
-
-namespace {
-
-constexpr double distance_tolerance = 1e-5, triangle_rim = 1e-4, quadric_rim = 1e-5;
-constexpr float end_tolerance = 1e-4f;
 
 struct ExactRay {
   dvec3 origin, direction;
   double t_min, t_max;
 
+  explicit ExactRay(const Ray& ray) : origin(ray.origin), direction(ray.direction), t_min(ray.t_min), t_max(ray.t_max) {}
   dvec3 at(double t) const { return origin + t * direction; }
   bool in_range(double t) const { return t > t_min && t <= t_max; }
 };
+
+namespace {
+
+constexpr double distance_tolerance = 1e-5, quadric_rim = 1e-5;
+constexpr float end_tolerance = 1e-4f;
 
 struct Met {
   double t;
@@ -100,72 +103,215 @@ std::optional<Met> meet(const InfinitePlane& plane, const ExactRay& ray) {
   return Met{t, normal};
 }
 
-// A ray in an instance's space, with the way back for normals.
+// A ray in an instance's space, with the way back.
 struct LocalRay {
   ExactRay ray;
-  glm::dmat3 to_local{1};
+  glm::dmat3 to_local{1}, to_world{1};
+  dvec3 offset{0};
 
-  LocalRay(const Transform& to_world, const Ray& r) : ray{r.origin, r.direction, r.t_min, r.t_max} {
-    if (to_world.is_identity()) return;
-    const glm::dmat3 linear(dvec3(to_world.vector({1, 0, 0})), dvec3(to_world.vector({0, 1, 0})),
-                            dvec3(to_world.vector({0, 0, 1})));
-    to_local = glm::inverse(linear);
-    ray.origin = to_local * (ray.origin - dvec3(to_world.point(vec3(0))));
+  LocalRay(const Transform& transform, const ExactRay& r) : ray(r) {
+    if (transform.is_identity()) return;
+    to_world =
+        glm::dmat3(dvec3(transform.vector({1, 0, 0})), dvec3(transform.vector({0, 1, 0})), dvec3(transform.vector({0, 0, 1})));
+    offset = transform.point(vec3(0));
+    to_local = glm::inverse(to_world);
+    ray.origin = to_local * (ray.origin - offset);
     ray.direction = to_local * ray.direction;
   }
-  double cos_surface(const Met& met, const Ray& world) const {
-    return std::abs(glm::dot(glm::normalize(dvec3(world.direction)), glm::normalize(met.normal * to_local)));
+  dvec3 world(const vec3& p) const { return to_world * dvec3(p) + offset; }
+  double cos_surface(const Met& met, const ExactRay& world_ray) const {
+    return std::abs(glm::dot(glm::normalize(world_ray.direction), glm::normalize(met.normal * to_local)));
   }
 };
 
-// Is the primitive that an answer names met at the distance it gives? First within its rim, then a little outside.
-bool meets_named(const Scene& scene, const Ray& ray, const Hit& answer, double slack) {
-  const auto agrees = [&](const std::optional<Met>& met, const LocalRay& local) {
-    return met && std::abs(answer.t - met->t) * local.cos_surface(*met, ray) <= slack;
+double distance_to_segment(const dvec3& p, const dvec3& a, const dvec3& b) {
+  const dvec3 ab = b - a;
+  const double square = glm::dot(ab, ab), t = square > 0 ? std::clamp(glm::dot(p - a, ab) / square, 0.0, 1.0) : 0;
+  return glm::distance(p, a + t * ab);
+}
+
+double distance_to_triangle(const dvec3& p, const dvec3& a, const dvec3& b, const dvec3& c) {
+  const dvec3 normal = glm::cross(b - a, c - a);
+  const auto inside = [&](const dvec3& from, const dvec3& to) {
+    return glm::dot(glm::cross(to - from, p - from), normal) >= 0;
   };
-  if (answer.instance == plane_instance) {
-    const LocalRay world(Transform(), ray);
-    return agrees(meet(scene.planes[answer.primitive], world.ray), world);
+  if (inside(a, b) && inside(b, c) && inside(c, a)) return std::abs(glm::dot(p - a, glm::normalize(normal)));
+  return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
+}
+
+// The nearest of what is offered.
+struct Nearest {
+  const ExactRay& world;
+  double t;  // of the best, or where the ray ends
+  std::optional<ExactHit> hit;
+
+  explicit Nearest(const ExactRay& ray) : world(ray), t(ray.t_max) {}
+  void offer(const std::optional<Met>& met, const LocalRay& local, std::uint32_t instance, std::uint32_t primitive) {
+    if (!met || (hit && met->t >= t)) return;
+    t = met->t;
+    hit = ExactHit{met->t, instance, primitive, local.cos_surface(*met, world)};
   }
+  void offer_planes(const Scene& scene) {
+    const LocalRay local(Transform(), world);
+    for (std::uint32_t i = 0; i < scene.planes.size(); ++i) offer(meet(scene.planes[i], world), local, plane_instance, i);
+  }
+};
+
+// Is the point that an answer gives on the primitive that it names, within `slack` (a length)?
+bool lies_on_named(const Scene& scene, const ExactRay& ray, const Hit& answer, double slack) {
+  const auto agrees = [&](const std::optional<Met>& met, const LocalRay& local) {
+    return met && std::abs(answer.t - met->t) * local.cos_surface(*met, ray) * glm::length(ray.direction) <= slack;
+  };
+  if (answer.instance == plane_instance) return agrees(meet(scene.planes[answer.primitive], ray), LocalRay(Transform(), ray));
   const Instance& instance = scene.instances[answer.instance];
   const Geometry& geometry = scene.objects[instance.object].geometry;
   const LocalRay local(instance.to_world, ray);
-  const double rim = geometry.is_triangle(answer.primitive) ? triangle_rim : quadric_rim;
+  if (geometry.is_triangle(answer.primitive)) {
+    const uvec3 v = geometry.triangles[answer.primitive];
+    const auto corner = [&](int i) { return local.world(geometry.positions[v[i]]); };
+    return distance_to_triangle(ray.at(answer.t), corner(0), corner(1), corner(2)) <= slack;
+  }
   return agrees(meet(geometry, answer.primitive, local.ray, 0), local) ||
-         agrees(meet(geometry, answer.primitive, local.ray, rim), local);
+         agrees(meet(geometry, answer.primitive, local.ray, quadric_rim), local);
 }
+
+// Is nothing met clearly before the answer's distance?
+bool is_first(const ExactRay& ray, const Hit& answer, const std::optional<ExactHit>& exact, double slack) {
+  return !exact || (answer.t - exact->t) * exact->cos_surface * glm::length(ray.direction) <= slack;
+}
+
+// Does the ray meet the box before t_best? Boxes hold their triangles exactly, and 1e-12 is far above double's rounding.
+bool meets_box(const Bounds& box, const ExactRay& ray, double t_best) {
+  double entry = ray.t_min, exit = std::min(ray.t_max, t_best);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double slack = 1e-12 * (std::abs(ray.origin[axis]) + std::max(std::abs(box.lower[axis]), std::abs(box.upper[axis])));
+    const double lower = box.lower[axis] - slack - ray.origin[axis], upper = box.upper[axis] + slack - ray.origin[axis];
+    if (ray.direction[axis] == 0) {
+      if (lower > 0 || upper < 0) return false;
+      continue;
+    }
+    const auto [near, far] = std::minmax({lower / ray.direction[axis], upper / ray.direction[axis]});
+    entry = std::max(entry, near - 1e-12 * std::abs(near));
+    exit = std::min(exit, far + 1e-12 * std::abs(far));
+  }
+  return entry <= exit;
+}
+
+// visit(primitive) for those whose boxes the ray meets; t_best may fall meanwhile.
+template <class Visit>
+void traverse(const BinaryTree& tree, const ExactRay& ray, const double& t_best, const Visit& visit) {
+  if (tree.nodes.empty()) return;
+  std::vector<std::uint32_t> stack{0};
+  while (!stack.empty()) {
+    const TreeNode& node = tree.nodes[stack.back()];
+    stack.pop_back();
+    if (!meets_box(node.bounds, ray, t_best)) continue;
+    if (node.is_leaf()) {
+      for (std::uint32_t i = 0; i < node.count; ++i) visit(tree.primitives[node.first + i]);
+      continue;
+    }
+    const TreeNode &a = tree.nodes[node.first], &b = tree.nodes[node.first + 1];
+    const bool b_first = glm::dot(dvec3(b.bounds.centre()) - dvec3(a.bounds.centre()), ray.direction) < 0;
+    stack.push_back(b_first ? node.first : node.first + 1);
+    stack.push_back(b_first ? node.first + 1 : node.first);
+  }
+}
+
+constexpr double move_tolerance = 0x1p-20;
 
 }  // namespace
 
 std::optional<ExactHit> exact_closest(const Scene& scene, const Ray& ray) {
   if (!is_traceable(ray)) return std::nullopt;
-  std::optional<ExactHit> best;
-  const auto offer = [&](const std::optional<Met>& met, const LocalRay& local, std::uint32_t instance,
-                         std::uint32_t primitive) {
-    if (met && (!best || met->t < best->t)) best = ExactHit{met->t, instance, primitive, local.cos_surface(*met, ray)};
-  };
+  const ExactRay world(ray);
+  Nearest nearest(world);
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
-    const LocalRay local(scene.instances[i].to_world, ray);
+    const LocalRay local(scene.instances[i].to_world, world);
     const Geometry& geometry = scene.objects[scene.instances[i].object].geometry;
     for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id)
-      if (geometry.is_valid(id)) offer(meet(geometry, id, local.ray, 0), local, i, id);
+      if (geometry.is_valid(id)) nearest.offer(meet(geometry, id, local.ray, 0), local, i, id);
   }
-  const LocalRay world(Transform(), ray);
-  for (std::uint32_t i = 0; i < scene.planes.size(); ++i) offer(meet(scene.planes[i], world.ray), world, plane_instance, i);
-  return best;
+  nearest.offer_planes(scene);
+  return nearest.hit;
 }
 
 bool is_right(const Scene& scene, const Ray& ray, const Hit& answer, const std::optional<ExactHit>& exact) {
   if (!answer) return !exact;
-  // Along the surface's normal, in units of t.
-  const double slack = distance_tolerance * (glm::length(dvec3(ray.origin)) / glm::length(dvec3(ray.direction)) + answer.t);
-  return meets_named(scene, ray, answer, slack) && (!exact || (answer.t - exact->t) * exact->cos_surface <= slack);
+  const ExactRay world(ray);
+  const double slack = distance_tolerance * (glm::length(world.origin) + answer.t * glm::length(world.direction));
+  return lies_on_named(scene, world, answer, slack) && is_first(world, answer, exact, slack);
 }
 
 bool is_right(const Scene& scene, const Ray& ray, bool occluded) {
   Ray moved = ray;
   moved.t_max *= occluded ? 1 + end_tolerance : 1 - end_tolerance;
   return exact_closest(scene, moved).has_value() == occluded;
+}
+
+ExactTracer::ExactTracer(const Scene& scene) : scene_(scene), bounds_(scene.bounds()) {
+  for (const Object& object : scene.objects) bottoms_.push_back(build_binned_sah(build_items(object.geometry), {}));
+  top_ = build_binned_sah(instance_items(scene), {});
+}
+
+std::optional<ExactHit> ExactTracer::closest(const Ray& ray) const {
+  return is_traceable(ray) ? closest(ExactRay(ray)) : std::nullopt;
+}
+
+std::optional<ExactHit> ExactTracer::closest(const ExactRay& ray) const {
+  Nearest nearest(ray);
+  traverse(top_, ray, nearest.t, [&](std::uint32_t i) {
+    const Instance& instance = scene_.instances[i];
+    const LocalRay local(instance.to_world, ray);
+    const Geometry& geometry = scene_.objects[instance.object].geometry;
+    traverse(bottoms_[instance.object], local.ray, nearest.t,
+             [&](std::uint32_t id) { nearest.offer(meet(geometry, id, local.ray, 0), local, i, id); });
+  });
+  nearest.offer_planes(scene_);
+  return nearest.hit;
+}
+
+// How far from the ray's origin its arithmetic reaches: to the scene's far end; where the ray is moved into an object's space,
+// also to where the origin lies.
+double ExactTracer::reach(const ExactRay& ray) const {
+  const dvec3 lower = dvec3(bounds_.lower) - ray.origin, upper = dvec3(bounds_.upper) - ray.origin;
+  const double far = glm::length(bounds_.empty() ? ray.origin : glm::max(glm::abs(lower), glm::abs(upper)));
+  return scene_.has_instances() ? std::max(far, glm::length(ray.origin)) : far;
+}
+
+// Whether `holds` of one of the rays that rounding may have made of this one.
+template <class Holds>
+bool ExactTracer::any_moved(const ExactRay& ray, const Holds& holds) const {
+  const double distance = move_tolerance * reach(ray);
+  const Frame frame = Frame::from_normal(vec3(glm::normalize(ray.direction)));
+  const auto holds_moved = [&](double x, double y, double z) {
+    ExactRay moved = ray;
+    moved.origin += distance * (x * dvec3(frame.tangent) + y * dvec3(frame.bitangent) + z * dvec3(frame.normal));
+    return holds(moved);
+  };
+  for (int i = 0; i < 8; ++i)
+    if (const double angle = 0.25 * pi * i; holds_moved(std::cos(angle), std::sin(angle), 0)) return true;
+  return holds_moved(0, 0, -1) || holds_moved(0, 0, 1);
+}
+
+bool ExactTracer::is_right(const Ray& ray, const Hit& answer, const std::optional<ExactHit>& exact) const {
+  if (!is_traceable(ray)) return !answer;
+  const ExactRay world(ray);
+  if (!answer) return !exact || any_moved(world, [&](const ExactRay& moved) { return !closest(moved); });
+  const double slack = distance_tolerance * std::max(reach(world), answer.t * glm::length(world.direction));
+  const auto on_named = [&](const ExactRay& r) { return lies_on_named(scene_, r, answer, slack); };
+  if (!on_named(world) && !any_moved(world, on_named)) return false;
+  return is_first(world, answer, exact, slack) ||
+         any_moved(world, [&](const ExactRay& moved) { return is_first(moved, answer, closest(moved), slack); });
+}
+
+bool ExactTracer::is_right(const Ray& ray, bool occluded, const std::optional<ExactHit>& exact) const {
+  if (exact.has_value() == occluded) return true;
+  if (!is_traceable(ray)) return false;
+  const auto gives = [&](ExactRay r) {
+    r.t_max *= occluded ? 1 + end_tolerance : 1 - end_tolerance;
+    return closest(r).has_value() == occluded;
+  };
+  return gives(ExactRay(ray)) || any_moved(ExactRay(ray), gives);
 }
 
 }  // namespace etendue

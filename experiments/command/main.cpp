@@ -94,13 +94,17 @@ class CommandLine {
 
   void add_accel() {
     CLI::App* c =
-        add("accel", "every ray structure on one scene: agreement, build time, memory, SAH cost, Mrays/s, work per ray",
+        add("accel", "every ray structure on one scene: agreement, build time, memory, SAH and EPO cost, Mrays/s, work per ray",
             [this] { return accel_command(accel_); });
     c->add_option("SCENE", accel_.scenes, "builtin:NAME or files")->required()->type_name("");
     c->add_flag("--json", accel_.json, "one JSON object a line");
     text(c, "--structures", accel_.structures, "A,B:key=value", "default: all that are built in");
-    text(c, "--resolution", accel_.resolution, "N", "N x N primary rays; default 512");
-    text(c, "--repetitions", accel_.repetitions, "N", "interleaved timings, of which the median counts; default 3");
+    text(c, "--resolution", accel_.resolution, "N", "about N x N rays of each kind; default 256");
+    text(c, "--repetitions", accel_.repetitions, "N", "interleaved builds and timings, of which the median counts; default 3");
+    text(c, "--check", accel_.check, "1e7",
+         "rays aimed at vertices and edges, at four scales and offsets, judged in double precision; default none");
+    text(c, "--budget", accel_.budget, "30s", "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
+    text(c, "--threads", accel_.threads, "N", "of the parallel builds; default: all of the machine's");
   }
 
   void add_small_commands() {

@@ -1,223 +1,308 @@
 #include "experiments/harness/accel_comparison.h"
 
-#include "accel/ray/exact.h"
+#include "accel/ray/epo_cost.h"
+#include "experiments/harness/accel_check.h"
 #include "experiments/harness/accel_rays.h"
+#include "experiments/harness/accel_timing.h"
 #include "experiments/harness/method.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
+#include "framework/core/units.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
-#include <chrono>
-#include <set>
+#include <map>
 
 namespace etendue {
 
 namespace {
 
-// Two distances to the same surface, found in different arithmetic (Embree's own test, ours), agree to a few epsilon, but at
-// grazing incidence rounding moves them further apart. What differs by more than this is not yet wrong: double precision
-// decides.
-constexpr float agreement = 1e-4f;
-
-// Rays that are put to double precision at most, per kind; beyond, whoever differs from the referee is counted.
-constexpr std::size_t most_arbitrations = 1000;
-
-double seconds(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-}
+constexpr std::uint32_t epo_sample = 20'000;        // triangles
+constexpr std::uint64_t trial_triangles = 200'000;  // scenes above it try a builder on a part first
+constexpr std::size_t trial_part = 32;
+constexpr std::size_t check_block = std::size_t{1} << 17;
+constexpr std::uint64_t check_bytes = std::uint64_t{1} << 30;  // of structures held at once while they are checked
+constexpr std::size_t least_rays = 16;                         // a figure from fewer says nothing
 
 std::unique_ptr<RayQuery> make_structure(const Scene& scene, const StructureChoice& choice) {
   return find_ray_structure(choice.name, {}).make(scene, choice.params);
 }
 
-// Indices spread evenly over the rays of a kind.
-std::vector<std::size_t> sample_indices(std::size_t rays, std::size_t count) {
-  std::vector<std::size_t> indices(std::min(rays, count));
-  for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = i * rays / indices.size();
-  return indices;
-}
-
-// An answer to a ray of any kind: of shadow rays only whether anything is hit counts.
-Hit answer(const RayQuery& structure, RayKind kind, const Ray& ray) {
-  if (kind != RayKind::shadow) return structure.closest(ray);
-  Hit hit;
-  if (structure.occluded(ray)) hit.primitive = 0;
-  return hit;
-}
-
-bool differ(RayKind kind, const Hit& a, const Hit& b) {
-  if (static_cast<bool>(a) != static_cast<bool>(b)) return true;
-  return a && kind != RayKind::shadow && std::abs(a.t - b.t) > agreement * std::max(std::abs(a.t), std::abs(b.t));
+std::string label_of(StructureChoice choice) {
+  choice.params.erase("layout");  // the structure itself says which it took
+  return Method{choice.name, choice.params, {}}.label();
 }
 
 struct Contender {
+  StructureChoice choice;
   StructureRecord record;
-  std::unique_ptr<RayQuery> structure;
-  const RaysByKind* rays = nullptr;  // those it traces: all, or a sample where it is too slow for all
-  std::vector<double> build_times;
-  std::array<std::vector<double>, ray_kinds.size()> trace_times;
+  bool skipped = false;
+  int repetitions = 0;  // that fit the budget
+  RaysByKind samples;   // in the place of rays that are too many
+  ByRayKind<bool> sampled{};
+  std::vector<double> build_times, parallel_build_times;
+  ByRayKind<std::vector<double>> speeds, batched_speeds;
+
+  void note(const std::string& text) { record.note += (record.note.empty() ? "" : "; ") + text; }
 };
+
+// Every trial_part-th triangle of a scene without instances.
+Scene part_of(const Scene& scene) {
+  Scene part;
+  Geometry& g = part.objects[0].geometry;
+  const Geometry& whole = scene.objects[0].geometry;
+  for (std::size_t i = 0; i < whole.triangles.size(); i += trial_part) {
+    const auto first = static_cast<std::uint32_t>(g.positions.size());
+    for (int corner = 0; corner < 3; ++corner) g.positions.push_back(whole.positions[whole.triangles[i][corner]]);
+    g.triangles.emplace_back(first, first + 1, first + 2);
+  }
+  return part;
+}
 
 class Comparison {
  public:
   Comparison(const Scene& scene, const std::vector<StructureChoice>& choices, const ComparisonOptions& options,
              const std::function<void(const std::string&)>& progress)
-      : scene_(scene), choices_(choices), options_(options), progress_(progress), contenders_(choices.size()) {}
+      : scene_(scene), options_(options), progress_(progress), wanted_(choices.size()), exact_tracer_(scene) {
+    for (const StructureChoice& choice : choices) add(choice);
+    for (const RayEntry& entry : ray_structures()) {
+      if (entry.name != "embree" || !entry.available) continue;
+      embree_ = position_of({"embree", {}});
+      robust_embree_ = position_of({"embree", {{"robust", {true, {}}}}});
+    }
+  }
 
   std::vector<StructureRecord> run() {
-    build();
     record();
-    time();
-    count_work();
-    for (const RayKind kind : ray_kinds) judge(kind);
+    for (int repetition = 0; repetition < options_.repetitions; ++repetition)
+      for (Contender& contender : contenders_)
+        if (!contender.skipped && repetition < contender.repetitions) visit(contender, repetition);
+    for (Contender& contender : contenders_) summarise_times(contender);
+    contenders_.resize(wanted_);
+    if (options_.check_rays > 0) {
+      for (const CheckFrame& frame : check_frames(scene_)) check(frame);
+      for (Contender& contender : contenders_)
+        if (const std::uint64_t most = 4 * most_checked(contender); !contender.skipped && most < options_.check_rays)
+          contender.note(fmt::format("checked on {} aimed rays of {}", format_count(static_cast<double>(most)),
+                                     format_count(static_cast<double>(options_.check_rays))));
+    }
     std::vector<StructureRecord> records;
     for (Contender& contender : contenders_) records.push_back(std::move(contender.record));
     return records;
   }
 
  private:
-  void build() {
-    for (int repetition = 0; repetition < options_.repetitions; ++repetition) {
-      for (std::size_t i = 0; i < choices_.size(); ++i) {
-        Contender& contender = contenders_[i];
-        contender.structure.reset();
-        progress_(fmt::format("building {}, {} of {}", choices_[i].name, repetition + 1, options_.repetitions));
-        contender.build_times.push_back(
-            seconds([&] { with_threads(1, [&] { contender.structure = make_structure(scene_, choices_[i]); }); }));
-      }
-    }
-    for (std::size_t i = 0; i < choices_.size(); ++i) {
-      const RayStructureStats stats = contenders_[i].structure->stats();
-      StructureRecord& record = contenders_[i].record;
-      record.scene = scene_.name;
-      ParamMap params = choices_[i].params;
-      params.erase("layout");  // the structure itself says which it took
-      record.structure = Method{choices_[i].name, params, {}}.label();
-      record.layout = stats.layout;
-      record.triangles = scene_.triangle_count();
-      record.bytes = stats.bytes;
-      record.nodes = stats.nodes;
-      record.depth = stats.depth;
-      record.sah_cost = stats.sah_cost;
-      record.build_s = median(contenders_[i].build_times);
-    }
-    brute_ = make_structure(scene_, {"brute", {}});
+  void add(const StructureChoice& choice) {
+    Contender contender;
+    contender.choice = choice;
+    contender.repetitions = options_.repetitions;
+    contender.record.scene = scene_.name;
+    contender.record.structure = label_of(choice);
+    if (const auto layout = choice.params.find("layout"); layout != choice.params.end())
+      contender.record.layout = to_text(layout->second);  // of one that is never built
+    contender.record.triangles = scene_.triangle_count();
+    contender.record.threads = options_.threads;
+    contenders_.push_back(std::move(contender));
   }
 
-  // The referee is Embree where it is available, or else the first structure.
+  // Of a structure among the contenders, which it joins where it is not yet.
+  std::size_t position_of(const StructureChoice& choice) {
+    const auto same = [&](const Contender& c) { return c.record.structure == label_of(choice); };
+    const auto found = std::find_if(contenders_.begin(), contenders_.end(), same);
+    const auto position = static_cast<std::size_t>(found - contenders_.begin());
+    if (found == contenders_.end()) add(choice);
+    return position;
+  }
+
   void record() {
-    const auto entries = ray_structures();
-    const auto embree = std::find_if(entries.begin(), entries.end(), [](const RayEntry& e) { return e.name == "embree"; });
-    if (embree != entries.end() && embree->available) own_referee_ = embree->make(scene_, {});
-    referee_ = own_referee_ ? own_referee_.get() : contenders_[0].structure.get();
     progress_("recording rays");
-    rays_ = record_rays(scene_, *referee_, options_.resolution);
-    for (std::size_t k = 0; k < ray_kinds.size(); ++k)
-      for (const std::size_t i : sample_indices(rays_[k].size(), options_.brute_force_rays)) samples_[k].push_back(rays_[k][i]);
-    for (std::size_t i = 0; i < choices_.size(); ++i) contenders_[i].rays = choices_[i].name == "brute" ? &samples_ : &rays_;
+    rays_ = record_rays(scene_, *make_structure(scene_, {"binned-sah", {}}), options_.resolution);
+    progress_("tracing them in double precision");
+    for (const RayKind kind : ray_kinds) exact_[index_of(kind)] = exact_hits(exact_tracer_, rays_[index_of(kind)]);
   }
 
-  // One indirect call per batch of closest hits, one per shadow ray. The first round warms up and is not kept.
-  void time() {
-    for (int repetition = 0; repetition <= options_.repetitions; ++repetition) {
-      for (Contender& contender : contenders_) {
-        progress_(fmt::format("timing {}, {} of {}", contender.record.structure, repetition, options_.repetitions));
-        for (std::size_t k = 0; k < ray_kinds.size(); ++k) {
-          const double time = trace_time(*contender.structure, ray_kinds[k], (*contender.rays)[k]);
-          if (repetition > 0) contender.trace_times[k].push_back(time);
-        }
-      }
-    }
-    double StructureRecord::*const rates[] = {&StructureRecord::primary_mrays_per_s, &StructureRecord::diffuse_mrays_per_s,
-                                              &StructureRecord::shadow_mrays_per_s};
-    for (Contender& contender : contenders_)
-      for (std::size_t k = 0; k < ray_kinds.size(); ++k) {
-        const double time = median(contender.trace_times[k]);
-        contender.record.*rates[k] = time > 0 ? 1e-6 * static_cast<double>((*contender.rays)[k].size()) / time : 0;
-      }
+  std::span<const Ray> rays_of(const Contender& contender, RayKind kind) const {
+    const std::size_t k = index_of(kind);
+    return contender.sampled[k] ? contender.samples[k] : rays_[k];
   }
 
-  double trace_time(const RayQuery& structure, RayKind kind, const std::vector<Ray>& rays) {
-    if (kind != RayKind::shadow) {
-      hits_.resize(rays.size());
-      return seconds([&] { structure.closest(rays, hits_); });
-    }
-    std::uint64_t occluded = 0;
-    const double time = seconds([&] {
-      for (const Ray& ray : rays) occluded += structure.occluded(ray);
+  void visit(Contender& contender, int repetition) {
+    progress_(fmt::format("{}, {} of {}", contender.record.structure, repetition + 1, contender.repetitions));
+    if (repetition == 0 && too_slow_to_build(contender)) return;
+    const double used = seconds_of([&] {
+      if (options_.threads > 1) contender.parallel_build_times.push_back(build(contender, options_.threads).second);
     });
-    CHECK_LE(occluded, rays.size());  // the answers are used, so the loop cannot be left out
-    return time;
+    auto [structure, build_s] = build(contender, 1);
+    contender.build_times.push_back(build_s);
+    if (repetition == 0) choose_rays(contender, *structure);
+    const double traced = seconds_of([&] { trace(contender, *structure); });
+    if (repetition > 0) return;
+    describe(contender, *structure);
+    judge(contender, *structure);
+    const double round = used + build_s + traced;
+    contender.repetitions = std::clamp(static_cast<int>(options_.budget_s / round), 1, options_.repetitions);
+    if (contender.repetitions < options_.repetitions)
+      contender.note(
+          fmt::format("{} of {} repetitions, of {} each", contender.repetitions, options_.repetitions, format_seconds(round)));
   }
 
-  void count_work() {
-    for (Contender& contender : contenders_) {
-      TraversalCounters counters;
-      double traced = 0;
-      for (std::size_t k = 0; k < ray_kinds.size(); ++k) {
-        for (const Ray& ray : (*contender.rays)[k]) {
-          if (ray_kinds[k] == RayKind::shadow)
-            contender.structure->occluded_counted(ray, counters);
-          else
-            contender.structure->closest_counted(ray, counters);
-        }
-        traced += static_cast<double>((*contender.rays)[k].size());
+  std::pair<std::unique_ptr<RayQuery>, double> build(const Contender& contender, int threads) const {
+    std::pair<std::unique_ptr<RayQuery>, double> built;
+    built.second = seconds_of([&] { with_threads(threads, [&] { built.first = make_structure(scene_, contender.choice); }); });
+    return built;
+  }
+
+  bool too_slow_to_build(Contender& contender) const {
+    if (scene_.triangle_count() < trial_triangles || scene_.has_instances()) return false;
+    const Scene part = part_of(scene_);
+    const double trial = seconds_of([&] { with_threads(1, [&] { make_structure(part, contender.choice); }); });
+    const double likely = trial * trial_part;
+    if (likely < 0.5 * options_.budget_s) return false;
+    contender.skipped = true;
+    contender.note(fmt::format("not built: a {}th of the triangles took {}, all would take {} or more", trial_part,
+                               format_seconds(trial), format_seconds(likely)));
+    return true;
+  }
+
+  // A ray is traced three times a round: to warm up, singly, and in a batch.
+  void choose_rays(Contender& contender, const RayQuery& structure) const {
+    const double share = 0.5 * options_.budget_s / (3.0 * options_.repetitions * static_cast<double>(ray_kinds.size()));
+    std::string text;
+    for (const RayKind kind : ray_kinds) {
+      const std::size_t k = index_of(kind), count = affordable_rays(structure, kind, rays_[k], share);
+      if (count == rays_[k].size()) continue;
+      contender.sampled[k] = true;
+      if (count >= least_rays) contender.samples[k] = spread_runs(rays_[k], count);
+      text += fmt::format("{}{} of {} {}", text.empty() ? "" : ", ", contender.samples[k].size(), rays_[k].size(),
+                          ray_kind_name(kind));
+    }
+    if (!text.empty()) contender.note("a sample of rays: " + text);
+  }
+
+  void trace(Contender& contender, const RayQuery& structure) const {
+    for (const RayKind kind : ray_kinds) {
+      const std::span<const Ray> rays = rays_of(contender, kind);
+      if (rays.empty()) continue;
+      mrays_per_s(structure, kind, rays.first(std::min(rays.size(), std::max<std::size_t>(1024, rays.size() / 8))));
+      contender.speeds[index_of(kind)].push_back(mrays_per_s(structure, kind, rays));
+      if (const double speed = batched_mrays_per_s(structure, kind, rays); speed > 0)
+        contender.batched_speeds[index_of(kind)].push_back(speed);
+    }
+  }
+
+  // What needs no clock.
+  void describe(Contender& contender, const RayQuery& structure) {
+    StructureRecord& record = contender.record;
+    const RayStructureStats stats = structure.stats();
+    record.layout = stats.layout;
+    record.bytes = stats.bytes;
+    record.nodes = stats.nodes;
+    record.depth = stats.depth;
+    record.sah_cost = stats.sah_cost;
+    const RayEntry& entry = find_ray_structure(contender.choice.name, {});
+    if (entry.tree && !scene_.has_instances()) {
+      const Geometry& geometry = scene_.objects[0].geometry;
+      auto [cost, fresh] = epo_.try_emplace(record.structure);
+      if (fresh) cost->second = epo_cost(entry.tree(geometry, contender.choice.params), geometry, epo_sample);
+      record.epo_cost = cost->second.value;
+      record.epo_triangles = cost->second.triangles;
+    }
+    TraversalCounters counters;
+    double traced = 0;
+    for (const RayKind kind : ray_kinds) {
+      const std::span<const Ray> rays = rays_of(contender, kind);
+      for (const Ray& ray : rays) {
+        if (kind == RayKind::shadow)
+          structure.occluded_counted(ray, counters);
+        else
+          structure.closest_counted(ray, counters);
       }
-      contender.record.nodes_per_ray = traced > 0 ? static_cast<double>(counters.nodes) / traced : 0;
-      contender.record.primitives_per_ray = traced > 0 ? static_cast<double>(counters.primitives) / traced : 0;
+      traced += static_cast<double>(rays.size());
+    }
+    record.nodes_per_ray = traced > 0 ? static_cast<double>(counters.nodes) / traced : 0;
+    record.primitives_per_ray = traced > 0 ? static_cast<double>(counters.primitives) / traced : 0;
+  }
+
+  void judge(Contender& contender, const RayQuery& structure) const {
+    for (const RayKind kind : ray_kinds) {
+      const std::size_t k = index_of(kind);
+      const std::span<const Ray> rays = rays_of(contender, kind);
+      const auto& exact = contender.sampled[k] ? exact_hits(exact_tracer_, rays) : exact_[k];
+      contender.record.checked += rays.size();
+      contender.record.disagreements += kind == RayKind::shadow ? wrong_occlusions(exact_tracer_, structure, rays, exact)
+                                                                : wrong_hits(exact_tracer_, structure, rays, exact);
     }
   }
 
-  // Every ray on which a structure differs from the referee, or on the sample from brute force, goes to double precision, and
-  // all structures whose answer that finds wrong are counted: a hit that Embree lost through an edge is Embree's disagreement.
-  void judge(RayKind kind) {
-    progress_(fmt::format("comparing {} hits", ray_kind_name(kind)));
-    const std::vector<Ray>& rays = rays_[static_cast<std::size_t>(kind)];
-    std::set<std::size_t> disputed;
-    const auto compare = [&](std::size_t i, const RayQuery& measure, const auto& takes_part) {
-      const Hit expected = answer(measure, kind, rays[i]);
-      const bool differs = std::any_of(contenders_.begin(), contenders_.end(), [&](const Contender& c) {
-        return takes_part(c) && differ(kind, answer(*c.structure, kind, rays[i]), expected);
-      });
-      if (differs) disputed.insert(i);
-    };
-    for (std::size_t i = 0; i < rays.size(); ++i) compare(i, *referee_, [&](const Contender& c) { return c.rays == &rays_; });
-    for (const std::size_t i : sample_indices(rays.size(), options_.brute_force_rays))
-      compare(i, *brute_, [](const Contender&) { return true; });
-    std::size_t arbitrations = 0;
-    for (const std::size_t i : disputed) arbitrate(kind, rays[i], arbitrations++ < most_arbitrations);
+  void summarise_times(Contender& contender) const {
+    StructureRecord& record = contender.record;
+    record.build_s = summarise(contender.build_times);
+    record.parallel_build_s = summarise(contender.parallel_build_times);
+    for (std::size_t k = 0; k < ray_kinds.size(); ++k) {
+      record.mrays_per_s[k] = summarise(contender.speeds[k]);
+      record.batched_mrays_per_s[k] = summarise(contender.batched_speeds[k]);
+      const auto to = [&](const std::optional<std::size_t>& embree) {
+        return embree ? summarise(ratios(contender.speeds[k], contenders_[*embree].speeds[k])) : Measured{};
+      };
+      record.to_embree[k] = to(embree_);
+      record.to_robust_embree[k] = to(robust_embree_);
+    }
   }
 
-  void arbitrate(RayKind kind, const Ray& ray, bool exactly) {
-    const auto exact = exactly && kind != RayKind::shadow ? exact_closest(scene_, ray) : std::nullopt;
-    const Hit referees = exactly ? Hit{} : answer(*referee_, kind, ray);
-    for (Contender& contender : contenders_) {
-      const Hit given = answer(*contender.structure, kind, ray);
-      const bool right = !exactly                  ? !differ(kind, given, referees)
-                         : kind == RayKind::shadow ? is_right(scene_, ray, static_cast<bool>(given))
-                                                   : is_right(scene_, ray, given, exact);
-      contender.record.disagreements += !right;
+  // Every structure on the same aimed rays about the scene, moved and scaled; as many structures at a time as fit the memory.
+  void check(const CheckFrame& frame) {
+    const Scene moved = moved_scene(scene_, frame);
+    const ExactTracer tracer(moved);
+    const std::uint64_t rays = (options_.check_rays + 3) / 4;
+    for (std::size_t next = 0; next < contenders_.size();) {
+      std::vector<std::pair<Contender*, std::unique_ptr<RayQuery>>> group;
+      for (std::uint64_t bytes = 0; next < contenders_.size() && bytes < check_bytes; ++next) {
+        if (contenders_[next].skipped) continue;
+        group.emplace_back(&contenders_[next], make_structure(moved, contenders_[next].choice));
+        bytes += group.back().second->stats().bytes;
+      }
+      for (std::uint64_t first = 0; first < rays; first += check_block) {
+        progress_(fmt::format("checking {}: {} of {} rays", frame.name, format_count(static_cast<double>(first)),
+                              format_count(static_cast<double>(rays))));
+        check_rays(moved, tracer, first, std::min<std::uint64_t>(check_block, rays - first), group);
+      }
     }
+  }
+
+  void check_rays(const Scene& moved, const ExactTracer& tracer, std::uint64_t first, std::uint64_t count,
+                  const std::vector<std::pair<Contender*, std::unique_ptr<RayQuery>>>& group) const {
+    const std::vector<Ray> rays = aimed_rays(moved, first, count);
+    const auto exact = exact_hits(tracer, rays);
+    for (const auto& [contender, structure] : group) {
+      const std::uint64_t most = most_checked(*contender), own = std::min(count, most > first ? most - first : 0);
+      const auto asked = std::span(rays).first(own);
+      const auto known = std::span(exact).first(own);
+      contender->record.checked += own;
+      contender->record.disagreements +=
+          wrong_hits(tracer, *structure, asked, known) + wrong_occlusions(tracer, *structure, asked, known);
+    }
+  }
+
+  // Aimed rays of a frame that a structure is asked within its budget: three queries each, in four frames.
+  std::uint64_t most_checked(const Contender& contender) const {
+    double slowest = infinity;
+    for (const Measured& speed : contender.record.mrays_per_s)
+      if (speed.median > 0) slowest = std::min(slowest, speed.median);
+    const double most = 1e6 * slowest * options_.budget_s / 12;
+    return most < 1e15 ? static_cast<std::uint64_t>(most) : std::uint64_t{1} << 50;
   }
 
   const Scene& scene_;
-  const std::vector<StructureChoice>& choices_;
   const ComparisonOptions& options_;
   const std::function<void(const std::string&)>& progress_;
+  const std::size_t wanted_;  // contenders whose records are asked for, the first ones
+  const ExactTracer exact_tracer_;
   std::vector<Contender> contenders_;
-  std::unique_ptr<RayQuery> brute_, own_referee_;
-  const RayQuery* referee_ = nullptr;
-  RaysByKind rays_, samples_;
-  std::vector<Hit> hits_;
+  std::optional<std::size_t> embree_, robust_embree_;
+  RaysByKind rays_;
+  ByRayKind<std::vector<std::optional<ExactHit>>> exact_;
+  std::map<std::string, EpoCost> epo_;  // by structure; layouts share their builder's tree
 };
 
 }  // namespace
@@ -228,6 +313,10 @@ std::vector<StructureRecord> compare_structures(const Scene& scene, const std::v
   CHECK(!choices.empty());
   CHECK_GT(options.repetitions, 0);
   return Comparison(scene, choices, options, progress).run();
+}
+
+bool is_foreign(const StructureRecord& record) {
+  return record.structure.starts_with("embree") || record.structure.starts_with("cgal");
 }
 
 }  // namespace etendue

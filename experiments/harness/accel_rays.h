@@ -1,23 +1,23 @@
-// The rays on which structures are compared: what a renderer would ask of a scene, recorded once.
+// The rays on which structures are compared: what two renders of the scene asked of its structure, recorded once.
+//
+// A path tracer (one sample per pixel, at most five scattering events) gives primary, diffuse and shadow rays; a photon map's
+// photon pass gives photon rays, its final gathering (16 rays from each of a sixteenth of the pixels) gather rays. They run on
+// one thread, so that rays stand in the order in which a renderer's thread asks: tile by tile, path by path.
 #pragma once
 
+#include "experiments/harness/ray_kind.h"
 #include "framework/scene/scene.h"
-
-#include <array>
-#include <vector>
 
 namespace etendue {
 
-enum class RayKind : std::uint8_t { primary, diffuse, shadow };
-inline constexpr std::array ray_kinds{RayKind::primary, RayKind::diffuse, RayKind::shadow};
+using RaysByKind = ByRayKind<std::vector<Ray>>;
 
-const char* ray_kind_name(RayKind kind);
-
-using RaysByKind = std::array<std::vector<Ray>, ray_kinds.size()>;
-
-// Primary: one through a random point of each of resolution^2 pixels. Diffuse: from each primary hit, cosine-weighted about the
-// normal on the ray's side. Shadow: from each primary hit towards a sampled point of a light or, without lights, a random point
-// of the scene's bounding sphere. `tracer` finds the primary hits; the same scene gives the same rays.
+// About resolution^2 rays of each kind, or as many as the scene gives; of more, runs of 64 successive rays are kept, spread
+// evenly over the render. A scene without lights is lit by a constant environment, so that shadow and photon rays exist. The
+// same scene gives the same rays, whatever `tracer` finds them.
 RaysByKind record_rays(const Scene& scene, const RayQuery& tracer, int resolution);
+
+// Of `rays` at most `count`, in runs of 64 successive ones spread evenly over them.
+std::vector<Ray> spread_runs(const std::vector<Ray>& rays, std::size_t count);
 
 }  // namespace etendue

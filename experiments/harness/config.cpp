@@ -137,13 +137,16 @@ ivec2 read_resolution(const ConfigNode& node) {
 
 std::optional<StructureTiming> read_structures(const ConfigNode& node) {
   if (const auto* wanted = std::get_if<bool>(&node.value)) return *wanted ? std::optional(StructureTiming{}) : std::nullopt;
-  if (!node.table()) wrong_type(node, "structures", "true, false or { resolution = N, repetitions = N }");
+  if (!node.table()) wrong_type(node, "structures", "true, false or { resolution = N, repetitions = N, … }");
   TableReader reader(node, "structures");
   StructureTiming timing;
   if (const auto* n = reader.find("resolution"))
     timing.resolution = static_cast<int>(read_whole(*n, "structures.resolution", 8, 8192));
   if (const auto* n = reader.find("repetitions"))
     timing.repetitions = static_cast<int>(read_whole(*n, "structures.repetitions", 1, 1000));
+  if (const auto* n = reader.find("check_rays"))
+    timing.check_rays = static_cast<std::uint64_t>(read_whole(*n, "structures.check_rays", 0, 1'000'000'000'000));
+  if (const auto* n = reader.find("budget")) timing.budget_s = read_duration(*n, "structures.budget");
   reader.finish();
   return timing;
 }

@@ -12,7 +12,7 @@
 //   metrics     default: all
 //   resolution  [w, h]; default: the scene's
 //   threads     default: the machine's; `--threads` wins
-//   structures  true or { resolution, repetitions }: also time every structure on every scene
+//   structures  true or { resolution, repetitions, check_rays, budget = "30s" }: also time every structure on every scene
 //   outputs     { tables = ["md", "csv", "tex"] }
 //   quick       any of the keys above, put in their place by `--quick`
 #pragma once
@@ -42,8 +42,10 @@ struct ReferenceChoice {
 };
 
 struct StructureTiming {
-  int resolution = 512;
+  int resolution = 256;
   int repetitions = 3;
+  std::uint64_t check_rays = 0;  // as in ComparisonOptions
+  double budget_s = 30;
 };
 
 struct ExperimentConfig {

@@ -83,24 +83,52 @@ CellRecord read_cell(const Json& j) {
   return r;
 }
 
+// A figure that was measured stands under its key, its quartiles beside it; one that was not has no keys.
+void put_measured(Json& json, const std::string& key, const Measured& measured) {
+  if (measured.median == 0) return;
+  json[key] = finite(measured.median);
+  json[key + "_low"] = finite(measured.low);
+  json[key + "_high"] = finite(measured.high);
+}
+
+Measured read_measured(const Json& j, const std::string& key) {
+  const double median = j.value(key, 0.0);
+  return {median, j.value(key + "_low", median), j.value(key + "_high", median)};
+}
+
+struct KindFigure {
+  const char* suffix;
+  ByRayKind<Measured> StructureRecord::*figures;
+};
+constexpr KindFigure kind_figures[] = {{"_mrays_per_s", &StructureRecord::mrays_per_s},
+                                       {"_batched_mrays_per_s", &StructureRecord::batched_mrays_per_s},
+                                       {"_to_embree", &StructureRecord::to_embree},
+                                       {"_to_robust_embree", &StructureRecord::to_robust_embree}};
+
 StructureRecord read_structure(const Json& j) {
   StructureRecord r;
   r.scene = j.at("scene");
   r.structure = j.at("structure");
   r.layout = j.at("layout");
   r.manifest = j.at("manifest");
+  r.note = j.value("note", "");
   r.triangles = j.at("triangles");
   r.bytes = j.at("bytes");
   r.nodes = j.at("nodes");
   r.depth = j.at("depth");
+  r.checked = j.value("checked", std::uint64_t{0});
   r.disagreements = j.at("disagreements");
-  r.build_s = j.at("build_s");
+  r.threads = j.value("threads", 1);
+  r.build_s = read_measured(j, "build_s");
+  r.parallel_build_s = read_measured(j, "parallel_build_s");
   r.sah_cost = j.at("sah_cost");
-  r.primary_mrays_per_s = j.at("primary_mrays_per_s");
-  r.diffuse_mrays_per_s = j.at("diffuse_mrays_per_s");
-  r.shadow_mrays_per_s = j.at("shadow_mrays_per_s");
+  r.epo_cost = j.value("epo_cost", 0.0);
+  r.epo_triangles = j.value("epo_triangles", std::uint64_t{0});
   r.nodes_per_ray = j.at("nodes_per_ray");
   r.primitives_per_ray = j.at("primitives_per_ray");
+  for (const KindFigure& figure : kind_figures)
+    for (const RayKind kind : ray_kinds)
+      (r.*figure.figures)[index_of(kind)] = read_measured(j, std::string(ray_kind_name(kind)) + figure.suffix);
   return r;
 }
 
@@ -194,23 +222,30 @@ std::string to_json_line(const ReferenceRecord& r) {
 }
 
 std::string to_json_line(const StructureRecord& r) {
-  return dump({{"type", "structure"},
-               {"scene", r.scene},
-               {"structure", r.structure},
-               {"layout", r.layout},
-               {"manifest", r.manifest},
-               {"triangles", r.triangles},
-               {"build_s", finite(r.build_s)},
-               {"bytes", r.bytes},
-               {"nodes", r.nodes},
-               {"depth", r.depth},
-               {"sah_cost", finite(r.sah_cost)},
-               {"primary_mrays_per_s", finite(r.primary_mrays_per_s)},
-               {"diffuse_mrays_per_s", finite(r.diffuse_mrays_per_s)},
-               {"shadow_mrays_per_s", finite(r.shadow_mrays_per_s)},
-               {"nodes_per_ray", finite(r.nodes_per_ray)},
-               {"primitives_per_ray", finite(r.primitives_per_ray)},
-               {"disagreements", r.disagreements}});
+  Json json{{"type", "structure"},
+            {"scene", r.scene},
+            {"structure", r.structure},
+            {"layout", r.layout},
+            {"manifest", r.manifest},
+            {"triangles", r.triangles},
+            {"bytes", r.bytes},
+            {"nodes", r.nodes},
+            {"depth", r.depth},
+            {"threads", r.threads},
+            {"sah_cost", finite(r.sah_cost)},
+            {"epo_cost", finite(r.epo_cost)},
+            {"epo_triangles", r.epo_triangles},
+            {"nodes_per_ray", finite(r.nodes_per_ray)},
+            {"primitives_per_ray", finite(r.primitives_per_ray)},
+            {"checked", r.checked},
+            {"disagreements", r.disagreements}};
+  if (!r.note.empty()) json["note"] = r.note;
+  put_measured(json, "build_s", r.build_s);
+  put_measured(json, "parallel_build_s", r.parallel_build_s);
+  for (const KindFigure& figure : kind_figures)
+    for (const RayKind kind : ray_kinds)
+      put_measured(json, std::string(ray_kind_name(kind)) + figure.suffix, (r.*figure.figures)[index_of(kind)]);
+  return dump(json);
 }
 
 std::string to_json_line(const CheckpointRecord& r) {

@@ -13,6 +13,8 @@
 // cells and at most one torn last line, which the reader drops and the next writer cuts off.
 #pragma once
 
+#include "experiments/harness/ray_kind.h"
+
 #include <cstdint>
 #include <map>
 #include <string>
@@ -64,12 +66,28 @@ struct CellRecord {
   std::string note;
 };
 
+// The median of repetitions and their quartiles; 0: not measured.
+struct Measured {
+  double median = 0, low = 0, high = 0;
+};
+
 struct StructureRecord {
   std::string scene, structure, layout, manifest;
-  std::uint64_t triangles = 0, bytes = 0, nodes = 0, depth = 0, disagreements = 0;
-  double build_s = 0, sah_cost = 0;
-  double primary_mrays_per_s = 0, diffuse_mrays_per_s = 0, shadow_mrays_per_s = 0;
+  std::string note;  // what was left out of the measurement, and why; empty: nothing
+  std::uint64_t triangles = 0, bytes = 0, nodes = 0, depth = 0;
+  std::uint64_t checked = 0, disagreements = 0;  // rays whose answers were judged, and answers found wrong
+  int threads = 1;                               // of parallel_build_s
+  Measured build_s, parallel_build_s;            // the first on one thread
+  double sah_cost = 0, epo_cost = 0;
+  std::uint64_t epo_triangles = 0;  // that epo_cost was computed from
   double nodes_per_ray = 0, primitives_per_ray = 0;
+  // On one thread, asked ray by ray, and through the calls that take many.
+  ByRayKind<Measured> mrays_per_s, batched_mrays_per_s;
+  // Speed ray by ray over that of Embree, repetition by repetition: in its default mode, and with its watertight test.
+  ByRayKind<Measured> to_embree, to_robust_embree;
+
+  const Measured& speed(RayKind kind) const { return mrays_per_s[index_of(kind)]; }
+  Measured& speed(RayKind kind) { return mrays_per_s[index_of(kind)]; }
 };
 
 struct RunLog {

@@ -15,45 +15,7 @@ namespace {
 
 TableCell words_or_none(const std::string& text) { return text.empty() ? TableCell{} : TableCell::words(text); }
 
-TableCell measured(double value, std::string (*format)(double) = format_figure) {
-  return value == 0 ? TableCell{} : TableCell::number(value, format(value));
-}
-
 }  // namespace
-
-Table structures_table(const ReportData& data) {
-  Table table{"structures", "Ray structures", {}, {}, {"Size and build", "Speed and work"}, {}};
-  table.columns = {{"scene", "scene", false},
-                   {"structure", "structure", false},
-                   {"layout", "layout", false},
-                   {"triangles", "triangles", true, Audience::everyone, 1},
-                   {"build_s", "build", true, Audience::everyone, 1},
-                   {"bytes", "memory", true, Audience::everyone, 1},
-                   {"bytes_per_triangle", "bytes/triangle", true, Audience::everyone, 1},
-                   {"nodes", "nodes", true, Audience::everyone, 1},
-                   {"depth", "depth", true, Audience::everyone, 1},
-                   {"sah_cost", "SAH cost", true, Audience::everyone, 1},
-                   {"primary_mrays_per_s", "primary Mrays/s", true, Audience::everyone, 2},
-                   {"diffuse_mrays_per_s", "diffuse Mrays/s", true, Audience::everyone, 2},
-                   {"shadow_mrays_per_s", "shadow Mrays/s", true, Audience::everyone, 2},
-                   {"nodes_per_ray", "nodes/ray", true, Audience::everyone, 2},
-                   {"primitives_per_ray", "primitives/ray", true, Audience::everyone, 2},
-                   {"disagreements", "disagreements", true, Audience::everyone, 2}};
-  for (const StructureRecord& r : data.log->structures) {
-    const double per_triangle = r.triangles > 0 ? static_cast<double>(r.bytes) / static_cast<double>(r.triangles) : 0;
-    const auto counted = [](std::uint64_t value) {
-      return TableCell::number(static_cast<double>(value), format_count(static_cast<double>(value)));
-    };
-    table.rows.push_back({words_or_none(r.scene), words_or_none(r.structure), words_or_none(r.layout), counted(r.triangles),
-                          measured(r.build_s, format_seconds), measured(static_cast<double>(r.bytes), format_bytes),
-                          measured(per_triangle), counted(r.nodes), TableCell::count(r.depth), measured(r.sah_cost),
-                          measured(r.primary_mrays_per_s), measured(r.diffuse_mrays_per_s), measured(r.shadow_mrays_per_s),
-                          measured(r.nodes_per_ray), measured(r.primitives_per_ray), TableCell::count(r.disagreements)});
-  }
-  if (!table.rows.empty())
-    table.notes.push_back("One thread; the same recorded rays for every structure. SAH cost: node visit 1, primitive test 1.");
-  return table;
-}
 
 Table references_table(const ReportData& data) {
   Table table{"references", "References", {}, {}, {}, {}};

@@ -124,6 +124,9 @@ class Execution {
     ComparisonOptions options;
     options.resolution = config_.structures->resolution;
     options.repetitions = config_.structures->repetitions;
+    options.threads = plan_.threads;
+    options.check_rays = config_.structures->check_rays;
+    options.budget_s = config_.structures->budget_s;
     observer_.narrate(fmt::format("{}: timing {} structures", name, choices.size()));
     const auto status = [&](const std::string& line) { observer_.status(name + ": " + line); };
     std::vector<StructureRecord> records;
@@ -133,8 +136,7 @@ class Execution {
       StructureRecord& record = records[i];
       record.scene = name;
       record.manifest = manifest_.id;
-      // As in `etendue accel`: Embree gives up rays at edges for speed, which its row says; ours are held to account.
-      if (!record.structure.starts_with("embree")) summary_.disagreements += record.disagreements;
+      if (!is_foreign(record)) summary_.disagreements += record.disagreements;
       lines.push_back(to_json_line(record));
     }
     directory_.append(lines);

@@ -29,17 +29,17 @@ std::vector<const StructureRecord*> comparable_structures(const ReportData& data
   std::vector<const StructureRecord*> records;
   std::vector<double> costs;
   for (const StructureRecord& record : data.log->structures)
-    if (record.scene == scene.name && record.diffuse_mrays_per_s > 0) {
+    if (record.scene == scene.name && record.speed(RayKind::diffuse).median > 0) {
       records.push_back(&record);
-      costs.push_back(nanoseconds(record.diffuse_mrays_per_s));
+      costs.push_back(nanoseconds(record.speed(RayKind::diffuse).median));
     }
   if (records.size() < 3) return records;
   const double limit = 20 * median(costs);
   std::erase_if(records, [&](const StructureRecord* record) {
-    const double cost = nanoseconds(record->diffuse_mrays_per_s);
+    const double cost = nanoseconds(record->speed(RayKind::diffuse).median);
     if (cost > limit)
       notes.push_back(fmt::format("Outside the chart: {}, built in {}, {} a diffuse ray.", structure_name(*record),
-                                  format_seconds(record->build_s), format_seconds(cost * 1e-9)));
+                                  format_seconds(record->build_s.median), format_seconds(cost * 1e-9)));
     return cost > limit;
   });
   return records;
@@ -66,7 +66,7 @@ Figure structures_figure(const ReportData& data, const SceneData& scene) {
     series.colour = index % chart_colours;
     series.marker = index_in(layouts, record->layout) % chart_markers;
     series.draw = ChartSeries::Draw::dots;
-    const dvec2 at(std::max(record->build_s, 1e-6), nanoseconds(record->diffuse_mrays_per_s));
+    const dvec2 at(std::max(record->build_s.median, 1e-6), nanoseconds(record->speed(RayKind::diffuse).median));
     series.points = {{at.x, at.y, at.y, at.y}};
     positions.push_back(at);
     chart.series.push_back(std::move(series));
@@ -101,25 +101,23 @@ Figure ray_cost_figure(const ReportData& data, const SceneData& scene) {
   std::vector<std::string> notes;
   auto records = comparable_structures(data, scene, notes);
   if (records.empty()) return {};
-  std::stable_sort(records.begin(), records.end(),
-                   [](const auto* a, const auto* b) { return a->diffuse_mrays_per_s > b->diffuse_mrays_per_s; });
+  std::stable_sort(records.begin(), records.end(), [](const auto* a, const auto* b) {
+    return a->speed(RayKind::diffuse).median > b->speed(RayKind::diffuse).median;
+  });
   Chart chart;
   chart.x = {"cost, one thread [ns per ray]", Scale::log, std::nullopt};
-  const std::pair<const char*, double StructureRecord::*> kinds[] = {{"primary rays", &StructureRecord::primary_mrays_per_s},
-                                                                     {"diffuse bounces", &StructureRecord::diffuse_mrays_per_s},
-                                                                     {"shadow rays", &StructureRecord::shadow_mrays_per_s}};
-  for (std::size_t k = 0; k < std::size(kinds); ++k) {
+  for (const RayKind kind : ray_kinds) {
     ChartSeries series;
-    series.key = fmt::format("k{}", k);
-    series.label = kinds[k].first;
-    series.colour = series.marker = k;
+    series.key = fmt::format("k{}", index_of(kind));
+    series.label = std::string(ray_kind_name(kind)) + " rays";
+    series.colour = series.marker = index_of(kind);
     series.draw = ChartSeries::Draw::dots;
     for (std::size_t row = 0; row < records.size(); ++row)
-      if (const double cost = nanoseconds(records[row]->*kinds[k].second); cost > 0) {
+      if (const double cost = nanoseconds(records[row]->speed(kind).median); cost > 0) {
         const auto y = static_cast<double>(row);
         series.points.push_back({cost, y, y, y});
       }
-    chart.series.push_back(std::move(series));
+    if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   for (const StructureRecord* record : records) chart.rows.push_back(structure_name(*record));
   return {"ray-cost-" + scene.file_stem, scene.name, "cost per ray", {std::move(chart)}, notes};

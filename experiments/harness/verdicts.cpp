@@ -146,8 +146,8 @@ std::string structures_text(const RunLog& log, const std::string& scene) {
   for (const StructureRecord& record : log.structures) {
     if (record.scene != scene) continue;
     ++count;
-    if (fastest == nullptr || record.diffuse_mrays_per_s > fastest->diffuse_mrays_per_s) fastest = &record;
-    if (record.nodes > 0 && (quickest == nullptr || record.build_s < quickest->build_s)) quickest = &record;
+    if (fastest == nullptr || record.speed(RayKind::diffuse).median > fastest->speed(RayKind::diffuse).median) fastest = &record;
+    if (record.nodes > 0 && (quickest == nullptr || record.build_s.median < quickest->build_s.median)) quickest = &record;
     if (record.bytes > 0 && (smallest == nullptr || record.bytes < smallest->bytes)) smallest = &record;
   }
   if (count < 2) return {};
@@ -155,8 +155,9 @@ std::string structures_text(const RunLog& log, const std::string& scene) {
     return r.layout.empty() || r.layout == "-" ? r.structure : r.structure + " " + r.layout;
   };
   std::string text = fmt::format("Of {} structures, {} traces diffuse rays fastest ({} Mrays/s, built in {})", count,
-                                 name(*fastest), format_figure(fastest->diffuse_mrays_per_s), format_seconds(fastest->build_s));
-  if (quickest != nullptr) text += fmt::format("; {} is built first ({})", name(*quickest), format_seconds(quickest->build_s));
+                                 name(*fastest), format_figure(fastest->speed(RayKind::diffuse).median),
+                                 format_seconds(fastest->build_s.median));
+  if (quickest != nullptr) text += fmt::format("; {} is built first ({})", name(*quickest), format_seconds(quickest->build_s.median));
   if (smallest != nullptr)
     text += fmt::format("; {} is smallest ({})", name(*smallest), format_bytes(static_cast<double>(smallest->bytes)));
   return text + ".";

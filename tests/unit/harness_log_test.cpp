@@ -69,8 +69,16 @@ TEST_F(Log, RecordsAreReadBackExactly) {
   structure.structure = "sah";
   structure.layout = "binary";
   structure.triangles = 5;
-  structure.build_s = 0.125;
-  structure.shadow_mrays_per_s = 3.5;
+  structure.note = "left out";
+  structure.build_s = {0.125, 0.1, 0.5};
+  structure.parallel_build_s = {0.0625, 0.05, 0.25};
+  structure.speed(RayKind::shadow) = {3.5, 3.25, 3.75};
+  structure.batched_mrays_per_s[index_of(RayKind::gather)] = {4, 3, 5};
+  structure.to_embree[index_of(RayKind::photon)] = {1.25, 1.125, 1.5};
+  structure.to_robust_embree[index_of(RayKind::primary)] = {1.5, 1.5, 1.5};
+  structure.epo_cost = 0.75;
+  structure.checked = 100;
+  structure.threads = 3;
   structure.disagreements = 1;
   LogWriter(path_).append({to_json_line(manifest), to_json_line(reference), to_json_line(structure)});
   write_cell(1);

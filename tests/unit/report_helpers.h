@@ -104,10 +104,11 @@ inline StructureRecord structure(const std::string& scene, const std::string& na
   record.bytes = 64000;
   record.nodes = 999;
   record.depth = 12;
-  record.build_s = build_s;
-  record.primary_mrays_per_s = 2 * mrays;
-  record.diffuse_mrays_per_s = mrays;
-  record.shadow_mrays_per_s = 1.5 * mrays;
+  record.build_s = {build_s, build_s, build_s};
+  const auto speed = [&](RayKind kind, double value) { record.speed(kind) = {value, 0.99 * value, 1.01 * value}; };
+  speed(RayKind::primary, 2 * mrays);
+  speed(RayKind::diffuse, mrays);
+  speed(RayKind::shadow, 1.5 * mrays);
   return record;
 }
 

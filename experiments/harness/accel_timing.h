@@ -1,0 +1,29 @@
+// Clocks of the comparison of structures: how long rays take, and what a handful of repetitions says.
+#pragma once
+
+#include "experiments/harness/log.h"
+#include "framework/query.h"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace etendue {
+
+double seconds_of(const std::function<void()>& work);
+
+// The median of repetitions with their quartiles; of none, zeros.
+Measured summarise(std::span<const double> values);
+
+// Repetition by repetition a[i] / b[i], as far as both go; the machine's moods, which touch neighbours in time alike, cancel.
+std::vector<double> ratios(std::span<const double> a, std::span<const double> b);
+
+// Millions of rays a second on this thread: ray by ray through the interface (one indirect call a ray), or through the calls
+// that take many. Shadow rays ask occluded(), others closest(). 0 where there are no rays.
+double mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray> rays);
+double batched_mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray> rays);
+
+// How many of `rays` a structure traces within `seconds`, by a trial of the first few; all of them, or fewer.
+std::size_t affordable_rays(const RayQuery& structure, RayKind kind, std::span<const Ray> rays, double seconds);
+
+}  // namespace etendue
