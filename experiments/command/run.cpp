@@ -29,7 +29,11 @@ void print_plan(const RunPlan& plan, Console& console) {
   if (plan.config.structures)
     console.line(fmt::format("{} structures timed on {} scenes", plan.config.accels.size(), plan.config.scenes.size()));
   console.line(fmt::format("{} cells, {} to run; into {}", plan.cells.size(), left, plan.directory));
-  if (left > 0) console.line("each cell: at most " + plan.config.budget.text());
+  if (const auto& animation = plan.config.animation; animation && left > 0)
+    console.line(fmt::format("each cell: {} frames under {} policies, {}² pixels traced {} times", animation->frames,
+                             animation->policies.size(), animation->resolution, animation->repetitions));
+  else if (left > 0)
+    console.line("each cell: at most " + plan.config.budget.text());
   if (left > 0 && plan.config.budget.time_s)
     console.line(fmt::format("all of them: about {}, and what references, structures and metrics take",
                              format_seconds(static_cast<double>(left) * *plan.config.budget.time_s)));

@@ -30,12 +30,13 @@ int slurm_number(const char* name, std::optional<int> fallback) {
 }  // namespace
 
 std::vector<Cell> make_cells(const ExperimentConfig& config) {
+  const std::vector<Method>& methods = config.animation ? config.animation->motions : config.integrators;
   std::vector<Cell> cells;
   for (const std::uint64_t seed : config.seeds)
     for (std::size_t s = 0; s < config.scenes.size(); ++s)
       for (std::size_t a = 0; a < config.accels.size(); ++a)
-        for (std::size_t i = 0; i < config.integrators.size(); ++i)
-          cells.push_back({s, a, i, {config.scenes[s].name, config.accels[a].label(), config.integrators[i].label(), seed}});
+        for (std::size_t i = 0; i < methods.size(); ++i)
+          cells.push_back({s, a, i, {config.scenes[s].name, config.accels[a].label(), methods[i].label(), seed}});
   return cells;
 }
 

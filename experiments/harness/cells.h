@@ -11,7 +11,7 @@
 namespace etendue {
 
 struct Cell {
-  std::size_t scene = 0, accel = 0, integrator = 0;  // indices into the config
+  std::size_t scene = 0, accel = 0, integrator = 0;  // indices into the config; of an animation, `integrator` is the motion
   CellName name;
 };
 

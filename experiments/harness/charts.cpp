@@ -1,5 +1,6 @@
 #include "experiments/harness/charts.h"
 
+#include "experiments/harness/animation_report.h"
 #include "experiments/harness/report_text.h"
 #include "framework/core/units.h"
 
@@ -286,6 +287,8 @@ std::vector<Figure> file_figures(const ReportData& data) {
     add(structures_figure(data, scene));
     add(ray_cost_figure(data, scene));
   }
+  for (const AnimationData& animation : arrange_animations(*data.log))
+    for (Figure& figure : animation_figures(animation)) add(std::move(figure));
   return figures;
 }
 

@@ -16,16 +16,14 @@ namespace {
 namespace fs = std::filesystem;
 
 // What `--quick` means where an experiment has no [quick] table of its own.
+constexpr const char* default_dynamic_quick[] = {"seeds=1", "dynamic.frames=10", "dynamic.resolution=32",
+                                                 "dynamic.repetitions=1"};
 constexpr std::string_view default_quick = "seeds = 1\nbudget = { time = \"0.3s\" }\nresolution = [64, 64]\n";
 
 SceneChoice read_scene(const ConfigNode& node, const fs::path& directory) {
   SceneChoice scene{read_text(node, "scenes", "names or paths in quotes"), {}, node.where};
-  constexpr std::string_view prefix = "builtin:";
-  if (scene.name.starts_with(prefix)) {
-    std::vector<std::string> names;
-    for (const BuiltinScene& builtin : builtin_scenes()) names.push_back(std::string(prefix) + builtin.name);
-    if (std::find(names.begin(), names.end(), scene.name) == names.end())
-      throw Error(scene.where, unknown_name("scene", scene.name, names));
+  if (scene.name.starts_with(builtin_prefix)) {
+    check_builtin(scene.name, scene.where);
     scene.path = scene.name;
     return scene;
   }
@@ -155,6 +153,10 @@ std::optional<StructureTiming> read_structures(const ConfigNode& node) {
 void apply_quick(ConfigNode& root) {
   auto& table = std::get<ConfigNode::Table>(root.value);
   const auto own = table.find("quick");
+  if (const auto dynamic = table.find("dynamic"); own == table.end() && dynamic != table.end() && dynamic->second.table()) {
+    for (const char* assignment : default_dynamic_quick) apply_override(root, assignment);
+    return;
+  }
   ConfigNode quick = own == table.end() ? parse_config(default_quick, "--quick") : own->second;
   if (const auto timing = table.find("structures");
       own == table.end() && timing != table.end() && read_structures(timing->second))
@@ -172,6 +174,15 @@ std::string result_hash(const ConfigNode& root) {
   for (const char* key : {"title", "outputs", "quick", "threads"}) table.erase(key);
   const std::string text = canonical_text({std::move(table), {}, {}});
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
+}
+
+// An experiment on change over time renders nothing: keys of rendering would change nothing.
+void refuse_rendering_keys(const ConfigNode& root) {
+  const ConfigNode::Table& table = *root.table();
+  for (const char* key : {"integrators", "structures", "budget", "reference", "metrics", "resolution"})
+    if (const auto found = table.find(key); found != table.end())
+      throw Error(found->second.key_where,
+                  fmt::format("{}: of no use beside [dynamic], which renders nothing; expected only one of them", key));
 }
 
 ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
@@ -192,6 +203,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   if (const auto* n = reader.find("structures")) config.structures = read_structures(*n);
   std::vector<std::string> all_metrics;
   for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
+  const auto* dynamic = reader.find("dynamic");
   const auto* wanted = reader.find("metrics");
   config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
   config.table_formats = {"md", "csv", "tex"};
@@ -208,12 +220,18 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   config.seeds = read_seeds(seeds);
   if (budget) config.budget = read_budget(*budget);
   config.reference = read_reference(reference, directory);
-  config.accels = accels ? read_accels(*accels) : std::vector<Method>{{"binned-sah", {}, {}}};
+  if (dynamic) {
+    refuse_rendering_keys(root);
+    config.animation = read_animation(*dynamic);
+    config.accels = read_builders(accels);
+  } else {
+    config.accels = accels ? read_accels(*accels) : std::vector<Method>{{"binned-sah", {}, {}}};
+  }
   if (methods) config.integrators = read_integrators(*methods);
   if (!scenes) throw Error(Location{path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
   config.scenes = read_scenes(*scenes, directory);
-  if (!methods && !config.structures)
-    throw Error(Location{path}, "no integrators; expected [[integrators]] tables (or structures = true)");
+  if (!methods && !config.structures && !dynamic)
+    throw Error(Location{path}, "no integrators; expected [[integrators]] tables (or structures = true, or [dynamic])");
   if (methods && !budget) throw Error(Location{path}, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");
   if (config.reference.kind == ReferenceChoice::Kind::file && config.scenes.size() > 1)
     throw Error(config.reference.where,

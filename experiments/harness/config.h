@@ -13,10 +13,12 @@
 //   resolution  [w, h]; default: the scene's
 //   threads     default: the machine's; `--threads` wins
 //   structures  true or { resolution, repetitions, check_rays, budget = "30s" }: also time every structure on every scene
+//   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (animation.h)
 //   outputs     { tables = ["md", "csv", "tex"] }
 //   quick       any of the keys above, put in their place by `--quick`
 #pragma once
 
+#include "experiments/harness/animation.h"
 #include "experiments/harness/budget.h"
 #include "experiments/harness/method.h"
 #include "framework/core/vec.h"
@@ -59,6 +61,7 @@ struct ExperimentConfig {
   std::optional<ivec2> resolution;
   std::optional<int> threads;
   std::optional<StructureTiming> structures;
+  std::optional<AnimationChoice> animation;
   std::vector<std::string> table_formats;
   std::string hash;  // of all that changes a result: neither comments nor title, threads or outputs
 };

@@ -7,12 +7,15 @@
 //               evaluated on the spot), mse_floor (variance of its mean), checks (text of the agreement test)
 //   structure   a structure built over a scene: keys of StructureRecord
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
+//   animation   a scene in motion under several policies of change: keys of AnimationRecord
 //   cell        the end of a cell: status "done" or "failed" (with error), image file and hash, expectation
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, so a killed run leaves whole
 // cells and at most one torn last line, which the reader drops and the next writer cuts off.
 #pragma once
 
+#include "experiments/harness/animation_record.h"
+#include "experiments/harness/cell_name.h"
 #include "experiments/harness/ray_kind.h"
 
 #include <cstdint>
@@ -33,15 +36,6 @@ struct ReferenceRecord {
   int width = 0, height = 0;
 };
 
-// Names that say which cell: labels are what charts print ("binned-sah", "photon-map photons=200000").
-struct CellName {
-  std::string scene, accel, integrator;
-  std::uint64_t seed = 0;
-
-  std::string key() const;  // "scene | accel | integrator | seed=N": unique within an experiment
-  auto operator<=>(const CellName&) const = default;
-};
-
 struct CheckpointRecord {
   CellName cell;
   std::string manifest;
@@ -57,11 +51,11 @@ struct CheckpointRecord {
 
 struct CellRecord {
   CellName cell;
-  std::string status;      // "done" | "failed"
-  std::string error;       // of a failed cell
-  std::string image;       // EXR, relative to the experiment's directory
+  std::string status;  // "done" | "failed"
+  std::string error;   // of a failed cell
+  std::string image;   // EXR, relative to the experiment's directory
   std::string image_hash;
-  std::string bias;        // "unbiased" | "consistent" | "biased"
+  std::string bias;  // "unbiased" | "consistent" | "biased"
   double mse_exponent = 0;
   std::string note;
 };
@@ -96,6 +90,7 @@ struct RunLog {
   std::vector<StructureRecord> structures;
   std::vector<CheckpointRecord> checkpoints;
   std::vector<CellRecord> cells;
+  std::vector<AnimationRecord> animations;
 };
 
 // Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).

@@ -1,7 +1,9 @@
 #include "experiments/harness/method.h"
 
+#include "accel/ray/change_policy.h"
 #include "accel/registry.h"
 #include "framework/core/units.h"
+#include "framework/scene/motion.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
@@ -28,7 +30,7 @@ ParamValue read_param(const ConfigNode& node, const std::string& key) {
   wrong_type(node, key, "a boolean, a number or text");
 }
 
-// `find` is find_integrator or find_ray_structure.
+// `find` is find_integrator or one of its kin.
 template <class Find>
 Method read_method(const ConfigNode& node, const std::string& key, const Find& find) {
   if (const auto* text = node.text()) return {*text, {}, node.where};
@@ -90,6 +92,19 @@ std::vector<Method> read_integrators(const ConfigNode& node) {
 std::vector<Method> read_accels(const ConfigNode& node) {
   if (!node.text() || *node.text() != "all") return read_methods(node, "accels", find_ray_structure, validate_accel);
   return all_accels(node.where);
+}
+
+std::vector<Method> read_motions(const ConfigNode& node) {
+  return read_methods(node, "dynamic.motions", find_motion, [](Method& method) {
+    const MotionEntry& entry = find_motion(method.name, method.where);
+    entry.make({Geometry{}, 1, 1}, method.params);
+    normalise_integers(method, entry.params);
+  });
+}
+
+std::vector<Method> read_policies(const ConfigNode& node) {
+  return read_methods(node, "dynamic.policies", find_change_policy,
+                      [](Method& method) { find_change_policy(method.name, method.where).make(method.params); });
 }
 
 std::vector<Method> all_accels(const Location& where) {

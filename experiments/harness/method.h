@@ -1,4 +1,4 @@
-// A structure or an integrator as an experiment or the command line names it.
+// A structure, an integrator, a motion or a policy of change as an experiment or the command line names it.
 #pragma once
 
 #include "experiments/harness/config_tree.h"
@@ -27,5 +27,8 @@ std::vector<Method> all_accels(const Location& where);
 // Names, tables { name, parameters… }, or an array of both; each label once. `accels = "all"` is all_accels.
 std::vector<Method> read_integrators(const ConfigNode& node);
 std::vector<Method> read_accels(const ConfigNode& node);
+// Likewise motions and policies of change, under the keys `dynamic.motions` and `dynamic.policies`.
+std::vector<Method> read_motions(const ConfigNode& node);
+std::vector<Method> read_policies(const ConfigNode& node);
 
 }  // namespace etendue

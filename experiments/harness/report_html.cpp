@@ -1,5 +1,6 @@
 #include "experiments/harness/report_html.h"
 
+#include "experiments/harness/animation_report.h"
 #include "experiments/harness/charts.h"
 #include "experiments/harness/report_assets.h"
 #include "experiments/harness/report_text.h"
@@ -28,12 +29,15 @@ std::string title_of(const RunLog& log) {
 }
 
 std::string header(const ReportData& data) {
-  std::string out =
-      fmt::format("<header><h1>{}</h1>\n<p class=\"facts\">{} · {} · {} · {}{} · {} done{}</p>\n", html(title_of(*data.log)),
-                  counted(data.scenes.size(), "scene", "scenes"), counted(data.integrators.size(), "integrator", "integrators"),
-                  counted(data.accels.size(), "structure", "structures"), data.most_seeds > 1 ? "up to " : "",
-                  counted(data.most_seeds, "seed", "seeds"), counted(data.done, "cell", "cells"),
-                  data.failed > 0 ? fmt::format(", {} failed", data.failed) : "");
+  std::string out = fmt::format("<header><h1>{}</h1>\n", html(title_of(*data.log)));
+  if (const std::size_t animations = arrange_animations(*data.log).size(); animations > 0)
+    out += fmt::format("<p class=\"facts\">{}</p>\n", counted(animations, "animation", "animations"));
+  if (!data.scenes.empty() || data.log->animations.empty())
+    out += fmt::format(
+        "<p class=\"facts\">{} · {} · {} · {}{} · {} done{}</p>\n", counted(data.scenes.size(), "scene", "scenes"),
+        counted(data.integrators.size(), "integrator", "integrators"), counted(data.accels.size(), "structure", "structures"),
+        data.most_seeds > 1 ? "up to " : "", counted(data.most_seeds, "seed", "seeds"), counted(data.done, "cell", "cells"),
+        data.failed > 0 ? fmt::format(", {} failed", data.failed) : "");
   std::set<std::string> machines;
   for (const ManifestRecord& m : data.log->manifests)
     machines.insert(fmt::format("{}{} · etendue {} ({})", m.cpu.empty() ? "" : m.cpu + ", ",
@@ -52,6 +56,7 @@ std::string navigation(const ReportData& data) {
   std::string out = "<nav aria-label=\"Contents\"><a href=\"#findings\">Findings</a>";
   for (const SceneData& scene : data.scenes)
     if (has_charts(data, scene)) out += fmt::format("<a href=\"#scene-{}\">{}</a>", scene.file_stem, html(scene.name));
+  if (!data.log->animations.empty()) out += "<a href=\"#animations\">Change over time</a>";
   if (!data.log->structures.empty()) out += "<a href=\"#structures\">Ray structures</a>";
   return out + "<a href=\"#tables\">Tables</a><a href=\"#reproduce\">How to reproduce</a></nav>\n";
 }
@@ -59,10 +64,12 @@ std::string navigation(const ReportData& data) {
 std::string findings(const ReportData& data) {
   const Conclusions conclusions = conclude(data);
   std::string out = "<section id=\"findings\"><h2>Findings</h2>\n";
-  if (data.done == 0)
-    out += data.failed > 0 ? "<p>No cell finished; what went wrong is in the table of failures.</p>\n"
-                           : "<p>The log holds no finished cell.</p>\n";
-  else if (data.empty())
+  const std::vector<AnimationData> animations = arrange_animations(*data.log);
+  if (data.done == 0 && data.failed > 0)
+    out += "<p>No cell finished; what went wrong is in the table of failures.</p>\n";
+  else if (data.done == 0 && animations.empty())
+    out += "<p>The log holds no finished cell.</p>\n";
+  else if (data.done > 0 && data.empty())
     out += "<p>No metric was logged: there was nothing to measure the images against.</p>\n";
   out += "<div class=\"findings\">\n";
   for (const SceneVerdicts& scene : conclusions.scenes) {
@@ -75,6 +82,9 @@ std::string findings(const ReportData& data) {
     }
     out += conclusions.scenes.size() > 4 && scene.verdicts.size() > 1 ? "</dl></details></article>\n" : "</dl></article>\n";
   }
+  for (const AnimationData& animation : animations)
+    out += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}</p></article>\n", html(animation.name),
+                       html(animation_finding(animation)));
   out += "</div>\n";
   if (!conclusions.warnings.empty()) {
     out += "<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n";
@@ -212,7 +222,8 @@ std::string viewer(const SceneImages& images, std::size_t index) {
       stops);
   for (const std::string& note : images.notes) out += "<p class=\"note\">" + html(note) + "</p>\n";
   out += fmt::format(
-      "<p class=\"note\">White at 0 EV is {} W/(m² sr), 1.25 times the 98th percentile; what is brighter was clipped, so only darker "
+      "<p class=\"note\">White at 0 EV is {} W/(m² sr), 1.25 times the 98th percentile; what is brighter was clipped, so only "
+      "darker "
       "parts "
       "can be exposed anew.</p></figure>\n",
       format_figure(1 / images.exposure));
@@ -256,6 +267,17 @@ std::string scene_section(const ReportData& data, const SceneData& scene, const 
     out += "<div class=\"figures\">\n" + over_time + front + "</div>\n";
   for (std::size_t i = 0; i < content.images.size(); ++i)
     if (content.images[i].scene == scene.name) out += viewer(content.images[i], i);
+  return out + "</section>\n";
+}
+
+std::string animations_section(const ReportData& data) {
+  if (data.log->animations.empty()) return {};
+  std::string out = "<section id=\"animations\"><h2>Change over time</h2>\n";
+  for (const AnimationData& animation : arrange_animations(*data.log)) {
+    out += fmt::format("<h3>{}</h3><div class=\"figures\">\n", html(animation.name));
+    for (const Figure& figure : animation_figures(animation)) out += fixed_figure(figure);
+    out += "</div>\n";
+  }
   return out + "</section>\n";
 }
 
@@ -313,7 +335,7 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     for (const SceneData& scene : data.scenes)
       if (has_charts(data, scene)) out += scene_section(data, scene, variants, content);
   }
-  out += structures_section(data);
+  out += animations_section(data) + structures_section(data);
   out += "<section id=\"tables\"><h2>Tables</h2>\n";
   for (const Table& table : content.tables)
     if (!table.rows.empty()) out += to_html(table);

@@ -1,6 +1,7 @@
 #include "experiments/harness/run.h"
 
 #include "experiments/harness/accel_comparison.h"
+#include "experiments/harness/animation_run.h"
 #include "experiments/harness/manifest.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report.h"
@@ -242,6 +243,7 @@ RunPlan plan_run(const RunOptions& options) {
 }
 
 RunSummary execute_run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) {
+  if (plan.config.animation) return execute_animations(plan, observer);
   return Execution(plan, observer, compute).run();
 }
 

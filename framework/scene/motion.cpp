@@ -66,9 +66,9 @@ class Wave final : public Deformation {
   Wave(const MotionTask& task, const WaveParams& params)
       : Deformation(task.geometry), params_(params), axis_(bounds().longest_axis()) {
     std::vector<float> along;
-    for (const vec3& p : rest().positions)
+    for (const vec3& p : task.geometry.positions)
       if (is_finite(p)) along.push_back(p[axis_]);
-    for (const Quadric& quadric : rest().quadrics) along.push_back(etendue::anchor(quadric)[axis_]);
+    for (const Quadric& quadric : task.geometry.quadrics) along.push_back(etendue::anchor(quadric)[axis_]);
     const auto count = static_cast<std::ptrdiff_t>(params.moving * static_cast<float>(along.size()));
     if (params.moving >= 1 || along.empty()) return;
     std::nth_element(along.begin(), along.begin() + count, along.end());
