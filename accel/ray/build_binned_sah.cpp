@@ -2,23 +2,28 @@
 
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
+#include "accel/ray/small_sweep.h"
+#include "framework/core/parallel.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
 #include <array>
+#include <cstring>
 
 namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t max_bins = 256;
-constexpr std::uint32_t parallel_size = 1 << 16;  // runs at least this long are binned in parallel
-constexpr std::uint32_t parallel_grain = 1 << 13;
+constexpr std::uint32_t parallel_size = 1 << 15;  // runs at least this long are binned and parted in parallel
+constexpr std::uint32_t parallel_grain = 1 << 12;
+
+using Floats = float __attribute__((vector_size(16)));
+using Ints = std::int32_t __attribute__((vector_size(16)));
 
 struct Bin {
   SimdBounds bounds;
   std::uint32_t count = 0;
+  char unused[60 - sizeof(SimdBounds)];  // a stride that is a power of two
 
   void merge(const Bin& other) {
     bounds.extend(other.bounds);
@@ -26,140 +31,272 @@ struct Bin {
   }
 };
 
-// The sums that a cut is chosen from, over a run of items. Both merge exactly and in any order.
-struct CentreBounds {
-  Bounds bounds;
+// x, y and z of an item's centre; the fourth lane is of no account, but finite. The same arithmetic as Bounds::centre.
+inline Floats centre_of(const BuildItem& item) {
+  Floats lower, upper;
+  std::memcpy(&lower, &item.bounds.lower.x, sizeof lower);
+  std::memcpy(&upper, &item.bounds.lower.z, sizeof upper);  // lanes 1 to 3
+  return 0.5f * lower + 0.5f * __builtin_shuffle(upper, Ints{1, 2, 3, 3});
+}
 
-  void add(const BuildItem& item) { bounds.extend(item.bounds.centre()); }
-  void merge(const CentreBounds& other) { bounds.extend(other.bounds); }
-};
-
-class Bins {
+// The equal intervals of the centres' extent, per axis.
+class Grid {
  public:
-  Bins(const Bounds& centres, std::uint32_t count) : count_(count), lower_(centres.lower), bins_(3 * count) {
+  Grid(const Bounds& centres, std::uint32_t count) {
     // A little below count / extent, so that the upper end falls into the last bin. An axis whose extent is zero, or too small
     // or too large to divide by, has no cut: 0 and 0 send everything into bin 0.
     for (int axis = 0; axis < 3; ++axis) {
+      lower_[axis] = centres.lower[axis];
       scale_[axis] = static_cast<float>(count) * (1 - 1e-6f) / (centres.upper[axis] - centres.lower[axis]);
       if (!(scale_[axis] > 0 && scale_[axis] < infinity)) scale_[axis] = lower_[axis] = 0;
     }
+    last_ = Ints{} + static_cast<std::int32_t>(count - 1);
   }
 
-  std::uint32_t bin(const BuildItem& item, int axis) const {
-    const float centre = 0.5f * item.bounds.lower[axis] + 0.5f * item.bounds.upper[axis];
-    return std::min(static_cast<std::uint32_t>((centre - lower_[axis]) * scale_[axis]), count_ - 1);
+  // The bins of a centre, by axis.
+  Ints operator()(Floats centre) const {
+    const Ints bins = __builtin_convertvector((centre - lower_) * scale_, Ints);
+    return bins < last_ ? bins : last_;
   }
-  std::span<const Bin> axis(int axis) const { return std::span(bins_).subspan(axis * count_, count_); }
 
-  void add(const BuildItem& item) {
-    for (int axis = 0; axis < 3; ++axis) {
-      Bin& bin_of_item = bins_[axis * count_ + bin(item, axis)];
-      bin_of_item.bounds.extend(item.bounds);
-      ++bin_of_item.count;
+ private:
+  Floats lower_{}, scale_{};
+  Ints last_;
+};
+
+// Counts and boxes of the items in each bin of each axis. Two merge exactly and in any order.
+template <std::uint32_t capacity>
+class Bins {
+ public:
+  Bins(const Grid& grid, std::uint32_t count) : grid_(grid), count_(count) {}
+
+  void add(const BuildItem* begin, const BuildItem* end) {
+    const Grid grid = grid_;  // a copy that no store into the bins can reach
+    for (; begin != end; ++begin) {
+      const SimdBounds bounds(begin->bounds);
+      const Ints bins = grid(centre_of(*begin));
+      for (int axis = 0; axis < 3; ++axis) {
+        Bin& bin = bins_[axis][static_cast<std::uint32_t>(bins[axis])];
+        bin.bounds.extend(bounds);
+        ++bin.count;
+      }
     }
   }
   void merge(const Bins& other) {
-    for (std::size_t i = 0; i < bins_.size(); ++i) bins_[i].merge(other.bins_[i]);
+    for (int axis = 0; axis < 3; ++axis)
+      for (std::uint32_t i = 0; i < count_; ++i) bins_[axis][i].merge(other.bins_[axis][i]);
+  }
+
+  struct Cut {
+    float cost = infinity;  // primitive tests on both sides, weighted by area
+    int axis = -1;
+    std::uint32_t bin = 0;   // where the right side begins
+    std::uint32_t left = 0;  // how many items go left
+  };
+
+  Cut best() const {
+    Cut best;
+    for (int axis = 0; axis < 3; ++axis) sweep(axis, best);
+    return best;
+  }
+  Bounds bounds(int axis, std::uint32_t begin, std::uint32_t end) const {
+    SimdBounds sum;
+    for (std::uint32_t i = begin; i < end; ++i) sum.extend(bins_[axis][i].bounds);
+    return sum.get();
+  }
+  std::uint32_t size() const { return count_; }
+  const Grid& grid() const { return grid_; }
+
+ private:
+  // The cheapest cut between two bins of an axis.
+  void sweep(int axis, Cut& best) const {
+    std::array<float, capacity> right_cost;
+    const auto& bins = bins_[axis];
+    Bin left, right;
+    for (std::uint32_t i = count_ - 1; i > 0; --i) {
+      right.merge(bins[i]);
+      right_cost[i] = right.bounds.half_area() * static_cast<float>(right.count);
+    }
+    const std::uint32_t total = right.count + bins[0].count;
+    for (std::uint32_t i = 1; i < count_; ++i) {
+      left.merge(bins[i - 1]);
+      const float cost = left.bounds.half_area() * static_cast<float>(left.count) + right_cost[i];
+      if (cost < best.cost && left.count != 0 && left.count != total) best = {cost, axis, i, left.count};
+    }
+  }
+
+  Grid grid_;
+  std::uint32_t count_;
+  std::array<std::array<Bin, capacity>, 3> bins_;  // by axis
+};
+
+// Boxes of centres on both sides of a cut, without a branch: an item is made a NaN, which no minimum takes, for the other side.
+class SideCentres {
+ public:
+  void add(Floats centre, bool goes_left) {
+    const Ints all_if_left = Ints{} - static_cast<std::int32_t>(goes_left);
+    add(lower_[0], upper_[0], centre, ~all_if_left);
+    add(lower_[1], upper_[1], centre, all_if_left);
+  }
+  void merge(const SideCentres& other) {
+    for (int side = 0; side < 2; ++side) {
+      lower_[side] = other.lower_[side] < lower_[side] ? other.lower_[side] : lower_[side];
+      upper_[side] = other.upper_[side] > upper_[side] ? other.upper_[side] : upper_[side];
+    }
+  }
+  Bounds get(int side) const {
+    const Floats l = lower_[side], u = upper_[side];
+    return {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
   }
 
  private:
-  std::uint32_t count_;
-  vec3 lower_, scale_;
-  std::vector<Bin> bins_;  // by axis
+  static void add(Floats& lower, Floats& upper, Floats centre, Ints nan) {
+    const auto value = reinterpret_cast<Floats>(reinterpret_cast<Ints>(centre) | nan);
+    lower = value < lower ? value : lower;
+    upper = value > upper ? value : upper;
+  }
+
+  Floats lower_[2] = {Floats{} + infinity, Floats{} + infinity};
+  Floats upper_[2] = {Floats{} - infinity, Floats{} - infinity};
 };
 
-template <class Sum>
-Sum sum(std::span<const BuildItem> items, const Sum& zero) {
-  const auto add = [&](Sum part, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i != end; ++i) part.add(items[i]);
-    return part;
-  };
-  if (items.size() < parallel_size) return add(zero, 0, items.size());
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, items.size(), parallel_grain), zero,
-      [&](const auto& range, Sum part) { return add(std::move(part), range.begin(), range.end()); },
-      [](Sum a, const Sum& b) {
-        a.merge(b);
-        return a;
-      });
-}
-
-struct Cut {
-  float cost = infinity;  // primitive tests on both sides, weighted by area
-  int axis = -1;
-  std::uint32_t bin = 0;  // where the right side begins
-};
-
-// The cheapest cut between two bins of an axis.
-void sweep(std::span<const Bin> bins, int axis, Cut& best) {
-  std::array<float, max_bins> right_cost;
-  Bin right;
-  for (std::size_t i = bins.size() - 1; i > 0; --i) {
-    right.merge(bins[i]);
-    right_cost[i] = right.bounds.half_area() * static_cast<float>(right.count);
-  }
-  Bin left;
-  const std::uint32_t total = right.count + bins[0].count;
-  for (std::size_t i = 1; i < bins.size(); ++i) {
-    left.merge(bins[i - 1]);
-    if (left.count == 0 || left.count == total) continue;
-    const float cost = left.bounds.half_area() * static_cast<float>(left.count) + right_cost[i];
-    if (cost < best.cost) best = {cost, axis, static_cast<std::uint32_t>(i)};
-  }
-}
-
+template <std::uint32_t capacity>
 class BinnedSplitter {
  public:
-  BinnedSplitter(std::span<BuildItem> items, const BinnedSahParams& params)
-      : items_(items), params_(params), moved_(items.size()) {}
+  BinnedSplitter(std::vector<BuildItem>& items, const BinnedSahParams& params)
+      : params_(params), moved_(items.size()), items_{items.data(), moved_.data()}, count_(items.size()) {}
 
   std::optional<Split> best(const ItemRange& range) {
-    const std::span run = items_.subspan(range.begin, range.size());
-    const Bins bins = sum(run, Bins(sum(run, CentreBounds()).bounds, bins_for(range.size())));
-    Cut cut;
-    for (int axis = 0; axis < 3; ++axis) sweep(bins.axis(axis), axis, cut);
-    const float area = range.bounds.half_area(), size = static_cast<float>(range.size());
-    const bool splits_cheaper = area + params_.primitive_cost * cut.cost < params_.primitive_cost * area * size;
-    if (size <= static_cast<float>(params_.leaf_size) && !splits_cheaper) return std::nullopt;
+    if (range.size() <= small_sweep_size) return best_of_few(range);
+    const std::uint32_t bin_count = bins_for(range.size());
+    NodeBins bins(Grid(range.centres, bin_count), bin_count);
+    fill(bins, range);
+    const typename NodeBins::Cut cut = bins.best();
+    if (range.size() <= static_cast<std::uint32_t>(params_.leaf_size) && !is_worth(cut.cost, range)) return std::nullopt;
     if (cut.axis < 0) return halve(range);  // coincident centres, or areas beyond the range of float
-    return partition(range, bins, cut);
+    Split split{range.begin + cut.left, bins.bounds(cut.axis, 0, cut.bin), bins.bounds(cut.axis, cut.bin, bins.size())};
+    part(range, bins.grid(), cut.axis, cut.bin, split);
+    return split;
   }
 
-  Split halve(const ItemRange& range) { return halve_items(items_, range); }
-  std::uint32_t id(const ItemRange&, std::uint32_t position) const { return items_[position].id; }
+  Split halve(const ItemRange& range) {
+    const Split split = halve_items(std::span(from(range), count_), range);
+    std::copy(from(range) + range.begin, from(range) + range.end, to(range) + range.begin);
+    return split;
+  }
+
+  std::uint32_t id(const ItemRange& range, std::uint32_t position) { return from(range)[position].id; }
 
  private:
+  using NodeBins = Bins<capacity>;
+
   // A small node gains nothing from many bins, and empty bins cost as much as full ones.
   std::uint32_t bins_for(std::uint32_t size) const { return std::min(static_cast<std::uint32_t>(params_.bins), 4 + size / 8); }
 
-  // Stable and without a branch to mispredict: each item is written to both sides, only one of which moves on.
-  Split partition(const ItemRange& range, const Bins& bins, const Cut& cut) {
-    std::uint32_t left = range.begin, right = range.begin;
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const BuildItem item = items_[i];
-      const bool goes_left = bins.bin(item, cut.axis) < cut.bin;
-      items_[left] = item;
-      moved_[right] = item;
-      left += goes_left;
-      right += !goes_left;
-    }
-    std::copy(moved_.begin() + range.begin, moved_.begin() + right, items_.begin() + left);
-    Bin sides[2];
-    const auto bins_of_axis = bins.axis(cut.axis);
-    for (std::uint32_t i = 0; i < bins_of_axis.size(); ++i) sides[i >= cut.bin].merge(bins_of_axis[i]);
-    return {left, sides[0].bounds.get(), sides[1].bounds.get()};
+  // Items change sides between two arrays at each level, so that none is moved twice.
+  BuildItem* from(const ItemRange& range) const { return items_[range.depth & 1]; }
+  BuildItem* to(const ItemRange& range) const { return items_[~range.depth & 1]; }
+
+  bool is_worth(float cut_cost, const ItemRange& range) const {
+    const float area = range.bounds.half_area(), cost = params_.primitive_cost;
+    return area + cost * cut_cost < cost * area * static_cast<float>(range.size());
   }
 
-  std::span<BuildItem> items_;
+  std::optional<Split> best_of_few(const ItemRange& range) {
+    const BuildItem* const items = from(range) + range.begin;
+    const SmallCut cut = sweep_small(items, range.size());
+    if (range.size() <= static_cast<std::uint32_t>(params_.leaf_size) && !is_worth(cut.cost, range)) return std::nullopt;
+    if (!(cut.cost < infinity)) return halve(range);
+    SimdBounds left, right;
+    BuildItem* const moved = to(range) + range.begin;
+    for (std::uint32_t i = 0; i < cut.left; ++i) left.extend((moved[i] = items[cut.order[i]]).bounds);
+    for (std::uint32_t i = cut.left; i < range.size(); ++i) right.extend((moved[i] = items[cut.order[i]]).bounds);
+    return Split{range.begin + cut.left, left.get(), right.get()};
+  }
+
+  void fill(NodeBins& bins, const ItemRange& range) const {
+    const BuildItem* const items = from(range);
+    if (range.size() < parallel_size) return bins.add(items + range.begin, items + range.end);
+    const NodeBins empty = bins;
+    bins = tbb::parallel_reduce(
+        tbb::blocked_range<std::uint32_t>(range.begin, range.end, parallel_grain), empty,
+        [&](const auto& part, NodeBins sum) {
+          sum.add(items + part.begin(), items + part.end());
+          return sum;
+        },
+        [](NodeBins a, const NodeBins& b) {
+          a.merge(b);
+          return a;
+        });
+  }
+
+  // Items of bins below `bin` go left. Stable, by chunks of which the places on both sides are known in large runs.
+  void part(const ItemRange& range, const Grid& grid, int axis, std::int32_t bin, Split& split) const {
+    const auto goes_left = [&](const BuildItem& item) { return grid(centre_of(item))[axis] < bin; };
+    const BuildItem* const items = from(range);
+    const std::uint32_t chunk_size = range.size() < parallel_size ? range.size() : parallel_grain,
+                        chunk_count = (range.size() + chunk_size - 1) / chunk_size;
+    const auto end_of = [&](std::size_t chunk) {
+      return std::min(range.end, range.begin + (static_cast<std::uint32_t>(chunk) + 1) * chunk_size);
+    };
+    if (chunk_count == 1) {
+      const SideCentres centres = part(range, range.begin, range.end, range.begin, split.middle, goes_left);
+      split.left_centres = centres.get(0);
+      split.right_centres = centres.get(1);
+      return;
+    }
+    std::vector<std::uint32_t> left(chunk_count);  // items of the chunk that go left; then where they go
+    parallel_for(chunk_count, 1, [&](std::size_t chunk) {
+      const std::uint32_t begin = range.begin + static_cast<std::uint32_t>(chunk) * chunk_size;
+      left[chunk] = static_cast<std::uint32_t>(std::count_if(items + begin, items + end_of(chunk), goes_left));
+    });
+    std::uint32_t place = range.begin;
+    for (std::uint32_t& l : left) place += std::exchange(l, place);
+    std::vector<SideCentres> centres(chunk_count);
+    parallel_for(chunk_count, 1, [&](std::size_t chunk) {
+      const std::uint32_t begin = range.begin + static_cast<std::uint32_t>(chunk) * chunk_size;
+      centres[chunk] = part(range, begin, end_of(chunk), left[chunk], split.middle + begin - left[chunk], goes_left);
+    });
+    for (std::uint32_t chunk = 1; chunk < chunk_count; ++chunk) centres[0].merge(centres[chunk]);
+    split.left_centres = centres[0].get(0);
+    split.right_centres = centres[0].get(1);
+  }
+
+  // Moves the items in [begin, end) to `left` and `right` in the other array.
+  template <class GoesLeft>
+  SideCentres part(const ItemRange& range, std::uint32_t begin, std::uint32_t end, std::uint32_t left, std::uint32_t right,
+                   const GoesLeft& goes_left) const {
+    const BuildItem* const items = from(range);
+    BuildItem* const moved = to(range);
+    SideCentres centres;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const bool is_left = goes_left(items[i]);
+      moved[is_left ? left : right] = items[i];
+      left += is_left;
+      right += !is_left;
+      centres.add(centre_of(items[i]), is_left);
+    }
+    return centres;
+  }
+
   BinnedSahParams params_;
-  std::vector<BuildItem> moved_;  // working space; a run of items uses its own part, so tasks never meet
+  std::vector<BuildItem> moved_;
+  std::array<BuildItem*, 2> items_;  // by the depth's last bit
+  std::size_t count_;
 };
+
+template <std::uint32_t capacity>
+BinaryTree build(std::vector<BuildItem>& items, const BinnedSahParams& params) {
+  BinnedSplitter<capacity> splitter(items, params);
+  return grow_tree(splitter, items, params);
+}
 
 }  // namespace
 
 BinaryTree build_binned_sah(std::vector<BuildItem> items, const BinnedSahParams& params) {
-  BinnedSplitter splitter(items, params);
-  return grow_tree(splitter, items, params);
+  if (params.bins <= 16) return build<16>(items, params);
+  if (params.bins <= 64) return build<64>(items, params);
+  return build<256>(items, params);
 }
 
 }  // namespace etendue

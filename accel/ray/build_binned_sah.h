@@ -1,8 +1,10 @@
 // Binned SAH builder: as the full sweep, but cuts are tried only between equal bins of the centres' extent, so that a level
 // costs a pass over the items and no sorting at all ([Wald2007]).
 //
-// All three axes are tried. A node uses `bins` bins or, when it holds few primitives, fewer (see bins_for). Large runs are
-// binned by several threads: counts and boxes of bins merge exactly, in any order, so the tree is the same at any
+// All three axes are tried. A node uses `bins` bins or, when it holds few primitives, fewer (see bins_for); a handful is swept
+// exactly (small_sweep.h). Items change between two arrays at each level, and the boxes of centres that the next level needs
+// are taken on the way, so a level reads the items twice and writes them once. Large runs are binned and parted by several
+// threads: counts and boxes of bins merge exactly, in any order, and the parting is stable, so the tree is the same at any
 // thread count. Items whose centres coincide are halved (grow_tree.h).
 #pragma once
 

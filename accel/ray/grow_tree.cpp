@@ -31,8 +31,11 @@ Split halve_items(std::span<BuildItem> items, const ItemRange& range) {
   };
   Split split{range.begin + range.size() / 2, {}, {}};
   std::nth_element(items.begin() + range.begin, items.begin() + split.middle, items.begin() + range.end, before);
-  for (std::uint32_t i = range.begin; i < split.middle; ++i) split.left.extend(items[i].bounds);
-  for (std::uint32_t i = split.middle; i < range.end; ++i) split.right.extend(items[i].bounds);
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    const Bounds& bounds = items[i].bounds;
+    (i < split.middle ? split.left : split.right).extend(bounds);
+    (i < split.middle ? split.left_centres : split.right_centres).extend(bounds.centre());
+  }
   return split;
 }
 

@@ -104,6 +104,7 @@ class TreeGrower {
         continue;
       }
       used += 2;
+      depth = std::max(depth, range.depth + 1);
       const std::uint32_t place = 2 * job.pair + 1, left = split->middle - range.begin;
       tree_.nodes[job.place] = {range.bounds, place, 0};
       hand_on({{split->middle, range.end, split->right, split->right_centres, range.depth + 1}, place + 1, job.pair + left},
@@ -117,7 +118,9 @@ class TreeGrower {
   }
 
   void hand_on(const Job& job, std::vector<Job>& jobs) {
-    if (job.range.size() >= task_size)
+    if (job.range.size() == 1)
+      make_leaf(job.range, job.place);
+    else if (job.range.size() >= task_size)
       tasks_.run([this, job] { run(job); });
     else
       jobs.push_back(job);

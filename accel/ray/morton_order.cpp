@@ -1,6 +1,5 @@
 #include "accel/ray/morton_order.h"
 
-#include "accel/ray/simd_bounds.h"
 #include "framework/core/parallel.h"
 
 #include <tbb/parallel_reduce.h>

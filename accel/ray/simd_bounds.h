@@ -15,13 +15,11 @@ namespace etendue {
 class SimdBounds {
  public:
   SimdBounds() : lower_(_mm_set1_ps(infinity)), upper_(_mm_set1_ps(-infinity)) {}
-
-  void extend(const Bounds& b) {
+  explicit SimdBounds(const Bounds& b) : lower_(_mm_loadu_ps(&b.lower.x)), upper_(_mm_loadu_ps(&b.lower.x + 2)) {
     static_assert(sizeof(Bounds) == 6 * sizeof(float));
-    const float* floats = &b.lower.x;
-    lower_ = _mm_min_ps(lower_, _mm_loadu_ps(floats));
-    upper_ = _mm_max_ps(upper_, _mm_loadu_ps(floats + 2));
   }
+
+  void extend(const Bounds& b) { extend(SimdBounds(b)); }
   void extend(const SimdBounds& b) {
     lower_ = _mm_min_ps(lower_, b.lower_);
     upper_ = _mm_max_ps(upper_, b.upper_);
@@ -49,6 +47,9 @@ class SimdBounds {
 
 class SimdBounds {
  public:
+  SimdBounds() = default;
+  explicit SimdBounds(const Bounds& b) : bounds_(b) {}
+
   void extend(const Bounds& b) { bounds_.extend(b); }
   void extend(const SimdBounds& b) { bounds_.extend(b.bounds_); }
   Bounds get() const { return bounds_; }
