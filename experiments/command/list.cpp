@@ -21,7 +21,11 @@ void print_params(const std::vector<ParamInfo>& params) {
 }
 
 void list_scenes() {
-  for (const BuiltinScene& scene : builtin_scenes()) print_name("builtin:" + scene.name, scene.summary);
+  for (const BuiltinScene& scene : builtin_scenes()) {
+    print_name("builtin:" + scene.name, scene.summary);
+    print_params(scene.params);
+  }
+  print_name("builtin:NAME?key=value,…", "with parameters");
   print_name("FILE.pbrt", "a scene");
   print_name("FILE.obj, .ply, .smf", "a bare mesh, with a camera and a light of its own");
 }

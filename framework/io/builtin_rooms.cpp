@@ -1,5 +1,6 @@
 #include "framework/io/builtin_rooms.h"
 
+#include "framework/io/builtin_meshes.h"
 #include "framework/scene/builder.h"
 
 namespace etendue {
@@ -29,61 +30,6 @@ void cornell_camera(SceneBuilder& b) { b.camera({0, 1, 3.8f}, {0, 1, 0}, 40, roo
 
 MeshData turned_box(const vec3& centre, const vec3& half, float degrees) {
   return transformed(box(-half, half), Transform::translate(centre) * Transform::rotate(degrees * pi / 180, {0, 1, 0}));
-}
-
-// Smooth value noise: eight hashed corners, cubic between.
-float noise(const vec3& p) {
-  const vec3 cell = glm::floor(p), f = p - cell, s = f * f * (3.0f - 2.0f * f);
-  const auto corner = [&](int dx, int dy, int dz) {
-    const auto i = [](float c, int d) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(c) + d); };
-    std::uint64_t h =
-        i(cell.x, dx) * 0x9e3779b97f4a7c15ull ^ i(cell.y, dy) * 0xc2b2ae3d27d4eb4full ^ i(cell.z, dz) * 0x165667b19e3779f9ull;
-    h ^= h >> 29;
-    h *= 0xbf58476d1ce4e5b9ull;
-    return static_cast<float>(h >> 40) * 0x1p-24f;
-  };
-  const auto edge = [&](int dy, int dz) { return glm::mix(corner(0, dy, dz), corner(1, dy, dz), s.x); };
-  return glm::mix(glm::mix(edge(0, 0), edge(1, 0), s.y), glm::mix(edge(0, 1), edge(1, 1), s.y), s.z);
-}
-
-// A ball displaced by five octaves of noise, on a grid of longitudes and latitudes: 2 * columns * (rows - 1) triangles.
-MeshData rough_ball(const vec3& centre, float radius, std::uint32_t columns, std::uint32_t rows) {
-  MeshData mesh;
-  const auto point = [&](const vec3& direction) {
-    float height = 0, amplitude = 0.5f, frequency = 2;
-    for (int octave = 0; octave < 5; ++octave, amplitude *= 0.5f, frequency *= 2.03f)
-      height += amplitude * noise(direction * frequency + 17.0f);
-    return centre + radius * (0.7f + 0.5f * height) * direction;
-  };
-  mesh.positions.push_back(point({0, 1, 0}));
-  for (std::uint32_t row = 1; row < rows; ++row) {
-    const float theta = pi * static_cast<float>(row) / static_cast<float>(rows);
-    for (std::uint32_t column = 0; column < columns; ++column) {
-      const float phi = 2 * pi * static_cast<float>(column) / static_cast<float>(columns);
-      mesh.positions.push_back(point({std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)}));
-    }
-  }
-  mesh.positions.push_back(point({0, -1, 0}));
-  const auto south = static_cast<std::uint32_t>(mesh.positions.size() - 1);
-  const auto vertex = [&](std::uint32_t row, std::uint32_t column) { return 1 + (row - 1) * columns + column % columns; };
-  for (std::uint32_t c = 0; c < columns; ++c) {
-    mesh.triangles.emplace_back(0, vertex(1, c + 1), vertex(1, c));
-    for (std::uint32_t r = 1; r + 1 < rows; ++r) {
-      mesh.triangles.emplace_back(vertex(r, c), vertex(r, c + 1), vertex(r + 1, c));
-      mesh.triangles.emplace_back(vertex(r, c + 1), vertex(r + 1, c + 1), vertex(r + 1, c));
-    }
-    mesh.triangles.emplace_back(vertex(rows - 1, c), vertex(rows - 1, c + 1), south);
-  }
-  return mesh;
-}
-
-Scene ball_in_a_room(const char* name, std::uint32_t columns, std::uint32_t rows) {
-  SceneBuilder b(name);
-  cornell_walls(b);
-  ceiling_light(b);
-  b.mesh(rough_ball({0, 0.85f, -0.1f}, 0.78f, columns, rows), b.material(Diffuse{Rgb(0.6f)}));
-  cornell_camera(b);
-  return b.finish();
 }
 
 }  // namespace
@@ -182,8 +128,13 @@ Scene make_veach_mis() {
   return b.finish();
 }
 
-Scene make_mesh() { return ball_in_a_room("builtin:mesh", 250, 201); }
-
-Scene make_mesh_large() { return ball_in_a_room("builtin:mesh-large", 1000, 801); }
+Scene make_mesh(const MeshParams& params) {
+  SceneBuilder b("builtin:mesh");
+  cornell_walls(b);
+  ceiling_light(b);
+  b.mesh(rough_ball({0, 0.85f, -0.1f}, 0.78f, params.triangles), b.material(Diffuse{Rgb(0.6f)}));
+  cornell_camera(b);
+  return b.finish();
+}
 
 }  // namespace etendue

@@ -10,7 +10,5 @@ Scene make_cornell_spheres();  // a mirror and a glass sphere: caustics, directl
 Scene make_glass_caustic();    // a caustic under glass, also seen through a mirror: SDS paths
 Scene make_two_rooms();        // light comes through a door ajar
 Scene make_veach_mis();        // four plates of growing roughness, four spheres of growing size
-Scene make_mesh();             // 100,000 triangles, one displaced ball
-Scene make_mesh_large();       // 1,600,000 triangles
 
 }  // namespace etendue

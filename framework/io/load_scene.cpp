@@ -10,21 +10,57 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
+#include <sstream>
 
 namespace etendue {
 
 namespace {
 
-constexpr std::string_view builtin_prefix = "builtin:";
-
-Scene make_builtin(const std::string& name, const Location& where) {
+const BuiltinScene& find_named(const std::string& name, const Location& where) {
   std::vector<std::string> names;
   for (const BuiltinScene& scene : builtin_scenes()) {
     names.push_back(std::string(builtin_prefix) + scene.name);
-    if (names.back() == name) return scene.make();
+    if (names.back() == name) return scene;
   }
   throw Error(where, unknown_name("scene", name, names));
+}
+
+// "1e4" is a whole number to a scene.
+ParamValue parse_scene_param(const std::string& text, const Location& where) {
+  ParamValue value = parse_param_value(text, where);
+  if (const auto* number = std::get_if<double>(&value.value);
+      number && *number == std::floor(*number) && std::abs(*number) < 9e15)
+    value.value = static_cast<std::int64_t>(*number);
+  return value;
+}
+
+struct NamedBuiltin {
+  const BuiltinScene& scene;
+  ParamMap params;
+};
+
+NamedBuiltin find_builtin(const std::string& name, const Location& where) {
+  const std::size_t question = name.find('?');
+  const std::string plain = name.substr(0, question);
+  NamedBuiltin found{find_named(plain, where), {}};
+  if (question == std::string::npos) return found;
+  if (!found.scene.make_with)
+    throw Error(where, fmt::format("'{}': {} has no parameters; expected nothing behind its name", name, plain));
+  std::istringstream pairs(name.substr(question + 1));
+  for (std::string pair; std::getline(pairs, pair, ',');) {
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string::npos)
+      throw Error(where, fmt::format("'{}': '{}': expected key=value, as in builtin:mesh?triangles=1e6", name, pair));
+    found.params[pair.substr(0, equals)] = parse_scene_param(pair.substr(equals + 1), where);
+  }
+  return found;
+}
+
+Scene make_builtin(const std::string& name, const Location& where) {
+  const NamedBuiltin found = find_builtin(name, where);
+  return found.params.empty() ? found.scene.make() : found.scene.make_with(found.params);
 }
 
 Scene load_file(const std::string& path, const Location& where) {
@@ -41,6 +77,11 @@ Scene load_file(const std::string& path, const Location& where) {
 }
 
 }  // namespace
+
+void check_builtin(const std::string& name, const Location& where) {
+  const NamedBuiltin found = find_builtin(name, where);
+  if (!found.params.empty()) found.scene.check(found.params);
+}
 
 Scene load_scene(const std::string& name, const Location& where) {
   Scene scene = name.starts_with(builtin_prefix) ? make_builtin(name, where) : load_file(name, where);

@@ -1,9 +1,11 @@
-// Scenes by name: "builtin:NAME", a .pbrt file, or a bare mesh (.obj, .smf, .ply) with a default camera, light and material.
+// Scenes by name: "builtin:NAME" or "builtin:NAME?key=value,key=value", a .pbrt file, or a bare mesh (.obj, .smf, .ply) with a
+// default camera, light and material.
 #pragma once
 
-#include "framework/core/error.h"
+#include "framework/core/params.h"
 #include "framework/scene/scene.h"
 
+#include <functional>
 #include <span>
 #include <string>
 
@@ -14,8 +16,16 @@ Scene load_scene(const std::string& name, const Location& where = {"command line
 
 struct BuiltinScene {
   std::string name, summary;  // name without "builtin:"
-  Scene (*make)();
+  Scene (*make)();            // with its parameters' defaults
+  // Empty where there are no parameters. Both throw Error on any that are wrong.
+  std::vector<ParamInfo> params = {};
+  std::function<void(const ParamMap&)> check = {};
+  std::function<Scene(const ParamMap&)> make_with = {};
 };
 std::span<const BuiltinScene> builtin_scenes();
+
+inline constexpr std::string_view builtin_prefix = "builtin:";
+// A built-in scene's name, parameters included, without making it. Throws Error with the nearest names.
+void check_builtin(const std::string& name, const Location& where);
 
 }  // namespace etendue

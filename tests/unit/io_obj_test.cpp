@@ -189,5 +189,24 @@ TEST(LoadScene, BuiltinNamesAreUniqueAndChecked) {
   EXPECT_ERROR(load_scene(first + "x"), "command line: unknown scene '" + first + "x'; did you mean '" + first + "'");
 }
 
+TEST(LoadScene, BuiltinParametersChangeTheSceneAndAreChecked) {
+  const auto triangles = [](const std::string& name) { return load_scene(name).triangle_count() - 12; };  // less the box
+  EXPECT_EQ(triangles("builtin:mesh"), 100'000u);
+  EXPECT_EQ(load_scene("builtin:mesh?triangles=100k").hash(), load_scene("builtin:mesh").hash());
+  for (const char* count : {"1e3", "1000", "1k"}) EXPECT_EQ(triangles(std::string("builtin:mesh?triangles=") + count), 1000u);
+  const Scene small = load_scene("builtin:stadium?triangles=1e3,size=10"),
+              large = load_scene("builtin:stadium?triangles=1e3,size=1e3");
+  EXPECT_EQ(small.name, "builtin:stadium?triangles=1e3,size=10");
+  EXPECT_EQ(small.triangle_count(), large.triangle_count());
+  EXPECT_NEAR(large.bounds().diagonal().x, 100 * small.bounds().diagonal().x, 1e-3 * large.bounds().diagonal().x);
+  const Location where{"x.toml", 2, 3};
+  EXPECT_ERROR(check_builtin("builtin:mesh?triangle=5k", where), "unknown parameter 'triangle'; did you mean 'triangles'");
+  EXPECT_ERROR(check_builtin("builtin:mesh?triangles=7", where), "x.toml:2:3: builtin:mesh: triangles = 7 is out of range");
+  EXPECT_ERROR(check_builtin("builtin:mesh?triangles", where), "expected key=value");
+  EXPECT_ERROR(check_builtin("builtin:cornell-box?size=2", where), "builtin:cornell-box has no parameters");
+  EXPECT_ERROR(check_builtin("builtin:mash?triangles=1k", where), "unknown scene 'builtin:mash'");
+  EXPECT_NO_THROW(check_builtin("builtin:stadium?size=20", where));
+}
+
 }  // namespace
 }  // namespace etendue
