@@ -13,6 +13,7 @@
 #include "accel/ray/build_midpoint.h"
 #include "accel/ray/build_ploc.h"
 #include "accel/ray/build_sah.h"
+#include "accel/ray/build_sbvh.h"
 #include "accel/ray/bvh.h"
 #include "accel/ray/cgal.h"
 #include "accel/ray/embree.h"
@@ -20,6 +21,7 @@
 #include "accel/ray/kd_tree.h"
 #include "accel/ray/mesh_bounds.h"
 #include "accel/ray/octree.h"
+#include "accel/ray/reinsertion.h"
 #include "accel/ray/two_level.h"
 #include "accel/ray/wide_bvh.h"
 #include "accel/ray/with_planes.h"
@@ -58,6 +60,7 @@ std::unique_ptr<RayQuery> over_scene(const Scene& scene, const MakeBottom& make_
 template <class BuilderParams>
 struct BvhParams : BuilderParams {
   std::string layout = "binary";
+  int reinsertion = 0;
 
   BvhParams() { this->leaf_size = 0; }
 };
@@ -67,6 +70,8 @@ void describe(Visitor& v, BvhParams<BuilderParams>& params) {
   describe(v, static_cast<BuilderParams&>(params));
   v.choice("layout", params.layout, {"binary", "wide4", "wide8", "wide16"},
            "nodes of two children; or of 4, 8 or 16, with SIMD packs of triangles as leaves");
+  v.integer("reinsertion", params.reinsertion, 0, 100, "passes",
+            "of optimisation, at most: subtrees put where they cost least");
 }
 
 // Bottom levels in a wide layout. The tree is built down to single primitives, and the collapse makes the leaves.
@@ -74,42 +79,67 @@ template <class Wide, class Params, class Build>
 std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& params, const Build& build) {
   CollapseOptions options;
   if (params.leaf_size > 0) options.leaf_size = static_cast<std::uint32_t>(params.leaf_size);
-  if constexpr (requires { params.primitive_cost; }) options.leaf_cost = params.primitive_cost;
+  if constexpr (requires { params.primitive_cost; }) options.leaf_cost = 1.5f * params.primitive_cost;  // of a whole pack
   Params single = params;
   single.leaf_size = 1;
   return over_scene(
-      scene, [&](const Geometry& geometry) { return Wide(geometry, build(build_items(geometry), single), options); },
-      [&](std::vector<BuildItem> items) { return build(std::move(items), single); });
+      scene, [&](const Geometry& geometry) { return Wide(geometry, build(build_items(geometry), single, &geometry), options); },
+      [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }
 
 // A row of the table for a builder; its instances' tree is of the same builder, and binary.
 template <class BuilderParams>
-RayEntry bvh_entry(const char* name, const char* summary, BinaryTree (*build)(std::vector<BuildItem>, const BuilderParams&)) {
+RayEntry bvh_entry(const char* name, const char* summary,
+                   BinaryTree (*build_tree)(std::vector<BuildItem>, const BuilderParams&, const Geometry*)) {
   using Params = BvhParams<BuilderParams>;
-  const auto make = [name, build](const Scene& scene, const ParamMap& map) {
+  const auto build = [build_tree](std::vector<BuildItem> items, const Params& params, const Geometry* geometry) {
+    BinaryTree tree = build_tree(std::move(items), params, geometry);
+    reinsert_subtrees(tree, params.reinsertion);
+    return tree;
+  };
+  const auto binary_params = [name](const ParamMap& map) {
+    auto params = read_params<Params>(map, name);
+    if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
+    return params;
+  };
+  const auto make = [=](const Scene& scene, const ParamMap& map) {
     auto params = read_params<Params>(map, name);
     if (params.layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, params, build);
     if (params.layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, params, build);
     if (params.layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, params, build);
-    if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
-    const auto tree = [&](std::vector<BuildItem> items) { return build(std::move(items), params); };
+    params = binary_params(map);
     return over_scene(
-        scene, [&](const Geometry& geometry) { return Bvh(geometry, tree(build_items(geometry))); }, tree);
+        scene, [&](const Geometry& geometry) { return Bvh(geometry, build(build_items(geometry), params, &geometry)); },
+        [&](std::vector<BuildItem> items) { return build(std::move(items), params, nullptr); });
   };
-  const auto tree = [name, build](const Geometry& geometry, const ParamMap& map) {
-    auto params = read_params<Params>(map, name);
-    if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
-    return build(build_items(geometry), params);
+  const auto tree = [=](const Geometry& geometry, const ParamMap& map) {
+    return build(build_items(geometry), binary_params(map), &geometry);
   };
-  const auto builder = [name, build](const ParamMap& map) -> TreeBuilder {
-    auto params = read_params<Params>(map, name);
+  const auto builder = [=](const ParamMap& map) -> TreeBuilder {
+    const auto params = binary_params(map);
     if (params.layout != "binary")
       throw Error(map.at("layout").where,
                   std::string(name) + ": layout '" + params.layout + "' cannot change over time; expected binary");
-    if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
-    return [params, build](std::vector<BuildItem> items) { return build(std::move(items), params); };
+    return [params, build](std::vector<BuildItem> items) { return build(std::move(items), params, nullptr); };
   };
   return {name, summary, list_params<Params>(), make, true, tree, builder};
+}
+
+// A builder that sees boxes only.
+template <class BuilderParams, BinaryTree (*build)(std::vector<BuildItem>, const BuilderParams&)>
+RayEntry bvh_entry(const char* name, const char* summary) {
+  return bvh_entry<BuilderParams>(name, summary,
+                                  [](std::vector<BuildItem> items, const BuilderParams& params, const Geometry*) {
+                                    return build(std::move(items), params);
+                                  });
+}
+
+// Its trees hold parts of primitives, as they lie now: they cannot change over time.
+RayEntry sbvh_entry() {
+  RayEntry entry =
+      bvh_entry<SbvhParams>("sbvh", "bounding volume hierarchy by surface area, cuts through primitives too", build_sbvh);
+  entry.builder = {};
+  return entry;
 }
 
 struct NoParams {};
@@ -203,15 +233,16 @@ std::span<const RayEntry> ray_structures() {
   static const std::vector<RayEntry> entries{
       brute_entry(),
       bounds_entry(),
-      bvh_entry<TreeLimits>("median", "bounding volume hierarchy, halved at the median of centres", build_median),
-      bvh_entry<MedianRotatingParams>("median-rotating", "bounding volume hierarchy, sorted and halved along x, y, z in turn",
-                                      build_median_rotating),
-      bvh_entry<TreeLimits>("midpoint", "bounding volume hierarchy, cut at the middle of the longest edge", build_midpoint),
-      bvh_entry<SahParams>("sah", "bounding volume hierarchy by surface area, every cut tried", build_sah),
-      bvh_entry<BinnedSahParams>("binned-sah", "bounding volume hierarchy by surface area, cuts between bins",
-                                 build_binned_sah),
-      bvh_entry<TreeLimits>("lbvh", "bounding volume hierarchy, cut by the Morton codes of centres", build_lbvh),
-      bvh_entry<PlocParams>("ploc", "bounding volume hierarchy, nearest neighbours along the Morton curve merged", build_ploc),
+      bvh_entry<TreeLimits, build_median>("median", "bounding volume hierarchy, halved at the median of centres"),
+      bvh_entry<MedianRotatingParams, build_median_rotating>(
+          "median-rotating", "bounding volume hierarchy, sorted and halved along x, y, z in turn"),
+      bvh_entry<TreeLimits, build_midpoint>("midpoint", "bounding volume hierarchy, cut at the middle of the longest edge"),
+      bvh_entry<SahParams, build_sah>("sah", "bounding volume hierarchy by surface area, every cut tried"),
+      bvh_entry<BinnedSahParams, build_binned_sah>("binned-sah",
+                                                   "bounding volume hierarchy by surface area, cuts between bins"),
+      sbvh_entry(),
+      bvh_entry<TreeLimits, build_lbvh>("lbvh", "bounding volume hierarchy, cut by the Morton codes of centres"),
+      bvh_entry<PlocParams, build_ploc>("ploc", "bounding volume hierarchy, nearest neighbours along the Morton curve merged"),
       cells_entry<Grid, GridParams>("grid", "equal cells, walked one after another"),
       cells_entry<RayKdTree, KdTreeParams>("kd-tree", "space cut in two by surface area, triangles clipped"),
       cells_entry<Octree, OctreeParams>("octree", "cubes cut in eight, primitives listed in every leaf they touch"),

@@ -21,6 +21,36 @@ std::vector<BuildItem> build_items(const Geometry& geometry) {
   return items;
 }
 
+BinaryTree depth_first(const BinaryTree& tree) {
+  BinaryTree ordered;
+  if (tree.nodes.empty()) return ordered;
+  struct Move {
+    std::uint32_t from, to, depth;
+  };
+  ordered.nodes.reserve(tree.nodes.size());
+  ordered.nodes.resize(1);
+  ordered.primitives.reserve(tree.primitives.size());
+  std::vector<Move> moves{{0, 0, 0}};
+  while (!moves.empty()) {
+    const Move move = moves.back();
+    moves.pop_back();
+    const TreeNode& node = tree.nodes[move.from];
+    TreeNode& copy = ordered.nodes[move.to] = node;
+    ordered.depth = std::max(ordered.depth, move.depth);
+    if (node.is_leaf()) {
+      copy.first = static_cast<std::uint32_t>(ordered.primitives.size());
+      const auto begin = tree.primitives.begin() + node.first;
+      ordered.primitives.insert(ordered.primitives.end(), begin, begin + node.count);
+      continue;
+    }
+    const auto first = copy.first = static_cast<std::uint32_t>(ordered.nodes.size());
+    ordered.nodes.resize(ordered.nodes.size() + 2);
+    moves.push_back({node.first + 1, first + 1, move.depth + 1});
+    moves.push_back({node.first, first, move.depth + 1});
+  }
+  return ordered;
+}
+
 BinaryTree single_leaf(std::span<const BuildItem> items) {
   BinaryTree tree;
   if (items.empty()) return tree;

@@ -12,6 +12,15 @@
 
 namespace etendue {
 
+// The box around both.
+inline Bounds united(Bounds a, const Bounds& b) {
+  a.extend(b);
+  return a;
+}
+
+// What both cover; empty where they do not meet.
+inline Bounds overlap(const Bounds& a, const Bounds& b) { return {glm::max(a.lower, b.lower), glm::min(a.upper, b.upper)}; }
+
 // A primitive as builders see it: two vectors of four floats.
 struct alignas(16) BuildItem {
   Bounds bounds;
@@ -68,6 +77,10 @@ void describe(Visitor& v, SahParams& params) {
 
 // The valid primitives of a geometry. Negative zeros become positive, so that no tree depends on the order of a minimum.
 std::vector<BuildItem> build_items(const Geometry& geometry);
+
+// The same tree with its nodes depth first, a pair of children at a time, each leaf's primitives in the same order, and no
+// node that the root does not reach.
+BinaryTree depth_first(const BinaryTree& tree);
 
 // All items in one leaf whose box is the whole space: the tree of brute force.
 BinaryTree single_leaf(std::span<const BuildItem> items);

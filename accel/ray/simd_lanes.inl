@@ -1,5 +1,5 @@
-// Vectors of floats for the wide traversal: those that an instruction set has, pairs of them where a node is wider, and stacking
-// by a loop over lanes. Included like wide_traversal.inl.
+// Vectors of floats for the wide traversal: those that an instruction set has, pairs of them where a node is wider, and
+// stacking by a loop over lanes. Included like wide_traversal.inl.
 
 namespace etendue {
 namespace {
@@ -54,9 +54,15 @@ struct Lanes8 {
   friend Lanes8 operator/(Lanes8 a, Lanes8 b) { return {_mm256_div_ps(a.v, b.v)}; }
   friend Lanes8 larger(Lanes8 a, Lanes8 b) { return {_mm256_max_ps(a.v, b.v)}; }
   friend Lanes8 smaller(Lanes8 a, Lanes8 b) { return {_mm256_min_ps(a.v, b.v)}; }
-  friend unsigned less(Lanes8 a, Lanes8 b) { return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ))); }
-  friend unsigned less_equal(Lanes8 a, Lanes8 b) { return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ))); }
-  friend unsigned equal(Lanes8 a, Lanes8 b) { return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_EQ_OQ))); }
+  friend unsigned less(Lanes8 a, Lanes8 b) {
+    return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)));
+  }
+  friend unsigned less_equal(Lanes8 a, Lanes8 b) {
+    return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)));
+  }
+  friend unsigned equal(Lanes8 a, Lanes8 b) {
+    return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_EQ_OQ)));
+  }
 };
 
 #endif
@@ -137,14 +143,41 @@ struct Row {
   using type = Twice<typename Row<width / 2, widest>::type, width / 2>;
 };
 template <int width, int widest>
-  requires(width <= widest)
-struct Row<width, widest> : Native<width> {};
+requires(width <= widest) struct Row<width, widest> : Native<width> {
+};
+
+// Of the three edge functions of each triangle: those with a zero, and (elsewhere) those that are of one sign.
+struct Sides {
+  unsigned on_edge, same;
+};
 
 // What a traversal asks of an instruction set.
 template <int widest>
 struct Simd {
   template <int width>
   using Floats = typename Row<width, widest>::type;
+
+  // Sixteen values to pick from by slot.
+  class Table {
+   public:
+    explicit Table(const Floats<16>& values) { values.store(values_); }
+    Floats<16> pick(const std::uint8_t* slots) const {
+      alignas(64) float picked[16];
+      for (int lane = 0; lane < 16; ++lane) picked[lane] = values_[slots[lane]];
+      return Floats<16>::load(picked);
+    }
+
+   private:
+    alignas(64) float values_[16];
+  };
+
+  template <class Lanes>
+  static Sides sides(const Lanes& u, const Lanes& v, const Lanes& w) {
+    const Lanes zero = Lanes::set(0);
+    const unsigned below = less(u, zero) | less(v, zero) | less(w, zero);
+    const unsigned above = less(zero, u) | less(zero, v) | less(zero, w);
+    return {equal(u, zero) | equal(v, zero) | equal(w, zero), below ^ above};
+  }
 
   template <int width, class Floats>
   static int nearest(const Floats& entries, unsigned met) {
@@ -164,9 +197,9 @@ struct Simd {
     return top;
   }
 
-  template <int width, class Waiting>
-  static Waiting* stack_places(const WideNode<width>& node, unsigned lanes, Waiting* top) {
-    for (; lanes != 0; lanes &= lanes - 1) (top++)->place = node.children[std::countr_zero(lanes)];
+  template <int width>
+  static WideRef* stack_places(const WideNode<width>& node, unsigned lanes, WideRef* top) {
+    for (; lanes != 0; lanes &= lanes - 1) *top++ = node.children[std::countr_zero(lanes)];
     return top;
   }
 };

@@ -9,8 +9,8 @@ namespace etendue {
 
 namespace {
 
-template <int node_width, int pack_width>
-const WideKernels<node_width, pack_width>& kernels_of(const WideKernelSet& set) {
+template <int node_width, class Pack>
+const WideKernels<node_width, Pack>& kernels_of(const WideKernelSet& set) {
   if constexpr (node_width == 4) return set.wide4;
   if constexpr (node_width == 8) return set.wide8;
   if constexpr (node_width == 16) return set.wide16;
@@ -38,18 +38,18 @@ std::span<const Isa> supported_isas() {
   return supported;
 }
 
-template <int node_width, int pack_width>
-const WideKernels<node_width, pack_width>& wide_kernels(Isa isa) {
+template <int node_width, class Pack>
+const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {
   switch (isa) {
     case Isa::scalar:
-      return kernels_of<node_width, pack_width>(wide_kernels_scalar());
+      return kernels_of<node_width, Pack>(wide_kernels_scalar());
 #if defined(__x86_64__)
     case Isa::sse:
-      return kernels_of<node_width, pack_width>(wide_kernels_sse());
+      return kernels_of<node_width, Pack>(wide_kernels_sse());
     case Isa::avx2:
-      return kernels_of<node_width, pack_width>(wide_kernels_avx2());
+      return kernels_of<node_width, Pack>(wide_kernels_avx2());
     case Isa::avx512:
-      return kernels_of<node_width, pack_width>(wide_kernels_avx512());
+      return kernels_of<node_width, Pack>(wide_kernels_avx512());
 #else
     default:
       break;
@@ -59,9 +59,9 @@ const WideKernels<node_width, pack_width>& wide_kernels(Isa isa) {
   __builtin_unreachable();
 }
 
-template const WideKernels<4, 4>& wide_kernels(Isa);
-template const WideKernels<8, 8>& wide_kernels(Isa);
-template const WideKernels<16, 8>& wide_kernels(Isa);
+template const WideKernels<4, TrianglePack<4>>& wide_kernels(Isa);
+template const WideKernels<8, TrianglePack<8>>& wide_kernels(Isa);
+template const WideKernels<16, SharedPack>& wide_kernels(Isa);
 
 static_assert(RayStructure<Wide4Bvh> && RayStructure<Wide8Bvh> && RayStructure<Wide16Bvh>);
 

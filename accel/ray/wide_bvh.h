@@ -18,16 +18,16 @@ enum class Isa : std::uint8_t { scalar, sse, avx2, avx512 };
 std::string_view isa_name(Isa isa);
 std::span<const Isa> supported_isas();  // by this machine, narrowest first
 
-template <int node_width, int pack_width>
+template <int node_width, class Pack>
 struct WideView {
-  const WideTree<node_width, pack_width>& tree;
+  const WideTree<node_width, Pack>& tree;
   const Geometry& geometry;
   float extent;  // largest_coordinate of the root's box
 };
 
-template <int node_width, int pack_width>
+template <int node_width, class Pack>
 struct WideKernels {
-  using View = WideView<node_width, pack_width>;
+  using View = WideView<node_width, Pack>;
 
   Hit (*closest)(const View&, const Ray&);
   bool (*occluded)(const View&, const Ray&);
@@ -35,18 +35,18 @@ struct WideKernels {
   bool (*occluded_counted)(const View&, const Ray&, TraversalCounters&);
 };
 
-template <int node_width, int pack_width>
-const WideKernels<node_width, pack_width>& wide_kernels(Isa isa);
+template <int node_width, class Pack>
+const WideKernels<node_width, Pack>& wide_kernels(Isa isa);
 
-template <int node_width, int pack_width>
+template <int node_width, class Pack>
 class WideBvh {
  public:
   // `geometry` must outlive the structure (its quadrics are looked up; triangles are copied).
   WideBvh(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options = {},
           Isa isa = supported_isas().back())
       : geometry_(&geometry),
-        tree_(collapse<node_width, pack_width>(geometry, tree, options)),
-        kernels_(&wide_kernels<node_width, pack_width>(isa)),
+        tree_(collapse<node_width, Pack>(geometry, tree, options)),
+        kernels_(&wide_kernels<node_width, Pack>(isa)),
         extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
 
   Hit closest(const Ray& ray) const { return kernels_->closest({tree_, *geometry_, extent_}, ray); }
@@ -59,7 +59,7 @@ class WideBvh {
   }
   RayStructureStats stats() const {
     std::uint64_t references = tree_.list_ids.size();
-    for (const auto& pack : tree_.packs) references += pack_width - std::count(pack.ids, pack.ids + pack_width, no_id);
+    for (const Pack& pack : tree_.packs) references += Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id);
     return {tree_.bytes(), tree_.nodes.size(), tree_.depth, references, tree_.sah_cost, layout_name};
   }
 
@@ -67,13 +67,13 @@ class WideBvh {
   static constexpr const char* layout_name = node_width == 4 ? "wide4" : node_width == 8 ? "wide8" : "wide16";
 
   const Geometry* geometry_;
-  WideTree<node_width, pack_width> tree_;
-  const WideKernels<node_width, pack_width>* kernels_;
+  WideTree<node_width, Pack> tree_;
+  const WideKernels<node_width, Pack>* kernels_;
   float extent_;
 };
 
-using Wide4Bvh = WideBvh<4, 4>;
-using Wide8Bvh = WideBvh<8, 8>;
-using Wide16Bvh = WideBvh<16, 8>;
+using Wide4Bvh = WideBvh<4, TrianglePack<4>>;
+using Wide8Bvh = WideBvh<8, TrianglePack<8>>;
+using Wide16Bvh = WideBvh<16, SharedPack>;
 
 }  // namespace etendue

@@ -13,15 +13,45 @@ namespace {
 struct Avx512 : Simd<16> {
   using Simd<16>::stack_places;
 
+  class Table {
+   public:
+    explicit Table(Lanes16 values) : values_(values.v) {}
+    Lanes16 pick(const std::uint8_t* slots) const {
+      return {_mm512_permutexvar_ps(_mm512_cvtepu8_epi32(_mm_load_si128(reinterpret_cast<const __m128i*>(slots))), values_)};
+    }
+
+   private:
+    __m512 values_;
+  };
+
+  using Simd<16>::sides;
+  static Sides sides(Lanes16 u, Lanes16 v, Lanes16 w) {
+    const auto bits = [](Lanes16 a) { return _mm512_castps_si512(a.v); };
+    const __m512i differs = _mm512_ternarylogic_epi32(bits(u), bits(v), bits(w), 0x7e);  // neither all set nor all clear
+    const __m512 least = _mm512_range_ps(_mm512_range_ps(u.v, v.v, 2), w.v, 2);          // of magnitudes
+    return {_mm512_cmp_ps_mask(least, _mm512_setzero_ps(), _CMP_EQ_OQ), static_cast<__mmask16>(~_mm512_movepi32_mask(differs))};
+  }
+
   template <int width, class Lanes>
   static int nearest(const Lanes& entries, unsigned met) {
     if constexpr (width != 16) {
       return Simd<16>::nearest<width>(entries, met);
     } else {
-      const __m512 candidates = _mm512_mask_mov_ps(_mm512_set1_ps(infinity), static_cast<__mmask16>(met), entries.v);
-      const __m512 least = _mm512_set1_ps(_mm512_reduce_min_ps(candidates));
-      return std::countr_zero<unsigned>(_mm512_mask_cmp_ps_mask(static_cast<__mmask16>(met), candidates, least, _CMP_EQ_OQ));
+      // Entries are not negative, so they order as integers; the lane stands in the last bits, which no order of visits misses.
+      const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+      const __m512i keys = _mm512_ternarylogic_epi32(_mm512_castps_si512(entries.v), _mm512_set1_epi32(15), lane, 0xba);
+      const __m512i candidates = _mm512_mask_mov_epi32(_mm512_set1_epi32(0x7fffffff), static_cast<__mmask16>(met), keys);
+      const __m256i eight = _mm256_min_epi32(_mm512_castsi512_si256(candidates), _mm512_extracti64x4_epi64(candidates, 1));
+      __m128i four = _mm_min_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
+      four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(1, 0, 3, 2)));
+      four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(2, 3, 0, 1)));
+      return _mm_cvtsi128_si32(four) & 15;
     }
+  }
+
+  static WideRef* stack_places(const WideNode<16>& node, unsigned lanes, WideRef* top) {
+    _mm512_storeu_si512(top, _mm512_maskz_compress_epi32(static_cast<__mmask16>(lanes), _mm512_load_si512(node.children)));
+    return top + std::popcount(lanes);
   }
 
   // References and entries compressed, then interleaved into (reference, entry) pairs.

@@ -1,40 +1,34 @@
-// The traversal of wide trees, for one instruction set: included once by each wide_isa_*.cpp, which the build compiles for its set.
-// All is in an unnamed namespace, so that no code of one set can stand in for another's when the program is linked.
+// The traversal of wide trees, for one instruction set: included once by each wide_isa_*.cpp, which the build compiles for its
+// set. All is in an unnamed namespace, so that no code of one set can stand in for another's when the program is linked.
 //
 // `Simd::Floats<width>` is a vector of floats: load, set, store, + - * /, `larger` and `smaller` (which answer their second
-// operand when one is NaN, as x86 does), and comparisons that give a bit per lane. Each operation rounds by itself (the project is
-// compiled without FMA contraction), so all instruction sets give the same bits, and those of the scalar tests.
+// operand when one is NaN, as x86 does), and comparisons that give a bit per lane. Each operation rounds by itself (the project
+// is compiled without FMA contraction), so all instruction sets give the same bits, and those of the scalar tests.
 
 namespace etendue {
 namespace {
 
+// What waits on the stack: a place, and for closest hits where the ray enters it.
 struct Waiting {
   WideRef place;
   float entry;
 };
 
-template <class Simd, int node_width, int pack_width, bool any_hit, class Count>
+template <class Simd, int node_width, class Pack, bool any_hit, class Count>
 class WideTraversal {
-  using View = WideView<node_width, pack_width>;
+  using View = WideView<node_width, Pack>;
   using Boxes = typename Simd::template Floats<node_width>;
-  using Lanes = typename Simd::template Floats<pack_width>;
+  using Lanes = typename Simd::template Floats<Pack::lanes>;
+  using Waiting = std::conditional_t<any_hit, WideRef, etendue::Waiting>;
 
  public:
   WideTraversal(const View& view, const Ray& ray, Count count)
-      : view_(view), ray_(ray), shear_(ray.direction), count_(count), limit_(ray, view.extent) {
+      : view_(view), ray_(ray), count_(count), limit_(ray, view.extent) {
     for (int axis = 0; axis < 3; ++axis) {
-      const float reciprocal = 1.0f / ray.direction[axis];
       origin_[axis] = Boxes::set(ray.origin[axis]);
-      near_reciprocal_[axis] = Boxes::set(reciprocal);
-      far_reciprocal_[axis] = Boxes::set(reciprocal * slab_pad);
+      reciprocal_[axis] = Boxes::set(1.0f / ray.direction[axis]);
       near_plane_[axis] = 2 * axis + (std::signbit(ray.direction[axis]) ? 1 : 0);
     }
-    sheared_origin_[0] = Lanes::set(ray.origin[shear_.kx]);
-    sheared_origin_[1] = Lanes::set(ray.origin[shear_.ky]);
-    sheared_origin_[2] = Lanes::set(ray.origin[shear_.kz]);
-    shear_x_ = Lanes::set(shear_.sx);
-    shear_y_ = Lanes::set(shear_.sy);
-    shear_z_ = Lanes::set(shear_.sz);
     hit_.t = std::min(ray.t_max, std::numeric_limits<float>::max());  // t is infinite where 1 / det is: no hit
   }
 
@@ -47,36 +41,54 @@ class WideTraversal {
     const Boxes t_min = Boxes::set(ray_.t_min);
     Boxes t_max = Boxes::set(limit_(hit_.t));
     WideRef place(WideRef::Kind::node, 0);
+    bool prepared = false;
     for (;;) {
       if (!place.is_leaf()) {
         if (visit(tree.nodes[place.index()], t_min, t_max, place, top)) continue;
-      } else if (test_leaf(place)) {
+      } else if (prepared || (prepare_for_leaves(), prepared = true); test_leaf(place)) {
         if constexpr (any_hit) return hit_;
         t_max = Boxes::set(limit_(hit_.t));
       }
-      const float limit = limit_(hit_.t);
-      do {
+      if constexpr (any_hit) {
         if (top == bottom) return hit_;
-        --top;
-      } while (!any_hit && top->entry > limit);
-      place = top->place;
+        place = *--top;
+      } else {
+        const float limit = limit_(hit_.t);
+        do {
+          if (top == bottom) return hit_;
+          --top;
+        } while (top->entry > limit);
+        place = top->place;
+      }
     }
   }
 
  private:
+  // What only leaves need of a ray: many rays see none.
+  void prepare_for_leaves() {
+    shear_ = TriangleRay(ray_.direction);
+    sheared_origin_[0] = Lanes::set(ray_.origin[shear_.kx]);
+    sheared_origin_[1] = Lanes::set(ray_.origin[shear_.ky]);
+    sheared_origin_[2] = Lanes::set(ray_.origin[shear_.kz]);
+    shear_x_ = Lanes::set(shear_.sx);
+    shear_y_ = Lanes::set(shear_.sy);
+    shear_z_ = Lanes::set(shear_.sz);
+  }
+
   // Tests the children of a node, stacks all that are met but the one to go on to, and says whether there is one.
-  [[gnu::always_inline]] bool visit(const WideNode<node_width>& node, const Boxes& t_min, const Boxes& t_max, WideRef& next, Waiting*& top) {
+  [[gnu::always_inline]] bool visit(const WideNode<node_width>& node, const Boxes& t_min, const Boxes& t_max, WideRef& next,
+                                    Waiting*& top) {
     count_.node();
-    Boxes near = t_min, far = t_max;
+    Boxes near = t_min, far = Boxes::set(infinity);
     for (int axis = 0; axis < 3; ++axis) {
       const int plane = near_plane_[axis];
-      near = larger((Boxes::load(node.planes[plane]) - origin_[axis]) * near_reciprocal_[axis], near);
-      far = smaller((Boxes::load(node.planes[plane ^ 1]) - origin_[axis]) * far_reciprocal_[axis], far);
+      near = larger((Boxes::load(node.planes[plane]) - origin_[axis]) * reciprocal_[axis], near);
+      far = smaller((Boxes::load(node.planes[plane ^ 1]) - origin_[axis]) * reciprocal_[axis], far);
     }
-    const unsigned met = less_equal(near, far);
+    const unsigned met = less_equal(near, smaller(far * Boxes::set(slab_pad), t_max));
     if (met == 0) return false;
-    int first = std::countr_zero(met);
-    if (const unsigned others = met & (met - 1); others != 0) {
+    int first = std::bit_width(met) - 1;
+    if (const unsigned others = met & ~(1u << first); others != 0) {
       if constexpr (any_hit) {
         top = Simd::stack_places(node, others, top);
       } else {
@@ -98,7 +110,7 @@ class WideTraversal {
       size = sizeof(view_.tree.nodes[0]);
     } else if (place.is_pack()) {
       begin = reinterpret_cast<const char*>(&view_.tree.packs[place.index()]);
-      size = sizeof(view_.tree.packs[0]);
+      size = offsetof(Pack, ids);
     } else {
       return;
     }
@@ -117,27 +129,52 @@ class WideTraversal {
     return found;
   }
 
-  // intersect_triangle of framework/scene/intersect.h with a triangle in each lane, in its order of operations.
-  [[gnu::always_inline]] bool test_pack(const TrianglePack<pack_width>& pack) {
-    if constexpr (!std::is_same_v<Count, CountNothing>)
-      count_.primitives(static_cast<std::uint32_t>(pack_width - std::count(pack.ids, pack.ids + pack_width, no_id)));
+  // The corners of a pack's triangles in the space of the watertight test, where the ray is the axis; z not yet scaled.
+  struct Corners {
     Lanes x[3], y[3], z[3];
-    for (int vertex = 0; vertex < 3; ++vertex) {
-      z[vertex] = Lanes::load(pack.vertices[vertex][shear_.kz]) - sheared_origin_[2];
-      x[vertex] = (Lanes::load(pack.vertices[vertex][shear_.kx]) - sheared_origin_[0]) - shear_x_ * z[vertex];
-      y[vertex] = (Lanes::load(pack.vertices[vertex][shear_.ky]) - sheared_origin_[1]) - shear_y_ * z[vertex];
+  };
+
+  template <int width>
+  [[gnu::always_inline]] Corners corners(const TrianglePack<width>& pack) const {
+    Corners c;
+    for (int i = 0; i < 3; ++i) {
+      c.z[i] = Lanes::load(pack.vertices[i][shear_.kz]) - sheared_origin_[2];
+      c.x[i] = (Lanes::load(pack.vertices[i][shear_.kx]) - sheared_origin_[0]) - shear_x_ * c.z[i];
+      c.y[i] = (Lanes::load(pack.vertices[i][shear_.ky]) - sheared_origin_[1]) - shear_y_ * c.z[i];
     }
+    return c;
+  }
+
+  [[gnu::always_inline]] Corners corners(const SharedPack& pack) const {
+    static_assert(SharedPack::slots == SharedPack::lanes);
+    const Lanes z = Lanes::load(pack.vertices[shear_.kz]) - sheared_origin_[2];
+    const typename Simd::Table x_of((Lanes::load(pack.vertices[shear_.kx]) - sheared_origin_[0]) - shear_x_ * z);
+    const typename Simd::Table y_of((Lanes::load(pack.vertices[shear_.ky]) - sheared_origin_[1]) - shear_y_ * z);
+    const typename Simd::Table z_of(z);
+    Corners c;
+    for (int i = 0; i < 3; ++i) {
+      c.x[i] = x_of.pick(pack.corners[i]);
+      c.y[i] = y_of.pick(pack.corners[i]);
+      c.z[i] = z_of.pick(pack.corners[i]);
+    }
+    return c;
+  }
+
+  // intersect_triangle of framework/scene/intersect.h with a triangle in each lane, in its order of operations.
+  [[gnu::always_inline]] bool test_pack(const Pack& pack) {
+    if constexpr (!std::is_same_v<Count, CountNothing>)
+      count_.primitives(static_cast<std::uint32_t>(Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id)));
+    const Corners c = corners(pack);
+    const Lanes(&x)[3] = c.x, (&y)[3] = c.y, (&z)[3] = c.z;
     const Lanes u = x[2] * y[1] - y[2] * x[1], v = x[0] * y[2] - y[0] * x[2], w = x[1] * y[0] - y[1] * x[0];
-    const Lanes zero = Lanes::set(0);
-    const unsigned on_edge = equal(u, zero) | equal(v, zero) | equal(w, zero);
+    const Sides sides = Simd::sides(u, v, w);
+    const unsigned on_edge = sides.on_edge & pack.used();
     bool found = false;
     if (on_edge != 0) [[unlikely]] {
       found = test_lanes(pack, on_edge);
       if (any_hit && found) return true;
     }
-    const unsigned below = less(u, zero) | less(v, zero) | less(w, zero);
-    const unsigned above = less(zero, u) | less(zero, v) | less(zero, w);
-    unsigned inside = (below ^ above) & ~on_edge;
+    unsigned inside = sides.same & ~sides.on_edge & pack.used();
     if (inside == 0) return found;
     const Lanes reciprocal = Lanes::set(1) / (u + v + w);
     const Lanes t = (u * (shear_z_ * z[0]) + v * (shear_z_ * z[1]) + w * (shear_z_ * z[2])) * reciprocal;
@@ -147,13 +184,13 @@ class WideTraversal {
       hit_.primitive = pack.ids[std::countr_zero(inside)];
       return true;
     }
-    alignas(64) float distance[pack_width];
+    alignas(64) float distance[Pack::lanes];
     t.store(distance);
     int best = std::countr_zero(inside);
     for (unsigned rest = inside & (inside - 1); rest != 0; rest &= rest - 1)
       if (distance[std::countr_zero(rest)] < distance[best]) best = std::countr_zero(rest);
     if (!closer(distance[best], pack.ids[best], hit_)) return found;
-    alignas(64) float b1[pack_width], b2[pack_width];
+    alignas(64) float b1[Pack::lanes], b2[Pack::lanes];
     (v * reciprocal).store(b1);
     (w * reciprocal).store(b2);
     hit_.t = distance[best];
@@ -163,14 +200,14 @@ class WideTraversal {
   }
 
   // Lanes whose edge functions vanish in single precision: the scalar test turns to double for them.
-  bool test_lanes(const TrianglePack<pack_width>& pack, unsigned lanes) {
+  bool test_lanes(const Pack& pack, unsigned lanes) {
     bool found = false;
     for (; lanes != 0; lanes &= lanes - 1) {
       const int lane = std::countr_zero(lanes);
-      const auto vertex = [&](int i) { return vec3(pack.vertices[i][0][lane], pack.vertices[i][1][lane], pack.vertices[i][2][lane]); };
       float t;
       vec2 uv;
-      if (!intersect_triangle(ray_, shear_, vertex(0), vertex(1), vertex(2), hit_.t, t, uv)) continue;
+      if (!intersect_triangle(ray_, shear_, pack.vertex(lane, 0), pack.vertex(lane, 1), pack.vertex(lane, 2), hit_.t, t, uv))
+        continue;
       if (!closer(t, pack.ids[lane], hit_)) continue;
       hit_.t = t;
       hit_.uv = uv;
@@ -182,39 +219,40 @@ class WideTraversal {
 
   const View& view_;
   const Ray& ray_;
-  const TriangleRay shear_;
+  TriangleRay shear_;  // of sheared_origin_ and the rest, set before the first leaf
   Count count_;
   const TraversalLimit limit_;
-  Boxes origin_[3], near_reciprocal_[3], far_reciprocal_[3];
+  Boxes origin_[3], reciprocal_[3];
   int near_plane_[3];
   Lanes sheared_origin_[3], shear_x_, shear_y_, shear_z_;
   Hit hit_;
 };
 
-template <class Simd, int node_width, int pack_width>
-constexpr WideKernels<node_width, pack_width> kernels() {
-  using View = WideView<node_width, pack_width>;
+template <class Simd, int node_width, class Pack>
+constexpr WideKernels<node_width, Pack> kernels() {
+  using View = WideView<node_width, Pack>;
   return {[](const View& view, const Ray& ray) -> Hit {
             if (!is_traceable(ray)) return {};
-            const Hit hit = WideTraversal<Simd, node_width, pack_width, false, CountNothing>(view, ray, {}).run();
+            const Hit hit = WideTraversal<Simd, node_width, Pack, false, CountNothing>(view, ray, {}).run();
             return hit ? Hit{hit.t, hit.uv, 0, hit.primitive} : Hit{};
           },
           [](const View& view, const Ray& ray) {
-            return is_traceable(ray) && WideTraversal<Simd, node_width, pack_width, true, CountNothing>(view, ray, {}).run();
+            return is_traceable(ray) && WideTraversal<Simd, node_width, Pack, true, CountNothing>(view, ray, {}).run();
           },
           [](const View& view, const Ray& ray, TraversalCounters& counters) -> Hit {
             if (!is_traceable(ray)) return {};
-            const Hit hit = WideTraversal<Simd, node_width, pack_width, false, CountWork>(view, ray, {counters}).run();
+            const Hit hit = WideTraversal<Simd, node_width, Pack, false, CountWork>(view, ray, {counters}).run();
             return hit ? Hit{hit.t, hit.uv, 0, hit.primitive} : Hit{};
           },
           [](const View& view, const Ray& ray, TraversalCounters& counters) {
-            return is_traceable(ray) && WideTraversal<Simd, node_width, pack_width, true, CountWork>(view, ray, {counters}).run();
+            return is_traceable(ray) && WideTraversal<Simd, node_width, Pack, true, CountWork>(view, ray, {counters}).run();
           }};
 }
 
 template <class Simd>
 const WideKernelSet& kernel_set() {
-  static constexpr WideKernelSet set{kernels<Simd, 4, 4>(), kernels<Simd, 8, 8>(), kernels<Simd, 16, 8>()};
+  static constexpr WideKernelSet set{kernels<Simd, 4, TrianglePack<4>>(), kernels<Simd, 8, TrianglePack<8>>(),
+                                     kernels<Simd, 16, SharedPack>()};
   return set;
 }
 

@@ -3,12 +3,14 @@
 // A node holds its children's boxes as six arrays, so that one visit tests all of them; a leaf is one pack, its triangles side
 // by side. Which subtrees become nodes and which become leaves is decided by dynamic programming over "this subtree as at most
 // i children" ([Ylitie2017] section 3.1), at a cost of area per node and of area per pack. A node's children lie in order of
-// falling area, so that any-hit queries meet the large ones first.
+// rising promise (chance of a hit over visits it takes), and any-hit queries go on with the last that they meet.
 #pragma once
 
 #include "accel/ray/binary_tree.h"
+#include "framework/core/huge_pages.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace etendue {
@@ -37,21 +39,68 @@ struct alignas(64) WideNode {
   WideRef children[width];
 };
 
-// Triangles by vertex, axis and lane. Unused lanes hold NaN, which nothing hits. Ids ascend.
+// The vertices of a geometry by position: readers of meshes often repeat one where its normal or texture coordinates change.
+class VertexIds {
+ public:
+  explicit VertexIds(const Geometry& geometry);
+
+  // Equal for corners at the same position; an index into Geometry::positions.
+  std::uint32_t operator()(std::uint32_t triangle, int corner) const {
+    const std::uint32_t vertex = geometry_->triangles[triangle][corner];
+    return first_equal_.empty() ? vertex : first_equal_[vertex];
+  }
+  const Geometry& geometry() const { return *geometry_; }
+
+ private:
+  const Geometry* geometry_;
+  std::vector<std::uint32_t> first_equal_;  // by vertex; empty where few vertices can be repeated
+};
+
+// A leaf of the narrower layouts: triangles by vertex, axis and lane. Unused lanes hold NaN, which nothing hits. Ids ascend.
 template <int width>
 struct alignas(4 * width) TrianglePack {
+  static constexpr int lanes = width;
+
   float vertices[3][3][width];
   std::uint32_t ids[width];
+
+  TrianglePack();
+  static bool fits(const VertexIds&, std::span<const std::uint32_t> triangles) { return triangles.size() <= width; }
+  void fill(const VertexIds& vertices, std::span<const std::uint32_t> triangles);
+  vec3 vertex(int lane, int corner) const {
+    return {vertices[corner][0][lane], vertices[corner][1][lane], vertices[corner][2][lane]};
+  }
+  unsigned used() const { return ~0u; }
+};
+
+// A leaf of `wide16`: up to sixteen triangles over up to sixteen different vertices. Neighbours in a mesh share vertices, so
+// each is stored, and moved into the ray's space, once; the triangles pick theirs by a permutation of lanes. Ids ascend.
+struct alignas(64) SharedPack {
+  static constexpr int lanes = 16, slots = 16;
+
+  float vertices[3][slots];             // by axis
+  std::uint8_t corners[3][lanes] = {};  // the slot of each triangle's first, second and third vertex
+  std::uint32_t count = 0;
+  alignas(64) std::uint32_t ids[lanes];  // a line of its own, read for a hit only
+
+  SharedPack();
+  static bool fits(const VertexIds& vertices, std::span<const std::uint32_t> triangles);
+  void fill(const VertexIds& vertices, std::span<const std::uint32_t> triangles);
+  vec3 vertex(int lane, int corner) const {
+    const int slot = corners[corner][lane];
+    return {vertices[0][slot], vertices[1][slot], vertices[2][slot]};
+  }
+  unsigned used() const { return (1u << count) - 1; }
 };
 
 struct WideList {
   std::uint32_t first, count;  // in WideTree::list_ids
 };
 
-template <int node_width, int pack_width>
+template <int node_width, class Pack>
 struct WideTree {
-  std::vector<WideNode<node_width>> nodes;  // 0 is the root; empty over no primitive
-  std::vector<TrianglePack<pack_width>> packs;
+  std::vector<WideNode<node_width>, HugePageAllocator<WideNode<node_width>>> nodes;  // 0 is the root; empty over no primitive
+  std::vector<Pack, HugePageAllocator<Pack>> packs;
   std::vector<WideList> lists;
   std::vector<std::uint32_t> list_ids;
   std::uint32_t depth = 0;  // edges to the deepest leaf
@@ -65,11 +114,11 @@ struct WideTree {
 
 struct CollapseOptions {
   std::uint32_t leaf_size = no_id;  // primitives a leaf may take, up to a pack
-  float leaf_cost = 0.35f;          // of a pack, in visits of a node
+  float leaf_cost = 0.5f;           // of a pack, in visits of a node
 };
 
 // `tree` is best built down to single primitives, so that the collapse chooses the leaves.
-template <int node_width, int pack_width>
-WideTree<node_width, pack_width> collapse(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options);
+template <int node_width, class Pack>
+WideTree<node_width, Pack> collapse(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options);
 
 }  // namespace etendue

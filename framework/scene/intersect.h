@@ -16,6 +16,7 @@ struct TriangleRay {
   int kx, ky, kz;
   float sx, sy, sz;
 
+  TriangleRay() = default;
   explicit TriangleRay(const vec3& direction) {
     const vec3 a = glm::abs(direction);
     kz = a.x > a.y ? (a.x > a.z ? 0 : 2) : (a.y > a.z ? 1 : 2);

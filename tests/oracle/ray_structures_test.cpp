@@ -45,8 +45,9 @@ std::vector<Variant> variants() {
   }
   for (const char* layout : {"wide4", "wide8", "wide16"}) {
     const ParamValue value{std::string(layout), {}};
-    for (const char* builder : {"median", "sah", "binned-sah"}) all.push_back({builder, with("layout", value)});
+    for (const char* builder : {"median", "sah", "binned-sah", "sbvh", "ploc"}) all.push_back({builder, with("layout", value)});
     all.push_back({"binned-sah", {{"layout", value}, {"max_depth", integer(2)}}});
+    all.push_back({"median", {{"layout", value}, {"reinsertion", integer(10)}}});
     all.push_back({"binned-sah", {{"layout", value}, {"leaf_size", integer(1)}, {"max_depth", integer(1024)}}});
   }
   for (const std::int64_t cells : {1, 7, 1000}) all.push_back({"grid", with("max_cells", integer(cells))});
@@ -57,6 +58,8 @@ std::vector<Variant> variants() {
   all.push_back({"binned-sah", with("bins", integer(2))});
   all.push_back({"binned-sah", with("bins", integer(256))});
   all.push_back({"sah", with("primitive_cost", {10.0, {}})});
+  all.push_back({"midpoint", with("reinsertion", integer(10))});
+  all.push_back({"sbvh", {{"alpha", {0.0, {}}}, {"duplication", {4.0, {}}}}});
   return all;
 }
 
@@ -251,8 +254,8 @@ TEST(RayStructures, TreesDeeperThanTheFixedStackNestWithoutOverflow) {
   expect_agreement(structure, *make({"brute", {}}, scene), aimed_rays(scene, 100, 9));
 }
 
-// Such structures list a primitive in each cell that it touches.
-bool cuts_space(const std::string& name) { return name == "grid" || name == "kd-tree" || name == "octree"; }
+// Such structures list a primitive in each cell that it touches, or in each part of it.
+bool cuts_space(const std::string& name) { return name == "grid" || name == "kd-tree" || name == "octree" || name == "sbvh"; }
 
 TEST(RayStructures, StatsTellWhatIsHeld) {
   for (const RayCase& c : ray_cases()) {

@@ -46,7 +46,7 @@ TEST(WideLayouts, CollapseKeepsEveryPrimitiveOnce) {
     const Geometry& geometry = c.scene.objects[0].geometry;
     BinnedSahParams single;
     single.leaf_size = 1;
-    const auto tree = collapse<16, 8>(geometry, build_binned_sah(build_items(geometry), single), {});
+    const auto tree = collapse<16, SharedPack>(geometry, build_binned_sah(build_items(geometry), single), {});
     std::vector<std::uint32_t> found = tree.list_ids;
     for (const auto& pack : tree.packs)
       for (const std::uint32_t id : pack.ids)

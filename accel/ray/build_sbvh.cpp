@@ -1,0 +1,351 @@
+#include "accel/ray/build_sbvh.h"
+
+#include "accel/ray/grow_tree.h"
+#include "accel/ray/simd_bounds.h"
+#include "accel/ray/split_primitive.h"
+
+#include <array>
+#include <deque>
+#include <mutex>
+
+namespace etendue {
+
+namespace {
+
+constexpr std::uint32_t max_bins = 256;
+constexpr std::uint32_t task_size = 4096;   // subtrees of at least so many references are tasks of their own
+constexpr std::uint32_t least_to_chop = 8;  // fewer references will share a leaf of any layout sooner or later
+
+// Equal intervals of an extent, each a half-open slab but the last.
+class Slabs {
+ public:
+  Slabs(float lower, float upper, std::uint32_t count)
+      : lower_(lower),
+        width_((upper - lower) / static_cast<float>(count)),
+        scale_(static_cast<float>(count) / (upper - lower)),
+        count_(count) {}
+
+  bool usable() const { return scale_ > 0 && scale_ < infinity && width_ > 0; }
+  std::uint32_t of(float x) const {
+    const float slab = (x - lower_) * scale_;
+    return slab > 0 ? std::min(static_cast<std::uint32_t>(std::min(slab, 1e6f)), count_ - 1) : 0;
+  }
+  float plane(std::uint32_t slab) const { return lower_ + static_cast<float>(slab) * width_; }  // where it begins
+  std::uint32_t count() const { return count_; }
+
+ private:
+  float lower_, width_, scale_;
+  std::uint32_t count_;
+};
+
+struct Bin {
+  SimdBounds bounds;
+  std::uint32_t begins = 0, ends = 0;  // references
+};
+
+struct Cut {
+  float cost = infinity;  // references on both sides, weighted by area
+  int axis = -1;
+  std::uint32_t slab = 0;             // where the right side begins
+  std::uint32_t left = 0, right = 0;  // references
+  Bounds left_bounds, right_bounds;
+};
+
+void sweep(std::span<const Bin> bins, int axis, Cut& best) {
+  std::array<SimdBounds, max_bins> right;
+  std::array<std::uint32_t, max_bins> right_count;
+  SimdBounds bounds;
+  std::uint32_t count = 0;
+  for (std::size_t i = bins.size() - 1; i > 0; --i) {
+    bounds.extend(bins[i].bounds);
+    right[i] = bounds;
+    right_count[i] = count += bins[i].ends;
+  }
+  bounds = {};
+  count = 0;
+  for (std::size_t i = 1; i < bins.size(); ++i) {
+    bounds.extend(bins[i - 1].bounds);
+    count += bins[i - 1].begins;
+    if (count == 0 || right_count[i] == 0) continue;
+    const float cost =
+        bounds.half_area() * static_cast<float>(count) + right[i].half_area() * static_cast<float>(right_count[i]);
+    if (cost < best.cost)
+      best = {cost, axis, static_cast<std::uint32_t>(i), count, right_count[i], bounds.get(), right[i].get()};
+  }
+}
+
+// A piece of the tree that one task builds: its nodes, with child and primitive indices of its own.
+struct Part {
+  struct Link {
+    std::uint32_t slot;  // of this part's nodes
+    Part* subtree;       // whose root stands there
+  };
+  std::vector<TreeNode> nodes;
+  std::vector<std::uint32_t> primitives;
+  std::vector<Link> links;
+};
+
+class SbvhBuilder {
+ public:
+  SbvhBuilder(const SbvhParams& params, const Geometry* geometry, float root_area)
+      : params_(params), geometry_(geometry), least_overlap_(params.alpha * root_area) {}
+
+  BinaryTree build(std::vector<BuildItem> items, const Bounds& bounds) {
+    Part root;
+    const auto count = static_cast<std::uint32_t>(items.size());
+    run(root, std::move(items),
+        {bounds, count, static_cast<std::uint32_t>(params_.duplication * static_cast<float>(count)), 0, 0});
+    tasks_.wait();
+    return joined(root);
+  }
+
+ private:
+  struct Job {
+    Bounds bounds;
+    std::uint32_t count;
+    std::uint32_t spare;  // references that the subtree may add
+    std::uint32_t slot, depth;
+  };
+
+  // Builds a subtree. Jobs are done last first, so the references of the job in hand are always the last on the stack.
+  void run(Part& part, std::vector<BuildItem> stack, const Job& root) {
+    part.nodes.resize(1);
+    std::vector<Job> jobs{root};
+    std::vector<BuildItem> sides[2];
+    while (!jobs.empty()) {
+      const Job job = jobs.back();
+      jobs.pop_back();
+      const auto items = std::span(stack).last(job.count);
+      Bounds bounds[2];
+      if (!divide(job, items, sides, bounds)) {
+        part.nodes[job.slot] = {job.bounds, static_cast<std::uint32_t>(part.primitives.size()), job.count};
+        for (const BuildItem& item : items) part.primitives.push_back(item.id);
+        stack.resize(stack.size() - job.count);
+        continue;
+      }
+      stack.resize(stack.size() - job.count);
+      const auto first = static_cast<std::uint32_t>(part.nodes.size());
+      part.nodes[job.slot] = {job.bounds, first, 0};
+      part.nodes.resize(first + 2);
+      const auto total = sides[0].size() + sides[1].size();
+      const auto spare = job.spare - static_cast<std::uint32_t>(total - job.count);
+      for (const int side : {0, 1}) {
+        const auto count = static_cast<std::uint32_t>(sides[side].size());
+        const auto part_of_spare = static_cast<std::uint32_t>(static_cast<std::uint64_t>(spare) * count / total);
+        const Job child{bounds[side], count, part_of_spare, first + side, job.depth + 1};
+        if (count >= task_size) {
+          hand_on(part, std::move(sides[side]), child);
+          sides[side] = {};
+        } else {
+          stack.insert(stack.end(), sides[side].begin(), sides[side].end());
+          jobs.push_back(child);
+        }
+      }
+    }
+  }
+
+  void hand_on(Part& part, std::vector<BuildItem> items, const Job& job) {
+    Part* subtree;
+    {
+      const std::lock_guard lock(mutex_);
+      subtree = &parts_.emplace_back();
+    }
+    part.links.push_back({job.slot, subtree});
+    Job root = job;
+    root.slot = 0;
+    tasks_.run([this, subtree, root, items = std::move(items)] { run(*subtree, items, root); });
+  }
+
+  // False: a leaf. Else both sides and their boxes.
+  bool divide(const Job& job, std::span<BuildItem> items, std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) const {
+    const auto leaf_size = static_cast<std::uint32_t>(params_.leaf_size);
+    const auto depth_left = static_cast<std::uint32_t>(params_.max_depth) - job.depth;
+    if (job.count == 1 || depth_left == 0) return false;
+    const auto balanced_depth = static_cast<std::uint32_t>(std::bit_width((job.count + leaf_size - 1) / leaf_size - 1));
+    for (auto& side : sides) side.clear();
+    if (job.count > leaf_size && balanced_depth >= depth_left) return halve(job, items, sides, bounds);
+    Bounds centres;
+    for (const BuildItem& item : items) centres.extend(item.bounds.centre());
+    const Cut between = best_between(items, centres);
+    Cut through;
+    if (job.count >= least_to_chop && job.spare > 0 &&
+        (between.axis < 0 || overlap(between.left_bounds, between.right_bounds).half_area() > least_overlap_)) {
+      through = best_through(job, items);
+      if (through.left + through.right - job.count > job.spare) through = {};
+    }
+    const float area = job.bounds.half_area(), best = std::min(between.cost, through.cost);
+    const bool splits_cheaper =
+        area + params_.primitive_cost * best < params_.primitive_cost * area * static_cast<float>(job.count);
+    if (job.count <= leaf_size && !splits_cheaper) return false;
+    if (!(through.cost < between.cost && chop(job, items, through, sides))) {
+      for (auto& side : sides) side.clear();
+      if (between.axis < 0) return halve(job, items, sides, bounds);  // coincident centres, or areas beyond the range of float
+      const Slabs slabs(centres.lower[between.axis], centres.upper[between.axis], bins_for(job.count));
+      for (const BuildItem& item : items) sides[slabs.of(item.bounds.centre()[between.axis]) >= between.slab].push_back(item);
+    }
+    set_bounds(sides, bounds);
+    return true;
+  }
+
+  static void set_bounds(const std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) {
+    for (const int side : {0, 1}) {
+      SimdBounds sum;
+      for (const BuildItem& item : sides[side]) sum.extend(item.bounds);
+      bounds[side] = sum.get();
+    }
+  }
+
+  static bool halve(const Job& job, std::span<BuildItem> items, std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) {
+    const Split split = halve_items(items, {0, job.count, job.bounds});
+    sides[0].assign(items.begin(), items.begin() + split.middle);
+    sides[1].assign(items.begin() + split.middle, items.end());
+    bounds[0] = split.left;
+    bounds[1] = split.right;
+    return true;
+  }
+
+  std::uint32_t bins_for(std::uint32_t count) const {
+    return std::min(static_cast<std::uint32_t>(params_.bins), 4 + count / 8);
+  }
+
+  Cut best_between(std::span<const BuildItem> items, const Bounds& centres) const {
+    Cut best;
+    std::array<Bin, max_bins> bins;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Slabs slabs(centres.lower[axis], centres.upper[axis], bins_for(static_cast<std::uint32_t>(items.size())));
+      if (!slabs.usable()) continue;
+      std::fill_n(bins.begin(), slabs.count(), Bin());
+      for (const BuildItem& item : items) {
+        Bin& bin = bins[slabs.of(item.bounds.centre()[axis])];
+        bin.bounds.extend(item.bounds);
+        ++bin.begins;
+        ++bin.ends;
+      }
+      sweep(std::span(bins).first(slabs.count()), axis, best);
+    }
+    return best;
+  }
+
+  Slabs slabs_through(const Job& job, int axis) const {
+    return {job.bounds.lower[axis], job.bounds.upper[axis], static_cast<std::uint32_t>(params_.bins)};
+  }
+
+  // [Stich2009] section 4.2: each reference is chopped into the slabs it spans.
+  Cut best_through(const Job& job, std::span<const BuildItem> items) const {
+    Cut best;
+    std::array<Bin, max_bins> bins;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Slabs slabs = slabs_through(job, axis);
+      if (!slabs.usable()) continue;
+      std::fill_n(bins.begin(), slabs.count(), Bin());
+      for (const BuildItem& item : items) {
+        const std::uint32_t first = slabs.of(item.bounds.lower[axis]), last = slabs.of(item.bounds.upper[axis]);
+        BuildItem rest = item;
+        for (std::uint32_t slab = first; slab < last; ++slab) {
+          const float plane = slabs.plane(slab + 1);
+          if (!(rest.bounds.lower[axis] < plane && plane < rest.bounds.upper[axis])) continue;
+          const SplitParts parts = split_primitive(geometry_, rest, axis, plane);
+          if (parts.left.empty() || parts.right.empty()) continue;
+          bins[slab].bounds.extend(parts.left);
+          rest.bounds = parts.right;
+        }
+        bins[last].bounds.extend(rest.bounds);
+        ++bins[first].begins;
+        ++bins[last].ends;
+      }
+      sweep(std::span(bins).first(slabs.count()), axis, best);
+    }
+    return best;
+  }
+
+  // Distributes references about a plane, chopping those that straddle it where that is cheapest. False if all end on one side.
+  bool chop(const Job& job, std::span<const BuildItem> items, const Cut& cut, std::vector<BuildItem> (&sides)[2]) const {
+    const Slabs slabs = slabs_through(job, cut.axis);
+    const float plane = slabs.plane(cut.slab);
+    Bounds left_box = cut.left_bounds, right_box = cut.right_bounds;
+    float left = static_cast<float>(cut.left), right = static_cast<float>(cut.right);
+    for (const BuildItem& item : items) {
+      const std::uint32_t first = slabs.of(item.bounds.lower[cut.axis]), last = slabs.of(item.bounds.upper[cut.axis]);
+      if (last < cut.slab) {
+        sides[0].push_back(item);
+        continue;
+      }
+      if (first >= cut.slab) {
+        sides[1].push_back(item);
+        continue;
+      }
+      // [Stich2009] section 4.3: chopped, or whole on either side?
+      const Bounds left_whole = united(left_box, item.bounds), right_whole = united(right_box, item.bounds);
+      const float chopped = left_box.half_area() * left + right_box.half_area() * right;
+      const float to_left = left_whole.half_area() * left + right_box.half_area() * (right - 1);
+      const float to_right = left_box.half_area() * (left - 1) + right_whole.half_area() * right;
+      SplitParts parts;
+      bool can_chop = item.bounds.lower[cut.axis] < plane && plane < item.bounds.upper[cut.axis];
+      if (can_chop) {
+        parts = split_primitive(geometry_, item, cut.axis, plane);
+        can_chop = !parts.left.empty() && !parts.right.empty();
+      }
+      if (can_chop && chopped <= to_left && chopped <= to_right) {
+        sides[0].push_back({parts.left, item.id});
+        sides[1].push_back({parts.right, item.id});
+      } else if (to_left <= to_right) {
+        sides[0].push_back(item);
+        left_box = left_whole;
+        right -= 1;
+      } else {
+        sides[1].push_back(item);
+        right_box = right_whole;
+        left -= 1;
+      }
+    }
+    const auto total = sides[0].size() + sides[1].size();
+    return !sides[0].empty() && !sides[1].empty() && sides[0].size() < job.count && sides[1].size() < job.count &&
+           total - job.count <= job.spare;
+  }
+
+  // All parts one after another, then depth first.
+  static BinaryTree joined(const Part& root) {
+    BinaryTree tree;
+    struct Placed {
+      const Part* part;
+      std::uint32_t slot;  // of its root
+    };
+    tree.nodes.resize(1);
+    std::vector<Placed> waiting{{&root, 0}};
+    while (!waiting.empty()) {
+      const Placed at = waiting.back();
+      waiting.pop_back();
+      // Its root goes to the slot that waits for it, the other nodes to the end.
+      const auto nodes = static_cast<std::uint32_t>(tree.nodes.size()) - 1,
+                 primitives = static_cast<std::uint32_t>(tree.primitives.size());
+      const auto place = [&](std::uint32_t slot) { return slot == 0 ? at.slot : nodes + slot; };
+      tree.nodes.resize(tree.nodes.size() + at.part->nodes.size() - 1);
+      for (std::uint32_t slot = 0; slot < at.part->nodes.size(); ++slot) {
+        TreeNode node = at.part->nodes[slot];
+        node.first += node.is_leaf() ? primitives : nodes;
+        tree.nodes[place(slot)] = node;
+      }
+      tree.primitives.insert(tree.primitives.end(), at.part->primitives.begin(), at.part->primitives.end());
+      for (const Part::Link& link : at.part->links) waiting.push_back({link.subtree, place(link.slot)});
+    }
+    return depth_first(tree);
+  }
+
+  const SbvhParams params_;
+  const Geometry* const geometry_;
+  const float least_overlap_;
+  std::mutex mutex_;
+  std::deque<Part> parts_;  // other than the root's
+  tbb::task_group tasks_;
+};
+
+}  // namespace
+
+BinaryTree build_sbvh(std::vector<BuildItem> items, const SbvhParams& params, const Geometry* geometry) {
+  if (items.empty()) return {};
+  Bounds bounds;
+  for (const BuildItem& item : items) bounds.extend(item.bounds);
+  return SbvhBuilder(params, geometry, bounds.half_area()).build(std::move(items), bounds);
+}
+
+}  // namespace etendue
