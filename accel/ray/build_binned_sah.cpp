@@ -68,7 +68,9 @@ class Grid {
 template <std::uint32_t capacity>
 class Bins {
  public:
-  Bins(const Grid& grid, std::uint32_t count) : grid_(grid), count_(count) {}
+  Bins(const Grid& grid, std::uint32_t count) : grid_(grid), count_(count) {
+    if constexpr (capacity > max_on_stack) bins_.resize(3 * capacity);
+  }
 
   void add(const BuildItem* begin, const BuildItem* end) {
     const Grid grid = grid_;  // a copy that no store into the bins can reach
@@ -76,15 +78,15 @@ class Bins {
       const SimdBounds bounds(begin->bounds);
       const Ints bins = grid(centre_of(*begin));
       for (int axis = 0; axis < 3; ++axis) {
-        Bin& bin = bins_[axis][static_cast<std::uint32_t>(bins[axis])];
+        Bin& bin = bins_[axis * capacity + static_cast<std::uint32_t>(bins[axis])];
         bin.bounds.extend(bounds);
         ++bin.count;
       }
     }
   }
   void merge(const Bins& other) {
-    for (int axis = 0; axis < 3; ++axis)
-      for (std::uint32_t i = 0; i < count_; ++i) bins_[axis][i].merge(other.bins_[axis][i]);
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
+      for (std::uint32_t i = axis * capacity; i < axis * capacity + count_; ++i) bins_[i].merge(other.bins_[i]);
   }
 
   struct Cut {
@@ -101,7 +103,7 @@ class Bins {
   }
   Bounds bounds(int axis, std::uint32_t begin, std::uint32_t end) const {
     SimdBounds sum;
-    for (std::uint32_t i = begin; i < end; ++i) sum.extend(bins_[axis][i].bounds);
+    for (std::uint32_t i = begin; i < end; ++i) sum.extend(bins_[axis * capacity + i].bounds);
     return sum.get();
   }
   std::uint32_t size() const { return count_; }
@@ -111,7 +113,7 @@ class Bins {
   // The cheapest cut between two bins of an axis.
   void sweep(int axis, Cut& best) const {
     std::array<float, capacity> right_cost;
-    const auto& bins = bins_[axis];
+    const Bin* const bins = bins_.data() + axis * capacity;
     Bin left, right;
     for (std::uint32_t i = count_ - 1; i > 0; --i) {
       right.merge(bins[i]);
@@ -125,9 +127,11 @@ class Bins {
     }
   }
 
+  static constexpr std::uint32_t max_on_stack = 64;
+
   Grid grid_;
   std::uint32_t count_;
-  std::array<std::array<Bin, capacity>, 3> bins_;  // by axis
+  std::conditional_t<(capacity > max_on_stack), std::vector<Bin>, std::array<Bin, 3 * capacity>> bins_;  // by axis
 };
 
 // Boxes of centres on both sides of a cut, without a branch: an item is made a NaN, which no minimum takes, for the other side.
@@ -214,20 +218,28 @@ class BinnedSplitter {
     return Split{range.begin + cut.left, left.get(), right.get()};
   }
 
+  // A thread that waits for the parts of a run takes no other subtree meanwhile, or its stack could grow with each.
+  template <class Body>
+  static void alone(const Body& body) {
+    tbb::this_task_arena::isolate(body);
+  }
+
   void fill(NodeBins& bins, const ItemRange& range) const {
     const BuildItem* const items = from(range);
     if (range.size() < parallel_size) return bins.add(items + range.begin, items + range.end);
     const NodeBins empty = bins;
-    bins = tbb::parallel_reduce(
-        tbb::blocked_range<std::uint32_t>(range.begin, range.end, parallel_grain), empty,
-        [&](const auto& part, NodeBins sum) {
-          sum.add(items + part.begin(), items + part.end());
-          return sum;
-        },
-        [](NodeBins a, const NodeBins& b) {
-          a.merge(b);
-          return a;
-        });
+    alone([&] {
+      bins = tbb::parallel_reduce(
+          tbb::blocked_range<std::uint32_t>(range.begin, range.end, parallel_grain), empty,
+          [&](const auto& part, NodeBins sum) {
+            sum.add(items + part.begin(), items + part.end());
+            return sum;
+          },
+          [](NodeBins a, const NodeBins& b) {
+            a.merge(b);
+            return a;
+          });
+    });
   }
 
   // Items of bins below `bin` go left. Stable, by chunks of which the places on both sides are known in large runs.
@@ -246,14 +258,15 @@ class BinnedSplitter {
       return;
     }
     std::vector<std::uint32_t> left(chunk_count);  // items of the chunk that go left; then where they go
-    parallel_for(chunk_count, 1, [&](std::size_t chunk) {
+    const auto each_chunk = [&](const auto& body) { alone([&] { parallel_for(chunk_count, 1, body); }); };
+    each_chunk([&](std::size_t chunk) {
       const std::uint32_t begin = range.begin + static_cast<std::uint32_t>(chunk) * chunk_size;
       left[chunk] = static_cast<std::uint32_t>(std::count_if(items + begin, items + end_of(chunk), goes_left));
     });
     std::uint32_t place = range.begin;
     for (std::uint32_t& l : left) place += std::exchange(l, place);
     std::vector<SideCentres> centres(chunk_count);
-    parallel_for(chunk_count, 1, [&](std::size_t chunk) {
+    each_chunk([&](std::size_t chunk) {
       const std::uint32_t begin = range.begin + static_cast<std::uint32_t>(chunk) * chunk_size;
       centres[chunk] = part(range, begin, end_of(chunk), left[chunk], split.middle + begin - left[chunk], goes_left);
     });

@@ -12,6 +12,9 @@
 
 #include <gtest/gtest.h>
 
+#include <pthread.h>
+
+#include <chrono>
 #include <cstring>
 #include <functional>
 
@@ -139,6 +142,84 @@ TEST(TreeBuilders, TreesAreSoundWithinTheirLimits) {
         SCOPED_TRACE(c.name + ", " + builder.name + " leaf_size " + std::to_string(limits.leaf_size) + " max_depth " +
                      std::to_string(limits.max_depth));
         ASSERT_NO_FATAL_FAILURE(expect_sound(builder.build(c.items, limits), c.items, limits));
+      }
+}
+
+// What stands no builder in good stead: nothing to tell apart, sizes and places that grow geometrically, areas that overflow.
+std::vector<ItemCase> hostile_cases() {
+  std::vector<ItemCase> cases;
+  Random random(17);
+  const auto boxes = [&](const char* name, int count, const std::function<vec3(int)>& centre,
+                         const std::function<float(int)>& half) {
+    ItemCase c{name, {}};
+    for (int i = 0; i < count; ++i) {
+      const vec3 middle = centre(i);
+      c.items.push_back({{middle - half(i) + 0.0f, middle + half(i) + 0.0f}, static_cast<std::uint32_t>(i)});
+    }
+    cases.push_back(std::move(c));
+  };
+  const int many = 10000;
+  const auto no_extent = [](int) { return 0.0f; };
+  const auto power = [](int i) { return std::ldexp(1.0f, i % 241 - 120); };
+  boxes(
+      "coincident", many, [](int) { return vec3(-7, 0, 3); }, [](int) { return 2.0f; });
+  boxes(
+      "coincident centres", many, [](int) { return vec3(0); }, power);
+  boxes(
+      "collinear", many, [](int i) { return vec3(i * 0.001f, i * 0.002f, i * -0.003f); }, no_extent);
+  boxes(
+      "geometric series", many, [&](int i) { return vec3(power(i), 0, 0); }, [&](int i) { return 0.4f * power(i); });
+  boxes(
+      "series on three axes", many, [&](int i) { return vec3(power(i), power(i / 2), -power(i / 3)); }, no_extent);
+  boxes(
+      "each inside the next", many, [](int i) { return vec3(std::ldexp(1.0f, i / 80), 0, 0); },
+      [](int i) { return std::ldexp(1.0f, i / 80); });
+  boxes(
+      "up to 1e30", many, [&](int) { return random.in_cube(1e30f); }, [&](int) { return random.unit() * 1e30f; });
+  boxes(
+      "up to 3e38", many, [&](int) { return 2.0f * random.in_cube(1.5e38f); }, no_extent);
+  boxes(
+      "one far away", many, [&](int i) { return i == 5000 ? vec3(1e30f) : random.in_cube(1); }, no_extent);
+  boxes(
+      "smallest numbers", many, [](int i) { return vec3(i * 1e-45f, 0, i * 2e-45f); }, no_extent);
+  boxes(
+      "pairs", many, [](int i) { return vec3(i / 2, 0, 0); }, [](int) { return 0.5f; });
+  for (int count = 0; count <= 9; ++count)
+    boxes(
+        "a few", count, [&](int) { return random.in_cube(1e3f); }, [&](int) { return random.unit(); });
+  for (int count = 1; count <= 9; ++count)
+    boxes(
+        "a few in one place", count, [](int) { return vec3(1e30f); }, no_extent);
+  return cases;
+}
+
+// On a stack of 256 KB, that of `ulimit -s 256`.
+template <class Body>
+void on_a_short_stack(const Body& body) {
+  pthread_attr_t attributes;
+  ASSERT_EQ(pthread_attr_init(&attributes), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&attributes, 256 << 10), 0);
+  pthread_t thread;
+  const auto call = [](void* b) -> void* {
+    (*static_cast<const Body*>(b))();
+    return nullptr;
+  };
+  ASSERT_EQ(pthread_create(&thread, &attributes, call, const_cast<Body*>(&body)), 0);
+  pthread_join(thread, nullptr);
+  pthread_attr_destroy(&attributes);
+}
+
+TEST(TreeBuilders, HostileItemsAreBuiltInTimeOnAShortStack) {
+  for (const ItemCase& c : hostile_cases())
+    for (const Builder& builder : builders())
+      for (const TreeLimits& limits : {TreeLimits{1, 64}, TreeLimits{4, 1024}}) {
+        SCOPED_TRACE(c.name + " of " + std::to_string(c.items.size()) + ", " + builder.name);
+        BinaryTree tree;
+        const auto start = std::chrono::steady_clock::now();
+        on_a_short_stack([&] { with_threads(1, [&] { tree = builder.build(c.items, limits); }); });
+        const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+        EXPECT_LT(time.count(), 5);
+        ASSERT_NO_FATAL_FAILURE(expect_sound(tree, c.items, limits));
       }
 }
 
