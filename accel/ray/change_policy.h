@@ -8,10 +8,11 @@
 
 namespace etendue {
 
+// Defaults as chosen by the motions of experiments/dynamic.toml.
 struct HybridParams {
   float changed_fraction = 0.1f;
-  float sah_growth = 1.4f;
-  float least_gain = 0.1f;
+  float sah_growth = 1.3f;
+  float least_gain = 0.2f;
 };
 
 template <class Visitor>

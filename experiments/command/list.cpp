@@ -1,8 +1,10 @@
 // `etendue list`: every name there is, with every parameter, default, range and unit.
+#include "accel/ray/change_policy.h"
 #include "accel/registry.h"
 #include "experiments/command/commands.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
+#include "framework/scene/motion.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
@@ -56,6 +58,20 @@ void list_balls() {
   for (const BallEntry& entry : ball_structures()) print_name(entry.name, entry.summary);
 }
 
+void list_motions() {
+  for (const MotionEntry& entry : motions()) {
+    print_name(entry.name, entry.summary);
+    print_params(entry.params);
+  }
+}
+
+void list_policies() {
+  for (const ChangePolicyEntry& entry : change_policies()) {
+    print_name(entry.name, entry.summary);
+    print_params(entry.params);
+  }
+}
+
 struct Section {
   std::string name, title;
   std::function<void()> print;
@@ -69,7 +85,9 @@ int list_command(const std::string& what) {
                               {"accels", "ray structures (with each parameter: default, range, unit)", list_accels},
                               {"metrics", "metrics (x: image, r: reference)", list_metrics},
                               {"points", "point structures: which photons lie near?", list_points},
-                              {"balls", "ball structures: which records cover a point?", list_balls}};
+                              {"balls", "ball structures: which records cover a point?", list_balls},
+                              {"motions", "motions, of experiments on change over time", list_motions},
+                              {"policies", "policies: what becomes of a tree when its scene moves", list_policies}};
   std::vector<std::string> names;
   bool found = false;
   for (const Section& section : sections) {
