@@ -1,5 +1,7 @@
 #include "accel/ray/octree.h"
 
+#include "accel/ray/clipped_polygon.h"
+
 #include <array>
 
 namespace etendue {
@@ -10,25 +12,45 @@ namespace {
 
 constexpr std::uint64_t references_per_primitive = 32;
 
-// Do a triangle and a box overlap? By the 13 axes of [AkenineMoeller2001], in double precision.
-bool overlaps(const std::array<dvec3, 3>& triangle, const dvec3& centre, const dvec3& half) {
-  const dvec3 v[3] = {triangle[0] - centre, triangle[1] - centre, triangle[2] - centre};
-  const auto separates = [&](const dvec3& axis) {
-    const double reach = glm::dot(half, glm::abs(axis));
-    const double p0 = glm::dot(v[0], axis), p1 = glm::dot(v[1], axis), p2 = glm::dot(v[2], axis);
-    return std::min({p0, p1, p2}) > reach || std::max({p0, p1, p2}) < -reach;
-  };
-  const dvec3 edges[3] = {v[1] - v[0], v[2] - v[1], v[0] - v[2]};
-  if (separates(glm::cross(edges[0], edges[1]))) return false;
-  for (int axis = 0; axis < 3; ++axis) {
-    dvec3 unit(0);
-    unit[axis] = 1;
-    if (separates(unit)) return false;
-    for (const dvec3& edge : edges)
-      if (separates(glm::cross(unit, edge))) return false;
+// Which of eight cubes about a point does a triangle overlap? By the axes of [AkenineMoeller2001] in double precision: what
+// they need of the triangle is computed once for all eight.
+class CubeTests {
+ public:
+  // `half`: of a cube's edge, enlarged.
+  CubeTests(const std::array<dvec3, 3>& triangle, double half) {
+    const dvec3 edges[3] = {triangle[1] - triangle[0], triangle[2] - triangle[1], triangle[0] - triangle[2]};
+    std::size_t i = 0;
+    set(i++, glm::cross(edges[0], edges[1]), triangle, half);
+    for (const dvec3& edge : edges) {
+      set(i++, {0, -edge.z, edge.y}, triangle, half);
+      set(i++, {edge.z, 0, -edge.x}, triangle, half);
+      set(i++, {-edge.y, edge.x, 0}, triangle, half);
+    }
   }
-  return true;
-}
+
+  bool overlaps(const dvec3& centre) const {
+    for (const Axis& axis : axes_) {
+      const double at = glm::dot(centre, axis.direction);
+      if (at < axis.low || at > axis.high) return false;
+    }
+    return true;
+  }
+
+ private:
+  struct Axis {
+    dvec3 direction;
+    double low, high;  // where a cube's centre may lie
+  };
+
+  void set(std::size_t i, const dvec3& direction, const std::array<dvec3, 3>& triangle, double half) {
+    const double reach = half * (std::abs(direction.x) + std::abs(direction.y) + std::abs(direction.z));
+    const double p0 = glm::dot(triangle[0], direction), p1 = glm::dot(triangle[1], direction),
+                 p2 = glm::dot(triangle[2], direction);
+    axes_[i] = {direction, std::min({p0, p1, p2}) - reach, std::max({p0, p1, p2}) + reach};
+  }
+
+  std::array<Axis, 10> axes_;
+};
 
 }  // namespace
 
@@ -39,100 +61,114 @@ class Octree::Builder {
       : geometry_(geometry), params_(params), tree_(tree) {}
 
   void build() {
-    Cell root{0, {}, {}};
+    Level level{{}, geometry_.valid_primitives()};
+    if (level.references.empty()) return;
     Bounds bounds;
-    for (const std::uint32_t id : geometry_.valid_primitives()) {
-      root.primitives.push_back(id);
-      bounds.extend(geometry_.primitive_bounds(id));
-    }
-    if (root.primitives.empty()) return;
-    references_ = root.primitives.size();
-    budget_ = references_per_primitive * references_ + 1024;
+    for (const std::uint32_t id : level.references) bounds.extend(geometry_.primitive_bounds(id));
+    slack_ = cell_slack(bounds);
     const vec3 half(0.5f * max_component(bounds.diagonal()));
-    root.bounds = {bounds.centre() - half - slack(bounds), bounds.centre() + half + slack(bounds)};
-    tree_.cube_ = root.bounds;
+    level.cells.push_back({0, grown({bounds.centre() - half, bounds.centre() + half}, slack_), 0,
+                           static_cast<std::uint32_t>(level.references.size())});
+    budget_ = std::min<std::uint64_t>(references_per_primitive * level.references.size() + 1024, no_id);
+    references_ = level.references.size();
+    tree_.cube_ = level.cells[0].bounds;
     tree_.nodes_.resize(1);
-    std::vector<Cell> level{std::move(root)}, next;
-    for (int depth = 0; !level.empty(); ++depth) {
+    for (int depth = 0; !level.cells.empty(); ++depth) {
       tree_.depth_ = static_cast<std::uint32_t>(depth);
-      for (Cell& cell : level) add(cell, depth < params_.max_depth, next);
-      level = std::exchange(next, {});
+      Level next;
+      for (const Cell& cell : level.cells)
+        if (depth == params_.max_depth || !cut(cell, level, next)) make_leaf(cell, level);
+      level = std::move(next);
     }
+    tree_.nodes_.shrink_to_fit();
+    tree_.references_.shrink_to_fit();
   }
 
  private:
   struct Cell {
     std::uint32_t node;
     Bounds bounds;
-    std::vector<std::uint32_t> primitives;
+    std::uint32_t first, count;  // references of the level
+  };
+  struct Level {
+    std::vector<Cell> cells;
+    std::vector<std::uint32_t> references;
   };
 
-  // Above what rounding can do to a plane's distance, so that a hit on a boundary is found from either side.
-  static float slack(const Bounds& b) {
-    const float largest = std::max(max_component(glm::abs(b.lower)), max_component(glm::abs(b.upper)));
-    return 1e-5f * max_component(b.diagonal()) + 8 * std::numeric_limits<float>::epsilon() * largest;
+  double weight(const Cell& cell) const { return static_cast<double>(cell.bounds.half_area()) / tree_.cube_.half_area(); }
+
+  void make_leaf(const Cell& cell, const Level& level) {
+    tree_.sah_cost_ += weight(cell) * cell.count;
+    tree_.nodes_[cell.node] = {static_cast<std::uint32_t>(tree_.references_.size()), cell.count};
+    const auto first = level.references.begin() + cell.first;
+    tree_.references_.insert(tree_.references_.end(), first, first + cell.count);
   }
 
-  // Makes the cell a leaf, or cuts it and hands its children to the next level.
-  void add(Cell& cell, bool may_cut, std::vector<Cell>& next) {
-    const double weight = static_cast<double>(cell.bounds.half_area()) / tree_.cube_.half_area();
-    const auto count = cell.primitives.size();
-    if (may_cut && count > static_cast<std::size_t>(params_.leaf_size)) {
-      std::array<Cell, 8> children;
-      std::uint64_t total = 0;
-      for (unsigned i = 0; i < 8; ++i) {
-        children[i] = child(cell, i);
-        total += children[i].primitives.size();
-      }
-      // A child has a quarter of its parent's area, so the heuristic's cost of the cut is 1 + total / 4, and `count` of a leaf.
-      if (total < 4 * (count - 1) && references_ + total - count <= budget_) {
-        references_ += total - count;
-        tree_.sah_cost_ += weight;
-        const auto first = static_cast<std::uint32_t>(tree_.nodes_.size());
-        tree_.nodes_[cell.node] = {first, inner};
-        tree_.nodes_.resize(first + 8);
-        for (unsigned i = 0; i < 8; ++i) {
-          children[i].node = first + i;
-          if (!children[i].primitives.empty()) next.push_back(std::move(children[i]));
-        }
-        return;
-      }
-    }
-    tree_.sah_cost_ += weight * static_cast<double>(count);
-    const LeafBlocks::Run run = tree_.leaves_.add(cell.primitives);
-    tree_.nodes_[cell.node] = {run.first, run.count};
-  }
-
-  Cell child(const Cell& cell, unsigned i) const {
+  // Cuts the cell where that pays, its children joining the next level.
+  bool cut(const Cell& cell, const Level& level, Level& next) {
+    if (cell.count <= static_cast<std::uint32_t>(params_.leaf_size)) return false;
     const vec3 middle = 0.5f * cell.bounds.lower + 0.5f * cell.bounds.upper;  // as in the traversal
-    Cell child{0, cell.bounds, {}};
-    for (int axis = 0; axis < 3; ++axis) (i >> axis & 1 ? child.bounds.lower : child.bounds.upper)[axis] = middle[axis];
-    const dvec3 centre = 0.5 * (dvec3(child.bounds.lower) + dvec3(child.bounds.upper));
-    const dvec3 half = 0.5 * (dvec3(child.bounds.upper) - dvec3(child.bounds.lower)) + static_cast<double>(slack(child.bounds));
-    for (const std::uint32_t id : cell.primitives)
-      if (touches(id, centre, half)) child.primitives.push_back(id);
-    return child;
+    std::array<std::uint32_t, 8> counts{};
+    std::uint64_t total = 0;
+    touched_.clear();
+    for (std::uint32_t i = 0; i < cell.count; ++i) {
+      touched_.push_back(touched(level.references[cell.first + i], cell.bounds, middle));
+      for (unsigned child = 0; child < 8; ++child) counts[child] += touched_.back() >> child & 1;
+      total += static_cast<std::uint64_t>(std::popcount(touched_.back()));
+    }
+    // The heuristic's costs, in node visits, of a ray that meets the cell: a child has a quarter of its parent's area.
+    const double as_leaf = params_.primitive_cost * cell.count,
+                 as_cut = 1 + params_.primitive_cost * static_cast<double>(total) / 4;
+    if (as_cut >= as_leaf || references_ + total - cell.count > budget_) return false;
+    references_ += total - cell.count;
+    tree_.sah_cost_ += weight(cell);
+    const auto children = static_cast<std::uint32_t>(tree_.nodes_.size());
+    tree_.nodes_[cell.node] = {children, inner};
+    tree_.nodes_.resize(children + 8);
+    for (unsigned child = 0; child < 8; ++child) {
+      if (counts[child] == 0) continue;
+      Cell part{children + child, cell.bounds, static_cast<std::uint32_t>(next.references.size()), counts[child]};
+      for (int axis = 0; axis < 3; ++axis) (child >> axis & 1 ? part.bounds.lower : part.bounds.upper)[axis] = middle[axis];
+      next.cells.push_back(part);
+      for (std::uint32_t i = 0; i < cell.count; ++i)
+        if (touched_[i] >> child & 1) next.references.push_back(level.references[cell.first + i]);
+    }
+    return true;
   }
 
-  bool touches(std::uint32_t id, const dvec3& centre, const dvec3& half) const {
-    if (geometry_.is_triangle(id)) {
-      const uvec3 v = geometry_.triangles[id];
-      return overlaps({dvec3(geometry_.positions[v.x]), dvec3(geometry_.positions[v.y]), dvec3(geometry_.positions[v.z])},
-                      centre, half);
+  // The children (bits) that a primitive of the cell touches. Most lie within one by their box, and no more need be asked.
+  std::uint8_t touched(std::uint32_t id, const Bounds& cell, const vec3& middle) const {
+    static constexpr unsigned high_on[3] = {0xaa, 0xcc, 0xf0};  // children high on each axis
+    const Bounds box = geometry_.primitive_bounds(id);
+    unsigned children = 0xff;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (box.upper[axis] < middle[axis] - slack_) children &= ~high_on[axis];
+      if (box.lower[axis] > middle[axis] + slack_) children &= high_on[axis];
     }
-    const Bounds b = geometry_.primitive_bounds(id);
-    const dvec3 lower = dvec3(b.lower) - centre, upper = dvec3(b.upper) - centre;
-    return lower.x <= half.x && lower.y <= half.y && lower.z <= half.z && upper.x >= -half.x && upper.y >= -half.y &&
-           upper.z >= -half.z;
+    if ((children & (children - 1)) == 0 || !geometry_.is_triangle(id)) return static_cast<std::uint8_t>(children);
+    const dvec3 centre(middle), quarter = 0.25 * (dvec3(cell.upper) - dvec3(cell.lower));
+    const uvec3 v = geometry_.triangles[id];
+    const auto& p = geometry_.positions;
+    // The cube is the cell's child but for rounding, which the slack exceeds by far.
+    const CubeTests tests({dvec3(p[v.x]) - centre, dvec3(p[v.y]) - centre, dvec3(p[v.z]) - centre},
+                          std::max({quarter.x, quarter.y, quarter.z}) + slack_);
+    for (unsigned left = children; left != 0; left &= left - 1) {
+      const auto child = static_cast<unsigned>(std::countr_zero(left));
+      const dvec3 towards(child & 1 ? 1 : -1, child & 2 ? 1 : -1, child & 4 ? 1 : -1);
+      if (!tests.overlaps(towards * quarter)) children &= ~(1u << child);
+    }
+    return static_cast<std::uint8_t>(children);
   }
 
   const Geometry& geometry_;
   const OctreeParams params_;
   Octree& tree_;
+  double slack_ = 0;
   std::uint64_t references_ = 0, budget_ = 0;  // in all leaves and cells so far
+  std::vector<std::uint8_t> touched_;          // of the cell in hand
 };
 
-Octree::Octree(const Geometry& geometry, const OctreeParams& params) : leaves_(geometry) {
+Octree::Octree(const Geometry& geometry, const OctreeParams& params) : geometry_(&geometry) {
   Builder(geometry, params, *this).build();
   if (!std::isfinite(sah_cost_)) sah_cost_ = 0;  // areas beyond the range of float
 }

@@ -1,15 +1,16 @@
 // Octree with references: space is cut into eight equal cubes as long as that pays, and each leaf lists the primitives that
 // touch its cube ([Glassner1984]; traversal from the root down, front to back).
 //
-// A primitive that crosses a boundary is listed in several leaves: stats().references counts the duplicates, and a ray may test
-// a primitive more than once (there are no mailboxes). Triangles are listed where they really overlap a cube
-// ([AkenineMoeller2001]), quadrics where their box does. A cube is cut when it holds more than leaf_size primitives and the
-// surface area heuristic finds the cut cheaper than a leaf; the total of references is bounded by 32 per primitive.
+// A primitive that crosses a boundary is listed in several leaves: stats().references counts the duplicates; a ray tests it
+// once, thanks to mailboxes (reference_test.h). Triangles are listed where they really overlap a cube ([AkenineMoeller2001]),
+// quadrics where their box does, cubes being enlarged by cell_slack, so that a hit on a boundary is found from either side. A
+// cube is cut when it holds more than leaf_size primitives and the surface area heuristic finds the cut cheaper than a leaf;
+// the total of references is bounded by 32 per primitive. Memory: 8 bytes per node (leaves and empty cubes included) and 4 per
+// reference; the geometry is not copied.
 #pragma once
 
-#include "accel/ray/binary_tree.h"
 #include "accel/ray/counting.h"
-#include "accel/ray/leaf.h"
+#include "accel/ray/reference_test.h"
 #include "accel/ray/traversal_limit.h"
 #include "accel/ray/traversal_stack.h"
 
@@ -18,12 +19,15 @@ namespace etendue {
 struct OctreeParams {
   int leaf_size = 8;
   int max_depth = 16;
+  float primitive_cost = 0.15f;
 };
 
 template <class Visitor>
 void describe(Visitor& v, OctreeParams& params) {
   v.integer("leaf_size", params.leaf_size, 1, 64, "primitives", "a cube with no more than this is not cut");
   v.integer("max_depth", params.max_depth, 1, 24, "edges", "depth at which a cube is not cut whatever it holds");
+  v.number("primitive_cost", params.primitive_cost, 0.01, 100, "node visits",
+           "cost of a primitive test, for choosing leaves (a visit tests eight cubes)");
 }
 
 class Octree {
@@ -35,12 +39,13 @@ class Octree {
   bool occluded(const Ray& ray) const { return occluded_with(ray, CountNothing{}); }
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const { return closest_with(ray, CountWork{counters}); }
   bool occluded_counted(const Ray& ray, TraversalCounters& counters) const { return occluded_with(ray, CountWork{counters}); }
-  RayStructureStats stats() const { return {bytes(), nodes_.size(), depth_, leaves_.references(), sah_cost_}; }
+  RayStructureStats stats() const { return {bytes(), nodes_.size(), depth_, references_.size(), sah_cost_}; }
 
  private:
   class Builder;
 
-  // An inner node has count `inner` and its eight children from `first` on; child i lies high on axis a if bit a of i is set.
+  // An inner node has count `inner` and its eight children from `first` on; child i lies high on axis a if bit a of i is set. A
+  // leaf has `count` references from `first` on.
   static constexpr std::uint32_t inner = no_id;
   struct Node {
     std::uint32_t first = 0, count = 0;
@@ -51,7 +56,7 @@ class Octree {
     vec3 lower, upper;
   };
 
-  std::uint64_t bytes() const { return nodes_.size() * sizeof(Node) + leaves_.bytes(); }
+  std::uint64_t bytes() const { return nodes_.size() * sizeof(Node) + references_.size() * sizeof(std::uint32_t); }
   template <class Count, class Leaf>
   void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
   static Visit* visit_children(const SlabRay& slab, const Ray& ray, float limit, const Visit& parent, std::uint32_t first,
@@ -61,8 +66,9 @@ class Octree {
   template <class Count>
   bool occluded_with(const Ray& ray, Count count) const;
 
-  LeafBlocks leaves_;
+  const Geometry* geometry_;
   std::vector<Node> nodes_;
+  std::vector<std::uint32_t> references_;
   Bounds cube_;
   std::uint32_t depth_ = 0;
   double sah_cost_ = 0;
@@ -121,7 +127,7 @@ void Octree::traverse(const Ray& ray, const float& t_best, Count& count, const L
     if (node.count == inner) {
       count.node();
       top = visit_children(slab, ray, limit, visit, node.first, top);
-    } else if (node.count > 0 && leaf(LeafBlocks::Run{node.first, node.count})) {
+    } else if (node.count > 0 && leaf(std::span(references_).subspan(node.first, node.count))) {
       return;
     }
   }
@@ -129,32 +135,14 @@ void Octree::traverse(const Ray& ray, const float& t_best, Count& count, const L
 
 template <class Count>
 Hit Octree::closest_with(const Ray& ray, Count count) const {
-  if (!is_traceable(ray)) return {};
-  Hit hit;
-  hit.t = ray.t_max;
-  const BlockRay block_ray(ray);
-  traverse(ray, hit.t, count, [&](LeafBlocks::Run run) {
-    if (leaves_.mixed())
-      leaves_.closest<true>(block_ray, run, hit, count);
-    else
-      leaves_.closest<false>(block_ray, run, hit, count);
-    return false;
-  });
-  if (!hit) return {};
-  hit.instance = 0;
-  return hit;
+  return closest_by_reference(*geometry_, ray, count,
+                              [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
 }
 
 template <class Count>
 bool Octree::occluded_with(const Ray& ray, Count count) const {
-  if (!is_traceable(ray)) return false;
-  bool found = false;
-  const BlockRay block_ray(ray);
-  traverse(ray, ray.t_max, count, [&](LeafBlocks::Run run) {
-    return found =
-               leaves_.mixed() ? leaves_.occluded<true>(block_ray, run, count) : leaves_.occluded<false>(block_ray, run, count);
-  });
-  return found;
+  return occluded_by_reference(*geometry_, ray, count,
+                               [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
 }
 
 }  // namespace etendue
