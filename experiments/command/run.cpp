@@ -75,7 +75,7 @@ int run_command(const RunCommand& command) {
   print_files(summary.report_files, console);
   console.line(fmt::format("{} cells done, {} failed, {} done before; {}", summary.done, summary.failed, summary.skipped,
                            plan.directory));
-  if (summary.disagreements > 0) console.warning(fmt::format("structures disagree on {} rays", summary.disagreements));
+  if (summary.disagreements > 0) console.warning(fmt::format("{} answers of structures are wrong", summary.disagreements));
   return summary.failed > 0 || summary.disagreements > 0 ? 1 : 0;
 }
 

@@ -2,6 +2,7 @@
 
 #include "experiments/harness/animation_report.h"
 #include "experiments/harness/report_text.h"
+#include "experiments/harness/structure_figures.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -285,8 +286,11 @@ std::vector<Figure> file_figures(const ReportData& data) {
       add(front_figure(data, scene, metric, Scale::log));
     }
     add(structures_figure(data, scene));
+    add(break_even_figure(data, scene));
     add(ray_cost_figure(data, scene));
   }
+  for (Figure& figure : structure_sweep_figures(data)) add(std::move(figure));
+  add(structures_over_scenes_figure(data));
   for (const AnimationData& animation : arrange_animations(*data.log))
     for (Figure& figure : animation_figures(animation)) add(std::move(figure));
   return figures;

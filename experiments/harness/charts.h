@@ -3,8 +3,7 @@
 //   error over time        log-log, a series for each integrator and structure, bands over seeds; the main chart
 //   error over iterations  where structures must coincide: they change only the time
 //   front                  every checkpoint of every configuration as (time, error) and what nothing beats
-//   structures             build time against cost per ray
-//   cost per ray           primary, diffuse and shadow rays for each structure
+//   ray structures         structure_figures.h
 //
 // Beyond ten series the error charts split into panels, one an integrator, the others' curves grey behind.
 #pragma once
@@ -30,8 +29,6 @@ struct Figure {
 // `scale` is of the error axis and of time or iterations alike; a signed metric keeps its error axis linear.
 Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale);
 Figure front_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Scale scale);
-Figure structures_figure(const ReportData& data, const SceneData& scene);
-Figure ray_cost_figure(const ReportData& data, const SceneData& scene);
 
 // All that are kept as files: every metric, log axes.
 std::vector<Figure> file_figures(const ReportData& data);

@@ -110,10 +110,15 @@ std::vector<Method> read_policies(const ConfigNode& node) {
 std::vector<Method> all_accels(const Location& where) {
   std::vector<Method> methods;
   for (const RayEntry& entry : ray_structures()) {
-    if (entry.available) methods.push_back({entry.name, {}, where});
-    if (entry.name != "binned-sah") continue;
-    for (const char* layout : {"wide4", "wide8", "wide16"})
-      methods.push_back({entry.name, {{"layout", {std::string(layout), where}}}, where});
+    if (!entry.available) continue;
+    methods.push_back({entry.name, {}, where});
+    const auto add = [&](const char* parameter, const auto& value) {
+      methods.push_back({entry.name, {{parameter, {value, where}}}, where});
+    };
+    if (entry.name == "binned-sah")
+      for (const char* layout : {"wide4", "wide8"}) add("layout", std::string(layout));
+    if (entry.name == "binned-sah" || entry.name == "sbvh" || entry.name == "ploc") add("layout", std::string("wide16"));
+    if (entry.name == "embree") add("robust", true);
   }
   return methods;
 }

@@ -21,7 +21,7 @@ struct Method {
 void validate_integrator(Method& method);
 void validate_accel(Method& method);
 
-// Every structure that is built in, as it is by default, and binned SAH in the wide layouts as well.
+// Every structure that is built in, as it is by default; the better trees in wide layouts as well, Embree watertight too.
 std::vector<Method> all_accels(const Location& where);
 
 // Names, tables { name, parameters… }, or an array of both; each label once. `accels = "all"` is all_accels.

@@ -4,6 +4,7 @@
 #include "experiments/harness/charts.h"
 #include "experiments/harness/report_assets.h"
 #include "experiments/harness/report_text.h"
+#include "experiments/harness/structure_figures.h"
 #include "experiments/harness/verdicts.h"
 
 #include <fmt/format.h>
@@ -285,9 +286,15 @@ std::string structures_section(const ReportData& data) {
   if (data.log->structures.empty()) return {};
   std::string out = "<section id=\"structures\"><h2>Ray structures</h2>\n";
   for (const SceneData& scene : data.scenes) {
-    const std::string figures = fixed_figure(structures_figure(data, scene)) + fixed_figure(ray_cost_figure(data, scene));
+    const std::string figures = fixed_figure(structures_figure(data, scene)) + fixed_figure(break_even_figure(data, scene)) +
+                                fixed_figure(ray_cost_figure(data, scene));
     if (!figures.empty()) out += fmt::format("<h3>{}</h3><div class=\"figures\">\n{}</div>\n", html(scene.name), figures);
   }
+  for (const Figure& figure : structure_sweep_figures(data))
+    out += fmt::format("<h3>{}</h3><div class=\"figures\">\n{}</div>\n", html(figure.scene + ": " + figure.title),
+                       fixed_figure(figure));
+  if (const std::string figure = fixed_figure(structures_over_scenes_figure(data)); !figure.empty())
+    out += fmt::format("<h3>Over all scenes</h3><div class=\"figures\">\n{}</div>\n", figure);
   return out + "</section>\n";
 }
 

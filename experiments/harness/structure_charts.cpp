@@ -1,4 +1,5 @@
-#include "experiments/harness/charts.h"
+#include "experiments/harness/report_text.h"
+#include "experiments/harness/structure_figures.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -9,18 +10,12 @@
 namespace etendue {
 namespace {
 
-std::string structure_name(const StructureRecord& record) {
-  return record.layout.empty() || record.layout == "-" ? record.structure : record.structure + " " + record.layout;
-}
-
 std::size_t index_in(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
   names.push_back(name);
   return names.size() - 1;
 }
-
-double nanoseconds(double mrays_per_s) { return mrays_per_s > 0 ? 1e3 / mrays_per_s : 0; }
 
 // A scene's structures without those that cost many times what most do (brute force): they would press all others into a
 // corner. Notes say what they cost.
@@ -31,12 +26,12 @@ std::vector<const StructureRecord*> comparable_structures(const ReportData& data
   for (const StructureRecord& record : data.log->structures)
     if (record.scene == scene.name && record.speed(RayKind::diffuse).median > 0) {
       records.push_back(&record);
-      costs.push_back(nanoseconds(record.speed(RayKind::diffuse).median));
+      costs.push_back(nanoseconds_per_ray(record.speed(RayKind::diffuse)));
     }
   if (records.size() < 3) return records;
   const double limit = 20 * median(costs);
   std::erase_if(records, [&](const StructureRecord* record) {
-    const double cost = nanoseconds(record->speed(RayKind::diffuse).median);
+    const double cost = nanoseconds_per_ray(record->speed(RayKind::diffuse));
     if (cost > limit)
       notes.push_back(fmt::format("Outside the chart: {}, built in {}, {} a diffuse ray.", structure_name(*record),
                                   format_seconds(record->build_s.median), format_seconds(cost * 1e-9)));
@@ -46,6 +41,12 @@ std::vector<const StructureRecord*> comparable_structures(const ReportData& data
 }
 
 }  // namespace
+
+std::string structure_name(const StructureRecord& record) {
+  return record.layout.empty() || record.layout == "-" ? record.structure : record.structure + " " + record.layout;
+}
+
+double nanoseconds_per_ray(const Measured& mrays_per_s) { return mrays_per_s.median > 0 ? 1e3 / mrays_per_s.median : 0; }
 
 Figure structures_figure(const ReportData& data, const SceneData& scene) {
   std::vector<std::string> notes;
@@ -66,7 +67,7 @@ Figure structures_figure(const ReportData& data, const SceneData& scene) {
     series.colour = index % chart_colours;
     series.marker = index_in(layouts, record->layout) % chart_markers;
     series.draw = ChartSeries::Draw::dots;
-    const dvec2 at(std::max(record->build_s.median, 1e-6), nanoseconds(record->speed(RayKind::diffuse).median));
+    const dvec2 at(std::max(record->build_s.median, 1e-6), nanoseconds_per_ray(record->speed(RayKind::diffuse)));
     series.points = {{at.x, at.y, at.y, at.y}};
     positions.push_back(at);
     chart.series.push_back(std::move(series));
@@ -113,7 +114,7 @@ Figure ray_cost_figure(const ReportData& data, const SceneData& scene) {
     series.colour = series.marker = index_of(kind);
     series.draw = ChartSeries::Draw::dots;
     for (std::size_t row = 0; row < records.size(); ++row)
-      if (const double cost = nanoseconds(records[row]->speed(kind).median); cost > 0) {
+      if (const double cost = nanoseconds_per_ray(records[row]->speed(kind)); cost > 0) {
         const auto y = static_cast<double>(row);
         series.points.push_back({cost, y, y, y});
       }

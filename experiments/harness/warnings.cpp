@@ -110,8 +110,8 @@ void warn_of_runs(const ReportData& data, std::vector<std::string>& warnings) {
                                    enumerate({sources.begin(), sources.end()}, ", ", 6)));
   for (const StructureRecord& record : data.log->structures)
     if (record.disagreements > 0)
-      warnings.push_back(fmt::format("{}: {} disagrees with the other structures on {} rays.", record.scene, record.structure,
-                                     record.disagreements));
+      warnings.push_back(fmt::format("{}: {} gave {} wrong answers to {} rays.", record.scene, record.structure,
+                                     record.disagreements, record.checked));
   std::set<std::string> machines;
   for (const ManifestRecord& manifest : data.log->manifests)
     machines.insert(fmt::format("{}|{}|{}|{}", manifest.cpu, manifest.threads, manifest.commit, manifest.flags));

@@ -1,7 +1,9 @@
 #include "experiments/harness/charts.h"
+#include "experiments/harness/structure_figures.h"
 #include "tests/unit/report_helpers.h"
 
 #include <algorithm>
+#include <map>
 
 namespace etendue {
 namespace {
@@ -69,7 +71,7 @@ TEST(Charts, EveryFileIsWellFormedAndFinite) {
   log.structures = {structure("builtin:room", "sah", "wide8", 2, 0.1), structure("builtin:room", "lbvh", "binary", 1, 0.01),
                     structure("builtin:room", "brute", "-", 1e-4, 0)};
   const auto figures = file_figures(arrange(log));
-  EXPECT_EQ(figures.size(), 3u * 2 + 2 + 2);  // metrics over time and iterations, fronts of the unsigned, structures
+  EXPECT_EQ(figures.size(), 3u * 2 + 2 + 3);  // metrics over time and iterations, fronts of the unsigned, structures
   for (const Figure& figure : figures) {
     const std::string svg = to_svg(figure);
     EXPECT_TRUE(well_formed(svg)) << figure.name;
@@ -189,6 +191,85 @@ TEST(Charts, OutlyingStructureIsNamedNotDrawn) {
   const Figure figure = structures_figure(data, data.scenes.at(0));
   EXPECT_NE(figure.notes.at(0).find("brute"), std::string::npos);
   for (const ChartSeries& series : figure.panels.at(0).series) EXPECT_NE(series.label, "brute");
+}
+
+TEST(Charts, CheapestStructuresFollowEachOtherWhereTheirTotalsMeet) {
+  // Mrays/s and seconds: brute 0.001 (1 ms a ray), lbvh 1 (1 us), sah 2 (0.5 us), and one that is beaten everywhere.
+  const StructureRecord brute = structure("room", "brute", "-", 1e-3, 1e-3),
+                        lbvh = structure("room", "lbvh", "binary", 1, 0.011), sah = structure("room", "sah", "wide8", 2, 0.111),
+                        bad = structure("room", "bad", "-", 0.5, 0.2);
+  StructureRecord skipped = structure("room", "skipped", "-", 0, 0);
+  const auto choices = cheapest_choices({&skipped, &bad, &sah, &brute, &lbvh});
+  ASSERT_EQ(choices.size(), 3u);
+  EXPECT_EQ(choices[0].record, &brute);
+  EXPECT_EQ(choices[0].from_rays, 0);
+  EXPECT_EQ(choices[1].record, &lbvh);
+  EXPECT_NEAR(choices[1].from_rays, 0.010 / (1e-3 - 1e-6), 1e-6);
+  EXPECT_EQ(choices[2].record, &sah);
+  EXPECT_NEAR(choices[2].from_rays, 0.1 / 0.5e-6, 1);
+  EXPECT_TRUE(cheapest_choices({&skipped}).empty());
+}
+
+TEST(Charts, BreakEvenDrawsEachChoiceWhereItIsTheOneToPick) {
+  RunLog log;
+  log.structures = {structure("room", "lbvh", "binary", 1, 0.011), structure("room", "sah", "wide8", 2, 0.111),
+                    structure("room", "bad", "-", 0.5, 0.2)};
+  const ReportData data = arrange(log);
+  const Figure figure = break_even_figure(data, data.scenes.at(0));
+  EXPECT_EQ(figure.notes.at(0), "To pick: lbvh binary; sah wide8 from 200 k rays.");
+  const auto& series = figure.panels.at(0).series;
+  std::map<std::string, const ChartSeries*> by_key;
+  for (const ChartSeries& s : series) by_key[s.key] = &s;
+  EXPECT_EQ(std::count_if(series.begin(), series.end(), [](const auto& s) { return s.draw == ChartSeries::Draw::context; }), 3);
+  ASSERT_TRUE(by_key.contains("choice0") && by_key.contains("choice1"));
+  EXPECT_NEAR(by_key["choice0"]->points.back().x, 2e5, 1);
+  EXPECT_NEAR(by_key["choice1"]->points.front().x, 2e5, 1);
+  EXPECT_NEAR(by_key["choice1"]->points.front().y, by_key["choice0"]->points.back().y, 1e-9);
+}
+
+TEST(Charts, ScenesThatDifferInANumberMakeASweep) {
+  RunLog log;
+  const auto add = [&](const std::string& scene, double mrays) {
+    log.structures.push_back(structure(scene, "sah", "wide8", mrays, 0.1));
+    log.structures.push_back(structure(scene, "grid", "-", mrays / 2, 0.1));
+  };
+  for (const auto& [count, mrays] : {std::pair{"1e3", 9.0}, {"10k", 8.0}, {"100000", 7.0}})
+    add(std::string("builtin:mesh?triangles=") + count, mrays);
+  for (const char* size : {"10", "20"}) add(std::string("builtin:stadium?size=") + size, 1);  // two are no sweep
+  add("builtin:room", 3);
+  log.structures.push_back(structure("builtin:mesh?triangles=1e3", "kd-tree", "-", 0, 0));
+  log.structures.back().note = "not built";
+  const ReportData data = arrange(log);
+  const auto figures = structure_sweep_figures(data);
+  ASSERT_EQ(figures.size(), 1u);
+  EXPECT_EQ(figures[0].scene, "builtin:mesh");
+  ASSERT_EQ(figures[0].panels.size(), 3u);
+  const Chart& cost = figures[0].panels[0];
+  EXPECT_EQ(cost.x.title, "triangles");
+  ASSERT_EQ(cost.series.size(), 2u);
+  ASSERT_EQ(cost.series[0].points.size(), 3u);
+  EXPECT_EQ(cost.series[0].points[1].x, 1e4);
+  EXPECT_DOUBLE_EQ(cost.series[0].points[1].y, 1e3 / 8);
+  EXPECT_LT(cost.series[0].points[1].low, cost.series[0].points[1].y);
+  EXPECT_EQ(figures[0].notes.at(0), "kd-tree, builtin:mesh?triangles=1e3: not built.");
+  EXPECT_TRUE(well_formed(to_svg(figures[0])));
+}
+
+TEST(Charts, StructuresAreComparedOverScenesWithTheFastestOfEach) {
+  RunLog log;
+  log.structures = {structure("even", "sah", "wide8", 4, 0.1),   structure("even", "grid", "-", 2, 0.1),
+                    structure("even", "brute", "-", 1e-3, 0.1),  structure("uneven", "sah", "wide8", 2, 0.1),
+                    structure("uneven", "grid", "-", 0.01, 0.1), structure("uneven", "brute", "-", 1e-3, 0.1)};
+  const Figure figure = structures_over_scenes_figure(arrange(log));
+  ASSERT_FALSE(figure.empty());
+  const Chart& chart = figure.panels[0];
+  EXPECT_EQ(chart.rows, (std::vector<std::string>{"sah wide8", "grid"}));
+  ASSERT_EQ(chart.series.size(), 2u);
+  EXPECT_NEAR(chart.series[0].points[1].x, 2, 1e-9);    // the grid in the even scene
+  EXPECT_NEAR(chart.series[1].points[1].x, 200, 1e-9);  // and in the uneven one
+  EXPECT_NE(figure.notes.at(1).find("brute"), std::string::npos);
+  log.structures.resize(3);
+  EXPECT_TRUE(structures_over_scenes_figure(arrange(log)).empty());
 }
 
 TEST(Charts, EqualLogsGiveEqualFiles) {

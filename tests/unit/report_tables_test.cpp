@@ -219,6 +219,28 @@ TEST(Tables, StructuresAreInHumanUnits) {
   EXPECT_EQ(table.rows[0][column(table, "build_s")].text, "12 ms");
   EXPECT_EQ(table.rows[0][column(table, "bytes")].text, "62.5 KiB");
   EXPECT_EQ(table.rows[0][column(table, "bytes_per_triangle")].raw, "64");
+  EXPECT_EQ(table.rows[0][column(table, "diffuse_mrays_per_s_low")].raw, "1.98");
+  const std::string speed = to_terminal(table, 3);
+  EXPECT_NE(speed.find("2.00 ±1.0 %"), std::string::npos) << speed;
+  EXPECT_EQ(table.group_titles, (std::vector<std::string>{"Build and memory", "Tree and work", "Mrays/s, ray by ray"}));
+}
+
+TEST(Tables, EveryGroupOfStructuresFitsATerminal) {
+  RunLog log;
+  log.structures.push_back(structure("room", "median-rotating", "wide16", 0.1234, 12.34));
+  StructureRecord& record = log.structures.back();
+  record.build_s = record.parallel_build_s = {59.9, 50, 70};
+  for (const RayKind kind : ray_kinds)
+    record.speed(kind) = record.batched_mrays_per_s[index_of(kind)] = record.to_embree[index_of(kind)] =
+        record.to_robust_embree[index_of(kind)] = {0.01234, 0.01, 0.02};
+  record.checked = 12'345'678;
+  Table table = structures_table(arrange(log));
+  table.columns[0].audience = Audience::machines;  // the heading names the scene
+  ASSERT_EQ(table.group_titles.size(), 6u);
+  for (std::size_t group = 1; group <= 6; ++group) {
+    std::istringstream lines(to_terminal(table, group));
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(display_width(line), 110u) << line;
+  }
 }
 
 TEST(Tables, CountersArePerIteration) {
