@@ -29,7 +29,7 @@ int render_command(const RenderCommand& command);
 
 struct AccelCommand {
   std::vector<std::string> scenes;
-  std::string structures, resolution = "256", repetitions = "3", threads, check = "0", budget = "30s";
+  std::string structures, resolution = "256", repetitions = "3", threads, check = "0", budget = "10s";
   bool json = false;
 };
 int accel_command(const AccelCommand& command);

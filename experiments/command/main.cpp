@@ -103,7 +103,7 @@ class CommandLine {
     text(c, "--repetitions", accel_.repetitions, "N", "interleaved builds and timings, of which the median counts; default 3");
     text(c, "--check", accel_.check, "1e7",
          "rays aimed at vertices and edges, at four scales and offsets, judged in double precision; default none");
-    text(c, "--budget", accel_.budget, "30s", "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
+    text(c, "--budget", accel_.budget, "10s", "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
     text(c, "--threads", accel_.threads, "N", "of the parallel builds; default: all of the machine's");
   }
 

@@ -1,5 +1,6 @@
 #include "experiments/harness/accel_check.h"
 
+#include "experiments/harness/accel_timing.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
@@ -115,8 +116,14 @@ std::uint64_t wrong_occlusions(const ExactTracer& tracer, const RayQuery& struct
                                std::span<const std::optional<ExactHit>> exact) {
   CHECK_EQ(rays.size(), exact.size());
   return count_in_blocks(rays.size(), [&](std::size_t begin, std::size_t end) {
+    bool batch[block];
+    const bool batched = ask_occluded(structure, rays.subspan(begin, end - begin), std::span(batch, end - begin));
     std::uint64_t wrong = 0;
-    for (std::size_t i = begin; i < end; ++i) wrong += !tracer.is_right(rays[i], structure.occluded(rays[i]), exact[i]);
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool occluded = structure.occluded(rays[i]);
+      wrong += !tracer.is_right(rays[i], occluded, exact[i]) ||
+               (batched && batch[i - begin] != occluded && !tracer.is_right(rays[i], batch[i - begin], exact[i]));
+    }
     return wrong;
   });
 }

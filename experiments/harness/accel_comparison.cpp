@@ -23,7 +23,7 @@ constexpr std::uint64_t trial_triangles = 200'000;  // scenes above it try a bui
 constexpr std::size_t trial_part = 32;
 constexpr std::size_t check_block = std::size_t{1} << 17;
 constexpr std::uint64_t check_bytes = std::uint64_t{1} << 30;  // of structures held at once while they are checked
-constexpr double check_budgets = 5;                            // of a structure's budget, for its aimed rays
+constexpr double check_budgets = 15;                           // of a structure's budget, for its aimed rays
 constexpr std::size_t least_rays = 16;                         // a figure from fewer says nothing
 
 std::unique_ptr<RayQuery> make_structure(const Scene& scene, const StructureChoice& choice) {

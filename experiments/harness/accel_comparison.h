@@ -20,7 +20,7 @@ struct ComparisonOptions {
   int repetitions = 3;           // interleaved; medians and quartiles are reported
   int threads = 1;               // of the parallel build
   std::uint64_t check_rays = 0;  // aimed at vertices and edges, over four scales and offsets; beside the recorded rays
-  double budget_s = 30;          // for each structure, its checks left aside: beyond it fewer rays and repetitions, or none
+  double budget_s = 10;          // for each structure, its checks left aside: beyond it fewer rays and repetitions, or none
 };
 
 // Records the rays of a render once, then goes round: every repetition builds each structure, on all threads and on one, traces

@@ -23,6 +23,16 @@ std::vector<double> ratios(std::span<const double> a, std::span<const double> b)
 double mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray> rays);
 double batched_mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray> rays);
 
+// occluded() of many rays, where the interface has such a call; false where it has none.
+template <class Query>
+bool ask_occluded(const Query& structure, std::span<const Ray> rays, std::span<bool> occluded) {
+  if constexpr (requires { structure.occluded(rays, occluded); }) {
+    structure.occluded(rays, occluded);
+    return true;
+  }
+  return false;
+}
+
 // How many of `rays` a structure traces within `seconds`, by a trial of the first few; all of them, or fewer.
 std::size_t affordable_rays(const RayQuery& structure, RayKind kind, std::span<const Ray> rays, double seconds);
 

@@ -12,7 +12,7 @@
 //   metrics     default: all
 //   resolution  [w, h]; default: the scene's
 //   threads     default: the machine's; `--threads` wins
-//   structures  true or { resolution, repetitions, check_rays, budget = "30s" }: also time every structure on every scene
+//   structures  true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene
 //   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (animation.h)
 //   outputs     { tables = ["md", "csv", "tex"] }
 //   quick       any of the keys above, put in their place by `--quick`
@@ -47,7 +47,7 @@ struct StructureTiming {
   int resolution = 256;
   int repetitions = 3;
   std::uint64_t check_rays = 0;  // as in ComparisonOptions
-  double budget_s = 30;
+  double budget_s = 10;
 };
 
 struct ExperimentConfig {

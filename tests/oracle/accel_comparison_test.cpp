@@ -206,6 +206,7 @@ TEST(AccelComparison, StructuresAreRightOnASceneAndAreMeasured) {
   options.repetitions = 2;
   options.threads = 2;
   options.check_rays = 4000;
+  options.budget_s = 1e4;
   const std::vector<StructureRecord> records =
       compare_structures(scene, choices, options, [&](const std::string& line) { lines += !line.empty(); });
   ASSERT_EQ(records.size(), choices.size());
