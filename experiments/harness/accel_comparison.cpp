@@ -161,7 +161,7 @@ class Comparison {
     const double likely = trial * trial_part;
     if (likely < 0.5 * options_.budget_s) return false;
     contender.skipped = true;
-    contender.note(fmt::format("not built: a {}th of the triangles took {}, all would take {} or more", trial_part,
+    contender.note(fmt::format("not built: one in {} of the triangles took {}, all would take {} or more", trial_part,
                                format_seconds(trial), format_seconds(likely)));
     return true;
   }
