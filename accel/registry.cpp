@@ -74,16 +74,19 @@ void describe(Visitor& v, BvhParams<BuilderParams>& params) {
             "of optimisation, at most: subtrees put where they cost least");
 }
 
-// Bottom levels in a wide layout. The tree is built down to single primitives, and the collapse makes the leaves.
+// Bottom levels in a wide layout. The collapse makes the leaves: for a quick build the tree need only go down to a few
+// triangles that any pack takes; for an optimised one, down to single primitives.
 template <class Wide, class Params, class Build>
 std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& params, const Build& build) {
   CollapseOptions options;
   if (params.leaf_size > 0) options.leaf_size = static_cast<std::uint32_t>(params.leaf_size);
   if constexpr (requires { params.primitive_cost; }) options.leaf_cost = 1.5f * params.primitive_cost;  // of a whole pack
-  Params single = params;
+  Params fine = params, single = params;
   single.leaf_size = 1;
+  fine.leaf_size = params.reinsertion > 0 ? 1 : Wide::tree_leaf_size;
+  if constexpr (requires { fine.primitive_cost; }) fine.primitive_cost = 0;  // so many are a leaf in any case
   return over_scene(
-      scene, [&](const Geometry& geometry) { return Wide(geometry, build(build_items(geometry), single, &geometry), options); },
+      scene, [&](const Geometry& geometry) { return Wide(geometry, build(build_items(geometry), fine, &geometry), options); },
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }
 

@@ -41,6 +41,9 @@ const WideKernels<node_width, Pack>& wide_kernels(Isa isa);
 template <int node_width, class Pack>
 class WideBvh {
  public:
+  // Down to how many primitives a binary tree need be built: about as many packs will come of it as of a finer one.
+  static constexpr int tree_leaf_size = Pack::lanes == 16 ? 5 : Pack::lanes / 4;
+
   // `geometry` must outlive the structure (its quadrics are looked up; triangles are copied).
   WideBvh(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options = {},
           Isa isa = supported_isas().back())

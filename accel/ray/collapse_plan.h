@@ -1,0 +1,247 @@
+// Which subtrees of a binary tree become the nodes of a wide one, which its leaves: dynamic programming over "this subtree as
+// at most i children" ([Ylitie2017] section 3.1), from the leaves up.
+//
+// The costs of a subtree are needed for its parent alone and lie on a stack; kept is what the choices were. Subtrees are
+// planned by several threads, and what is chosen depends on none of them.
+#pragma once
+
+#include "accel/ray/wide_tree.h"
+#include "framework/core/parallel.h"
+
+#include <algorithm>
+#include <array>
+#include <unordered_map>
+
+namespace etendue {
+
+template <int node_width, class Pack>
+class CollapsePlan {
+ public:
+  CollapsePlan(const Geometry& geometry, const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options)
+      : geometry_(geometry),
+        vertices_(vertices),
+        tree_(tree),
+        leaf_size_(std::min<std::uint32_t>(options.leaf_size, Pack::lanes)),
+        leaf_cost_(options.leaf_cost),
+        nodes_(tree.nodes.size()),
+        shares_(tree.nodes.size()) {
+    count_primitives();
+    const std::uint32_t task_size = 2048;
+    std::vector<std::uint32_t> roots, above;
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n)
+      if (nodes_[n].count > task_size) above.push_back(n);
+    const auto add_root = [&](std::uint32_t n) {
+      if (nodes_[n].count <= task_size) roots.push_back(n);
+    };
+    add_root(0);
+    for (const std::uint32_t n : above) {
+      if (tree.nodes[n].is_leaf()) {
+        roots.push_back(n);
+      } else {
+        add_root(tree.nodes[n].first);
+        add_root(tree.nodes[n].first + 1);
+      }
+    }
+    std::vector<Costs> of_roots(roots.size());
+    parallel_for(roots.size(), 1, [&](std::size_t i) { of_roots[i] = plan_subtree(roots[i]); });
+    if (!above.empty()) plan_above(above, roots, of_roots);
+  }
+
+  bool is_leaf(std::uint32_t n) const { return tree_.nodes[n].is_leaf() || shares_[n][0] == as_leaf; }
+  std::span<const std::uint32_t> primitives(std::uint32_t n) const {
+    return std::span(tree_.primitives).subspan(nodes_[n].first, nodes_[n].count);
+  }
+
+  // Whether the primitives of a leaf fit a pack; if not, they are a list.
+  bool is_pack(std::uint32_t n) const { return nodes_[n].one_pack != 0; }
+
+  // The children of the wide node that binary node n becomes, as binary nodes; replaces `children`.
+  void children(std::uint32_t n, std::vector<std::uint32_t>& children) const {
+    children.clear();
+    const int left_share = shares_[n][0];
+    append_roots(tree_.nodes[n].first, left_share, children);
+    append_roots(tree_.nodes[n].first + 1, node_width - left_share, children);
+  }
+
+  // The chance that a ray which meets a subtree's box hits something there, over the visits which that takes: what an any-hit
+  // query should try first (after [Nah2014]).
+  float promise(std::uint32_t n) const {
+    const float chance = std::min(tree_.nodes[n].bounds.half_area(), nodes_[n].content), visits = nodes_[n].cost;
+    return visits > 0 && visits < infinity ? chance / visits : 0;
+  }
+
+ private:
+  // How a subtree becomes i + 1 children at most: shares[i] is as_fewer, or the left side's part of them; shares[0] is as_leaf,
+  // or the left side's part of the slots of the wide node that the subtree becomes. Of a binary leaf nothing is kept.
+  static constexpr std::int8_t as_leaf = 0, as_fewer = -1;
+  using Shares = std::array<std::int8_t, node_width>;
+
+  struct Node {
+    std::uint32_t first, count : 31;  // its run of BinaryTree::primitives
+    std::uint32_t one_pack : 1;       // takes all of them
+    float content;                    // area of these
+    float cost;                       // as one child
+  };
+
+  // The least cost of a subtree as i + 1 children at most, for i < slots; more slots save nothing.
+  struct Costs {
+    int slots = 1;
+    bool fits = true;  // a leaf
+    std::array<float, node_width> cost;
+  };
+
+  void count_primitives() {
+    for (std::size_t n = nodes_.size(); n-- > 0;) {
+      const TreeNode& node = tree_.nodes[n];
+      if (node.is_leaf()) {
+        nodes_[n].first = node.first;
+        nodes_[n].count = node.count;
+      } else {
+        nodes_[n].first = nodes_[node.first].first;
+        nodes_[n].count = nodes_[node.first].count + nodes_[node.first + 1].count;
+      }
+    }
+  }
+
+  // Children before parents, the right side's costs on top of the left's.
+  Costs plan_subtree(std::uint32_t root) {
+    struct Visit {
+      std::uint32_t node;
+      bool children_done;
+    };
+    std::vector<Visit> visits{{root, false}};
+    std::vector<Costs> done;
+    while (!visits.empty()) {
+      const Visit visit = visits.back();
+      visits.pop_back();
+      const TreeNode& node = tree_.nodes[visit.node];
+      if (node.is_leaf()) {
+        done.push_back(plan_leaf(visit.node));
+      } else if (visit.children_done) {
+        const Costs right = done.back();
+        done.pop_back();
+        done.back() = plan_inner(visit.node, done.back(), right);
+      } else {
+        visits.push_back({visit.node, true});
+        visits.push_back({node.first + 1, false});
+        visits.push_back({node.first, false});
+      }
+    }
+    return done.back();
+  }
+
+  // The few nodes above the subtrees that were tasks.
+  void plan_above(const std::vector<std::uint32_t>& above, const std::vector<std::uint32_t>& roots,
+                  const std::vector<Costs>& of_roots) {
+    std::unordered_map<std::uint32_t, Costs> known;
+    for (std::size_t i = 0; i < roots.size(); ++i) known[roots[i]] = of_roots[i];
+    for (auto n = above.rbegin(); n != above.rend(); ++n)
+      if (const TreeNode& node = tree_.nodes[*n]; !node.is_leaf())
+        known[*n] = plan_inner(*n, known.at(node.first), known.at(node.first + 1));
+  }
+
+  Costs plan_leaf(std::uint32_t n) {
+    Node& node = nodes_[n];
+    const float area = tree_.nodes[n].bounds.half_area();
+    node.content = 0;
+    for (const std::uint32_t id : primitives(n)) node.content += area_of(id);
+    Costs costs;
+    const float cost = leaf_cost(n);
+    costs.fits = cost < infinity;
+    node.cost = costs.cost[0] = area * (costs.fits ? cost : static_cast<float>(node.count));
+    return costs;
+  }
+
+  Costs plan_inner(std::uint32_t n, const Costs& left, const Costs& right) {
+    const TreeNode& binary = tree_.nodes[n];
+    Node& node = nodes_[n];
+    Shares& shares = shares_[n];
+    const float area = binary.bounds.half_area();
+    node.content = nodes_[binary.first].content + nodes_[binary.first + 1].content;
+    Costs costs;
+    costs.slots = std::min(node_width, left.slots + right.slots);
+    // Both sides' ways to share i + 1 slots; a width more than there are for the last of both.
+    std::array<float, 2 * node_width> shared;
+    std::array<std::int8_t, 2 * node_width> share;
+    shared.fill(infinity);
+    share.fill(1);  // areas can exceed the range of float
+    for (int l = 0; l < left.slots; ++l)
+      for (int r = 0; r < std::min(right.slots, node_width - l - 1); ++r)
+        if (const float cost = left.cost[l] + right.cost[r]; cost < shared[l + r + 1]) {
+          shared[l + r + 1] = cost;
+          share[l + r + 1] = static_cast<std::int8_t>(l + 1);
+        }
+    costs.cost[0] = area + shared[costs.slots - 1];
+    shares[0] = share[costs.slots - 1];
+    costs.fits = left.fits && right.fits && node.count <= leaf_size_;
+    if (costs.fits) {
+      const float cost = leaf_cost(n);
+      costs.fits = cost < infinity;
+      if (area * cost <= costs.cost[0]) {
+        costs.cost[0] = area * cost;
+        shares[0] = as_leaf;
+      }
+    }
+    node.cost = costs.cost[0];
+    int useful = 1;
+    for (int i = 1; i < costs.slots; ++i) {
+      const bool better = shared[i] < costs.cost[i - 1];
+      costs.cost[i] = better ? shared[i] : costs.cost[i - 1];
+      shares[i] = better ? share[i] : as_fewer;
+      if (better) useful = i + 1;
+    }
+    costs.slots = useful;
+    std::fill(shares.begin() + useful, shares.end(), as_fewer);
+    return costs;
+  }
+
+  float area_of(std::uint32_t id) const {
+    if (!geometry_.is_triangle(id)) return quadric_area(geometry_.quadric(id));
+    const uvec3& v = geometry_.triangles[id];
+    const auto& p = geometry_.positions;
+    return 0.5f * glm::length(glm::cross(p[v.y] - p[v.x], p[v.z] - p[v.x]));
+  }
+
+  // Of a run of primitives as one leaf, in visits of a node: those of a pack, or one test each of quadrics; infinite for what
+  // no leaf should be.
+  float leaf_cost(std::uint32_t n) const {
+    const auto run = primitives(n);
+    if (geometry_.quadrics.empty()) return Pack::fits(vertices_, run) ? leaf_cost_ : infinity;
+    const auto triangles = std::count_if(run.begin(), run.end(), [&](std::uint32_t id) { return geometry_.is_triangle(id); });
+    if (triangles == 0) return static_cast<float>(run.size());
+    return static_cast<std::size_t>(triangles) == run.size() && Pack::fits(vertices_, run) ? leaf_cost_ : infinity;
+  }
+
+  // Appends the binary nodes that stand for subtree n in at most `slots` children.
+  void append_roots(std::uint32_t n, int slots, std::vector<std::uint32_t>& roots) const {
+    struct Part {
+      std::uint32_t node;
+      int slots;
+    };
+    std::array<Part, 2 * node_width> parts;
+    int size = 0;
+    parts[size++] = {n, slots};
+    while (size > 0) {
+      auto [node, i] = parts[--size];
+      if (tree_.nodes[node].is_leaf()) i = 1;
+      while (i > 1 && shares_[node][i - 1] == as_fewer) --i;
+      if (i == 1) {
+        roots.push_back(node);
+        continue;
+      }
+      const int left = shares_[node][i - 1];
+      parts[size++] = {tree_.nodes[node].first + 1, i - left};
+      parts[size++] = {tree_.nodes[node].first, left};
+    }
+  }
+
+  const Geometry& geometry_;
+  const VertexIds& vertices_;
+  const BinaryTree& tree_;
+  const std::uint32_t leaf_size_;
+  const float leaf_cost_;
+  std::vector<Node> nodes_;
+  std::vector<Shares> shares_;
+};
+
+}  // namespace etendue
