@@ -114,7 +114,7 @@ void DynamicTree::rebuild_all() {
     region.items[i] = {boxes_[i], static_cast<std::uint32_t>(i)};
   });
   region.tree = build_(std::move(region.items));
-  emit(region);
+  emit(region, root_link);
   layout_.set_root(node_bounds(0), heights_[0]);
 }
 
@@ -150,11 +150,16 @@ Bounds DynamicTree::fit(std::uint32_t node) {
   box.extend(right.bounds);
   if (is_hybrid()) {
     const Areas a = areas_of(left), b = areas_of(right);
-    auto& [now, built, growth] = costs_[node];
-    now = {box.half_area() + a.work + b.work, box.half_area(), a.items + b.items};
-    growth = std::max(times(now.work, now.box, built.work, built.box), times(now.work, now.items, built.work, built.items));
+    Cost& cost = costs_[node];
+    cost.now = {box.half_area() + a.work + b.work, box.half_area(), a.items + b.items};
+    cost.growth = growth_of(cost);
   }
   return box;
+}
+
+float DynamicTree::growth_of(const Cost& cost) {
+  const auto& [now, built, growth] = cost;
+  return std::max(times(now.work, now.box, built.work, built.box), times(now.work, now.items, built.work, built.items));
 }
 
 DynamicTree::Areas DynamicTree::areas_of(const TreeNode& child) const {

@@ -2,20 +2,20 @@
 //
 //   refit    boxes grow and shrink, bottom up, along the ways from changed leaves to the root; the topology stays ([Wald2007a])
 //   rebuild  the builder starts anew at every update
-//   hybrid   refits; once the items changed since subtrees were last rebuilt reach `changed_fraction`, subtrees are judged:
-//   those
-//            whose cost has grown by more than `sah_growth` since they were built have worsened, and if undoing that would
-//            spare `least_gain` of the whole tree's cost, they are rebuilt in place. That single subtrees are worth
-//            restructuring is [Yoon2007]'s idea, that a measure taken at the build tells which have worsened
-//            [Lauterbach2006]'s; the measure is our own.
+//   hybrid   refits; once the items changed since the last rebuild reach `changed_fraction`, subtrees are judged: those have
+//            worsened whose cost has grown by more than `sah_growth` since they were built. If undoing that would spare
+//            `least_gain` of the whole tree's cost, they are rebuilt in place
+//
+// That single subtrees are worth restructuring is [Yoon2007]'s idea, that a measure taken at the build tells which have
+// worsened [Lauterbach2006]'s; the measure is our own.
 //
 // The measure is the surface area cost of a subtree, visits and primitive tests weighted by area, in relation to its box and to
 // the boxes of its items. The former sees what comes to overlap in a box, but misses it when the box widens too; the latter
 // sees that, but misses it when items are stretched. The one that has grown more since the build counts. Below a worsened node
 // all those are taken apart whose undivided work grew by more than the root of the threshold, or whose box is larger than their
 // children's together: they hold apart what moved apart. What remains, subtrees that are as they were wherever they moved to,
-// goes to the builder as single items beside the freed primitives. Where no rebuild can help, it is tried once, and the new
-// cost is what later ones are measured by.
+// goes to the builder as single items beside the freed primitives. Where the subtree has worsened even so, it is built anew as
+// a whole, and the new cost is what later ones are measured by.
 //
 // Work is proportional to what changed, plus, when subtrees are judged, a pass over the nodes' costs. A node is ready when its
 // changed children are, which a counter per node says; boxes and costs follow from the children alone, so the tree has the same
@@ -100,12 +100,16 @@ class DynamicTree {
   Bounds node_bounds(std::uint32_t node) const;
 
   TreeUpdate rebuild_worsened();
+  std::vector<std::uint32_t> rebuild_below(std::span<const std::uint32_t> roots, bool whole, TreeUpdate& done);
+  std::vector<std::uint32_t> topmost_of(std::span<const std::uint32_t> nodes) const;
+  static float growth_of(const Cost& cost);
+  float kept_growth() const { return std::sqrt(policy_.hybrid.sah_growth); }
   bool is_worsened(std::uint32_t node) const;
   bool is_opened(std::uint32_t node) const;
   bool is_topmost(std::uint32_t node) const;
-  Region gather(std::uint32_t root) const;
+  Region gather(std::uint32_t root, bool whole) const;
   void add_part(Region& region, std::uint32_t part, const Bounds& box) const;
-  void emit(const Region& region);
+  void emit(const Region& region, std::uint32_t link);
   void emit_parts(std::span<const std::uint32_t> order, const Region& region, std::uint32_t link);
   void release(const Region& region);
   void fit_emitted(std::uint32_t link);

@@ -3,6 +3,8 @@
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 
+#include <set>
+
 namespace etendue {
 
 TreeUpdate DynamicTree::rebuild_worsened() {
@@ -14,17 +16,50 @@ TreeUpdate DynamicTree::rebuild_worsened() {
     gain += static_cast<double>(costs_[node].now.work) * (1 - 1 / static_cast<double>(costs_[node].growth));
   }
   if (gain < static_cast<double>(policy_.hybrid.least_gain) * static_cast<double>(costs_[0].now.work)) return {};
-  std::vector<Region> regions(roots.size());
-  parallel_for(regions.size(), 1, [&](std::size_t i) { regions[i] = gather(roots[i]); });
-  parallel_for(regions.size(), 1, [&](std::size_t i) { regions[i].tree = build_(std::move(regions[i].items)); });
   TreeUpdate done;
+  const std::vector<std::uint32_t> wanting = rebuild_below(roots, false, done);
+  rebuild_below(topmost_of(wanting), true, done);
+  return done;
+}
+
+// Rebuilds subtrees, whole or but for what need not be taken apart. Of the latter kind, those are answered that a whole rebuild
+// should follow, for they are worsened still; the others keep their old measure, lest many rebuilds in part add up.
+std::vector<std::uint32_t> DynamicTree::rebuild_below(std::span<const std::uint32_t> roots, bool whole, TreeUpdate& done) {
+  std::vector<Region> regions(roots.size());
+  parallel_for(regions.size(), 1, [&](std::size_t i) {
+    regions[i] = gather(roots[i], whole);
+    regions[i].tree = build_(std::move(regions[i].items));
+  });
+  std::vector<std::uint32_t> wanting;
   for (const Region& region : regions) {
+    const Areas built = costs_[region.root].built;
+    const std::uint32_t link = region.root == 0 ? root_link : links_[region.root];
     release(region);
-    emit(region);
+    emit(region, link);
     done.rebuilt += region.parts.size();
     ++done.subtrees;
+    const TreeNode root = link == root_link ? TreeNode{{}, 0, 0} : layout_.child(link / 2, static_cast<int>(link % 2));
+    const auto is_subtree = [](std::uint32_t part) { return (part & subtree_bit) != 0; };
+    if (root.is_leaf() || std::none_of(region.parts.begin(), region.parts.end(), is_subtree)) continue;
+    Cost& cost = costs_[root.first];
+    cost.built = built;
+    cost.growth = growth_of(cost);
+    if (is_worsened(root.first)) wanting.push_back(root.first);
   }
-  return done;
+  return wanting;
+}
+
+// Those that hang below no other of them.
+std::vector<std::uint32_t> DynamicTree::topmost_of(std::span<const std::uint32_t> nodes) const {
+  const std::set<std::uint32_t> all(nodes.begin(), nodes.end());
+  std::vector<std::uint32_t> topmost;
+  for (std::uint32_t node : all) {
+    bool below = false;
+    for (std::uint32_t link = links_[node]; link != root_link && !below; link = links_[link / 2])
+      below = all.contains(link / 2);
+    if (!below) topmost.push_back(node);
+  }
+  return topmost;
 }
 
 bool DynamicTree::is_worsened(std::uint32_t node) const { return costs_[node].growth > policy_.hybrid.sah_growth; }
@@ -33,7 +68,7 @@ bool DynamicTree::is_worsened(std::uint32_t node) const { return costs_[node].gr
 bool DynamicTree::is_opened(std::uint32_t node) const {
   const Cost& cost = costs_[node];
   const float children = layout_.child(node, 0).bounds.half_area() + layout_.child(node, 1).bounds.half_area();
-  return is_worsened(node) || cost.now.box > children || cost.now.work > cost.built.work * std::sqrt(policy_.hybrid.sah_growth);
+  return is_worsened(node) || cost.now.box > children || cost.now.work > cost.built.work * kept_growth();
 }
 
 // Whether no worsened node above takes this one apart anyway.
@@ -46,7 +81,7 @@ bool DynamicTree::is_topmost(std::uint32_t node) const {
   return true;
 }
 
-DynamicTree::Region DynamicTree::gather(std::uint32_t root) const {
+DynamicTree::Region DynamicTree::gather(std::uint32_t root, bool whole) const {
   Region region{root, {}, {}, {}, {}, {}};
   std::vector<std::uint32_t> open{root};
   while (!open.empty()) {
@@ -59,7 +94,7 @@ DynamicTree::Region DynamicTree::gather(std::uint32_t root) const {
         region.leaves.push_back(child.first);
         const Leaf& leaf = leaves_[child.first];
         for (std::uint32_t i = 0; i < leaf.count; ++i) add_part(region, leaf.items[i], boxes_[leaf.items[i]]);
-      } else if (is_opened(child.first)) {
+      } else if (whole || is_opened(child.first)) {
         open.push_back(child.first);
       } else {
         // A subtree whose items are all absent has no box; a builder wants one.
@@ -92,12 +127,11 @@ void DynamicTree::release(const Region& region) {
 }
 
 // Hangs the built tree where the region hung. The tree's root is node 0 whatever it holds.
-void DynamicTree::emit(const Region& region) {
+void DynamicTree::emit(const Region& region, std::uint32_t link) {
   struct Job {
     std::uint32_t node, link;
   };
   const BinaryTree& tree = region.tree;
-  const std::uint32_t link = region.root == 0 ? root_link : links_[region.root];
   const auto parts_of = [&](const TreeNode& leaf) { return std::span(tree.primitives).subspan(leaf.first, leaf.count); };
   emitted_.clear();
   std::vector<Job> jobs{{0, link}};

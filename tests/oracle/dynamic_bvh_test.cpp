@@ -236,7 +236,8 @@ TEST(DynamicBvh, HybridKeepsSubtreesThatMovedAsAWhole) {
   DynamicBvh refitted(moving, builder("sah"), {Kind::refit, {}});
   DynamicBvh hybrid(moving, builder("sah"), {Kind::hybrid, {0.1f, 1.3f, 0.05f}});
   const auto first = moving.positions.begin();
-  std::uint64_t most = 0;
+  std::uint64_t rebuilt_items = 0;
+  int small_rebuilds = 0;
   for (int step = 0; step < 60; ++step) {
     std::vector<std::uint32_t> changed;
     for (int k = 0; k < 8; ++k) {
@@ -248,12 +249,14 @@ TEST(DynamicBvh, HybridKeepsSubtreesThatMovedAsAWhole) {
     std::sort(changed.begin(), changed.end());
     changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
     refitted.update(changed);
-    most = std::max(most, hybrid.update(changed).rebuilt);
+    const TreeUpdate done = hybrid.update(changed);
+    rebuilt_items += done.rebuilt;
+    small_rebuilds += done.rebuilt > 0 && done.rebuilt < clusters * each / 8u;
   }
-  EXPECT_GT(most, 0u);
-  EXPECT_LT(most, clusters * each / 4u);
+  EXPECT_LT(rebuilt_items, 60u * clusters * each / 4u);
+  EXPECT_GT(small_rebuilds, 10);
   const DynamicBvh rebuilt(moving, builder("sah"), {Kind::rebuild, {}});
-  EXPECT_LT(hybrid.stats().sah_cost, 1.5 * rebuilt.stats().sah_cost);
+  EXPECT_LT(hybrid.stats().sah_cost, 1.3 * rebuilt.stats().sah_cost);
   EXPECT_GT(refitted.stats().sah_cost, 1.5 * rebuilt.stats().sah_cost);
   ASSERT_NO_FATAL_FAILURE(expect_same_hits(rebuilt, hybrid, rays_of(moving, 1000, 3)));
 }
