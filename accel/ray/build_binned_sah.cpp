@@ -3,6 +3,7 @@
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
 #include "accel/ray/small_sweep.h"
+#include "framework/core/huge_pages.h"
 #include "framework/core/parallel.h"
 
 #include <tbb/parallel_reduce.h>
@@ -167,8 +168,10 @@ class SideCentres {
 template <std::uint32_t capacity>
 class BinnedSplitter {
  public:
-  BinnedSplitter(std::vector<BuildItem>& items, const BinnedSahParams& params)
-      : params_(params), moved_(items.size()), items_{items.data(), moved_.data()}, count_(items.size()) {}
+  BinnedSplitter(std::vector<BuildItem>& items, const BinnedSahParams& params) : params_(params), count_(items.size()) {
+    resize_on_huge_pages(moved_, count_);
+    items_ = {items.data(), moved_.data()};
+  }
 
   std::optional<Split> best(const ItemRange& range) {
     if (range.size() <= small_sweep_size) return best_of_few(range);

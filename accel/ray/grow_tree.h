@@ -11,6 +11,7 @@
 
 #include "accel/ray/binary_tree.h"
 #include "framework/core/check.h"
+#include "framework/core/huge_pages.h"
 
 #include <tbb/task_group.h>
 
@@ -68,7 +69,7 @@ class TreeGrower {
  public:
   TreeGrower(S& splitter, std::uint32_t count, const TreeLimits& limits) : splitter_(splitter), count_(count), limits_(limits) {
     CHECK_LT(count, 1u << 31);
-    tree_.nodes.resize(2 * static_cast<std::size_t>(count) - 1);
+    resize_on_huge_pages(tree_.nodes, 2 * static_cast<std::size_t>(count) - 1);
     tree_.primitives.resize(count);
   }
 

@@ -40,7 +40,7 @@ class TreeLinker {
  public:
   TreeLinker(S& source, std::uint32_t count, const TreeLimits& limits) : source_(source), count_(count), limits_(limits) {
     CHECK_LT(count, 1u << 31);
-    tree_.nodes.resize(2 * static_cast<std::size_t>(count) - 1);
+    resize_on_huge_pages(tree_.nodes, 2 * static_cast<std::size_t>(count) - 1);
     tree_.primitives.resize(count);
   }
 

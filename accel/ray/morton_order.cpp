@@ -1,5 +1,6 @@
 #include "accel/ray/morton_order.h"
 
+#include "framework/core/huge_pages.h"
 #include "framework/core/parallel.h"
 
 #include <tbb/parallel_reduce.h>
@@ -120,7 +121,8 @@ std::vector<std::uint64_t> sort_by_morton_code(std::vector<BuildItem>& items) {
   });
   RadixSort sort(keys);
   sort_runs(keys, lower);
-  std::vector<BuildItem> sorted(items.size());
+  std::vector<BuildItem> sorted;
+  resize_on_huge_pages(sorted, items.size());
   parallel_for(items.size(), grain, [&](std::size_t i) {
     const auto index = static_cast<std::uint32_t>(keys[i]);
     sorted[i] = items[index];

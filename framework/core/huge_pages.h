@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <new>
+#include <vector>
 
 #if defined(__linux__)
 #include <sys/mman.h>
@@ -39,5 +41,19 @@ struct HugePageAllocator {
   }
   friend bool operator==(const HugePageAllocator&, const HugePageAllocator&) { return true; }
 };
+
+// Resizes a new vector, whose memory, where it is large, is asked for on huge pages before it is first touched: a builder's
+// arrays are written once, and getting thousands of small pages takes a tenth of its time.
+template <class T>
+void resize_on_huge_pages(std::vector<T>& values, std::size_t count) {
+  values.reserve(count);
+#if defined(__linux__)
+  constexpr std::uintptr_t page = 2 << 20;
+  const auto address = reinterpret_cast<std::uintptr_t>(values.data());
+  const std::uintptr_t begin = (address + page - 1) / page * page, end = (address + count * sizeof(T)) / page * page;
+  if (end >= begin + 4 * page) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#endif
+  values.resize(count);
+}
 
 }  // namespace etendue
