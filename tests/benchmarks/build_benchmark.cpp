@@ -1,7 +1,11 @@
 // Builds of ray structures over a bumpy sphere, one thread: the whole structure as the registry makes it, and each builder's
 // tree alone.
 #include "accel/ray/build_binned_sah.h"
+#include "accel/ray/build_lbvh.h"
 #include "accel/ray/build_median.h"
+#include "accel/ray/build_median_rotating.h"
+#include "accel/ray/build_midpoint.h"
+#include "accel/ray/build_ploc.h"
 #include "accel/ray/build_sah.h"
 #include "accel/registry.h"
 
@@ -60,6 +64,10 @@ const bool registered = [] {
     benchmark::RegisterBenchmark(name, build_tree<decltype(build)>, build)->Arg(224)->Unit(benchmark::kMillisecond);
   };
   tree("tree/median", [](const std::vector<BuildItem>& items) { return build_median(items, {}); });
+  tree("tree/median-rotating", [](const std::vector<BuildItem>& items) { return build_median_rotating(items, {}); });
+  tree("tree/midpoint", [](const std::vector<BuildItem>& items) { return build_midpoint(items, {}); });
+  tree("tree/lbvh", [](const std::vector<BuildItem>& items) { return build_lbvh(items, {}); });
+  tree("tree/ploc", [](const std::vector<BuildItem>& items) { return build_ploc(items, {}); });
   tree("tree/sah", [](const std::vector<BuildItem>& items) { return build_sah(items, {}); });
   for (const int bins : {4, 8, 16, 32, 64, 256}) {
     BinnedSahParams params;
