@@ -24,7 +24,7 @@ namespace etendue {
 struct Ray {
   vec3 origin;
   float t_min = 0;  // not negative
-  vec3 direction;  // need not be unit: t counts in its length
+  vec3 direction;   // need not be unit: t counts in its length
   float t_max = infinity;
 
   vec3 at(float t) const { return origin + t * direction; }
@@ -49,8 +49,8 @@ struct RayStructureStats {
   std::uint64_t bytes = 0;  // all that the structure holds beyond the geometry it was built over
   std::uint64_t nodes = 0;
   std::uint64_t depth = 0;
-  std::uint64_t references = 0;  // primitive references in leaves (more than primitives when a structure duplicates)
-  double sah_cost = 0;           // expected work of a random ray: node visit 1, primitive test 1; 0: not defined
+  std::uint64_t references = 0;   // primitive references in leaves (more than primitives when a structure duplicates)
+  double sah_cost = 0;            // expected work of a random ray: node visit 1, primitive test 1; 0: not defined
   std::string_view layout = "-";  // how a tree lies in memory; "-" for structures that have one form only
 };
 
@@ -66,13 +66,16 @@ class RayQuery {
   // The nearest hit with t in (t_min, t_max], or one with no primitive. NaN or infinite rays miss.
   virtual Hit closest(const Ray& ray) const = 0;
   virtual bool occluded(const Ray& ray) const = 0;
+  // Many rays at once, each answered as by itself; as long spans as rays.
   virtual void closest(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
+  virtual void occluded(std::span<const Ray> rays, std::span<bool> occluded) const = 0;
   // As closest and occluded, adding the nodes visited and primitives tested (0 where a structure cannot tell).
   virtual Hit closest_counted(const Ray& ray, TraversalCounters& counters) const = 0;
   virtual bool occluded_counted(const Ray& ray, TraversalCounters& counters) const = 0;
   virtual RayStructureStats stats() const = 0;
 };
 
+// A structure may also have closest and occluded over spans, where it answers many rays faster than one by one.
 template <class S>
 concept RayStructure = requires(const S& s, const Ray& ray, TraversalCounters& counters) {
   { s.closest(ray) } -> std::same_as<Hit>;
@@ -89,7 +92,16 @@ class RayAdapter final : public RayQuery {
   Hit closest(const Ray& ray) const override { return structure_.closest(ray); }
   bool occluded(const Ray& ray) const override { return structure_.occluded(ray); }
   void closest(std::span<const Ray> rays, std::span<Hit> hits) const override {
-    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = structure_.closest(rays[i]);
+    if constexpr (requires { structure_.closest(rays, hits); })
+      structure_.closest(rays, hits);
+    else
+      for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = structure_.closest(rays[i]);
+  }
+  void occluded(std::span<const Ray> rays, std::span<bool> occluded) const override {
+    if constexpr (requires { structure_.occluded(rays, occluded); })
+      structure_.occluded(rays, occluded);
+    else
+      for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = structure_.occluded(rays[i]);
   }
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const override {
     return structure_.closest_counted(ray, counters);

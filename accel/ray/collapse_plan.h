@@ -202,14 +202,15 @@ class CollapsePlan {
     return 0.5f * glm::length(glm::cross(p[v.y] - p[v.x], p[v.z] - p[v.x]));
   }
 
-  // Of a run of primitives as one leaf, in visits of a node: those of a pack, or one test each of quadrics; infinite for what
-  // no leaf should be.
-  float leaf_cost(std::uint32_t n) const {
+  // Of a subtree as one leaf, in visits of a node: those of a pack, or one test each of quadrics; infinite for what no leaf
+  // should be.
+  float leaf_cost(std::uint32_t n) {
     const auto run = primitives(n);
-    if (geometry_.quadrics.empty()) return Pack::fits(vertices_, run) ? leaf_cost_ : infinity;
-    const auto triangles = std::count_if(run.begin(), run.end(), [&](std::uint32_t id) { return geometry_.is_triangle(id); });
-    if (triangles == 0) return static_cast<float>(run.size());
-    return static_cast<std::size_t>(triangles) == run.size() && Pack::fits(vertices_, run) ? leaf_cost_ : infinity;
+    const auto is_triangle = [&](std::uint32_t id) { return geometry_.is_triangle(id); };
+    const auto triangles = geometry_.quadrics.empty() ? std::ssize(run) : std::count_if(run.begin(), run.end(), is_triangle);
+    nodes_[n].one_pack = triangles == std::ssize(run) && Pack::fits(vertices_, run);
+    if (nodes_[n].one_pack) return leaf_cost_;
+    return triangles == 0 ? static_cast<float>(run.size()) : infinity;
   }
 
   // Appends the binary nodes that stand for subtree n in at most `slots` children.

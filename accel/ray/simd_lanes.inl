@@ -1,5 +1,6 @@
 // Vectors of floats for the wide traversal: those that an instruction set has, pairs of them where a node is wider, and
 // stacking by a loop over lanes. Included like wide_traversal.inl.
+#pragma once
 
 namespace etendue {
 namespace {
@@ -10,6 +11,7 @@ struct OneFloat {
   static OneFloat load(const float* p) { return {*p}; }
   static OneFloat set(float value) { return {value}; }
   void store(float* p) const { *p = x; }
+  void store_anywhere(float* p) const { *p = x; }
   friend OneFloat operator+(OneFloat a, OneFloat b) { return {a.x + b.x}; }
   friend OneFloat operator-(OneFloat a, OneFloat b) { return {a.x - b.x}; }
   friend OneFloat operator*(OneFloat a, OneFloat b) { return {a.x * b.x}; }
@@ -28,6 +30,7 @@ struct Lanes4 {
   static Lanes4 load(const float* p) { return {_mm_load_ps(p)}; }
   static Lanes4 set(float x) { return {_mm_set1_ps(x)}; }
   void store(float* p) const { _mm_store_ps(p, v); }
+  void store_anywhere(float* p) const { _mm_storeu_ps(p, v); }
   friend Lanes4 operator+(Lanes4 a, Lanes4 b) { return {_mm_add_ps(a.v, b.v)}; }
   friend Lanes4 operator-(Lanes4 a, Lanes4 b) { return {_mm_sub_ps(a.v, b.v)}; }
   friend Lanes4 operator*(Lanes4 a, Lanes4 b) { return {_mm_mul_ps(a.v, b.v)}; }
@@ -48,6 +51,7 @@ struct Lanes8 {
   static Lanes8 load(const float* p) { return {_mm256_load_ps(p)}; }
   static Lanes8 set(float x) { return {_mm256_set1_ps(x)}; }
   void store(float* p) const { _mm256_store_ps(p, v); }
+  void store_anywhere(float* p) const { _mm256_storeu_ps(p, v); }
   friend Lanes8 operator+(Lanes8 a, Lanes8 b) { return {_mm256_add_ps(a.v, b.v)}; }
   friend Lanes8 operator-(Lanes8 a, Lanes8 b) { return {_mm256_sub_ps(a.v, b.v)}; }
   friend Lanes8 operator*(Lanes8 a, Lanes8 b) { return {_mm256_mul_ps(a.v, b.v)}; }
@@ -74,6 +78,7 @@ struct Lanes16 {
   static Lanes16 load(const float* p) { return {_mm512_load_ps(p)}; }
   static Lanes16 set(float x) { return {_mm512_set1_ps(x)}; }
   void store(float* p) const { _mm512_store_ps(p, v); }
+  void store_anywhere(float* p) const { _mm512_storeu_ps(p, v); }
   friend Lanes16 operator+(Lanes16 a, Lanes16 b) { return {_mm512_add_ps(a.v, b.v)}; }
   friend Lanes16 operator-(Lanes16 a, Lanes16 b) { return {_mm512_sub_ps(a.v, b.v)}; }
   friend Lanes16 operator*(Lanes16 a, Lanes16 b) { return {_mm512_mul_ps(a.v, b.v)}; }
@@ -124,6 +129,10 @@ struct Twice {
     low.store(p);
     high.store(p + half_width);
   }
+  void store_anywhere(float* p) const {  // aligned or not
+    low.store_anywhere(p);
+    high.store_anywhere(p + half_width);
+  }
   friend Twice operator+(const Twice& a, const Twice& b) { return {a.low + b.low, a.high + b.high}; }
   friend Twice operator-(const Twice& a, const Twice& b) { return {a.low - b.low, a.high - b.high}; }
   friend Twice operator*(const Twice& a, const Twice& b) { return {a.low * b.low, a.high * b.high}; }
@@ -149,6 +158,16 @@ requires(width <= widest) struct Row<width, widest> : Native<width> {
 // Of the three edge functions of each triangle: those with a zero, and (elsewhere) those that are of one sign.
 struct Sides {
   unsigned on_edge, same;
+};
+
+// What waits on the stack: a place, and for closest hits where the ray enters it. (A WideRef would do for any hit, but types
+// that other files know would have the compiler emit functions which the linker could take for theirs.)
+struct Waiting {
+  WideRef place;
+  float entry;
+};
+struct WaitingAny {
+  WideRef place;
 };
 
 // What a traversal asks of an instruction set.
@@ -189,7 +208,7 @@ struct Simd {
     return best;
   }
 
-  template <int width, class Floats, class Waiting>
+  template <int width, class Floats>
   static Waiting* stack_places(const WideNode<width>& node, const Floats& entries, unsigned lanes, Waiting* top) {
     alignas(64) float entry[width];
     entries.store(entry);
@@ -197,9 +216,36 @@ struct Simd {
     return top;
   }
 
+  // Of `count` rays, those that meet a child, in their order; answers how many. May write 16 values beyond.
+  static std::uint32_t collect(const std::uint32_t* met, const std::uint32_t* ids, std::uint32_t count, int child,
+                               std::uint32_t* to) {
+    std::uint32_t size = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      to[size] = ids[i];
+      size += met[i] >> child & 1;
+    }
+    return size;
+  }
+
+  // And where they enter it: `entries` by ray and child. `nearest`: the least.
   template <int width>
-  static WideRef* stack_places(const WideNode<width>& node, unsigned lanes, WideRef* top) {
-    for (; lanes != 0; lanes &= lanes - 1) *top++ = node.children[std::countr_zero(lanes)];
+  static std::uint32_t collect(const std::uint32_t* met, const std::uint32_t* ids, const float* entries, std::uint32_t count,
+                               int child, std::uint32_t* to, float* nears, float& nearest) {
+    nearest = infinity;
+    std::uint32_t size = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if ((met[i] >> child & 1) == 0) continue;
+      const float entry = entries[i * width + child];
+      to[size] = ids[i];
+      nears[size++] = entry;
+      nearest = std::min(nearest, entry);
+    }
+    return size;
+  }
+
+  template <int width>
+  static WaitingAny* stack_places(const WideNode<width>& node, unsigned lanes, WaitingAny* top) {
+    for (; lanes != 0; lanes &= lanes - 1) (top++)->place = node.children[std::countr_zero(lanes)];
     return top;
   }
 };

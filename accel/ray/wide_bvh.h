@@ -31,6 +31,8 @@ struct WideKernels {
 
   Hit (*closest)(const View&, const Ray&);
   bool (*occluded)(const View&, const Ray&);
+  void (*closest_of)(const View&, std::span<const Ray>, std::span<Hit>);
+  void (*occluded_of)(const View&, std::span<const Ray>, std::span<bool>);
   Hit (*closest_counted)(const View&, const Ray&, TraversalCounters&);
   bool (*occluded_counted)(const View&, const Ray&, TraversalCounters&);
 };
@@ -54,6 +56,12 @@ class WideBvh {
 
   Hit closest(const Ray& ray) const { return kernels_->closest({tree_, *geometry_, extent_}, ray); }
   bool occluded(const Ray& ray) const { return kernels_->occluded({tree_, *geometry_, extent_}, ray); }
+  void closest(std::span<const Ray> rays, std::span<Hit> hits) const {
+    kernels_->closest_of({tree_, *geometry_, extent_}, rays, hits);
+  }
+  void occluded(std::span<const Ray> rays, std::span<bool> occluded) const {
+    kernels_->occluded_of({tree_, *geometry_, extent_}, rays, occluded);
+  }
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const {
     return kernels_->closest_counted({tree_, *geometry_, extent_}, ray, counters);
   }

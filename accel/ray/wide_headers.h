@@ -1,4 +1,4 @@
-// The headers of wide_traversal.inl.
+// The headers of the wide_*.inl.
 #pragma once
 
 #include "accel/ray/counting.h"
@@ -7,7 +7,9 @@
 #include "accel/ray/wide_isa.h"
 #include "framework/scene/intersect.h"
 
+#include <algorithm>
 #include <bit>
+#include <optional>
 #include <type_traits>
 
 #if defined(__x86_64__)

@@ -4,7 +4,7 @@
 #if defined(__x86_64__)
 
 #include "accel/ray/simd_lanes.inl"
-#include "accel/ray/wide_traversal.inl"
+#include "accel/ray/wide_kernels.inl"
 
 namespace etendue {
 
@@ -12,6 +12,39 @@ namespace {
 
 struct Avx512 : Simd<16> {
   using Simd<16>::stack_places;
+  using Simd<16>::collect;
+
+  static std::uint32_t collect(const std::uint32_t* met, const std::uint32_t* ids, std::uint32_t count, int child,
+                               std::uint32_t* to) {
+    const __m512i bit = _mm512_set1_epi32(1 << child);
+    std::uint32_t size = 0;
+    for (std::uint32_t i = 0; i < count; i += 16) {
+      const __mmask16 lanes = _mm512_test_epi32_mask(_mm512_loadu_si512(met + i), bit);
+      _mm512_storeu_si512(to + size, _mm512_maskz_compress_epi32(lanes, _mm512_loadu_si512(ids + i)));
+      size += static_cast<std::uint32_t>(std::popcount<unsigned>(lanes));
+    }
+    return size;
+  }
+
+  template <int width>
+  static std::uint32_t collect(const std::uint32_t* met, const std::uint32_t* ids, const float* entries, std::uint32_t count,
+                               int child, std::uint32_t* to, float* nears, float& nearest) {
+    const __m512i bit = _mm512_set1_epi32(1 << child);
+    const __m512i rows =
+        _mm512_mullo_epi32(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15), _mm512_set1_epi32(width));
+    __m512 least = _mm512_set1_ps(infinity);
+    std::uint32_t size = 0;
+    for (std::uint32_t i = 0; i < count; i += 16) {
+      const __mmask16 lanes = _mm512_test_epi32_mask(_mm512_loadu_si512(met + i), bit);
+      const __m512 entry = _mm512_mask_i32gather_ps(_mm512_set1_ps(infinity), lanes, rows, entries + i * width + child, 4);
+      least = _mm512_min_ps(least, entry);
+      _mm512_storeu_si512(to + size, _mm512_maskz_compress_epi32(lanes, _mm512_loadu_si512(ids + i)));
+      _mm512_storeu_ps(nears + size, _mm512_maskz_compress_ps(lanes, entry));
+      size += static_cast<std::uint32_t>(std::popcount<unsigned>(lanes));
+    }
+    nearest = _mm512_reduce_min_ps(least);
+    return size;
+  }
 
   class Table {
    public:
@@ -49,7 +82,7 @@ struct Avx512 : Simd<16> {
     }
   }
 
-  static WideRef* stack_places(const WideNode<16>& node, unsigned lanes, WideRef* top) {
+  static WaitingAny* stack_places(const WideNode<16>& node, unsigned lanes, WaitingAny* top) {
     _mm512_storeu_si512(top, _mm512_maskz_compress_epi32(static_cast<__mmask16>(lanes), _mm512_load_si512(node.children)));
     return top + std::popcount(lanes);
   }

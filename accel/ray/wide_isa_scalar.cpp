@@ -2,7 +2,7 @@
 #include "accel/ray/wide_headers.h"
 
 #include "accel/ray/simd_lanes.inl"
-#include "accel/ray/wide_traversal.inl"
+#include "accel/ray/wide_kernels.inl"
 
 namespace etendue {
 

@@ -4,7 +4,7 @@
 #if defined(__x86_64__)
 
 #include "accel/ray/simd_lanes.inl"
-#include "accel/ray/wide_traversal.inl"
+#include "accel/ray/wide_kernels.inl"
 
 namespace etendue {
 

@@ -46,6 +46,8 @@ struct WideList {
 
 template <int node_width, class Pack>
 struct WideTree {
+  using LeafPack = Pack;
+
   std::vector<WideNode<node_width>, HugePageAllocator<WideNode<node_width>>> nodes;  // 0 is the root; empty over no primitive
   std::vector<Pack, HugePageAllocator<Pack>> packs;
   std::vector<WideList> lists;

@@ -48,6 +48,9 @@ class RecordingQuery final : public RayQuery {
   void closest(std::span<const Ray> rays, std::span<Hit> hits) const override {
     for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = closest(rays[i]);
   }
+  void occluded(std::span<const Ray> rays, std::span<bool> occluded) const override {
+    for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = this->occluded(rays[i]);
+  }
   Hit closest_counted(const Ray& ray, TraversalCounters&) const override { return closest(ray); }
   bool occluded_counted(const Ray& ray, TraversalCounters&) const override { return occluded(ray); }
   RayStructureStats stats() const override { return inner_.stats(); }

@@ -115,6 +115,7 @@ class Leaking final : public RayQuery {
   Hit closest(const Ray& ray) const override { return ray.direction.x > 0 ? Hit{} : inner_->closest(ray); }
   bool occluded(const Ray& ray) const override { return ray.direction.x <= 0 && inner_->occluded(ray); }
   void closest(std::span<const Ray> rays, std::span<Hit> hits) const override { inner_->closest(rays, hits); }
+  void occluded(std::span<const Ray> rays, std::span<bool> occluded) const override { inner_->occluded(rays, occluded); }
   Hit closest_counted(const Ray& ray, TraversalCounters&) const override { return closest(ray); }
   bool occluded_counted(const Ray& ray, TraversalCounters&) const override { return occluded(ray); }
   RayStructureStats stats() const override { return inner_->stats(); }

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 namespace etendue::testing {
 namespace {
 
@@ -21,6 +23,18 @@ void expect_same_bits(const Geometry& geometry, const BinaryTree& tree, const Bv
       ASSERT_EQ(given.uv, expected.uv);
       ASSERT_EQ(wide.occluded(ray), binary.occluded(ray));
     }
+    std::vector<Hit> hits(rays.size());
+    wide.closest(rays, hits);
+    const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
+    wide.occluded(rays, std::span(occluded.get(), rays.size()));
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const Hit expected = binary.closest(rays[i]);
+      ASSERT_EQ(hits[i].primitive, expected.primitive) << "ray " << i << " of many";
+      ASSERT_EQ(hits[i].t, expected.t);
+      ASSERT_EQ(hits[i].uv, expected.uv);
+      ASSERT_EQ(hits[i].instance, expected.instance);
+      ASSERT_EQ(occluded[i], binary.occluded(rays[i]));
+    }
   }
 }
 
@@ -33,7 +47,7 @@ TEST(WideLayouts, EveryInstructionSetGivesTheBitsOfTheBinaryLayout) {
     single.leaf_size = 1;
     const BinaryTree tree = build_binned_sah(build_items(geometry), single);
     const Bvh binary(geometry, build_binned_sah(build_items(geometry), {}));
-    std::vector<Ray> rays = general_rays(c.scene, 300, 5);
+    std::vector<Ray> rays = general_rays(c.scene, 2000, 5);
     for (const Ray& ray : aimed_rays(c.scene, 300, 6)) rays.push_back(ray);
     ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide4Bvh>(geometry, tree, binary, rays));
     ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide8Bvh>(geometry, tree, binary, rays));

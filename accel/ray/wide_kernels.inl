@@ -1,0 +1,49 @@
+// The table of traversals for one instruction set; included like wide_tests.inl.
+#pragma once
+
+#include "accel/ray/wide_stream.inl"
+#include "accel/ray/wide_traversal.inl"
+
+namespace etendue {
+namespace {
+
+inline Hit placed(const Hit& hit) { return hit ? Hit{hit.t, hit.uv, 0, hit.primitive} : Hit{}; }
+
+template <class Simd, int node_width, class Pack, bool any_hit, class Answer>
+void run_streams(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
+  WideStream<Simd, node_width, Pack, any_hit> stream(view);
+  for (std::size_t begin = 0; begin < rays.size(); begin += stream_size)
+    stream.run(rays.subspan(begin, std::min(stream_size, rays.size() - begin)),
+               [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
+}
+
+template <class Simd, int node_width, class Pack>
+constexpr WideKernels<node_width, Pack> kernels() {
+  using View = WideView<node_width, Pack>;
+  return {[](const View& view, const Ray& ray) { return trace<Simd, false>(view, ray, CountNothing()); },
+          [](const View& view, const Ray& ray) { return static_cast<bool>(trace<Simd, true>(view, ray, CountNothing())); },
+          [](const View& view, std::span<const Ray> rays, std::span<Hit> hits) {
+            run_streams<Simd, node_width, Pack, false>(view, rays,
+                                                       [&](std::size_t i, const Hit& hit) { hits[i] = placed(hit); });
+          },
+          [](const View& view, std::span<const Ray> rays, std::span<bool> occluded) {
+            run_streams<Simd, node_width, Pack, true>(
+                view, rays, [&](std::size_t i, const Hit& hit) { occluded[i] = static_cast<bool>(hit); });
+          },
+          [](const View& view, const Ray& ray, TraversalCounters& counters) {
+            return trace<Simd, false>(view, ray, CountWork{counters});
+          },
+          [](const View& view, const Ray& ray, TraversalCounters& counters) {
+            return static_cast<bool>(trace<Simd, true>(view, ray, CountWork{counters}));
+          }};
+}
+
+template <class Simd>
+const WideKernelSet& kernel_set() {
+  static constexpr WideKernelSet set{kernels<Simd, 4, TrianglePack<4>>(), kernels<Simd, 8, TrianglePack<8>>(),
+                                     kernels<Simd, 16, SharedPack>()};
+  return set;
+}
+
+}  // namespace
+}  // namespace etendue

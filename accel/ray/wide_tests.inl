@@ -1,0 +1,201 @@
+// The two tests of a wide traversal, of one ray against all children of a node and against all triangles of a pack, for one
+// instruction set. Included once by each wide_isa_*.cpp, which the build compiles for its set. All is in an unnamed namespace,
+// so that no code of one set can stand in for another's when the program is linked.
+//
+// `Simd::Floats<width>` is a vector of floats: load, set, store, + - * /, `larger` and `smaller` (which answer their second
+// operand when one is NaN, as x86 does), and comparisons that give a bit per lane. Each operation rounds by itself (the project
+// is compiled without FMA contraction), so all instruction sets give the same bits, and those of the scalar tests.
+#pragma once
+
+namespace etendue {
+namespace {
+
+// What the slab test takes from a ray.
+template <int node_width>
+struct SlabTerms {
+  vec3 origin, reciprocal;
+  float t_min;
+  std::uint32_t near_plane[3], far_plane[3];  // by axis: where they begin in WideNode::planes
+
+  explicit SlabTerms(const Ray& ray) : origin(ray.origin), reciprocal(1.0f / ray.direction), t_min(ray.t_min) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::uint32_t negative = std::signbit(ray.direction[axis]) ? node_width : 0, lower = 2 * axis * node_width;
+      near_plane[axis] = lower + negative;
+      far_plane[axis] = lower + node_width - negative;
+    }
+  }
+};
+
+// How far a node test must look for hits up to t: it pads distances itself.
+inline float before_padding(const TraversalLimit& limit, float t) { return limit(t) * (1 / slab_pad); }
+
+// The slab test with a child in each lane, by the rules of slab_entry in framework/scene/intersect.h.
+template <class Simd, int node_width>
+class NodeTest {
+ public:
+  using Boxes = typename Simd::template Floats<node_width>;
+
+  [[gnu::always_inline]] explicit NodeTest(const SlabTerms<node_width>& ray) : ray_(ray), t_min_(Boxes::set(ray.t_min)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      origin_[axis] = Boxes::set(ray.origin[axis]);
+      reciprocal_[axis] = Boxes::set(ray.reciprocal[axis]);
+    }
+  }
+
+  // The children that the ray meets, a bit each; `near`: where it enters them. `far` is before_padding of the best hit.
+  [[gnu::always_inline]] unsigned met(const WideNode<node_width>& node, Boxes far, Boxes& near) const {
+    const float* const planes = node.planes[0];
+    near = t_min_;
+    for (int axis = 0; axis < 3; ++axis) {
+      near = larger((Boxes::load(planes + ray_.near_plane[axis]) - origin_[axis]) * reciprocal_[axis], near);
+      far = smaller((Boxes::load(planes + ray_.far_plane[axis]) - origin_[axis]) * reciprocal_[axis], far);
+    }
+    return less_equal(near, far * Boxes::set(slab_pad));
+  }
+
+ private:
+  const SlabTerms<node_width>& ray_;
+  const Boxes t_min_;
+  Boxes origin_[3], reciprocal_[3];
+};
+
+// A ray against leaves, lowering `hit`. Any hit will do for `any_hit`: then only Hit::primitive tells.
+template <class Simd, class Pack, bool any_hit, class Count>
+class LeafTest {
+  using Lanes = typename Simd::template Floats<Pack::lanes>;
+
+ public:
+  // To be called before the first test. `shear` is of the ray's direction.
+  [[gnu::always_inline]] void prepare(const Ray& ray, const TriangleRay& shear) {
+    shear_ = shear;
+    sheared_origin_[0] = Lanes::set(ray.origin[shear.kx]);
+    sheared_origin_[1] = Lanes::set(ray.origin[shear.ky]);
+    sheared_origin_[2] = Lanes::set(ray.origin[shear.kz]);
+    shear_x_ = Lanes::set(shear.sx);
+    shear_y_ = Lanes::set(shear.sy);
+    shear_z_ = Lanes::set(shear.sz);
+  }
+
+  template <class View>
+  [[gnu::always_inline]] bool test(const View& view, const Ray& ray, WideRef leaf, Hit& hit, Count& count) const {
+    if (leaf.is_pack()) return test_pack(view.tree.packs[leaf.index()], ray, hit, count);
+    const WideList list = view.tree.lists[leaf.index()];
+    count.primitives(list.count);
+    bool found = false;
+    for (std::uint32_t i = list.first; i < list.first + list.count; ++i) {
+      found |= intersect_primitive(view.geometry, view.tree.list_ids[i], ray, shear_, hit);
+      if (any_hit && found) return true;
+    }
+    return found;
+  }
+
+ private:
+  // The corners of a pack's triangles in the space of the watertight test, where the ray is the axis; z not yet scaled.
+  struct Corners {
+    Lanes x[3], y[3], z[3];
+  };
+
+  template <int width>
+  [[gnu::always_inline]] Corners corners(const TrianglePack<width>& pack) const {
+    Corners c;
+    for (int i = 0; i < 3; ++i) {
+      c.z[i] = Lanes::load(pack.vertices[i][shear_.kz]) - sheared_origin_[2];
+      c.x[i] = (Lanes::load(pack.vertices[i][shear_.kx]) - sheared_origin_[0]) - shear_x_ * c.z[i];
+      c.y[i] = (Lanes::load(pack.vertices[i][shear_.ky]) - sheared_origin_[1]) - shear_y_ * c.z[i];
+    }
+    return c;
+  }
+
+  [[gnu::always_inline]] Corners corners(const SharedPack& pack) const {
+    static_assert(SharedPack::slots == SharedPack::lanes);
+    const Lanes z = Lanes::load(pack.vertices[shear_.kz]) - sheared_origin_[2];
+    const typename Simd::Table x_of((Lanes::load(pack.vertices[shear_.kx]) - sheared_origin_[0]) - shear_x_ * z);
+    const typename Simd::Table y_of((Lanes::load(pack.vertices[shear_.ky]) - sheared_origin_[1]) - shear_y_ * z);
+    const typename Simd::Table z_of(z);
+    Corners c;
+    for (int i = 0; i < 3; ++i) {
+      c.x[i] = x_of.pick(pack.corners[i]);
+      c.y[i] = y_of.pick(pack.corners[i]);
+      c.z[i] = z_of.pick(pack.corners[i]);
+    }
+    return c;
+  }
+
+  // intersect_triangle of framework/scene/intersect.h with a triangle in each lane, in its order of operations.
+  [[gnu::always_inline]] bool test_pack(const Pack& pack, const Ray& ray, Hit& hit, Count& count) const {
+    if constexpr (!std::is_same_v<Count, CountNothing>)
+      count.primitives(static_cast<std::uint32_t>(Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id)));
+    const Corners c = corners(pack);
+    const Lanes(&x)[3] = c.x, (&y)[3] = c.y, (&z)[3] = c.z;
+    const Lanes u = x[2] * y[1] - y[2] * x[1], v = x[0] * y[2] - y[0] * x[2], w = x[1] * y[0] - y[1] * x[0];
+    const Sides sides = Simd::sides(u, v, w);
+    const unsigned on_edge = sides.on_edge & pack.used();
+    bool found = false;
+    if (on_edge != 0) [[unlikely]] {
+      found = test_lanes(pack, on_edge, ray, hit);
+      if (any_hit && found) return true;
+    }
+    unsigned inside = sides.same & ~sides.on_edge & pack.used();
+    if (inside == 0) return found;
+    const Lanes reciprocal = Lanes::set(1) / (u + v + w);
+    const Lanes t = (u * (shear_z_ * z[0]) + v * (shear_z_ * z[1]) + w * (shear_z_ * z[2])) * reciprocal;
+    inside &= less(Lanes::set(ray.t_min), t) & less_equal(t, Lanes::set(hit.t));
+    if (inside == 0) return found;
+    if constexpr (any_hit) {
+      hit.primitive = pack.ids[std::countr_zero(inside)];
+      return true;
+    }
+    alignas(64) float distance[Pack::lanes];
+    t.store(distance);
+    int best = std::countr_zero(inside);
+    for (unsigned rest = inside & (inside - 1); rest != 0; rest &= rest - 1)
+      if (distance[std::countr_zero(rest)] < distance[best]) best = std::countr_zero(rest);
+    if (!closer(distance[best], pack.ids[best], hit)) return found;
+    alignas(64) float b1[Pack::lanes], b2[Pack::lanes];
+    (v * reciprocal).store(b1);
+    (w * reciprocal).store(b2);
+    hit.t = distance[best];
+    hit.uv = {b1[best], b2[best]};
+    hit.primitive = pack.ids[best];
+    return true;
+  }
+
+  // Lanes whose edge functions vanish in single precision: the scalar test turns to double for them.
+  bool test_lanes(const Pack& pack, unsigned lanes, const Ray& ray, Hit& hit) const {
+    bool found = false;
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const int lane = std::countr_zero(lanes);
+      float t;
+      vec2 uv;
+      if (!intersect_triangle(ray, shear_, pack.vertex(lane, 0), pack.vertex(lane, 1), pack.vertex(lane, 2), hit.t, t, uv))
+        continue;
+      if (!closer(t, pack.ids[lane], hit)) continue;
+      hit.t = t;
+      hit.uv = uv;
+      hit.primitive = pack.ids[lane];
+      found = true;
+    }
+    return found;
+  }
+
+  TriangleRay shear_;
+  Lanes sheared_origin_[3], shear_x_, shear_y_, shear_z_;
+};
+
+// The lines of a node or pack that is visited soon, all at once: each would otherwise be waited for in turn.
+template <std::size_t size>
+[[gnu::always_inline]] inline void prefetch_lines(const void* begin) {
+#pragma GCC unroll 8
+  for (std::size_t offset = 0; offset < size; offset += 64) __builtin_prefetch(static_cast<const char*>(begin) + offset);
+}
+
+template <class Tree>
+[[gnu::always_inline]] inline void prefetch(const Tree& tree, WideRef place) {
+  if (!place.is_leaf())
+    prefetch_lines<sizeof(tree.nodes[0])>(&tree.nodes[place.index()]);
+  else if (place.is_pack())
+    prefetch_lines<offsetof(typename Tree::LeafPack, ids)>(&tree.packs[place.index()]);
+}
+
+}  // namespace
+}  // namespace etendue
