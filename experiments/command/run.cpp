@@ -16,8 +16,12 @@ namespace {
 // Cells on stdout, one a line, with what an earlier run made of them.
 void print_plan(const RunPlan& plan, Console& console) {
   std::map<CellName, std::string> earlier;
-  if (!plan.fresh)
-    for (const CellRecord& cell : read_directory_log(plan.directory).cells) earlier[cell.cell] = cell.status;
+  if (!plan.fresh) {
+    const RunLog log = read_directory_log(plan.directory);
+    for (const CellRecord& cell : log.cells) earlier[cell.cell] = cell.status;
+    for (const AnimationRecord& animation : log.animations) earlier[animation.cell] = animation.status;
+    for (const ClaimRecord& claim : log.claims) earlier[claim.cell] = claim.status;
+  }
   std::size_t done = 0;
   for (const Cell& cell : plan.cells) {
     const auto found = earlier.find(cell.name);
@@ -32,6 +36,8 @@ void print_plan(const RunPlan& plan, Console& console) {
   if (const auto& animation = plan.config.animation; animation && left > 0)
     console.line(fmt::format("each cell: {} frames under {} policies, {}² pixels traced {} times", animation->frames,
                              animation->policies.size(), animation->resolution, animation->repetitions));
+  else if (const auto& claims = plan.config.claims; claims && left > 0)
+    console.line(fmt::format("each cell: {} repetitions, about {}² rays of a kind", claims->repetitions, claims->resolution));
   else if (left > 0)
     console.line("each cell: at most " + plan.config.budget.text());
   if (left > 0 && plan.config.budget.time_s)

@@ -27,9 +27,21 @@ int slurm_number(const char* name, std::optional<int> fallback) {
   return *value;
 }
 
-}  // namespace
+// A claim's cells stand together: what a claim compares takes turns within a cell.
+std::vector<Cell> make_claim_cells(const ClaimsChoice& choice) {
+  std::vector<Cell> cells;
+  for (std::size_t c = 0; c < choice.rows.size(); ++c)
+    for (std::size_t m = 0; m < choice.rows[c].measures.size(); ++m) {
+      const ClaimMeasure& measure = choice.rows[c].measures[m];
+      if (measure.large && !choice.large) continue;
+      for (std::size_t s = 0; s < measure.scenes.size(); ++s)
+        cells.push_back(
+            {s, m, c, {measure.scenes[s], measure.measurement->name, fmt::format("claim-{:02}", choice.rows[c].id), 1}});
+    }
+  return cells;
+}
 
-std::vector<Cell> make_cells(const ExperimentConfig& config) {
+std::vector<Cell> make_matrix(const ExperimentConfig& config) {
   const std::vector<Method>& methods = config.animation ? config.animation->motions : config.integrators;
   std::vector<Cell> cells;
   for (const std::uint64_t seed : config.seeds)
@@ -38,6 +50,12 @@ std::vector<Cell> make_cells(const ExperimentConfig& config) {
         for (std::size_t i = 0; i < methods.size(); ++i)
           cells.push_back({s, a, i, {config.scenes[s].name, config.accels[a].label(), methods[i].label(), seed}});
   return cells;
+}
+
+}  // namespace
+
+std::vector<Cell> make_cells(const ExperimentConfig& config) {
+  return config.claims ? make_claim_cells(*config.claims) : make_matrix(config);
 }
 
 std::vector<Cell> filter_cells(const std::vector<Cell>& cells, const std::string& regex) {

@@ -11,7 +11,8 @@
 namespace etendue {
 
 struct Cell {
-  std::size_t scene = 0, accel = 0, integrator = 0;  // indices into the config; of an animation, `integrator` is the motion
+  std::size_t scene = 0, accel = 0, integrator = 0;  // indices into the config; of an animation, `integrator` is the motion; of claims
+                                                     // the claim, `accel` its measure, `scene` that measure's
   CellName name;
 };
 

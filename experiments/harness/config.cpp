@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 // What `--quick` means where an experiment has no [quick] table of its own.
 constexpr const char* default_dynamic_quick[] = {"seeds=1", "dynamic.frames=10", "dynamic.resolution=32",
                                                  "dynamic.repetitions=1"};
+constexpr std::string_view default_claims_quick = "timing = { resolution = 64, repetitions = 1, large = false }\n";
 constexpr std::string_view default_quick = "seeds = 1\nbudget = { time = \"0.3s\" }\nresolution = [64, 64]\n";
 
 SceneChoice read_scene(const ConfigNode& node, const fs::path& directory) {
@@ -157,7 +158,8 @@ void apply_quick(ConfigNode& root) {
     for (const char* assignment : default_dynamic_quick) apply_override(root, assignment);
     return;
   }
-  ConfigNode quick = own == table.end() ? parse_config(default_quick, "--quick") : own->second;
+  const std::string_view usual = table.contains("claims") ? default_claims_quick : default_quick;
+  ConfigNode quick = own == table.end() ? parse_config(usual, "--quick") : own->second;
   if (const auto timing = table.find("structures");
       own == table.end() && timing != table.end() && read_structures(timing->second))
     apply_override(quick, "structures={ resolution = 64, repetitions = 1 }");
@@ -176,13 +178,12 @@ std::string result_hash(const ConfigNode& root) {
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
 }
 
-// An experiment on change over time renders nothing: keys of rendering would change nothing.
-void refuse_rendering_keys(const ConfigNode& root) {
+// An experiment on change over time, or on claims, has no matrix to render: such keys would change nothing.
+void refuse_keys(const ConfigNode& root, const char* beside, std::initializer_list<const char*> keys) {
   const ConfigNode::Table& table = *root.table();
-  for (const char* key : {"integrators", "structures", "budget", "reference", "metrics", "resolution"})
+  for (const char* key : keys)
     if (const auto found = table.find(key); found != table.end())
-      throw Error(found->second.key_where,
-                  fmt::format("{}: of no use beside [dynamic], which renders nothing; expected only one of them", key));
+      throw Error(found->second.key_where, fmt::format("{}: of no use beside {}; expected only one of them", key, beside));
 }
 
 ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
@@ -204,6 +205,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   std::vector<std::string> all_metrics;
   for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
   const auto* dynamic = reader.find("dynamic");
+  const auto *claims = reader.find("claims"), *timing = reader.find("timing");
   const auto* wanted = reader.find("metrics");
   config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
   config.table_formats = {"md", "csv", "tex"};
@@ -221,12 +223,22 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   if (budget) config.budget = read_budget(*budget);
   config.reference = read_reference(reference, directory);
   if (dynamic) {
-    refuse_rendering_keys(root);
+    refuse_keys(root, "[dynamic], which renders nothing",
+                {"integrators", "structures", "budget", "reference", "metrics", "resolution"});
     config.animation = read_animation(*dynamic);
     config.accels = read_builders(accels);
   } else {
     config.accels = accels ? read_accels(*accels) : std::vector<Method>{{"binned-sah", {}, {}}};
   }
+  if (claims) {
+    refuse_keys(root, "[[claims]], which name what they measure",
+                {"scenes", "accels", "integrators", "seeds", "structures", "dynamic", "budget", "reference", "metrics",
+                 "resolution"});
+    config.claims = read_claims(*claims, timing);
+    config.hash = result_hash(root);
+    return config;
+  }
+  if (timing) throw Error(timing->key_where, "timing: of no use without [[claims]]");
   if (methods) config.integrators = read_integrators(*methods);
   if (!scenes) throw Error(Location{path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
   config.scenes = read_scenes(*scenes, directory);

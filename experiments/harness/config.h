@@ -14,10 +14,12 @@
 //   threads     default: the machine's; `--threads` wins
 //   structures  true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene
 //   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (animation.h)
+//   claims      [[claims]] and timing: instead of all that, claims and what measures them (experiments/claims/claims_config.h)
 //   outputs     { tables = ["md", "csv", "tex"] }
 //   quick       any of the keys above, put in their place by `--quick`
 #pragma once
 
+#include "experiments/claims/claims_config.h"
 #include "experiments/harness/animation.h"
 #include "experiments/harness/budget.h"
 #include "experiments/harness/method.h"
@@ -62,6 +64,7 @@ struct ExperimentConfig {
   std::optional<int> threads;
   std::optional<StructureTiming> structures;
   std::optional<AnimationChoice> animation;
+  std::optional<ClaimsChoice> claims;
   std::vector<std::string> table_formats;
   std::string hash;  // of all that changes a result: neither comments nor title, threads or outputs
 };

@@ -157,6 +157,10 @@ void put_animation(RunLog& log, AnimationRecord record) {
   put(log.animations, std::move(record), [](const auto& a, const auto& b) { return a.cell == b.cell; });
 }
 
+void put_claim(RunLog& log, ClaimRecord record) {
+  put(log.claims, std::move(record), [](const auto& a, const auto& b) { return a.cell == b.cell; });
+}
+
 // A cell's checkpoints and closing line, in the place of any that it left before.
 class CellBlocks {
  public:
@@ -298,6 +302,8 @@ RunLog read_log(const std::string& path) {
         put_structure(log, read_structure(json));
       } else if (type == "animation") {
         put_animation(log, read_animation_line(text.substr(begin, end - begin)));
+      } else if (type == "claim") {
+        put_claim(log, read_claim_line(text.substr(begin, end - begin)));
       } else if (type == "checkpoint") {
         CheckpointRecord record = read_checkpoint(json);
         open[record.cell].push_back(std::move(record));
@@ -306,7 +312,7 @@ RunLog read_log(const std::string& path) {
         blocks.put(record, std::move(open[record.cell]));
         open.erase(record.cell);
       } else {
-        const std::vector<std::string> types{"manifest", "reference", "structure", "animation", "checkpoint", "cell"};
+        const std::vector<std::string> types{"manifest", "reference", "structure", "animation", "claim", "checkpoint", "cell"};
         throw Error(Location{path, line}, unknown_name("record", type, types));
       }
     } catch (const Json::exception& e) {
@@ -325,6 +331,7 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
     for (const auto& record : log.references) put_reference(merged, record);
     for (const auto& record : log.structures) put_structure(merged, record);
     for (const auto& record : log.animations) put_animation(merged, record);
+    for (const auto& record : log.claims) put_claim(merged, record);
     std::map<CellName, std::vector<CheckpointRecord>> checkpoints;
     for (const auto& record : log.checkpoints) checkpoints[record.cell].push_back(record);
     for (const auto& record : log.cells) blocks.put(record, std::move(checkpoints[record.cell]));

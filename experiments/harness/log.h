@@ -8,14 +8,17 @@
 //   structure   a structure built over a scene: keys of StructureRecord
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
 //   animation   a scene in motion under several policies of change: keys of AnimationRecord
+//   claim       a claim as one measurement found it on one scene: keys of ClaimRecord
 //   cell        the end of a cell: status "done" or "failed" (with error), image file and hash, expectation
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, so a killed run leaves whole
 // cells and at most one torn last line, which the reader drops and the next writer cuts off.
 #pragma once
 
+#include "experiments/claims/claim_record.h"
 #include "experiments/harness/animation_record.h"
 #include "experiments/harness/cell_name.h"
+#include "experiments/harness/measured.h"
 #include "experiments/harness/ray_kind.h"
 
 #include <cstdint>
@@ -60,11 +63,6 @@ struct CellRecord {
   std::string note;
 };
 
-// The median of repetitions and their quartiles; 0: not measured.
-struct Measured {
-  double median = 0, low = 0, high = 0;
-};
-
 struct StructureRecord {
   std::string scene, structure, layout, manifest;
   std::string note;  // what was left out of the measurement, and why; empty: nothing
@@ -91,6 +89,7 @@ struct RunLog {
   std::vector<CheckpointRecord> checkpoints;
   std::vector<CellRecord> cells;
   std::vector<AnimationRecord> animations;
+  std::vector<ClaimRecord> claims;
 };
 
 // Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).

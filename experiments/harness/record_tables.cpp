@@ -1,4 +1,5 @@
 // The tables that list records as they are, and the summary at the end of a run.
+#include "experiments/claims/claims_report.h"
 #include "experiments/harness/animation_report.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/tables.h"
@@ -109,9 +110,9 @@ Table manifest_table(const ReportData& data) {
 }
 
 std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images) {
-  return {final_table(data, images), phases_table(data),          counters_table(data),
-          structures_table(data),    animations_table(*data.log), references_table(data),
-          expectations_table(data),  failures_table(data),        manifest_table(data)};
+  return {claims_table(*data.log),   claim_figures_table(*data.log), final_table(data, images), phases_table(data),
+          counters_table(data),      structures_table(data),         animations_table(*data.log), references_table(data),
+          expectations_table(data),  failures_table(data),           manifest_table(data)};
 }
 
 std::string summary_table(const RunLog& log) {

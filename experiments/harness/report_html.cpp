@@ -1,5 +1,6 @@
 #include "experiments/harness/report_html.h"
 
+#include "experiments/claims/claims_report.h"
 #include "experiments/harness/animation_report.h"
 #include "experiments/harness/charts.h"
 #include "experiments/harness/report_assets.h"
@@ -33,7 +34,9 @@ std::string header(const ReportData& data) {
   std::string out = fmt::format("<header><h1>{}</h1>\n", html(title_of(*data.log)));
   if (const std::size_t animations = arrange_animations(*data.log).size(); animations > 0)
     out += fmt::format("<p class=\"facts\">{}</p>\n", counted(animations, "animation", "animations"));
-  if (!data.scenes.empty() || data.log->animations.empty())
+  if (const std::size_t claims = arrange_claims(*data.log).size(); claims > 0)
+    out += fmt::format("<p class=\"facts\">{}</p>\n", counted(claims, "claim", "claims"));
+  if (!data.scenes.empty() || (data.log->animations.empty() && data.log->claims.empty()))
     out += fmt::format(
         "<p class=\"facts\">{} · {} · {} · {}{} · {} done{}</p>\n", counted(data.scenes.size(), "scene", "scenes"),
         counted(data.integrators.size(), "integrator", "integrators"), counted(data.accels.size(), "structure", "structures"),
@@ -57,6 +60,7 @@ std::string navigation(const ReportData& data) {
   std::string out = "<nav aria-label=\"Contents\"><a href=\"#findings\">Findings</a>";
   for (const SceneData& scene : data.scenes)
     if (has_charts(data, scene)) out += fmt::format("<a href=\"#scene-{}\">{}</a>", scene.file_stem, html(scene.name));
+  if (!data.log->claims.empty()) out += "<a href=\"#claims\">Claims</a>";
   if (!data.log->animations.empty()) out += "<a href=\"#animations\">Change over time</a>";
   if (!data.log->structures.empty()) out += "<a href=\"#structures\">Ray structures</a>";
   return out + "<a href=\"#tables\">Tables</a><a href=\"#reproduce\">How to reproduce</a></nav>\n";
@@ -68,7 +72,7 @@ std::string findings(const ReportData& data) {
   const std::vector<AnimationData> animations = arrange_animations(*data.log);
   if (data.done == 0 && data.failed > 0)
     out += "<p>No cell finished; what went wrong is in the table of failures.</p>\n";
-  else if (data.done == 0 && animations.empty())
+  else if (data.done == 0 && animations.empty() && data.log->claims.empty())
     out += "<p>The log holds no finished cell.</p>\n";
   else if (data.done > 0 && data.empty())
     out += "<p>No metric was logged: there was nothing to measure the images against.</p>\n";
@@ -342,7 +346,7 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     for (const SceneData& scene : data.scenes)
       if (has_charts(data, scene)) out += scene_section(data, scene, variants, content);
   }
-  out += animations_section(data) + structures_section(data);
+  out += claims_section(*data.log) + animations_section(data) + structures_section(data);
   out += "<section id=\"tables\"><h2>Tables</h2>\n";
   for (const Table& table : content.tables)
     if (!table.rows.empty()) out += to_html(table);

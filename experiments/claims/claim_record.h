@@ -1,0 +1,39 @@
+// A cell of an experiment on claims: one claim, as one measurement found it on one scene.
+#pragma once
+
+#include "experiments/harness/cell_name.h"
+#include "experiments/harness/measured.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// What is no effect: of a factor 1, of a time in seconds an endless one, of a plain figure nothing.
+enum class FigureKind : std::uint8_t { factor, time, plain };
+
+struct ClaimFigure {
+  std::string quantity, text;
+  FigureKind kind = FigureKind::factor;
+  Measured value;
+  bool judged = false;  // by the expected interval; else the figure stands beside, to be read
+  double expected_low = 0, expected_high = 0;
+};
+
+struct ClaimRecord {
+  CellName cell;  // scene, measurement, "claim-01", seed
+  std::string manifest, status, error;
+  int id = 0;
+  std::string claim, source, claimed;
+  std::string reading;  // how the claim's words became intervals, and what else a reader must know
+  std::vector<ClaimFigure> figures;
+  std::vector<std::string> remarks;
+  std::uint64_t disagreements = 0;
+};
+
+// As a line of runs.jsonl, and back.
+std::string to_json_line(const ClaimRecord& record);
+ClaimRecord read_claim_line(const std::string& line);
+
+}  // namespace etendue

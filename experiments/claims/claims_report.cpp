@@ -1,0 +1,251 @@
+#include "experiments/claims/claims_report.h"
+
+#include "experiments/harness/report_text.h"
+#include "framework/core/units.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace etendue {
+namespace {
+
+std::string figure_text(FigureKind kind, double value) {
+  if (std::isinf(value)) return "∞";
+  if (kind == FigureKind::time) return format_seconds(value);
+  return format_figure(value) + (kind == FigureKind::factor ? "×" : "");
+}
+
+std::string measured_text(const ClaimFigure& figure) {
+  const Measured& value = figure.value;
+  std::string text = figure_text(figure.kind, value.median);
+  if (value.low < value.high)
+    text += fmt::format(" ({}–{})", figure_text(figure.kind, value.low), figure_text(figure.kind, value.high));
+  return text;
+}
+
+std::string expected_text(const ClaimFigure& figure) {
+  if (!figure.judged) return "–";
+  const std::string low = figure_text(figure.kind, figure.expected_low), high = figure_text(figure.kind, figure.expected_high);
+  if (std::isinf(figure.expected_high)) return "above " + low;
+  if (std::isinf(figure.expected_low) || (figure.expected_low == 0 && figure.kind != FigureKind::plain)) return "below " + high;
+  return figure.expected_low == figure.expected_high ? low : low + "–" + high;
+}
+
+// "builtin:mesh?triangles=100k" is known well enough as "mesh?triangles=100k".
+std::string short_scene(const std::string& scene) {
+  const std::size_t colon = scene.find(':');
+  return colon == std::string::npos ? scene : scene.substr(colon + 1);
+}
+
+struct Judged {
+  const ClaimRecord* record;
+  const ClaimFigure* figure;
+  ClaimVerdict verdict;
+};
+
+std::vector<Judged> judged_figures(const std::vector<const ClaimRecord*>& records) {
+  std::vector<Judged> judged;
+  for (const ClaimRecord* record : records)
+    for (const ClaimFigure& figure : record->figures)
+      if (figure.judged) judged.push_back({record, &figure, judge(figure)});
+  return judged;
+}
+
+// Names a figure by what distinguishes it from the others.
+class Namer {
+ public:
+  explicit Namer(const std::vector<Judged>& judged) {
+    for (const Judged& j : judged) {
+      scenes_.insert(j.record->cell.scene);
+      texts_.insert(j.figure->text);
+    }
+  }
+  std::string name(const Judged& j) const {
+    std::string text = texts_.size() > 1 || scenes_.size() == 1 ? j.figure->text : "";
+    if (scenes_.size() > 1) text += (text.empty() ? "" : ", ") + short_scene(j.record->cell.scene);
+    return text;
+  }
+
+ private:
+  std::set<std::string> scenes_, texts_;
+};
+
+std::string describe_split(const std::vector<Judged>& judged, const Namer& namer) {
+  std::vector<std::pair<ClaimVerdict, std::string>> groups;
+  for (const Judged& j : judged) {
+    auto found = std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.first == j.verdict; });
+    if (found == groups.end())
+      groups.emplace_back(j.verdict, namer.name(j));
+    else
+      found->second += "; " + namer.name(j);
+  }
+  std::string text;
+  for (const auto& [verdict, names] : groups)
+    text += fmt::format("{}{}: {}", text.empty() ? "" : " | ", verdict_name(verdict), names);
+  return text;
+}
+
+std::string describe_measured(const std::vector<Judged>& judged, const Namer& namer) {
+  std::string text;
+  for (const Judged& j : judged)
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", namer.name(j), measured_text(*j.figure));
+  return text;
+}
+
+// What the claim's words were taken to mean, and what its measurements remark; each once.
+std::string remarks_of(const ClaimFindings& claim) {
+  std::vector<std::string> parts;
+  const auto add = [&](const std::string& part) {
+    if (!part.empty() && std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
+  };
+  for (const ClaimRecord* record : claim.records) add(record->reading);
+  for (const ClaimRecord* record : claim.records)
+    for (const std::string& remark : record->remarks) add(remark);
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : " ") + part;
+  return text;
+}
+
+std::string summarise_verdicts(const std::vector<ClaimFindings>& claims) {
+  std::map<ClaimVerdict, int> counts;
+  for (const ClaimFindings& claim : claims) ++counts[claim.verdict];
+  std::string text;
+  for (const auto& [verdict, count] : counts)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, verdict_name(verdict));
+  return text;
+}
+
+std::string verdict_text(const ClaimFindings& claim) {
+  return std::string(verdict_name(claim.verdict)) + (claim.on_what.empty() ? "" : " (" + claim.on_what + ")");
+}
+
+constexpr const char* rule =
+    "Measured: medians of interleaved repetitions, with their quartiles. Confirmed: the quartiles meet the claimed interval; "
+    "weaker or stronger: an effect of the claimed direction, but less or more; refuted: no effect beyond the spread, or the "
+    "opposite one; undecided: the spread reaches from no effect into the claim; depends: figures or scenes differ, as said "
+    "behind it.";
+
+}  // namespace
+
+std::vector<ClaimFindings> arrange_claims(const RunLog& log) {
+  std::map<int, std::vector<const ClaimRecord*>> by_id;
+  for (const ClaimRecord& record : log.claims)
+    if (record.status == "done") by_id[record.id].push_back(&record);
+  std::vector<ClaimFindings> claims;
+  for (auto& [id, records] : by_id) {
+    const std::vector<Judged> judged = judged_figures(records);
+    if (judged.empty()) continue;
+    const Namer namer(judged);
+    std::vector<ClaimVerdict> verdicts;
+    for (const Judged& j : judged) verdicts.push_back(j.verdict);
+    ClaimFindings claim{id, std::move(records), combine(verdicts), {}, describe_measured(judged, namer)};
+    if (claim.verdict == ClaimVerdict::depends) claim.on_what = describe_split(judged, namer);
+    claims.push_back(std::move(claim));
+  }
+  return claims;
+}
+
+Table claims_table(const RunLog& log) {
+  Table table{"claims", "Claims, tested", {}, {}, {}, {}};
+  table.columns = {{"id", "#"},
+                   {"claim", "claim", false},
+                   {"source", "source", false},
+                   {"claimed", "claimed", false},
+                   {"measured", "measured", false},
+                   {"verdict", "verdict", false},
+                   {"remarks", "remarks", false}};
+  for (const ClaimFindings& claim : arrange_claims(log)) {
+    const ClaimRecord& first = *claim.records.front();
+    table.rows.push_back({TableCell::count(static_cast<std::uint64_t>(claim.id)), TableCell::words(first.claim),
+                          TableCell::words(first.source), TableCell::words(first.claimed), TableCell::words(claim.measured),
+                          TableCell::words(verdict_text(claim)), TableCell::words(remarks_of(claim))});
+  }
+  if (!table.rows.empty()) table.notes.push_back(rule);
+  for (const ClaimRecord& record : log.claims)
+    if (record.status != "done") table.notes.push_back(fmt::format("Failed: {}: {}", record.cell.key(), record.error));
+  return table;
+}
+
+Table claim_figures_table(const RunLog& log) {
+  Table table{"claim-figures", "Claims: every figure", {}, {}, {}, {}};
+  table.columns = {{"id", "#"},
+                   {"measure", "measurement", false},
+                   {"scene", "scene", false},
+                   {"quantity", "", false, Audience::machines},
+                   {"text", "quantity", false},
+                   {"expected", "claimed", false, Audience::people},
+                   {"expected_low", "", true, Audience::machines},
+                   {"expected_high", "", true, Audience::machines},
+                   {"measured", "measured", false, Audience::people},
+                   {"median", "", true, Audience::machines},
+                   {"low", "", true, Audience::machines},
+                   {"high", "", true, Audience::machines},
+                   {"verdict", "verdict", false}};
+  for (const ClaimRecord& record : log.claims) {
+    if (record.status != "done") continue;
+    for (const ClaimFigure& figure : record.figures) {
+      const auto end = [&](double value) {
+        return figure.judged && std::isfinite(value) ? TableCell::number(value) : TableCell{};
+      };
+      table.rows.push_back({TableCell::count(static_cast<std::uint64_t>(record.id)), TableCell::words(record.cell.accel),
+                            TableCell::words(record.cell.scene), TableCell::words(figure.quantity),
+                            TableCell::words(figure.text), TableCell::words(expected_text(figure)), end(figure.expected_low),
+                            end(figure.expected_high), TableCell::words(measured_text(figure)),
+                            TableCell::number(figure.value.median), TableCell::number(figure.value.low),
+                            TableCell::number(figure.value.high),
+                            figure.judged ? TableCell::words(std::string(verdict_name(judge(figure)))) : TableCell{}});
+    }
+  }
+  std::stable_sort(table.rows.begin(), table.rows.end(),
+                   [](const auto& a, const auto& b) { return a[0].order.value_or(0) < b[0].order.value_or(0); });
+  if (!table.rows.empty())
+    table.notes.push_back("Figures without a verdict are not claimed; they stand beside to be compared.");
+  return table;
+}
+
+std::string claims_section(const RunLog& log) {
+  const std::vector<ClaimFindings> claims = arrange_claims(log);
+  if (claims.empty()) return {};
+  std::string out = fmt::format("<section id=\"claims\"><h2>Claims</h2>\n<p>{} claims: {}.</p>\n<p class=\"note\">{}</p>\n",
+                                claims.size(), escape_html(summarise_verdicts(claims)), escape_html(rule));
+  out += "<div class=\"findings\">\n";
+  for (const ClaimFindings& claim : claims) {
+    const ClaimRecord& first = *claim.records.front();
+    out +=
+        fmt::format("<article class=\"card\"><h3>{}. {}</h3><dl><dt>claimed</dt><dd>{} <span class=\"note\">({})</span></dd>",
+                    claim.id, escape_html(first.claim), escape_html(first.claimed), escape_html(first.source));
+    out += fmt::format("<dt>verdict</dt><dd><strong>{}</strong>{}</dd><dt>measured</dt><dd><ul>", verdict_name(claim.verdict),
+                       claim.on_what.empty() ? "" : ": " + escape_html(claim.on_what));
+    const std::vector<Judged> judged = judged_figures(claim.records);
+    const Namer namer(judged);
+    for (const Judged& j : judged)
+      out += fmt::format("<li>{}: {} <span class=\"note\">(claimed {})</span></li>", escape_html(namer.name(j)),
+                         escape_html(measured_text(*j.figure)), escape_html(expected_text(*j.figure)));
+    out += "</ul></dd></dl>";
+    if (const std::string remarks = remarks_of(claim); !remarks.empty())
+      out += fmt::format("<p class=\"note\">{}</p>", escape_html(remarks));
+    out += "</article>\n";
+  }
+  return out + "</div>\n</section>\n";
+}
+
+std::string claims_summary(const RunLog& log) {
+  const std::vector<ClaimFindings> claims = arrange_claims(log);
+  std::string out;
+  for (const ClaimFindings& claim : claims) {
+    const ClaimRecord& first = *claim.records.front();
+    out += fmt::format("{:2}  {}\n      claimed {}; measured {}\n      {}\n", claim.id, first.claim, first.claimed,
+                       claim.measured, verdict_text(claim));
+  }
+  out += claims.empty() ? "The log holds no finished claim.\n"
+                        : fmt::format("{} claims: {}\n", claims.size(), summarise_verdicts(claims));
+  for (const ClaimRecord& record : log.claims)
+    if (record.status != "done") out += fmt::format("Failed: {}: {}\n", record.cell.key(), record.error);
+  return out;
+}
+
+}  // namespace etendue

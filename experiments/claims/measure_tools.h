@@ -1,0 +1,68 @@
+// What measurements share: rays of a render, work in turns, ratios with their quartiles.
+#pragma once
+
+#include "accel/registry.h"
+#include "experiments/claims/claim.h"
+#include "experiments/harness/accel_timing.h"
+#include "framework/scene/scene.h"
+
+namespace etendue {
+
+// The rays on which variants are compared: primary and diffuse ones ask for the closest hit, shadow rays for any.
+struct ClaimRays {
+  std::vector<Ray> closest, shadow;
+};
+
+// Recorded from a render (accel_rays.h), about resolution^2 of each kind.
+ClaimRays record_claim_rays(const Scene& scene, int resolution);
+
+// At most `count` of them, evenly spread.
+std::vector<Ray> every_nth(const std::vector<Ray>& rays, std::size_t count);
+
+std::unique_ptr<RayQuery> make_structure(const Scene& scene, const std::string& name, const ParamMap& params = {});
+ParamMap text_param(const char* key, const std::string& value);
+ParamMap whole_param(const char* key, std::int64_t value);
+
+// Answers are kept where the compiler must suppose them read.
+template <class T>
+void keep_answer(const T& value) {
+  asm volatile("" : : "g"(&value) : "memory");
+}
+
+// All of the rays.
+template <class Structure>
+void trace_rays(const Structure& structure, const ClaimRays& rays) {
+  float sum = 0;
+  for (const Ray& ray : rays.closest) sum += structure.closest(ray).t < infinity;
+  for (const Ray& ray : rays.shadow) sum += structure.occluded(ray);
+  keep_answer(sum);
+}
+
+// Seconds of each work in each repetition, after one that does not count; all take turns, and the first turn goes round.
+using Times = std::vector<std::vector<double>>;
+Times take_turns(const MeasureTask& task, const std::vector<std::function<void()>>& works);
+
+// Repetition by repetition a over b.
+Measured ratio_of(const std::vector<double>& a, const std::vector<double>& b);
+
+template <class Closest>
+std::function<void()> tracing(const std::vector<Ray>& rays, const Closest& closest) {
+  return [&rays, closest] {
+    float sum = 0;
+    for (const Ray& ray : rays) sum += closest(ray).t < infinity;
+    keep_answer(sum);
+  };
+}
+
+// Rays for which closest(ray) gives another distance or primitive than the product.
+template <class Closest>
+std::uint64_t count_disagreements(const RayQuery& product, const std::vector<Ray>& rays, const Closest& closest) {
+  std::uint64_t count = 0;
+  for (const Ray& ray : rays) {
+    const Hit a = product.closest(ray), b = closest(ray);
+    count += a.t != b.t || a.primitive != b.primitive || a.instance != b.instance;
+  }
+  return count;
+}
+
+}  // namespace etendue

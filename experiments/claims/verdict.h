@@ -1,0 +1,30 @@
+// What a measurement says of a claim. The one rule, from the quartiles of the measured figure and the interval claimed:
+//
+//   confirmed  the quartiles meet the claimed interval (at an end that is no effect at all they must lie beyond it)
+//   weaker     an effect of the claimed direction, but less than claimed
+//   stronger   more than claimed
+//   refuted    no effect beyond the spread, or the opposite one; where the claim is of no direction (a count, or an interval
+//              around "no effect"): outside the interval
+//   undecided  the spread reaches from no effect into the claimed interval
+//   depends    several figures or scenes, and they do not say the same
+//
+// No effect is a factor of 1; of a time, an endless one: a shorter time than claimed is a stronger claim's.
+#pragma once
+
+#include "experiments/claims/claim_record.h"
+
+#include <span>
+
+namespace etendue {
+
+enum class ClaimVerdict : std::uint8_t { confirmed, weaker, stronger, refuted, undecided, depends };
+
+std::string_view verdict_name(ClaimVerdict verdict);
+
+// Of one figure; it must be judged (CHECK).
+ClaimVerdict judge(const ClaimFigure& figure);
+
+// Of all; at least one (CHECK).
+ClaimVerdict combine(std::span<const ClaimVerdict> verdicts);
+
+}  // namespace etendue
