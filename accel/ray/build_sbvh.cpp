@@ -2,6 +2,7 @@
 
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
+#include "accel/ray/small_sweep.h"
 #include "accel/ray/split_primitive.h"
 
 #include <array>
@@ -13,8 +14,8 @@ namespace etendue {
 namespace {
 
 constexpr std::uint32_t max_bins = 256;
-constexpr std::uint32_t task_size = 4096;   // subtrees of at least so many references are tasks of their own
-constexpr std::uint32_t least_to_chop = 8;  // fewer references will share a leaf of any layout sooner or later
+constexpr std::uint32_t task_size = 4096;    // subtrees of at least so many references are tasks of their own
+constexpr std::uint32_t least_to_chop = 32;  // fewer references will share a leaf or two
 
 // Equal intervals of an extent, each a half-open slab but the last.
 class Slabs {
@@ -158,12 +159,10 @@ class SbvhBuilder {
 
   // False: a leaf. Else both sides and their boxes.
   bool divide(const Job& job, std::span<BuildItem> items, std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) const {
-    const auto leaf_size = static_cast<std::uint32_t>(params_.leaf_size);
-    const auto depth_left = static_cast<std::uint32_t>(params_.max_depth) - job.depth;
-    if (job.count == 1 || depth_left == 0) return false;
-    const auto balanced_depth = static_cast<std::uint32_t>(std::bit_width((job.count + leaf_size - 1) / leaf_size - 1));
+    if (job.count == 1 || static_cast<int>(job.depth) == params_.max_depth) return false;
     for (auto& side : sides) side.clear();
-    if (job.count > leaf_size && balanced_depth >= depth_left) return halve(job, items, sides, bounds);
+    if (must_halve(job.count, job.depth, params_)) return halve(job, items, sides, bounds);
+    if (job.count <= small_sweep_size) return divide_few(job, items, sides, bounds);
     Bounds centres;
     for (const BuildItem& item : items) centres.extend(item.bounds.centre());
     const Cut between = best_between(items, centres);
@@ -173,16 +172,29 @@ class SbvhBuilder {
       through = best_through(job, items);
       if (through.left + through.right - job.count > job.spare) through = {};
     }
-    const float area = job.bounds.half_area(), best = std::min(between.cost, through.cost);
-    const bool splits_cheaper =
-        area + params_.primitive_cost * best < params_.primitive_cost * area * static_cast<float>(job.count);
-    if (job.count <= leaf_size && !splits_cheaper) return false;
+    if (prefers_leaf(job, std::min(between.cost, through.cost))) return false;
     if (!(through.cost < between.cost && chop(job, items, through, sides))) {
       for (auto& side : sides) side.clear();
       if (between.axis < 0) return halve(job, items, sides, bounds);  // coincident centres, or areas beyond the range of float
       const Slabs slabs(centres.lower[between.axis], centres.upper[between.axis], bins_for(job.count));
       for (const BuildItem& item : items) sides[slabs.of(item.bounds.centre()[between.axis]) >= between.slab].push_back(item);
     }
+    set_bounds(sides, bounds);
+    return true;
+  }
+
+  bool prefers_leaf(const Job& job, float cut_cost) const {
+    const float area = job.bounds.half_area(), count = static_cast<float>(job.count);
+    return count <= static_cast<float>(params_.leaf_size) &&
+           !(area + params_.primitive_cost * cut_cost < params_.primitive_cost * area * count);
+  }
+
+  // As divide, by every cut between so few references; none is chopped.
+  bool divide_few(const Job& job, std::span<BuildItem> items, std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) const {
+    const SmallCut cut = sweep_small(items.data(), job.count);
+    if (prefers_leaf(job, cut.cost)) return false;
+    if (!(cut.cost < infinity)) return halve(job, items, sides, bounds);
+    for (std::uint32_t i = 0; i < job.count; ++i) sides[i >= cut.left].push_back(items[cut.order[i]]);
     set_bounds(sides, bounds);
     return true;
   }
@@ -230,7 +242,8 @@ class SbvhBuilder {
     return {job.bounds.lower[axis], job.bounds.upper[axis], static_cast<std::uint32_t>(params_.bins)};
   }
 
-  // [Stich2009] section 4.2: each reference is chopped into the slabs it spans.
+  // [Stich2009] section 4.2: each reference is chopped into the slabs it spans; here its box is, which finds cuts as good in
+  // less time. Once a cut is chosen, the primitives themselves are chopped.
   Cut best_through(const Job& job, std::span<const BuildItem> items) const {
     Cut best;
     std::array<Bin, max_bins> bins;
@@ -240,16 +253,12 @@ class SbvhBuilder {
       std::fill_n(bins.begin(), slabs.count(), Bin());
       for (const BuildItem& item : items) {
         const std::uint32_t first = slabs.of(item.bounds.lower[axis]), last = slabs.of(item.bounds.upper[axis]);
-        BuildItem rest = item;
-        for (std::uint32_t slab = first; slab < last; ++slab) {
-          const float plane = slabs.plane(slab + 1);
-          if (!(rest.bounds.lower[axis] < plane && plane < rest.bounds.upper[axis])) continue;
-          const SplitParts parts = split_primitive(geometry_, rest, axis, plane);
-          if (parts.left.empty() || parts.right.empty()) continue;
-          bins[slab].bounds.extend(parts.left);
-          rest.bounds = parts.right;
+        for (std::uint32_t slab = first; slab <= last; ++slab) {
+          Bounds part = item.bounds;
+          if (slab > first) part.lower[axis] = slabs.plane(slab);
+          if (slab < last) part.upper[axis] = slabs.plane(slab + 1);
+          bins[slab].bounds.extend(part);
         }
-        bins[last].bounds.extend(rest.bounds);
         ++bins[first].begins;
         ++bins[last].ends;
       }

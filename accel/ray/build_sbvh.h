@@ -15,7 +15,7 @@
 namespace etendue {
 
 struct SbvhParams : SahParams {
-  int bins = 16;
+  int bins = 32;
   float alpha = 1e-3f;
   float duplication = 0.5f;
 };

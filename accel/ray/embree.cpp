@@ -77,9 +77,10 @@ void attach(RTCDevice device, RTCScene scene, RTCGeometry geometry, unsigned id)
   check_device(device);
 }
 
-void attach_triangles(RTCDevice device, RTCScene scene, const ObjectPrimitives& object) {
+void attach_triangles(RTCDevice device, RTCScene scene, const ObjectPrimitives& object, RTCBuildQuality quality) {
   if (object.triangles.empty()) return;
   const GeometryHandle geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
+  rtcSetGeometryBuildQuality(geometry.get(), quality);  // the scene's is not enough for the low one
   const auto& positions = object.geometry->positions;
   auto* const vertices = static_cast<vec3*>(
       rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(vec3), positions.size()));
@@ -123,8 +124,10 @@ bool count_bytes(void* total, ssize_t bytes, bool) {
 // Embree ends the program at a ray beyond its own range.
 bool is_within_embree(const Ray& ray) {
   constexpr float largest = 1.844e18f;  // FLT_LARGE in Embree's common/math/constants.h
-  return is_traceable(ray) && max_component(glm::abs(ray.origin)) <= largest &&
-         max_component(glm::abs(ray.direction)) <= largest;
+  const auto within = [](const vec3& v) {
+    return std::abs(v.x) <= largest && std::abs(v.y) <= largest && std::abs(v.z) <= largest;
+  };
+  return within(ray.origin) && within(ray.direction) && ray.direction != vec3(0) && ray.t_min <= ray.t_max;
 }
 
 RTCRay to_embree(const Ray& ray) {
@@ -173,7 +176,7 @@ Embree::State::State(const Scene& scene, const EmbreeParams& params) : device(rt
     for (const std::uint32_t id : object.geometry.valid_primitives())
       (object.geometry.is_triangle(id) ? primitives.triangles : primitives.quadrics).push_back(id);
     scenes.push_back(new_scene(params));
-    attach_triangles(device.get(), scenes.back().get(), primitives);
+    attach_triangles(device.get(), scenes.back().get(), primitives, build_quality(params.quality));
     attach_quadrics(device.get(), scenes.back().get(), primitives);
     rtcCommitScene(scenes.back().get());
   }

@@ -6,12 +6,17 @@
 namespace etendue {
 namespace {
 
-// Stacks the children that the ray meets, the most promising on top.
+// The most promising child that the ray meets is `next`, the others it meets are stacked; false if it meets none.
 template <class Simd, int node_width, class Boxes>
-[[gnu::always_inline]] inline void stack_met(const WideNode<node_width>& node, const NodeTest<Simd, node_width>& test,
-                                             const Boxes& far, WaitingAny*& top) {
+[[gnu::always_inline]] inline bool step_down(const WideNode<node_width>& node, const NodeTest<Simd, node_width>& test,
+                                             const Boxes& far, WideRef& next, WaitingAny*& top) {
   Boxes near;
-  top = Simd::stack_places(node, test.met(node, far, near), top);
+  const unsigned met = test.met(node, far, near);
+  if (met == 0) return false;
+  const int first = std::bit_width(met) - 1;
+  top = Simd::stack_places(node, met ^ (1u << first), top);
+  next = node.children[first];
+  return true;
 }
 
 // The child that the ray enters first is `next`, the others it meets are stacked; false if it meets none.
@@ -54,9 +59,7 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
     if (!place.is_leaf()) {
       count.node();
       const WideNode<node_width>& node = tree.nodes[place.index()];
-      if constexpr (any_hit) {
-        stack_met(node, node_test, far, top);
-      } else if (step_down(node, node_test, far, place, top)) {
+      if (step_down(node, node_test, far, place, top)) {
         prefetch(tree, place);
         continue;
       }
@@ -73,7 +76,6 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
     if constexpr (any_hit) {
       if (top == bottom) return {};
       place = (--top)->place;
-      prefetch(tree, place);
     } else {
       const float limit = limit_beyond(hit.t);
       do {
