@@ -87,6 +87,7 @@ Scene strewn(const std::string& name, Strewn what, int count) {
 
 struct ModelsParams {
   int triangles = 15'000, spheres = 5, lights = 1;
+  float distance = 1;
 };
 
 template <class Visitor>
@@ -94,20 +95,21 @@ void describe(Visitor& v, ModelsParams& p) {
   v.integer("triangles", p.triangles, 100, 10'000'000, "triangles", "of the mesh, to within a percent");
   v.integer("spheres", p.spheres, 0, 1000, "spheres", "about the mesh");
   v.integer("lights", p.lights, 1, 16, "lights", "points above");
+  v.number("distance", p.distance, 0.5, 100, "times", "of the eye, from where the mesh fills a fifth of the image");
 }
 
-// The mesh fills a third of the image, as a model on show does.
 Scene models(const std::string& name, const ModelsParams& params) {
   SceneBuilder b(name);
   const std::uint32_t grey = b.material(Diffuse{Rgb(0.6f)});
-  b.mesh(quad({-span, 0, span}, {span, 0, span}, {span, 0, -span}, {-span, 0, -span}), grey);
+  const float floor = span * std::max(1.0f, params.distance);
+  b.mesh(quad({-floor, 0, floor}, {floor, 0, floor}, {floor, 0, -floor}, {-floor, 0, -floor}), grey);
   b.mesh(rough_ball({0, 1.5f, 0}, 1.5f, params.triangles), b.material(Diffuse{Rgb(0.7f, 0.5f, 0.3f)}));
   for (int i = 0; i < params.spheres; ++i) {
     const float phi = 2 * pi * static_cast<float>(i) / static_cast<float>(params.spheres);
     b.quadric(Sphere{{2.6f * std::cos(phi), 0.5f, 2.6f * std::sin(phi)}, 0.5f}, grey);
   }
   for (int i = 0; i < params.lights; ++i) b.light(PointLight{{4 - 8.0f * static_cast<float>(i), 7, 4}, Rgb(60)});
-  b.camera({0, 3, 8}, {0, 1.2f, 0}, 40, {256, 256});
+  b.camera(vec3(0, 1.2f, 0) + params.distance * vec3(0, 1.8f, 8), {0, 1.2f, 0}, 40, {256, 256});
   return b.finish();
 }
 

@@ -4,7 +4,7 @@
 //   cylinders  the same with capped cylinders, turned at random
 //   triangles  the same with single triangles
 //   objects    the same with all three in turn, and boxes: what a student's ray tracer is shown
-//   models     a mesh of `triangles`, `spheres` spheres about it, `lights` point lights
+//   models     a mesh of `triangles`, `spheres` spheres about it, `lights` point lights, seen from `distance`
 //   bars       `count` instances of a bar ten times as long as thick, of `triangles`, turned at random
 #pragma once
 

@@ -55,45 +55,58 @@ std::vector<Judged> judged_figures(const std::vector<const ClaimRecord*>& record
   return judged;
 }
 
-// Names a figure by what distinguishes it from the others.
-class Namer {
- public:
-  explicit Namer(const std::vector<Judged>& judged) {
-    for (const Judged& j : judged) {
-      scenes_.insert(j.record->cell.scene);
-      texts_.insert(j.figure->text);
-    }
+// "quantity on scene, scene" of some judged figures: the quantity only where there are several, the scenes only where not all
+// of them are meant.
+std::string name_figures(const std::vector<Judged>& some, const std::vector<Judged>& all) {
+  std::set<std::string> texts, done;
+  for (const Judged& j : all) texts.insert(j.figure->text);
+  std::string names;
+  for (const Judged& j : some) {
+    const std::string& text = j.figure->text;
+    if (!done.insert(text).second) continue;
+    const auto same = [&](const Judged& other) { return other.figure->text == text; };
+    std::string scenes;
+    for (const Judged& other : some)
+      if (same(other)) scenes += (scenes.empty() ? "" : ", ") + short_scene(other.record->cell.scene);
+    const bool everywhere = std::count_if(some.begin(), some.end(), same) == std::count_if(all.begin(), all.end(), same);
+    if (!names.empty()) names += "; ";
+    if (texts.size() > 1) names += everywhere ? text : text + " on ";
+    if (!everywhere) names += scenes;
   }
-  std::string name(const Judged& j) const {
-    std::string text = texts_.size() > 1 || scenes_.size() == 1 ? j.figure->text : "";
-    if (scenes_.size() > 1) text += (text.empty() ? "" : ", ") + short_scene(j.record->cell.scene);
-    return text;
-  }
+  return names;
+}
 
- private:
-  std::set<std::string> scenes_, texts_;
-};
-
-std::string describe_split(const std::vector<Judged>& judged, const Namer& namer) {
-  std::vector<std::pair<ClaimVerdict, std::string>> groups;
+std::string describe_split(const std::vector<Judged>& judged) {
+  std::vector<std::pair<ClaimVerdict, std::vector<Judged>>> groups;
   for (const Judged& j : judged) {
     auto found = std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.first == j.verdict; });
-    if (found == groups.end())
-      groups.emplace_back(j.verdict, namer.name(j));
-    else
-      found->second += "; " + namer.name(j);
+    if (found == groups.end()) found = groups.insert(found, {j.verdict, {}});
+    found->second.push_back(j);
   }
   std::string text;
-  for (const auto& [verdict, names] : groups)
-    text += fmt::format("{}{}: {}", text.empty() ? "" : " | ", verdict_name(verdict), names);
+  for (const auto& [verdict, some] : groups)
+    text += fmt::format("{}{}: {}", text.empty() ? "" : " | ", verdict_name(verdict), name_figures(some, judged));
   return text;
 }
 
-std::string describe_measured(const std::vector<Judged>& judged, const Namer& namer) {
-  std::string text;
-  for (const Judged& j : judged)
-    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", namer.name(j), measured_text(*j.figure));
-  return text;
+// "quantity: 1.2× (1.1–1.3) on scene, 1.4× … on scene", one for each quantity.
+std::vector<std::string> describe_measured(const std::vector<Judged>& judged) {
+  std::set<std::string> scenes;
+  std::vector<std::string> texts, lines;
+  for (const Judged& j : judged) {
+    scenes.insert(j.record->cell.scene);
+    if (std::find(texts.begin(), texts.end(), j.figure->text) == texts.end()) texts.push_back(j.figure->text);
+  }
+  for (const std::string& text : texts) {
+    std::string line;
+    for (const Judged& j : judged) {
+      if (j.figure->text != text) continue;
+      line += (line.empty() ? "" : ", ") + measured_text(*j.figure);
+      if (scenes.size() > 1) line += " on " + short_scene(j.record->cell.scene);
+    }
+    lines.push_back(text + ": " + line);
+  }
+  return lines;
 }
 
 // What the claim's words were taken to mean, and what its measurements remark; each once.
@@ -139,11 +152,10 @@ std::vector<ClaimFindings> arrange_claims(const RunLog& log) {
   for (auto& [id, records] : by_id) {
     const std::vector<Judged> judged = judged_figures(records);
     if (judged.empty()) continue;
-    const Namer namer(judged);
     std::vector<ClaimVerdict> verdicts;
     for (const Judged& j : judged) verdicts.push_back(j.verdict);
-    ClaimFindings claim{id, std::move(records), combine(verdicts), {}, describe_measured(judged, namer)};
-    if (claim.verdict == ClaimVerdict::depends) claim.on_what = describe_split(judged, namer);
+    ClaimFindings claim{id, std::move(records), combine(verdicts), {}, describe_measured(judged)};
+    if (claim.verdict == ClaimVerdict::depends) claim.on_what = describe_split(judged);
     claims.push_back(std::move(claim));
   }
   return claims;
@@ -161,7 +173,8 @@ Table claims_table(const RunLog& log) {
   for (const ClaimFindings& claim : arrange_claims(log)) {
     const ClaimRecord& first = *claim.records.front();
     table.rows.push_back({TableCell::count(static_cast<std::uint64_t>(claim.id)), TableCell::words(first.claim),
-                          TableCell::words(first.source), TableCell::words(first.claimed), TableCell::words(claim.measured),
+                          TableCell::words(first.source), TableCell::words(first.claimed),
+                          TableCell::words(fmt::format("{}", fmt::join(claim.measured, "; "))),
                           TableCell::words(verdict_text(claim)), TableCell::words(remarks_of(claim))});
   }
   if (!table.rows.empty()) table.notes.push_back(rule);
@@ -220,11 +233,7 @@ std::string claims_section(const RunLog& log) {
                     claim.id, escape_html(first.claim), escape_html(first.claimed), escape_html(first.source));
     out += fmt::format("<dt>verdict</dt><dd><strong>{}</strong>{}</dd><dt>measured</dt><dd><ul>", verdict_name(claim.verdict),
                        claim.on_what.empty() ? "" : ": " + escape_html(claim.on_what));
-    const std::vector<Judged> judged = judged_figures(claim.records);
-    const Namer namer(judged);
-    for (const Judged& j : judged)
-      out += fmt::format("<li>{}: {} <span class=\"note\">(claimed {})</span></li>", escape_html(namer.name(j)),
-                         escape_html(measured_text(*j.figure)), escape_html(expected_text(*j.figure)));
+    for (const std::string& line : claim.measured) out += "<li>" + escape_html(line) + "</li>";
     out += "</ul></dd></dl>";
     if (const std::string remarks = remarks_of(claim); !remarks.empty())
       out += fmt::format("<p class=\"note\">{}</p>", escape_html(remarks));
@@ -239,7 +248,7 @@ std::string claims_summary(const RunLog& log) {
   for (const ClaimFindings& claim : claims) {
     const ClaimRecord& first = *claim.records.front();
     out += fmt::format("{:2}  {}\n      claimed {}; measured {}\n      {}\n", claim.id, first.claim, first.claimed,
-                       claim.measured, verdict_text(claim));
+                       fmt::join(claim.measured, "; "), verdict_text(claim));
   }
   out += claims.empty() ? "The log holds no finished claim.\n"
                         : fmt::format("{} claims: {}\n", claims.size(), summarise_verdicts(claims));

@@ -15,8 +15,8 @@ struct ClaimFindings {
   int id = 0;
   std::vector<const ClaimRecord*> records;
   ClaimVerdict verdict = ClaimVerdict::depends;
-  std::string on_what;  // of "depends": which figures say what
-  std::string measured;
+  std::string on_what;                // of "depends": which figures say what
+  std::vector<std::string> measured;  // a line for each quantity
 };
 
 // By id; keeps pointers into `log`. Claims of which no judged figure is there are left out.

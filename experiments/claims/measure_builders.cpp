@@ -1,6 +1,7 @@
 // Which tree: claims about builders. All trees are traversed alike, in the `binary` layout; where it matters in `wide16` too.
 #include "experiments/claims/claim_scenes.h"
 #include "experiments/claims/measure_tools.h"
+#include "experiments/claims/naive_loop.h"
 #include "experiments/harness/statistics.h"
 
 #include <fmt/format.h>
@@ -118,11 +119,19 @@ MeasureResult measure_worth(const MeasureTask& task) {
 
 MeasureResult measure_brute(const MeasureTask& task) {
   MeasureResult result;
-  const auto frame = [&](const Scene& scene, const ClaimRays& rays) {
-    const auto tree = make_structure(scene, "binned-sah"), brute = make_structure(scene, "brute");
-    return take_turns(task, {[&] { trace_rays(*tree, rays); }, [&] { trace_rays(*brute, rays); }});
+  const std::vector<double> sizes{1, 2, 4, 8, 16, 32, 64, 128, 256};
+  const auto against = [&](const auto& make_brute) {
+    return [&](const Scene& scene, const ClaimRays& rays) {
+      const auto tree = make_structure(scene, "binned-sah");
+      const auto brute = make_brute(scene);
+      result.disagreements += count_disagreements(*tree, rays.closest, [&](const Ray& ray) { return brute->closest(ray); });
+      return take_turns(task, {[&] { trace_rays(*tree, rays); }, [&] { trace_rays(*brute, rays); }});
+    };
   };
-  result.add("viable_below", crossing(task, {1, 2, 4, 8, 16, 32, 64, 128, 256}, frame, result));
+  const auto scalar = [](const Scene& scene) { return std::make_unique<NaiveLoop>(scene, false); };
+  const auto simd = [](const Scene& scene) { return make_structure(scene, "brute"); };
+  result.add("viable_below", crossing(task, sizes, against(scalar), result));
+  result.add("viable_below_simd", crossing(task, sizes, against(simd), result));
   return result;
 }
 
@@ -164,7 +173,8 @@ std::vector<Measurement> builder_measurements() {
            measure_worth},
           {"brute-force",
            "objects from which on a tree traces faster than brute force",
-           {{"viable_below", FigureKind::plain, "objects below which brute force is faster"}},
+           {{"viable_below", FigureKind::plain, "objects below which brute force is faster"},
+            {"viable_below_simd", FigureKind::plain, "the same with four triangles at once"}},
            measure_brute},
           {"build-time",
            "seconds on one thread",

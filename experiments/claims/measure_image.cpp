@@ -4,6 +4,7 @@
 // one thread, without shading; at 1024 x 1024, or scaled to that.
 #include "experiments/claims/claim_scenes.h"
 #include "experiments/claims/measure_tools.h"
+#include "experiments/claims/naive_loop.h"
 #include "experiments/claims/task_shapes.h"
 #include "experiments/harness/run_cell.h"
 #include "framework/core/units.h"
@@ -48,45 +49,49 @@ std::vector<double> scaled(std::vector<double> values, double by) {
   return values;
 }
 
+// Where the loops are slow they get a sample of the rays, evenly spread.
+ClaimRays sample_for(const NaiveLoop& loop, const ClaimRays& rays) {
+  constexpr double enough_s = 0.15;
+  const ClaimRays trial{every_nth(rays.closest, 64), every_nth(rays.shadow, 64)};
+  const double trial_s = seconds_of([&] { trace_rays(loop, trial); });
+  const double share = std::min(1.0, std::max(1.0, enough_s / trial_s) * 64 / static_cast<double>(rays.closest.size()));
+  const auto of = [&](const std::vector<Ray>& all) {
+    return every_nth(all, static_cast<std::size_t>(std::ceil(share * static_cast<double>(all.size()))));
+  };
+  return {of(rays.closest), of(rays.shadow)};
+}
+
 MeasureResult measure_image(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene);
-  const auto brute = make_structure(scene, "brute"), boxes = make_structure(scene, "bounds"),
-             rotating = make_structure(scene, "median-rotating"),
+  const NaiveLoop brute(scene, false), boxes(scene, true);
+  const auto rotating = make_structure(scene, "median-rotating"), simd = make_structure(scene, "brute"),
              best = make_structure(scene, "binned-sah", text_param("layout", "wide16"));
   const ImageRays image = image_rays(scene, *best, task.resolution);
+  const ClaimRays few = sample_for(brute, image.rays), some = sample_for(boxes, image.rays);
+  const auto count = [](const ClaimRays& rays) { return static_cast<double>(rays.closest.size() + rays.shadow.size()); };
   MeasureResult result;
-  // The slow ones on a sample of the rays.
-  const std::size_t total = image.rays.closest.size() + image.rays.shadow.size();
-  const std::size_t count = std::max<std::size_t>(128, affordable_rays(*brute, RayKind::primary, image.rays.closest, 0.15));
-  const std::size_t of_boxes = std::max<std::size_t>(2048, affordable_rays(*boxes, RayKind::primary, image.rays.closest, 0.15));
-  const auto sample = [&](std::size_t some) {
-    const double share = std::min(1.0, static_cast<double>(some) / static_cast<double>(image.rays.closest.size()));
-    const auto shadows = static_cast<std::size_t>(share * static_cast<double>(image.rays.shadow.size()));
-    return ClaimRays{every_nth(image.rays.closest, some), every_nth(image.rays.shadow, shadows)};
+  result.disagreements += count_disagreements(*best, few.closest, [&](const Ray& ray) { return brute.closest(ray); });
+  result.disagreements += count_disagreements(*best, some.closest, [&](const Ray& ray) { return boxes.closest(ray); });
+  const auto with = [](const auto& query, const ClaimRays& rays) {
+    return std::function<void()>([&query, &rays] { trace_rays(query, rays); });
   };
-  const ClaimRays few = sample(count), some = sample(of_boxes);
-  const auto of_all = [&](const ClaimRays& rays) {
-    return image.scale * static_cast<double>(total) / static_cast<double>(rays.closest.size() + rays.shadow.size());
-  };
-  result.disagreements += count_disagreements(*best, few.closest, [&](const Ray& ray) { return brute->closest(ray); });
-  const auto with = [](const RayQuery& query, const ClaimRays& rays) { return [&query, &rays] { trace_rays(query, rays); }; };
-  const Times times =
-      take_turns(task, {with(*brute, few), with(*boxes, some), with(*rotating, image.rays), with(*best, image.rays)});
-  const std::vector<double> brute_s = scaled(times[0], of_all(few)), boxes_s = scaled(times[1], of_all(some)),
-                            rotating_s = scaled(times[2], image.scale), best_s = scaled(times[3], image.scale);
+  const Times times = take_turns(
+      task, {with(brute, few), with(boxes, some), with(*rotating, image.rays), with(*best, image.rays), with(*simd, few)});
+  const double whole = image.scale * count(image.rays);
+  const std::vector<double> brute_s = scaled(times[0], whole / count(few)), boxes_s = scaled(times[1], whole / count(some)),
+                            tree_s = scaled(times[2], image.scale), best_s = scaled(times[3], image.scale);
   result.add("brute_s", summarise(brute_s));
   result.add("boxes_s", summarise(boxes_s));
-  result.add("tree_s", summarise(rotating_s));
+  result.add("tree_s", summarise(tree_s));
   result.add("best_s", summarise(best_s));
   result.add("box_gain", ratio_of(brute_s, boxes_s));
-  result.add("tree_gain", ratio_of(boxes_s, rotating_s));
-  result.add("whole_gain", ratio_of(brute_s, rotating_s));
+  result.add("tree_gain", ratio_of(boxes_s, tree_s));
+  result.add("whole_gain", ratio_of(brute_s, tree_s));
   result.add("best_gain", ratio_of(brute_s, best_s));
+  result.add("four_at_once", ratio_of(times[0], times[4]));
   result.remarks.push_back(
-      fmt::format("Brute force on {} of {} rays, and boxes on {}, evenly spread and scaled; ours tests four triangles at once. "
-                  "Seconds on one "
-                  "thread of the machine that the manifest names, without shading; of the source's machine nothing is known.",
-                  few.closest.size() + few.shadow.size(), total, some.closest.size() + some.shadow.size()));
+      fmt::format("Brute force on {} of {} rays and boxes on {}, evenly spread and scaled. On one thread, without shading.",
+                  count(few), count(image.rays), count(some)));
   return result;
 }
 
@@ -94,31 +99,32 @@ MeasureResult measure_image(const MeasureTask& task) {
 MeasureResult measure_path_image(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene);
   const SceneNeeds needs = scene_needs(scene);
-  const ParamMap depth = whole_param("max_depth", 5);
-  const Method path{"path", depth, {}};
+  const Method path{"path", whole_param("max_depth", 5), {}};
   constexpr std::uint64_t samples = 2;
   Budget budget;
   budget.samples = samples;
-  const auto rendering = [&](const Method& accel) {
-    // Building is a matter of milliseconds, and not what is asked.
-    const CellResult cell = run_cell({scene, needs, accel, path, task.seed, ivec2(task.resolution), budget});
-    return cell.checkpoints.back().phases_s.at("trace");
+  // Building is a matter of milliseconds, and not what is asked.
+  const auto rendering = [&](const Method& accel, int threads) {
+    return run_cell({scene, needs, accel, path, task.seed, ivec2(task.resolution), budget, threads})
+        .checkpoints.back()
+        .phases_s.at("trace");
   };
   const double scale = 512.0 / samples * square(static_cast<float>(image_width) / static_cast<float>(task.resolution));
-  const Method binary{"median-rotating", {}, {}}, wide{"binned-sah", text_param("layout", "wide16"), {}};
-  std::vector<double> binary_s, wide_s;
+  const Method binary{"binned-sah", {}, {}}, wide{"binned-sah", text_param("layout", "wide16"), {}};
+  std::vector<double> one, all, best;
   for (int repetition = 0; repetition < task.repetitions; ++repetition) {
-    binary_s.push_back(scale * rendering(binary));
-    wide_s.push_back(scale * rendering(wide));
+    one.push_back(scale * rendering(binary, 1));
+    all.push_back(scale * rendering(binary, task.threads));
+    best.push_back(scale * rendering(wide, task.threads));
     task.progress((repetition + 1.0) / task.repetitions);
   }
   MeasureResult result;
-  result.add("tree_s", summarise(binary_s));
-  result.add("best_s", summarise(wide_s));
+  result.add("one_thread", summarise(one));
+  result.add("all_threads", summarise(all));
+  result.add("wide", summarise(best));
   result.remarks.push_back(fmt::format(
-      "Path tracing with light sampling and at most five scattering events, on one thread; {} samples per pixel at {} x {}, "
-      "scaled.",
-      samples, task.resolution, task.resolution));
+      "Path tracing with light sampling, at most five scattering events; {} samples per pixel at {} x {}, scaled; {} threads.",
+      samples, task.resolution, task.resolution, task.threads));
   return result;
 }
 
@@ -171,43 +177,46 @@ MeasureResult measure_locality(const MeasureTask& task) {
 }  // namespace
 
 std::vector<Measurement> image_measurements() {
-  return {
-      {"image",
-       "seconds for an image's primary and shadow rays at 1024 x 1024",
-       {{"brute_s", time_kind, "brute force"},
-        {"boxes_s", time_kind, "a box around each mesh"},
-        {"tree_s", time_kind, "BVH by median on a rotating axis"},
-        {"best_s", time_kind, "binned SAH in the wide16 layout"},
-        {"box_gain", factor, "brute force over a box around each mesh"},
-        {"tree_gain", factor, "a box around each mesh over BVH"},
-        {"whole_gain", factor, "brute force over BVH"},
-        {"best_gain", factor, "brute force over binned SAH in the wide16 layout"}},
-       measure_image},
-      {"path-image",
-       "seconds for 512 samples per pixel at 1024 x 1024",
-       {{"tree_s", time_kind, "BVH by median on a rotating axis"}, {"best_s", time_kind, "binned SAH in the wide16 layout"}},
-       measure_path_image},
-      {"tasks",
-       "an image cut into tasks, over tiles of 8 x 8",
-       {{"balance_pixels", factor, "balance, pixels over tiles"},
-        {"balance_rows", factor, "balance, rows over tiles"},
-        {"balance_blocks", factor, "balance, blocks over tiles"},
-        {"balance_samples", factor, "balance, single samples over tiles"},
-        {"time_pixels", factor, "time, pixels over tiles"},
-        {"time_rows", factor, "time, rows over tiles"},
-        {"time_blocks", factor, "time, blocks over tiles"},
-        {"time_samples", factor, "time, single samples over tiles"},
-        {"idle_tiles", factor, "tiles over perfect balance"}},
-       measure_tasks,
-       true},
-      {"task-locality-large",
-       "the same, where the mesh outgrows every cache",
-       {{"rows", factor, "rows over tiles"}, {"samples", factor, "single samples over tiles"}},
-       measure_locality},
-      {"task-locality",
-       "time on one thread, over that by tiles of 8 x 8",
-       {{"rows", factor, "rows over tiles"}, {"samples", factor, "single samples over tiles"}},
-       measure_locality}};
+  return {{"image",
+           "seconds for an image's primary and shadow rays at 1024 x 1024",
+           {{"brute_s", time_kind, "brute force"},
+            {"boxes_s", time_kind, "a box around each mesh"},
+            {"tree_s", time_kind, "BVH by median on a rotating axis"},
+            {"best_s", time_kind, "binned SAH in the wide16 layout"},
+            {"box_gain", factor, "brute force over a box around each mesh"},
+            {"tree_gain", factor, "a box around each mesh over BVH"},
+            {"whole_gain", factor, "brute force over BVH"},
+            {"best_gain", factor, "brute force over binned SAH in the wide16 layout"},
+            {"four_at_once", factor, "brute force, one triangle at a time over four"}},
+           measure_image},
+          {"path-image",
+           "seconds for 512 samples per pixel at 1024 x 1024",
+           {{"one_thread", time_kind, "binned SAH on one thread"},
+            {"all_threads", time_kind, "binned SAH on all threads"},
+            {"wide", time_kind, "the same in the wide16 layout"}},
+           measure_path_image,
+           true},
+          {"tasks",
+           "an image cut into tasks, over tiles of 8 x 8",
+           {{"balance_pixels", factor, "balance, pixels over tiles"},
+            {"balance_rows", factor, "balance, rows over tiles"},
+            {"balance_blocks", factor, "balance, blocks over tiles"},
+            {"balance_samples", factor, "balance, single samples over tiles"},
+            {"time_pixels", factor, "time, pixels over tiles"},
+            {"time_rows", factor, "time, rows over tiles"},
+            {"time_blocks", factor, "time, blocks over tiles"},
+            {"time_samples", factor, "time, single samples over tiles"},
+            {"idle_tiles", factor, "tiles over perfect balance"}},
+           measure_tasks,
+           true},
+          {"task-locality-large",
+           "the same, where the mesh outgrows every cache",
+           {{"rows", factor, "rows over tiles"}, {"samples", factor, "single samples over tiles"}},
+           measure_locality},
+          {"task-locality",
+           "time on one thread, over that by tiles of 8 x 8",
+           {{"rows", factor, "rows over tiles"}, {"samples", factor, "single samples over tiles"}},
+           measure_locality}};
 }
 
 }  // namespace etendue

@@ -1,0 +1,132 @@
+// The variants that claims are measured on find what the product finds.
+#include "experiments/claims/cache_model.h"
+#include "experiments/claims/claim.h"
+#include "experiments/claims/claim_scenes.h"
+#include "experiments/claims/naive_loop.h"
+#include "experiments/claims/task_shapes.h"
+#include "experiments/claims/traversal_variants.h"
+#include "experiments/harness/config.h"
+#include "framework/core/parallel.h"
+#include "tests/oracle/ray_cases.h"
+
+#include "accel/registry.h"
+
+#include <gtest/gtest.h>
+#include <set>
+
+namespace etendue::testing {
+namespace {
+
+void expect_same(const Hit& expected, const Hit& found, const std::string& what) {
+  ASSERT_EQ(expected.t, found.t) << what;
+  ASSERT_EQ(expected.primitive, found.primitive) << what;
+  ASSERT_EQ(expected.instance, found.instance) << what;
+}
+
+template <WalkOptions options, class Slab>
+void expect_walks_agree(const VariantTree& tree, const PackedNodes& packed, const LinkedNodes& linked, const RayQuery& brute,
+                        const std::vector<Ray>& rays, const std::string& what) {
+  for (const Ray& ray : rays) {
+    const Hit expected = brute.closest(ray);
+    expect_same(expected, closest_by<options, Slab>(tree, packed, ray), what + ", packed");
+    expect_same(expected, closest_by<options, Slab>(tree, linked, ray), what + ", linked");
+  }
+}
+
+template <class Slab>
+void expect_slab_agrees(const VariantTree& tree, const PackedNodes& packed, const LinkedNodes& linked, const RayQuery& brute,
+                        const std::vector<Ray>& rays, const std::string& what) {
+  expect_walks_agree<WalkOptions{}, Slab>(tree, packed, linked, brute, rays, what);
+  expect_walks_agree<WalkOptions{Walk::recursive, true, true}, Slab>(tree, packed, linked, brute, rays, what + ", recursive");
+  expect_walks_agree<WalkOptions{Walk::iterative, false, true}, Slab>(tree, packed, linked, brute, rays, what + ", unordered");
+  expect_walks_agree<WalkOptions{Walk::iterative, false, false}, Slab>(tree, packed, linked, brute, rays, what + ", unpruned");
+}
+
+TEST(ClaimVariants, TraversalsFindWhatBruteForceFinds) {
+  for (const RayCase& ray_case : ray_cases()) {
+    const Scene& scene = ray_case.scene;
+    if (scene.has_instances() || !scene.planes.empty()) continue;
+    const Geometry& geometry = scene.objects[0].geometry;
+    const BinaryTree tree = find_ray_structure("binned-sah", {}).tree(geometry, {});
+    if (tree.nodes.empty()) continue;
+    const VariantTree variants(geometry, tree);
+    const PackedNodes packed(variants.tree);
+    const LinkedNodes linked(variants.tree);
+    const auto brute = find_ray_structure("brute", {}).make(scene, {});
+    std::vector<Ray> rays = general_rays(scene, 300, 1);
+    for (const Ray& ray : aimed_rays(scene, 300, 2)) rays.push_back(ray);
+    expect_slab_agrees<ScalarSlab>(variants, packed, linked, *brute, rays, ray_case.name + ", scalar");
+    expect_slab_agrees<LoopSlab>(variants, packed, linked, *brute, rays, ray_case.name + ", loop");
+    expect_slab_agrees<DividingSlab>(variants, packed, linked, *brute, rays, ray_case.name + ", dividing");
+    expect_slab_agrees<SimdSlab>(variants, packed, linked, *brute, rays, ray_case.name + ", SIMD");
+  }
+}
+
+TEST(ClaimVariants, NaiveLoopsFindWhatBruteForceFinds) {
+  const Scene scene = load_claim_scene("claim:objects?count=60");
+  const auto brute = find_ray_structure("brute", {}).make(scene, {});
+  const NaiveLoop loop(scene, false), boxes(scene, true);
+  for (const Ray& ray : general_rays(scene, 2000, 3)) {
+    expect_same(brute->closest(ray), loop.closest(ray), "loop");
+    expect_same(brute->closest(ray), boxes.closest(ray), "boxes");
+    ASSERT_EQ(brute->occluded(ray), loop.occluded(ray));
+    ASSERT_EQ(brute->occluded(ray), boxes.occluded(ray));
+  }
+}
+
+// Cylinders, rotated bars, cells, policies and the rest check themselves: each counts the answers that are not the product's.
+TEST(ClaimVariants, MeasurementsAgreeAndGiveEveryQuantityOnce) {
+  const ExperimentConfig config =
+      load_config(ETENDUE_SOURCE_DIR "/experiments/claims.toml", {true, {"timing={ resolution = 8, repetitions = 1 }"}});
+  std::set<std::string> seen;
+  for (const Claim& claim : config.claims->rows)
+    for (const ClaimMeasure& measure : claim.measures) {
+      const Measurement& measurement = *measure.measurement;
+      std::string scene = measure.scenes.front();
+      // The same on a small scene; a reference would take longer than all the rest.
+      if (scene.starts_with("builtin:mesh") || scene.starts_with("builtin:stadium")) scene = "builtin:cornell-spheres";
+      if (measurement.name == "irradiance-cache" || !seen.insert(measurement.name).second) continue;
+      MeasureResult result;
+      with_threads(measurement.parallel ? 2 : 1, [&] { result = measurement.run({scene, 8, 1, 2, 1}); });
+      EXPECT_EQ(result.disagreements, 0u) << measurement.name;
+      std::set<std::string> names;
+      for (const auto& [name, value] : result.figures) {
+        EXPECT_NE(measurement.quantity(name), nullptr) << measurement.name << ": " << name << " is not declared";
+        EXPECT_TRUE(names.insert(name).second) << measurement.name << ": " << name << " twice";
+        EXPECT_TRUE(std::isfinite(value.median) && value.low <= value.median && value.median <= value.high) << name;
+      }
+      EXPECT_EQ(names.size(), measurement.quantities.size()) << measurement.name;
+    }
+}
+
+TEST(CacheModel, CountsTheMissesOfTheLeastRecentlyUsed) {
+  alignas(64) static char memory[64 * 5];
+  CacheModel cache(4 * 64, 4);  // one set
+  for (int line = 0; line < 4; ++line) cache.touch(memory + 64 * line, 4);
+  EXPECT_EQ(cache.misses(), 4u);
+  cache.touch(memory, 64);
+  EXPECT_EQ(cache.misses(), 4u) << "it is there";
+  cache.touch(memory + 64 * 4, 1);  // takes the place of line 1
+  cache.touch(memory, 1);
+  EXPECT_EQ(cache.misses(), 5u);
+  cache.touch(memory + 64, 1);
+  EXPECT_EQ(cache.misses(), 6u);
+  cache.touch(memory + 60, 8);
+  EXPECT_EQ(cache.accesses(), 10u) << "two lines";
+}
+
+TEST(TaskShapes, EveryCutCoversEverySampleOnce) {
+  const Scene scene = load_claim_scene("builtin:cornell-box");
+  const auto structure = find_ray_structure("binned-sah", {}).make(scene, {});
+  const TaskRenderer renderer(scene, *structure, {19, 11}, 3, 1, 1);
+  const std::vector<std::uint64_t> ones(19 * 11 * 3, 1);
+  for (const TaskShape shape : task_shapes) {
+    EXPECT_EQ(renderer.makespan(renderer.cut(shape), ones, 1), 19 * 11 * 3) << task_shape_name(shape);
+    EXPECT_GE(renderer.makespan(renderer.cut(shape), ones, 4), renderer.ideal(ones, 4)) << task_shape_name(shape);
+  }
+  EXPECT_EQ(renderer.cut(TaskShape::rows).size(), 11u);
+  EXPECT_EQ(renderer.cut(TaskShape::tiles).size(), 6u);
+}
+
+}  // namespace
+}  // namespace etendue::testing

@@ -1,0 +1,260 @@
+// Experiments on claims: the rule of verdicts, and the way from their TOML to their report.
+#include "experiments/claims/claims_report.h"
+#include "experiments/claims/verdict.h"
+#include "experiments/harness/config.h"
+#include "experiments/harness/run.h"
+#include "tests/unit/harness_process.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace etendue {
+namespace {
+
+constexpr double endless = std::numeric_limits<double>::infinity();
+
+ClaimFigure figure(FigureKind kind, Measured measured, double low, double high) {
+  ClaimFigure f;
+  f.quantity = f.text = "q";
+  f.kind = kind;
+  f.value = measured;
+  f.judged = true;
+  f.expected_low = low;
+  f.expected_high = high;
+  return f;
+}
+
+ClaimVerdict factor(double low, double high, double claimed_low, double claimed_high) {
+  return judge(figure(FigureKind::factor, {0.5 * (low + high), low, high}, claimed_low, claimed_high));
+}
+
+TEST(ClaimVerdicts, FactorAboveOneIsJudgedByItsQuartiles) {
+  EXPECT_EQ(factor(1.22, 1.28, 1.2, 1.3), ClaimVerdict::confirmed);
+  EXPECT_EQ(factor(1.1, 1.2, 1.2, 1.3), ClaimVerdict::confirmed) << "they meet the interval";
+  EXPECT_EQ(factor(1.1, 1.15, 1.2, 1.3), ClaimVerdict::weaker);
+  EXPECT_EQ(factor(1.4, 1.5, 1.2, 1.3), ClaimVerdict::stronger);
+  EXPECT_EQ(factor(0.98, 1.02, 1.2, 1.3), ClaimVerdict::refuted) << "no effect beyond the spread";
+  EXPECT_EQ(factor(0.5, 0.6, 1.2, 1.3), ClaimVerdict::refuted) << "the opposite one";
+  EXPECT_EQ(factor(0.9, 1.25, 1.2, 1.3), ClaimVerdict::undecided);
+}
+
+TEST(ClaimVerdicts, FactorBelowOneIsTheSameMirrored) {
+  EXPECT_EQ(factor(0.55, 0.6, 0.5, 0.6), ClaimVerdict::confirmed);
+  EXPECT_EQ(factor(0.7, 0.8, 0.5, 0.6), ClaimVerdict::weaker);
+  EXPECT_EQ(factor(0.1, 0.2, 0.5, 0.6), ClaimVerdict::stronger);
+  EXPECT_EQ(factor(0.9, 1.1, 0.5, 0.6), ClaimVerdict::refuted);
+}
+
+TEST(ClaimVerdicts, QualitativeClaimNeedsAnEffectBeyondTheSpread) {
+  EXPECT_EQ(factor(1.01, 1.02, 1, endless), ClaimVerdict::confirmed);
+  EXPECT_EQ(factor(100, 200, 1, endless), ClaimVerdict::confirmed);
+  EXPECT_EQ(factor(0.99, 1.02, 1, endless), ClaimVerdict::undecided);
+  EXPECT_EQ(factor(0.9, 0.95, 1, endless), ClaimVerdict::refuted);
+  EXPECT_EQ(factor(1, 1, 1, endless), ClaimVerdict::refuted) << "exactly none";
+}
+
+TEST(ClaimVerdicts, ClaimOfLittleEffectIsConfirmedWithinAndRefutedWithout) {
+  EXPECT_EQ(factor(0.99, 1.005, 0, 1.01), ClaimVerdict::confirmed);
+  EXPECT_EQ(factor(1.02, 1.03, 0, 1.01), ClaimVerdict::refuted);
+}
+
+TEST(ClaimVerdicts, ShorterTimeThanClaimedIsStronger) {
+  EXPECT_EQ(judge(figure(FigureKind::time, {0.1, 0.09, 0.11}, 0.08, 0.125)), ClaimVerdict::confirmed);
+  EXPECT_EQ(judge(figure(FigureKind::time, {0.05, 0.04, 0.06}, 0.08, 0.125)), ClaimVerdict::stronger);
+  EXPECT_EQ(judge(figure(FigureKind::time, {0.5, 0.4, 0.6}, 0.08, 0.125)), ClaimVerdict::weaker);
+}
+
+TEST(ClaimVerdicts, CountIsInOrOut) {
+  EXPECT_EQ(judge(figure(FigureKind::plain, {64, 64, 64}, 64, 64)), ClaimVerdict::confirmed);
+  EXPECT_EQ(judge(figure(FigureKind::plain, {65, 65, 65}, 64, 64)), ClaimVerdict::refuted);
+}
+
+TEST(ClaimVerdicts, DifferentOnesDepend) {
+  using enum ClaimVerdict;
+  EXPECT_EQ(combine(std::vector{weaker, weaker}), weaker);
+  EXPECT_EQ(combine(std::vector{weaker, confirmed}), depends);
+}
+
+constexpr const char* experiment =
+    "title = \"Two claims\"\n"
+    "timing = { resolution = 16, repetitions = 2 }\n"
+    "[[claims]]\n"
+    "id = 5\n"
+    "claim = \"a tree is <good>\"\n"
+    "source = \"notes\"\n"
+    "claimed = \"2x\"\n"
+    "[[claims.measures]]\n"
+    "name = \"recursion\"\n"
+    "scenes = [\"builtin:cornell-spheres\", \"claim:objects?count=20\"]\n"
+    "expect = { iterative = [1, inf] }\n"
+    "[[claims]]\n"
+    "id = 11\n"
+    "claim = \"nodes\"\n"
+    "source = \"other notes\"\n"
+    "claimed = \"64\"\n"
+    "reading = \"bytes\"\n"
+    "[[claims.measures]]\n"
+    "name = \"node-arithmetic\"\n"
+    "scenes = [\"builtin:cornell-box\"]\n"
+    "expect = { node_bytes = [64, 64] }\n"
+    "[[claims.measures]]\n"
+    "name = \"duplicates\"\n"
+    "scenes = [\"builtin:cornell-box\"]\n"
+    "large = true\n";
+
+std::string error_of(const std::string& text) {
+  try {
+    parse_experiment(text, "x.toml");
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+std::string with(const std::string& from, const std::string& to) {
+  std::string text = experiment;
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(ClaimsConfig, ValidFileIsReadInFull) {
+  const ExperimentConfig config = parse_experiment(experiment, "x.toml");
+  ASSERT_TRUE(config.claims.has_value());
+  EXPECT_EQ(config.claims->resolution, 16);
+  ASSERT_EQ(config.claims->rows.size(), 2u);
+  EXPECT_EQ(config.claims->rows[1].reading, "bytes");
+  EXPECT_TRUE(config.claims->rows[1].measures[1].large);
+  const std::vector<Cell> cells = make_cells(config);
+  ASSERT_EQ(cells.size(), 4u);
+  EXPECT_EQ(cells[1].name.key(), "claim:objects?count=20 | recursion | claim-05 | seed=1");
+}
+
+TEST(ClaimsConfig, QuickLeavesOutWhatIsLarge) {
+  EXPECT_EQ(make_cells(parse_experiment(experiment, "x.toml", {true, {}})).size(), 3u);
+}
+
+TEST(ClaimsConfig, SlipsAreErrorsAtTheirPlace) {
+  const std::tuple<std::string, std::string, std::string> slips[] = {
+      {with("name = \"recursion\"", "name = \"recursoin\""), "x.toml:9:8", "recursion"},
+      {with("iterative = [1", "itterative = [1"), "x.toml:11:12", "iterative"},
+      {with("[1, inf]", "[2, 1]"), "x.toml:11:", "low <= high"},
+      {with("[1, inf]", "[1]"), "x.toml:11:", "interval"},
+      {with("objects?count=20", "objects?cuont=20"), "x.toml:10:38", "count"},
+      {with("claim:objects", "claim:object"), "x.toml:10:38", "objects"},
+      {with("claim:objects?count=20", "builtin:cornell-spheres"), "x.toml:10:38", "twice"},
+      {with("id = 11", "id = 5"), "x.toml:12:", "twice"},
+      {with("claimed = \"64\"\n", ""), "x.toml:12:", "claimed"},
+      {with("expect = { node_bytes = [64, 64] }\n", ""), "x.toml:12:", "expect"},
+      {with("resolution = 16", "resolutoin = 16"), "x.toml:2:12", "resolution"},
+      {with("repetitions = 2", "repetitions = 0"), "x.toml:2:", "out of range"},
+      {with("timing", "seeds = 3\ntiming"), "x.toml:2:1", "seeds"},
+      {with("large = true", "large = 1"), "x.toml:25:9", "true or false"},
+      {"scenes = [\"builtin:mesh\"]\nstructures = true\ntiming = { repetitions = 2 }\n", "x.toml:3:1", "claims"}};
+  for (const auto& [text, place, piece] : slips) {
+    const std::string what = error_of(text);
+    EXPECT_TRUE(what.starts_with(place)) << what;
+    EXPECT_NE(what.find(piece), std::string::npos) << what;
+  }
+}
+
+TEST(ClaimsExperiment, HoldsEveryClaimOnce) {
+  const ExperimentConfig config = load_config(ETENDUE_SOURCE_DIR "/experiments/claims.toml");
+  ASSERT_TRUE(config.claims.has_value());
+  std::vector<int> ids;
+  for (const Claim& claim : config.claims->rows) ids.push_back(claim.id);
+  std::vector<int> all(27);
+  for (int i = 0; i < 27; ++i) all[static_cast<std::size_t>(i)] = i + 1;
+  EXPECT_EQ(ids, all);
+}
+
+TEST(ClaimsExperiment, UsesEveryMeasurement) {
+  const ExperimentConfig config = load_config(ETENDUE_SOURCE_DIR "/experiments/claims.toml");
+  for (const Measurement& measurement : measurements()) {
+    bool used = false;
+    for (const Claim& claim : config.claims->rows)
+      for (const ClaimMeasure& measure : claim.measures) used = used || measure.measurement == &measurement;
+    EXPECT_TRUE(used) << measurement.name << " exists for no claim";
+  }
+}
+
+ClaimRecord sample_record() {
+  ClaimRecord record;
+  record.cell = {"claim:objects", "recursion", "claim-05", 1};
+  record.manifest = "m";
+  record.status = "done";
+  record.id = 5;
+  record.claim = "x \"<y>\"";
+  record.source = "s";
+  record.claimed = "2x";
+  record.reading = "r";
+  record.figures = {figure(FigureKind::factor, {1.1, 1.05, 1.0 / 3 + 1}, 1, endless),
+                    figure(FigureKind::time, {0.1, 0.1, 0.2}, 0.08, 0.125)};
+  record.figures.push_back({"beside", "beside", FigureKind::plain, {3, 3, 3}});
+  record.remarks = {"one", "two"};
+  record.disagreements = 2;
+  return record;
+}
+
+TEST(ClaimRecord, LineIsReadBack) {
+  const ClaimRecord record = sample_record();
+  const std::string line = to_json_line(record);
+  EXPECT_EQ(line.find('\n'), std::string::npos);
+  const ClaimRecord read = read_claim_line(line);
+  EXPECT_EQ(read.cell, record.cell);
+  ASSERT_EQ(read.figures.size(), 3u);
+  EXPECT_EQ(read.figures[0].expected_high, endless);
+  EXPECT_EQ(read.figures[0].value.high, record.figures[0].value.high);
+  EXPECT_EQ(read.figures[1].kind, FigureKind::time);
+  EXPECT_FALSE(read.figures[2].judged);
+  EXPECT_EQ(to_json_line(read), line);
+}
+
+TEST(ClaimsReport, VerdictFollowsTheFigures) {
+  RunLog log;
+  ClaimRecord record = sample_record();
+  record.figures.resize(1);
+  log.claims.push_back(record);
+  ASSERT_EQ(arrange_claims(log).size(), 1u);
+  EXPECT_EQ(arrange_claims(log)[0].verdict, ClaimVerdict::confirmed);
+  record.cell.scene = "builtin:mesh";
+  record.figures[0].value = {0.9, 0.8, 0.95};
+  log.claims.push_back(record);
+  const std::vector<ClaimFindings> claims = arrange_claims(log);
+  ASSERT_EQ(claims.size(), 1u);
+  EXPECT_EQ(claims[0].verdict, ClaimVerdict::depends);
+  EXPECT_EQ(claims[0].on_what, "confirmed: objects | refuted: mesh");
+  EXPECT_NE(claims_section(log).find("x &quot;&lt;y&gt;&quot;"), std::string::npos) << "made safe for HTML";
+  EXPECT_EQ(claims_table(log).rows.size(), 1u);
+  EXPECT_EQ(claim_figures_table(log).rows.size(), 2u);
+}
+
+class ClaimsRun : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    write_file("two.toml", experiment);
+  }
+};
+
+TEST_F(ClaimsRun, WritesLogTablesAndPageAndResumes) {
+  const Outcome first = run({"run", "two.toml", "--threads", "1", "--filter", "claim-05"});
+  ASSERT_EQ(first.status, 0) << first.err;
+  EXPECT_NE(first.out.find("1 claims"), std::string::npos) << first.out;
+  const Outcome rest = run({"run", "two.toml", "--threads", "1"});
+  ASSERT_EQ(rest.status, 0) << rest.err;
+  EXPECT_NE(rest.err.find("2 of 4 cells are done already"), std::string::npos) << rest.err;
+  const Outcome plan = run({"run", "two.toml", "--threads", "1", "--dry-run"});
+  EXPECT_NE(plan.err.find("4 cells, 0 to run"), std::string::npos) << plan.err;
+  const std::string page = read_text_file(directory_ / "out/two/report.html");
+  EXPECT_NE(page.find("a tree is &lt;good&gt;"), std::string::npos);
+  EXPECT_EQ(page.find("holds no finished cell"), std::string::npos);
+  const std::string table = read_text_file(directory_ / "out/two/tables/claims.md");
+  EXPECT_NE(table.find("| verdict"), std::string::npos) << table;
+  std::filesystem::remove_all(directory_ / "out/two/tables");
+  ASSERT_EQ(run({"report", "out/two", "--out", "out/two"}).status, 0);
+  EXPECT_EQ(read_text_file(directory_ / "out/two/tables/claims.md"), table) << "from the log alone";
+}
+
+}  // namespace
+}  // namespace etendue
