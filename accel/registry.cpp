@@ -2,10 +2,13 @@
 
 #include "accel/ball/brute_force.h"
 #include "accel/ball/octree.h"
+#include "accel/memory_ladder.h"
+#include "accel/memory_need.h"
 #include "accel/point/brute_force.h"
 #include "accel/point/hash_grid.h"
 #include "accel/point/kd_tree.h"
 #include "accel/ray/brute_force.h"
+#include "accel/ray/brute_in_place.h"
 #include "accel/ray/build_binned_sah.h"
 #include "accel/ray/build_lbvh.h"
 #include "accel/ray/build_median.h"
@@ -49,11 +52,28 @@ auto make_over(const MakeBottom& make_bottom, const Object& object) {
 // A whole scene with no more around the structure than it needs: a second level only over instances, planes only where there
 // are any. `make_bottom(geometry)` builds over one object, `make_top(items)` the tree over instances.
 template <class MakeBottom, class MakeTop>
-std::unique_ptr<RayQuery> over_scene(const Scene& scene, const MakeBottom& make_bottom, const MakeTop& make_top) {
+std::unique_ptr<RayQuery> over_scene(const Scene& scene, MemoryWatch* watch, const MakeBottom& make_bottom,
+                                     const MakeTop& make_top) {
   if (!scene.has_instances()) return behind_interface(make_over(make_bottom, scene.objects[0]), scene);
   std::vector<decltype(make_over(make_bottom, scene.objects[0]))> bottoms;
-  for (const Object& object : scene.objects) bottoms.push_back(make_over(make_bottom, object));
+  for (const Object& object : scene.objects) {
+    bottoms.push_back(make_over(make_bottom, object));
+    if (watch != nullptr) watch->keep(bottoms.back().stats().bytes);
+  }
   return behind_interface(TwoLevel(std::move(bottoms), scene, make_top(instance_items(scene))), scene);
+}
+
+template <class Params>
+WithMemory<Params> read_with_memory(const ParamMap& map, const char* name) {
+  return read_params<WithMemory<Params>>(map, name);
+}
+
+// The parameters as a structure takes them that is built under a watch, perhaps null.
+template <class Params>
+Params read_watched(const ParamMap& map, const char* name, const MemoryWatch* watch) {
+  Params params = read_with_memory<Params>(map, name);
+  if constexpr (requires { params.watch; }) params.watch = watch;
+  return params;
 }
 
 // What a builder takes, and how its trees are to lie in memory.
@@ -77,7 +97,7 @@ void describe(Visitor& v, BvhParams<BuilderParams>& params) {
 // Bottom levels in a wide layout. The collapse makes the leaves: for a quick build the tree need only go down to a few
 // triangles that any pack takes; for an optimised one, down to single primitives.
 template <class Wide, class Params, class Build>
-std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& params, const Build& build) {
+std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& params, MemoryWatch* watch, const Build& build) {
   CollapseOptions options;
   if (params.leaf_size > 0) options.leaf_size = static_cast<std::uint32_t>(params.leaf_size);
   if constexpr (requires { params.primitive_cost; }) options.leaf_cost = 1.5f * params.primitive_cost;  // of a whole pack
@@ -86,13 +106,14 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
   fine.leaf_size = params.reinsertion > 0 ? 1 : Wide::tree_leaf_size;
   if constexpr (requires { fine.primitive_cost; }) fine.primitive_cost = 0;  // so many are a leaf in any case
   return over_scene(
-      scene, [&](const Geometry& geometry) { return Wide(geometry, build(build_items(geometry), fine, &geometry), options); },
+      scene, watch,
+      [&](const Geometry& geometry) { return Wide(geometry, build(build_items(geometry), fine, &geometry), options); },
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }
 
-// A row of the table for a builder; its instances' tree is of the same builder, and binary.
-template <class BuilderParams>
-RayEntry bvh_entry(const char* name, const char* summary,
+// A row of the table for a builder; its instances' tree is of the same builder, and binary. `space(params)`: what it takes.
+template <class BuilderParams, class Space>
+RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
                    BinaryTree (*build_tree)(std::vector<BuildItem>, const BuilderParams&, const Geometry*)) {
   using Params = BvhParams<BuilderParams>;
   const auto build = [build_tree](std::vector<BuildItem> items, const Params& params, const Geometry* geometry) {
@@ -100,117 +121,179 @@ RayEntry bvh_entry(const char* name, const char* summary,
     reinsert_subtrees(tree, params.reinsertion);
     return tree;
   };
-  const auto binary_params = [name](const ParamMap& map) {
-    auto params = read_params<Params>(map, name);
+  const auto binary_params = [name](const ParamMap& map, const MemoryWatch* watch) {
+    auto params = read_watched<Params>(map, name, watch);
     if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
     return params;
   };
-  const auto make = [=](const Scene& scene, const ParamMap& map) {
-    auto params = read_params<Params>(map, name);
-    if (params.layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, params, build);
-    if (params.layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, params, build);
-    if (params.layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, params, build);
-    params = binary_params(map);
+  RayEntry entry{.name = name, .summary = summary, .params = list_params<WithMemory<Params>>()};
+  entry.build = [=](const Scene& scene, const ParamMap& map, MemoryWatch* watch) {
+    auto params = read_watched<Params>(map, name, watch);
+    if (params.layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, params, watch, build);
+    if (params.layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, params, watch, build);
+    if (params.layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, params, watch, build);
+    params = binary_params(map, watch);
     return over_scene(
-        scene, [&](const Geometry& geometry) { return Bvh(geometry, build(build_items(geometry), params, &geometry)); },
+        scene, watch, [&](const Geometry& geometry) { return Bvh(geometry, build(build_items(geometry), params, &geometry)); },
         [&](std::vector<BuildItem> items) { return build(std::move(items), params, nullptr); });
   };
-  const auto tree = [=](const Geometry& geometry, const ParamMap& map) {
-    return build(build_items(geometry), binary_params(map), &geometry);
+  entry.need = [=](const Scene& scene, const ParamMap& map) {
+    const auto params = read_watched<Params>(map, name, nullptr);
+    return scene_need(scene, [&](const Geometry& geometry) {
+      return bvh_need(geometry, params.layout, params.leaf_size, params.reinsertion > 0, space(params));
+    });
   };
-  const auto builder = [=](const ParamMap& map) -> TreeBuilder {
-    const auto params = binary_params(map);
+  entry.tree = [=](const Geometry& geometry, const ParamMap& map) {
+    return build(build_items(geometry), binary_params(map, nullptr), &geometry);
+  };
+  entry.builder = [=](const ParamMap& map) -> TreeBuilder {
+    const auto params = binary_params(map, nullptr);
     if (params.layout != "binary")
       throw Error(map.at("layout").where,
                   std::string(name) + ": layout '" + params.layout + "' cannot change over time; expected binary");
+    if (const auto budget = read_with_memory<Params>(map, name).budget; budget.memory > 0)
+      throw Error(map.at("memory").where,
+                  std::string(name) + ": trees that change over time take no memory budget; expected none");
     return [params, build](std::vector<BuildItem> items) { return build(std::move(items), params, nullptr); };
   };
-  return {name, summary, list_params<Params>(), make, true, tree, builder};
+  return entry;
 }
 
-// A builder that sees boxes only.
+// A builder that sees boxes only, and what it takes per primitive.
 template <class BuilderParams, BinaryTree (*build)(std::vector<BuildItem>, const BuilderParams&)>
-RayEntry bvh_entry(const char* name, const char* summary) {
-  return bvh_entry<BuilderParams>(name, summary,
-                                  [](std::vector<BuildItem> items, const BuilderParams& params, const Geometry*) {
-                                    return build(std::move(items), params);
-                                  });
+RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primitive) {
+  return bvh_entry<BuilderParams>(
+      name, summary, [=](const BuilderParams&) { return BuilderSpace{bytes_per_primitive}; },
+      [](std::vector<BuildItem> items, const BuilderParams& params, const Geometry*) {
+        return build(std::move(items), params);
+      });
 }
 
-// Its trees hold parts of primitives, as they lie now: they cannot change over time.
+// Its trees hold parts of primitives, as they lie now: they cannot change over time. Few scenes use up a large duplication;
+// those that do meet the watch.
 RayEntry sbvh_entry() {
-  RayEntry entry =
-      bvh_entry<SbvhParams>("sbvh", "bounding volume hierarchy by surface area, cuts through primitives too", build_sbvh);
+  const auto space = [](const SbvhParams& params) {
+    return BuilderSpace{static_cast<double>(SbvhParams::bytes_per_reference) - 100, 1 + std::min(params.duplication, 0.5f)};
+  };
+  RayEntry entry = bvh_entry<SbvhParams>("sbvh", "bounding volume hierarchy by surface area, cuts through primitives too",
+                                         space, build_sbvh);
   entry.builder = {};
   return entry;
 }
+
+// A structure of one geometry in few lines: `make_bottom(params)` answers a maker of it, `need(geometry, params)` what it
+// takes; over instances it has a tree by `make_top`.
+template <class Params, class MakeBottom, class Need, class MakeTop>
+RayEntry plain_entry(const char* name, const char* summary, const MakeBottom& make_bottom, const Need& need,
+                     const MakeTop& make_top) {
+  RayEntry entry{.name = name, .summary = summary, .params = list_params<WithMemory<Params>>()};
+  entry.build = [=](const Scene& scene, const ParamMap& map, MemoryWatch* watch) {
+    return over_scene(scene, watch, make_bottom(read_watched<Params>(map, name, watch)), make_top);
+  };
+  entry.need = [=](const Scene& scene, const ParamMap& map) {
+    const auto params = read_watched<Params>(map, name, nullptr);
+    return scene_need(scene, [&](const Geometry& geometry) { return need(geometry, params); });
+  };
+  return entry;
+}
+
+BinaryTree sah_over_instances(std::vector<BuildItem> items) { return build_sah(std::move(items), {}); }
+BinaryTree leaf_of_instances(std::vector<BuildItem> items) { return single_leaf(items); }
 
 struct NoParams {};
 
 template <class Visitor>
 void describe(Visitor&, NoParams&) {}
 
+struct BruteParams {
+  bool in_place = false;
+};
+
+template <class Visitor>
+void describe(Visitor& v, BruteParams& params) {
+  v.flag("in_place", params.in_place, "read primitives where the scene has them: no memory, but slower");
+}
+
 RayEntry brute_entry() {
-  const auto make = [](const Scene& scene, const ParamMap& map) {
-    read_params<NoParams>(map, "brute");
+  RayEntry entry{.name = "brute",
+                 .summary = "every primitive for every ray: the measure of the others",
+                 .params = list_params<WithMemory<BruteParams>>()};
+  entry.build = [](const Scene& scene, const ParamMap& map, MemoryWatch* watch) {
+    if (read_watched<BruteParams>(map, "brute", watch).in_place)
+      return over_scene(
+          scene, watch, [](const Geometry& geometry) { return BruteInPlace(geometry); }, leaf_of_instances);
     return over_scene(
-        scene, [](const Geometry& geometry) { return BruteForce(geometry); }, single_leaf);
+        scene, watch, [](const Geometry& geometry) { return BruteForce(geometry); }, leaf_of_instances);
   };
-  return {"brute", "every primitive for every ray: the measure of the others", list_params<NoParams>(), make};
+  entry.need = [](const Scene& scene, const ParamMap& map) {
+    return scene_need(scene, read_watched<BruteParams>(map, "brute", nullptr).in_place ? in_place_need : brute_need);
+  };
+  return entry;
 }
 
 RayEntry bounds_entry() {
-  const auto make = [](const Scene& scene, const ParamMap& map) {
-    read_params<NoParams>(map, "bounds");
-    return over_scene(
-        scene, [](const Object& object) { return MeshBounds(object); }, single_leaf);
-  };
-  return {"bounds", "a box around each mesh, and every primitive of those met", list_params<NoParams>(), make};
+  return plain_entry<NoParams>(
+      "bounds", "a box around each mesh, and every primitive of those met",
+      [](const NoParams&) { return [](const Object& object) { return MeshBounds(object); }; },
+      [](const Geometry& geometry, const NoParams&) { return brute_need(geometry); }, leaf_of_instances);
 }
 
 // A structure over cells of space; its instances' tree is a hierarchy of boxes.
-template <class Cells, class Params>
-RayEntry cells_entry(const char* name, const char* summary) {
-  const auto make = [name](const Scene& scene, const ParamMap& map) {
-    const auto params = read_params<Params>(map, name);
-    return over_scene(
-        scene, [&](const Geometry& geometry) { return Cells(geometry, params); },
-        [](std::vector<BuildItem> items) { return build_sah(std::move(items), {}); });
-  };
-  return {name, summary, list_params<Params>(), make};
+template <class Cells, class Params, class Need>
+RayEntry cells_entry(const char* name, const char* summary, const Need& need) {
+  return plain_entry<Params>(
+      name, summary,
+      [](const Params& params) { return [params](const Geometry& geometry) { return Cells(geometry, params); }; }, need,
+      sah_over_instances);
 }
 
 RayEntry embree_entry() {
+  RayEntry entry{
+      .name = "embree", .summary = "Intel's Embree 3, as a baseline", .params = list_params<WithMemory<EmbreeParams>>()};
 #ifdef ETENDUE_HAS_EMBREE
-  constexpr bool available = true;
-  const auto make = [](const Scene& scene, const ParamMap& map) {
-    return behind_interface(Embree(scene, read_params<EmbreeParams>(map, "embree")), scene);
+  entry.build = [](const Scene& scene, const ParamMap& map, MemoryWatch* watch) {
+    return behind_interface(Embree(scene, read_watched<EmbreeParams>(map, "embree", watch)), scene);
   };
 #else
-  constexpr bool available = false;
-  const auto make = [](const Scene&, const ParamMap&) -> std::unique_ptr<RayQuery> {
+  entry.available = false;
+  entry.build = [](const Scene&, const ParamMap&, MemoryWatch*) -> std::unique_ptr<RayQuery> {
     throw Error("structure 'embree' is not available: this build was made without Embree 3");
   };
 #endif
-  return {"embree", "Intel's Embree 3, as a baseline", list_params<EmbreeParams>(), make, available};
+  entry.need = [](const Scene& scene, const ParamMap& map) {
+    const auto params = read_watched<EmbreeParams>(map, "embree", nullptr);
+    return scene_need(scene, [&](const Geometry& geometry) { return embree_need(geometry, params.quality); });
+  };
+  return entry;
 }
 
 RayEntry cgal_entry() {
+  const char* const name = "cgal";
+  const char* const summary = "CGAL's AABB tree (GPL-3), in double precision, as a baseline";
+  const auto need = [](const Geometry& geometry, const NoParams&) { return cgal_need(geometry); };
 #ifdef ETENDUE_HAS_CGAL
-  constexpr bool available = true;
-  const auto make = [](const Scene& scene, const ParamMap& map) {
-    read_params<NoParams>(map, "cgal");
-    return over_scene(
-        scene, [](const Geometry& geometry) { return Cgal(geometry); },
-        [](std::vector<BuildItem> items) { return build_sah(std::move(items), {}); });
-  };
+  return plain_entry<NoParams>(
+      name, summary, [](const NoParams&) { return [](const Geometry& geometry) { return Cgal(geometry); }; }, need,
+      sah_over_instances);
 #else
-  constexpr bool available = false;
-  const auto make = [](const Scene&, const ParamMap&) -> std::unique_ptr<RayQuery> {
+  RayEntry entry{.name = name, .summary = summary, .params = list_params<WithMemory<NoParams>>(), .available = false};
+  entry.build = [](const Scene&, const ParamMap&, MemoryWatch*) -> std::unique_ptr<RayQuery> {
     throw Error("structure 'cgal' is not available: this build was made without CGAL");
   };
+  entry.need = [need](const Scene& scene, const ParamMap&) {
+    return scene_need(scene, [&](const Geometry& geometry) { return need(geometry, {}); });
+  };
+  return entry;
 #endif
-  return {"cgal", "CGAL's AABB tree (GPL-3), in double precision, as a baseline", list_params<NoParams>(), make, available};
+}
+
+// Gives every structure its budget.
+std::vector<RayEntry> with_budgets(std::vector<RayEntry> entries) {
+  for (RayEntry& entry : entries)
+    entry.make = [name = entry.name](const Scene& scene, const ParamMap& map) {
+      return make_within_memory(find_ray_structure(name, {}), scene, map);
+    };
+  return entries;
 }
 
 template <PointStructure S>
@@ -233,25 +316,32 @@ const Entry& find(std::span<const Entry> entries, const char* kind, const std::s
 bool is_adapter(std::string_view label) { return label.starts_with("embree") || label.starts_with("cgal"); }
 
 std::span<const RayEntry> ray_structures() {
-  static const std::vector<RayEntry> entries{
+  static const std::vector<RayEntry> entries = with_budgets({
       brute_entry(),
       bounds_entry(),
-      bvh_entry<TreeLimits, build_median>("median", "bounding volume hierarchy, halved at the median of centres"),
+      bvh_entry<TreeLimits, build_median>("median", "bounding volume hierarchy, halved at the median of centres", 20),
       bvh_entry<MedianRotatingParams, build_median_rotating>(
-          "median-rotating", "bounding volume hierarchy, sorted and halved along x, y, z in turn"),
-      bvh_entry<TreeLimits, build_midpoint>("midpoint", "bounding volume hierarchy, cut at the middle of the longest edge"),
-      bvh_entry<SahParams, build_sah>("sah", "bounding volume hierarchy by surface area, every cut tried"),
-      bvh_entry<BinnedSahParams, build_binned_sah>("binned-sah",
-                                                   "bounding volume hierarchy by surface area, cuts between bins"),
+          "median-rotating", "bounding volume hierarchy, sorted and halved along x, y, z in turn", 44),
+      bvh_entry<TreeLimits, build_midpoint>("midpoint", "bounding volume hierarchy, cut at the middle of the longest edge", 64),
+      bvh_entry<SahParams, build_sah>("sah", "bounding volume hierarchy by surface area, every cut tried", 44),
+      bvh_entry<BinnedSahParams, build_binned_sah>("binned-sah", "bounding volume hierarchy by surface area, cuts between bins",
+                                                   64),
       sbvh_entry(),
-      bvh_entry<TreeLimits, build_lbvh>("lbvh", "bounding volume hierarchy, cut by the Morton codes of centres"),
-      bvh_entry<PlocParams, build_ploc>("ploc", "bounding volume hierarchy, nearest neighbours along the Morton curve merged"),
-      cells_entry<Grid, GridParams>("grid", "equal cells, walked one after another"),
-      cells_entry<RayKdTree, KdTreeParams>("kd-tree", "space cut in two by surface area, triangles clipped"),
-      cells_entry<Octree, OctreeParams>("octree", "cubes cut in eight, primitives listed in every leaf they touch"),
+      bvh_entry<TreeLimits, build_lbvh>("lbvh", "bounding volume hierarchy, cut by the Morton codes of centres", 60),
+      bvh_entry<PlocParams, build_ploc>("ploc", "bounding volume hierarchy, nearest neighbours along the Morton curve merged",
+                                        120),
+      cells_entry<Grid, GridParams>("grid", "equal cells, walked one after another",
+                                    [](const Geometry& geometry, const GridParams& params) {
+                                      return grid_need(geometry, params.density, params.max_cells);
+                                    }),
+      cells_entry<RayKdTree, KdTreeParams>(
+          "kd-tree", "space cut in two by surface area, triangles clipped",
+          [](const Geometry& geometry, const KdTreeParams&) { return kd_tree_need(geometry); }),
+      cells_entry<Octree, OctreeParams>("octree", "cubes cut in eight, primitives listed in every leaf they touch",
+                                        [](const Geometry& geometry, const OctreeParams&) { return octree_need(geometry); }),
       embree_entry(),
       cgal_entry(),
-  };
+  });
   return entries;
 }
 

@@ -1,6 +1,7 @@
 // Every structure by name. To add one: write its .h/.cpp in ray/, point/ or ball/ and a line in registry.cpp.
 #pragma once
 
+#include "accel/memory_budget.h"
 #include "accel/ray/binary_tree.h"
 #include "framework/core/params.h"
 #include "framework/query.h"
@@ -19,15 +20,20 @@ using TreeBuilder = std::function<BinaryTree(std::vector<BuildItem>)>;
 
 struct RayEntry {
   std::string name, summary;
-  std::vector<ParamInfo> params;
-  // Builds over a whole scene: one level where it has no instances, two where it has; planes outside the tree.
-  std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&)> make;
+  std::vector<ParamInfo> params = {};
+  // Builds over a whole scene: one level where it has no instances, two where it has; planes outside the tree. What exceeds the
+  // parameter `memory` gives way to a leaner structure, which says so (memory_budget.h).
+  std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&)> make = {};
   bool available = true;  // false where the library it adapts was not built in
   // Where the structure is a tree of boxes: its builder's binary tree over one geometry, before any layout. Empty elsewhere.
   std::function<BinaryTree(const Geometry&, const ParamMap&)> tree = {};
   // Likewise the builder alone, over any boxes, for trees that change over time. These lie in the binary layout: another one in
   // the map is an error.
   std::function<TreeBuilder(const ParamMap&)> builder = {};
+  // As `make`, but deaf to `memory`; what grows asks the watch, if there is one.
+  std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&, MemoryWatch*)> build = {};
+  // What it is likely to take, at the upper end (memory_need.h).
+  std::function<MemoryNeed(const Scene&, const ParamMap&)> need = {};
 };
 
 struct PointEntry {

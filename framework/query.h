@@ -52,6 +52,7 @@ struct RayStructureStats {
   std::uint64_t references = 0;   // primitive references in leaves (more than primitives when a structure duplicates)
   double sah_cost = 0;            // expected work of a random ray: node visit 1, primitive test 1; 0: not defined
   std::string_view layout = "-";  // how a tree lies in memory; "-" for structures that have one form only
+  std::string fallback = {};      // what stands here instead of what was asked for, and why; empty: it is what was asked for
 };
 
 // Work of one traversal, filled by the counting variant only.
@@ -73,6 +74,9 @@ class RayQuery {
   virtual Hit closest_counted(const Ray& ray, TraversalCounters& counters) const = 0;
   virtual bool occluded_counted(const Ray& ray, TraversalCounters& counters) const = 0;
   virtual RayStructureStats stats() const = 0;
+
+  // Of a structure that stands for another: RayStructureStats::fallback.
+  std::string fallback;
 };
 
 // A structure may also have closest and occluded over spans, where it answers many rays faster than one by one.
@@ -109,7 +113,11 @@ class RayAdapter final : public RayQuery {
   bool occluded_counted(const Ray& ray, TraversalCounters& counters) const override {
     return structure_.occluded_counted(ray, counters);
   }
-  RayStructureStats stats() const override { return structure_.stats(); }
+  RayStructureStats stats() const override {
+    RayStructureStats stats = structure_.stats();
+    stats.fallback = fallback;
+    return stats;
+  }
 
  private:
   S structure_;

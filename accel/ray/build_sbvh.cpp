@@ -6,6 +6,7 @@
 #include "accel/ray/split_primitive.h"
 
 #include <array>
+#include <atomic>
 #include <deque>
 #include <mutex>
 
@@ -94,6 +95,7 @@ class SbvhBuilder {
   BinaryTree build(std::vector<BuildItem> items, const Bounds& bounds) {
     Part root;
     const auto count = static_cast<std::uint32_t>(items.size());
+    references_ = count;
     run(root, std::move(items),
         {bounds, count, static_cast<std::uint32_t>(params_.duplication * static_cast<float>(count)), 0, 0});
     tasks_.wait();
@@ -129,6 +131,8 @@ class SbvhBuilder {
       part.nodes[job.slot] = {job.bounds, first, 0};
       part.nodes.resize(first + 2);
       const auto total = sides[0].size() + sides[1].size();
+      if (params_.watch != nullptr && total > job.count)
+        params_.watch->check((references_ += total - job.count) * SbvhParams::bytes_per_reference);
       const auto spare = job.spare - static_cast<std::uint32_t>(total - job.count);
       for (const int side : {0, 1}) {
         const auto count = static_cast<std::uint32_t>(sides[side].size());
@@ -345,6 +349,7 @@ class SbvhBuilder {
   const float least_overlap_;
   std::mutex mutex_;
   std::deque<Part> parts_;  // other than the root's
+  std::atomic<std::uint64_t> references_ = 0;
   tbb::task_group tasks_;
 };
 

@@ -10,6 +10,7 @@
 // count.
 #pragma once
 
+#include "accel/memory_budget.h"
 #include "accel/ray/binary_tree.h"
 
 namespace etendue {
@@ -18,6 +19,9 @@ struct SbvhParams : SahParams {
   int bins = 32;
   float alpha = 1e-3f;
   float duplication = 0.5f;
+  const MemoryWatch* watch = nullptr;  // hears of every reference added
+
+  static constexpr std::uint64_t bytes_per_reference = 220;  // at the peak of a build
 };
 
 template <class Visitor>

@@ -116,9 +116,20 @@ RTCBuildQuality build_quality(const std::string& name) {
   return name == "low" ? RTC_BUILD_QUALITY_LOW : name == "high" ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
 }
 
-bool count_bytes(void* total, ssize_t bytes, bool) {
-  *static_cast<std::atomic<std::int64_t>*>(total) += bytes;
-  return true;
+// What Embree holds. Asked before it takes more, it can be refused.
+struct Allotted {
+  std::atomic<std::int64_t> bytes = 0;
+  std::atomic<bool> refused = false;
+  const MemoryWatch* watch = nullptr;
+};
+
+bool count_bytes(void* user, ssize_t bytes, bool done) {
+  auto& allotted = *static_cast<Allotted*>(user);
+  const std::int64_t sum = allotted.bytes += bytes;
+  if (done || bytes <= 0 || allotted.watch == nullptr || allotted.watch->allows(static_cast<std::uint64_t>(sum))) return true;
+  allotted.bytes -= bytes;
+  allotted.refused = true;
+  return false;
 }
 
 // Embree ends the program at a ray beyond its own range.
@@ -148,13 +159,14 @@ RTCRay to_embree(const Ray& ray) {
 }  // namespace
 
 struct Embree::State {
-  std::atomic<std::int64_t> bytes = 0;
+  Allotted allotted;
   Device device;
   std::vector<ObjectPrimitives> objects;
   std::vector<SceneHandle> scenes;  // by object, then the top level where there are instances
   std::vector<std::uint32_t> object_of_instance;
 
   State(const Scene& scene, const EmbreeParams& params);
+  void build(const Scene& scene, const EmbreeParams& params);
   SceneHandle new_scene(const EmbreeParams& params) const;
   RTCScene root() const { return (object_of_instance.empty() ? scenes.front() : scenes.back()).get(); }
 };
@@ -169,7 +181,18 @@ SceneHandle Embree::State::new_scene(const EmbreeParams& params) const {
 
 Embree::State::State(const Scene& scene, const EmbreeParams& params) : device(rtcNewDevice(nullptr)) {
   if (!device) throw Error("Embree failed with error code " + std::to_string(rtcGetDeviceError(nullptr)));
-  rtcSetDeviceMemoryMonitorFunction(device.get(), count_bytes, &bytes);
+  allotted.watch = params.watch;
+  rtcSetDeviceMemoryMonitorFunction(device.get(), count_bytes, &allotted);
+  try {
+    build(scene, params);
+  } catch (const Error&) {
+    if (allotted.refused) throw OverMemory();
+    throw;
+  }
+  allotted.watch = nullptr;  // it need not outlive the build
+}
+
+void Embree::State::build(const Scene& scene, const EmbreeParams& params) {
   objects.reserve(scene.objects.size());  // their addresses are given to Embree
   for (const Object& object : scene.objects) {
     ObjectPrimitives& primitives = objects.emplace_back(ObjectPrimitives{&object.geometry, {}, {}});
@@ -222,7 +245,7 @@ bool Embree::occluded(const Ray& ray) const {
   return embree_ray.tfar < 0;
 }
 
-RayStructureStats Embree::stats() const { return {static_cast<std::uint64_t>(state_->bytes.load()), 0, 0, 0, 0}; }
+RayStructureStats Embree::stats() const { return {static_cast<std::uint64_t>(state_->allotted.bytes.load()), 0, 0, 0, 0}; }
 
 }  // namespace etendue
 

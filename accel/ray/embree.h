@@ -6,7 +6,7 @@
 // and larger rays miss.
 #pragma once
 
-#include "framework/core/params.h"
+#include "accel/memory_budget.h"
 #include "framework/scene/scene.h"
 
 #include <memory>
@@ -17,6 +17,7 @@ namespace etendue {
 struct EmbreeParams {
   bool robust = false;
   std::string quality = "medium";
+  const MemoryWatch* watch = nullptr;  // asked for whatever Embree would allot
 };
 
 template <class Visitor>
@@ -28,7 +29,7 @@ void describe(Visitor& v, EmbreeParams& params) {
 
 class Embree {
  public:
-  // Over all objects and instances; planes are not included. Throws Error where Embree fails. `scene` must outlive it.
+  // Over all objects and instances; planes are not included. Throws Error where Embree fails, OverMemory where the watch does. `scene` must outlive it.
   Embree(const Scene& scene, const EmbreeParams& params);
 
   Hit closest(const Ray& ray) const;

@@ -48,7 +48,8 @@ Size cubes(const dvec3& extent, double cells) {
 
 class Grid::Builder {
  public:
-  Builder(const Geometry& geometry, Grid& grid) : geometry_(geometry), grid_(grid), valid_(geometry.valid_primitives()) {}
+  Builder(const Geometry& geometry, Grid& grid, const MemoryWatch* watch)
+      : geometry_(geometry), grid_(grid), watch_(watch), valid_(geometry.valid_primitives()) {}
 
   void build(const GridParams& params) {
     if (valid_.empty()) return;
@@ -81,6 +82,7 @@ class Grid::Builder {
   // The references of each cell into starts_[cell + 1]; false where there are too many in all.
   bool count_references(const Size& size) {
     set_planes(size);
+    check_memory(product(size), 0);
     grid_.starts_.assign(product(size) + 1, 0);
     const std::uint64_t budget =
         product(size) == 1 ? valid_.size() : std::min<std::uint64_t>(references_per_primitive * valid_.size() + 1024, no_id);
@@ -95,9 +97,15 @@ class Grid::Builder {
     return true;
   }
 
+  // A cell's start and, while it is filled, its next place.
+  void check_memory(std::uint64_t cells, std::uint64_t references) const {
+    if (watch_ != nullptr) watch_->check(sizeof(std::uint32_t) * (valid_.size() + 2 * cells + references));
+  }
+
   // Ids ascend within a cell.
   void fill() {
     for (std::size_t i = 1; i < grid_.starts_.size(); ++i) grid_.starts_[i] += grid_.starts_[i - 1];
+    check_memory(grid_.starts_.size(), grid_.starts_.back());
     grid_.references_.resize(grid_.starts_.back());
     std::vector<std::uint32_t> next(grid_.starts_.begin(), grid_.starts_.end() - 1);
     for (const std::uint32_t id : valid_)
@@ -180,12 +188,13 @@ class Grid::Builder {
 
   const Geometry& geometry_;
   Grid& grid_;
+  const MemoryWatch* const watch_;
   const std::vector<std::uint32_t> valid_;
   double slack_ = 0;
 };
 
 Grid::Grid(const Geometry& geometry, const GridParams& params) : geometry_(&geometry) {
-  Builder(geometry, *this).build(params);
+  Builder(geometry, *this, params.watch).build(params);
 }
 
 RayStructureStats Grid::stats() const {

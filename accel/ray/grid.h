@@ -13,6 +13,7 @@
 // Limits: where detail is uneven ("teapot in a stadium") all of it falls into few cells.
 #pragma once
 
+#include "accel/memory_budget.h"
 #include "accel/ray/box_interval.h"
 #include "accel/ray/counting.h"
 #include "accel/ray/reference_test.h"
@@ -22,6 +23,7 @@ namespace etendue {
 struct GridParams {
   float density = 5;
   int max_cells = 1 << 24;
+  const MemoryWatch* watch = nullptr;  // asked before cells and references are allotted
 };
 
 template <class Visitor>

@@ -155,6 +155,7 @@ class RayKdTree::Builder {
       make_leaf(job);
       return;
     }
+    if (params_.watch != nullptr) params_.watch->check(bytes());
     tree_.sah_cost_ += half_area(job.cell);
     const auto children = static_cast<std::uint32_t>(tree_.nodes_.size());
     tree_.nodes_[job.node] = Node::inner(plane->axis, plane->position, children);
@@ -164,6 +165,12 @@ class RayKdTree::Builder {
     divide(job, *plane, left, right);
     jobs.push_back(std::move(right));
     jobs.push_back(std::move(left));
+  }
+
+  // All that is held: lists that grow by doubling.
+  std::uint64_t bytes() const {
+    const std::uint64_t listed = tree_.references_.size();
+    return 2 * ((references_ - listed) * sizeof(Reference) + listed * sizeof(std::uint32_t) + tree_.nodes_.size() * sizeof(Node));
   }
 
   void make_leaf(const Job& job) {

@@ -12,6 +12,7 @@
 // copied.
 #pragma once
 
+#include "accel/memory_budget.h"
 #include "accel/ray/box_interval.h"
 #include "accel/ray/counting.h"
 #include "accel/ray/reference_test.h"
@@ -23,6 +24,7 @@ struct KdTreeParams {
   float primitive_cost = 1;
   int max_depth = 0;
   int bins = 32;
+  const MemoryWatch* watch = nullptr;  // asked at every cut
 };
 
 template <class Visitor>

@@ -104,6 +104,12 @@ class Octree::Builder {
     tree_.references_.insert(tree_.references_.end(), first, first + cell.count);
   }
 
+  // All that is held: lists that grow by doubling.
+  std::uint64_t bytes(const Level& level, const Level& next) const {
+    return 2 * ((level.cells.size() + next.cells.size()) * sizeof(Cell) + tree_.nodes_.size() * sizeof(Node) +
+                (level.references.size() + references_) * sizeof(std::uint32_t));
+  }
+
   // Cuts the cell where that pays, its children joining the next level.
   bool cut(const Cell& cell, const Level& level, Level& next) {
     if (cell.count <= static_cast<std::uint32_t>(params_.leaf_size)) return false;
@@ -121,6 +127,7 @@ class Octree::Builder {
                  as_cut = 1 + params_.primitive_cost * static_cast<double>(total) / 4;
     if (as_cut >= as_leaf || references_ + total - cell.count > budget_) return false;
     references_ += total - cell.count;
+    if (params_.watch != nullptr) params_.watch->check(bytes(level, next));
     tree_.sah_cost_ += weight(cell);
     const auto children = static_cast<std::uint32_t>(tree_.nodes_.size());
     tree_.nodes_[cell.node] = {children, inner};

@@ -9,6 +9,7 @@
 // reference; the geometry is not copied.
 #pragma once
 
+#include "accel/memory_budget.h"
 #include "accel/ray/counting.h"
 #include "accel/ray/reference_test.h"
 #include "accel/ray/traversal_limit.h"
@@ -20,6 +21,7 @@ struct OctreeParams {
   int leaf_size = 8;
   int max_depth = 16;
   float primitive_cost = 0.15f;
+  const MemoryWatch* watch = nullptr;  // asked at every cut
 };
 
 template <class Visitor>

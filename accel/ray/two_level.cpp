@@ -23,8 +23,14 @@ Bounds world_bounds(const Transform& to_world, const Bounds& local) {
 
 std::vector<BuildItem> instance_items(const Scene& scene) {
   std::vector<Bounds> of_object(scene.objects.size());
-  for (std::size_t i = 0; i < scene.objects.size(); ++i)
-    for (const BuildItem& item : build_items(scene.objects[i].geometry)) of_object[i].extend(item.bounds);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Geometry& geometry = scene.objects[i].geometry;
+    for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) {
+      if (!geometry.is_valid(id)) continue;
+      const Bounds bounds = geometry.primitive_bounds(id);
+      of_object[i].extend({bounds.lower + 0.0f, bounds.upper + 0.0f});  // as in build_items
+    }
+  }
   std::vector<BuildItem> items;
   for (std::uint32_t id = 0; id < scene.instances.size(); ++id) {
     const Instance& instance = scene.instances[id];

@@ -74,6 +74,11 @@ void ParamLister::choice(const char* name, std::string& value, std::initializer_
   infos.push_back({name, "text", value, join(options, " | "), "", help});
 }
 
+void ParamLister::bytes(const char* name, std::uint64_t& value, const char* help) {
+  infos.push_back({name, "size", value == 0 ? "none" : fmt::format("{}B", value), "none | 1B ..", "(B, KB, MB, GB, KiB, MiB, GiB)",
+                   help});
+}
+
 const ParamValue* ParamReader::find(const char* name) {
   known_.emplace_back(name);
   const auto found = map_.find(name);
@@ -132,6 +137,25 @@ void ParamReader::choice(const char* name, std::string& value, std::initializer_
     throw Error(given->where, owner_ + ": " + unknown_name(name, *s, names));
   }
   value = *s;
+}
+
+void ParamReader::bytes(const char* name, std::uint64_t& value, const char*) {
+  const ParamValue* given = find(name);
+  if (!given) return;
+  const auto* s = std::get_if<std::string>(&given->value);
+  if (!s) throw wrong_type(*given, owner_, name, "a size with its unit, such as \"512MiB\", or \"none\"");
+  if (*s == "none") {
+    value = 0;
+    return;
+  }
+  std::int64_t size = 0;
+  try {
+    size = parse_bytes(*s);
+  } catch (const Error& e) {
+    throw Error(given->where, fmt::format("{}: {}: {}", owner_, name, e.what()));
+  }
+  if (size < 1) throw out_of_range(*given, owner_, name, "1B or more", "");
+  value = static_cast<std::uint64_t>(size);
 }
 
 void ParamReader::finish() const {

@@ -46,10 +46,11 @@ class ParamLister {
   void number(const char* name, float& value, double low, double high, const char* unit, const char* help);
   void flag(const char* name, bool& value, const char* help);
   void choice(const char* name, std::string& value, std::initializer_list<const char*> options, const char* help);
+  void bytes(const char* name, std::uint64_t& value, const char* help);
 };
 
-// Reads what `describe` names out of a map. Integers also take "200k", seconds are numbers. `finish` throws on keys that
-// nobody read.
+// Reads what `describe` names out of a map. Integers also take "200k", seconds are numbers, sizes are text with a unit
+// ("512MiB") or "none", which is 0. `finish` throws on keys that nobody read.
 class ParamReader {
  public:
   ParamReader(const ParamMap& map, std::string owner) : map_(map), owner_(std::move(owner)) {}
@@ -58,6 +59,7 @@ class ParamReader {
   void number(const char* name, float& value, double low, double high, const char* unit, const char* help);
   void flag(const char* name, bool& value, const char* help);
   void choice(const char* name, std::string& value, std::initializer_list<const char*> options, const char* help);
+  void bytes(const char* name, std::uint64_t& value, const char* help);
   void finish() const;
 
  private:
