@@ -67,6 +67,7 @@ int accel_command(const AccelCommand& command) {
     for (StructureRecord record :
          compare_structures(scene, choices, options, [&](const std::string& line) { console.status(line); })) {
       record.scene = name;
+      if (!record.fallback.empty()) console.warning(fmt::format("{}: {}: {}", name, record.structure, record.fallback));
       if (!is_foreign(record)) disagreements += record.disagreements;
       if (command.json) {
         console.clear_status();

@@ -117,6 +117,7 @@ std::string to_json(const Rendered& r) {
       {"peak_memory_bytes", end.peak_memory_bytes},
       {"non_finite", end.non_finite},
       {"expectation", {{"bias", bias_name(r.result.expectation.bias)}, {"mse_exponent", r.result.expectation.mse_exponent}}}};
+  if (!r.result.fallback.empty()) json["fallback"] = r.result.fallback;
   if (!r.reference.empty()) json["reference"] = r.reference;
   for (const auto& [name, value] : r.metrics) json[name] = value;
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
@@ -211,6 +212,7 @@ int render_command(const RenderCommand& command) {
       r.metrics[std::string(metric.name)] = metric.compute(r.result.image, reference->rendered.image);
   }
   fmt::print("{}", command.json ? to_json(r) + "\n" : to_lines(r));
+  if (!r.result.fallback.empty()) console.warning(fmt::format("{}: {}", r.accel.name, r.result.fallback));
   warn_of_non_finite(r.result, console);
   if (const double spent = r.result.checkpoints.back().time_s; budget.time_s && spent > 1.1 * *budget.time_s)
     console.warning(fmt::format("took {} of {}: the method's preparation and its first iteration cannot be cut short",

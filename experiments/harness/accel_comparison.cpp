@@ -197,12 +197,14 @@ class Comparison {
     StructureRecord& record = contender.record;
     const RayStructureStats stats = structure.stats();
     record.layout = stats.layout;
+    record.fallback = stats.fallback;
     record.bytes = stats.bytes;
     record.nodes = stats.nodes;
     record.depth = stats.depth;
     record.sah_cost = stats.sah_cost;
     const RayEntry& entry = find_ray_structure(contender.choice.name, {});
-    if (entry.tree && !scene_.has_instances()) {
+    // No tree of a structure that something else stands in for: it may be too large.
+    if (entry.tree && !scene_.has_instances() && stats.fallback.empty()) {
       const Geometry& geometry = scene_.objects[0].geometry;
       auto [cost, fresh] = epo_.try_emplace(record.structure);
       if (fresh) cost->second = epo_cost(entry.tree(geometry, contender.choice.params), geometry, epo_sample);

@@ -80,6 +80,7 @@ CellRecord read_cell(const Json& j) {
   r.bias = j.at("bias");
   r.mse_exponent = j.at("mse_exponent");
   r.note = j.at("note");
+  r.fallback = j.value("fallback", "");
   return r;
 }
 
@@ -112,6 +113,7 @@ StructureRecord read_structure(const Json& j) {
   r.layout = j.at("layout");
   r.manifest = j.at("manifest");
   r.note = j.value("note", "");
+  r.fallback = j.value("fallback", "");
   r.triangles = j.at("triangles");
   r.bytes = j.at("bytes");
   r.nodes = j.at("nodes");
@@ -248,6 +250,7 @@ std::string to_json_line(const StructureRecord& r) {
             {"checked", r.checked},
             {"disagreements", r.disagreements}};
   if (!r.note.empty()) json["note"] = r.note;
+  if (!r.fallback.empty()) json["fallback"] = r.fallback;
   put_measured(json, "build_s", r.build_s);
   put_measured(json, "parallel_build_s", r.parallel_build_s);
   for (const KindFigure& figure : kind_figures)
@@ -279,6 +282,7 @@ std::string to_json_line(const CellRecord& r) {
   json["bias"] = r.bias;
   json["mse_exponent"] = finite(r.mse_exponent);
   json["note"] = r.note;
+  if (!r.fallback.empty()) json["fallback"] = r.fallback;
   return dump(json);
 }
 

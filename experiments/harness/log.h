@@ -61,11 +61,13 @@ struct CellRecord {
   std::string bias;  // "unbiased" | "consistent" | "biased"
   double mse_exponent = 0;
   std::string note;
+  std::string fallback = {};  // what stood in for the structure, and why; empty: nothing did
 };
 
 struct StructureRecord {
   std::string scene, structure, layout, manifest;
-  std::string note;  // what was left out of the measurement, and why; empty: nothing
+  std::string note;      // what was left out of the measurement, and why; empty: nothing
+  std::string fallback;  // what was measured in the place of the structure, and why; empty: the structure itself
   std::uint64_t triangles = 0, bytes = 0, nodes = 0, depth = 0;
   std::uint64_t checked = 0, disagreements = 0;  // rays whose answers were judged, and answers found wrong
   int threads = 1;                               // of parallel_build_s

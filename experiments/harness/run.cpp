@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <set>
 
 namespace etendue {
 
@@ -138,10 +139,15 @@ class Execution {
       StructureRecord& record = records[i];
       record.scene = name;
       record.manifest = manifest_.id;
+      if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", name, record.structure, record.fallback));
       if (!is_foreign(record)) summary_.disagreements += record.disagreements;
       lines.push_back(to_json_line(record));
     }
     directory_.append(lines);
+  }
+
+  void warn_once(const std::string& warning) {
+    if (warned_.insert(warning).second) observer_.narrate("warning: " + warning);
   }
 
   void run_one(const Cell& cell, std::size_t position) {
@@ -165,6 +171,7 @@ class Execution {
       return;
     }
     fill(record, result);
+    if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", cell.name.scene, cell.name.accel, record.fallback));
     record.image = directory_.write_image(cell.name, result.image, attributes(cell, result));
     std::vector<std::string> lines;
     for (CheckpointRecord& checkpoint : result.checkpoints) {
@@ -194,6 +201,7 @@ class Execution {
     record.bias = bias_name(result.expectation.bias);
     record.mse_exponent = result.expectation.mse_exponent;
     record.note = result.expectation.note;
+    record.fallback = result.fallback;
     if (result.non_finite.empty()) return;
     const NonFiniteSample& first = result.non_finite.front();
     record.note +=
@@ -217,6 +225,7 @@ class Execution {
   RunDirectory directory_;
   std::vector<std::unique_ptr<LoadedScene>> scenes_;  // null where nothing is left to do
   std::vector<const Cell*> pending_;
+  std::set<std::string> warned_;
   RunSummary summary_;
 };
 

@@ -46,6 +46,7 @@ class CellRunner {
       const auto building = phases_.measure("build");
       const ParamMap& params = task_.accel.params;
       rays = find_ray_structure(task_.accel.name, task_.accel.where).make(task_.scene, params);
+      result_.fallback = rays->fallback;
       lights.emplace(task_.scene);
     }
     const auto& entry = find_integrator(task_.integrator.name, task_.integrator.where);

@@ -34,6 +34,7 @@ struct CellResult {
   std::uint64_t image_hash = 0;
   std::vector<CheckpointRecord> checkpoints;  // at least one; `cell` and `manifest` are the caller's to fill
   Expectation expectation;
+  std::string fallback;                     // of the ray structure: RayStructureStats::fallback
   std::vector<NonFiniteSample> non_finite;  // the first few, for replay
   bool reached_error = false;               // of a budget with an error target
 };

@@ -157,6 +157,10 @@ Table structures_table(const ReportData& data) {
   table.by_kind("Mrays/s, in batches", "_batched_mrays_per_s", &StructureRecord::batched_mrays_per_s);
   table.by_kind("Speed over Embree's, default mode", "_to_embree", &StructureRecord::to_embree);
   table.by_kind("Speed over Embree's, robust mode", "_to_robust_embree", &StructureRecord::to_robust_embree);
+  table.begin_group("What stands in for another", std::any_of(log.structures.begin(), log.structures.end(),
+                                                              [](const StructureRecord& r) { return !r.fallback.empty(); }));
+  table.column(
+      "fallback", "fallback", [](const StructureRecord& r) { return words_or_none(r.fallback); }, false);
   table.begin_group("What was left out", std::any_of(log.structures.begin(), log.structures.end(),
                                                      [](const StructureRecord& r) { return !r.note.empty(); }));
   table.column(

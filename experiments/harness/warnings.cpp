@@ -93,6 +93,17 @@ void warn_of_images(const ReportData& data, std::vector<std::string>& warnings) 
   }
 }
 
+// A figure under a structure's name that is another's.
+void warn_of_fallbacks(const ReportData& data, std::vector<std::string>& warnings) {
+  std::set<std::string> told;
+  const auto tell = [&](const std::string& scene, const std::string& structure, const std::string& fallback) {
+    std::string text = fmt::format("{}: {}: {}.", scene, structure, fallback);
+    if (!fallback.empty() && told.insert(text).second) warnings.push_back(std::move(text));
+  };
+  for (const StructureRecord& record : data.log->structures) tell(record.scene, record.structure, record.fallback);
+  for (const CellRecord& cell : data.log->cells) tell(cell.cell.scene, cell.cell.accel, cell.fallback);
+}
+
 void warn_of_runs(const ReportData& data, std::vector<std::string>& warnings) {
   if (data.failed > 0)
     warnings.push_back(fmt::format("{} of {} cells failed; they are listed below.", data.failed, data.failed + data.done));
@@ -138,6 +149,7 @@ double floor_share(const SceneData& scene) {
 std::vector<std::string> warnings_of(const ReportData& data) {
   std::vector<std::string> warnings;
   warn_of_runs(data, warnings);
+  warn_of_fallbacks(data, warnings);
   warn_of_references(data, warnings);
   warn_of_bias(data, warnings);
   warn_of_rates(data, warnings);
