@@ -31,12 +31,17 @@ TEST(Units, KnownSuffixesScale) {
   EXPECT_EQ(parse_count("200k"), 200000);
   EXPECT_EQ(parse_count("1.5M"), 1500000);
   EXPECT_EQ(parse_bytes("512MiB"), 512ll << 20);
+  EXPECT_EQ(parse_bytes("64MB"), 64'000'000);
+  EXPECT_EQ(parse_bytes("1.5 GiB"), 3ll << 29);
 }
 
 TEST(Units, BadInputNamesTheUnits) {
   EXPECT_EQ(error_of([] { parse_seconds("60sec"); }),
             "unknown unit in '60sec': expected a time such as \"60s\" (units: s, ms, min, h)");
   for (const char* text : {"", "s", "-1s", "nan", "1e400", "inf s"}) EXPECT_THROW(parse_seconds(text), Error) << text;
+  EXPECT_EQ(error_of([] { parse_bytes("512Mb"); }),
+            "unknown unit in '512Mb': expected a size such as \"512MiB\" (units: B, KB, MB, GB, KiB, MiB, GiB)");
+  EXPECT_THROW(parse_bytes("512"), Error);
   EXPECT_THROW(parse_count("1.5"), Error);
   EXPECT_THROW(parse_count("1e30"), Error);
 }

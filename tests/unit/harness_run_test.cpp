@@ -216,6 +216,40 @@ TEST_F(Run, CausticOfAPointLightFailsTheScenesCells) {
   EXPECT_NE(written.cells[0].error.find("finds the caustic"), std::string::npos);
 }
 
+TEST_F(Run, StructuresBeyondTheirMemoryAreToldInLogReportAndTerminal) {
+  write_file("memory.toml",
+             "scenes = [\"builtin:lambert-sphere\"]\n"
+             "budget = { samples = 1 }\n"
+             "resolution = [8, 8]\n"
+             "integrators = [\"path\"]\n"
+             "accels = [\"sah\", { name = \"sah\", memory = \"1KiB\" }]\n"
+             "structures = { resolution = 8, repetitions = 1 }\n");
+  const Outcome outcome = run({"run", "memory.toml", "--threads", "1"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string told = "beyond its memory of 1 KiB: sah would take about ";
+  const RunLog written = log("out/memory");
+  ASSERT_EQ(written.cells.size(), 2u);
+  ASSERT_EQ(written.structures.size(), 2u);
+  EXPECT_EQ(written.cells[0].image_hash, written.cells[1].image_hash);
+  for (const CellRecord& cell : written.cells)
+    EXPECT_EQ(cell.fallback.starts_with(told), cell.cell.accel == "sah memory=1KiB") << cell.cell.accel << cell.fallback;
+  for (const StructureRecord& structure : written.structures)
+    EXPECT_EQ(structure.fallback.starts_with(told), structure.structure == "sah memory=1KiB") << structure.fallback;
+  EXPECT_NE(outcome.err.find("warning: builtin:lambert-sphere: sah memory=1KiB: " + told), std::string::npos) << outcome.err;
+  EXPECT_NE(read_text_file(directory_ / "out/memory/report.html").find("sah memory=1KiB: " + told), std::string::npos);
+}
+
+TEST_F(Run, MisspeltMemoryIsAnErrorAtItsPlace) {
+  write_file("memory.toml",
+             "scenes = [\"builtin:furnace\"]\nintegrators = [\"path\"]\nbudget = { samples = 1 }\n"
+             "accels = [{ name = \"grid\", memory = \"512Mb\" }]\n");
+  const Outcome outcome = run({"run", "memory.toml"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_TRUE(outcome.err.starts_with("error: memory.toml:4:")) << outcome.err;
+  EXPECT_NE(outcome.err.find("grid: memory: unknown unit in '512Mb': expected a size such as \"512MiB\""), std::string::npos)
+      << outcome.err;
+}
+
 TEST_F(Run, BadInputExitsWith2) {
   write_file("bad.toml", "scenes = [\"builtin:furnace\"]\nsedes = 3\n");
   const Outcome outcome = run({"run", "bad.toml"});
