@@ -14,6 +14,7 @@ namespace {
 
 constexpr int roulette_depth = 5, shared_above = 16, coarsest_grid = 64;
 constexpr std::size_t batch_size = 64;
+constexpr int path_batch = 2048;  // paths traced together: as many rays at once as still pays
 
 // A cached surface that a pixel's centre sees.
 struct VisiblePoint {
@@ -150,17 +151,25 @@ VisiblePoint IrradianceCache::find_visible(const RenderContext& context, ivec2 p
 IrradianceRecord IrradianceCache::compute_record(const RenderContext& context, const VisiblePoint& point,
                                                  std::uint64_t key) const {
   static thread_local std::vector<HemisphereSample> samples;
+  static thread_local std::vector<PathSample> paths;
+  static thread_local std::vector<int> strata;  // of the paths
   samples.assign(static_cast<std::size_t>(strata_.count()), {});
   const Frame frame = Frame::from_normal(point.normal);
   const PathSettings settings{max_depth_, roulette_depth, MisMode::power};
   const vec3 origin = offset_origin(point.position, point.geometric);
   const int depth = (level(point.depth) == 0 ? 0 : point.depth) + 1;
-  for (int i = 0; i < strata_.count(); ++i) {
-    Sampler sampler(sampler_, context.seed, Stream::cache_record, key, static_cast<std::uint32_t>(i));
-    const vec3 direction = frame.to_world(strata_.direction(i, sampler.get_2d()));
-    if (glm::dot(direction, point.geometric) <= 0) continue;  // below the surface, where shading normals disagree
-    const Ray ray{.origin = origin, .direction = direction};
-    samples[i].radiance = path_radiance(context, ray, depth, settings, false, sampler, &samples[i].distance);
+  for (int first = 0; first < strata_.count(); first += path_batch) {
+    paths.clear();
+    strata.clear();
+    for (int i = first; i < std::min(first + path_batch, strata_.count()); ++i) {
+      Sampler sampler(sampler_, context.seed, Stream::cache_record, key, static_cast<std::uint32_t>(i));
+      const vec3 direction = frame.to_world(strata_.direction(i, sampler.get_2d()));
+      if (glm::dot(direction, point.geometric) <= 0) continue;  // below the surface, where shading normals disagree
+      paths.push_back({Ray{.origin = origin, .direction = direction}, sampler});
+      strata.push_back(i);
+    }
+    trace_paths(context, paths, depth, settings, false);
+    for (std::size_t i = 0; i < paths.size(); ++i) samples[strata[i]] = {paths[i].radiance, paths[i].first_distance};
   }
   return make_record(point.position, point.normal, estimate_irradiance(strata_, samples, frame), gradients_, params_.accuracy,
                      std::max(params_.min_spacing * point.pixel_width, 1e-6f * max_spacing_), max_spacing_);

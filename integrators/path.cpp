@@ -3,7 +3,7 @@
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
 
-#include <utility>
+#include <vector>
 
 namespace etendue {
 
@@ -15,56 +15,109 @@ Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sample
   return context.scene.camera.ray(context.resolution, film, lens);
 }
 
-Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSettings& settings, bool count_emission,
-                  Sampler& sampler, float* first_distance) {
-  Rgb radiance(0), throughput(1);
+namespace {
+
+// A path under way: what it carries to its next hit.
+struct Walk {
+  PathSample* path;
+  Rgb throughput{1};
   float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
   float pdf_bsdf = 0;   // of the direction the ray was sampled with; 0: delta lobe or camera
-  for (;; ++depth) {
-    const Hit hit = trace(context, ray);
-    if (first_distance) *std::exchange(first_distance, nullptr) = hit ? hit.t : infinity;
-    if (!hit) {
-      if (count_emission && context.lights.has_environment()) {
-        const float weight =
-            pdf_bsdf == 0 ? 1 : emission_weight(settings.mis, pdf_bsdf, context.lights.environment_pdf(ray.direction));
-        radiance += throughput * context.lights.environment(ray.direction) * weight;
-      }
-      break;
-    }
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    const vec3 wo = -ray.direction;
-    if (count_emission && point.light != no_id) {
-      const Rgb emitted = context.lights.emitted(point, wo);
-      if (!is_black(emitted)) {
-        const float weight =
-            pdf_bsdf == 0 ? 1 : emission_weight(settings.mis, pdf_bsdf, context.lights.pdf(ray.origin, ray.direction, point));
-        radiance += throughput * emitted * weight;
-      }
-    }
-    count_emission = true;
-    if (depth >= settings.max_depth) break;
+};
 
-    const Bsdf bsdf(context.scene, point);
-    radiance += throughput * direct_light(context, point, bsdf, wo, sampler, settings.mis);
+// Light that a path gains if its shadow ray is free.
+struct Gain {
+  PathSample* path;
+  Rgb radiance;
+};
 
-    const float u_lobe = sampler.get_1d();
-    const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered) break;
-    throughput *= scattered.weight;
-    if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
-    pdf_bsdf = scattered.pdf_solid_angle;
-    ray = spawn_ray(point, scattered.wi);
+// Adds the light that a ray meets at `point` (null: from the environment), weighed against light sampling at its origin.
+void add_emission(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point, MisMode mis) {
+  const Rgb emitted = point ? context.lights.emitted(*point, -ray.direction) : context.lights.environment(ray.direction);
+  if (is_black(emitted)) return;
+  float weight = 1;
+  if (walk.pdf_bsdf != 0)
+    weight = emission_weight(
+        mis, walk.pdf_bsdf,
+        point ? context.lights.pdf(ray.origin, ray.direction, *point) : context.lights.environment_pdf(ray.direction));
+  walk.path->radiance += walk.throughput * emitted * weight;
+}
 
-    if (depth + 1 >= settings.roulette_depth) {
-      const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
-      if (!(sampler.get_1d() < survival)) break;
-      throughput /= survival;
-    }
+// Samples the direction in which a path goes on from a point with `depth` events before it; false where it ends.
+bool scatter(Walk& walk, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, int depth, int roulette_depth) {
+  Sampler& sampler = walk.path->sampler;
+  const float u_lobe = sampler.get_1d();
+  const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
+  if (!scattered) return false;
+  walk.throughput *= scattered.weight;
+  if (scattered.transmitted) walk.eta_scale *= scattered.eta * scattered.eta;
+  walk.pdf_bsdf = scattered.pdf_solid_angle;
+  ray = spawn_ray(point, scattered.wi);
+  if (depth + 1 < roulette_depth) return true;
+  const float survival = std::min(0.95f, max_component(walk.throughput) * walk.eta_scale);
+  if (!(sampler.get_1d() < survival)) return false;
+  walk.throughput /= survival;
+  return true;
+}
+
+// The paths under way; all stand before the same event.
+struct Wavefront {
+  std::vector<Walk> walks;
+  std::vector<Ray> rays;  // of the walks
+  std::vector<Hit> hits;
+  std::vector<Gain> gains;
+  std::vector<Ray> shadow_rays;  // of the gains
+};
+
+}  // namespace
+
+void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
+                 bool count_emission) {
+  static thread_local Wavefront wave;  // for its memory
+  auto& [walks, rays, hits, gains, shadow_rays] = wave;
+  walks.clear();
+  rays.clear();
+  for (PathSample& path : paths) {
+    walks.push_back({&path});
+    rays.push_back(path.ray);
   }
-  return radiance;
+  for (bool first = true; !walks.empty(); ++depth, first = false) {
+    hits.resize(rays.size());
+    trace(context, rays, hits);
+    gains.clear();
+    shadow_rays.clear();
+    std::size_t going_on = 0;
+    for (std::size_t i = 0; i < walks.size(); ++i) {
+      Walk walk = walks[i];
+      Ray ray = rays[i];
+      if (first) walk.path->first_distance = hits[i] ? hits[i].t : infinity;
+      const bool counts = count_emission || !first;
+      if (!hits[i]) {
+        if (counts) add_emission(context, walk, ray, nullptr, settings.mis);
+        continue;
+      }
+      const SurfacePoint point = context.scene.surface_at(ray, hits[i]);
+      if (counts) add_emission(context, walk, ray, &point, settings.mis);
+      if (depth >= settings.max_depth) continue;
+      const Bsdf bsdf(context.scene, point);
+      if (const auto light = sample_direct_light(context, point, bsdf, -ray.direction, walk.path->sampler, settings.mis)) {
+        gains.push_back({walk.path, walk.throughput * light->radiance});
+        shadow_rays.push_back(light->shadow_ray);
+      }
+      if (!scatter(walk, ray, point, bsdf, depth, settings.roulette_depth)) continue;
+      walks[going_on] = walk;
+      rays[going_on++] = ray;
+    }
+    walks.resize(going_on);
+    rays.resize(going_on);
+    for_unoccluded(context, shadow_rays, [&](std::size_t i) { gains[i].path->radiance += gains[i].radiance; });
+  }
 }
 
 namespace {
+
+// Pixels a side of a tile whose paths are traced together: enough rays for a batch to pay, enough tiles for many threads.
+constexpr int path_tile = 16;
 
 class Path final : public Integrator {
  public:
@@ -76,11 +129,18 @@ class Path final : public Integrator {
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
     const auto timed = context.phases.measure("trace");
-    parallel_pixels(context.resolution, [&](ivec2 pixel) {
-      const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-      Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
-      const Ray ray = sample_camera_ray(context, pixel, sampler);
-      film.add(pixel, path_radiance(context, ray, 0, settings_, true, sampler), index);
+    parallel_tiles(context.resolution, path_tile, [&](const Tile& tile) {
+      static thread_local std::vector<PathSample> paths;
+      paths.clear();
+      for_pixels(tile, [&](ivec2 pixel) {
+        const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+        Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
+        const Ray ray = sample_camera_ray(context, pixel, sampler);
+        paths.push_back({ray, sampler});
+      });
+      trace_paths(context, paths, 0, settings_, true);
+      auto path = paths.begin();
+      for_pixels(tile, [&](ivec2 pixel) { film.add(pixel, (path++)->radiance, index); });
     });
   }
 

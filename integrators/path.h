@@ -1,13 +1,15 @@
 // Unidirectional path tracing with next-event estimation and multiple importance sampling ([Kajiya1986], [Veach1995]).
 //
 // Unbiased up to the depth limit. Depth counts scattering events on the whole path; Russian roulette begins at
-// `roulette_depth` and survives with the largest component of the throughput.
+// `roulette_depth` and survives with the largest component of the throughput. The paths of a tile go on event by event, so that
+// the structure is asked for many rays at once; the image is that of one path after the other, to the bit.
 #pragma once
 
 #include "framework/core/sampler.h"
 #include "framework/integrator.h"
 #include "framework/transport/direct_light.h"
 
+#include <span>
 #include <string>
 
 namespace etendue {
@@ -35,11 +37,19 @@ struct PathSettings {
   MisMode mis = MisMode::power;
 };
 
-// Radiance arriving along a ray whose path already has `depth` scattering events behind it. With `count_emission` false, light
-// that the ray's first hit (or the environment it escapes to) emits is left out: the caller has sampled it. `first_distance`
-// gets the distance to that hit, in lengths of the direction (infinity where there is none).
-Rgb path_radiance(const RenderContext& context, Ray ray, int depth, const PathSettings& settings, bool count_emission,
-                  Sampler& sampler, float* first_distance = nullptr);
+// A path: its first ray, the numbers that it draws, and what comes of it.
+struct PathSample {
+  Ray ray;
+  Sampler sampler;
+  Rgb radiance{0};                  // arriving along the ray
+  float first_distance = infinity;  // to the first hit, in lengths of the ray's direction
+};
+
+// Traces paths together, event by event, so that their rays are asked in batches; what comes of each is what would by itself.
+// They already have `depth` scattering events behind them. With `count_emission` false, light that a first hit (or the
+// environment a first ray escapes to) emits is left out: the caller has sampled it.
+void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
+                 bool count_emission);
 
 // A camera ray for a pixel, jittered over it (and over the lens where it is open).
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);

@@ -2,7 +2,7 @@
 //
 // A path tracer (one sample per pixel, at most five scattering events) gives primary, diffuse and shadow rays; a photon map's
 // photon pass gives photon rays, its final gathering (16 rays from each of a sixteenth of the pixels) gather rays. They run on
-// one thread, so that rays stand in the order in which a renderer's thread asks: tile by tile, path by path.
+// one thread, so that rays stand in the order in which a renderer's thread asks: of paths tile by tile, event by event.
 #pragma once
 
 #include "experiments/harness/ray_kind.h"

@@ -13,21 +13,27 @@ MisMode parse_mis(const std::string& name) {
   return MisMode::bsdf;
 }
 
-Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,
-                 MisMode mode) {
+std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
+                                               const vec3& wo, Sampler& sampler, MisMode mode) {
   const float u_light = context.needs.light_choice ? sampler.get_1d() : 0;
   const vec2 u = sampler.get_2d();
-  if (!bsdf.has_non_specular()) return Rgb(0);
+  if (!bsdf.has_non_specular()) return std::nullopt;
   // Sampled from where the shadow ray will start: seen from the surface itself, the rim of a sphere light would shadow its own
   // last directions (0.06 % of the light on builtin:sphere-light).
   const auto light = context.lights.sample(ray_origin(point, wo), u_light, u);
-  if (!light || (mode == MisMode::bsdf && !light->delta)) return Rgb(0);
+  if (!light || (mode == MisMode::bsdf && !light->delta)) return std::nullopt;
   const Rgb scattered = bsdf.evaluate(wo, light->wi);
-  if (is_black(scattered) || is_black(light->radiance)) return Rgb(0);
-  if (!unoccluded(context, point, light->wi, light->distance)) return Rgb(0);
+  if (is_black(scattered) || is_black(light->radiance)) return std::nullopt;
   float weight = 1;
   if (!light->delta && mode != MisMode::light) weight = mis_weight(mode, light->pdf_solid_angle, bsdf.pdf(wo, light->wi));
-  return scattered * light->radiance * (weight / light->pdf_solid_angle);
+  return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle),
+                     shadow_ray(point, light->wi, light->distance)};
+}
+
+Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,
+                 MisMode mode) {
+  const auto light = sample_direct_light(context, point, bsdf, wo, sampler, mode);
+  return light && unoccluded(context, light->shadow_ray) ? light->radiance : Rgb(0);
 }
 
 }  // namespace etendue

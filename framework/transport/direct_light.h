@@ -5,6 +5,7 @@
 #include "framework/integrator.h"
 #include "framework/transport/bsdf.h"
 
+#include <optional>
 #include <string>
 
 namespace etendue {
@@ -28,8 +29,18 @@ inline float emission_weight(MisMode mode, float pdf_bsdf, float pdf_light) {
   return mis_weight(mode, pdf_bsdf, pdf_light);
 }
 
-// Radiance that one light sample sends through `point` towards wo, with its MIS weight. With MisMode::light it is the whole
-// direct light. Draws a 1-D and a 2-D number whatever happens.
+// What one light sample sends through `point` towards wo, with its MIS weight, if nothing blocks its shadow ray.
+struct DirectLight {
+  Rgb radiance;
+  Ray shadow_ray;
+};
+
+// One light sample; none where no light can come of it. With MisMode::light its mean is the whole direct light. Draws a 1-D and
+// a 2-D number whatever happens.
+std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
+                                               const vec3& wo, Sampler& sampler, MisMode mode);
+
+// Its radiance, or black where the shadow ray is blocked.
 Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,
                  MisMode mode);
 

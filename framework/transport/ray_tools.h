@@ -5,6 +5,8 @@
 #include "framework/integrator.h"
 #include "framework/scene/offset.h"
 
+#include <array>
+
 namespace etendue {
 
 // Where rays that leave a surface point to the side of `direction` start.
@@ -22,18 +24,40 @@ inline Hit trace(const RenderContext& context, const Ray& ray) {
   return context.rays.closest(ray);
 }
 
-// Does light from `distance` away along `wi` arrive at the point? The last 1e-4 of the way is left out: it holds the light
-// itself.
-inline bool unoccluded(const RenderContext& context, const SurfacePoint& point, const vec3& wi, float distance) {
+// Many rays at once, which structures may answer faster than one by one; as many hits as rays.
+inline void trace(const RenderContext& context, std::span<const Ray> rays, std::span<Hit> hits) {
+  count(Counter::rays, rays.size());
+  context.rays.closest(rays, hits);
+}
+
+// From a surface point to a light `distance` away along `wi`. The last 1e-4 of the way is left out: it holds the light itself.
+inline Ray shadow_ray(const SurfacePoint& point, const vec3& wi, float distance) {
+  return spawn_ray(point, wi, std::isinf(distance) ? infinity : distance * (1 - 1e-4f));
+}
+
+inline bool unoccluded(const RenderContext& context, const Ray& shadow_ray) {
   count(Counter::shadow_rays);
-  return !context.rays.occluded(spawn_ray(point, wi, std::isinf(distance) ? infinity : distance * (1 - 1e-4f)));
+  return !context.rays.occluded(shadow_ray);
 }
 
 // Can two points see each other? `from` is on a surface, `to` anywhere.
 inline bool visible(const RenderContext& context, const SurfacePoint& from, const vec3& to) {
   const vec3 towards = to - from.position;
   const float distance = glm::length(towards);
-  return distance > 0 && unoccluded(context, from, towards / distance, distance);
+  return distance > 0 && unoccluded(context, shadow_ray(from, towards / distance, distance));
+}
+
+// body(i) for each of the rays that nothing blocks, in their order.
+template <class Body>
+void for_unoccluded(const RenderContext& context, std::span<const Ray> shadow_rays, const Body& body) {
+  count(Counter::shadow_rays, shadow_rays.size());
+  std::array<bool, 1024> occluded;
+  for (std::size_t first = 0; first < shadow_rays.size(); first += occluded.size()) {
+    const std::size_t some = std::min(occluded.size(), shadow_rays.size() - first);
+    context.rays.occluded(shadow_rays.subspan(first, some), std::span(occluded).first(some));
+    for (std::size_t i = 0; i < some; ++i)
+      if (!occluded[i]) body(first + i);
+  }
 }
 
 }  // namespace etendue

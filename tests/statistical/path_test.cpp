@@ -1,4 +1,5 @@
 // The path tracer and the light tracer against every closed form.
+#include "integrators/path.h"
 #include "tests/render_scene.h"
 
 #include <gtest/gtest.h>
@@ -111,6 +112,31 @@ TEST(PathTracer, SameBitsAtAnyThreadCount) {
       const std::uint64_t hash = render(load_scene("builtin:cornell-spheres"), integrator, options).hash;
       if (threads == 1) first = hash;
       EXPECT_EQ(hash, first) << integrator << " " << threads;
+    }
+  }
+}
+
+TEST(PathTracer, PathsTogetherGiveTheBitsOfEachAlone) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  const SceneNeeds needs = scene_needs(scene);
+  const LightSampler lights(scene);
+  for (const char* layout : {"binary", "wide16"}) {
+    const auto rays = find_ray_structure("binned-sah", {}).make(scene, {{"layout", {std::string(layout), {}}}});
+    PhaseTimes phases;
+    const RenderContext context{scene, needs, *rays, lights, 1, ivec2(40), phases, {}, {}};
+    std::vector<PathSample> together;
+    for (int i = 0; i < 1600; ++i) {
+      Sampler sampler(SamplerKind::sobol, 1, Stream::camera, static_cast<std::uint64_t>(i), 0);
+      const Ray ray = sample_camera_ray(context, {i % 40, i / 40}, sampler);
+      together.push_back({ray, sampler});
+    }
+    std::vector<PathSample> alone = together;
+    const PathSettings settings{.max_depth = 8, .roulette_depth = 3};
+    trace_paths(context, together, 0, settings, false);
+    for (PathSample& path : alone) trace_paths(context, {&path, 1}, 0, settings, false);
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      EXPECT_EQ(together[i].radiance, alone[i].radiance) << layout << " " << i;
+      EXPECT_EQ(together[i].first_distance, alone[i].first_distance) << layout << " " << i;
     }
   }
 }
