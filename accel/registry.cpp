@@ -121,33 +121,39 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
     reinsert_subtrees(tree, params.reinsertion);
     return tree;
   };
-  const auto binary_params = [name](const ParamMap& map, const MemoryWatch* watch) {
-    auto params = read_watched<Params>(map, name, watch);
+  const auto binary_params = [name](const ParamMap& map) {
+    auto params = read_watched<Params>(map, name, nullptr);
     if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
     return params;
   };
   RayEntry entry{.name = name, .summary = summary, .params = list_params<WithMemory<Params>>()};
-  entry.build = [=](const Scene& scene, const ParamMap& map, MemoryWatch* watch) {
-    auto params = read_watched<Params>(map, name, watch);
-    if (params.layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, params, watch, build);
-    if (params.layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, params, watch, build);
-    if (params.layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, params, watch, build);
-    params = binary_params(map, watch);
-    return over_scene(
-        scene, watch, [&](const Geometry& geometry) { return Bvh(geometry, build(build_items(geometry), params, &geometry)); },
-        [&](std::vector<BuildItem> items) { return build(std::move(items), params, nullptr); });
-  };
   entry.need = [=](const Scene& scene, const ParamMap& map) {
     const auto params = read_watched<Params>(map, name, nullptr);
     return scene_need(scene, [&](const Geometry& geometry) {
       return bvh_need(geometry, params.layout, params.leaf_size, params.reinsertion > 0, space(params));
     });
   };
+  entry.build = [=, need = entry.need](const Scene& scene, const ParamMap& map, MemoryWatch* watch) {
+    auto params = read_watched<Params>(map, name, watch);
+    if constexpr (requires { params.bytes_per_reference; }) {
+      double references = 0;
+      for (const Object& object : scene.objects) references += space(params).references * object.geometry.primitive_count();
+      if (watch != nullptr && references > 0)
+        params.bytes_per_reference = static_cast<std::uint64_t>(static_cast<double>(need(scene, map).peak) / references);
+    }
+    if (params.layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, params, watch, build);
+    if (params.layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, params, watch, build);
+    if (params.layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, params, watch, build);
+    if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
+    return over_scene(
+        scene, watch, [&](const Geometry& geometry) { return Bvh(geometry, build(build_items(geometry), params, &geometry)); },
+        [&](std::vector<BuildItem> items) { return build(std::move(items), params, nullptr); });
+  };
   entry.tree = [=](const Geometry& geometry, const ParamMap& map) {
-    return build(build_items(geometry), binary_params(map, nullptr), &geometry);
+    return build(build_items(geometry), binary_params(map), &geometry);
   };
   entry.builder = [=](const ParamMap& map) -> TreeBuilder {
-    const auto params = binary_params(map, nullptr);
+    const auto params = binary_params(map);
     if (params.layout != "binary")
       throw Error(map.at("layout").where,
                   std::string(name) + ": layout '" + params.layout + "' cannot change over time; expected binary");
@@ -172,9 +178,7 @@ RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primi
 // Its trees hold parts of primitives, as they lie now: they cannot change over time. Few scenes use up a large duplication;
 // those that do meet the watch.
 RayEntry sbvh_entry() {
-  const auto space = [](const SbvhParams& params) {
-    return BuilderSpace{static_cast<double>(SbvhParams::bytes_per_reference) - 100, 1 + std::min(params.duplication, 0.5f)};
-  };
+  const auto space = [](const SbvhParams& params) { return BuilderSpace{120, 1 + std::min(params.duplication, 0.5f)}; };
   RayEntry entry = bvh_entry<SbvhParams>("sbvh", "bounding volume hierarchy by surface area, cuts through primitives too",
                                          space, build_sbvh);
   entry.builder = {};

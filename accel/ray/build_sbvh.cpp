@@ -132,7 +132,7 @@ class SbvhBuilder {
       part.nodes.resize(first + 2);
       const auto total = sides[0].size() + sides[1].size();
       if (params_.watch != nullptr && total > job.count)
-        params_.watch->check((references_ += total - job.count) * SbvhParams::bytes_per_reference);
+        params_.watch->check((references_ += total - job.count) * params_.bytes_per_reference);
       const auto spare = job.spare - static_cast<std::uint32_t>(total - job.count);
       for (const int side : {0, 1}) {
         const auto count = static_cast<std::uint32_t>(sides[side].size());

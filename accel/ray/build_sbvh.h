@@ -19,9 +19,8 @@ struct SbvhParams : SahParams {
   int bins = 32;
   float alpha = 1e-3f;
   float duplication = 0.5f;
-  const MemoryWatch* watch = nullptr;  // hears of every reference added
-
-  static constexpr std::uint64_t bytes_per_reference = 220;  // at the peak of a build
+  const MemoryWatch* watch = nullptr;       // hears of every reference added, as so many bytes:
+  std::uint64_t bytes_per_reference = 220;  // at the peak of a build, whatever is made of the tree
 };
 
 template <class Visitor>
