@@ -169,36 +169,50 @@ ParamMap parse_params(const std::string& name, const Location& where) {
   return params;
 }
 
-// Checks alone without `make`.
-Scene claim_scene(const std::string& name, const Location& where, bool make) {
+template <class Params, class Make>
+ClaimScene scene_entry(const char* name, const char* summary, const Make& make) {
+  return {name, summary, list_params<Params>(),
+          [](const std::string& whole, const ParamMap& map) { read_params<Params>(map, whole); },
+          [make](const std::string& whole, const ParamMap& map) { return make(whole, read_params<Params>(map, whole)); }};
+}
+
+ClaimScene strewn_entry(const char* name, const char* summary, Strewn what) {
+  return scene_entry<CountParams>(
+      name, summary, [what](const std::string& whole, const CountParams& params) { return strewn(whole, what, params.count); });
+}
+
+const ClaimScene& find_claim_scene(const std::string& name, const Location& where) {
   const std::string kind = name.substr(prefix.size(), name.find('?') - prefix.size());
-  const ParamMap params = parse_params(name, where);
-  const std::vector<std::string> kinds{"spheres", "cylinders", "triangles", "objects", "models", "bars"};
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (kind != kinds[i]) continue;
-    const auto read = read_params<CountParams>(params, name);
-    return make ? strewn(name, static_cast<Strewn>(i), read.count) : Scene{};
+  std::vector<std::string> names;
+  for (const ClaimScene& scene : claim_scenes()) {
+    if (scene.name == kind) return scene;
+    names.push_back(scene.name);
   }
-  if (kind == "models") {
-    const auto read = read_params<ModelsParams>(params, name);
-    return make ? models(name, read) : Scene{};
-  }
-  if (kind == "bars") {
-    const auto read = read_params<BarsParams>(params, name);
-    return make ? bars(name, read) : Scene{};
-  }
-  throw Error(where, unknown_name("scene", kind, kinds));
+  throw Error(where, unknown_name("scene", kind, names));
 }
 
 }  // namespace
 
+std::span<const ClaimScene> claim_scenes() {
+  static const std::vector<ClaimScene> scenes{
+      strewn_entry("spheres", "few triangles, many spheres: a floor, a light, spheres of unequal size strewn over it",
+                   Strewn::spheres),
+      strewn_entry("cylinders", "the same with capped cylinders, turned at random", Strewn::cylinders),
+      strewn_entry("triangles", "the same with single triangles", Strewn::triangles),
+      strewn_entry("objects", "the same with all three and boxes in turn: what a student's ray tracer is shown", Strewn::all),
+      scene_entry<ModelsParams>("models", "a mesh on show, spheres about it, point lights", models),
+      scene_entry<BarsParams>("bars", "instances of a bar ten times as long as thick, turned at random", bars)};
+  return scenes;
+}
+
 Scene load_claim_scene(const std::string& name) {
-  return name.starts_with(prefix) ? claim_scene(name, {name}, true) : load_scene(name);
+  if (!name.starts_with(prefix)) return load_scene(name);
+  return find_claim_scene(name, {name}).make(name, parse_params(name, {name}));
 }
 
 void check_claim_scene(const std::string& name, const Location& where) {
   if (name.starts_with(prefix))
-    claim_scene(name, where, false);
+    find_claim_scene(name, where).check(name, parse_params(name, where));
   else if (name.starts_with(builtin_prefix))
     check_builtin(name, where);
   else if (!std::filesystem::is_regular_file(name))

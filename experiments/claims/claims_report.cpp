@@ -139,7 +139,8 @@ std::string verdict_text(const ClaimFindings& claim) {
 constexpr const char* rule =
     "Measured: medians of interleaved repetitions, with their quartiles. Confirmed: the quartiles meet the claimed interval; "
     "weaker or stronger: an effect of the claimed direction, but less or more; refuted: no effect beyond the spread, or the "
-    "opposite one; undecided: the spread reaches from no effect into the claim; depends: figures or scenes differ, as said "
+    "opposite one; undecided: the spread reaches from no effect into the claim; of a claim of little effect, or of a "
+    "count, the median must lie in the interval; depends: figures or scenes differ, as said "
     "behind it.";
 
 }  // namespace
@@ -222,7 +223,7 @@ Table claim_figures_table(const RunLog& log) {
 
 std::string claims_section(const RunLog& log) {
   const std::vector<ClaimFindings> claims = arrange_claims(log);
-  if (claims.empty()) return {};
+  if (log.claims.empty()) return {};
   std::string out = fmt::format("<section id=\"claims\"><h2>Claims</h2>\n<p>{} claims: {}.</p>\n<p class=\"note\">{}</p>\n",
                                 claims.size(), escape_html(summarise_verdicts(claims)), escape_html(rule));
   out += "<div class=\"findings\">\n";
@@ -239,7 +240,11 @@ std::string claims_section(const RunLog& log) {
       out += fmt::format("<p class=\"note\">{}</p>", escape_html(remarks));
     out += "</article>\n";
   }
-  return out + "</div>\n</section>\n";
+  out += "</div>\n";
+  for (const ClaimRecord& record : log.claims)
+    if (record.status != "done")
+      out += fmt::format("<p>Failed: {}: {}</p>\n", escape_html(record.cell.key()), escape_html(record.error));
+  return out + "</section>\n";
 }
 
 std::string claims_summary(const RunLog& log) {

@@ -90,7 +90,7 @@ Measured crossing(const MeasureTask& task, const std::vector<double>& sizes, con
   std::vector<std::vector<double>> ratio(rounds);
   for (const double size : sizes) {
     const Scene scene = load_claim_scene(fmt::format("{}?count={}", task.scene, size));
-    const Times times = work(scene, record_claim_rays(scene, task.resolution));
+    const Times times = work(scene, record_claim_rays(scene, std::max(8, task.resolution / 2)));
     for (std::size_t r = 0; r < rounds; ++r) ratio[r].push_back(times[0][r] / times[1][r]);
   }
   std::vector<double> at;
@@ -101,9 +101,10 @@ Measured crossing(const MeasureTask& task, const std::vector<double>& sizes, con
     beyond = beyond || !crossing.found;
   }
   if (beyond)
-    result.remarks.push_back(fmt::format("In some repetitions no crossing up to {} objects: counted as there.", sizes.back()));
+    result.remarks.push_back(
+        fmt::format("In some repetitions not even with the most tried ({}): counted as there.", sizes.back()));
   if (median(at) == sizes.front())
-    result.remarks.push_back(fmt::format("At {} objects, the fewest tried, it is ahead already.", sizes.front()));
+    result.remarks.push_back(fmt::format("With the fewest objects tried ({}) it is ahead already.", sizes.front()));
   return summarise(at);
 }
 

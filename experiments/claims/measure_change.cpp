@@ -47,7 +47,7 @@ Measured refit_slowdown(const MeasureTask& task, const Scene& scene, const Claim
 
 MeasureResult measure_refit(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene);
-  const ClaimRays rays = record_claim_rays(scene, task.resolution);
+  const ClaimRays rays = record_claim_rays(scene, std::max(8, task.resolution / 2));
   MeasureResult result;
   result.add("scatter_few", refit_slowdown(task, scene, rays, "scatter", number_param("moving", 0.01), result));
   result.add("scatter", refit_slowdown(task, scene, rays, "scatter", number_param("moving", 0.05), result));
@@ -77,7 +77,7 @@ std::vector<double> policy_seconds(const Scene& scene, const ClaimRays& rays, do
 // The policy over the best of the others, each repetition with other movements.
 MeasureResult measure_policy(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene);
-  const ClaimRays rays = record_claim_rays(scene, std::max(8, task.resolution / 2));
+  const ClaimRays rays = record_claim_rays(scene, std::max(8, task.resolution / 4));
   const int rounds = std::max(1, task.repetitions / 3);
   MeasureResult result;
   for (const auto& [share, name] : {std::pair{0.05, "five"}, std::pair{0.25, "quarter"}}) {

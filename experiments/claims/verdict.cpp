@@ -42,7 +42,8 @@ ClaimVerdict judge(const ClaimFigure& figure) {
   }
   if (!plain && claimed.low >= 1) return judge_above(measured, claimed, 1);
   if (!plain && claimed.high <= 1) return judge_above(mirrored(measured), mirrored(claimed), -1);
-  return overlap(measured, claimed) ? ClaimVerdict::confirmed : ClaimVerdict::refuted;
+  if (figure.value.median >= claimed.low && figure.value.median <= claimed.high) return ClaimVerdict::confirmed;
+  return overlap(measured, claimed) ? ClaimVerdict::undecided : ClaimVerdict::refuted;
 }
 
 ClaimVerdict combine(std::span<const ClaimVerdict> verdicts) {

@@ -3,10 +3,12 @@
 //   confirmed  the quartiles meet the claimed interval (at an end that is no effect at all they must lie beyond it)
 //   weaker     an effect of the claimed direction, but less than claimed
 //   stronger   more than claimed
-//   refuted    no effect beyond the spread, or the opposite one; where the claim is of no direction (a count, or an interval
-//              around "no effect"): outside the interval
+//   refuted    no effect beyond the spread, or the opposite one
 //   undecided  the spread reaches from no effect into the claimed interval
 //   depends    several figures or scenes, and they do not say the same
+//
+// A claim of no direction (a count, or of little effect: an interval around none) is confirmed where the median lies in its
+// interval, undecided where only the quartiles meet it, refuted otherwise.
 //
 // No effect is a factor of 1; of a time, an endless one: a shorter time than claimed is a stronger claim's.
 #pragma once

@@ -1,6 +1,8 @@
 // `etendue list`: every name there is, with every parameter, default, range and unit.
 #include "accel/ray/change_policy.h"
 #include "accel/registry.h"
+#include "experiments/claims/claim.h"
+#include "experiments/claims/claim_scenes.h"
 #include "experiments/command/commands.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
@@ -72,6 +74,18 @@ void list_policies() {
   }
 }
 
+// With their figures, and the scenes that only claims ask for.
+void list_measurements() {
+  for (const Measurement& measurement : measurements()) {
+    print_name(measurement.name, measurement.summary);
+    for (const Quantity& quantity : measurement.quantities) fmt::print("      {:<24} {}\n", quantity.name, quantity.text);
+  }
+  for (const ClaimScene& scene : claim_scenes()) {
+    print_name("claim:" + scene.name, scene.summary);
+    print_params(scene.params);
+  }
+}
+
 struct Section {
   std::string name, title;
   std::function<void()> print;
@@ -87,7 +101,8 @@ int list_command(const std::string& what) {
                               {"points", "point structures: which photons lie near?", list_points},
                               {"balls", "ball structures: which records cover a point?", list_balls},
                               {"motions", "motions, of experiments on change over time", list_motions},
-                              {"policies", "policies: what becomes of a tree when its scene moves", list_policies}};
+                              {"policies", "policies: what becomes of a tree when its scene moves", list_policies},
+                              {"measurements", "measurements, of experiments on claims (and their scenes)", list_measurements}};
   std::vector<std::string> names;
   bool found = false;
   for (const Section& section : sections) {

@@ -120,7 +120,8 @@ class CommandLine {
     c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
     text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
     c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
-    c->add_option("WHAT", list_, "scenes, integrators, accels, metrics, points, balls, motions or policies; default all")
+    c->add_option("WHAT", list_,
+                  "scenes, integrators, accels, metrics, points, balls, motions, policies or measurements; default all")
         ->type_name("");
   }
 

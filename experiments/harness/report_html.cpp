@@ -56,8 +56,14 @@ bool has_charts(const ReportData& data, const SceneData& scene) {
                                       [](const Configuration& c) { return !c.replicates.empty(); });
 }
 
+// Claims have a section of their own for what was found.
+bool claims_alone(const ReportData& data) {
+  return !data.log->claims.empty() && data.scenes.empty() && data.log->animations.empty();
+}
+
 std::string navigation(const ReportData& data) {
-  std::string out = "<nav aria-label=\"Contents\"><a href=\"#findings\">Findings</a>";
+  std::string out = "<nav aria-label=\"Contents\">";
+  if (!claims_alone(data)) out += "<a href=\"#findings\">Findings</a>";
   for (const SceneData& scene : data.scenes)
     if (has_charts(data, scene)) out += fmt::format("<a href=\"#scene-{}\">{}</a>", scene.file_stem, html(scene.name));
   if (!data.log->claims.empty()) out += "<a href=\"#claims\">Claims</a>";
@@ -67,12 +73,13 @@ std::string navigation(const ReportData& data) {
 }
 
 std::string findings(const ReportData& data) {
+  if (claims_alone(data)) return {};
   const Conclusions conclusions = conclude(data);
   std::string out = "<section id=\"findings\"><h2>Findings</h2>\n";
   const std::vector<AnimationData> animations = arrange_animations(*data.log);
   if (data.done == 0 && data.failed > 0)
     out += "<p>No cell finished; what went wrong is in the table of failures.</p>\n";
-  else if (data.done == 0 && animations.empty() && data.log->claims.empty())
+  else if (data.done == 0 && animations.empty())
     out += "<p>The log holds no finished cell.</p>\n";
   else if (data.done > 0 && data.empty())
     out += "<p>No metric was logged: there was nothing to measure the images against.</p>\n";

@@ -56,6 +56,7 @@ TEST(ClaimVerdicts, QualitativeClaimNeedsAnEffectBeyondTheSpread) {
 TEST(ClaimVerdicts, ClaimOfLittleEffectIsConfirmedWithinAndRefutedWithout) {
   EXPECT_EQ(factor(0.99, 1.005, 0, 1.01), ClaimVerdict::confirmed);
   EXPECT_EQ(factor(1.02, 1.03, 0, 1.01), ClaimVerdict::refuted);
+  EXPECT_EQ(factor(0.9, 1.5, 0, 1.01), ClaimVerdict::undecided) << "the spread alone reaches it";
 }
 
 TEST(ClaimVerdicts, ShorterTimeThanClaimedIsStronger) {
