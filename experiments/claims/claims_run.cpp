@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <chrono>
+#include <map>
 #include <set>
 
 namespace etendue {
@@ -25,8 +26,11 @@ class ClaimsExecution {
 
   RunSummary run() {
     std::set<CellName> done;
-    for (const ClaimRecord& record : directory_.earlier().claims)
-      if (record.status == "done") done.insert(record.cell);
+    for (const ClaimRecord& record : directory_.earlier().claims) {
+      if (record.status != "done") continue;
+      done.insert(record.cell);
+      remember(record);
+    }
     std::vector<const Cell*> pending;
     for (const Cell& cell : plan_.cells)
       if (!done.contains(cell.name)) pending.push_back(&cell);
@@ -63,7 +67,15 @@ class ClaimsExecution {
           observer_.cell_progress(share, ++steps, elapsed());
         }};
     try {
-      with_threads(measurement.parallel ? task.threads : 1, [&] { fill(record, measure, measurement.run(task)); });
+      // What another claim asked of the same scene serves this one as well.
+      auto known = results_.find({measurement.name, task.scene});
+      if (known == results_.end()) {
+        MeasureResult result;
+        with_threads(measurement.parallel ? task.threads : 1, [&] { result = measurement.run(task); });
+        summary_.disagreements += result.disagreements;
+        known = results_.emplace(std::pair{measurement.name, task.scene}, std::move(result)).first;
+      }
+      fill(record, measure, known->second);
       record.status = "done";
     } catch (const std::bad_alloc&) {
       record.error = "out of memory";
@@ -72,7 +84,6 @@ class ClaimsExecution {
     }
     if (record.status.empty()) record.status = "failed";
     ++(record.status == "done" ? summary_.done : summary_.failed);
-    summary_.disagreements += record.disagreements;
     directory_.append({to_json_line(record)});
     CellRecord cell_record;
     cell_record.cell = cell.name;
@@ -85,7 +96,13 @@ class ClaimsExecution {
     observer_.cell_finished(cell_record, record.status == "done" ? &last : nullptr);
   }
 
-  static void fill(ClaimRecord& record, const ClaimMeasure& measure, MeasureResult result) {
+  void remember(const ClaimRecord& record) {
+    MeasureResult& result = results_[{record.cell.accel, record.cell.scene}];
+    result = {{}, record.remarks, record.disagreements};
+    for (const ClaimFigure& figure : record.figures) result.figures.emplace_back(figure.quantity, figure.value);
+  }
+
+  static void fill(ClaimRecord& record, const ClaimMeasure& measure, const MeasureResult& result) {
     for (const auto& [name, value] : result.figures) {
       const Quantity* quantity = measure.measurement->quantity(name);
       CHECK(quantity != nullptr);
@@ -97,7 +114,7 @@ class ClaimsExecution {
       }
       record.figures.push_back(std::move(figure));
     }
-    record.remarks = std::move(result.remarks);
+    record.remarks = result.remarks;
     record.disagreements = result.disagreements;
   }
 
@@ -105,6 +122,7 @@ class ClaimsExecution {
   RunObserver& observer_;
   ManifestRecord manifest_;
   RunDirectory directory_;
+  std::map<std::pair<std::string, std::string>, MeasureResult> results_;  // by measurement and scene
   RunSummary summary_;
 };
 

@@ -49,25 +49,13 @@ std::vector<double> scaled(std::vector<double> values, double by) {
   return values;
 }
 
-// Where the loops are slow they get a sample of the rays, evenly spread.
-ClaimRays sample_for(const NaiveLoop& loop, const ClaimRays& rays) {
-  constexpr double enough_s = 0.15;
-  const ClaimRays trial{every_nth(rays.closest, 64), every_nth(rays.shadow, 64)};
-  const double trial_s = seconds_of([&] { trace_rays(loop, trial); });
-  const double share = std::min(1.0, std::max(1.0, enough_s / trial_s) * 64 / static_cast<double>(rays.closest.size()));
-  const auto of = [&](const std::vector<Ray>& all) {
-    return every_nth(all, static_cast<std::size_t>(std::ceil(share * static_cast<double>(all.size()))));
-  };
-  return {of(rays.closest), of(rays.shadow)};
-}
-
 MeasureResult measure_image(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene);
   const NaiveLoop brute(scene, false), boxes(scene, true);
   const auto rotating = make_structure(scene, "median-rotating"), simd = make_structure(scene, "brute"),
              best = make_structure(scene, "binned-sah", text_param("layout", "wide16"));
   const ImageRays image = image_rays(scene, *best, task.resolution);
-  const ClaimRays few = sample_for(brute, image.rays), some = sample_for(boxes, image.rays);
+  const ClaimRays few = affordable_sample(brute, image.rays, 0.15), some = affordable_sample(boxes, image.rays, 0.15);
   const auto count = [](const ClaimRays& rays) { return static_cast<double>(rays.closest.size() + rays.shadow.size()); };
   MeasureResult result;
   result.disagreements += count_disagreements(*best, few.closest, [&](const Ray& ray) { return brute.closest(ray); });
@@ -90,8 +78,11 @@ MeasureResult measure_image(const MeasureTask& task) {
   result.add("best_gain", ratio_of(brute_s, best_s));
   result.add("four_at_once", ratio_of(times[0], times[4]));
   result.remarks.push_back(
-      fmt::format("Brute force on {} of {} rays and boxes on {}, evenly spread and scaled. On one thread, without shading.",
-                  count(few), count(image.rays), count(some)));
+      fmt::format("{}: brute force {}, boxes {}, BVH {}, on one thread, without shading; brute force on {} of {} rays and "
+                  "boxes on {}, evenly "
+                  "spread and scaled.",
+                  task.scene, format_seconds(summarise(brute_s).median), format_seconds(summarise(boxes_s).median),
+                  format_seconds(summarise(tree_s).median), count(few), count(image.rays), count(some)));
   return result;
 }
 

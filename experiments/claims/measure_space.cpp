@@ -13,20 +13,17 @@ constexpr auto factor = FigureKind::factor, plain = FigureKind::plain;
 
 MeasureResult measure_cells(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene);
-  ClaimRays rays = record_claim_rays(scene, task.resolution);
+  const ClaimRays all = record_claim_rays(scene, task.resolution);
   const auto tree = make_structure(scene, "binned-sah"),
              wide = make_structure(scene, "binned-sah", text_param("layout", "wide16")),
              octree = make_structure(scene, "octree"), kd = make_structure(scene, "kd-tree"),
              grid = make_structure(scene, "grid");
   // The grid may be slow beyond measure: then all get fewer rays.
-  const std::size_t some = std::max<std::size_t>(64, affordable_rays(*grid, RayKind::diffuse, rays.closest, 0.5));
+  const ClaimRays rays = affordable_sample(*grid, all, 0.5);
   MeasureResult result;
-  if (some < rays.closest.size()) {
-    result.remarks.push_back(fmt::format("On {}: {} of {} rays, evenly spread, since the grid takes so long.", task.scene, some,
-                                         rays.closest.size()));
-    rays.shadow = every_nth(rays.shadow, some / 2);
-    rays.closest = every_nth(rays.closest, some);
-  }
+  if (rays.closest.size() < all.closest.size())
+    result.remarks.push_back(fmt::format("{}: on {} of {} rays, evenly spread, since the grid takes so long.", task.scene,
+                                         rays.closest.size() + rays.shadow.size(), all.closest.size() + all.shadow.size()));
   for (const RayQuery* other : {octree.get(), kd.get(), grid.get()})
     result.disagreements += count_disagreements(*tree, rays.closest, [&](const Ray& ray) { return other->closest(ray); });
   const auto with = [&](const RayQuery& query) { return [&] { trace_rays(query, rays); }; };

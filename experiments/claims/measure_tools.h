@@ -38,6 +38,20 @@ void trace_rays(const Structure& structure, const ClaimRays& rays) {
   keep_answer(sum);
 }
 
+// As many of them, evenly spread, as take about so long; 64 of each kind at least. For what would take minutes.
+template <class Structure>
+ClaimRays affordable_sample(const Structure& structure, const ClaimRays& rays, double seconds) {
+  constexpr std::size_t least = 64;
+  const ClaimRays trial{every_nth(rays.closest, least), every_nth(rays.shadow, least)};
+  const double trial_s = seconds_of([&] { trace_rays(structure, trial); });
+  const double share =
+      std::max(1.0, seconds / trial_s) * least / static_cast<double>(std::max<std::size_t>(1, rays.closest.size()));
+  const auto of = [&](const std::vector<Ray>& all) {
+    return every_nth(all, static_cast<std::size_t>(std::ceil(share * static_cast<double>(all.size()))));
+  };
+  return {of(rays.closest), of(rays.shadow)};
+}
+
 // Seconds of each work in each repetition, after one that does not count; all take turns, and the first turn goes round.
 using Times = std::vector<std::vector<double>>;
 Times take_turns(const MeasureTask& task, const std::vector<std::function<void()>>& works);

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 // What `--quick` means where an experiment has no [quick] table of its own.
 constexpr const char* default_dynamic_quick[] = {"seeds=1", "dynamic.frames=10", "dynamic.resolution=32",
                                                  "dynamic.repetitions=1"};
-constexpr std::string_view default_claims_quick = "timing = { resolution = 64, repetitions = 1, large = false }\n";
+constexpr std::string_view default_claims_quick = "timing = { resolution = 32, repetitions = 3, large = false }\n";
 constexpr std::string_view default_quick = "seeds = 1\nbudget = { time = \"0.3s\" }\nresolution = [64, 64]\n";
 
 SceneChoice read_scene(const ConfigNode& node, const fs::path& directory) {
