@@ -88,8 +88,8 @@ struct BvhParams : BuilderParams {
 template <class Visitor, class BuilderParams>
 void describe(Visitor& v, BvhParams<BuilderParams>& params) {
   describe(v, static_cast<BuilderParams&>(params));
-  v.choice("layout", params.layout, {"binary", "wide4", "wide8", "wide16"},
-           "nodes of two children; or of 4, 8 or 16, with SIMD packs of triangles as leaves");
+  v.choice("layout", params.layout, {"binary", "wide4", "wide8", "wide16", "auto"},
+           "nodes of two children; or of 4, 8 or 16, with SIMD packs of triangles as leaves; or what suits scene and machine");
   v.integer("reinsertion", params.reinsertion, 0, 100, "passes",
             "of optimisation, at most: subtrees put where they cost least");
 }
@@ -111,6 +111,17 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }
 
+// What traces fastest: the widest that the machine's instructions serve, but sixteen children only for meshes (a few primitives
+// are two or three visits in any layout, and a narrower node is the cheaper visit).
+std::string resolved_layout(const std::string& layout, const Scene& scene) {
+  if (layout != "auto") return layout;
+  constexpr std::uint32_t mesh = 4096;
+  const bool has_mesh = std::any_of(scene.objects.begin(), scene.objects.end(),
+                                    [](const Object& object) { return object.geometry.primitive_count() >= mesh; });
+  const Isa isa = supported_isas().back();
+  return isa == Isa::avx512 && has_mesh ? "wide16" : isa >= Isa::avx2 ? "wide8" : "binary";
+}
+
 // A row of the table for a builder; its instances' tree is of the same builder, and binary. `space(params)`: what it takes.
 template <class BuilderParams, class Space>
 RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
@@ -130,7 +141,7 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
   entry.need = [=](const Scene& scene, const ParamMap& map) {
     const auto params = read_watched<Params>(map, name, nullptr);
     return scene_need(scene, [&](const Geometry& geometry) {
-      return bvh_need(geometry, params.layout, params.leaf_size, params.reinsertion > 0, space(params));
+      return bvh_need(geometry, resolved_layout(params.layout, scene), params.leaf_size, params.reinsertion > 0, space(params));
     });
   };
   entry.build = [=, need = entry.need](const Scene& scene, const ParamMap& map, MemoryWatch* watch) {
@@ -141,9 +152,10 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
       if (watch != nullptr && references > 0)
         params.bytes_per_reference = static_cast<std::uint64_t>(static_cast<double>(need(scene, map).peak) / references);
     }
-    if (params.layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, params, watch, build);
-    if (params.layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, params, watch, build);
-    if (params.layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, params, watch, build);
+    const std::string layout = resolved_layout(params.layout, scene);
+    if (layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, params, watch, build);
+    if (layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, params, watch, build);
+    if (layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, params, watch, build);
     if (params.leaf_size == 0) params.leaf_size = TreeLimits().leaf_size;
     return over_scene(
         scene, watch, [&](const Geometry& geometry) { return Bvh(geometry, build(build_items(geometry), params, &geometry)); },
@@ -154,7 +166,7 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
   };
   entry.builder = [=](const ParamMap& map) -> TreeBuilder {
     const auto params = binary_params(map);
-    if (params.layout != "binary")
+    if (params.layout != "binary" && params.layout != "auto")
       throw Error(map.at("layout").where,
                   std::string(name) + ": layout '" + params.layout + "' cannot change over time; expected binary");
     if (const auto budget = read_with_memory<Params>(map, name).budget; budget.memory > 0)

@@ -18,7 +18,7 @@ struct RunCommand {
 int run_command(const RunCommand& command);
 
 struct RenderCommand {
-  std::string scene, integrator = "path", accel = "binned-sah";
+  std::string scene, integrator = "path", accel;  // empty: default_accel()
   std::string spp, time, error, seed = "1", threads, resolution;
   std::vector<std::string> params;
   std::string output;

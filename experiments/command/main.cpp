@@ -80,7 +80,7 @@ class CommandLine {
     CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
     c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf")->required()->type_name("");
     text(c, "--integrator", render_.integrator, "NAME", "default path; see `etendue list integrators`");
-    text(c, "--accel", render_.accel, "NAME", "default binned-sah; see `etendue list accels`");
+    text(c, "--accel", render_.accel, "NAME", "default: binned-sah in the layout that suits; see `etendue list accels`");
     text(c, "--spp", render_.spp, "N", "iterations: samples per pixel, photon passes; default 64");
     text(c, "--time", render_.time, "30s", "the image is there by then, preparation included (a longer preparation is finished first)");
     text(c, "--error", render_.error, "0.01", "until relmse is that small (within --time, default 10min)");

@@ -169,7 +169,9 @@ Budget read_options(const RenderCommand& command, Rendered& r) {
 int render_command(const RenderCommand& command) {
   Console console;
   exit_on_interrupt("\ninterrupted; no image is written\n");
-  Rendered r{command, {command.integrator, {}, {"--integrator"}}, {command.accel, {}, {"--accel"}}};
+  const Method integrator{command.integrator, {}, {"--integrator"}};
+  const Method accel = command.accel.empty() ? default_accel() : Method{command.accel, {}, {"--accel"}};
+  Rendered r{command, integrator, accel};
   Budget budget = read_options(command, r);
   const Scene scene = load_scene(command.scene);
   const SceneNeeds needs = scene_needs(scene);

@@ -228,7 +228,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
     config.animation = read_animation(*dynamic);
     config.accels = read_builders(accels);
   } else {
-    config.accels = accels ? read_accels(*accels) : std::vector<Method>{{"binned-sah", {}, {}}};
+    config.accels = accels ? read_accels(*accels) : std::vector<Method>{default_accel()};
   }
   if (claims) {
     refuse_keys(root, "[[claims]], which name what they measure",

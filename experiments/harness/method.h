@@ -21,6 +21,10 @@ struct Method {
 void validate_integrator(Method& method);
 void validate_accel(Method& method);
 
+// What renders use unless told: binned SAH in the layout that suits scene and machine. Every structure and layout finds the same
+// hits, so images do not depend on it.
+Method default_accel();
+
 // Every structure that is built in, as it is by default; the better trees in wide layouts as well, Embree watertight too.
 std::vector<Method> all_accels(const Location& where);
 
