@@ -98,7 +98,7 @@ class Grid::Walk {
   void start(int axis, const Ray& ray) {
     const std::vector<float>& planes = grid_.planes_[axis];
     const int last = grid_.size(axis) - 1;
-    const bool parallel = std::isinf(slab_.reciprocal[axis]);
+    const bool parallel = !std::isfinite(slab_.reciprocal[axis]);
     const float at = parallel ? ray.origin[axis] : ray.origin[axis] + passed_ * ray.direction[axis];
     int i = std::clamp(static_cast<int>(std::upper_bound(planes.begin(), planes.end(), at) - planes.begin()) - 1, 0, last);
     next_[axis] = infinity;

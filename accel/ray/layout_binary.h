@@ -78,8 +78,9 @@ class BinaryLayout {
 class BinaryLayout::RayBoxes {
  public:
   RayBoxes(const Ray& ray, float limit) : t_min_(ray.t_min) {
+    const vec3 reciprocals = slab_reciprocal(ray.direction);
     for (int axis = 0; axis < 3; ++axis) {
-      const float reciprocal = 1.0f / ray.direction[axis], far = -(reciprocal * slab_pad);
+      const float reciprocal = reciprocals[axis], far = -(reciprocal * slab_pad);
       const bool negative = std::signbit(ray.direction[axis]);
       origin_[axis] = _mm_set1_ps(ray.origin[axis]);
       reciprocal_[axis] = _mm_setr_ps(reciprocal, reciprocal, far, far);

@@ -17,7 +17,7 @@ struct SlabTerms {
   float t_min;
   std::uint32_t near_plane[3], far_plane[3];  // by axis: where they begin in WideNode::planes
 
-  explicit SlabTerms(const Ray& ray) : origin(ray.origin), reciprocal(1.0f / ray.direction), t_min(ray.t_min) {
+  explicit SlabTerms(const Ray& ray) : origin(ray.origin), reciprocal(slab_reciprocal(ray.direction)), t_min(ray.t_min) {
     for (int axis = 0; axis < 3; ++axis) {
       const std::uint32_t negative = std::signbit(ray.direction[axis]) ? node_width : 0, lower = 2 * axis * node_width;
       near_plane[axis] = lower + negative;

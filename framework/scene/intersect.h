@@ -88,6 +88,16 @@ inline bool intersect_primitive(const Geometry& geometry, std::uint32_t primitiv
   return true;
 }
 
+// Reciprocals for slab tests. NaN, which restricts nothing, where that of a subnormal component overflows: the ray does cross
+// the slab, though at distances of the order of 1e38 times the slab's, and an infinity would deny it.
+inline vec3 slab_reciprocal(const vec3& direction) {
+  vec3 reciprocal = 1.0f / direction;
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::isinf(reciprocal[axis]) && direction[axis] != 0) [[unlikely]]
+      reciprocal[axis] = std::numeric_limits<float>::quiet_NaN();
+  return reciprocal;
+}
+
 // What the slab test needs of a ray. Zero components give reciprocals of infinity with the component's sign; the near and far
 // planes of each axis are picked by the sign bit, so -0 is as good as any negative number.
 struct SlabRay {
@@ -96,7 +106,7 @@ struct SlabRay {
 
   explicit SlabRay(const Ray& ray)
       : origin(ray.origin),
-        reciprocal(1.0f / ray.direction),
+        reciprocal(slab_reciprocal(ray.direction)),
         negative{std::signbit(ray.direction.x), std::signbit(ray.direction.y), std::signbit(ray.direction.z)} {}
 };
 
