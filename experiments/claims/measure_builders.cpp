@@ -123,18 +123,26 @@ MeasureResult measure_worth(const MeasureTask& task) {
 MeasureResult measure_brute(const MeasureTask& task) {
   MeasureResult result;
   const std::vector<double> sizes{1, 2, 4, 8, 16, 32, 64, 128, 256};
-  const auto against = [&](const auto& make_brute) {
+  // `make` gives brute force and tree.
+  const auto against = [&](const auto& make) {
     return [&](const Scene& scene, const ClaimRays& rays) {
-      const auto tree = make_structure(scene, "binned-sah");
-      const auto brute = make_brute(scene);
-      result.disagreements += count_disagreements(*tree, rays.closest, [&](const Ray& ray) { return brute->closest(ray); });
-      return take_turns(task, {[&] { trace_rays(*tree, rays); }, [&] { trace_rays(*brute, rays); }});
+      const auto [brute, tree] = make(scene);
+      result.disagreements +=
+          count_disagreements(*make_structure(scene, "sah"), rays.closest, [&](const Ray& ray) { return brute->closest(ray); });
+      return take_turns(task, {tracing(rays.closest, [&](const Ray& ray) { return tree->closest(ray); }),
+                               tracing(rays.closest, [&](const Ray& ray) { return brute->closest(ray); })});
     };
   };
-  const auto scalar = [](const Scene& scene) { return std::make_unique<NaiveLoop>(scene, false); };
-  const auto simd = [](const Scene& scene) { return make_structure(scene, "brute"); };
+  const auto scalar = [](const Scene& scene) {
+    const Geometry& geometry = scene.objects[0].geometry;
+    return std::pair{std::make_unique<NaiveLoop>(scene, false),
+                     std::make_unique<NaiveTree>(geometry, find_ray_structure("binned-sah", {}).tree(geometry, {}))};
+  };
+  const auto product = [](const Scene& scene) {
+    return std::pair{make_structure(scene, "brute"), make_structure(scene, "binned-sah")};
+  };
   result.add("viable_below", crossing(task, sizes, against(scalar), result));
-  result.add("viable_below_simd", crossing(task, sizes, against(simd), result));
+  result.add("viable_below_simd", crossing(task, sizes, against(product), result));
   return result;
 }
 
@@ -177,7 +185,7 @@ std::vector<Measurement> builder_measurements() {
           {"brute-force",
            "objects from which on a tree traces faster than brute force",
            {{"viable_below", FigureKind::plain, "objects below which brute force is faster"},
-            {"viable_below_simd", FigureKind::plain, "the same with four triangles at once"}},
+            {"viable_below_simd", FigureKind::plain, "the same with four triangles and two boxes at once"}},
            measure_brute},
           {"build-time",
            "seconds on one thread",

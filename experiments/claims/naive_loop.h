@@ -2,8 +2,7 @@
 // meshes whose box the ray meets. The product's `brute` and `bounds` test four triangles at once; the sources' did not.
 #pragma once
 
-#include "accel/ray/traversal_limit.h"
-#include "framework/scene/intersect.h"
+#include "experiments/claims/traversal_variants.h"
 #include "framework/scene/scene.h"
 
 namespace etendue {
@@ -53,6 +52,40 @@ class NaiveLoop {
   bool boxes_;
   float extent_ = 0;
   std::vector<Mesh> meshes_;
+};
+
+// And the first tree that it gets: recursive, a box at a time, a primitive at a time. For closest hits.
+class NaiveTree {
+ public:
+  NaiveTree(const Geometry& geometry, BinaryTree tree)
+      : geometry_(geometry),
+        tree_(std::move(tree)),
+        nodes_(tree_),
+        extent_(tree_.nodes.empty() ? 0 : largest_coordinate(tree_.nodes[0].bounds)) {}
+
+  Hit closest(const Ray& ray) const {
+    if (tree_.nodes.empty() || !is_traceable(ray)) return {};
+    Hit hit;
+    hit.t = ray.t_max;
+    const TriangleRay shear(ray.direction);
+    const auto leaf = [&](std::uint32_t first, std::uint32_t count) {
+      for (std::uint32_t i = first; i < first + count; ++i)
+        intersect_primitive(geometry_, tree_.primitives[i], ray, shear, hit);
+    };
+    constexpr WalkOptions recursive{Walk::recursive, true, true};
+    Walker<recursive, LoopSlab, PackedNodes, ObserveNothing, decltype(leaf)>(nodes_, ray, TraversalLimit(ray, extent_), hit.t,
+                                                                             {}, leaf)
+        .run(tree_.depth);
+    if (!hit) return {};
+    hit.instance = 0;
+    return hit;
+  }
+
+ private:
+  const Geometry& geometry_;
+  BinaryTree tree_;
+  PackedNodes nodes_;
+  float extent_;
 };
 
 }  // namespace etendue

@@ -62,13 +62,16 @@ TEST(ClaimVariants, TraversalsFindWhatBruteForceFinds) {
   }
 }
 
-TEST(ClaimVariants, NaiveLoopsFindWhatBruteForceFinds) {
+TEST(ClaimVariants, NaiveLoopsAndTreeFindWhatBruteForceFinds) {
   const Scene scene = load_claim_scene("claim:objects?count=60");
   const auto brute = find_ray_structure("brute", {}).make(scene, {});
   const NaiveLoop loop(scene, false), boxes(scene, true);
+  const Geometry& geometry = scene.objects[0].geometry;
+  const NaiveTree tree(geometry, find_ray_structure("binned-sah", {}).tree(geometry, {}));
   for (const Ray& ray : general_rays(scene, 2000, 3)) {
     expect_same(brute->closest(ray), loop.closest(ray), "loop");
     expect_same(brute->closest(ray), boxes.closest(ray), "boxes");
+    expect_same(brute->closest(ray), tree.closest(ray), "tree");
     ASSERT_EQ(brute->occluded(ray), loop.occluded(ray));
     ASSERT_EQ(brute->occluded(ray), boxes.occluded(ray));
   }
