@@ -132,16 +132,19 @@ std::string summarise_verdicts(const std::vector<ClaimFindings>& claims) {
   return text;
 }
 
+TableCell words_or_none(const std::string& text) { return text.empty() ? TableCell{} : TableCell::words(text); }
+
 std::string verdict_text(const ClaimFindings& claim) {
   return std::string(verdict_name(claim.verdict)) + (claim.on_what.empty() ? "" : " (" + claim.on_what + ")");
 }
 
 constexpr const char* rule =
     "Measured: medians of interleaved repetitions, with their quartiles. Confirmed: the quartiles meet the claimed interval; "
-    "weaker or stronger: an effect of the claimed direction, but less or more; refuted: no effect beyond the spread, or the "
-    "opposite one; undecided: the spread reaches from no effect into the claim; of a claim of little effect, or of a "
-    "count, the median must lie in the interval; depends: figures or scenes differ, as said "
-    "behind it.";
+    "weaker or stronger: an effect of the claimed direction, but less or more (a shorter time is more); refuted: no effect "
+    "beyond "
+    "the spread, or the opposite one; undecided: the spread reaches from no effect into the claim; of a claim of little "
+    "effect, or "
+    "of a count, the median must lie in the interval; depends: figures or scenes differ, as said behind it.";
 
 }  // namespace
 
@@ -170,13 +173,15 @@ Table claims_table(const RunLog& log) {
                    {"claimed", "claimed", false},
                    {"measured", "measured", false},
                    {"verdict", "verdict", false},
+                   {"depends_on", "depends on", false},
                    {"remarks", "remarks", false}};
   for (const ClaimFindings& claim : arrange_claims(log)) {
     const ClaimRecord& first = *claim.records.front();
     table.rows.push_back({TableCell::count(static_cast<std::uint64_t>(claim.id)), TableCell::words(first.claim),
                           TableCell::words(first.source), TableCell::words(first.claimed),
                           TableCell::words(fmt::format("{}", fmt::join(claim.measured, "; "))),
-                          TableCell::words(verdict_text(claim)), TableCell::words(remarks_of(claim))});
+                          TableCell::words(std::string(verdict_name(claim.verdict))), words_or_none(claim.on_what),
+                          words_or_none(remarks_of(claim))});
   }
   if (!table.rows.empty()) table.notes.push_back(rule);
   for (const ClaimRecord& record : log.claims)
