@@ -104,6 +104,7 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
   Params fine = params, single = params;
   single.leaf_size = 1;
   fine.leaf_size = params.reinsertion > 0 ? 1 : Wide::tree_leaf_size;
+  if (params.leaf_size > 0) fine.leaf_size = std::min(fine.leaf_size, params.leaf_size);
   if constexpr (requires { fine.primitive_cost; }) fine.primitive_cost = 0;  // so many are a leaf in any case
   return over_scene(
       scene, watch,

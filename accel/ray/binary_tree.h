@@ -59,7 +59,8 @@ void describe_max_depth(Visitor& v, TreeLimits& limits) {
 template <class Visitor>
 void describe(Visitor& v, TreeLimits& limits) {
   v.integer("leaf_size", limits.leaf_size, 0, 64, "primitives",
-            "most in a leaf above max_depth; 0: 4 in the binary layout, a pack in the wide ones");
+            "most in a leaf above max_depth, in wide layouts never more than a pack; 0: 4 in the binary layout, a pack in the "
+            "wide ones");
   describe_max_depth(v, limits);
 }
 

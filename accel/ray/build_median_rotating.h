@@ -15,8 +15,9 @@ struct MedianRotatingParams : TreeLimits {};  // leaf_size is the notes' triangl
 
 template <class Visitor>
 void describe(Visitor& v, MedianRotatingParams& params) {
-  v.integer("triangle_threshold", params.leaf_size, 0, 64, "primitives",
-            "a run of at most so many is a leaf; 0: 4 in the binary layout, a pack in the wide ones");
+  v.integer(
+      "triangle_threshold", params.leaf_size, 0, 64, "primitives",
+      "a run of at most so many is a leaf; 0, and in wide layouts at most: 4 in the binary layout, a pack in the wide ones");
   describe_max_depth(v, params);
 }
 

@@ -130,7 +130,7 @@ class Reinsertion {
 }  // namespace
 
 void reinsert_subtrees(BinaryTree& tree, int passes) {
-  if (tree.nodes.size() < 7) return;
+  if (passes == 0 || tree.nodes.size() < 7) return;
   Reinsertion reinsertion(tree);
   for (int pass = 0; pass < passes && reinsertion.pass() > least_worthwhile; ++pass) {
   }

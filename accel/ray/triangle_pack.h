@@ -1,4 +1,4 @@
-// The leaves of wide trees: a few triangles side by side, tested together by SIMD instructions (wide_traversal.inl).
+// The leaves of wide trees: a few triangles side by side, tested together by SIMD instructions (wide_tests.inl).
 #pragma once
 
 #include "framework/scene/geometry.h"

@@ -185,7 +185,9 @@ class Comparison {
     for (const RayKind kind : ray_kinds) {
       const std::span<const Ray> rays = rays_of(contender, kind);
       if (rays.empty()) continue;
-      mrays_per_s(structure, kind, rays.first(std::min(rays.size(), std::max<std::size_t>(1024, rays.size() / 8))));
+      const auto warming = rays.first(std::min(rays.size(), std::max<std::size_t>(1024, rays.size() / 8)));
+      mrays_per_s(structure, kind, warming);
+      batched_mrays_per_s(structure, kind, warming);
       contender.speeds[index_of(kind)].push_back(mrays_per_s(structure, kind, rays));
       if (const double speed = batched_mrays_per_s(structure, kind, rays); speed > 0)
         contender.batched_speeds[index_of(kind)].push_back(speed);

@@ -153,6 +153,21 @@ TEST(SpatialSplits, LowerTheCostOfCrossedClutter) {
   EXPECT_LT(build_sbvh(build_items(geometry), params, &geometry).sah_cost(), 0.8 * whole);
 }
 
+// Their boxes are all alike, whole or cut; only the parts of the triangles themselves tell that a cut pays.
+TEST(SpatialSplits, LowerTheCostOfParallelDiagonalSlivers) {
+  Random random(6);
+  Geometry geometry;
+  for (int i = 0; i < 1000; ++i) {
+    const vec3 from = random.in_cube(0.1f);
+    add_triangle(geometry, from, from + vec3(1), from + vec3(0.5f) + random.in_cube(0.01f));
+  }
+  SbvhParams params;
+  params.duplication = 0;
+  const double whole = build_sbvh(build_items(geometry), params, &geometry).sah_cost();
+  params.duplication = 8;
+  EXPECT_LT(build_sbvh(build_items(geometry), params, &geometry).sah_cost(), 0.7 * whole);
+}
+
 TEST(SpatialSplits, TreeDoesNotDependOnThreads) {
   const Geometry geometry = crossed_clutter(20000, 5);
   BinaryTree expected;
