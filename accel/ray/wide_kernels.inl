@@ -7,8 +7,6 @@
 namespace etendue {
 namespace {
 
-inline Hit placed(const Hit& hit) { return hit ? Hit{hit.t, hit.uv, 0, hit.primitive} : Hit{}; }
-
 template <class Simd, int node_width, class Pack, bool any_hit, class Answer>
 void run_streams(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
   WideStream<Simd, node_width, Pack, any_hit> stream(view);

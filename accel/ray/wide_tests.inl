@@ -182,6 +182,9 @@ class LeafTest {
   Lanes sheared_origin_[3], shear_x_, shear_y_, shear_z_;
 };
 
+// As the caller gets it: a hit in the first instance, or none.
+inline Hit placed(const Hit& hit) { return hit ? Hit{hit.t, hit.uv, 0, hit.primitive} : Hit{}; }
+
 // The lines of a node or pack that is visited soon, all at once: each would otherwise be waited for in turn.
 template <std::size_t size>
 [[gnu::always_inline]] inline void prefetch_lines(const void* begin) {

@@ -79,7 +79,7 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
     } else {
       const float limit = limit_beyond(hit.t);
       do {
-        if (top == bottom) return hit ? Hit{hit.t, hit.uv, 0, hit.primitive} : Hit{};
+        if (top == bottom) return placed(hit);
         --top;
       } while (top->entry > limit);
       place = top->place;
