@@ -8,6 +8,7 @@
 #include "experiments/harness/config.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"
+#include "tests/places.h"
 
 #include "accel/registry.h"
 
@@ -79,8 +80,8 @@ TEST(ClaimVariants, NaiveLoopsAndTreeFindWhatBruteForceFinds) {
 
 // Cylinders, rotated bars, cells, policies and the rest check themselves: each counts the answers that are not the product's.
 TEST(ClaimVariants, MeasurementsAgreeAndGiveEveryQuantityOnce) {
-  const ExperimentConfig config =
-      load_config(ETENDUE_SOURCE_DIR "/experiments/claims.toml", {true, {"timing={ resolution = 8, repetitions = 1 }"}});
+  const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/claims.toml",
+                                              {true, {"timing={ resolution = 8, repetitions = 1 }"}});
   std::set<std::string> seen;
   for (const Claim& claim : config.claims->rows)
     for (const ClaimMeasure& measure : claim.measures) {

@@ -3,6 +3,7 @@
 #include "experiments/claims/verdict.h"
 #include "experiments/harness/config.h"
 #include "experiments/harness/run.h"
+#include "tests/places.h"
 #include "tests/unit/harness_process.h"
 
 #include <algorithm>
@@ -160,7 +161,7 @@ TEST(ClaimsConfig, SlipsAreErrorsAtTheirPlace) {
 }
 
 TEST(ClaimsExperiment, HoldsEveryClaimOnce) {
-  const ExperimentConfig config = load_config(ETENDUE_SOURCE_DIR "/experiments/claims.toml");
+  const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/claims.toml");
   ASSERT_TRUE(config.claims.has_value());
   std::vector<int> ids;
   for (const Claim& claim : config.claims->rows) ids.push_back(claim.id);
@@ -170,7 +171,7 @@ TEST(ClaimsExperiment, HoldsEveryClaimOnce) {
 }
 
 TEST(ClaimsExperiment, UsesEveryMeasurement) {
-  const ExperimentConfig config = load_config(ETENDUE_SOURCE_DIR "/experiments/claims.toml");
+  const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/claims.toml");
   for (const Measurement& measurement : measurements()) {
     bool used = false;
     for (const Claim& claim : config.claims->rows)

@@ -3,6 +3,7 @@
 #include "framework/core/error.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -39,8 +40,8 @@ CellRecord cell(std::uint64_t seed, const std::string& status = "done") {
 class Log : public ::testing::Test {
  protected:
   void SetUp() override {
-    directory_ = std::filesystem::temp_directory_path() /
-                 (std::string("etendue-log-") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    directory_ = std::filesystem::temp_directory_path() / ("etendue-log-" + std::to_string(getpid()) + "-" +
+                                                           ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::remove_all(directory_);
     std::filesystem::create_directories(directory_);
     path_ = (directory_ / "runs.jsonl").string();

@@ -1,6 +1,8 @@
 // Runs the `etendue` program as its users do.
 #pragma once
 
+#include "tests/places.h"
+
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -31,8 +33,8 @@ class ProgramTest : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    directory_ =
-        std::filesystem::temp_directory_path() / (std::string("etendue-") + info->test_suite_name() + "-" + info->name());
+    directory_ = std::filesystem::temp_directory_path() /
+                 (std::string("etendue-") + info->test_suite_name() + "-" + info->name() + "-" + std::to_string(getpid()));
     std::filesystem::remove_all(directory_);
     std::filesystem::create_directories(directory_);
   }
@@ -48,7 +50,7 @@ class ProgramTest : public ::testing::Test {
     std::vector<char*> argv{const_cast<char*>("etendue")};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
-    execv(ETENDUE_EXECUTABLE, argv.data());
+    execv(program_path, argv.data());
     _exit(127);
   }
 

@@ -8,6 +8,7 @@
 #include "framework/io/load_scene.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 #include <filesystem>
 #include <fstream>
 
@@ -83,8 +84,8 @@ TEST(ClosedForm, IsIntegratedOverEachPixel) {
 class ReferenceFiles : public ::testing::Test {
  protected:
   void SetUp() override {
-    directory_ = (std::filesystem::temp_directory_path() /
-                  (std::string("etendue-reference-") + ::testing::UnitTest::GetInstance()->current_test_info()->name()))
+    directory_ = (std::filesystem::temp_directory_path() / ("etendue-reference-" + std::to_string(getpid()) + "-" +
+                                                            ::testing::UnitTest::GetInstance()->current_test_info()->name()))
                      .string();
     std::filesystem::remove_all(directory_);
   }

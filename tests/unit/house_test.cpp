@@ -1,4 +1,6 @@
 // The house's own rules: includes run downward, citations resolve.
+#include "tests/places.h"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -12,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path root = ETENDUE_SOURCE_DIR;
+const fs::path root = etendue::project_folder;
 
 std::string slurp(const fs::path& path) {
   std::ifstream in(path);

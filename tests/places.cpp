@@ -1,0 +1,8 @@
+#include "tests/places.h"
+
+namespace etendue {
+
+const char* const program_path = ETENDUE_EXECUTABLE;
+const char* const project_folder = ETENDUE_SOURCE_DIR "/";
+
+}  // namespace etendue
