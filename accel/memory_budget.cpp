@@ -31,14 +31,15 @@ std::string try_rung(const MemoryRung& rung, std::uint64_t limit, std::unique_pt
 
 }  // namespace
 
-std::unique_ptr<RayQuery> build_within(const MemoryParams& params, const Location& where, std::span<const MemoryRung> rungs) {
+std::unique_ptr<RayQuery> build_within(const MemoryParams& params, const Location& where, const std::string& scene,
+                                       std::span<const MemoryRung> rungs) {
   CHECK(!rungs.empty());
   std::unique_ptr<RayQuery> built;
   const std::string why = try_rung(rungs[0], params.memory, built);
   if (why.empty()) return built;
   const std::string told = fmt::format("beyond its memory of {}: {}", size_text(params.memory), why);
   if (params.over_memory == "error")
-    throw Error(where, fmt::format("{}; expected a larger memory, or over_memory = \"leaner\" or \"brute\"", told));
+    throw Error(where, fmt::format("{}: {}; expected a larger memory, or over_memory = \"leaner\" or \"brute\"", scene, told));
   const auto stands_in = [&](const MemoryRung& rung, const char* remark) {
     built->fallback = fmt::format("{}; {} in its place, {}{}", told, rung.name, size_text(built->stats().bytes), remark);
     return std::move(built);

@@ -75,7 +75,8 @@ struct MemoryRung {
 };
 
 // Builds the first rung, which is what was asked for, or the first that fits; the last one whether it fits or not. With
-// `over_memory` = "error" throws Error at `where` if the first does not fit.
-std::unique_ptr<RayQuery> build_within(const MemoryParams& params, const Location& where, std::span<const MemoryRung> rungs);
+// `over_memory` = "error" throws Error at `where`, naming the scene, if the first does not fit.
+std::unique_ptr<RayQuery> build_within(const MemoryParams& params, const Location& where, const std::string& scene,
+                                       std::span<const MemoryRung> rungs);
 
 }  // namespace etendue

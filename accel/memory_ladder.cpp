@@ -43,7 +43,7 @@ std::unique_ptr<RayQuery> make_within_memory(const RayEntry& entry, const Scene&
   if (budget.memory == 0 || std::none_of(scene.objects.begin(), scene.objects.end(), has_primitives))
     return entry.build(scene, map, nullptr);
   const bool leaner = budget.over_memory == "leaner";
-  return build_within(budget, map.at("memory").where, memory_rungs(entry, scene, map, leaner));
+  return build_within(budget, map.at("memory").where, scene.name, memory_rungs(entry, scene, map, leaner));
 }
 
 }  // namespace etendue

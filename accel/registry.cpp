@@ -217,11 +217,6 @@ RayEntry plain_entry(const char* name, const char* summary, const MakeBottom& ma
 BinaryTree sah_over_instances(std::vector<BuildItem> items) { return build_sah(std::move(items), {}); }
 BinaryTree leaf_of_instances(std::vector<BuildItem> items) { return single_leaf(items); }
 
-struct NoParams {};
-
-template <class Visitor>
-void describe(Visitor&, NoParams&) {}
-
 struct BruteParams {
   bool in_place = false;
 };

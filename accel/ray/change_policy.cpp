@@ -4,11 +4,6 @@ namespace etendue {
 
 namespace {
 
-struct NoParams {};
-
-template <class Visitor>
-void describe(Visitor&, NoParams&) {}
-
 ChangePolicyEntry plain_entry(const char* name, const char* summary, ChangePolicy::Kind kind) {
   const auto make = [name, kind](const ParamMap& map) {
     read_params<NoParams>(map, name);

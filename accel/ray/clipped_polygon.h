@@ -39,6 +39,11 @@ class ClippedPolygon {
     keep(axis, low, 1);
     keep(axis, high, -1);
   }
+  double area() const {
+    dvec3 sum(0);
+    for (std::size_t i = 2; i < count_; ++i) sum += glm::cross(vertices_[i - 1] - vertices_[0], vertices_[i] - vertices_[0]);
+    return 0.5 * glm::length(sum);
+  }
   // The extent along the axis; not of an empty one.
   dvec2 extent(int axis) const {
     dvec2 extent(vertices_[0][axis]);

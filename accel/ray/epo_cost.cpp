@@ -1,5 +1,6 @@
 #include "accel/ray/epo_cost.h"
 
+#include "accel/ray/clipped_polygon.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
 
@@ -11,46 +12,9 @@ namespace etendue {
 
 namespace {
 
-// A convex polygon: a triangle cut by six planes has nine corners at most.
-struct Polygon {
-  std::array<dvec3, 9> corners;
-  std::size_t count = 0;
-
-  double area() const {
-    dvec3 sum(0);
-    for (std::size_t i = 2; i < count; ++i) sum += glm::cross(corners[i - 1] - corners[0], corners[i] - corners[0]);
-    return 0.5 * glm::length(sum);
-  }
-  // What lies where sign * (p[axis] - at) <= 0 ([Sutherland1974]).
-  void clip(int axis, double sign, double at) {
-    Polygon kept;
-    for (std::size_t i = 0; i < count; ++i) {
-      const dvec3 &a = corners[i], &b = corners[i + 1 < count ? i + 1 : 0];
-      const double da = sign * (a[axis] - at), db = sign * (b[axis] - at);
-      if (da <= 0) kept.add(a);
-      if ((da < 0 && db > 0) || (da > 0 && db < 0)) kept.add(a + (da / (da - db)) * (b - a));
-    }
-    *this = kept;
-  }
-  void clip(const Bounds& box) {
-    for (int axis = 0; axis < 3 && count > 0; ++axis) {
-      clip(axis, -1, box.lower[axis]);
-      clip(axis, 1, box.upper[axis]);
-    }
-  }
-
- private:
-  void add(const dvec3& p) {
-    if (count < corners.size()) corners[count++] = p;  // rounding may make a tenth corner, next to another
-  }
-};
-
-Polygon triangle_of(const Geometry& geometry, std::uint32_t id) {
-  Polygon triangle;
+ClippedPolygon triangle_of(const Geometry& geometry, std::uint32_t id) {
   const uvec3 v = geometry.triangles[id];
-  for (int i = 0; i < 3; ++i) triangle.corners[i] = geometry.positions[v[i]];
-  triangle.count = 3;
-  return triangle;
+  return {geometry.positions[v.x], geometry.positions[v.y], geometry.positions[v.z]};
 }
 
 // Leaves numbered depth first, so that a subtree is an interval of them: "is this primitive below that node?" is a search among
@@ -98,7 +62,7 @@ class Subtrees {
 double foreign_area(const BinaryTree& tree, const Subtrees& subtrees, const Geometry& geometry, std::uint32_t id) {
   struct Visit {
     std::uint32_t node;
-    Polygon polygon;  // clipped to the parent's box
+    ClippedPolygon polygon;  // clipped to the parent's box
   };
   double sum = 0;
   std::vector<Visit> visits{{0, triangle_of(geometry, id)}};
@@ -106,7 +70,7 @@ double foreign_area(const BinaryTree& tree, const Subtrees& subtrees, const Geom
     Visit visit = visits.back();
     visits.pop_back();
     const TreeNode& node = tree.nodes[visit.node];
-    visit.polygon.clip(node.bounds);
+    for (int axis = 0; axis < 3; ++axis) visit.polygon.clip(axis, node.bounds.lower[axis], node.bounds.upper[axis]);
     const double area = visit.polygon.area();
     if (area == 0) continue;
     if (!subtrees.below(id, visit.node)) sum += area * (node.is_leaf() ? node.count : 1u);

@@ -38,8 +38,19 @@ std::vector<StructureChoice> choose(const std::string& names) {
   return choices;
 }
 
+// Of all objects, each once: what no structure may hold.
+std::uint64_t left_out(const Scene& scene) {
+  std::uint64_t count = 0;
+  for (const Object& object : scene.objects)
+    count += object.geometry.primitive_count() - object.geometry.valid_primitives().size();
+  return count;
+}
+
 void print_comparison(const std::string& name, const Scene& scene, const RunLog& log) {
-  fmt::print("{}: {} triangles\n\n", name, format_count(static_cast<double>(scene.triangle_count())));
+  fmt::print("{}: {} triangles", name, format_count(static_cast<double>(scene.triangle_count())));
+  if (const std::uint64_t count = left_out(scene); count > 0)
+    fmt::print("; {} primitives left out, of no area or not finite", format_count(static_cast<double>(count)));
+  fmt::print("\n\n");
   Table table = structures_table(arrange(log));
   for (TableColumn& column : table.columns)
     if (column.key == "scene" || column.key == "triangles") column.audience = Audience::machines;  // the heading says them
@@ -59,10 +70,15 @@ int accel_command(const AccelCommand& command) {
   options.threads = threads_option(command.threads);
   options.check_rays = static_cast<std::uint64_t>(whole_option("--check", command.check, 0, 1'000'000'000'000));
   options.budget_s = duration_option("--budget", command.budget);
-  std::uint64_t disagreements = 0;
+  std::vector<Scene> scenes;  // all of them before any is measured: a misspelt one is told at once
   for (const std::string& name : command.scenes) {
-    const Scene scene = load_scene(name);
-    for (const std::string& warning : scene.warnings) console.warning(warning);
+    scenes.push_back(load_scene(name));
+    for (const std::string& warning : scenes.back().warnings) console.warning(warning);
+  }
+  std::uint64_t disagreements = 0;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const std::string& name = command.scenes[i];
+    const Scene& scene = scenes[i];
     RunLog log;
     for (StructureRecord record :
          compare_structures(scene, choices, options, [&](const std::string& line) { console.status(line); })) {

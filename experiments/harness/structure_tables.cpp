@@ -134,8 +134,9 @@ Table structures_table(const ReportData& data) {
   table.column("triangles", "triangles",
                [](const StructureRecord& r) { return figure(static_cast<double>(r.triangles), count_text); });
   table.measured("build_s", "on 1 thread", seconds_text, [](const StructureRecord& r) { return r.build_s; });
-  table.measured("parallel_build_s", threads_title(log), seconds_text,
-                 [](const StructureRecord& r) { return r.parallel_build_s; });
+  if (std::any_of(log.structures.begin(), log.structures.end(), [](const StructureRecord& r) { return r.threads > 1; }))
+    table.measured("parallel_build_s", threads_title(log), seconds_text,
+                   [](const StructureRecord& r) { return r.parallel_build_s; });
   table.column("bytes", "memory", [](const StructureRecord& r) { return figure(static_cast<double>(r.bytes), bytes_text); });
   table.column("bytes_per_triangle", "bytes/triangle", [](const StructureRecord& r) {
     return figure(r.triangles > 0 ? static_cast<double>(r.bytes) / static_cast<double>(r.triangles) : 0);

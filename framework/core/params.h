@@ -70,6 +70,11 @@ class ParamReader {
   std::vector<std::string> known_;
 };
 
+struct NoParams {};
+
+template <class Visitor>
+void describe(Visitor&, NoParams&) {}
+
 template <class Params>
 Params read_params(const ParamMap& map, const std::string& owner) {
   Params params;

@@ -102,10 +102,12 @@ TEST(MemoryBudget, LeanerLayoutsStandInWhereTheyFit) {
 }
 
 TEST(MemoryBudget, ErrorsGiveTheSizesAndThePlace) {
-  const Scene scene = scene_of(closed_sphere(20, 40));
+  Scene scene = scene_of(closed_sphere(20, 40));
+  scene.name = "ball";
   for (const RayEntry* entry : structures()) {
     const std::string what = error_of([&] { entry->make(scene, budget("1KiB", "error")); });
-    EXPECT_TRUE(what.starts_with("memory.toml:3:7: beyond its memory of 1 KiB: " + entry->name + " would take about ")) << what;
+    EXPECT_TRUE(what.starts_with("memory.toml:3:7: ball: beyond its memory of 1 KiB: " + entry->name + " would take about "))
+        << what;
     EXPECT_NE(what.find("KiB, of which it would keep"), std::string::npos) << what;
   }
 }
