@@ -40,6 +40,34 @@ float PhotonMap::automatic_radius() const {
   return std::max(*middle, std::numeric_limits<float>::min()) * (options_.k > 0 ? 4 : 1);
 }
 
+GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories,
+                         int max_scatterings)
+    : point_(point),
+      bsdf_(bsdf),
+      wo_(wo),
+      normal_(glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal),
+      histories_(histories),
+      constant_(bsdf.is_diffuse() && point.shading_normal == point.normal),
+      longest_(std::min(max_scatterings, 65535)),
+      constant_reflectance_(constant_ ? bsdf.diffuse_albedo() * inv_pi : Rgb(0)) {}
+
+// Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces pass.
+// Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.
+bool GatherPoint::counts(const Photons& photons, std::uint32_t id, bool side_test) const {
+  const PhotonSide side = photons.side[id];
+  if (!(side.history & histories_) || photons.scatterings[id] > longest_) return false;
+  if (!side_test) return true;
+  const float facing = glm::dot(side.normal(), normal_);
+  return (constant_ ? facing : std::abs(facing)) >= 0.1f;
+}
+
+Rgb GatherPoint::reflected(const Photons& photons, std::uint32_t id) const {
+  if (constant_) return photons.power[id] * constant_reflectance_;
+  // The photons' own cosine is the geometric one; `evaluate` has the shading one, as path tracing does.
+  const vec3& wi = photons.direction[id];
+  return photons.power[id] * bsdf_.evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
+}
+
 Rgb PhotonMap::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories,
                         int max_scatterings) const {
   if (photons_.empty() || max_scatterings < 0) return Rgb(0);
@@ -47,31 +75,34 @@ Rgb PhotonMap::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
   const KernelDisc disc = find_disc(*query_, point.position, options_.k, radius_, neighbours);
   count(Counter::photons_gathered, disc.count);
   if (!(disc.radius_squared > 0)) return Rgb(0);
-
-  // Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces
-  // pass. Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.
-  const vec3 normal = glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal;
-  const bool constant = bsdf.is_diffuse() && point.shading_normal == point.normal;
-  const auto longest = static_cast<std::uint16_t>(std::min(max_scatterings, 65535));
+  const GatherPoint at(point, bsdf, wo, histories, max_scatterings);
   Rgb sum(0);
   for (std::size_t i = 0; i < disc.count; ++i) {
     const auto [id, distance_squared] = neighbours[i];
-    const PhotonSide side = photons_.side[id];
-    if (!(side.history & histories) || photons_.scatterings[id] > longest) continue;
-    if (options_.side_test) {
-      const float facing = glm::dot(side.normal(), normal);
-      if ((constant ? facing : std::abs(facing)) < 0.1f) continue;
-    }
-    const Rgb power = photons_.power[id] * disc.shape(options_.kernel, distance_squared);
-    if (constant) {
-      sum += power;
-    } else {
-      // The photons' own cosine is the geometric one; `evaluate` has the shading one, as path tracing does.
-      const vec3& wi = photons_.direction[id];
-      sum += power * bsdf.evaluate(wo, wi) / std::max(std::abs(glm::dot(wi, normal)), 0.02f);
-    }
+    if (at.counts(photons_, id, options_.side_test))
+      sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
   }
-  return sum * disc.per_area() * (constant ? bsdf.diffuse_albedo() * inv_pi : Rgb(1));
+  return sum * disc.per_area();
+}
+
+const Neighbours& PhotonMap::within(const vec3& position, float radius) const {
+  static thread_local Neighbours neighbours;
+  query_->within(position, radius, neighbours);
+  count(Counter::photons_gathered, neighbours.size());
+  return neighbours;
+}
+
+// Asks for more than k where some of the nearest do not count.
+float PhotonMap::distance_to(int k, const GatherPoint& at, float r_max) const {
+  static thread_local Neighbours neighbours;
+  if (photons_.empty()) return r_max;
+  for (auto asked = static_cast<std::size_t>(k);; asked *= 2) {
+    query_->nearest(at.position(), asked, r_max, neighbours);
+    int counted = 0;
+    for (const auto& [id, distance_squared] : neighbours)
+      if (at.counts(photons_, id, options_.side_test) && ++counted == k) return std::sqrt(distance_squared);
+    if (neighbours.size() < asked) return r_max;
+  }
 }
 
 }  // namespace etendue

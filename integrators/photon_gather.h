@@ -39,6 +39,28 @@ struct KernelDisc {
 // k nearest within `radius` (k > 0), or all within `radius`. `out` is the caller's buffer.
 KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float radius, Neighbours& out);
 
+// A point that photons are gathered at: which of them count there, and what it reflects of each towards wo.
+class GatherPoint {
+ public:
+  // Photons of the given histories count, with at most `max_scatterings` events behind them.
+  GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings);
+
+  const vec3& position() const { return point_.position; }
+  const vec3& normal() const { return normal_; }  // geometric, on the side of wo
+  bool counts(const Photons& photons, std::uint32_t id, bool side_test) const;
+  // f_r times the photon's power.
+  Rgb reflected(const Photons& photons, std::uint32_t id) const;
+
+ private:
+  const SurfacePoint& point_;
+  const Bsdf& bsdf_;
+  vec3 wo_, normal_;
+  PhotonHistory histories_;
+  bool constant_;  // f_r is the same for every direction
+  std::int32_t longest_;
+  Rgb constant_reflectance_;
+};
+
 class PhotonMap {
  public:
   // Takes the photons along a space-filling curve and builds `query` over them.
@@ -48,7 +70,25 @@ class PhotonMap {
   // surface reflect.
   Rgb radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings) const;
 
+  // Calls visit(reflected, offset, distance_squared) for every photon within `radius` that counts at the point: what it makes
+  // the point reflect (f_r times power, in W/sr), and where it lies, seen from there. The sum, each times kernel_shape over
+  // pi radius^2, is the radiance.
+  template <class Visit>
+  void gather(const GatherPoint& at, float radius, const Visit& visit) const {
+    if (photons_.empty()) return;
+    for (const auto& [id, distance_squared] : within(at.position(), radius))
+      if (at.counts(photons_, id, options_.side_test))
+        visit(at.reflected(photons_, id), photons_.position[id] - at.position(), distance_squared);
+  }
+
+  // Distance to the k-th nearest photon that counts at the point, or `r_max` where there are fewer.
+  float distance_to(int k, const GatherPoint& at, float r_max) const;
+
+  std::size_t size() const { return photons_.size(); }
+
  private:
+  // In a buffer of this thread's.
+  const Neighbours& within(const vec3& position, float radius) const;
   float automatic_radius() const;
 
   Photons photons_;
