@@ -20,7 +20,7 @@ void PhotonMap::build(Photons photons, std::unique_ptr<PointQuery> query, const 
   photons_ = photons.reordered(along_curve(photons.position));
   options_ = options;
   query_->build(photons_.position);
-  radius_ = options.radius > 0 ? options.radius : automatic_radius();
+  radius_ = options.radius > 0 ? options.radius : std::min(automatic_radius(), options.largest_radius);
 }
 
 // The median distance at which photons have k photons about them (50 for a fixed radius); as a bound for the search four times

@@ -24,7 +24,8 @@ struct GatherOptions {
   int k = 50;
   float radius = 0;  // metres; with k the largest radius of the search; 0: from the photons' own density
   Kernel kernel = Kernel::epanechnikov;
-  bool side_test = true;  // refuse photons that arrived on another side than the one that is looked at
+  bool side_test = true;            // refuse photons that arrived on another side than the one that is looked at
+  float largest_radius = infinity;  // metres; bounds a radius that is found from the photons' density
 };
 
 // Photons under a kernel: the first `count` of the neighbours, over a disc of squared radius `radius_squared`.

@@ -5,6 +5,7 @@
 #include "integrators/emission.h"
 #include "integrators/path.h"
 #include "integrators/photon_gather.h"
+#include "integrators/visible_region.h"
 
 namespace etendue {
 
@@ -21,7 +22,8 @@ struct CameraSample {
 
 class PhotonMapping final : public Integrator {
  public:
-  explicit PhotonMapping(const PhotonMapParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {
+  explicit PhotonMapping(const PhotonMapParams& params)
+      : params_(params), sampler_(parse_sampler(params.sampler)), emission_(parse_emission(params.emission)) {
     if (params.k == 1) throw Error("photon-map: k = 1: expected 0 (fixed radius) or at least 2");
   }
 
@@ -30,6 +32,7 @@ class PhotonMapping final : public Integrator {
   Expectation expectation() const override;
 
  private:
+  void mark_seen(RenderContext& context);
   void trace_maps(RenderContext& context, std::uint32_t pass);
   Rgb camera_radiance(const RenderContext& context, Ray ray, CameraSample& sample) const;
   Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
@@ -43,6 +46,9 @@ class PhotonMapping final : public Integrator {
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
   std::unique_ptr<Receivers> receivers_;
   PhotonMap global_, caustic_;
+  PhotonEmission emission_;
+  float largest_radius_ = infinity;
+  std::unique_ptr<VisibleRegion> seen_, gathered_;  // by camera paths, and by gather rays; null where not needed
 };
 
 void PhotonMapping::prepare(RenderContext& context) {
@@ -51,25 +57,39 @@ void PhotonMapping::prepare(RenderContext& context) {
   separate_caustics_ = params_.caustic_map == "on" ||
                        (params_.caustic_map == "auto" && (context.needs.caustic_map || receivers_->narrow_lobes()));
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
+  if (emission_ != PhotonEmission::power) mark_seen(context);
   trace_maps(context, 0);
 }
 
+void PhotonMapping::mark_seen(RenderContext& context) {
+  const auto timed = context.phases.measure("prefill");
+  largest_radius_ = params_.radius > 0 ? params_.radius : 0.02f * glm::length(context.scene.bounds().diagonal());
+  // Half as much again as the radius, for what lies between the samples of a pixel.
+  SeenOptions options{1.5f * largest_radius_, 4, 0, max_depth_, sampler_};
+  seen_ = find_seen(context, *receivers_, options);
+  options.gather_rays = std::min(params_.final_gather, 16);
+  if (options.gather_rays > 0) gathered_ = find_seen(context, *receivers_, options);
+}
+
 void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {
-  const GatherOptions options{params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test};
-  const auto make = [&](PhotonMap& map, int count, std::uint64_t key, int max_scatterings, PhotonHistory keep) {
+  const GatherOptions options{params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test, largest_radius_};
+  const auto make = [&](PhotonMap& map, int count, std::uint64_t key, int max_scatterings, PhotonHistory keep,
+                        const VisibleRegion* visible) {
     Photons photons;
     {
       const auto timed = context.phases.measure("emit");
-      photons = trace_photons(context, *receivers_,
-                              {static_cast<std::uint32_t>(count), hash_keys(key, pass), max_scatterings, keep, sampler_});
+      photons = trace_photons(
+          context, *receivers_,
+          {static_cast<std::uint32_t>(count), hash_keys(key, pass), max_scatterings, keep, sampler_, emission_, visible});
     }
     const auto timed = context.phases.measure("build");
     map.build(std::move(photons), context.make_points(params_.structure), options);
   };
   // The event at which a photon is gathered counts too, and so does the one at the visible point before a gather ray.
   const bool gathers = params_.final_gather > 0;
-  make(global_, params_.photons, 0, max_depth_ - (gathers && separate_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_);
-  if (separate_caustics_) make(caustic_, params_.caustic_photons, 1, max_depth_ - 1, photon_caustic);
+  make(global_, params_.photons, 0, max_depth_ - (gathers && separate_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
+       gathered_ ? gathered_.get() : seen_.get());
+  if (separate_caustics_) make(caustic_, params_.caustic_photons, 1, max_depth_ - 1, photon_caustic, seen_.get());
 }
 
 void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film& film) {

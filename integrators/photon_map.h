@@ -16,6 +16,9 @@
 // The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a rough lobe that carries; without it the
 // global map holds the caustic photons too.
 //
+// With an emission other than by power, camera paths (and gather rays) mark where each map is going to be looked at: within the
+// largest radius of the search, which is then bounded by a fiftieth of the scene's diagonal, or by `radius`.
+//
 // Biased: the maps are traced once, so their noise and blur stay however many camera samples are taken. `retrace` makes new
 // maps for every iteration; then only the blur of the kernel's radius stays. An iteration is one sample per pixel.
 #pragma once
@@ -37,6 +40,7 @@ struct PhotonMapParams {
   float carry_below = 0.25f;
   bool side_test = true;
   bool retrace = false;
+  std::string emission = "power";
   int max_depth = 0;
   std::string structure = "kd-tree";
   std::string sampler = "sobol";
@@ -55,6 +59,8 @@ void describe(Visitor& v, PhotonMapParams& p) {
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.flag("retrace", p.retrace, "new maps for every iteration");
+  v.choice("emission", p.emission, {"power", "importance", "visibility"},
+           "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, {"kd-tree", "hash-grid", "brute"}, "what finds the photons");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");

@@ -13,12 +13,22 @@
 // Photon i of a pass is a function of (seed, pass, i) alone. Chunks of fixed size are traced in parallel and joined in order,
 // so the arrays are the same, bit for bit, at any number of threads. Russian roulette follows [Jensen2001]: a photon survives
 // with the largest component of its power it would keep, and keeps that component.
+//
+// Photons are emitted in proportion to the lights' power, or where they matter (PhotonEmission): a VisibleRegion tells where
+// they are going to be gathered.
+//
+//   power        all of the same power, wherever they go
+//   importance   by a guide over the numbers of emission, learned from a quarter of the paths: integrators/emission_guide.h.
+//                Photons that are rare where they are not expected to matter are strong in turn; unbiased everywhere
+//   visibility   paths that store a photon in the region and no others, by Markov chains, all of about the same power:
+//                integrators/photon_chains.h. Unbiased within the region; outside of it light is missing
 #pragma once
 
 #include "framework/integrator.h"
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace etendue {
@@ -46,12 +56,28 @@ struct Photons {
   std::size_t size() const { return position.size(); }
   bool empty() const { return position.empty(); }
   void add(const vec3& at, const Rgb& watts, const vec3& from, const vec3& normal_from, PhotonHistory history, int events);
+  void append(const Photons& more);
+  void reserve(std::size_t count);
+  void clear();
   // Photons order[0], order[1], ...: for locality, see `along_curve`.
   Photons reordered(std::span<const std::uint32_t> order) const;
   bool operator==(const Photons&) const = default;
+
+  // body(pointer to member) for each of the arrays.
+  template <class Body>
+  static void for_each_field(const Body& body) {
+    body(&Photons::position);
+    body(&Photons::power);
+    body(&Photons::direction);
+    body(&Photons::side);
+    body(&Photons::scatterings);
+  }
 };
 
-// Ids in the order of a Morton curve through the points' bounds, ties by id.
+// All parts, one after the other.
+Photons joined(std::span<const Photons> parts);
+
+// Ids in the order of a Morton curve through 2048 x 2048 x 1024 cells of the points' bounds, ties by id.
 std::vector<std::uint32_t> along_curve(std::span<const vec3> points);
 
 // Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe carries.
@@ -67,12 +93,19 @@ class Receivers {
   bool narrow_lobes_ = false;
 };
 
+enum class PhotonEmission : std::uint8_t { power, importance, visibility };
+PhotonEmission parse_emission(const std::string& name);  // of a checked parameter
+
+class VisibleRegion;
+
 struct PhotonPass {
-  std::uint32_t count = 0;  // photons to emit
+  std::uint32_t count = 0;  // paths to trace, pilots and rejected ones included
   std::uint64_t key = 0;    // passes of different keys are independent
   int max_scatterings = 0;  // at most this many events before landing
   PhotonHistory keep = photon_any;
   SamplerKind sampler = SamplerKind::sobol;
+  PhotonEmission emission = PhotonEmission::power;
+  const VisibleRegion* visible = nullptr;  // for the other emissions; null: photons matter everywhere
 };
 
 // Paths end early once no photon of a kept history can follow.

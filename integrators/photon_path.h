@@ -1,0 +1,115 @@
+// One photon's path: emitted, traced, stored where receivers catch it. For integrators/photons.cpp and its emissions.
+//
+// The path is a function of the numbers it draws, the same ones in the same places whatever it meets: five for the light, its
+// point and the direction, then two for lobe and survival and two for the direction at each event. So an emission can choose
+// the numbers: independently, by a guide, or by a chain that changes those of a path before.
+#pragma once
+
+#include "framework/core/counters.h"
+#include "framework/core/parallel.h"
+#include "framework/transport/bsdf.h"
+#include "framework/transport/ray_tools.h"
+#include "integrators/visible_region.h"
+
+#include <array>
+
+namespace etendue {
+
+// The numbers a photon is emitted by.
+inline constexpr int emission_dimensions = 5;
+using EmissionNumbers = std::array<float, emission_dimensions>;
+
+// Numbers of point `index` of the sequence of `key`.
+class SampledNumbers {
+ public:
+  SampledNumbers(const RenderContext& context, const PhotonPass& pass, std::uint64_t key, std::uint32_t index)
+      : sampler_(pass.sampler, context.seed, Stream::light_path, key, index) {}
+  EmissionNumbers emission() {
+    const float light = sampler_.get_1d();
+    const vec2 position = sampler_.get_2d(), direction = sampler_.get_2d();
+    return {light, position.x, position.y, direction.x, direction.y};
+  }
+  vec2 pair() { return sampler_.get_2d(); }
+
+ private:
+  Sampler sampler_;
+};
+
+class PhotonTracer {
+ public:
+  PhotonTracer(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass)
+      : context_(context), receivers_(receivers), pass_(pass) {}
+  ~PhotonTracer() { count(Counter::rays, rays_); }
+  PhotonTracer(const PhotonTracer&) = delete;
+  PhotonTracer& operator=(const PhotonTracer&) = delete;
+
+  // Appends what a path stores to `out`, powers times `share`. True if any of it lies where photons matter. `numbers` has
+  // emission() -> EmissionNumbers and pair() -> vec2.
+  template <class Numbers>
+  bool trace(Numbers& numbers, float share, Photons& out);
+
+ private:
+  bool stores(PhotonHistory history) const { return (pass_.keep & history) != 0; }
+
+  const RenderContext& context_;
+  const Receivers& receivers_;
+  const PhotonPass& pass_;
+  std::uint64_t rays_ = 0;
+};
+
+template <class Numbers>
+bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
+  const EmissionNumbers u = numbers.emission();
+  const auto emitted = context_.lights.emit(u[0], {u[1], u[2]}, {u[3], u[4]});
+  if (!emitted || is_black(emitted->power)) return false;
+  Ray ray = emitted->ray;
+  Rgb power = emitted->power * share;
+  PhotonHistory history = photon_direct;
+  bool matters = false;
+  for (int scatterings = 0;; ++scatterings) {
+    ++rays_;
+    const Hit hit = context_.rays.closest(ray);
+    if (!hit) return matters;
+    const SurfacePoint point = context_.scene.surface_at(ray, hit);
+    const vec3 from = -ray.direction;
+    const bool receiver = receivers_(point.material);
+    if (receiver && stores(history)) {
+      out.add(point.position, power, from, glm::dot(from, point.normal) < 0 ? -point.normal : point.normal, history,
+              scatterings);
+      matters = matters || !pass_.visible || pass_.visible->contains(point.position);
+    }
+    if (scatterings >= pass_.max_scatterings) return matters;
+
+    const Bsdf bsdf(context_.scene, point);
+    if (receiver && !bsdf.has_specular() && !stores(photon_indirect)) return matters;
+    const vec2 u_choice = numbers.pair();  // survival, lobe
+    const BsdfSample sample = bsdf.sample(from, u_choice.y, numbers.pair(), TransportMode::importance);
+    if (!sample) return matters;
+    const bool carries = sample.specular || !receiver;
+    if (!carries) history = photon_indirect;
+    if (carries && history == photon_direct) history = photon_caustic;
+    if (history == photon_indirect && !stores(photon_indirect)) return matters;
+
+    const Rgb scattered = power * sample.weight;
+    const float survival = std::min(1.0f, max_component(scattered) / max_component(power));
+    if (!(u_choice.x < survival)) return matters;
+    power = scattered / survival;
+    ray = spawn_ray(point, sample.wi);
+  }
+}
+
+// body(first, last, Photons&) over runs of [0, count) of fixed length, in parallel; what they store, in order.
+template <class Body>
+Photons trace_in_chunks(std::uint32_t count, const Body& body) {
+  constexpr std::uint32_t chunk = 4096;
+  std::vector<Photons> chunks(count / chunk + (count % chunk != 0));
+  parallel_for(chunks.size(), 1, [&](std::size_t c) {
+    const auto first = static_cast<std::uint32_t>(c) * chunk;
+    const std::uint32_t size = std::min(chunk, count - first);
+    chunks[c].reserve(size);
+    body(first, first + size, chunks[c]);
+  });
+  return joined(chunks);
+}
+
+}  // namespace etendue
