@@ -9,6 +9,7 @@
 #include "framework/core/parallel.h"
 #include "framework/transport/bsdf.h"
 #include "framework/transport/ray_tools.h"
+#include "framework/transport/sampling.h"
 #include "integrators/visible_region.h"
 
 #include <array>
@@ -83,17 +84,28 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     const Bsdf bsdf(context_.scene, point);
     if (receiver && !bsdf.has_specular() && !stores(photon_indirect)) return matters;
     const vec2 u_choice = numbers.pair();  // survival, lobe
+    const auto survives = [&](const Rgb& weight) {
+      const Rgb scattered = power * weight;
+      const float survival = std::min(1.0f, max_component(scattered) / max_component(power));
+      if (!(u_choice.x < survival)) return false;
+      power = scattered / survival;
+      return true;
+    };
+    if (bsdf.is_diffuse() && point.shading_normal == point.normal) {
+      // What the general case below comes to, with the weight known beforehand.
+      if (!survives(bsdf.diffuse_albedo())) return matters;
+      history = photon_indirect;
+      const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
+      ray = spawn_ray(point, Frame::from_normal(normal).to_world(sample_cosine_hemisphere(numbers.pair())));
+      continue;
+    }
     const BsdfSample sample = bsdf.sample(from, u_choice.y, numbers.pair(), TransportMode::importance);
     if (!sample) return matters;
     const bool carries = sample.specular || !receiver;
     if (!carries) history = photon_indirect;
     if (carries && history == photon_direct) history = photon_caustic;
     if (history == photon_indirect && !stores(photon_indirect)) return matters;
-
-    const Rgb scattered = power * sample.weight;
-    const float survival = std::min(1.0f, max_component(scattered) / max_component(power));
-    if (!(u_choice.x < survival)) return matters;
-    power = scattered / survival;
+    if (!survives(sample.weight)) return matters;
     ray = spawn_ray(point, sample.wi);
   }
 }
