@@ -4,12 +4,14 @@
 #include "integrators/light_trace.h"
 #include "integrators/path.h"
 #include "integrators/photon_map.h"
+#include "integrators/ppm_memoryless.h"
+#include "integrators/sppm.h"
 
 namespace etendue {
 
 std::span<const IntegratorEntry> integrators() {
-  static const std::vector<IntegratorEntry> table = {path_entry(), light_trace_entry(), photon_map_entry(),
-                                                     irradiance_cache_entry()};
+  static const std::vector<IntegratorEntry> table = {path_entry(), light_trace_entry(),    photon_map_entry(),      ppm_entry(),
+                                                     sppm_entry(), ppm_memoryless_entry(), irradiance_cache_entry()};
   return table;
 }
 

@@ -83,6 +83,8 @@ TEST(IntegratorAgreement, CornellBox) {
                    {{"light-trace", {}, 128, 0},
                     {"photon-map", params_of({{"photons", "20000"}, {"final_gather", "4"}, {"retrace", "true"}}), 4, 0.03},
                     {"photon-map", params_of({{"photons", "20000"}, {"retrace", "true"}}), 4, 0.06},
+                    {"sppm", {}, 16, 0.04},
+                    {"ppm-memoryless", {}, 16, 0.04},
                     {"irradiance-cache", params_of({{"samples", "256"}}), 32, 0.03}});
 }
 
@@ -104,6 +106,7 @@ TEST(IntegratorAgreement, CornellSpheres) {
       "builtin:cornell-spheres", 12, {"path", {}, 128, 0},
       {{"photon-map",
         params_of({{"photons", "20000"}, {"caustic_photons", "20000"}, {"final_gather", "4"}, {"retrace", "true"}}), 4, 0.05},
+       {"sppm", {}, 16, 0.05},
        {"irradiance-cache", params_of({{"samples", "256"}}), 64, 0.05}});
 }
 

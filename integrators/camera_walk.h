@@ -1,0 +1,59 @@
+// A camera path through all that carries (see integrators/photons.h), to the receivers it meets.
+//
+// At a receiver the path ends, unless a delta lobe (a smooth coat's) is sampled there: it carries the path on. Returned is the
+// light that needs no photons: emission the path meets, and what light sampling finds at rough lobes that carry, the two
+// weighed against each other.
+#pragma once
+
+#include "framework/transport/ray_tools.h"
+#include "integrators/emission.h"
+#include "integrators/photons.h"
+
+namespace etendue {
+
+struct CameraWalk {
+  const RenderContext& context;
+  const Receivers& receivers;
+  int max_depth;
+
+  static constexpr int roulette_depth = 5;
+
+  // Calls at_receiver(point, bsdf, wo, throughput, depth) at each receiver, with `depth` scattering events before it. `path`
+  // decides where the path goes, `light` which points of lights it looks at.
+  template <class AtReceiver>
+  Rgb operator()(Ray ray, Sampler& path, Sampler& light, const AtReceiver& at_receiver) const {
+    Rgb radiance(0), throughput(1);
+    float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
+    BsdfSample last;
+    for (int depth = 0;; ++depth) {
+      const Hit hit = trace(context, ray);
+      if (!hit) return radiance + throughput * met_emission(context, ray, nullptr, last.pdf_solid_angle);
+      const SurfacePoint point = context.scene.surface_at(ray, hit);
+      radiance += throughput * met_emission(context, ray, &point, last.pdf_solid_angle);
+      if (depth >= max_depth) return radiance;
+
+      const vec3 wo = -ray.direction;
+      const Bsdf bsdf(context.scene, point);
+      const bool receiver = receivers(point.material);
+      if (receiver)
+        at_receiver(point, bsdf, wo, throughput, depth);
+      else
+        radiance += throughput * direct_light(context, point, bsdf, wo, light, MisMode::power);
+      if (receiver && !bsdf.has_specular()) return radiance;
+
+      const float u_lobe = path.get_1d();
+      last = bsdf.sample(wo, u_lobe, path.get_2d());
+      if (!last || (receiver && !last.specular)) return radiance;
+      throughput *= last.weight;
+      if (last.transmitted) eta_scale *= last.eta * last.eta;
+      ray = spawn_ray(point, last.wi);
+      if (depth + 1 >= roulette_depth) {
+        const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
+        if (!(path.get_1d() < survival)) return radiance;
+        throughput /= survival;
+      }
+    }
+  }
+};
+
+}  // namespace etendue

@@ -1,0 +1,172 @@
+// What the progressive photon mappers share: passes of fresh photons, each gathered at the points the camera sees.
+//
+// Iteration i traces a camera path per pixel through what carries to its receivers (integrators/camera_walk.h) and a pass of
+// photons; at each receiver it takes
+//
+//   direct              next-event estimation, one light sample (direct = "sample"), or photons
+//   caustic, indirect   the pass's photons within the radius r_i that the method's policy gives (integrators/radius_policy.h)
+//
+// and emission as the camera path meets it: the same partition of paths as integrators/photon_map.h, with one map for caustic
+// and indirect photons. The image is the mean over the iterations. Sampling the direct light is the default since photons are
+// worst at it: a pass gives its n photons per kernel, relative variance 4 / (3 n) and a blurred shadow, where one shadow ray
+// gives a sharp one with a fraction of the variance, and the photons that remain are fewer and smoother ([Jensen2001] divides
+// the light so).
+//
+// r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most four times
+// the median of all pixels. It owes nothing to the photons that are gathered, so that it adds no bias of its own.
+//
+// Consistent as long as the policy's radius vanishes. At finite radii: blur, and loss within r of edges (half of the photons'
+// share at the edge itself).
+#pragma once
+
+#include "framework/core/parallel.h"
+#include "integrators/camera_walk.h"
+#include "integrators/path.h"
+#include "integrators/radius_policy.h"
+
+#include <functional>
+
+namespace etendue {
+
+struct ProgressiveParams {
+  int photons = 0;
+  int neighbours = 20;
+  float radius = 0;
+  std::string direct = "sample";
+  std::string kernel = "epanechnikov";
+  float carry_below = 0.25f;
+  bool side_test = true;
+  int max_depth = 0;
+  std::string structure = "hash-grid";
+  std::string sampler = "sobol";
+};
+
+template <class Visitor>
+void describe_progressive(Visitor& v, ProgressiveParams& p) {
+  v.integer("photons", p.photons, 0, 2000000000, "photons", "emitted per iteration; 0: three per pixel, at least 20000");
+  v.integer("neighbours", p.neighbours, 1, 1000000, "photons", "of one iteration within the first radius");
+  v.number("radius", p.radius, 0, 1e30, "m", "first radius of every pixel; 0: from the density of the photons");
+  v.choice("direct", p.direct, {"sample", "photons"}, "direct light by sampling lights, or by photons like all else");
+  v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
+  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
+  v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
+  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
+  v.choice("structure", p.structure, {"hash-grid", "kd-tree", "brute"}, "what finds the photons");
+  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+}
+
+// Which camera paths a pixel sees: a new one in every iteration, or the same `fixed` ones in turn.
+struct VisiblePoints {
+  std::uint32_t fixed = 0;
+
+  std::uint32_t per_pixel() const { return std::max(fixed, 1u); }
+  std::uint32_t path(std::uint32_t iteration) const { return fixed > 0 ? iteration % fixed : iteration; }
+  // Index of the policy's state.
+  std::size_t slot(std::size_t pixel, std::uint32_t iteration) const {
+    return fixed > 0 ? pixel * fixed + iteration % fixed : pixel;
+  }
+};
+
+// Photons, maps and camera paths: all that does not ask for a radius.
+class ProgressivePasses {
+ public:
+  ProgressivePasses(const ProgressiveParams& params, VisiblePoints points);
+
+  void prepare(const RenderContext& context);
+  PhotonMap trace_map(const RenderContext& context, std::uint32_t pass) const;
+  InitialRadii pilot(const RenderContext& context) const;
+
+  // Radiance that arrives along the camera path of a pixel without photons. at(GatherPoint, throughput) at each receiver.
+  template <class Gather>
+  Rgb camera(const RenderContext& context, ivec2 pixel, std::uint32_t iteration, const Gather& at) const {
+    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+    Sampler path(sampler_, context.seed, Stream::camera, key, points_.path(iteration));
+    Sampler light(sampler_, context.seed, Stream::gather, key, iteration);
+    const Ray ray = sample_camera_ray(context, pixel, path);
+    Rgb direct(0);
+    const Rgb met = CameraWalk{context, *receivers_, max_depth_}(
+        ray, path, light, [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
+          if (sample_direct_) direct += throughput * direct_light(context, point, bsdf, wo, light, MisMode::light);
+          at(GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput);
+        });
+    return met + direct;
+  }
+
+  const VisiblePoints& points() const { return points_; }
+  Kernel kernel() const { return kernel_; }
+
+ private:
+  PhotonMap trace_map(const RenderContext& context, std::uint64_t key) const;
+
+  ProgressiveParams params_;
+  VisiblePoints points_;
+  SamplerKind sampler_;
+  Kernel kernel_;
+  bool sample_direct_;
+  PhotonHistory gathered_;
+  int max_depth_ = 0;
+  std::unique_ptr<Receivers> receivers_;
+};
+
+// A method: the passes and its policy, made of the initial radii.
+template <RadiusPolicy Policy>
+class ProgressivePhotonMapping final : public Integrator {
+ public:
+  using MakePolicy = std::function<Policy(InitialRadii)>;
+
+  ProgressivePhotonMapping(const ProgressiveParams& params, VisiblePoints points, MakePolicy make_policy, Expectation expected)
+      : passes_(params, points), make_policy_(std::move(make_policy)), expected_(std::move(expected)) {}
+
+  void prepare(RenderContext& context) override {
+    const auto timed = context.phases.measure("pilot");
+    passes_.prepare(context);
+    policy_ = std::make_unique<Policy>(make_policy_(passes_.pilot(context)));
+  }
+
+  void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
+    const PhotonMap map = passes_.trace_map(context, index);
+    const auto timed = context.phases.measure("gather");
+    const std::uint32_t pass = index / passes_.points().per_pixel();
+    if constexpr (requires { policy_->begin_pass(pass); }) policy_->begin_pass(pass);
+    parallel_pixels(context.resolution,
+                    [&](ivec2 pixel) { film.add(pixel, pixel_radiance(context, map, pixel, index), index); });
+  }
+
+  Expectation expectation() const override { return expected_; }
+
+ private:
+  Rgb pixel_radiance(const RenderContext& context, const PhotonMap& map, ivec2 pixel, std::uint32_t index) {
+    const VisiblePoints& points = passes_.points();
+    const std::size_t slot = points.slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, index);
+    const std::uint32_t pass = index / points.per_pixel();
+    const Kernel kernel = passes_.kernel();
+    typename Policy::Observed observed;
+    Rgb from_photons(0);
+    bool gathered = false;
+    const Rgb other = passes_.camera(context, pixel, index, [&](const GatherPoint& at, const Rgb& throughput) {
+      const float radius = policy_->radius({slot, pass, map, at}), per_square = 1 / square(radius);
+      observed.begin(radius, at);
+      Rgb sum(0);
+      map.gather(at, radius, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
+        const float x = distance_squared * per_square;
+        observed.add(reflected, offset, x);
+        sum += reflected * kernel_shape(kernel, x);
+      });
+      from_photons += throughput * sum * (inv_pi * per_square);
+      gathered = true;
+    });
+    if (gathered) policy_->update(slot, pass, observed, from_photons);
+    return other + from_photons;
+  }
+
+  ProgressivePasses passes_;
+  MakePolicy make_policy_;
+  Expectation expected_;
+  std::unique_ptr<Policy> policy_;
+};
+
+// MSE exponent of radii that shrink as r^2 ~ n^(alpha - 1): variance ~ n^-alpha against bias^2 ~ n^(-2 (1 - alpha))
+// ([Kaplanyan2013]; alpha = 2/3 balances them). alpha = 1: the radius stays, and so does the bias.
+inline double progressive_exponent(double alpha) { return alpha < 1 ? -std::min(alpha, 2 * (1 - alpha)) : -1; }
+
+}  // namespace etendue

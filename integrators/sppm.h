@@ -1,0 +1,44 @@
+// Progressive photon mapping ([Hachisuka2008]) and stochastic progressive photon mapping ([Hachisuka2009]).
+//
+// The radius follows shared statistics (SharedStatistics in integrators/radius_policy.h): of the photons found in a pass a
+// share alpha is kept, and the radius shrinks so that the density stays. `sppm` sees a new point per pixel in every iteration
+// and shares the statistics between all points of a pixel. `ppm` sees `points` fixed ones per pixel, each with statistics of
+// its own; iteration i serves point i mod points. (They are traced again rather than kept, which costs a camera path, not the
+// method.)
+//
+// r_n^2 ~ n^(alpha-1), so MSE ~ n^-min(alpha, 2 (1 - alpha)) in smooth regions. sppm is consistent. ppm is so for what its
+// points see alone: between them, and where a dielectric's choice fell once and for all, the image keeps the error of sampling
+// each pixel `points` times.
+//
+// As published both gather with a box kernel and take direct light from photons too (`kernel`, `direct`); r_1 is the user's
+// there (`radius`).
+#pragma once
+
+#include "integrators/progressive.h"
+
+namespace etendue {
+
+struct SppmParams : ProgressiveParams {
+  float alpha = 0.7f;
+};
+
+struct PpmParams : SppmParams {
+  int points = 4;
+};
+
+template <class Visitor>
+void describe(Visitor& v, SppmParams& p) {
+  v.number("alpha", p.alpha, 0.01, 1, "", "share of each pass's photons that is kept; 1: the radius stays");
+  describe_progressive(v, p);
+}
+
+template <class Visitor>
+void describe(Visitor& v, PpmParams& p) {
+  v.integer("points", p.points, 1, 65536, "points", "visible points per pixel");
+  describe(v, static_cast<SppmParams&>(p));
+}
+
+IntegratorEntry ppm_entry();
+IntegratorEntry sppm_entry();
+
+}  // namespace etendue
