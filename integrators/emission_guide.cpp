@@ -5,13 +5,27 @@ namespace etendue {
 namespace {
 
 constexpr float uniform_part = 0.1f;
-constexpr std::size_t fewest_pilots = 32, fewest_useful = 8;
+constexpr std::size_t fewest_pilots = 32, fewest_useful = 3;
 constexpr int deepest = 40;
+constexpr std::uint32_t rounds = 4;
 
-// Of the useful share, towards one half when there are few pilots to tell.
-float root_of_share(std::size_t useful, std::size_t all) {
-  return std::sqrt((static_cast<float>(useful) + 0.5f) / (static_cast<float>(all) + 1));
-}
+struct Tally {
+  std::size_t count = 0, useful_count = 0;
+  float all = 0, useful = 0;  // weights
+
+  void add(const EmissionGuide::Pilot& pilot) {
+    ++count;
+    all += pilot.weight;
+    if (!pilot.useful) return;
+    ++useful_count;
+    useful += pilot.weight;
+  }
+  // Root of the useful share, which one pilot of mean weight, half of it useful, draws away from 0 and 1.
+  float root() const {
+    const float one = count > 0 ? all / static_cast<float>(count) : 1;
+    return std::sqrt((useful + 0.5f * one) / (all + one));
+  }
+};
 
 }  // namespace
 
@@ -45,24 +59,19 @@ EmissionGuide::EmissionGuide(std::span<Pilot> pilots) {
 std::uint32_t EmissionGuide::grow(std::span<Pilot> pilots, const Cell& cell, int depth) {
   const auto id = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({});
-  const auto useful =
-      static_cast<std::size_t>(std::count_if(pilots.begin(), pilots.end(), [](const Pilot& p) { return p.useful; }));
-  const float undivided = root_of_share(useful, pilots.size());
-  nodes_[id].mass = cell.volume() * undivided;
-  if (depth >= deepest || pilots.size() < fewest_pilots || useful < fewest_useful) return id;
+  Tally tally;
+  for (const Pilot& pilot : pilots) tally.add(pilot);
+  nodes_[id].mass = cell.volume() * tally.root();
+  if (depth >= deepest || tally.count < fewest_pilots || tally.useful_count < fewest_useful) return id;
 
   // The dimension whose halves differ most.
   int best = -1;
-  float best_root = 0.98f * undivided;
+  float best_root = 0.98f * tally.root();
   for (int d = 0; d < emission_dimensions; ++d) {
     const float middle = 0.5f * (cell.lower[d] + cell.upper[d]);
-    std::size_t below = 0, useful_below = 0;
-    for (const Pilot& p : pilots) {
-      below += p.numbers[d] < middle;
-      useful_below += p.useful && p.numbers[d] < middle;
-    }
-    const float root =
-        0.5f * (root_of_share(useful_below, below) + root_of_share(useful - useful_below, pilots.size() - below));
+    Tally halves[2];
+    for (const Pilot& pilot : pilots) halves[pilot.numbers[d] >= middle].add(pilot);
+    const float root = 0.5f * (halves[0].root() + halves[1].root());
     if (root < best_root) {
       best_root = root;
       best = d;
@@ -106,45 +115,51 @@ float EmissionGuide::warp(EmissionNumbers& numbers) const {
 
 namespace {
 
-// Independent numbers for a pilot, noted; or the guided ones of a photon.
-struct NotedNumbers {
-  SampledNumbers numbers;
-  EmissionNumbers& noted;
-  EmissionNumbers emission() { return noted = numbers.emission(); }
-  vec2 pair() { return numbers.pair(); }
-};
-
 struct GuidedNumbers {
   SampledNumbers numbers;
-  const EmissionNumbers& warped;
+  EmissionNumbers warped;
+  float density;
+
+  GuidedNumbers(const SampledNumbers& uniform, const EmissionGuide& guide) : numbers(uniform), warped(numbers.emission()) {
+    density = guide.warp(warped);
+  }
   const EmissionNumbers& emission() const { return warped; }
   vec2 pair() { return numbers.pair(); }
 };
 
+EmissionGuide learn_guide(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass,
+                          std::uint32_t pilot_count) {
+  const std::uint64_t key = hash_keys(pass.key, 1);
+  std::vector<EmissionGuide::Pilot> pilots(pilot_count), so_far;
+  EmissionGuide guide({});
+  for (std::uint32_t round = 0; round < rounds; ++round) {
+    const std::uint32_t begin = pilot_count / rounds * round,
+                        end = round + 1 < rounds ? begin + pilot_count / rounds : pilot_count;
+    trace_in_chunks(end - begin, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
+      PhotonTracer tracer(context, receivers, pass);
+      for (std::uint32_t i = begin + first; i < begin + last; ++i, out.clear()) {
+        GuidedNumbers numbers({context, pass, key, i}, guide);
+        const bool useful = tracer.trace(numbers, 1, out);
+        pilots[i] = {numbers.warped, 1 / numbers.density, useful};
+      }
+    });
+    so_far.assign(pilots.begin(), pilots.begin() + end);
+    guide = EmissionGuide(so_far);
+  }
+  return guide;
+}
+
 }  // namespace
 
 Photons trace_by_importance(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass) {
-  const std::uint32_t pilot_count = pass.count / 4, count = pass.count - pilot_count;
-  const std::uint64_t pilot_key = hash_keys(pass.key, 1);
-  std::vector<EmissionGuide::Pilot> pilots(pilot_count);
-  trace_in_chunks(pilot_count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-    PhotonTracer tracer(context, receivers, pass);
-    for (std::uint32_t i = first; i < last; ++i, out.clear()) {
-      NotedNumbers numbers{{context, pass, pilot_key, i}, pilots[i].numbers};
-      pilots[i].useful = tracer.trace(numbers, 1, out);
-    }
-  });
-  const EmissionGuide guide(pilots);
-
+  const std::uint32_t pilots = pass.count / 4, count = pass.count - pilots;
+  const EmissionGuide guide = learn_guide(context, receivers, pass, pilots);
   const float share = 1 / static_cast<float>(count);
   return trace_in_chunks(count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
     PhotonTracer tracer(context, receivers, pass);
     for (std::uint32_t i = first; i < last; ++i) {
-      SampledNumbers uniform(context, pass, pass.key, i);
-      EmissionNumbers warped = uniform.emission();
-      const float density = guide.warp(warped);
-      GuidedNumbers numbers{uniform, warped};
-      tracer.trace(numbers, share / density, out);
+      GuidedNumbers numbers({context, pass, pass.key, i}, guide);
+      tracer.trace(numbers, share / numbers.density, out);
     }
   });
 }

@@ -1,15 +1,17 @@
 // Emission in proportion to importance: a density over the five numbers a photon is emitted by (light, position, direction),
 // higher where paths have been seen to end where photons matter.
 //
-// A quarter of the pass's paths is traced as by power; of each it is noted whether it stored a photon in the visible region. A
-// tree that halves one dimension at a time is grown over the unit cube as long as that lowers the variance of the count of
-// useful photons: with density p in cells of useful share P that is the integral of P / p, least for p ~ sqrt(P), where it is
-// (sum of volume sqrt(P))^2. Samples are warped by the tree's conditional distributions, so that a stratified sequence stays
+// A quarter of the pass's paths are pilots; of each it is noted whether it stored a photon in the visible region. A tree that
+// halves one dimension at a time is grown over the unit cube as long as that lowers the variance of the count of useful
+// photons: with density p in cells of useful share P that is the integral of P / p, least for p ~ sqrt(P), where it is (sum of
+// volume sqrt(P))^2. Pilots come in four rounds, each guided by the tree of those before, so that rare regions are found by the
+// first and explored by the next ones. Samples are warped by the tree's conditional distributions: a stratified sequence stays
 // one. A tenth of the density is uniform: photons are rare and strong where none was useful, but none is missing.
 //
 // Guiding emission by where photons are useful is [Grittmann2018], which learns directions of emission per light; the density
 // over the numbers instead, a tree in primary sample space as in [Guo2018], serves every kind of light and finds what links
-// position and direction (a window, a keyhole). Unbiased: the pilots' own photons are not kept.
+// position and direction (a window, a keyhole). It cannot guide what happens after emission. Unbiased: the pilots' own photons
+// are not kept.
 #pragma once
 
 #include "integrators/photon_path.h"
@@ -19,11 +21,12 @@ namespace etendue {
 class EmissionGuide {
  public:
   struct Pilot {
-    EmissionNumbers numbers;
-    bool useful;
+    EmissionNumbers numbers{};
+    float weight = 1;  // over the density it was drawn with
+    bool useful = false;
   };
 
-  // Reorders the pilots.
+  // Reorders the pilots. Of none: uniform.
   explicit EmissionGuide(std::span<Pilot> pilots);
 
   // Moves uniform numbers to where the density is; returns it.
