@@ -230,7 +230,11 @@ RenderOptions options_for(std::int64_t photons, std::uint32_t iterations, ParamM
 
 TEST(PhotonMapping, MatchesClosedFormsWithinItsDeclaredBias) {
   for (const char* name : {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre", "builtin:furnace"})
-    for (const ParamMap& params : {ParamMap{}, {{"final_gather", {std::int64_t{3}, {}}}}, {{"k", {std::int64_t{0}, {}}}}}) {
+    for (const ParamMap& params : {ParamMap{},
+                                   {{"final_gather", {std::int64_t{3}, {}}}},
+                                   {{"k", {std::int64_t{0}, {}}}},
+                                   {{"emission", {std::string("importance"), {}}}},
+                                   {{"emission", {std::string("visibility"), {}}}}}) {
       const auto b = bias_over_seeds(load_scene(name), options_for(8000, 1, params), 6);
       EXPECT_LT(std::abs(b.mean), b.bound + 4 * b.deviation) << name;
       EXPECT_LT(std::abs(b.mean), 0.003 + 4 * b.deviation) << name << ": no edge, so far below what is declared";
@@ -305,6 +309,8 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
       {"caustic_map", "off"},
       {"side_test", false},
       {"retrace", true},
+      {"emission", "importance"},
+      {"emission", "visibility"},
       {"max_depth", std::int64_t{2}},
       {"sampler", "independent"},
   };
