@@ -6,7 +6,10 @@
 #include "accel/memory_need.h"
 #include "accel/point/brute_force.h"
 #include "accel/point/hash_grid.h"
-#include "accel/point/kd_tree.h"
+#include "accel/point/left_balanced_tree.h"
+#include "accel/point/nanoflann_tree.h"
+#include "accel/point/sorted_grid.h"
+#include "accel/point/sphere_bvh.h"
 #include "accel/ray/brute_force.h"
 #include "accel/ray/brute_in_place.h"
 #include "accel/ray/build_binned_sah.h"
@@ -360,8 +363,11 @@ std::span<const RayEntry> ray_structures() {
 std::span<const PointEntry> point_structures() {
   static const std::vector<PointEntry> entries{
       point_entry<PointBruteForce>("brute", "every point for every query: the measure of the others"),
-      point_entry<KdTree>("kd-tree", "kd-tree (nanoflann)"),
-      point_entry<HashGrid>("hash-grid", "uniform grid of the occupied cells, hashed by cell"),
+      point_entry<NanoflannTree>("nanoflann", "nanoflann's kd-tree, with buckets"),
+      point_entry<LeftBalancedTree>("kd-tree", "left-balanced kd-tree, a point in each node, in heap order"),
+      point_entry<HashGrid>("hash-grid", "uniform grid, its cells folded into a table by a hash"),
+      point_entry<SortedGrid>("sorted-grid", "rows of a grid in two dimensions, sorted along the third"),
+      point_entry<SphereBvh>("bvh", "boxes around spheres about the points, eight by eight along the Morton curve"),
   };
   return entries;
 }

@@ -19,6 +19,7 @@
 #pragma once
 
 #include "framework/integrator.h"
+#include "framework/structure_names.h"
 
 #include <string>
 
@@ -47,7 +48,7 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
            "with which records are extrapolated: both adds translation");
   v.flag("neighbour_clamping", p.neighbour_clamping, "records reach no farther than their neighbours and the way to them");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
-  v.choice("structure", p.structure, {"octree", "brute"}, "what finds the records");
+  v.choice("structure", p.structure, ball_structure_names, "what finds the records");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

@@ -24,6 +24,7 @@
 #pragma once
 
 #include "framework/integrator.h"
+#include "framework/structure_names.h"
 
 #include <string>
 
@@ -62,7 +63,7 @@ void describe(Visitor& v, PhotonMapParams& p) {
   v.choice("emission", p.emission, {"power", "importance", "visibility"},
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
-  v.choice("structure", p.structure, {"kd-tree", "hash-grid", "brute"}, "what finds the photons");
+  v.choice("structure", p.structure, point_structure_names, "what finds the photons");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

@@ -9,7 +9,7 @@ void PointBruteForce::within(const vec3& p, float r, Neighbours& out) const {
   if (!can_find(p, r)) return;
   for (std::uint32_t id = 0; id < points_.size(); ++id) {
     const float d2 = distance_squared(points_[id], p);
-    if (d2 <= r * r) out.push_back({id, d2});
+    if (d2 <= r * r && is_finite(points_[id])) out.push_back({id, d2});
   }
 }
 

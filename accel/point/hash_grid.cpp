@@ -1,6 +1,7 @@
 #include "accel/point/hash_grid.h"
 
-#include "framework/core/rng.h"
+#include "accel/point/cell_size.h"
+#include "accel/point/placed_points.h"
 
 #include <bit>
 
@@ -10,123 +11,109 @@ static_assert(PointStructure<HashGrid>);
 
 namespace {
 
-constexpr int bits_per_axis = 21, max_cell = (1 << bits_per_axis) - 1;
-
-// Above r by what rounding allows: no point with a float distance^2 <= r^2 lies farther than this along any axis.
-float reach(float r) { return r * (1 + 8 * std::numeric_limits<float>::epsilon()) + 1e-22f; }
+constexpr float max_cell = (1 << 21) - 1;
+constexpr std::size_t largest_table = std::size_t{1} << 31;
 
 }  // namespace
 
 // Monotone along each axis, so that a box of positions covers a box of cells.
-uvec3 HashGrid::cell(const vec3& p) const {
-  return uvec3(glm::clamp((p - bounds_.lower) / cell_size_, vec3(0), vec3(max_cell)));
-}
-
-HashGrid::Key HashGrid::key(const uvec3& cell) {
-  return static_cast<Key>(cell.x) << (2 * bits_per_axis) | static_cast<Key>(cell.y) << bits_per_axis | static_cast<Key>(cell.z);
-}
-
-// Where the cell is, or the free slot where it would be.
-std::size_t HashGrid::slot_of(Key key) const {
-  const std::size_t mask = slots_.size() - 1;
-  std::size_t i = mix_bits(key) & mask;
-  while (slots_[i].count != 0 && slots_[i].key != key) i = (i + 1) & mask;
-  return i;
-}
-
-void HashGrid::grow_table() {
-  std::vector<Slot> old(2 * slots_.size());
-  old.swap(slots_);
-  for (const Slot& slot : old)
-    if (slot.count != 0) slots_[slot_of(slot.key)] = slot;
-}
-
-// Fills the table with each cell's count, and `keys` with each point's cell.
-void HashGrid::count_cells(std::span<const vec3> points, std::vector<Key>& keys) {
-  slots_.assign(std::bit_ceil(points.size() / points_per_cell * 2 + 16), {});
-  cell_count_ = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    keys[i] = key(cell(points[i]));
-    Slot& slot = slots_[slot_of(keys[i])];
-    slot.key = keys[i];
-    if (slot.count++ == 0 && 2 * ++cell_count_ > slots_.size()) grow_table();
-  }
-}
+vec3 HashGrid::cell(const vec3& p) const { return glm::clamp((p - bounds_.lower) * per_cell_size_, vec3(0), vec3(max_cell)); }
 
 void HashGrid::build(std::span<const vec3> points) {
   points_.clear();
-  slots_.clear();
-  cell_count_ = 0;
-  bounds_ = {};
-  if (points.empty()) return;
-  for (const vec3& p : points) bounds_.extend(p);
+  first_.clear();
+  bounds_ = finite_bounds(points);
+  if (bounds_.empty()) return;
+  const float smallest = std::max(max_component(bounds_.diagonal()) / (max_cell / 2), 1e-30f);
+  cell_size_ = cell_size_for(points, bounds_, points_per_cell, smallest);
+  per_cell_size_ = 1 / cell_size_;
 
-  // Photons lie on surfaces: their number in a cell grows as its size squared. The first guess spreads them over the
-  // bounds' surface; two corrections bring the mean of the occupied cells near the aim.
-  const float extent = max_component(bounds_.diagonal()), smallest = std::max(extent / (max_cell / 2), 1e-30f);
-  const float cells = static_cast<float>(points.size()) / points_per_cell;
-  cell_size_ = std::max(std::sqrt(2 * bounds_.half_area() / cells), smallest);
-  std::vector<Key> keys(points.size());
-  count_cells(points, keys);
-  for (int round = 0; round < 2; ++round) {
-    const float mean = static_cast<float>(points.size()) / static_cast<float>(cell_count_);
-    const float size = std::clamp(cell_size_ * std::sqrt(points_per_cell / mean), smallest, std::max(extent, smallest));
-    if (mean > 0.5f * points_per_cell && mean < 2 * points_per_cell) break;
-    if (size == cell_size_) break;
-    cell_size_ = size;
-    count_cells(points, keys);
-  }
+  // Irrational shares of the table: rows that are neighbours lie far apart, and walls along axes spread evenly ([Roberts2018]).
+  const auto size = static_cast<std::uint32_t>(std::min(largest_table, std::bit_ceil(points.size() + 16)));
+  mask_ = size - 1;
+  step_y_ = static_cast<std::uint32_t>(0.7548776662466927 * size) | 1;
+  step_z_ = static_cast<std::uint32_t>(0.5698402909980532 * size) | 1;
+  find_separation();
+  CellRuns runs = sort_into_cells(points, size, [this](const vec3& p) {
+    const uvec3 c(cell(p));
+    return (c.x + row_of(c.y, c.z)) & mask_;
+  });
+  points_ = std::move(runs.points);
+  first_ = std::move(runs.first);
+}
 
-  std::uint32_t first = 0;
-  for (Slot& slot : slots_) {
-    slot.first = first;
-    first += slot.count;
-  }
-  std::vector<std::uint32_t> filled(slots_.size());
-  points_.resize(points.size());
-  for (std::uint32_t id = 0; id < points.size(); ++id) {
-    const std::size_t slot = slot_of(keys[id]);
-    points_[slots_[slot].first + filled[slot]++] = {points[id], id};
+void HashGrid::find_separation() {
+  std::uint32_t least = mask_ + 1;
+  for (int n = 0; n < static_cast<int>(most_rows); ++n) {
+    for (int dy = 0; dy <= n; ++dy)
+      for (int dz = -n; dz <= n; ++dz) {
+        if (std::max(dy, std::abs(dz)) != n || (dy == 0 && dz <= 0)) continue;
+        const std::uint32_t apart = row_of(static_cast<std::uint32_t>(dy), static_cast<std::uint32_t>(dz)) & mask_;
+        least = std::min({least, apart, mask_ + 1 - apart});
+      }
+    separation_[n] = least;
   }
 }
 
-void HashGrid::collect(const Point* begin, const Point* end, const vec3& p, float r, Neighbours& out) const {
-  for (const Point* point = begin; point != end; ++point) {
-    const float d2 = distance_squared(point->position, p);
-    if (d2 <= r * r) out.push_back({point->id, d2});
-  }
+void HashGrid::collect(const Run& run, const vec3& p, float limit, Neighbours& out) const {
+  append_within(points_.data() + first_[run.first], points_.data() + first_[run.last + 1], p, limit, out);
 }
 
 void HashGrid::within(const vec3& p, float r, Neighbours& out) const {
   out.clear();
   if (points_.empty() || !can_find(p, r)) return;
+  const float limit = r * r;
   const vec3 lower = glm::max(p - reach(r), bounds_.lower), upper = glm::min(p + reach(r), bounds_.upper);
   if (lower.x > upper.x || lower.y > upper.y || lower.z > upper.z) return;
-  const uvec3 begin = cell(lower), end = cell(upper);
-  const dvec3 covered = dvec3(end - begin) + 1.0;
-  if (covered.x * covered.y * covered.z > static_cast<double>(cell_count_))
-    return collect(points_.data(), points_.data() + points_.size(), p, r, out);
-  for (unsigned x = begin.x; x <= end.x; ++x)
-    for (unsigned y = begin.y; y <= end.y; ++y)
-      for (unsigned z = begin.z; z <= end.z; ++z) {
-        const Slot& slot = slots_[slot_of(key({x, y, z}))];
-        const Point* const run = points_.data() + slot.first;
-        collect(run, run + slot.count, p, r, out);
+  const vec3 lower_cell = cell(lower), upper_cell = cell(upper);
+  const uvec3 begin(lower_cell), end(upper_cell);
+  const uvec3 extent = end - begin;
+  if (static_cast<std::uint64_t>(extent.x + 1) * (extent.y + 1) * (extent.z + 1) > mask_)
+    return append_within(points_.data(), points_.data() + points_.size(), p, limit, out);
+  const std::uint32_t apart = std::max(extent.y, extent.z);
+  if (apart >= most_rows || extent.x >= separation_[apart]) return collect_joined(begin, end, p, limit, out);
+  for (std::uint32_t y = begin.y; y <= end.y; ++y)
+    for (std::uint32_t z = begin.z; z <= end.z; ++z) {
+      const std::uint32_t row = row_of(y, z), first = (row + begin.x) & mask_, last = (row + end.x) & mask_;
+      if (first <= last) {
+        collect({first, last}, p, limit, out);
+      } else {  // around the table's end
+        collect({first, mask_}, p, limit, out);
+        collect({0, last}, p, limit, out);
       }
+    }
 }
 
-// Balls of growing radius until one holds enough: then the nearest are all inside it. The first is small, as clusters may be
-// much denser than the mean; the next ones are as large as the density met so far asks for.
+void HashGrid::collect_joined(const uvec3& begin, const uvec3& end, const vec3& p, float limit, Neighbours& out) const {
+  thread_local std::vector<Run> runs;
+  runs.clear();
+  for (std::uint32_t y = begin.y; y <= end.y; ++y)
+    for (std::uint32_t z = begin.z; z <= end.z; ++z) {
+      const std::uint32_t row = row_of(y, z), first = (row + begin.x) & mask_, last = (row + end.x) & mask_;
+      if (first <= last) {
+        runs.push_back({first, last});
+      } else {
+        runs.push_back({first, mask_});
+        runs.push_back({0, last});
+      }
+    }
+  std::sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.first < b.first; });
+  Run joined = runs.front();
+  for (const Run& run : runs) {
+    if (run.first <= joined.last + 1) {
+      joined.last = std::max(joined.last, run.last);
+    } else {
+      collect(joined, p, limit, out);
+      joined = run;
+    }
+  }
+  collect(joined, p, limit, out);
+}
+
 void HashGrid::nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const {
   out.clear();
   if (points_.empty() || k == 0 || !can_find(p, r_max)) return;
-  const float to_bounds = glm::length(p - glm::clamp(p, bounds_.lower, bounds_.upper));
-  float r = std::min(to_bounds + 0.25f * cell_size_, r_max);
-  for (within(p, r, out); out.size() < std::min(k, points_.size()) && r < r_max; within(p, r, out)) {
-    const float missing = static_cast<float>(k) / static_cast<float>(out.size() + 1);
-    r = std::min(r * std::clamp(std::sqrt(1.5f * missing), 1.5f, 4.0f), r_max);
-  }
-  keep_nearest(out, k);
+  nearest_by_growing_balls(*this, points_.size(), bounds_, 0.25f * cell_size_, p, k, r_max, out);
 }
 
 }  // namespace etendue

@@ -1,9 +1,14 @@
-// Uniform grid over points, storing the occupied cells alone in a hash table ([Teschner2003]).
+// Uniform grid over points whose cells are kept in a table of fixed size by a hash of their coordinates ([Teschner2003]).
 //
-// The table keeps each cell's own key, so two cells never share a bucket: without that, points of colliding cells are found
-// twice. A query may use any radius; the cell size is chosen at the build from the points' density (`points_per_cell` in a cell
-// that holds any), and a query that covers more cells than are occupied scans all points. Queries outside the points' bounds
-// reach in by their radius. Coordinates should stay below 1e18.
+// The hash is linear, (x + a y + b z) modulo the table's size, so that the cells of a row along x lie side by side: a query
+// reads one run of points for each row it touches. Cells that share an entry cost a query points from elsewhere, which fail the
+// test of distance. What must not be is that two rows of one query overlap in the table, for their points would be found twice.
+// Whether rows do depends on their difference alone: the build finds out how long rows may be at which number of rows, and
+// queries beyond that join their runs first.
+//
+// A query may use any radius; the cell size is chosen at the build from the points' density (`points_per_cell` in a cell that
+// holds any), and a query that covers the table scans all points. Queries outside the points' bounds reach in by their radius.
+// Coordinates should stay below 1e18. The build is parallel.
 #pragma once
 
 #include "accel/point/neighbourhood.h"
@@ -15,33 +20,28 @@ class HashGrid {
   void build(std::span<const vec3> points);
   void within(const vec3& p, float r, Neighbours& out) const;
   void nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const;
-  std::uint64_t bytes() const { return points_.size() * sizeof(Point) + slots_.size() * sizeof(Slot); }
+  std::uint64_t bytes() const { return points_.size() * sizeof(PlacedPoint) + first_.size() * sizeof(std::uint32_t); }
 
  private:
-  using Key = std::uint64_t;
-  struct Point {
-    vec3 position;
-    std::uint32_t id;
-  };
-  struct Slot {
-    Key key = 0;
-    std::uint32_t first = 0, count = 0;  // a run of points_; count 0: free
+  static constexpr float points_per_cell = 4;
+  static constexpr std::uint32_t most_rows = 8;  // along y or z, for which separation_ is known
+
+  struct Run {
+    std::uint32_t first, last;  // entries of the table
   };
 
-  static constexpr int points_per_cell = 8;
-
-  uvec3 cell(const vec3& p) const;
-  static Key key(const uvec3& cell);
-  std::size_t slot_of(Key key) const;
-  void count_cells(std::span<const vec3> points, std::vector<Key>& keys);
-  void grow_table();
-  void collect(const Point* begin, const Point* end, const vec3& p, float r, Neighbours& out) const;
+  vec3 cell(const vec3& p) const;
+  std::uint32_t row_of(std::uint32_t y, std::uint32_t z) const { return y * step_y_ + z * step_z_; }
+  void find_separation();
+  void collect(const Run& run, const vec3& p, float limit, Neighbours& out) const;
+  void collect_joined(const uvec3& begin, const uvec3& end, const vec3& p, float limit, Neighbours& out) const;
 
   Bounds bounds_;
-  float cell_size_ = 1;
-  std::vector<Point> points_;  // cell by cell, in each by id
-  std::vector<Slot> slots_;    // open addressing, a power of two
-  std::size_t cell_count_ = 0;
+  float cell_size_ = 1, per_cell_size_ = 1;
+  std::uint32_t mask_ = 0, step_y_ = 0, step_z_ = 0;
+  std::uint32_t separation_[most_rows] = {};  // entry n: cells between the starts of rows up to n apart, at least
+  std::vector<PlacedPoint> points_;           // entry by entry, in each by id
+  std::vector<std::uint32_t> first_;          // of each entry of the table, and behind them the number of points
 };
 
 }  // namespace etendue

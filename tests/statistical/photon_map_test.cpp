@@ -316,7 +316,7 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
   };
   for (const auto& [name, value] : changes) EXPECT_NE(hash(spheres, name, {value, {}}), plain) << name;
   EXPECT_NE(hash(scene, "carry_below", {0.01, {}}), render(scene, "photon-map", options).hash);
-  for (const char* structure : {"hash-grid", "brute"})
+  for (const char* structure : point_structure_names)
     EXPECT_EQ(hash(spheres, "structure", {std::string(structure), {}}), plain) << "structures answer alike";
   EXPECT_THROW(hash(spheres, "k", {std::int64_t{1}, {}}), Error);
 }

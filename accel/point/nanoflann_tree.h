@@ -2,7 +2,8 @@
 //
 // nanoflann keeps points at a squared distance strictly below the limit and prunes by sums that rounding may push a little
 // above a point's distance. So it searches with a limit slightly too large, and the result set decides by the exact rule,
-// distance^2 <= r^2. Coordinates should stay below 1e18, whose squares a float can hold. The build is serial.
+// distance^2 <= r^2. Coordinates should stay below 1e18, whose squares a float can hold. The build is serial, and the tree
+// holds indices: a query reads the caller's positions at random.
 #pragma once
 
 #include "accel/point/neighbourhood.h"
@@ -11,12 +12,12 @@
 
 namespace etendue {
 
-class KdTree {
+class NanoflannTree {
  public:
-  KdTree();
-  ~KdTree();
-  KdTree(KdTree&&) noexcept;
-  KdTree& operator=(KdTree&&) noexcept;
+  NanoflannTree();
+  ~NanoflannTree();
+  NanoflannTree(NanoflannTree&&) noexcept;
+  NanoflannTree& operator=(NanoflannTree&&) noexcept;
 
   void build(std::span<const vec3> points);
   void within(const vec3& p, float r, Neighbours& out) const;
