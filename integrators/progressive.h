@@ -20,6 +20,7 @@
 #pragma once
 
 #include "framework/core/parallel.h"
+#include "framework/structure_names.h"
 #include "integrators/camera_walk.h"
 #include "integrators/path.h"
 #include "integrators/radius_policy.h"
@@ -51,7 +52,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
-  v.choice("structure", p.structure, {"hash-grid", "kd-tree", "brute"}, "what finds the photons");
+  v.choice("structure", p.structure, point_structure_names, "what finds the photons");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

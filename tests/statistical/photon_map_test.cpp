@@ -1,5 +1,6 @@
 // Photons and their density: kernels and nearest neighbours against theory, the map against closed forms.
 #include "framework/scene/builder.h"
+#include "framework/structure_names.h"
 #include "integrators/photon_gather.h"
 #include "tests/render_scene.h"
 

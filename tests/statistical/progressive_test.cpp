@@ -1,5 +1,6 @@
 // Radius policies against their formulas, and the progressive photon mappers against closed forms.
 #include "framework/scene/builder.h"
+#include "framework/structure_names.h"
 #include "integrators/radius_policy.h"
 #include "tests/render_scene.h"
 
@@ -281,7 +282,7 @@ TEST(ProgressivePhotons, EveryParameterChangesTheImage) {
     for (const auto& [name, value] : changes)
       EXPECT_NE(made(spheres, method, name, value).hash, plain.hash) << method << " " << name;
     EXPECT_NE(made(rough, method, "carry_below", 0.01).hash, made(rough, method, "carry_below", 0.25).hash) << method;
-    for (const char* structure : {"kd-tree", "brute"})  // the order of photons, and so of sums, is theirs
+    for (const char* structure : point_structure_names)  // the order of photons, and so of sums, is theirs
       EXPECT_LT(relmse(made(spheres, method, "structure", structure).image, plain.image), 1e-8) << method << structure;
   }
   for (const char* method : {"ppm", "sppm", "ppm-memoryless"})
