@@ -10,11 +10,11 @@ namespace {
 const ivec2 room_resolution{192, 192};
 
 // The box: x and z in [-1, 1], y in [0, 2], open to the camera at +z; red on the left, green on the right.
-void cornell_walls(SceneBuilder& b) {
+void cornell_walls(SceneBuilder& b, const std::optional<Material>& floor = std::nullopt) {
   const auto white = b.material(Diffuse{Rgb(0.73f, 0.73f, 0.73f)});
   const auto red = b.material(Diffuse{Rgb(0.63f, 0.065f, 0.05f)});
   const auto green = b.material(Diffuse{Rgb(0.14f, 0.45f, 0.091f)});
-  b.mesh(quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), white);
+  b.mesh(quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), floor ? b.material(*floor) : white);
   b.mesh(quad({-1, 2, -1}, {1, 2, -1}, {1, 2, 1}, {-1, 2, 1}), white);
   b.mesh(quad({-1, 0, -1}, {1, 0, -1}, {1, 2, -1}, {-1, 2, -1}), white);
   b.mesh(quad({-1, 0, 1}, {-1, 0, -1}, {-1, 2, -1}, {-1, 2, 1}), red);
@@ -32,15 +32,28 @@ MeshData turned_box(const vec3& centre, const vec3& half, float degrees) {
   return transformed(box(-half, half), Transform::translate(centre) * Transform::rotate(degrees * pi / 180, {0, 1, 0}));
 }
 
+void cornell_boxes(SceneBuilder& b) {
+  const auto white = b.material(Diffuse{Rgb(0.73f)});
+  b.mesh(turned_box({-0.33f, 0.6f, -0.35f}, {0.3f, 0.6f, 0.3f}, 18), white);
+  b.mesh(turned_box({0.36f, 0.3f, 0.3f}, {0.3f, 0.3f, 0.3f}, -17), white);
+}
+
 }  // namespace
 
 Scene make_cornell_box() {
   SceneBuilder b("builtin:cornell-box");
   cornell_walls(b);
   ceiling_light(b);
-  const auto white = b.material(Diffuse{Rgb(0.73f)});
-  b.mesh(turned_box({-0.33f, 0.6f, -0.35f}, {0.3f, 0.6f, 0.3f}, 18), white);
-  b.mesh(turned_box({0.36f, 0.3f, 0.3f}, {0.3f, 0.3f, 0.3f}, -17), white);
+  cornell_boxes(b);
+  cornell_camera(b);
+  return b.finish();
+}
+
+Scene make_glossy_cornell_box(const GlossyBoxParams& params) {
+  SceneBuilder b("builtin:glossy-cornell-box");
+  cornell_walls(b, Conductor{.tint = Rgb(0.75f), .ideal = true, .alpha = vec2(params.alpha)});
+  ceiling_light(b);
+  cornell_boxes(b);
   cornell_camera(b);
   return b.finish();
 }
@@ -125,6 +138,80 @@ Scene make_veach_mis() {
   for (const auto& l : lights) b.quadric(Sphere{{l.x, 0.5f, 0}, l.radius}, dark, l.colour * (0.9f / (l.radius * l.radius)));
   b.light(PointLight{{0, 10, 10}, Rgb(60)});
   b.camera({0, 2, 15}, {0, -1.6f, 2.5f}, 28, {256, 170});
+  return b.finish();
+}
+
+Scene make_keyhole() {
+  SceneBuilder b("builtin:keyhole");
+  const auto white = b.material(Diffuse{Rgb(0.75f)});
+  const auto boards = b.material(Diffuse{Rgb(0.5f, 0.4f, 0.3f)});
+  const auto door = b.material(Diffuse{Rgb(0.5f, 0.28f, 0.15f)});
+  constexpr float w = 2.6f, d = 1.5f, h = 2.4f;  // of each room: length, half the width, height
+  b.mesh(quad({-w, 0, d}, {w, 0, d}, {w, 0, -d}, {-w, 0, -d}), boards);
+  b.mesh(quad({-w, h, -d}, {w, h, -d}, {w, h, d}, {-w, h, d}), white);
+  b.mesh(quad({-w, 0, -d}, {w, 0, -d}, {w, h, -d}, {-w, h, -d}), white);
+  b.mesh(quad({w, 0, d}, {-w, 0, d}, {-w, h, d}, {w, h, d}), white);
+  b.mesh(quad({-w, 0, d}, {-w, 0, -d}, {-w, h, -d}, {-w, h, d}), white);
+  b.mesh(quad({w, 0, -d}, {w, 0, d}, {w, h, d}, {w, h, -d}), white);
+  // Wall and door, 4 cm thick, around a keyhole of two rectangles: a slot below a head twice as wide.
+  const auto piece = [&](float y0, float y1, float z0, float z1, std::uint32_t material) {
+    b.mesh(box({-0.02f, y0, z0}, {0.02f, y1, z1}), material);
+  };
+  constexpr float leaf = 0.45f, slot = 0.05f, head = 0.1f, y0 = 0.9f, y1 = 1.1f, y2 = 1.25f, top = 2;
+  piece(0, h, -d, -leaf, white);
+  piece(0, h, leaf, d, white);
+  piece(top, h, -leaf, leaf, white);
+  piece(0, y0, -leaf, leaf, door);
+  piece(y2, top, -leaf, leaf, door);
+  for (const float side : {-1.0f, 1.0f}) {
+    piece(y0, y1, std::min(side * leaf, side * slot), std::max(side * leaf, side * slot), door);
+    piece(y1, y2, std::min(side * leaf, side * head), std::max(side * leaf, side * head), door);
+  }
+  b.mesh(turned_box({-1.9f, 0.25f, -0.75f}, {0.25f, 0.25f, 0.25f}, 25), b.material(Diffuse{Rgb(0.3f, 0.4f, 0.6f)}));
+  // Through the keyhole the lamp lights a spot of the floor.
+  b.mesh(quad({0.8f, h - 0.02f, -0.4f}, {1.6f, h - 0.02f, -0.4f}, {1.6f, h - 0.02f, 0.4f}, {0.8f, h - 0.02f, 0.4f}),
+         b.material(Diffuse{Rgb(0)}), Rgb(510, 450, 360));
+  b.camera({-2.45f, 1.35f, 1.25f}, {-0.4f, 0.75f, -0.35f}, 58, {192, 192});
+  return b.finish();
+}
+
+Scene make_exterior() {
+  SceneBuilder b("builtin:exterior");
+  constexpr float half_city = 90, storey = 18;
+  b.mesh(quad({-half_city, 0, half_city}, {half_city, 0, half_city}, {half_city, 0, -half_city}, {-half_city, 0, -half_city}),
+         b.material(Diffuse{Rgb(0.35f, 0.38f, 0.3f)}));
+  const std::uint32_t fronts[] = {b.material(Diffuse{Rgb(0.6f, 0.5f, 0.4f)}), b.material(Diffuse{Rgb(0.65f, 0.62f, 0.55f)}),
+                                  b.material(Diffuse{Rgb(0.5f, 0.35f, 0.28f)})};
+  // Blocks of houses on a grid of 15 m; none where the tower with the room stands.
+  for (int i = -5; i <= 5; ++i)
+    for (int j = -5; j <= 5; ++j) {
+      if (i == 0 && j == 0) continue;
+      const auto hash = static_cast<std::uint32_t>((i + 8) * 73 + (j + 8) * 151);
+      const float height = 4 + static_cast<float>(hash % 11);
+      const vec3 at(15.0f * static_cast<float>(i), 0, 15.0f * static_cast<float>(j));
+      b.mesh(box(at - vec3(4.5f, 0, 4.5f), at + vec3(4.5f, height, 4.5f)), fronts[hash % 3]);
+    }
+  // The tower, and on it the room: 3 x 2.4 x 4 m within walls of 0.2 m; its window looks along +x.
+  b.mesh(box({-2, 0, -2.6f}, {2, storey - 0.2f, 2.6f}), fronts[1]);
+  const auto plaster = b.material(Diffuse{Rgb(0.75f)});
+  const auto boards = b.material(Diffuse{Rgb(0.5f, 0.36f, 0.24f)});
+  const auto wall = [&](const vec3& lower, const vec3& upper, std::uint32_t material) {
+    b.mesh(box(lower + vec3(0, storey, 0), upper + vec3(0, storey, 0)), material);
+  };
+  wall({-1.7f, -0.2f, -2.2f}, {1.7f, 0, 2.2f}, boards);
+  wall({-1.7f, 2.4f, -2.2f}, {1.7f, 2.6f, 2.2f}, plaster);
+  wall({-1.7f, 0, -2.2f}, {1.7f, 2.4f, -2}, plaster);
+  wall({-1.7f, 0, 2}, {1.7f, 2.4f, 2.2f}, plaster);
+  wall({-1.7f, 0, -2}, {-1.5f, 2.4f, 2}, plaster);
+  // The window's wall: below, above, left and right of 1.2 x 1.1 m.
+  wall({1.5f, 0, -2}, {1.7f, 0.9f, 2}, plaster);
+  wall({1.5f, 2, -2}, {1.7f, 2.4f, 2}, plaster);
+  wall({1.5f, 0.9f, -2}, {1.7f, 2, -1.1f}, plaster);
+  wall({1.5f, 0.9f, 0.1f}, {1.7f, 2, 2}, plaster);
+  wall({-0.9f, 0, -1.7f}, {-0.2f, 0.55f, -0.9f}, b.material(Diffuse{Rgb(0.2f, 0.35f, 0.45f)}));
+  b.light(DirectionalLight{.direction = glm::normalize(vec3(-1, -0.75f, 0.3f)), .irradiance = Rgb(24, 21.5f, 17.5f)});
+  b.light(EnvironmentLight{.scale = Rgb(0.9f, 1.2f, 1.6f), .size = ivec2(0), .texels = {}, .light_to_world = {}});
+  b.camera({-1.3f, storey + 1.45f, 1.7f}, {0.75f, storey + 0.75f, -0.75f}, 62, {192, 192});
   return b.finish();
 }
 

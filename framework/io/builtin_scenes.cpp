@@ -1,6 +1,10 @@
+#include "framework/io/builtin_borders.h"
+#include "framework/io/builtin_cavities.h"
 #include "framework/io/builtin_exact.h"
 #include "framework/io/builtin_meshes.h"
+#include "framework/io/builtin_occluders.h"
 #include "framework/io/builtin_rooms.h"
+#include "framework/io/builtin_specular.h"
 #include "framework/io/load_scene.h"
 
 namespace etendue {
@@ -27,6 +31,9 @@ std::span<const BuiltinScene> builtin_scenes() {
       {"glass-caustic", "a caustic under glass and in a mirror: specular-diffuse-specular paths", make_glass_caustic},
       {"two-rooms", "a room lit through a door ajar: hard to find light", make_two_rooms},
       {"veach-mis", "plates of four roughnesses, lights of four sizes: where sampling strategies trade places", make_veach_mis},
+      with_params<GlossyBoxParams, make_glossy_cornell_box>("glossy-cornell-box", "the box on a floor of brushed metal"),
+      {"keyhole", "a room lit through a keyhole: nearly all light stays behind the door", make_keyhole},
+      {"exterior", "a room in a city in the sun: nearly all light falls elsewhere", make_exterior},
       with_params<MeshParams, make_mesh>("mesh", "a displaced ball of many triangles in the box"),
       {"mesh-large", "the same of 1,600,000 triangles", [] { return make_mesh({1'600'000}); }},
       with_params<StadiumParams, make_stadium>("stadium", "the ball in a stadium: dense in little of a large space"),
@@ -37,6 +44,20 @@ std::span<const BuiltinScene> builtin_scenes() {
       {"polygon-light", "exact: direct light of a rectangle", make_polygon_light},
       {"sphere-light", "exact: direct light of a sphere", make_sphere_light},
       {"disc-light", "exact: direct light of a disc", make_disc_light},
+      with_params<CavityParams, make_cavity>("cavity", "exact: spherical cavity with an opening to a unit environment"),
+      {"concentric-spheres", "exact: a glowing sphere in a glowing sphere", make_concentric_spheres},
+      with_params<MirrorParams, make_mirror>("mirror", "exact: point light, mirror and diffuse floor"),
+      with_params<WaterParams, make_water>("water", "exact: point light above water, diffuse floor below"),
+      with_params<VeilParams, make_edge>("edge", "exact: even light up to a border, where density estimates darken"),
+      with_params<VeilParams, make_corner>("corner", "exact: even light on two walls that meet"),
+      with_params<ThinPlateParams, make_thin_plate>("thin-plate", "exact: a plate in the sun from below, where density leaks"),
+      with_params<VeilParams, make_two_occluders>("two-occluders",
+                                                  "exact: a wide light behind two plates, for irradiance caches"),
+      with_params<VeilParams, make_hidden_occluder>("hidden-occluder",
+                                                    "exact: a shadow of which the hemisphere tells caches nothing"),
+      with_params<VeilParams, make_slit_light>("slit-light", "exact: light from a slit, which few rays find"),
+      with_params<VeilParams, make_thin_wall>("thin-wall", "exact: bright before a thin wall, dim behind it"),
+      with_params<VeilParams, make_black_surroundings>("black-surroundings", "exact: a small light in a black room"),
   };
   return all;
 }

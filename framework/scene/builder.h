@@ -33,6 +33,7 @@ class SceneBuilder {
   void plane(const InfinitePlane& plane) { scene_.planes.push_back(plane); }
   void light(Light light) { scene_.lights.push_back(std::move(light)); }
   void camera(const vec3& eye, const vec3& target, float fov_degrees, ivec2 resolution, const vec3& up = {0, 1, 0});
+  void max_depth(int scattering_events) { scene_.max_depth = scattering_events; }
   void closed_form(std::string source, std::function<dvec3(const Ray&)> radiance);
 
   Scene finish();

@@ -1,0 +1,35 @@
+// Exact scenes of even light that ends at a border: where density estimates darken, leak through a plate, or take light from
+// the wrong wall. Lit by a sun whose light comes through a veil (exact_stage.h): a caustic to every method.
+#pragma once
+
+#include "framework/core/params.h"
+#include "framework/scene/scene.h"
+
+namespace etendue {
+
+struct VeilParams {
+  bool veil = true;
+};
+
+template <class Visitor>
+void describe(Visitor& v, VeilParams& p) {
+  v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
+}
+
+struct ThinPlateParams {
+  float thickness = 0.01f;
+  bool veil = true;
+};
+
+template <class Visitor>
+void describe(Visitor& v, ThinPlateParams& p) {
+  v.number("thickness", p.thickness, 1e-4, 0.5, "m", "of the plate, two metres wide");
+  v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
+}
+
+Scene make_edge(const VeilParams& params);    // a square patch: a density estimate keeps 1 - (acos x - x sqrt(1 - x^2)) / pi
+Scene make_corner(const VeilParams& params);  // two walls that meet; paths end before they light each other
+// Lit from above, seen from below, where it glows faintly: without a test of sides 1 - (t/r)^2 of the light leaks.
+Scene make_thin_plate(const ThinPlateParams& params);
+
+}  // namespace etendue

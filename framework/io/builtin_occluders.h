@@ -1,0 +1,16 @@
+// Exact scenes of irradiance that changes faster than what a hemisphere of rays tells of: where irradiance caches blur, leak or
+// place too few records. One diffuse floor; all else is black or emits, so the floor's light is that of parts of rectangles and
+// discs. It comes through a veil (exact_stage.h): irradiance caches take it for indirect light.
+#pragma once
+
+#include "framework/io/builtin_borders.h"
+
+namespace etendue {
+
+Scene make_two_occluders(const VeilParams& params);       // a wide light, two plates between: penumbrae across each other
+Scene make_hidden_occluder(const VeilParams& params);     // a small far light behind a plate: a shadow with hardly a penumbra
+Scene make_slit_light(const VeilParams& params);          // a slit in a wall: few rays find it
+Scene make_thin_wall(const VeilParams& params);           // bright on one side, dim on the other
+Scene make_black_surroundings(const VeilParams& params);  // all black but for a small light: nothing to take a distance from
+
+}  // namespace etendue
