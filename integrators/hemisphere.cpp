@@ -42,6 +42,7 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
       const HemisphereSample& here = samples[static_cast<std::size_t>(j) * sectors + k];
       out.irradiance += scale * here.radiance;
       inverse_distance += 1 / static_cast<double>(here.distance);
+      out.nearest = std::min(out.nearest, here.distance);
       turning += ring_tangent(j) * here.radiance;
       if (j > 0) {  // [Ward1992]: the wall towards the ring above moves by cos(theta) / r
         const HemisphereSample& above = samples[static_cast<std::size_t>(j - 1) * sectors + k];
@@ -58,8 +59,24 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
     add(out.translation, plane(middle), outward);
     add(out.translation, plane(edge + 0.5f * pi), around);
   }
-  if (inverse_distance > 0) out.harmonic_distance = static_cast<float>(strata.count() / inverse_distance);
+  out.inverse_distance = static_cast<float>(inverse_distance / strata.count());
   return out;
+}
+
+void IrradianceEstimate::average_in(const IrradianceEstimate& next, int passes) {
+  const float share = 1 / static_cast<float>(passes);
+  const auto mix = [share](auto& mean, const auto& value) { mean += share * (value - mean); };
+  mix(irradiance, next.irradiance);
+  mix(inverse_distance, next.inverse_distance);
+  nearest = std::min(nearest, next.nearest);
+  mix(rotation, next.rotation);
+  mix(translation, next.translation);
+  const auto mix_matrix = [share](TangentMatrix& mean, const TangentMatrix& value) {
+    mean = mean * (1 - static_cast<double>(share));
+    mean += value * static_cast<double>(share);
+  };
+  mix_matrix(hessian, next.hessian);
+  mix_matrix(geometric, next.geometric);
 }
 
 }  // namespace etendue

@@ -15,6 +15,8 @@ namespace etendue {
 struct HemisphereSample {
   Rgb radiance{0};
   float distance = infinity;  // to what was seen
+  vec3 direction{0};          // unit, world; where it was sampled
+  vec3 normal{0};             // geometric, of what was seen; 0 where nothing was
 };
 
 struct HemisphereStrata {
@@ -27,12 +29,28 @@ struct HemisphereStrata {
   vec3 direction(int i, const vec2& u) const;
 };
 
+// A symmetric matrix over the tangent plane, in the axes of Frame::from_normal.
+struct TangentMatrix {
+  double xx = 0, xy = 0, yy = 0;
+
+  TangentMatrix& operator+=(const TangentMatrix& o) { return xx += o.xx, xy += o.xy, yy += o.yy, *this; }
+  TangentMatrix operator*(double s) const { return {xx * s, xy * s, yy * s}; }
+};
+
 struct IrradianceEstimate {
   Rgb irradiance{0};
-  float harmonic_distance = infinity;  // harmonic mean of the samples' distances
+  float inverse_distance = 0;  // mean over the samples, of 1 / distance
+  float nearest = infinity;    // least distance
   // Column c belongs to channel c, world space: at normal n' and displacement d (in the tangent plane) the irradiance is
   // E_c + dot(cross(n, n'), rotation[c]) + dot(d, translation[c]) to first order.
   mat3 rotation{0}, translation{0};
+  // Second derivatives by which an error metric judges, 1 / m^2 (see irradiance_hessian.h): of the irradiance's luminance, and
+  // the geometric bound; zero where the metric has no use for them.
+  TangentMatrix hessian, geometric;
+
+  float harmonic_distance() const { return inverse_distance > 0 ? 1 / inverse_distance : infinity; }
+  // Becomes the mean of `passes` equal estimates, of which `next` is the last.
+  void average_in(const IrradianceEstimate& next, int passes);
 };
 
 // `samples`: one per stratum, in order.

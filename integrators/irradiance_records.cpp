@@ -3,43 +3,57 @@
 namespace etendue {
 
 IrradianceRecord make_record(const vec3& position, const vec3& normal, const IrradianceEstimate& estimate, Gradients gradients,
-                             float accuracy, float min_spacing, float max_spacing) {
-  IrradianceRecord record{position, normal, estimate.harmonic_distance, estimate.irradiance};
+                             CacheMetric metric, const MetricContext& context) {
+  const Reach reach = metric_reach(metric, estimate, Frame::from_normal(normal), context);
+  IrradianceRecord record{.position = position,
+                          .normal = normal,
+                          .reach = std::min(reach.length, context.scene_size / context.accuracy),
+                          .irradiance = estimate.irradiance,
+                          .squeeze = reach.squeeze};
   if (gradients != Gradients::none) record.rotation = estimate.rotation;
-  const float brightness = luminance(estimate.irradiance);
-  float steepness = 0;
-  if (gradients == Gradients::both) {
+  if (gradients >= Gradients::both) {
     record.translation = estimate.translation;
-    const auto& g = estimate.translation;
-    steepness = glm::length(0.2126f * g[0] + 0.7152f * g[1] + 0.0722f * g[2]);
-    if (steepness > 0) record.reach = std::min(record.reach, brightness / steepness);
+    const float brightness = luminance(estimate.irradiance);
+    // The bounded split sphere holds its whole reach to this, but for its least spacing; others what they serve.
+    const float extent = metric == CacheMetric::bounded_split_sphere ? record.reach : context.accuracy * record.reach;
+    if (const float change = steepness(estimate) * extent; change > brightness) record.translation *= brightness / change;
   }
-  record.reach = std::clamp(record.reach, min_spacing / accuracy, std::max(min_spacing, max_spacing) / accuracy);
-  if (steepness * record.reach > brightness) record.translation *= brightness / (steepness * record.reach);
   return record;
+}
+
+void IrradianceRecord::shorten(float length) {
+  if (!(length < reach)) return;
+  // The narrow axis, reach / sqrt(1 + squeeze^2), stays unless it too is longer.
+  const float ratio = length / reach * std::sqrt(1 + length_squared(squeeze));
+  const float size = glm::length(squeeze);
+  if (size > 0) squeeze *= safe_sqrt(ratio * ratio - 1) / size;
+  reach = length;
 }
 
 float IrradianceRecords::weight(const IrradianceRecord& record, const vec3& position, const vec3& normal) const {
   const vec3 offset = position - record.position;
   const float cosine = glm::dot(normal, record.normal);
-  const float error = glm::length(offset) / record.reach + safe_sqrt(1 - cosine);
+  const float away = std::sqrt(length_squared(offset) + square(glm::dot(offset, record.squeeze))) / record.reach;
+  const float turn = safe_sqrt(1 - cosine);
+  constexpr float ten_degrees = 0.12325683f;  // sqrt(1 - cos 10 degrees)
+  const float error = weight_ == CacheWeight::ward ? away + turn : std::max(away, turn * (tabellion_accuracy / ten_degrees));
   if (!(error < accuracy_)) return 0;
   // In front by more than rounding and curvature explain.
   if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * record.reach) return 0;
-  return 1 / std::max(error, 1e-4f) - 1 / accuracy_;
+  return weight_ == CacheWeight::ward ? 1 / std::max(error, 1e-4f) - 1 / accuracy_ : 1 - error / accuracy_;
 }
 
 void IrradianceRecords::insert(IrradianceRecord record) {
+  const auto id = static_cast<std::uint32_t>(records_.size());
   if (clamp_) {
-    // All pairs, so quadratic in the number of records: some nanoseconds each, small beside the rays of a record up to some
-    // hundred thousand records of a thousand rays. The least of R_j + |p_i - p_j| over all records obeys
-    // the triangle inequality, so the order of insertion does not matter. Balls are not shrunk: `weight` decides.
-    for (const IrradianceRecord& other : records_)
-      record.reach = std::min(record.reach, other.reach + glm::length(record.position - other.position));
-    for (IrradianceRecord& other : records_)
-      other.reach = std::min(other.reach, record.reach + glm::length(record.position - other.position));
+    // The least of R_j + |p_i - p_j| over all records obeys the triangle inequality, so the order of insertion does not
+    // matter. Balls are not shrunk: `weight` decides.
+    record.shorten(reaches_.limit(record.position, record.reach));
+    reaches_.shorten_around(record.position, record.reach,
+                            [&](std::uint32_t other, float length) { records_[other].shorten(length); });
+    reaches_.insert(record.position, record.reach, id);
   }
-  balls_->insert(record.position, accuracy_ * record.reach, static_cast<std::uint32_t>(records_.size()));
+  balls_->insert(record.position, accuracy_ * record.reach, id);
   records_.push_back(record);
 }
 

@@ -1,16 +1,18 @@
 // Records of irradiance and the interpolation between them ([Ward1988], gradients [Ward1992]).
 //
-// A record at p_i with normal n_i and reach R_i (the split sphere: harmonic mean distance) is worth
+// A record at p_i with normal n_i and reach R_i is worth
 //
 //   1 / e - 1 / a    where e = |p - p_i| / R_i + sqrt(1 - n . n_i) < a
 //
 // to a point p with normal n ([Ward1988]'s weight, less its value at the rim so that records fade in and out without a step
-// ([Krivanek2009])); a is the accuracy asked for. A record that lies in front of the point (on the side its normal looks to)
-// has seen other surroundings and is refused. Sums run in the order of ids, so a lookup depends on the set of records alone.
+// ([Krivanek2009])); a is the accuracy asked for. [Tabellion2004] weighs by 1 - e / a, with e the greater of the two terms and
+// the normal's in units of ten degrees. A record that lies in front of the point (on the side its normal looks to) has seen
+// other surroundings and is refused. Sums run in the order of ids, so a lookup depends on the set of records alone.
 #pragma once
 
 #include "framework/query.h"
-#include "integrators/hemisphere.h"
+#include "integrators/cache_metric.h"
+#include "integrators/reach_tree.h"
 
 #include <memory>
 #include <optional>
@@ -18,25 +20,35 @@
 
 namespace etendue {
 
-enum class Gradients : std::uint8_t { none, rotation, both };
+// `both`: translation from the walls between strata; `mesh`: from the mesh of the samples (see irradiance_hessian.h).
+enum class Gradients : std::uint8_t { none, rotation, both, mesh };
+
+// Accuracy at which [Tabellion2004]'s kappa is one.
+inline constexpr float tabellion_accuracy = 0.2f;
 
 struct IrradianceRecord {
   vec3 position;
   vec3 normal;  // unit, on the lit side
-  float reach;  // R, metres
+  float reach;  // R along the longer axis, metres
   Rgb irradiance;
   mat3 rotation{0}, translation{0};  // as in IrradianceEstimate
+  vec3 squeeze{0};                   // as in Reach
+
+  // To at most `length` along every axis.
+  void shorten(float length);
 };
 
-// R kept between the two spacings a R may have; before that, with translation gradients, no farther than where E would be
-// extrapolated to 0, and a gradient that still would is shortened.
+// Reach by a metric, gradients as asked for. A gradient that would extrapolate below 0 within the reach is shortened.
 IrradianceRecord make_record(const vec3& position, const vec3& normal, const IrradianceEstimate& estimate, Gradients gradients,
-                             float accuracy, float min_spacing, float max_spacing);
+                             CacheMetric metric, const MetricContext& context);
+
+enum class CacheWeight : std::uint8_t { ward, tabellion };
 
 class IrradianceRecords {
  public:
-  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, bool clamp = false)
-      : balls_(std::move(balls)), accuracy_(accuracy), clamp_(clamp) {}
+  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, bool clamp = false,
+                    CacheWeight weight = CacheWeight::ward)
+      : balls_(std::move(balls)), accuracy_(accuracy), clamp_(clamp), weight_(weight) {}
 
   // With clamping, also shortens what older records reach, so that some of what was covered may no longer be.
   void insert(IrradianceRecord record);
@@ -51,8 +63,10 @@ class IrradianceRecords {
 
   std::vector<IrradianceRecord> records_;
   std::unique_ptr<BallQuery> balls_;
+  ReachTree reaches_;
   float accuracy_;
   bool clamp_;
+  CacheWeight weight_;
 };
 
 }  // namespace etendue

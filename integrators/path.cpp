@@ -97,6 +97,7 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
         continue;
       }
       const SurfacePoint point = context.scene.surface_at(ray, hits[i]);
+      if (first) walk.path->first_normal = point.normal;
       if (counts) add_emission(context, walk, ray, &point, settings.mis);
       if (depth >= settings.max_depth) continue;
       const Bsdf bsdf(context.scene, point);

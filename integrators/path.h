@@ -43,6 +43,7 @@ struct PathSample {
   Sampler sampler;
   Rgb radiance{0};                  // arriving along the ray
   float first_distance = infinity;  // to the first hit, in lengths of the ray's direction
+  vec3 first_normal{0};             // geometric, there
 };
 
 // Traces paths together, event by event, so that their rays are asked in batches; what comes of each is what would by itself.

@@ -135,7 +135,7 @@ TEST(IrradianceGradient, ErrorOfExtrapolationIsOfSecondOrder) {
 TEST(IrradianceEstimate, HarmonicDistanceOfASphereFromItsCentreIsItsRadius) {
   const auto seen = [](const vec3&, const vec3&) { return 2.5f; };
   const IrradianceEstimate e = estimate({0, 0, 0}, up, seen, 1000);
-  EXPECT_NEAR(e.harmonic_distance, 2.5f, 1e-4f);
+  EXPECT_NEAR(e.harmonic_distance(), 2.5f, 1e-4f);
   EXPECT_NEAR(e.irradiance.x, pi, 1e-4f);
   EXPECT_LT(glm::length(e.translation[0]), 1e-4f);
   EXPECT_LT(glm::length(e.rotation[0]), 1e-4f);
@@ -179,16 +179,26 @@ TEST(IrradianceRecords, RecordInFrontOrTurnedAwayIsRefused) {
   EXPECT_FALSE(step.covered({0.1f, 0.3f, 0}, glm::normalize(vec3(1, 1, 0)))) << "45 degrees apart";
 }
 
+IrradianceRecord bounded_record(const IrradianceEstimate& estimate, bool extrapolates) {
+  const MetricContext context{.accuracy = 0.2f,
+                              .scene_size = 1,
+                              .pixel_width = 0.01f,
+                              .min_spacing = 1,
+                              .max_spacing = 0.1f,
+                              .extrapolates = extrapolates};
+  return make_record({}, up, estimate, extrapolates ? Gradients::both : Gradients::none, CacheMetric::bounded_split_sphere,
+                     context);
+}
+
 TEST(IrradianceRecords, ReachIsKeptBetweenTheSpacingsAndGradientsDoNotExtrapolateBelowZero) {
   IrradianceEstimate e;
   e.irradiance = Rgb(1);
-  e.harmonic_distance = 1e-3f;
-  EXPECT_FLOAT_EQ(make_record({}, up, e, Gradients::none, 0.2f, 0.01f, 0.1f).reach, 0.05f);
-  e.harmonic_distance = infinity;
-  EXPECT_FLOAT_EQ(make_record({}, up, e, Gradients::none, 0.2f, 0.01f, 0.1f).reach, 0.5f);
-  e.translation = mat3(0);
+  e.inverse_distance = 1e3f;
+  EXPECT_FLOAT_EQ(bounded_record(e, false).reach, 0.05f);
+  e.inverse_distance = 0;
+  EXPECT_FLOAT_EQ(bounded_record(e, false).reach, 0.5f);
   for (int c = 0; c < 3; ++c) e.translation[c] = vec3(100, 0, 0);
-  const IrradianceRecord steep = make_record({}, up, e, Gradients::both, 0.2f, 0.01f, 0.1f);
+  const IrradianceRecord steep = bounded_record(e, true);
   EXPECT_FLOAT_EQ(steep.reach, 0.05f);
   EXPECT_LE(glm::length(steep.translation[0]) * steep.reach, 1.0001f);
 }
@@ -279,9 +289,23 @@ TEST(IrradianceCache, EveryParameterChangesTheImage) {
   RenderOptions options = options_for(32, 1);
   const std::uint64_t plain = render(scene, "irradiance-cache", options).hash;
   const std::pair<const char*, decltype(ParamValue::value)> changes[] = {
-      {"accuracy", 0.4},         {"samples", std::int64_t{64}},  {"min_spacing", 4.0},
-      {"max_spacing", 0.02},     {"neighbour_clamping", false},  {"gradients", "none"},
-      {"gradients", "rotation"}, {"max_depth", std::int64_t{2}}, {"sampler", "independent"},
+      {"accuracy", 0.4},
+      {"samples", std::int64_t{64}},
+      {"min_spacing", 4.0},
+      {"max_spacing", 0.02},
+      {"neighbour_clamping", false},
+      {"gradients", "none"},
+      {"gradients", "rotation"},
+      {"max_depth", std::int64_t{2}},
+      {"sampler", "independent"},
+      {"gradients", "mesh"},
+      {"cache_direct", true},
+      {"records", std::int64_t{200}},
+      {"metric", "tabellion"},
+      {"metric", "split-sphere"},
+      {"metric", "radiometric-hessian"},
+      {"metric", "geometric-hessian"},
+      {"metric", "occlusion-hessian"},
   };
   for (const auto& [name, value] : changes) {
     RenderOptions changed = options;

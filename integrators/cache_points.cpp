@@ -1,0 +1,44 @@
+#include "integrators/cache_points.h"
+
+#include "framework/transport/fresnel.h"
+#include "framework/transport/ray_tools.h"
+
+namespace etendue {
+
+CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, const vec3& wo, float distance, int depth) {
+  const float pixel_width =
+      2 * context.scene.camera.half_extent(context.resolution).x / static_cast<float>(context.resolution.x);
+  return {point.position, towards(point.shading_normal, point.normal, wo), towards(point.normal, point.normal, wo),
+          distance * pixel_width, depth};
+}
+
+CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind) {
+  const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+  Sampler sampler(kind, context.seed, Stream::prefill, key, 0);
+  const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
+  Ray ray = context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, lens);
+  float distance = 0;
+  for (int depth = 0; depth < deepest; ++depth) {
+    const Hit hit = trace(context, ray);
+    if (!hit) break;
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    const vec3 wo = -ray.direction;
+    distance += glm::length(point.position - ray.origin);
+    const Bsdf bsdf(context.scene, point);
+    if (is_cached(bsdf)) return cache_point(context, point, wo, distance, depth);
+    const float u_lobe = sampler.get_1d();
+    const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
+    if (!scattered) break;
+    ray = spawn_ray(point, scattered.wi);
+  }
+  return {};
+}
+
+Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo) {
+  if (bsdf.is_diffuse()) return bsdf.diffuse_albedo();
+  const float eta = std::get<Plastic>(scene.materials[point.material]).eta;
+  const vec3 normal = towards(point.shading_normal, point.normal, wo);
+  return pi * bsdf.evaluate(wo, normal) * ((1 - fresnel_average(eta)) / (1 - fresnel_dielectric(1, eta)));
+}
+
+}  // namespace etendue

@@ -1,0 +1,33 @@
+// Where irradiance is cached: diffuse surfaces, and the diffuse base under a smooth coat.
+#pragma once
+
+#include "framework/integrator.h"
+#include "framework/transport/bsdf.h"
+
+namespace etendue {
+
+// A cached surface as a camera path finds it.
+struct CachePoint {
+  vec3 position{0};
+  vec3 normal{0}, geometric{0};  // both on the side that is seen
+  float pixel_width = 0;         // metres per pixel, there
+  int depth = -1;                // carrying events before it; -1: nothing to cache is seen
+
+  explicit operator bool() const { return depth >= 0; }
+};
+
+inline bool is_cached(const Bsdf& bsdf) { return bsdf.is_diffuse() || (bsdf.has_specular() && bsdf.has_non_specular()); }
+
+inline vec3 towards(const vec3& normal, const vec3& side, const vec3& wo) { return glm::dot(side, wo) < 0 ? -normal : normal; }
+
+// `distance`: of the whole path from the camera.
+CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, const vec3& wo, float distance, int depth);
+
+// Follows the centre of a pixel through whatever carries to a cached surface with less than `deepest` events before it.
+CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler);
+
+// What the diffuse part reflects of uniform light towards wo. A coated base, f = g T(wo) T(wi) / pi, is evaluated along the
+// normal and T(wi) replaced by its cosine-weighted mean.
+Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo);
+
+}  // namespace etendue

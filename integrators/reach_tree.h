@@ -1,0 +1,79 @@
+// Octree over records by which neighbour clamping finds the few that matter ([Krivanek2006]).
+//
+// Clamping asks for the least of reach_j + |p - p_j| over all records, and for the records whose reach is longer than a new
+// one's plus the way to it. Nodes keep the box of their records and their least and longest reach, so both are answered by
+// branch and bound, exactly as by going through all pairs.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <array>
+#include <vector>
+
+namespace etendue {
+
+class ReachTree {
+ public:
+  void insert(const vec3& position, float reach, std::uint32_t id);
+  // The least of `reach` and of what the records allow at a position.
+  float limit(const vec3& position, float reach) const;
+  // shorten(id, length) for every record longer than length = reach + the distance to it; its reach here is then that length.
+  template <class Shorten>
+  void shorten_around(const vec3& position, float reach, const Shorten& shorten) {
+    if (!nodes_.empty()) shorten_node(0, position, reach, shorten);
+  }
+
+ private:
+  static constexpr std::size_t leaf_size = 8;
+  static constexpr int deepest = 40;
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  struct Entry {
+    vec3 position;
+    float reach;
+    std::uint32_t id;
+  };
+  struct Node {
+    Bounds bounds;
+    float least = infinity, longest = 0;
+    vec3 split{0};
+    std::array<std::uint32_t, 8> children;
+    bool leaf = true;
+    std::vector<Entry> entries;  // of a leaf
+
+    void add(const Entry& entry);
+  };
+
+  static float distance_to(const Bounds& bounds, const vec3& p);
+  void insert_into(std::uint32_t node, const Entry& entry, int depth);
+  void limit_node(std::uint32_t node, const vec3& position, float& limit) const;
+
+  // Distances to boxes are rounded: less a little, so that no record is missed.
+  template <class Shorten>
+  void shorten_node(std::uint32_t index, const vec3& position, float reach, const Shorten& shorten) {
+    if (!(nodes_[index].longest > reach + distance_to(nodes_[index].bounds, position))) return;
+    float longest = 0, least = infinity;
+    for (Entry& e : nodes_[index].entries) {
+      const float length = reach + glm::length(e.position - position);
+      if (e.reach > length) {
+        e.reach = length;
+        shorten(e.id, length);
+      }
+      longest = std::max(longest, e.reach);
+      least = std::min(least, e.reach);
+    }
+    if (!nodes_[index].leaf)
+      for (const std::uint32_t child : nodes_[index].children) {
+        if (child == none) continue;
+        shorten_node(child, position, reach, shorten);
+        longest = std::max(longest, nodes_[child].longest);
+        least = std::min(least, nodes_[child].least);
+      }
+    nodes_[index].longest = longest;
+    nodes_[index].least = least;
+  }
+
+  std::vector<Node> nodes_;
+};
+
+}  // namespace etendue
