@@ -42,4 +42,21 @@ inline float kernel_shape(Kernel kernel, float x) {
   return 0;
 }
 
+// The part of the kernel's integral at distances up to r sqrt(x): the mean of kernel_shape over [0, x], times x.
+inline float kernel_within(Kernel kernel, float x) {
+  switch (kernel) {
+    case Kernel::box:
+      return x;
+    case Kernel::cone:
+      return x * (3 - 2 * std::sqrt(x));
+    case Kernel::epanechnikov:
+      return x * (2 - x);
+    case Kernel::gaussian: {
+      const float falling = x + 2 / detail::gaussian_beta * std::expm1(-0.5f * detail::gaussian_beta * x);
+      return (x - falling / detail::gaussian_end) / detail::gaussian_mean;
+    }
+  }
+  return 0;
+}
+
 }  // namespace etendue

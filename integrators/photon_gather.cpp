@@ -2,6 +2,9 @@
 
 #include "framework/core/counters.h"
 #include "framework/core/parallel.h"
+#include "integrators/kernel_domain.h"
+
+#include <optional>
 
 namespace etendue {
 
@@ -68,21 +71,49 @@ Rgb GatherPoint::reflected(const Photons& photons, std::uint32_t id) const {
   return photons.power[id] * bsdf_.evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
 }
 
-Rgb PhotonMap::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories,
-                        int max_scatterings) const {
+Edges parse_edges(const std::string& name) {
+  return name == "visible" ? Edges::visible : name == "hull" ? Edges::hull : Edges::disc;
+}
+
+Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                        PhotonHistory histories, int max_scatterings) const {
   if (photons_.empty() || max_scatterings < 0) return Rgb(0);
   static thread_local Neighbours neighbours;
   const KernelDisc disc = find_disc(*query_, point.position, options_.k, radius_, neighbours);
   count(Counter::photons_gathered, disc.count);
-  if (!(disc.radius_squared > 0)) return Rgb(0);
+  if (disc.count == 0 || !(disc.radius_squared > 0)) return Rgb(0);
   const GatherPoint at(point, bsdf, wo, histories, max_scatterings);
+  const std::span<const Neighbour> near(neighbours.data(), disc.count);
+  if (options_.edges == Edges::hull) return over_hull(at, near, disc);
+  std::optional<VisibleDomain> domain;
+  if (options_.edges == Edges::visible) domain.emplace(context, point, at.normal(), std::sqrt(disc.radius_squared));
   Rgb sum(0);
-  for (std::size_t i = 0; i < disc.count; ++i) {
-    const auto [id, distance_squared] = neighbours[i];
-    if (at.counts(photons_, id, options_.side_test))
+  for (const auto& [id, distance_squared] : near)
+    if (at.counts(photons_, id, options_.side_test) && (!domain || domain->contains(photons_.position[id] - point.position)))
       sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
+  return sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1));
+}
+
+// Of few photons no hull says where the surface ends: there the whole disc stands.
+Rgb PhotonMap::over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const {
+  constexpr std::size_t fewest = 8;
+  static thread_local std::vector<Rgb> reflected;
+  static thread_local std::vector<vec2> positions;
+  reflected.clear();
+  positions.clear();
+  const Frame frame = Frame::from_normal(at.normal());
+  Rgb sum(0);
+  for (const auto& [id, distance_squared] : near) {
+    if (!at.counts(photons_, id, options_.side_test)) continue;
+    reflected.push_back(at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared));
+    positions.push_back(in_tangent_plane(frame, photons_.position[id] - at.position()));
+    sum += reflected.back();
   }
-  return sum * disc.per_area();
+  if (positions.size() < fewest) return sum * disc.per_area();
+  const PhotonHull hull(positions);
+  for (const std::uint32_t corner : hull.corners()) sum -= reflected[corner];
+  const float share = hull.share(options_.kernel, std::sqrt(disc.radius_squared));
+  return share > 0 ? glm::max(sum, Rgb(0)) * (disc.per_area() / share) : Rgb(0);
 }
 
 const Neighbours& PhotonMap::within(const vec3& position, float radius) const {

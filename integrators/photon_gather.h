@@ -9,7 +9,8 @@
 // the radius is fixed.
 //
 // What stays is the bias of the kernel's width: smooth irradiance blurs by kappa r^2 laplacian(E) (kappa = 1/8 box, 1/12
-// Epanechnikov, 3/40 cone), and within r of an edge the part of the disc off the surface is missing (one half at the edge).
+// Epanechnikov, 3/40 cone), and within r of an edge the part of the disc off the surface is missing (one half at the edge):
+// against which there are the remedies of integrators/kernel_domain.h.
 #pragma once
 
 #include "framework/transport/bsdf.h"
@@ -20,12 +21,17 @@
 
 namespace etendue {
 
+// What the photons are divided by: the whole disc, the part the point sees, or the photons' hull.
+enum class Edges : std::uint8_t { disc, visible, hull };
+Edges parse_edges(const std::string& name);  // of a checked parameter
+
 struct GatherOptions {
   int k = 50;
   float radius = 0;  // metres; with k the largest radius of the search; 0: from the photons' own density
   Kernel kernel = Kernel::epanechnikov;
   bool side_test = true;            // refuse photons that arrived on another side than the one that is looked at
   float largest_radius = infinity;  // metres; bounds a radius that is found from the photons' density
+  Edges edges = Edges::disc;
 };
 
 // Photons under a kernel: the first `count` of the neighbours, over a disc of squared radius `radius_squared`.
@@ -69,7 +75,8 @@ class PhotonMap {
 
   // Radiance towards wo that photons of the given histories, with at most `max_scatterings` events behind them, make the
   // surface reflect.
-  Rgb radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings) const;
+  Rgb radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+               PhotonHistory histories, int max_scatterings) const;
 
   // Calls visit(reflected, offset, distance_squared) for every photon within `radius` that counts at the point: what it makes
   // the point reflect (f_r times power, in W/sr), and where it lies, seen from there. The sum, each times kernel_shape over
@@ -91,6 +98,7 @@ class PhotonMap {
   // In a buffer of this thread's.
   const Neighbours& within(const vec3& position, float radius) const;
   float automatic_radius() const;
+  Rgb over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const;
 
   Photons photons_;
   std::unique_ptr<PointQuery> query_;

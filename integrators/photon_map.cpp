@@ -1,8 +1,7 @@
 #include "integrators/photon_map.h"
 
 #include "framework/core/parallel.h"
-#include "framework/transport/ray_tools.h"
-#include "integrators/emission.h"
+#include "integrators/camera_walk.h"
 #include "integrators/path.h"
 #include "integrators/photon_gather.h"
 #include "integrators/visible_region.h"
@@ -10,8 +9,6 @@
 namespace etendue {
 
 namespace {
-
-constexpr int roulette_depth = 5;
 
 // What one camera sample carries along.
 struct CameraSample {
@@ -34,7 +31,7 @@ class PhotonMapping final : public Integrator {
  private:
   void mark_seen(RenderContext& context);
   void trace_maps(RenderContext& context, std::uint32_t pass);
-  Rgb camera_radiance(const RenderContext& context, Ray ray, CameraSample& sample) const;
+  Rgb camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const;
   Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
                 CameraSample& sample) const;
   Rgb gather_ray(const RenderContext& context, Ray ray, int depth, Sampler& sampler) const;
@@ -72,9 +69,8 @@ void PhotonMapping::mark_seen(RenderContext& context) {
 }
 
 void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {
-  const GatherOptions options{params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test, largest_radius_};
   const auto make = [&](PhotonMap& map, int count, std::uint64_t key, int max_scatterings, PhotonHistory keep,
-                        const VisibleRegion* visible) {
+                        const VisibleRegion* visible, Edges edges) {
     Photons photons;
     {
       const auto timed = context.phases.measure("emit");
@@ -83,13 +79,17 @@ void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {
           {static_cast<std::uint32_t>(count), hash_keys(key, pass), max_scatterings, keep, sampler_, emission_, visible});
     }
     const auto timed = context.phases.measure("build");
-    map.build(std::move(photons), context.make_points(params_.structure), options);
+    map.build(std::move(photons), context.make_points(params_.structure),
+              {params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test, largest_radius_, edges});
   };
   // The event at which a photon is gathered counts too, and so does the one at the visible point before a gather ray.
   const bool gathers = params_.final_gather > 0;
+  const Edges edges = parse_edges(params_.edges);
   make(global_, params_.photons, 0, max_depth_ - (gathers && separate_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
-       gathered_ ? gathered_.get() : seen_.get());
-  if (separate_caustics_) make(caustic_, params_.caustic_photons, 1, max_depth_ - 1, photon_caustic, seen_.get());
+       gathered_ ? gathered_.get() : seen_.get(), edges);
+  if (separate_caustics_)
+    make(caustic_, params_.caustic_photons, 1, max_depth_ - 1, photon_caustic, seen_.get(),
+         edges == Edges::hull ? Edges::disc : edges);
 }
 
 void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film& film) {
@@ -103,36 +103,14 @@ void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film&
   });
 }
 
-Rgb PhotonMapping::camera_radiance(const RenderContext& context, Ray ray, CameraSample& sample) const {
-  Rgb radiance(0), throughput(1);
-  float eta_scale = 1;
-  BsdfSample last;
-  for (int depth = 0;; ++depth) {
-    const Hit hit = trace(context, ray);
-    if (!hit) return radiance + throughput * met_emission(context, ray, nullptr, last.pdf_solid_angle);
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    radiance += throughput * met_emission(context, ray, &point, last.pdf_solid_angle);
-    if (depth >= max_depth_) return radiance;
-
-    const vec3 wo = -ray.direction;
-    const Bsdf bsdf(context.scene, point);
-    const bool receiver = (*receivers_)(point.material);
-    if (receiver) radiance += throughput * reflected(context, point, bsdf, wo, depth, sample);
-    if (receiver && !bsdf.has_specular()) return radiance;
-    if (!receiver) radiance += throughput * direct_light(context, point, bsdf, wo, sample.sampler, MisMode::power);
-
-    const float u_lobe = sample.sampler.get_1d();
-    last = bsdf.sample(wo, u_lobe, sample.sampler.get_2d());
-    if (!last || (receiver && !last.specular)) return radiance;
-    throughput *= last.weight;
-    if (last.transmitted) eta_scale *= last.eta * last.eta;
-    ray = spawn_ray(point, last.wi);
-    if (depth + 1 >= roulette_depth) {
-      const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
-      if (!(sample.sampler.get_1d() < survival)) return radiance;
-      throughput /= survival;
-    }
-  }
+Rgb PhotonMapping::camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const {
+  Rgb seen(0);
+  const Rgb met = CameraWalk{context, *receivers_, max_depth_}(
+      ray, sample.sampler, sample.sampler,
+      [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
+        seen += throughput * reflected(context, point, bsdf, wo, depth, sample);
+      });
+  return met + seen;
 }
 
 // What a receiver reflects by events that diffuse, seen by a camera path with `depth` events before this one.
@@ -140,9 +118,9 @@ Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& p
                              int depth, CameraSample& sample) const {
   const int remaining = max_depth_ - depth - 1;
   Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light);
-  if (separate_caustics_) radiance += caustic_.radiance(point, bsdf, wo, photon_caustic, remaining);
-  if (params_.final_gather == 0) return radiance + global_.radiance(point, bsdf, wo, global_seen_, remaining);
-  if (!separate_caustics_) radiance += global_.radiance(point, bsdf, wo, photon_caustic, remaining);
+  if (separate_caustics_) radiance += caustic_.radiance(context, point, bsdf, wo, photon_caustic, remaining);
+  if (params_.final_gather == 0) return radiance + global_.radiance(context, point, bsdf, wo, global_seen_, remaining);
+  if (!separate_caustics_) radiance += global_.radiance(context, point, bsdf, wo, photon_caustic, remaining);
   if (remaining < 1) return radiance;
 
   // Ray j of iteration i is point i * rays + j of one sequence, so that the rays stratify each other, within and over
@@ -169,7 +147,8 @@ Rgb PhotonMapping::gather_ray(const RenderContext& context, Ray ray, int depth, 
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     const Bsdf bsdf(context.scene, point);
     const bool receiver = (*receivers_)(point.material);
-    if (receiver) radiance += throughput * global_.radiance(point, bsdf, -ray.direction, photon_any, max_depth_ - depth - 1);
+    if (receiver)
+      radiance += throughput * global_.radiance(context, point, bsdf, -ray.direction, photon_any, max_depth_ - depth - 1);
     if (receiver && !bsdf.has_specular()) break;
 
     const float u_lobe = sampler.get_1d();

@@ -40,6 +40,7 @@ struct PhotonMapParams {
   std::string caustic_map = "auto";
   float carry_below = 0.25f;
   bool side_test = true;
+  std::string edges = "disc";
   bool retrace = false;
   std::string emission = "power";
   int max_depth = 0;
@@ -59,6 +60,8 @@ void describe(Visitor& v, PhotonMapParams& p) {
   v.choice("caustic_map", p.caustic_map, {"auto", "on", "off"}, "auto: where the scene needs it; off: one map for all");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
+  v.choice("edges", p.edges, {"disc", "visible", "hull"},
+           "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
   v.flag("retrace", p.retrace, "new maps for every iteration");
   v.choice("emission", p.emission, {"power", "importance", "visibility"},
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");

@@ -1,15 +1,12 @@
 // Emission where photons matter: the same light as emission by power, on more photons.
 #include "framework/scene/builder.h"
 #include "integrators/visible_region.h"
-#include "tests/render_scene.h"
+#include "tests/scene_context.h"
 
 #include <gtest/gtest.h>
 
 namespace etendue {
 namespace {
-
-using testing::render;
-using testing::RenderOptions;
 
 constexpr PhotonEmission emissions[] = {PhotonEmission::power, PhotonEmission::importance, PhotonEmission::visibility};
 
@@ -46,22 +43,10 @@ struct Trial {
   int threads = 2;
 
   Photons photons(PhotonEmission emission, std::uint64_t key) const {
-    const SceneNeeds needs = scene_needs(scene);
-    const LightSampler lights(scene);
-    const auto rays = find_ray_structure("binned-sah", {}).make(scene, {});
-    PhaseTimes phases;
-    const RenderContext context{.scene = scene,
-                                .needs = needs,
-                                .rays = *rays,
-                                .lights = lights,
-                                .seed = 7,
-                                .resolution = {8, 8},
-                                .phases = phases,
-                                .make_points = {},
-                                .make_balls = {}};
+    const testing::SceneContext traced(scene, {8, 8}, 7);
     Photons photons;
     with_threads(threads, [&] {
-      photons = trace_photons(context, Receivers(scene, 0.25f),
+      photons = trace_photons(traced.context, Receivers(scene, 0.25f),
                               {.count = count, .key = key, .max_scatterings = 20, .emission = emission, .visible = &region});
     });
     return photons;

@@ -3,6 +3,7 @@
 #include "framework/structure_names.h"
 #include "integrators/photon_gather.h"
 #include "tests/render_scene.h"
+#include "tests/scene_context.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +13,7 @@ namespace {
 using testing::exact_image;
 using testing::render;
 using testing::RenderOptions;
+using testing::SceneContext;
 
 constexpr Kernel kernels[] = {Kernel::box, Kernel::cone, Kernel::epanechnikov, Kernel::gaussian};
 
@@ -80,61 +82,17 @@ Scene white_plane() {
 
 const SurfacePoint origin{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
 
-// Photons of unit power on the plane z = 0 seen from above, on a fine lattice: density without noise.
-class LatticeMap {
- public:
-  static constexpr int n = 200;
-  static constexpr float spacing = 0.02f, radius = 0.5f;
-
-  // Half plane x < edge; photons lie at height z and arrive from the side `facing`.
-  LatticeMap(float edge, float z, const vec3& facing, bool side_test) : scene_(white_plane()) {
-    Photons photons;
-    for (int y = 0; y < n; ++y)
-      for (int x = 0; x < n; ++x) {
-        const vec3 p((static_cast<float>(x - n / 2) + 0.5f) * spacing, (static_cast<float>(y - n / 2) + 0.5f) * spacing, z);
-        if (p.x < edge) photons.add(p, Rgb(1), facing, facing, photon_indirect, 1);
-      }
-    map_.build(std::move(photons), find_point_structure("brute", {}).make(), {0, radius, Kernel::box, side_test});
-  }
-  // Relative to the full plane.
-  double share(const vec3& wo = {0, 0, 1}) const {
-    const Bsdf bsdf(scene_, origin);
-    return map_.radiance(origin, bsdf, wo, photon_any, 64).x * static_cast<double>(pi) * square(spacing);
-  }
-
- private:
-  Scene scene_;
-  PhotonMap map_;
-};
-
-TEST(PhotonMap, BoundaryBiasIsTheShareOfTheDiscOnTheSurface) {
-  for (const double x : {0.0, 0.2, 0.5, 0.8, 1.1}) {
-    const double kept = x >= 1 ? 1 : 1 - (std::acos(x) - x * std::sqrt(1 - x * x)) / std::numbers::pi;
-    EXPECT_NEAR(LatticeMap(static_cast<float>(x) * LatticeMap::radius, 0, {0, 0, 1}, true).share(), kept, 0.01) << x;
-  }
-}
-
-TEST(PhotonMap, SideTestStopsTheLeakThroughAThinPlate) {
-  // Photons arrive on the far face of a plate of thickness t: without the test 1 - (t / r)^2 of them is counted.
-  for (const double t : {0.1, 0.5, 0.9}) {
-    const float z = -static_cast<float>(t) * LatticeMap::radius;
-    EXPECT_NEAR(LatticeMap(infinity, z, {0, 0, -1}, false).share(), 1 - t * t, 0.015);
-    EXPECT_EQ(LatticeMap(infinity, z, {0, 0, -1}, true).share(), 0);
-  }
-  EXPECT_EQ(LatticeMap(infinity, 0, {0, 0, 1}, true).share({0, 0, -1}), 0) << "a sheet seen from behind";
-}
-
 TEST(PhotonMap, DepthBoundAndHistorySelectPhotons) {
-  const Scene scene = white_plane();
+  const SceneContext plane(white_plane());
   Photons photons;
   photons.add({0, 0, 0}, Rgb(1), {0, 0, 1}, {0, 0, 1}, photon_direct, 0);
   photons.add({0.1f, 0, 0}, Rgb(2), {0, 0, 1}, {0, 0, 1}, photon_caustic, 1);
   photons.add({0, 0.1f, 0}, Rgb(4), {0, 0, 1}, {0, 0, 1}, photon_indirect, 2);
   PhotonMap map;
   map.build(std::move(photons), find_point_structure("brute", {}).make(), {0, 1, Kernel::box, true});
-  const Bsdf bsdf(scene, origin);
+  const Bsdf bsdf(plane.scene, origin);
   const auto sum = [&](PhotonHistory keep, int depth) {
-    return std::lround(map.radiance(origin, bsdf, {0, 0, 1}, keep, depth).x * pi * pi);
+    return std::lround(map.radiance(plane.context, origin, bsdf, {0, 0, 1}, keep, depth).x * pi * pi);
   };
   EXPECT_EQ(sum(photon_any, 9), 7);
   EXPECT_EQ(sum(photon_any, 1), 3);
@@ -147,21 +105,9 @@ TEST(PhotonMap, DepthBoundAndHistorySelectPhotons) {
 // --- Photon tracing.
 
 Photons photons_of(const Scene& scene, const PhotonPass& pass, int threads = 2) {
-  const SceneNeeds needs = scene_needs(scene);
-  const LightSampler lights(scene);
-  const auto rays = find_ray_structure("binned-sah", {}).make(scene, {});
-  PhaseTimes phases;
-  const RenderContext context{.scene = scene,
-                              .needs = needs,
-                              .rays = *rays,
-                              .lights = lights,
-                              .seed = 5,
-                              .resolution = {8, 8},
-                              .phases = phases,
-                              .make_points = {},
-                              .make_balls = {}};
+  const SceneContext traced(scene);
   Photons photons;
-  with_threads(threads, [&] { photons = trace_photons(context, Receivers(scene, 0.25f), pass); });
+  with_threads(threads, [&] { photons = trace_photons(traced.context, Receivers(scene, 0.25f), pass); });
   return photons;
 }
 
@@ -310,6 +256,8 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
       {"caustic_map", "off"},
       {"side_test", false},
       {"retrace", true},
+      {"edges", "visible"},
+      {"edges", "hull"},
       {"emission", "importance"},
       {"emission", "visibility"},
       {"max_depth", std::int64_t{2}},

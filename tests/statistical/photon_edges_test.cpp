@@ -1,0 +1,169 @@
+// What density estimation loses at edges and lets through walls, against its formulas, and what the remedies leave of it.
+#include "framework/scene/builder.h"
+#include "integrators/kernel_domain.h"
+#include "integrators/photon_gather.h"
+#include "tests/scene_context.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::SceneContext;
+
+constexpr Kernel kernels[] = {Kernel::box, Kernel::cone, Kernel::epanechnikov, Kernel::gaussian};
+constexpr float radius = 0.5f;
+
+// Of a disc whose centre lies x radii from the straight edge of a surface.
+double kept_share(double x) { return x >= 1 ? 1 : 1 - (std::acos(x) - x * std::sqrt(1 - x * x)) / std::numbers::pi; }
+
+// White floor z = 0 for x < edge; with a wall there, or with more floor behind the wall.
+struct Floor {
+  float edge = 2;
+  bool wall = false, behind = false;
+
+  Scene scene() const {
+    SceneBuilder b("floor");
+    const auto white = b.material(Diffuse{Rgb(1)});
+    const float end = behind ? 2 : edge;
+    b.mesh(quad({-2, -2, 0}, {end, -2, 0}, {end, 2, 0}, {-2, 2, 0}), white);
+    if (wall) b.mesh(quad({edge, -2, 0}, {edge, 2, 0}, {edge, 2, 2}, {edge, -2, 2}), white);
+    return b.finish();
+  }
+};
+
+const SurfacePoint origin{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
+
+// Photons of one per square metre and watt, where `lit`, relative to full even light.
+class LitFloor {
+ public:
+  static constexpr int n = 200;
+  static constexpr float spacing = 0.01f;
+
+  LitFloor(const Floor& floor, const GatherOptions& options, float height = 0, const vec3& facing = {0, 0, 1}, float from = -9,
+           float to = 9)
+      : floor_(floor.scene()) {
+    Photons photons;
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        const vec3 p(vec2(x - n / 2, y - n / 2) * spacing + 0.5f * spacing, height);
+        if (p.x > from && p.x < to) photons.add(p, Rgb(square(spacing) * pi), facing, facing, photon_indirect, 1);
+      }
+    map_.build(std::move(photons), find_point_structure("brute", {}).make(), options);
+  }
+  double share() const {
+    const Bsdf bsdf(floor_.scene, origin);
+    return map_.radiance(floor_.context, origin, bsdf, {0, 0, 1}, photon_any, 64).x;
+  }
+
+ private:
+  SceneContext floor_;
+  PhotonMap map_;
+};
+
+GatherOptions fixed(Kernel kernel, Edges edges, bool side_test = true) {
+  return {.k = 0, .radius = radius, .kernel = kernel, .side_test = side_test, .largest_radius = infinity, .edges = edges};
+}
+
+TEST(PhotonEdges, KernelWithinIsTheIntegralOfItsShape) {
+  for (const Kernel kernel : kernels) {
+    double sum = 0;
+    for (int i = 0; i < 1000; ++i) {
+      EXPECT_NEAR(kernel_within(kernel, static_cast<float>(i) / 1000), sum, 2e-4);
+      sum += kernel_shape(kernel, (static_cast<float>(i) + 0.5f) / 1000) / 1000;
+    }
+    EXPECT_NEAR(kernel_within(kernel, 1), 1, 1e-5);
+  }
+}
+
+TEST(PhotonEdges, LossAtAnEdgeIsTheShareOfTheDiscOffTheSurfaceAndVisibleAreaRestoresIt) {
+  for (const double x : {0.02, 0.2, 0.5, 0.8, 1.1}) {
+    const float edge = static_cast<float>(x) * radius;
+    EXPECT_NEAR(LitFloor({edge}, fixed(Kernel::box, Edges::disc), 0, {0, 0, 1}, -9, edge).share(), kept_share(x), 0.01) << x;
+    for (const bool wall : {false, true})
+      for (const Kernel kernel : kernels)
+        EXPECT_NEAR(LitFloor({edge, wall}, fixed(kernel, Edges::visible), 0, {0, 0, 1}, -9, edge).share(), 1, 0.02)
+            << x << wall << static_cast<int>(kernel);
+  }
+}
+
+TEST(PhotonEdges, LightBehindAWallLeaksThroughTheDiscAndNotThroughTheVisiblePart) {
+  for (const double x : {0.1, 0.3, 0.6}) {
+    const float edge = static_cast<float>(x) * radius;
+    const Floor floor{edge, true, true};
+    EXPECT_NEAR(LitFloor(floor, fixed(Kernel::box, Edges::disc), 0, {0, 0, 1}, edge, 9).share(), 1 - kept_share(x), 0.01) << x;
+    EXPECT_EQ(LitFloor(floor, fixed(Kernel::box, Edges::visible), 0, {0, 0, 1}, edge, 9).share(), 0) << x;
+  }
+}
+
+TEST(PhotonEdges, SideTestStopsTheLeakThroughAThinPlate) {
+  // Photons arrive on the far face of a plate of thickness t: without the test 1 - (t / r)^2 of them is counted.
+  for (const double t : {0.1, 0.5, 0.9}) {
+    const float z = -static_cast<float>(t) * radius;
+    EXPECT_NEAR(LitFloor({}, fixed(Kernel::box, Edges::disc, false), z, {0, 0, -1}).share(), 1 - t * t, 0.015);
+    for (const Edges edges : {Edges::disc, Edges::visible, Edges::hull})
+      EXPECT_EQ(LitFloor({}, fixed(Kernel::box, edges), z, {0, 0, -1}).share(), 0);
+  }
+}
+
+// Mean and standard error of an estimate over maps of random photons, of a density of 300 per square metre, for x < edge.
+std::pair<double, double> over_random_maps(const GatherOptions& options, float edge, const SceneContext& floor) {
+  constexpr int trials = 400, photons_in_all = 1200;  // in 2 m x 2 m, binomial
+  const Bsdf bsdf(floor.scene, origin);
+  double sum = 0, squares = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    Pcg32 random(23, static_cast<std::uint64_t>(trial));
+    Photons photons;
+    for (int i = 0; i < photons_in_all; ++i) {
+      const float x = 2 * random.next_float() - 1;
+      const vec3 p(x, 2 * random.next_float() - 1, 0);
+      if (x < edge) photons.add(p, Rgb(pi / 300), {0, 0, 1}, {0, 0, 1}, photon_indirect, 1);
+    }
+    PhotonMap map;
+    map.build(std::move(photons), find_point_structure("kd-tree", {}).make(), options);
+    const double share = map.radiance(floor.context, origin, bsdf, {0, 0, 1}, photon_any, 64).x;
+    sum += share;
+    squares += share * share;
+  }
+  const double mean = sum / trials;
+  return {mean, std::sqrt((squares / trials - mean * mean) / trials)};
+}
+
+TEST(PhotonEdges, HullIsUnbiasedAtAnEdgeForEveryKernelAndForNearestPhotons) {
+  for (const double x : {0.0, 0.4, 2.0}) {
+    const float edge = static_cast<float>(x) * 0.25f;
+    const SceneContext floor(Floor{edge}.scene());
+    for (const Kernel kernel : kernels) {
+      GatherOptions options = fixed(kernel, Edges::hull);
+      options.radius = 0.25f;
+      const auto [mean, error] = over_random_maps(options, edge, floor);
+      EXPECT_NEAR(mean, 1, 4.5 * error + 0.002) << x << " " << static_cast<int>(kernel);
+      EXPECT_LT(error, 0.02);
+    }
+    GatherOptions nearest = fixed(Kernel::box, Edges::hull);
+    nearest.k = 40;
+    const auto [mean, error] = over_random_maps(nearest, edge, floor);
+    EXPECT_NEAR(mean, 1, 4.5 * error + 0.002) << x << " nearest";
+    nearest.edges = Edges::disc;
+    const auto [lost, lost_error] = over_random_maps(nearest, edge, floor);
+    if (x == 0) {
+      EXPECT_NEAR(lost, 0.5, 4.5 * lost_error + 0.002);
+    }
+  }
+}
+
+TEST(PhotonEdges, InsideOfASphereTheWholeDiscIsVisible) {
+  SceneBuilder b("sphere");
+  b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(1)}), std::nullopt, true);
+  const SceneContext sphere(b.finish());
+  Pcg32 random(4, 4);
+  for (int i = 0; i < 50; ++i) {
+    const vec3 p = glm::normalize(vec3(random.next_float(), random.next_float(), random.next_float()) - 0.5f);
+    const SurfacePoint at{p, -p, -p, Frame::from_normal(p).tangent, vec2(0), 0, no_id};
+    for (const float r : {0.05f, 0.15f, 0.3f})
+      for (const Kernel kernel : kernels) EXPECT_NEAR(VisibleDomain(sphere.context, at, -p, r).share(kernel), 1, 1e-4) << r;
+  }
+}
+
+}  // namespace
+}  // namespace etendue
