@@ -5,18 +5,17 @@
 // and it counts photons behind walls. Both remedies count photons in a part D of the disc alone and divide by the kernel's
 // integral over D; where D is covered by the surface, even light is estimated without bias.
 //
-//   VisibleDomain  what the point sees of its own surface, by rays: geometry-aware areas are [Hey2002]'s remedy, a kernel cut
-//   at
-//                  visibility [Herzog2007]'s. In 16 directions a ray along the tangent plane finds walls, and probes down to
-//                  the surface find its end, within r / 64. D is the polygon through what they reach, or the full sector where
-//                  two neighbours reach r. A straight edge is met exactly, and light does not leak past walls on the same
-//                  floor. A gap in the surface short of what is reached is not seen, nor are steps lower than r / 5.
-//   PhotonHull     the convex hull of the photons themselves: no rays. Only photons strictly inside of it are counted: given
-//   the
-//                  hull, they are uniform in it, so that their number over its area is unbiased for any convex piece of surface
-//                  ([Efron1965], [Baldin2016]; for a kernel the same follows from Mecke's formula, with its integral over the
-//                  hull for the area), at the price of the hull's own photons: 12 of 50. Uneven light (a caustic) has a hull of
-//                  its own, brighter than it should be: not for caustic maps.
+// VisibleDomain is what the point sees of its own surface, by rays: geometry-aware areas are [Hey2002]'s remedy, a kernel cut
+// at visibility [Herzog2007]'s. In 16 directions a ray along the tangent plane finds walls, and probes down to the surface find
+// its end, within r / 64. D is the polygon through what they reach, or the full sector where two neighbours reach r. A straight
+// edge is met exactly, and light does not leak past walls on the same floor. A gap in the surface short of what is reached is
+// not seen, nor are steps lower than r / 5; of a surface that curves away by more than that, D is the nearer part.
+//
+// PhotonHull is the convex hull of the photons themselves: no rays. Only photons strictly inside of it are counted: given the
+// hull, they are uniform in it, so that their number over its area is unbiased for any convex piece of surface ([Efron1965],
+// [Baldin2016]; for a kernel the same follows from Mecke's formula, with its integral over the hull for the area), at the price
+// of the hull's own photons: 12 of 50. Uneven light (a caustic) has a hull of its own, brighter than it should be: not for
+// caustic maps.
 //
 // Distances are taken along chords, directions in the tangent plane: Lambert's projection, which keeps areas on spheres.
 #pragma once
