@@ -145,18 +145,19 @@ class ProgressivePhotonMapping final : public Integrator {
     Rgb from_photons(0);
     bool gathered = false;
     const Rgb other = passes_.camera(context, pixel, index, [&](const GatherPoint& at, const Rgb& throughput) {
-      const float radius = policy_->radius({slot, pass, map, at}), per_square = 1 / square(radius);
-      observed.begin(radius, at);
+      const GatherDisc disc = policy_->disc({slot, pass, map, at});
+      const float per_square = 1 / square(disc.radius);
+      observed.begin(disc, at, throughput);
       Rgb sum(0);
-      map.gather(at, radius, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
+      map.gather(at, disc.reach, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
+        observed.add(reflected, offset, distance_squared);
         const float x = distance_squared * per_square;
-        observed.add(reflected, offset, x);
-        sum += reflected * kernel_shape(kernel, x);
+        if (x <= 1) sum += reflected * kernel_shape(kernel, x);
       });
       from_photons += throughput * sum * (inv_pi * per_square);
       gathered = true;
     });
-    if (gathered) policy_->update(slot, pass, observed, from_photons);
+    if (gathered) policy_->update(slot, pass, observed);
     return other + from_photons;
   }
 

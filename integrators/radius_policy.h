@@ -37,20 +37,30 @@ struct GatherSite {
   const GatherPoint& at;
 };
 
-// What a policy learns from the photons of one gather; `add` is called for each. This one counts.
+// The kernel's radius, and that of the photons the policy wants to see, at least as large.
+struct GatherDisc {
+  float radius, reach;
+
+  explicit GatherDisc(float r) : radius(r), reach(r) {}
+  GatherDisc(float r, float observed) : radius(r), reach(std::max(r, observed)) {}
+};
+
+// What a policy learns from a pixel's photons in one pass: begin() at each point that the camera path gathers at, then add()
+// for each photon within reach. This one counts.
 struct PhotonCount {
   std::uint32_t photons = 0;
 
-  void begin(float /*radius*/, const GatherPoint& /*at*/) {}
-  void add(const Rgb& /*reflected*/, const vec3& /*offset*/, float /*x*/) { ++photons; }
+  void begin(const GatherDisc& /*disc*/, const GatherPoint& /*at*/, const Rgb& /*throughput*/) {}
+  void add(const Rgb& /*reflected*/, const vec3& /*offset*/, float /*distance_squared*/) { ++photons; }
 };
 
-// update(): once per pixel and pass, with all that the pass found for the pixel. `estimate`: the pixel's radiance from photons.
+// update(): once per pixel and pass in which the camera path gathered at all.
 template <class P>
-concept RadiusPolicy = requires(P& p, const P& c, const GatherSite& site, typename P::Observed observed, const Rgb& estimate) {
-  { c.radius(site) } -> std::same_as<float>;
-  p.update(std::size_t{0}, std::uint32_t{0}, observed, estimate);
-  observed.begin(1.0f, site.at);
+concept RadiusPolicy = requires(P& p, const P& c, const GatherSite& site, typename P::Observed observed,
+                                const GatherDisc& disc) {
+  { c.disc(site) } -> std::same_as<GatherDisc>;
+  p.update(std::size_t{0}, std::uint32_t{0}, observed);
+  observed.begin(disc, site.at, Rgb(1));
   observed.add(Rgb(0), vec3(0), 0.5f);
 };
 
@@ -59,8 +69,8 @@ class FixedRadius {
   using Observed = PhotonCount;
 
   explicit FixedRadius(InitialRadii radii) : radii_(std::move(radii)) {}
-  float radius(const GatherSite& site) const { return radii_[site.pixel]; }
-  void update(std::size_t, std::uint32_t, const Observed&, const Rgb&) {}
+  GatherDisc disc(const GatherSite& site) const { return GatherDisc(radii_[site.pixel]); }
+  void update(std::size_t, std::uint32_t, const Observed&) {}
 
  private:
   InitialRadii radii_;
@@ -72,19 +82,20 @@ class NearestRadius {
   using Observed = PhotonCount;
 
   NearestRadius(int k, float r_max) : k_(k), r_max_(r_max) {}
-  float radius(const GatherSite& site) const {
+  GatherDisc disc(const GatherSite& site) const {
     const float r = site.map.distance_to(k_, site.at, r_max_);
-    return r < r_max_ ? std::nextafter(r, 0.0f) : r;
+    return GatherDisc(r < r_max_ ? std::nextafter(r, 0.0f) : r);
   }
-  void update(std::size_t, std::uint32_t, const Observed&, const Rgb&) {}
+  void update(std::size_t, std::uint32_t, const Observed&) {}
 
  private:
   int k_;
   float r_max_;
 };
 
-// r_i of the memoryless sequence, i from 0, over r_0: r_{i+1}^2 / r_i^2 = (i + alpha) / (i + 1) with i from 1 ([Knaus2011]). In closed form r_n^2 = Gamma(n + alpha) / (Gamma(1 + alpha) Gamma(n + 1)), which tends to n^(alpha-1) /
-// Gamma(1 + alpha), with n = i + 1 passes.
+// r_i of the memoryless sequence, i from 0, over r_0: r_{i+1}^2 / r_i^2 = (i + alpha) / (i + 1) with i from 1 ([Knaus2011]). In
+// closed form r_n^2 = Gamma(n + alpha) / (Gamma(1 + alpha) Gamma(n + 1)), which tends to n^(alpha-1) / Gamma(1 + alpha), with n
+// = i + 1 passes.
 float memoryless_shrinkage(std::uint32_t pass, double alpha);
 
 class MemorylessRadius {
@@ -94,8 +105,8 @@ class MemorylessRadius {
   MemorylessRadius(InitialRadii radii, double alpha) : radii_(std::move(radii)), alpha_(alpha) {}
   // Once per pass, before its gathers.
   void begin_pass(std::uint32_t pass) { shrinkage_ = memoryless_shrinkage(pass, alpha_); }
-  float radius(const GatherSite& site) const { return radii_[site.pixel] * shrinkage_; }
-  void update(std::size_t, std::uint32_t, const Observed&, const Rgb&) {}
+  GatherDisc disc(const GatherSite& site) const { return GatherDisc(radii_[site.pixel] * shrinkage_); }
+  void update(std::size_t, std::uint32_t, const Observed&) {}
 
  private:
   InitialRadii radii_;
@@ -103,16 +114,16 @@ class MemorylessRadius {
   float shrinkage_ = 1;
 };
 
-// N_{i+1} = N_i + alpha M_i and r_{i+1}^2 / r_i^2 = N_{i+1} / (N_i + M_i) ([Hachisuka2008] section 4.1, M_i the photons found in
-// pass i): the density within the radius is kept while a share alpha of each pass's photons is. [Hachisuka2009] shares N
-// and r between all points that a pixel sees.
+// N_{i+1} = N_i + alpha M_i and r_{i+1}^2 / r_i^2 = N_{i+1} / (N_i + M_i) ([Hachisuka2008] section 4.1, M_i the photons found
+// in pass i): the density within the radius is kept while a share alpha of each pass's photons is. [Hachisuka2009] shares N and
+// r between all points that a pixel sees.
 class SharedStatistics {
  public:
   using Observed = PhotonCount;
 
   SharedStatistics(InitialRadii radii, double alpha) : radii_(std::move(radii)), counts_(radii_.size(), 0), alpha_(alpha) {}
-  float radius(const GatherSite& site) const { return radii_[site.pixel]; }
-  void update(std::size_t pixel, std::uint32_t pass, const Observed& observed, const Rgb& estimate);
+  GatherDisc disc(const GatherSite& site) const { return GatherDisc(radii_[site.pixel]); }
+  void update(std::size_t pixel, std::uint32_t pass, const Observed& observed);
 
  private:
   InitialRadii radii_;

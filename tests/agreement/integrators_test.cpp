@@ -85,6 +85,8 @@ TEST(IntegratorAgreement, CornellBox) {
                     {"photon-map", params_of({{"photons", "20000"}, {"retrace", "true"}}), 4, 0.06},
                     {"sppm", {}, 16, 0.04},
                     {"ppm-memoryless", {}, 16, 0.04},
+                    {"appm", {}, 16, 0.04},
+                    {"cppm", {}, 16, 0.04},
                     {"irradiance-cache", params_of({{"samples", "256"}}), 32, 0.03}});
 }
 

@@ -1,0 +1,63 @@
+// The radius shrinks when Pearson's chi-squared test finds the photons within it uneven ([Lin2020]).
+//
+// Where photons are evenly distributed, no kernel has bias at any radius. So the radius stays, and pass after pass the photons
+// are counted in 12 parts of equal area (two rings of six sectors). Once there are n_min of them the counts are tested for
+// evenness at 95 %. If that is refused, the radius shrinks: to the inner ring where that passes by itself (r^2 / 2), else by
+// r^2 -> 0.8 r^2; the counts start anew, and n_min grows by beta, so that a test always has photons enough to see less.
+//
+// hypothesis "even" is the paper's first: the density is constant. "odd" is its other one: counts of opposite sectors are added
+// before, as a kernel is blind to what one side has more than the other has less; slopes pass, but an edge through the very
+// middle does too.
+//
+// Consistent, where unevenness persists as it is refused sooner or later: a curvature that stands out from a noise of
+// n^-1/2 r^-1 has r^2 ~ n^(-1/3), hence MSE ~ n^(-2/3); ~ n^-1 where all is even.
+#pragma once
+
+#include "integrators/radius_policy.h"
+
+#include <array>
+
+namespace etendue {
+
+class ChiSquaredRadius {
+ public:
+  static constexpr int rings = 2, sectors = 6, parts = rings * sectors;
+
+  // Counts in the parts; those of the inner ring first.
+  class Observed {
+   public:
+    void begin(const GatherDisc& disc, const GatherPoint& at, const Rgb& throughput);
+    void add(const Rgb& reflected, const vec3& offset, float distance_squared);
+
+    std::array<std::uint16_t, parts> counts{};
+
+   private:
+    vec3 tangent_{0}, bitangent_{0};
+    float half_squared_ = 0;  // the inner ring's edge, squared
+  };
+
+  struct Rules {
+    float first_count = 0;  // n_min at first
+    float beta = 1.5625f;
+    bool odd = false;
+  };
+
+  ChiSquaredRadius(InitialRadii radii, const Rules& rules);
+  GatherDisc disc(const GatherSite& site) const { return GatherDisc(pixels_[site.pixel].radius); }
+  void update(std::size_t pixel, std::uint32_t pass, const Observed& observed);
+
+  // Is the unevenness of the first `rings_tested` rings within what chance makes of even ones in 95 %?
+  static bool looks_even(const std::array<std::uint32_t, parts>& counts, int rings_tested, bool odd);
+
+ private:
+  struct Pixel {
+    float radius;
+    float enough;  // n_min
+    std::array<std::uint32_t, parts> counts{};
+  };
+
+  std::vector<Pixel> pixels_;
+  Rules rules_;
+};
+
+}  // namespace etendue
