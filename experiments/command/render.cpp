@@ -204,7 +204,7 @@ int render_command(const RenderCommand& command) {
                                format_seconds(time_s * (1 - share) / std::max(share, 1e-9))));
   };
   const Image* target = reference ? &reference->rendered.image : nullptr;
-  r.result = run_cell({scene, needs, r.accel, r.integrator, r.seed, r.resolution, budget, r.threads, target, {}, progress});
+  r.result = run_cell({scene, needs, r.accel, r.integrator, r.seed, r.resolution, budget, r.threads, target, {}, {}, false, progress});
   console.clear_status();
   write_image(r);
   if (!reference && scene.closed_form) find_reference();

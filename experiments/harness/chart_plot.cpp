@@ -136,17 +136,18 @@ std::string draw_series(const ChartSeries& series, const PlotFrame& frame, bool 
   using Draw = ChartSeries::Draw;
   if (series.points.empty()) return {};
   if (series.draw == Draw::context) return fmt::format("<path class=\"line context\" d=\"{}\"/>\n", line_path(series, frame));
-  std::string out = fmt::format(
-      "<g class=\"{}\" data-key=\"{}\" data-label=\"{}\" data-p=\"{}\">", series_classes(series), escape_html(series.key),
-      escape_html(series.label + (series.detail.empty() ? "" : " " + series.detail)), point_data(series, frame));
+  std::string out =
+      fmt::format("<g class=\"{}\" data-key=\"{}\" data-label=\"{}\" data-p=\"{}\">", series_classes(series),
+                  escape_html(series.key), escape_html(series.label + (series.detail.empty() ? "" : " " + series.detail)),
+                  series.draw == Draw::guide ? "" : point_data(series, frame));
   if (series.draw == Draw::line)
     if (const std::string band = band_path(series, frame); !band.empty())
       out += fmt::format("<path class=\"band\" d=\"{}\"/>", band);
-  if (series.draw == Draw::line || series.draw == Draw::stairs)
+  if (series.draw == Draw::line || series.draw == Draw::stairs || series.draw == Draw::guide)
     if (series.points.size() > 1 || series.draw == Draw::stairs)
       out += fmt::format("<path class=\"line\" d=\"{}\"/>", line_path(series, frame));
   const double radius = series.draw == Draw::faint ? 2.6 : series.draw == Draw::dots ? 5 : compact ? 3.2 : 4;
-  if (series.draw != Draw::stairs) out += markers(series, frame, radius);
+  if (series.draw != Draw::stairs && series.draw != Draw::guide) out += markers(series, frame, radius);
   return out + "</g>\n";
 }
 
@@ -161,7 +162,7 @@ std::string draw_labels(const Chart& chart, const PlotFrame& frame) {
       if (series.draw == ChartSeries::Draw::stairs && i > 0) {
         lines.push_back({std::min(last.x, at.x), last.y - 2, std::abs(at.x - last.x), 4});
         lines.push_back({at.x - 2, std::min(last.y, at.y), 4, std::abs(at.y - last.y)});
-      } else if (series.draw != ChartSeries::Draw::stairs && series.draw != ChartSeries::Draw::context) {
+      } else if (series.draw < ChartSeries::Draw::stairs) {
         taken.push_back({at.x - 4, at.y - 4, 8, 8});
       }
       last = at;
@@ -257,7 +258,7 @@ std::string marker_path(std::size_t marker, dvec2 at, double r) {
 }
 
 std::string series_classes(const ChartSeries& series) {
-  constexpr const char* draws[] = {"", " dots", " faint", " stairs", " context"};
+  constexpr const char* draws[] = {"", " dots", " faint", " stairs", " guide", " context"};
   return fmt::format("series c{} d{}{}", series.colour % chart_colours, series.dash % chart_dashes,
                      draws[static_cast<std::size_t>(series.draw)]);
 }

@@ -22,7 +22,8 @@ std::vector<LegendEntry> legend_entries(std::span<const Chart> panels, const Plo
   std::vector<LegendEntry> entries;
   for (const Chart& chart : panels)
     for (const ChartSeries& series : chart.series) {
-      if (series.draw == ChartSeries::Draw::context || series.points.empty()) continue;
+      if (series.draw == ChartSeries::Draw::context || series.draw == ChartSeries::Draw::guide || series.points.empty())
+        continue;
       const bool known =
           std::any_of(entries.begin(), entries.end(), [&](const LegendEntry& e) { return e.series->key == series.key; });
       if (known) continue;
@@ -228,7 +229,8 @@ std::string chart_css() {
   return ".line{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}.context "
          ".line,.line.context{stroke-width:1.2}"
          ".band{fill:currentColor;fill-opacity:.16}.mark{fill:currentColor;stroke:currentColor}"
-         ".faint .mark{fill:currentColor;fill-opacity:.4;stroke:none}.stairs .line{stroke-width:2.6}"
+         ".guide .line{stroke-width:1.4;stroke-dasharray:2 2.5}.faint "
+         ".mark{fill:currentColor;fill-opacity:.4;stroke:none}.stairs .line{stroke-width:2.6}"
          ".d1 .line{stroke-dasharray:8 4}.d2 .line{stroke-dasharray:2 3.5}.d3 .line{stroke-dasharray:10 3 2 3}"
          ".d4 .line{stroke-dasharray:14 5}.d5 .line{stroke-dasharray:5 3 1.5 3 1.5 3}"
          ".grid,.minor,.zero,.leader{fill:none;stroke-width:1}.frame{fill:none}"

@@ -23,6 +23,7 @@ struct ChartSeries {
     dots,    // markers alone
     faint,   // small markers, pale
     stairs,  // a bold line that runs level, then down: what is reached by x
+    guide,   // a thin dotted line in the series' colour, in no legend: what was fitted to it
     context  // a grey line behind the rest, in no legend
   };
   std::string key;     // series of one key are switched together

@@ -173,7 +173,7 @@ void apply_quick(ConfigNode& root) {
 // What changes a result, and so must not change within one output directory.
 std::string result_hash(const ConfigNode& root) {
   ConfigNode::Table table = *root.table();
-  for (const char* key : {"title", "outputs", "quick", "threads"}) table.erase(key);
+  for (const char* key : {"title", "outputs", "quick", "threads", "rates"}) table.erase(key);
   const std::string text = canonical_text({std::move(table), {}, {}});
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
 }
@@ -206,6 +206,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
   const auto* dynamic = reader.find("dynamic");
   const auto *claims = reader.find("claims"), *timing = reader.find("timing");
+  const auto *regions = reader.find("regions"), *rates = reader.find("rates");
   const auto* wanted = reader.find("metrics");
   config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
   config.table_formats = {"md", "csv", "tex"};
@@ -224,7 +225,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   config.reference = read_reference(reference, directory);
   if (dynamic) {
     refuse_keys(root, "[dynamic], which renders nothing",
-                {"integrators", "structures", "budget", "reference", "metrics", "resolution"});
+                {"integrators", "structures", "budget", "reference", "metrics", "resolution", "regions", "rates"});
     config.animation = read_animation(*dynamic);
     config.accels = read_builders(accels);
   } else {
@@ -233,7 +234,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   if (claims) {
     refuse_keys(root, "[[claims]], which name what they measure",
                 {"scenes", "accels", "integrators", "seeds", "structures", "dynamic", "budget", "reference", "metrics",
-                 "resolution"});
+                 "resolution", "regions", "rates"});
     config.claims = read_claims(*claims, timing);
     config.hash = result_hash(root);
     return config;
@@ -242,6 +243,10 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   if (methods) config.integrators = read_integrators(*methods);
   if (!scenes) throw Error(Location{path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
   config.scenes = read_scenes(*scenes, directory);
+  std::vector<std::string> scene_names;
+  for (const SceneChoice& scene : config.scenes) scene_names.push_back(scene.name);
+  if (regions) config.regions = read_regions(*regions, scene_names);
+  if (rates) config.rates = read_rates(*rates, {scene_names, config.integrators, config.regions, config.metrics});
   if (!methods && !config.structures && !dynamic)
     throw Error(Location{path}, "no integrators; expected [[integrators]] tables (or structures = true, or [dynamic])");
   if (methods && !budget) throw Error(Location{path}, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");

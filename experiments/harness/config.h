@@ -15,6 +15,8 @@
 //   structures  true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene
 //   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (animation.h)
 //   claims      [[claims]] and timing: instead of all that, claims and what measures them (experiments/claims/claims_config.h)
+//   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
+//   rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and compares
 //   outputs     { tables = ["md", "csv", "tex"] }
 //   quick       any of the keys above, put in their place by `--quick`
 #pragma once
@@ -23,6 +25,8 @@
 #include "experiments/harness/animation.h"
 #include "experiments/harness/budget.h"
 #include "experiments/harness/method.h"
+#include "experiments/harness/rate_law.h"
+#include "experiments/harness/regions.h"
 #include "framework/core/vec.h"
 
 #include <optional>
@@ -60,13 +64,15 @@ struct ExperimentConfig {
   Budget budget;
   ReferenceChoice reference;
   std::vector<std::string> metrics;
+  std::vector<RegionChoice> regions;
+  std::vector<RateLaw> rates;
   std::optional<ivec2> resolution;
   std::optional<int> threads;
   std::optional<StructureTiming> structures;
   std::optional<AnimationChoice> animation;
   std::optional<ClaimsChoice> claims;
   std::vector<std::string> table_formats;
-  std::string hash;  // of all that changes a result: neither comments nor title, threads or outputs
+  std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs or rates
 };
 
 struct ConfigOptions {

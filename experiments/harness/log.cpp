@@ -67,6 +67,8 @@ CheckpointRecord read_checkpoint(const Json& j) {
   r.counters = j.at("counters").get<std::map<std::string, std::uint64_t>>();
   r.peak_memory_bytes = j.at("peak_memory_bytes");
   r.non_finite = j.at("non_finite");
+  if (const auto regions = j.find("regions"); regions != j.end())
+    for (const auto& [name, metrics] : regions->items()) r.regions[name] = metrics.get<std::map<std::string, double>>();
   return r;
 }
 
@@ -81,6 +83,7 @@ CellRecord read_cell(const Json& j) {
   r.mse_exponent = j.at("mse_exponent");
   r.note = j.at("note");
   r.fallback = j.value("fallback", "");
+  r.strip = j.value("strip", "");
   return r;
 }
 
@@ -270,6 +273,7 @@ std::string to_json_line(const CheckpointRecord& r) {
   json["counters"] = r.counters;
   json["peak_memory_bytes"] = r.peak_memory_bytes;
   json["non_finite"] = r.non_finite;
+  for (const auto& [name, metrics] : r.regions) json["regions"][name] = finite_map(metrics);
   return dump(json);
 }
 
@@ -283,6 +287,7 @@ std::string to_json_line(const CellRecord& r) {
   json["mse_exponent"] = finite(r.mse_exponent);
   json["note"] = r.note;
   if (!r.fallback.empty()) json["fallback"] = r.fallback;
+  if (!r.strip.empty()) json["strip"] = r.strip;
   return dump(json);
 }
 
@@ -308,6 +313,8 @@ RunLog read_log(const std::string& path) {
         put_animation(log, read_animation_line(text.substr(begin, end - begin)));
       } else if (type == "claim") {
         put_claim(log, read_claim_line(text.substr(begin, end - begin)));
+      } else if (type == "rates") {
+        log.rates = read_rate_line(text.substr(begin, end - begin));
       } else if (type == "checkpoint") {
         CheckpointRecord record = read_checkpoint(json);
         open[record.cell].push_back(std::move(record));
@@ -316,7 +323,8 @@ RunLog read_log(const std::string& path) {
         blocks.put(record, std::move(open[record.cell]));
         open.erase(record.cell);
       } else {
-        const std::vector<std::string> types{"manifest", "reference", "structure", "animation", "claim", "checkpoint", "cell"};
+        const std::vector<std::string> types{"manifest", "reference", "structure",  "animation",
+                                             "claim",    "rates",     "checkpoint", "cell"};
         throw Error(Location{path, line}, unknown_name("record", type, types));
       }
     } catch (const Json::exception& e) {
@@ -336,6 +344,7 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
     for (const auto& record : log.structures) put_structure(merged, record);
     for (const auto& record : log.animations) put_animation(merged, record);
     for (const auto& record : log.claims) put_claim(merged, record);
+    merged.rates.merge(log.rates);
     std::map<CellName, std::vector<CheckpointRecord>> checkpoints;
     for (const auto& record : log.checkpoints) checkpoints[record.cell].push_back(record);
     for (const auto& record : log.cells) blocks.put(record, std::move(checkpoints[record.cell]));

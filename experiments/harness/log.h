@@ -9,6 +9,7 @@
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
 //   animation   a scene in motion under several policies of change: keys of AnimationRecord
 //   claim       a claim as one measurement found it on one scene: keys of ClaimRecord
+//   rates       what theory says of convergence, all laws of the experiment (rate_law.h); the last such line counts
 //   cell        the end of a cell: status "done" or "failed" (with error), image file and hash, expectation
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, so a killed run leaves whole
@@ -19,6 +20,7 @@
 #include "experiments/harness/animation_record.h"
 #include "experiments/harness/cell_name.h"
 #include "experiments/harness/measured.h"
+#include "experiments/harness/rate_law.h"
 #include "experiments/harness/ray_kind.h"
 
 #include <cstdint>
@@ -50,6 +52,7 @@ struct CheckpointRecord {
   std::map<std::string, std::uint64_t> counters;
   std::uint64_t peak_memory_bytes = 0;
   std::uint64_t non_finite = 0;
+  std::map<std::string, std::map<std::string, double>> regions = {};  // the metrics of each region by its name
 };
 
 struct CellRecord {
@@ -62,6 +65,7 @@ struct CellRecord {
   double mse_exponent = 0;
   std::string note;
   std::string fallback = {};  // what stood in for the structure, and why; empty: nothing did
+  std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept
 };
 
 struct StructureRecord {
@@ -92,6 +96,7 @@ struct RunLog {
   std::vector<CellRecord> cells;
   std::vector<AnimationRecord> animations;
   std::vector<ClaimRecord> claims;
+  RateRecord rates;
 };
 
 // Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).

@@ -1,6 +1,7 @@
 // The tables that list records as they are, and the summary at the end of a run.
 #include "experiments/claims/claims_report.h"
 #include "experiments/harness/animation_report.h"
+#include "experiments/harness/rate_report.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/tables.h"
 #include "experiments/harness/verdicts.h"
@@ -110,9 +111,9 @@ Table manifest_table(const ReportData& data) {
 }
 
 std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images) {
-  return {claims_table(*data.log),   claim_figures_table(*data.log), final_table(data, images), phases_table(data),
-          counters_table(data),      structures_table(data),         animations_table(*data.log), references_table(data),
-          expectations_table(data),  failures_table(data),           manifest_table(data)};
+  return {claims_table(*data.log),  claim_figures_table(*data.log), final_table(data, images),   phases_table(data),
+          counters_table(data),     structures_table(data),         animations_table(*data.log), references_table(data),
+          expectations_table(data), failures_table(data),           manifest_table(data)};
 }
 
 std::string summary_table(const RunLog& log) {
@@ -137,6 +138,8 @@ std::string summary_table(const RunLog& log) {
           out += fmt::format("  {}: {}{}\n", verdict.topic, verdict.lead, verdict.text);
     out += "\n";
   }
+  if (const std::vector<FittedRate> rates = fit_rates(data); !rates.empty())
+    out += "Rates\n" + to_terminal(rates_table(rates), 1) + "  " + rates_finding(rates) + "\n\n";
   for (const std::string& warning : conclusions.warnings) out += "Note: " + warning + "\n";
   if (data.scenes.empty()) out += "The log holds no finished cell.\n";
   return out;

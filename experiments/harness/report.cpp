@@ -1,6 +1,7 @@
 #include "experiments/harness/report.h"
 
 #include "experiments/harness/charts.h"
+#include "experiments/harness/rate_report.h"
 #include "experiments/harness/report_html.h"
 #include "experiments/harness/report_images.h"
 #include "experiments/harness/tables.h"
@@ -49,15 +50,22 @@ void resolve(std::string& file, const fs::path& directory) {
   if (!file.empty() && fs::path(file).is_relative()) file = (directory / file).lexically_normal().string();
 }
 
-RunLog read_directory(const std::string& directory) {
+}  // namespace
+
+RunLog read_resolved_log(const std::string& directory) {
   const fs::path path = fs::path(directory) / "runs.jsonl";
   if (!fs::is_regular_file(path))
     throw Error(Location{directory}, "no runs.jsonl here; expected a directory that `etendue run` wrote");
   RunLog log = read_log(path.string());
-  for (CellRecord& cell : log.cells) resolve(cell.image, directory);
+  for (CellRecord& cell : log.cells) {
+    resolve(cell.image, directory);
+    resolve(cell.strip, directory);
+  }
   for (ReferenceRecord& reference : log.references) resolve(reference.file, directory);
   return log;
 }
+
+namespace {
 
 // Directories as a reader may type them: relative ones as they are, of others the last part.
 std::string shown_name(const std::string& directory) {
@@ -146,12 +154,14 @@ std::vector<std::string> write_report(const std::vector<std::string>& directorie
     if (std::find(formats.begin(), formats.end(), format) == formats.end())
       throw Error(unknown_name("table format", format, formats));
   std::vector<RunLog> logs;
-  for (const std::string& directory : directories) logs.push_back(read_directory(directory));
+  for (const std::string& directory : directories) logs.push_back(read_resolved_log(directory));
   const RunLog log = merge_logs(logs);
   ReportData data = arrange(log);
   data.conflicts = conflicting_scenes(log, logs);
   PageContent content;
+  content.rates = fit_rates(data);
   content.tables = report_tables(data, image_statistics(data));
+  if (!content.rates.empty()) content.tables.insert(content.tables.begin(), rates_table(content.rates));
   content.images = page_images(data, image_budget_bytes);
   for (const std::string& directory : directories) content.directories.push_back(shown_name(directory));
   content.experiments = find_experiments(directories);
@@ -161,6 +171,7 @@ std::vector<std::string> write_report(const std::vector<std::string>& directorie
     for (const std::string& format : options.table_formats)
       out.write("tables/" + table.name + "." + format, formatted(table, format));
   for (const Figure& figure : file_figures(data)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
+  for (const Figure& figure : rate_figures(content.rates)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   out.write("report.html", report_page(data, content));
   return out.finish();
 }

@@ -3,6 +3,7 @@
 #include "experiments/claims/claims_report.h"
 #include "experiments/harness/animation_report.h"
 #include "experiments/harness/charts.h"
+#include "experiments/harness/rate_report.h"
 #include "experiments/harness/report_assets.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/structure_figures.h"
@@ -61,11 +62,12 @@ bool claims_alone(const ReportData& data) {
   return !data.log->claims.empty() && data.scenes.empty() && data.log->animations.empty();
 }
 
-std::string navigation(const ReportData& data) {
+std::string navigation(const ReportData& data, const PageContent& content) {
   std::string out = "<nav aria-label=\"Contents\">";
   if (!claims_alone(data)) out += "<a href=\"#findings\">Findings</a>";
   for (const SceneData& scene : data.scenes)
     if (has_charts(data, scene)) out += fmt::format("<a href=\"#scene-{}\">{}</a>", scene.file_stem, html(scene.name));
+  if (!content.rates.empty()) out += "<a href=\"#rates\">Rates</a>";
   if (!data.log->claims.empty()) out += "<a href=\"#claims\">Claims</a>";
   if (!data.log->animations.empty()) out += "<a href=\"#animations\">Change over time</a>";
   if (!data.log->structures.empty()) out += "<a href=\"#structures\">Ray structures</a>";
@@ -163,7 +165,9 @@ std::string legend(const Figure& figure) {
   std::size_t count = 0;
   for (const Chart& panel : figure.panels)
     for (const ChartSeries& series : panel.series) {
-      if (series.draw == ChartSeries::Draw::context || series.points.empty() || !keys.insert(series.key).second) continue;
+      if (series.draw == ChartSeries::Draw::context || series.draw == ChartSeries::Draw::guide || series.points.empty() ||
+          !keys.insert(series.key).second)
+        continue;
       ++count;
       out += fmt::format("<li><button type=\"button\" data-key=\"{}\" aria-pressed=\"true\">{}{}</button></li>",
                          html(series.key), legend_swatch(series), html(series.label));
@@ -282,6 +286,17 @@ std::string scene_section(const ReportData& data, const SceneData& scene, const 
   return out + "</section>\n";
 }
 
+std::string rates_section(const std::vector<FittedRate>& rates) {
+  if (rates.empty()) return {};
+  std::string out =
+      fmt::format("<section id=\"rates\"><h2>Rates</h2>\n<p>{}</p>\n<div class=\"figures\">\n", html(rates_finding(rates)));
+  for (Figure& figure : rate_figures(rates)) {
+    figure.title = figure.scene + ", " + figure.title;
+    out += fixed_figure(figure);
+  }
+  return out + "</div>\n</section>\n";
+}
+
 std::string animations_section(const ReportData& data) {
   if (data.log->animations.empty()) return {};
   std::string out = "<section id=\"animations\"><h2>Change over time</h2>\n";
@@ -344,7 +359,7 @@ std::string report_page(const ReportData& data, const PageContent& content) {
       "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
       "'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>{}</title>\n<style>{}{}</style></head><body>\n",
       html(title_of(*data.log)), chart_css(), report_style);
-  out += header(data) + navigation(data) + findings(data);
+  out += header(data) + navigation(data, content) + findings(data);
   const bool any = std::any_of(data.scenes.begin(), data.scenes.end(), [&](const SceneData& s) { return has_charts(data, s); });
   if (any) {
     const Variants variants = affordable(data, content.chart_budget_bytes);
@@ -353,7 +368,7 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     for (const SceneData& scene : data.scenes)
       if (has_charts(data, scene)) out += scene_section(data, scene, variants, content);
   }
-  out += claims_section(*data.log) + animations_section(data) + structures_section(data);
+  out += rates_section(content.rates) + claims_section(*data.log) + animations_section(data) + structures_section(data);
   out += "<section id=\"tables\"><h2>Tables</h2>\n";
   for (const Table& table : content.tables)
     if (!table.rows.empty()) out += to_html(table);

@@ -1,6 +1,7 @@
 // report.html: one page that needs nothing beyond itself.
 #pragma once
 
+#include "experiments/harness/rates.h"
 #include "experiments/harness/report_data.h"
 #include "experiments/harness/report_images.h"
 #include "experiments/harness/table_format.h"
@@ -14,6 +15,7 @@ namespace etendue {
 struct PageContent {
   std::vector<Table> tables;
   std::vector<SceneImages> images;
+  std::vector<FittedRate> rates;
   std::vector<std::string> directories;                          // that the report was made of, as the reader types them
   std::vector<std::pair<std::string, std::string>> experiments;  // files that asked the question: name, text
   std::size_t chart_budget_bytes = 24 << 20;                     // beyond it, charts of lesser use are left to charts/

@@ -27,6 +27,7 @@ struct LoadedScene {
   Scene scene;
   SceneNeeds needs;
   ivec2 resolution{0};
+  std::vector<Region> regions;
   Reference reference;
 };
 
@@ -50,6 +51,9 @@ class Execution {
     }
     narrate_resumption();
     load_scenes();
+    const RateRecord rates{config_.rates, config_.regions};
+    if (const std::string line = to_json_line(rates); line != to_json_line(directory_.earlier().rates))
+      directory_.append({line});
     for (std::size_t s = 0; s < scenes_.size(); ++s)
       if (has_pending(s)) make_scene_reference(s);
     for (std::size_t s = 0; s < scenes_.size(); ++s)
@@ -57,7 +61,7 @@ class Execution {
     for (std::size_t i = 0; i < pending_.size(); ++i) run_one(*pending_[i], i);
     const ReportOptions options{config_.table_formats};
     summary_.report_files = write_report({plan_.directory}, plan_.directory, options);
-    summary_.table = summary_table(read_directory_log(plan_.directory));
+    summary_.table = summary_table(read_resolved_log(plan_.directory));
     return std::move(summary_);
   }
 
@@ -90,6 +94,7 @@ class Execution {
       loaded->scene = load_scene(choice.path, choice.where);
       loaded->needs = scene_needs(loaded->scene);
       loaded->resolution = config_.resolution.value_or(loaded->scene.resolution);
+      loaded->regions = make_regions(config_.regions, choice.name, loaded->resolution);
       for (const std::string& warning : loaded->scene.warnings) observer_.narrate(choice.name + ": " + warning);
       const std::string hash = fmt::format("{:016x}", loaded->scene.hash());
       for (const ReferenceRecord& record : directory_.earlier().references)
@@ -173,6 +178,7 @@ class Execution {
     fill(record, result);
     if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", cell.name.scene, cell.name.accel, record.fallback));
     record.image = directory_.write_image(cell.name, result.image, attributes(cell, result));
+    if (!result.checkpoint_images.empty()) record.strip = directory_.write_strip(cell.name, result.checkpoint_images);
     std::vector<std::string> lines;
     for (CheckpointRecord& checkpoint : result.checkpoints) {
       checkpoint.cell = cell.name;
@@ -191,9 +197,16 @@ class Execution {
     const Budget& budget = config_.budget;
     return compute_({loaded.scene, loaded.needs, config_.accels[cell.accel], config_.integrators[cell.integrator],
                      cell.name.seed, loaded.resolution, budget, plan_.threads, &loaded.reference.rendered.image,
-                     config_.metrics, [&](std::uint64_t iterations, double time_s) {
+                     config_.metrics, loaded.regions, wants_images(cell.name), [&](std::uint64_t iterations, double time_s) {
                        observer_.cell_progress(budget.progress(iterations, time_s), iterations, time_s);
                      }});
+  }
+
+  // Bias and variance are found from the images of several seeds.
+  bool wants_images(const CellName& cell) const {
+    return std::any_of(config_.rates.begin(), config_.rates.end(), [&](const RateLaw& law) {
+      return law.needs_images() && (law.scene.empty() || law.scene == cell.scene) && selects(law.method, cell.integrator);
+    });
   }
 
   static void fill(CellRecord& record, const CellResult& result) {

@@ -21,13 +21,12 @@ constexpr double progress_interval_s = 0.1;
 void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
 // Error of an image by the metrics asked for. What is not finite (an image full of overflow) is left out: a log cannot hold it.
-std::map<std::string, double> measure(const Image& image, const CellTask& task) {
+std::map<std::string, double> measure(const Image& image, const Image& reference, const std::vector<std::string>& metrics) {
   std::map<std::string, double> values;
-  if (!task.reference) return values;
-  for (const std::string& name : task.metrics) {
+  for (const std::string& name : metrics) {
     const Metric* metric = find_metric(name);
     CHECK(metric != nullptr);
-    if (const double value = metric->compute(image, *task.reference); std::isfinite(value)) values[name] = value;
+    if (const double value = metric->compute(image, reference); std::isfinite(value)) values[name] = value;
   }
   return values;
 }
@@ -114,7 +113,13 @@ class CellRunner {
     for (std::size_t i = 0; i < counter_count; ++i)
       record.counters[std::string(counter_name(static_cast<Counter>(i)))] = counters[i];
     record.non_finite = film_.non_finite_count();
-    record.metrics = measure(film_.mean(), task_);
+    Image image = film_.mean();
+    if (task_.reference) {
+      record.metrics = measure(image, *task_.reference, task_.metrics);
+      for (const Region& region : task_.regions)
+        record.regions[region.name] = measure(crop(image, region), crop(*task_.reference, region), task_.metrics);
+    }
+    if (task_.keep_images) result_.checkpoint_images.push_back(std::move(image));
     result_.checkpoints.push_back(std::move(record));
   }
 

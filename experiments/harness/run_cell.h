@@ -5,6 +5,7 @@
 #include "experiments/harness/budget.h"
 #include "experiments/harness/log.h"
 #include "experiments/harness/method.h"
+#include "experiments/harness/regions.h"
 #include "framework/image/film.h"
 #include "framework/integrator.h"
 
@@ -25,6 +26,8 @@ struct CellTask {
   int threads = 1;
   const Image* reference = nullptr;       // no metrics without one
   std::vector<std::string> metrics = {};  // names
+  std::vector<Region> regions = {};       // whose metrics are measured beside the image's
+  bool keep_images = false;               // of every checkpoint
   // Told about ten times a second, off the clock.
   std::function<void(std::uint64_t iterations, double time_s)> progress = {};
 };
@@ -37,6 +40,7 @@ struct CellResult {
   std::string fallback;                     // of the ray structure: RayStructureStats::fallback
   std::vector<NonFiniteSample> non_finite;  // the first few, for replay
   bool reached_error = false;               // of a budget with an error target
+  std::vector<Image> checkpoint_images;     // where they are to be kept
 };
 
 // Throws what building, preparing or iterating throws.

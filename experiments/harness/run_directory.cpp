@@ -99,6 +99,16 @@ std::string RunDirectory::write_image(const CellName& cell, const Image& image,
   return relative;
 }
 
+std::string RunDirectory::write_strip(const CellName& cell, const std::vector<Image>& images) {
+  const ivec2 size = images.front().size;
+  Image strip({size.x, size.y * static_cast<int>(images.size())});
+  auto to = strip.pixels.begin();
+  for (const Image& image : images) to = std::copy(image.pixels.begin(), image.pixels.end(), to);
+  const std::string relative = "images/" + safe_name(cell) + "_checkpoints.exr";
+  write_exr((fs::path(path_) / relative).string(), strip, {{"etendue_cell", cell.key()}});
+  return relative;
+}
+
 std::string RunDirectory::write_reference(const std::string& scene, const Image& image,
                                           const std::map<std::string, std::string>& attributes) {
   const std::string relative =

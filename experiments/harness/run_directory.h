@@ -28,6 +28,8 @@ class RunDirectory {
 
   // Relative path of an image; written whole or not at all.
   std::string write_image(const CellName& cell, const Image& image, const std::map<std::string, std::string>& attributes);
+  // Images one below the other, as `image` is named.
+  std::string write_strip(const CellName& cell, const std::vector<Image>& images);
   std::string write_reference(const std::string& scene, const Image& image,
                               const std::map<std::string, std::string>& attributes);
   void append(const std::vector<std::string>& lines) { writer_->append(lines); }

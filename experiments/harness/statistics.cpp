@@ -150,26 +150,37 @@ std::optional<Ratio> geometric_ratio(std::span<const double> a, std::span<const 
   return Ratio{std::exp(difference), {std::exp(difference - half), std::exp(difference + half)}};
 }
 
-std::optional<Interval> bootstrap_interval(std::size_t count,
-                                           const std::function<double(std::span<const std::size_t>)>& statistic,
-                                           const BootstrapOptions& options) {
+std::vector<std::optional<Interval>> bootstrap_intervals(
+    std::size_t count, std::size_t figures,
+    const std::function<void(std::span<const std::size_t>, std::span<double>)>& statistics, const BootstrapOptions& options) {
   CHECK(count > 0 && options.resamples > 0);
   Pcg32 rng(options.seed, count);
   std::vector<std::size_t> indices(count);
-  std::vector<double> results;
-  results.reserve(static_cast<std::size_t>(options.resamples));
+  std::vector<std::vector<double>> results(figures);
+  std::vector<double> result(figures);
   for (int i = 0; i < options.resamples; ++i) {
     for (auto& index : indices) index = static_cast<std::size_t>((std::uint64_t{rng.next()} * count) >> 32);
-    const double result = statistic(indices);
-    if (std::isfinite(result)) results.push_back(result);
+    statistics(indices, result);
+    for (std::size_t f = 0; f < figures; ++f)
+      if (std::isfinite(result[f])) results[f].push_back(result[f]);
   }
-  if (2 * results.size() < static_cast<std::size_t>(options.resamples)) return std::nullopt;
   double tail = (1 - options.confidence) / 2;
   if (count > 1) {
     const auto n = static_cast<double>(count);
     tail = 0.5 * std::erfc(std::sqrt(n / (n - 1)) * student_t_quantile(1 - tail, n - 1) / std::numbers::sqrt2);
   }
-  return Interval{quantile(results, tail), quantile(results, 1 - tail)};
+  std::vector<std::optional<Interval>> intervals(figures);
+  for (std::size_t f = 0; f < figures; ++f)
+    if (2 * results[f].size() >= static_cast<std::size_t>(options.resamples))
+      intervals[f] = Interval{quantile(results[f], tail), quantile(results[f], 1 - tail)};
+  return intervals;
+}
+
+std::optional<Interval> bootstrap_interval(std::size_t count,
+                                           const std::function<double(std::span<const std::size_t>)>& statistic,
+                                           const BootstrapOptions& options) {
+  const auto one = [&](std::span<const std::size_t> chosen, std::span<double> out) { out[0] = statistic(chosen); };
+  return bootstrap_intervals(count, 1, one, options)[0];
 }
 
 std::optional<double> value_at(const Curve& curve, double x) {

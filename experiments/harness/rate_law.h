@@ -1,0 +1,67 @@
+// What theory says of a method's error in a region of a scene, as an experiment states it before it runs:
+//
+//   [[rates]]
+//   method   = "photon-map final_gather=4"  # of this name, with these parameters among those the experiment sets
+//   scene    = "builtin:edge"               # default: every scene (that has the region)
+//   region   = "smooth"                     # default: the whole image
+//   metric   = "mse"                        # mse | rmse | bias2 | variance; the last two need two seeds and their images
+//   x        = "iterations"                 # iterations | time | a counter ("records", "photons_emitted", …)
+//   points   = "checkpoints"                # of each run; or "configurations": one from each run's end, all methods together
+//   from     = 1000, to = 1e5               # the window of x that is fitted; default: all
+//   model    = "power"                      # A x^e; or "plateau": A x^e + P
+//   exponent = "-2/3"                       # e by theory
+//   source   = "[Knaus2011] section 5"      # whose theory
+//
+// The log keeps the laws, and the regions they speak of, in one line; the last one counts, so that a window may be moved
+// without running anything anew.
+#pragma once
+
+#include "experiments/harness/config_tree.h"
+#include "experiments/harness/method.h"
+#include "experiments/harness/regions.h"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct RateLaw {
+  enum class Model : std::uint8_t { power, plateau };
+
+  std::string method, scene, region;  // scene empty: every one; region empty: the whole image
+  std::string metric = "mse", x = "iterations";
+  bool across = false;  // the points are configurations
+  double from = 0, to = std::numeric_limits<double>::max();
+  Model model = Model::power;
+  double exponent = 0;
+  std::string exponent_text, source;
+
+  bool needs_images() const { return metric == "bias2" || metric == "variance"; }
+  bool operator==(const RateLaw&) const = default;
+};
+
+// Whether a method's label has the law's name and all of its parameters.
+bool selects(const std::string& method, const std::string& label);
+
+struct RateContext {
+  const std::vector<std::string>& scenes;
+  const std::vector<Method>& integrators;
+  const std::vector<RegionChoice>& regions;
+  const std::vector<std::string>& metrics;
+};
+// Throw Error.
+std::vector<RateLaw> read_rates(const ConfigNode& node, const RateContext& context);
+
+struct RateRecord {
+  std::vector<RateLaw> laws;
+  std::vector<RegionChoice> regions;
+
+  bool empty() const { return laws.empty() && regions.empty(); }
+  void merge(const RateRecord& other);  // adds what it does not hold
+};
+std::string to_json_line(const RateRecord& record);
+// Of a line's text; throws what the JSON library throws.
+RateRecord read_rate_line(const std::string& line);
+
+}  // namespace etendue

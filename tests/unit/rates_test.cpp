@@ -1,0 +1,253 @@
+// Regions and rates from the experiment to the report.
+#include "experiments/harness/config.h"
+#include "experiments/harness/rate_report.h"
+#include "framework/image/metrics.h"
+#include "framework/io/exr.h"
+#include "tests/unit/harness_process.h"
+#include "tests/unit/report_helpers.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using namespace report_test;
+
+constexpr const char* base =
+    "scenes = [\"builtin:lambert-sphere\", \"builtin:furnace\"]\n"
+    "integrators = [\"path\", { name = \"photon-map\", k = 20 }]\n"
+    "budget = { samples = 64 }\n"
+    "[[regions]]\n"
+    "name = \"left\"\n"
+    "scene = \"builtin:furnace\"\n"
+    "from = [0, 0.25]\n"
+    "to = [0.5, 0.75]\n"
+    "[[rates]]\n"
+    "method = \"photon-map k=20\"\n"
+    "region = \"left\"\n"
+    "from = 4\n"
+    "exponent = \"-2/3\"\n"
+    "source = \"theory\"\n";
+
+std::string with(const std::string& from, const std::string& to) {
+  std::string text = base;
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+void expect_error(const std::string& text, const std::string& place, const std::string& piece) {
+  try {
+    parse_experiment(text, "x.toml");
+    ADD_FAILURE() << "no error for " << piece;
+  } catch (const Error& e) {
+    const std::string what = e.what();
+    EXPECT_TRUE(what.starts_with(place + ":")) << what;
+    EXPECT_NE(what.find(piece), std::string::npos) << what;
+  }
+}
+
+TEST(Regions, HoldThePixelsWhoseCentresLieInside) {
+  const ExperimentConfig config = parse_experiment(base, "x.toml");
+  const auto regions = make_regions(config.regions, "builtin:furnace", {4, 4});
+  ASSERT_EQ(regions.size(), 1u);
+  EXPECT_EQ(regions[0].pixels, (std::vector<std::size_t>{4, 5, 8, 9}));
+  EXPECT_TRUE(make_regions(config.regions, "builtin:lambert-sphere", {4, 4}).empty());
+}
+
+TEST(Regions, PolygonIsInsideByTheEvenOddRule) {
+  const auto config =
+      parse_experiment(with("from = [0, 0.25]\nto = [0.5, 0.75]", "polygon = [[0, 0], [1, 0], [0, 1]]"), "x.toml");
+  EXPECT_EQ(make_regions(config.regions, "builtin:furnace", {3, 3})[0].pixels, (std::vector<std::size_t>{0, 1, 3}));
+}
+
+TEST(Regions, MetricOfARegionIsThatOfItsPixels) {
+  Image image({4, 4}), reference({4, 4});
+  for (std::size_t i = 0; i < 16; ++i) image.pixels[i] = dvec3(static_cast<double>(i));
+  EXPECT_DOUBLE_EQ(mse(crop(image, {"r", {1, 2}}), crop(reference, {"r", {1, 2}})), 2.5);
+}
+
+TEST(Regions, SlipsAreErrorsAtTheirPlace) {
+  expect_error(with("to = [0.5, 0.75]\n", ""), "x.toml:4:1", "from and to, or polygon");
+  expect_error(with("to = [0.5", "to = [1.5"), "x.toml:8:7", "1.5");
+  expect_error(with("to = [0.5, 0.75]", "to = [0.5, 0.25]"), "x.toml:8:6", "lower right");
+  expect_error(with("scene = \"builtin:furnace\"", "scene = \"builtin:furnce\""), "x.toml:6:9",
+               "did you mean 'builtin:furnace'");
+  expect_error(with("name = \"left\"\n", ""), "x.toml:4:1", "without a name");
+  expect_error(with("from = [0, 0.25]\nto = [0.5, 0.75]", "polygon = [[0, 0], [1, 1]]"), "x.toml:7:11", "three or more");
+  expect_error(with("[[rates]]", "[[regions]]\nname = \"left\"\nfrom = [0, 0]\nto = [1, 1]\n[[rates]]"), "x.toml:9:1", "twice");
+  const auto config = parse_experiment(with("to = [0.5, 0.75]", "to = [0.5, 0.26]"), "x.toml");
+  EXPECT_THROW(make_regions(config.regions, "builtin:furnace", {8, 8}), Error);
+}
+
+TEST(Rates, LawIsReadInFull) {
+  const RateLaw law = parse_experiment(base, "x.toml").rates.at(0);
+  EXPECT_EQ(law.method, "photon-map k=20");
+  EXPECT_EQ(law.region, "left");
+  EXPECT_EQ(law.metric, "mse");
+  EXPECT_NEAR(law.exponent, -2.0 / 3, 1e-15);
+  EXPECT_EQ(law.exponent_text, "-2/3");
+  EXPECT_EQ(law.from, 4);
+  EXPECT_FALSE(law.across);
+}
+
+TEST(Rates, SlipsAreErrorsAtTheirPlace) {
+  expect_error(with("method = \"photon-map k=20\"", "method = \"photon-mop\""), "x.toml:10:10", "photon-map k=20");
+  expect_error(with("k=20", "k=21"), "x.toml:10:10", "unknown method");
+  expect_error(with("region = \"left\"", "region = \"lft\""), "x.toml:11:10", "did you mean 'left'");
+  expect_error(with("region = \"left\"", "region = \"left\"\nscene = \"builtin:lambert-sphere\""), "x.toml:11:10", "no region");
+  expect_error(with("exponent = \"-2/3\"\n", ""), "x.toml:9:1", "without an exponent");
+  expect_error(with("-2/3", "-2/0"), "x.toml:13:12", "fraction");
+  expect_error(with("source = \"theory\"\n", ""), "x.toml:9:1", "without a source");
+  expect_error(with("from = 4", "from = 4\nto = 3"), "x.toml:13:6", "from < to");
+  expect_error(with("from = 4", "x = \"recrods\""), "x.toml:12:5", "did you mean 'records'");
+  expect_error(with("from = 4", "metric = \"bias\""), "x.toml:12:10", "did you mean 'bias2'");
+  expect_error(with("from = 4", "points = \"configurations\""), "x.toml:10:10", "three or more");
+  expect_error(with("budget", "metrics = [\"relmse\"]\nbudget"), "x.toml:10:1", "mse is not among");
+  expect_error("[dynamic]\n[[rates]]\nx = \"time\"\n", "x.toml:2:1", "of no use");
+}
+
+TEST(Rates, LawsDoNotChangeTheExperimentsHashRegionsDo) {
+  const std::string hash = parse_experiment(base, "x.toml").hash;
+  EXPECT_EQ(parse_experiment(with("from = 4", "from = 8"), "x.toml").hash, hash);
+  EXPECT_NE(parse_experiment(with("0.75", "0.8"), "x.toml").hash, hash);
+}
+
+TEST(Rates, MethodsAreSelectedByNameAndParameters) {
+  EXPECT_TRUE(selects("photon-map", "photon-map k=20 photons=1000"));
+  EXPECT_TRUE(selects("photon-map photons=1000", "photon-map k=20 photons=1000"));
+  EXPECT_TRUE(selects("x a=0.20", "x a=0.2"));
+  EXPECT_FALSE(selects("photon-map k=2", "photon-map k=20"));
+  EXPECT_FALSE(selects("photon", "photon-map"));
+  EXPECT_FALSE(selects("", "photon-map"));
+}
+
+TEST(Rates, RecordAndRegionsSurviveTheLog) {
+  const ExperimentConfig config = parse_experiment(base, "x.toml");
+  const RateRecord record{config.rates, config.regions}, back = read_rate_line(to_json_line(record));
+  EXPECT_EQ(back.laws, record.laws);
+  EXPECT_EQ(to_json_line(back), to_json_line(record));
+
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / "etendue-rates-log.jsonl";
+  RunLog log = small_log();
+  CheckpointRecord with_regions = log.checkpoints.front();
+  with_regions.regions["left"]["mse"] = 0.25;
+  std::string old_line = to_json_line(log.checkpoints.front());
+  EXPECT_EQ(old_line.find("regions"), std::string::npos) << "a log without regions is as it was";
+  std::ofstream(path) << to_json_line(record) << "\n"
+                      << old_line << "\n"
+                      << to_json_line(with_regions) << "\n"
+                      << to_json_line(log.cells.front()) << "\n";
+  const RunLog read = read_log(path.string());
+  EXPECT_EQ(read.rates.laws, record.laws);
+  ASSERT_EQ(read.checkpoints.size(), 2u);
+  EXPECT_TRUE(read.checkpoints[0].regions.empty());
+  EXPECT_EQ(read.checkpoints[1].regions.at("left").at("mse"), 0.25);
+  EXPECT_EQ(merge_logs({read, read}).rates.laws.size(), 1u);
+  std::filesystem::remove(path);
+}
+
+RateLaw law(const std::string& method, double exponent, const std::string& text) {
+  RateLaw law;
+  law.method = method;
+  law.exponent = exponent;
+  law.exponent_text = text;
+  law.source = "theory";
+  return law;
+}
+
+TEST(Rates, LogOfKnownExponentsIsJudgedByThem) {
+  RunLog log = small_log();
+  log.rates.laws = {law("path", -1, "-1"), law("sppm", -0.5, "-1/2"), law("nobody", -1, "-1")};
+  log.rates.laws[0].from = 4;
+  const ReportData data = arrange(log);
+  const auto rates = fit_rates(data);
+  ASSERT_EQ(rates.size(), 2u);
+  ASSERT_TRUE(rates[0].fit);
+  EXPECT_NEAR(rates[0].fit->exponent, -1, 1e-9);
+  EXPECT_EQ(rates[0].fit->points, 6u);
+  EXPECT_EQ(rates[0].points.size(), 8u) << "drawn are all";
+  EXPECT_NEAR(rates[1].fit->exponent, -2.0 / 3, 1e-9);
+  EXPECT_FALSE(*rates[1].contains());
+  const std::string finding = rates_finding(rates);
+  EXPECT_NE(finding.find("sppm in whole image of builtin:room: -0.667"), std::string::npos) << finding;
+  const std::string table = to_markdown(rates_table(rates));
+  EXPECT_NE(table.find("-1/2"), std::string::npos);
+  EXPECT_NE(table.find("†"), std::string::npos) << "three seeds are few";
+  for (const Figure& figure : rate_figures(rates)) {
+    EXPECT_TRUE(well_formed(to_svg(figure)));
+    EXPECT_EQ(to_svg(figure).find("nan"), std::string::npos);
+  }
+}
+
+TEST(Rates, ConfigurationsArePointsOfOneFit) {
+  RunLog log;
+  for (const int records : {100, 200, 400, 800}) {
+    const std::string name = "irradiance-cache accuracy=" + std::to_string(records) + " gradients=both";
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      add_cell(log, "room", {name, "sah", 0.1, 1, -1, 1}, seed);
+      CheckpointRecord& last = log.checkpoints.back();
+      last.counters["records"] = static_cast<std::uint64_t>(records) + seed;
+      last.metrics["mse"] = std::pow(static_cast<double>(records), -2) * (1 + 0.01 * static_cast<double>(seed));
+    }
+  }
+  log.rates.laws = {law("irradiance-cache gradients=both", -1, "-1")};
+  log.rates.laws[0].metric = "rmse";
+  log.rates.laws[0].x = "records";
+  log.rates.laws[0].across = true;
+  const ReportData data = arrange(log);
+  const auto rates = fit_rates(data);
+  ASSERT_EQ(rates.size(), 1u);
+  ASSERT_TRUE(rates[0].fit) << rates[0].problem;
+  EXPECT_EQ(rates[0].points.size(), 4u);
+  EXPECT_EQ(rates[0].seeds, 5u);
+  EXPECT_NEAR(rates[0].fit->exponent, -1, 0.01);
+}
+
+TEST(Rates, WhatCannotBeFittedSaysWhy) {
+  RunLog log = small_log();
+  log.rates.laws = {law("path", -1, "-1"), law("path", -1, "-1"), law("path", -1, "-1")};
+  log.rates.laws[0].from = 1e6;
+  log.rates.laws[1].metric = "bias2";
+  log.rates.laws[2].region = "edge";
+  log.rates.regions.push_back({"edge", "", {{0, 0}, {1, 0}, {1, 1}}, {}});
+  const ReportData data = arrange(log);
+  const auto rates = fit_rates(data);
+  ASSERT_EQ(rates.size(), 3u);
+  EXPECT_NE(rates[0].problem.find("0 of 8 points"), std::string::npos);
+  EXPECT_NE(rates[1].problem.find("image"), std::string::npos);
+  EXPECT_NE(rates[2].problem.find("'edge' was not logged"), std::string::npos);
+  EXPECT_NE(to_markdown(rates_table(rates)).find("was not logged"), std::string::npos);
+}
+
+class RatesRun : public ProgramTest {};
+
+TEST_F(RatesRun, ExperimentEndsInATableAndChartsOfRates) {
+  write_file("small.toml",
+             "scenes = [\"builtin:lambert-sphere\"]\nseeds = 3\nbudget = { samples = 32 }\nresolution = [12, 12]\n"
+             "metrics = [\"mse\"]\n[[integrators]]\nname = \"path\"\nsampler = \"independent\"\n"
+             "[[regions]]\nname = \"middle\"\nfrom = [0.25, 0.25]\nto = [0.75, 0.75]\n"
+             "[[rates]]\nmethod = \"path\"\nregion = \"middle\"\nexponent = -1\nsource = \"independent samples\"\n"
+             "[[rates]]\nmethod = \"path\"\nregion = \"middle\"\nmetric = \"variance\"\nexponent = -1\nsource = \"same\"\n");
+  const Outcome outcome = run({"run", "small.toml", "--threads", "1"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("intervals contain theory's exponent"), std::string::npos) << outcome.out;
+  const auto out = directory_ / "out/small";
+  EXPECT_NE(read_text_file(out / "tables/rates.csv").find("variance over iterations"), std::string::npos);
+  EXPECT_TRUE(well_formed(read_text_file(out / "charts/rate-lambert-sphere-middle-variance-iterations.svg")));
+  EXPECT_NE(read_text_file(out / "report.html").find("id=\"rates\""), std::string::npos);
+
+  const RunLog log = read_log((out / "runs.jsonl").string());
+  const CheckpointRecord& last = log.checkpoints.back();
+  const Image image = read_exr((out / log.cells.back().image).string());
+  const Image reference = read_exr((out / log.references.front().file).string());
+  const Region middle = make_regions(log.rates.regions, "builtin:lambert-sphere", {12, 12}).at(0);
+  EXPECT_NEAR(last.regions.at("middle").at("mse"), mse(crop(image, middle), crop(reference, middle)),
+              1e-5 * last.metrics.at("mse"));
+  const Image strip = read_exr((out / log.cells.back().strip).string());
+  EXPECT_EQ(strip.size.y, 12 * 6) << "1, 2, 4, ..., 32 iterations";
+  EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), strip.pixels.end() - 144));
+}
+
+}  // namespace
+}  // namespace etendue
