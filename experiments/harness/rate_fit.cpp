@@ -35,52 +35,94 @@ std::optional<Parameters> fit_power(std::span<const LogPoint> points) {
   return Parameters{xy / xx, mean_y - xy / xx * mean_x, 0};
 }
 
-// Of A (x^e + P/A) with the best A: the sum of squares, and log A. x is relative to the largest, so that x^e >= 1 for e < 0.
-struct Residual {
-  double squares, log_amplitude;
+// y = A (x^e + ratio), x relative to the largest. The residuals log y - log(x^e + ratio) less their mean, which is log A, and
+// how they change with e and with the logarithm of the ratio.
+class PlateauResiduals {
+ public:
+  explicit PlateauResiduals(std::span<const LogPoint> points) : points_(points) {
+    for (const LogPoint& p : points) last_ = std::max(last_, p.log_x);
+  }
+
+  double squares(const dvec2& at) { return evaluate(at).squares; }
+
+  // One step of Gauss and Newton, damped as by [Marquardt1963].
+  dvec2 step(const dvec2& at, double damping) {
+    const Sums s = evaluate(at);
+    const double ee = s.ee * (1 + damping), qq = s.qq * (1 + damping), determinant = ee * qq - s.eq * s.eq;
+    if (!(std::abs(determinant) > 1e-300)) return at;
+    return bounded(at + dvec2(qq * s.re - s.eq * s.rq, ee * s.rq - s.eq * s.re) / determinant);
+  }
+
+  Parameters parameters(const dvec2& at) {
+    const double log_amplitude = evaluate(at).log_amplitude;
+    return {at.x, log_amplitude - at.x * last_, std::exp(log_amplitude + at.y)};
+  }
+
+  // Exponents from -3 to -0.05; a plateau from 1e-5 to 1e5 times the decaying part at the last point.
+  static constexpr double steepest = -3, flattest = -0.05, log_bound = 11.5;
+  static dvec2 bounded(const dvec2& at) {
+    return {std::clamp(at.x, steepest, flattest), std::clamp(at.y, -log_bound, log_bound)};
+  }
+
+ private:
+  struct Sums {
+    double squares, log_amplitude, ee, eq, qq, re, rq;
+  };
+
+  Sums evaluate(const dvec2& at) {
+    const double ratio = std::exp(at.y);
+    double w = 0, r = 0, e = 0, q = 0, rr = 0, ee = 0, eq = 0, qq = 0, re = 0, rq = 0;
+    for (const LogPoint& p : points_) {
+      const double x = p.log_x - last_, decaying = std::exp(at.x * x), model = decaying + ratio;
+      const double residual = p.log_y - std::log(model), by_e = decaying * x / model, by_q = ratio / model;
+      w += p.weight;
+      r += p.weight * residual;
+      e += p.weight * by_e;
+      q += p.weight * by_q;
+      rr += p.weight * residual * residual;
+      ee += p.weight * by_e * by_e;
+      eq += p.weight * by_e * by_q;
+      qq += p.weight * by_q * by_q;
+      re += p.weight * residual * by_e;
+      rq += p.weight * residual * by_q;
+    }
+    return {rr - r * r / w, r / w, ee - e * e / w, eq - e * q / w, qq - q * q / w, re - r * e / w, rq - r * q / w};
+  }
+
+  std::span<const LogPoint> points_;
+  double last_ = -std::numeric_limits<double>::infinity();
 };
 
-Residual plateau_residual(std::span<const LogPoint> points, double last, double exponent, double log_ratio) {
-  const double ratio = std::exp(log_ratio);
-  double w = 0, wr = 0, wrr = 0;
-  for (const LogPoint& p : points) {
-    const double r = p.log_y - std::log(std::pow(p.x / last, exponent) + ratio);
-    w += p.weight;
-    wr += p.weight * r;
-    wrr += p.weight * r * r;
-  }
-  return {wrr - wr * wr / w, wr / w};
-}
-
-// The sum of squares is smooth in two unknowns but need not have one minimum: a grid finds the best valley, smaller grids
-// follow it. Exponents from -3 to -0.05; the plateau from 1e-5 of the decaying part at the last point to 1e5 of it.
+// The sum of squares may have several valleys: a grid finds the deepest, steps of Gauss and Newton its bottom.
 std::optional<Parameters> fit_plateau(std::span<const LogPoint> points) {
   if (points.size() < 4) return std::nullopt;
-  double last = 0;
-  for (const LogPoint& p : points) last = std::max(last, p.x);
-  constexpr double log_bound = 11.5;
-  double e = -1.5, q = 0, step_e = 1.45 / 8, step_q = log_bound / 8, best = std::numeric_limits<double>::infinity();
-  const auto search = [&](int reach) {
-    const double centre_e = e, centre_q = q;
-    for (int i = -reach; i <= reach; ++i)
-      for (int j = -reach; j <= reach; ++j) {
-        const double exponent = std::clamp(centre_e + i * step_e, -3.0, -0.05);
-        const double log_ratio = std::clamp(centre_q + j * step_q, -log_bound, log_bound);
-        const double squares = plateau_residual(points, last, exponent, log_ratio).squares;
-        if (squares >= best) continue;
-        best = squares;
-        e = exponent;
-        q = log_ratio;
-      }
-  };
-  search(8);
-  for (int round = 0; round < 24; ++round) {
-    step_e *= 0.6;
-    step_q *= 0.6;
-    search(2);
+  using R = PlateauResiduals;
+  R residuals(points);
+  constexpr int steps = 12;
+  dvec2 best(0);
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= steps; ++i)
+    for (int j = 0; j <= steps; ++j) {
+      const dvec2 at(R::steepest + i * (R::flattest - R::steepest) / steps, R::log_bound * (2.0 * j / steps - 1));
+      const double squares = residuals.squares(at);
+      if (squares >= least) continue;
+      least = squares;
+      best = at;
+    }
+  double damping = 1e-2;
+  for (int i = 0; i < 60 && damping < 1e8; ++i) {
+    const dvec2 next = residuals.step(best, damping);
+    const double squares = residuals.squares(next);
+    const bool better = squares < least;
+    const double change = glm::length(next - best);
+    damping *= better ? 0.2 : 5;
+    if (better) {
+      best = next;
+      least = squares;
+    }
+    if (change < 1e-10) break;
   }
-  const double log_amplitude = plateau_residual(points, last, e, q).log_amplitude;
-  return Parameters{e, log_amplitude - e * std::log(last), std::exp(log_amplitude + q)};
+  return residuals.parameters(best);
 }
 
 std::optional<Parameters> fit(std::span<const LogPoint> points, RateLaw::Model model) {

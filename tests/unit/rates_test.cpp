@@ -104,7 +104,7 @@ TEST(Rates, SlipsAreErrorsAtTheirPlace) {
   expect_error(with("from = 4", "metric = \"bias\""), "x.toml:12:10", "did you mean 'bias2'");
   expect_error(with("from = 4", "points = \"configurations\""), "x.toml:10:10", "three or more");
   expect_error(with("budget", "metrics = [\"relmse\"]\nbudget"), "x.toml:10:1", "mse is not among");
-  expect_error("[dynamic]\n[[rates]]\nx = \"time\"\n", "x.toml:2:1", "of no use");
+  expect_error("scenes = [\"builtin:mesh\"]\n[dynamic]\n[[rates]]\nx = \"time\"\n", "x.toml:3:3", "of no use");
 }
 
 TEST(Rates, LawsDoNotChangeTheExperimentsHashRegionsDo) {
@@ -201,7 +201,7 @@ TEST(Rates, ConfigurationsArePointsOfOneFit) {
   ASSERT_TRUE(rates[0].fit) << rates[0].problem;
   EXPECT_EQ(rates[0].points.size(), 4u);
   EXPECT_EQ(rates[0].seeds, 5u);
-  EXPECT_NEAR(rates[0].fit->exponent, -1, 0.01);
+  EXPECT_NEAR(rates[0].fit->exponent, -1, 0.02) << "a few records more than in their names";
 }
 
 TEST(Rates, WhatCannotBeFittedSaysWhy) {
