@@ -60,12 +60,20 @@ void PhotonMapping::prepare(RenderContext& context) {
 
 void PhotonMapping::mark_seen(RenderContext& context) {
   const auto timed = context.phases.measure("prefill");
-  largest_radius_ = params_.radius > 0 ? params_.radius : 0.02f * glm::length(context.scene.bounds().diagonal());
+  const SeenOptions options{4, max_depth_, sampler_, params_.side_test};
+  // Twice what k photons need of the area seen if half of those emitted reach it, as densities differ; for gather rays, a
+  // fiftieth of the scene.
+  const float whole = 0.02f * glm::length(context.scene.bounds().diagonal());
+  const double area = seen_area(context, *receivers_, options);
+  const double photons = 0.5 * std::min(params_.photons, separate_caustics_ ? params_.caustic_photons : params_.photons);
+  const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
+  const bool gathers = params_.final_gather > 0;
+  largest_radius_ = params_.radius > 0 ? params_.radius
+                    : gathers          ? whole
+                                       : std::clamp(static_cast<float>(needed), 1e-3f * whole, whole);
   // Half as much again as the radius, for what lies between the samples of a pixel.
-  SeenOptions options{1.5f * largest_radius_, 4, 0, max_depth_, sampler_};
-  seen_ = find_seen(context, *receivers_, options);
-  options.gather_rays = std::min(params_.final_gather, 16);
-  if (options.gather_rays > 0) gathered_ = find_seen(context, *receivers_, options);
+  seen_ = find_seen(context, *receivers_, options, 1.5f * largest_radius_);
+  if (gathers) gathered_ = find_seen(context, *receivers_, options, 1.5f * largest_radius_, std::min(params_.final_gather, 16));
 }
 
 void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {

@@ -17,7 +17,8 @@
 // global map holds the caustic photons too.
 //
 // With an emission other than by power, camera paths (and gather rays) mark where each map is going to be looked at: within the
-// largest radius of the search, which is then bounded by a fiftieth of the scene's diagonal, or by `radius`.
+// largest radius of the search, which is then bounded by twice what k photons need if half of those emitted reach the area that
+// is seen.
 //
 // Biased: the maps are traced once, so their noise and blur stay however many camera samples are taken. `retrace` makes new
 // maps for every iteration; then only the blur of the kernel's radius stays. An iteration is one sample per pixel.

@@ -75,9 +75,9 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     const vec3 from = -ray.direction;
     const bool receiver = receivers_(point.material);
     if (receiver && stores(history)) {
-      out.add(point.position, power, from, glm::dot(from, point.normal) < 0 ? -point.normal : point.normal, history,
-              scatterings);
-      matters = matters || !pass_.visible || pass_.visible->contains(point.position);
+      const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
+      out.add(point.position, power, from, normal, history, scatterings);
+      matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
     }
     if (scatterings >= pass_.max_scatterings) return matters;
 

@@ -1,8 +1,10 @@
 // Where photons matter: the parts of space within reach of points at which they will be gathered.
 //
-// A grid of bits over the scene's bounds. `mark` sets every cell that a ball touches, so that each photon within the ball is
-// found to matter (and a few just outside): the region is never too small. What lies outside the bounds, on infinite planes,
-// counts to the nearest cell. Marking is safe from many threads, and its result does not depend on their order.
+// A grid over the scene's bounds, with a bit per octant of normals in each cell. `mark` sets those of every cell that a ball
+// touches, so that each photon within the ball is found to matter (and a few just outside): the region is never too small. With
+// a normal it sets the octants alone whose photons pass the side test there, so that the far side of a wall does not matter.
+// What lies outside the bounds, on infinite planes, counts to the nearest cell. Marking is safe from many threads, and its
+// result does not depend on their order.
 #pragma once
 
 #include "framework/integrator.h"
@@ -15,33 +17,43 @@ namespace etendue {
 
 class VisibleRegion {
  public:
-  // Cells are half as wide as `reach`, the typical radius, but at least 1/256 of the longest side of the bounds.
+  // Cells are half as wide as `reach`, the typical radius, but wide enough to be at most 2^24, and 1024 on each side.
   VisibleRegion(const Bounds& bounds, float reach);
 
-  void mark(const vec3& position, float radius);
-  bool contains(const vec3& position) const;
-  // Share of the cells that is marked.
+  void mark(const vec3& position, float radius) { mark(position, radius, 0xff); }
+  // Unit normal, on the side photons must have come from.
+  void mark(const vec3& position, float radius, const vec3& normal) { mark(position, radius, octants_facing(normal)); }
+  // Of a photon, and the normal of the side it came from.
+  bool contains(const vec3& position, const vec3& normal) const;
+  // Share of the cells that has a mark.
   double share() const;
 
  private:
+  using Octants = std::uint8_t;
+  static Octants octants_facing(const vec3& normal);
+  void mark(const vec3& position, float radius, Octants octants);
   uvec3 cell(const vec3& position) const;
-  std::size_t bit(const uvec3& cell) const { return (static_cast<std::size_t>(cell.z) * size_.y + cell.y) * size_.x + cell.x; }
+  std::size_t index(const uvec3& c) const { return (static_cast<std::size_t>(c.z) * size_.y + c.y) * size_.x + c.x; }
 
   vec3 lower_{0};
   float cells_per_metre_ = 1;
   uvec3 size_{1};
-  std::vector<std::atomic<std::uint64_t>> bits_;
+  std::vector<std::atomic<Octants>> cells_;
 };
 
-// What camera paths see of receivers, through whatever carries, and within `reach` of it. `gather_rays` > 0: what that many
-// rays by the BSDF from there see instead. `samples` camera paths a pixel, of at most `max_depth` events.
+// Camera paths to receivers, through whatever carries: `samples` a pixel, of at most `max_depth` events.
 struct SeenOptions {
-  float reach = 0;
   int samples = 4;
-  int gather_rays = 0;
   int max_depth = 64;
   SamplerKind sampler = SamplerKind::sobol;
+  bool side_test = true;  // else photons on every side matter
 };
-std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const Receivers& receivers, const SeenOptions& options);
+
+// Area of receivers that is seen, in m^2: the pixels' footprints at the ends of these paths.
+double seen_area(const RenderContext& context, const Receivers& receivers, const SeenOptions& options);
+
+// What they see, within `reach` of it; with `gather_rays` > 0, what that many rays by the BSDF from there see instead.
+std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const Receivers& receivers, const SeenOptions& options,
+                                         float reach, int gather_rays = 0);
 
 }  // namespace etendue

@@ -64,7 +64,7 @@ Landed landed(const Trial& trial, PhotonEmission emission, int passes) {
     const Photons traced = trial.photons(emission, static_cast<std::uint64_t>(pass));
     double power = 0, power_squares = 0;
     for (std::size_t i = 0; i < traced.size(); ++i)
-      if (trial.region.contains(traced.position[i])) {
+      if (trial.region.contains(traced.position[i], traced.side[i].normal())) {
         power += traced.power[i].x;
         power_squares += square(traced.power[i].x);
       }
@@ -77,20 +77,41 @@ Landed landed(const Trial& trial, PhotonEmission emission, int passes) {
 }
 
 TEST(VisibleRegion, ContainsAllOfEachBallItWasMarkedWith) {
+  const vec3 up(0, 0, 1);
   VisibleRegion region({{-1, 0, 2}, {3, 1, 2}}, 0.1f);
-  EXPECT_FALSE(region.contains({0, 0.5f, 2}));
+  EXPECT_FALSE(region.contains({0, 0.5f, 2}, up));
   region.mark({0, 0.5f, 2}, 0.1f);
   Pcg32 random(3, 3);
   for (int i = 0; i < 1000; ++i) {
     const vec3 d = 2.0f * vec3(random.next_float(), random.next_float(), random.next_float()) - 1.0f;
     if (glm::length(d) <= 1) {
-      EXPECT_TRUE(region.contains(vec3(0, 0.5f, 2) + 0.1f * d));
+      EXPECT_TRUE(region.contains(vec3(0, 0.5f, 2) + 0.1f * d, up));
     }
   }
-  EXPECT_FALSE(region.contains({0.3f, 0.5f, 2}));
+  EXPECT_FALSE(region.contains({0.3f, 0.5f, 2}, up));
   EXPECT_LT(region.share(), 0.05);
   region.mark({90, 90, 90}, 1);
-  EXPECT_TRUE(region.contains({3, 1, 2})) << "what lies outside counts to the nearest cell";
+  EXPECT_TRUE(region.contains({3, 1, 2}, up)) << "what lies outside counts to the nearest cell";
+}
+
+TEST(VisibleRegion, KnowsWhichSideOfAWallMatters) {
+  VisibleRegion region({{-1, -1, -1}, {1, 1, 1}}, 0.1f);
+  Pcg32 random(8, 8);
+  const auto direction = [&] {
+    const float x = random.next_float(), y = random.next_float();
+    return glm::normalize(vec3(x, y, random.next_float()) - 0.5f);
+  };
+  for (int i = 0; i < 200; ++i) {
+    const vec3 normal = direction(), at = 0.9f * direction();
+    VisibleRegion one({{-1, -1, -1}, {1, 1, 1}}, 0.5f);
+    one.mark(at, 0.1f, normal);
+    for (int j = 0; j < 50; ++j)
+      if (const vec3 photon = direction(); glm::dot(photon, normal) >= 0.1f) {
+        EXPECT_TRUE(one.contains(at, photon));
+      }
+  }
+  region.mark(vec3(0), 0.1f, {0, 0, 1});
+  EXPECT_FALSE(region.contains(vec3(0), {0, 0, -1}));
 }
 
 TEST(PhotonEmission, WideGroundGetsTheLightOfItsPartThatMatters) {
@@ -101,8 +122,8 @@ TEST(PhotonEmission, WideGroundGetsTheLightOfItsPartThatMatters) {
     region.mark({10.2f, 5.2f, 0}, 0.9f);
     int inside = 0;  // of a lattice of 0.1 m
     for (int i = 0; i < 1000000; ++i)
-      inside +=
-          region.contains({0.1f * static_cast<float>(i % 1000) - 49.95f, 0.1f * static_cast<float>(i / 1000) - 49.95f, 0});
+      inside += region.contains({0.1f * static_cast<float>(i % 1000) - 49.95f, 0.1f * static_cast<float>(i / 1000) - 49.95f, 0},
+                                {0, 0, 1});
     const double expected = inside * 0.01 * (3 / std::numbers::sqrt2 + (sky ? 2 * std::numbers::pi : 0));
     const Trial trial{scene, region, 60000};
     const double by_power = landed(trial, PhotonEmission::power, 8).photons;
