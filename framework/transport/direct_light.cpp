@@ -15,12 +15,11 @@ MisMode parse_mis(const std::string& name) {
 
 std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
                                                const vec3& wo, Sampler& sampler, MisMode mode) {
-  const float u_light = context.needs.light_choice ? sampler.get_1d() : 0;
   const vec2 u = sampler.get_2d();
   if (!bsdf.has_non_specular()) return std::nullopt;
   // Sampled from where the shadow ray will start: seen from the surface itself, the rim of a sphere light would shadow its own
   // last directions (0.06 % of the light on builtin:sphere-light).
-  const auto light = context.lights.sample(ray_origin(point, wo), u_light, u);
+  const auto light = context.lights.sample(ray_origin(point, wo), u);
   if (!light || (mode == MisMode::bsdf && !light->delta)) return std::nullopt;
   const Rgb scattered = bsdf.evaluate(wo, light->wi);
   if (is_black(scattered) || is_black(light->radiance)) return std::nullopt;

@@ -35,8 +35,8 @@ struct DirectLight {
   Ray shadow_ray;
 };
 
-// One light sample; none where no light can come of it. With MisMode::light its mean is the whole direct light. Draws a 1-D and
-// a 2-D number whatever happens.
+// One light sample; none where no light can come of it. With MisMode::light its mean is the whole direct light. Draws a 2-D
+// number whatever happens.
 std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
                                                const vec3& wo, Sampler& sampler, MisMode mode);
 

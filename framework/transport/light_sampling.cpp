@@ -151,7 +151,16 @@ const LightSampler::ImageDistribution* LightSampler::distribution(std::size_t li
 
 std::optional<LightSample> LightSampler::sample(const vec3& position, float u_light, const vec2& u) const {
   if (empty()) return std::nullopt;
-  const std::size_t i = choose(u_light);
+  return sample_light(choose(u_light), position, u);
+}
+
+std::optional<LightSample> LightSampler::sample(const vec3& position, vec2 u) const {
+  if (empty()) return std::nullopt;
+  const std::size_t i = choose(u.x);
+  return sample_light(i, position, u);
+}
+
+std::optional<LightSample> LightSampler::sample_light(std::size_t i, const vec3& position, const vec2& u) const {
   const float chosen = probability_[i];
   const Light& light = scene_.lights[i];
   if (!(chosen > 0)) return std::nullopt;
