@@ -72,9 +72,9 @@ vec2 VisibleDomain::direction(int i) {
   return {std::cos(angle), std::sin(angle)};
 }
 
-VisibleDomain::VisibleDomain(const RenderContext& context, const SurfacePoint& point, const vec3& normal, float radius)
+VisibleDomain::VisibleDomain(const RenderContext& context, const vec3& position, const vec3& normal, float radius)
     : frame_(Frame::from_normal(normal)), radius_(radius) {
-  const TangentView view{context, point.position, normal, radius};
+  const TangentView view{context, position, normal, radius};
   // Never nothing: a sliver of the disc stays where no direction is free.
   for (int i = 0; i < directions; ++i) reach_[i] = std::max(view.reach(frame_.to_world(vec3(direction(i), 0))), 0.02f * radius);
 }

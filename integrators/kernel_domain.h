@@ -38,7 +38,7 @@ inline vec2 in_tangent_plane(const Frame& frame, const vec3& offset) {
 class VisibleDomain {
  public:
   // `normal`: of the side that is looked at.
-  VisibleDomain(const RenderContext& context, const SurfacePoint& point, const vec3& normal, float radius);
+  VisibleDomain(const RenderContext& context, const vec3& position, const vec3& normal, float radius);
 
   // For offsets within the disc.
   bool contains(const vec3& offset) const;

@@ -45,14 +45,25 @@ float PhotonMap::automatic_radius() const {
 
 GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories,
                          int max_scatterings)
-    : point_(point),
-      bsdf_(bsdf),
+    : bsdf_(&bsdf),
+      position_(point.position),
       wo_(wo),
       normal_(glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal),
       histories_(histories),
       constant_(bsdf.is_diffuse() && point.shading_normal == point.normal),
       longest_(std::min(max_scatterings, 65535)),
       constant_reflectance_(constant_ ? bsdf.diffuse_albedo() * inv_pi : Rgb(0)) {}
+
+GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal) {
+  GatherPoint at;
+  at.position_ = position;
+  at.wo_ = at.normal_ = normal;
+  at.histories_ = photon_any;
+  at.constant_ = true;
+  at.longest_ = 65535;
+  at.constant_reflectance_ = Rgb(1);
+  return at;
+}
 
 // Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces pass.
 // Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.
@@ -68,7 +79,7 @@ Rgb GatherPoint::reflected(const Photons& photons, std::uint32_t id) const {
   if (constant_) return photons.power[id] * constant_reflectance_;
   // The photons' own cosine is the geometric one; `evaluate` has the shading one, as path tracing does.
   const vec3& wi = photons.direction[id];
-  return photons.power[id] * bsdf_.evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
+  return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
 }
 
 Edges parse_edges(const std::string& name) {
@@ -77,19 +88,23 @@ Edges parse_edges(const std::string& name) {
 
 Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                         PhotonHistory histories, int max_scatterings) const {
-  if (photons_.empty() || max_scatterings < 0) return Rgb(0);
+  if (max_scatterings < 0) return Rgb(0);
+  return estimate(context, GatherPoint(point, bsdf, wo, histories, max_scatterings));
+}
+
+Rgb PhotonMap::estimate(const RenderContext& context, const GatherPoint& at) const {
+  if (photons_.empty()) return Rgb(0);
   static thread_local Neighbours neighbours;
-  const KernelDisc disc = find_disc(*query_, point.position, options_.k, radius_, neighbours);
+  const KernelDisc disc = find_disc(*query_, at.position(), options_.k, radius_, neighbours);
   count(Counter::photons_gathered, disc.count);
   if (disc.count == 0 || !(disc.radius_squared > 0)) return Rgb(0);
-  const GatherPoint at(point, bsdf, wo, histories, max_scatterings);
   const std::span<const Neighbour> near(neighbours.data(), disc.count);
   if (options_.edges == Edges::hull) return over_hull(at, near, disc);
   std::optional<VisibleDomain> domain;
-  if (options_.edges == Edges::visible) domain.emplace(context, point, at.normal(), std::sqrt(disc.radius_squared));
+  if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), std::sqrt(disc.radius_squared));
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
-    if (at.counts(photons_, id, options_.side_test) && (!domain || domain->contains(photons_.position[id] - point.position)))
+    if (at.counts(photons_, id, options_.side_test) && (!domain || domain->contains(photons_.position[id] - at.position())))
       sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
   return sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1));
 }
@@ -119,6 +134,14 @@ Rgb PhotonMap::over_hull(const GatherPoint& at, std::span<const Neighbour> near,
 const Neighbours& PhotonMap::within(const vec3& position, float radius) const {
   static thread_local Neighbours neighbours;
   query_->within(position, radius, neighbours);
+  count(Counter::photons_gathered, neighbours.size());
+  return neighbours;
+}
+
+const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
+  static thread_local Neighbours neighbours;
+  neighbours.clear();
+  if (!photons_.empty()) query_->nearest(position, static_cast<std::size_t>(k), radius_, neighbours);
   count(Counter::photons_gathered, neighbours.size());
   return neighbours;
 }

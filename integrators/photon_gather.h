@@ -52,15 +52,20 @@ class GatherPoint {
   // Photons of the given histories count, with at most `max_scatterings` events behind them.
   GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings);
 
-  const vec3& position() const { return point_.position; }
+  // Irradiance on the side of unit `normal`: every photon there counts, and is reflected as it is.
+  static GatherPoint irradiance(const vec3& position, const vec3& normal);
+
+  const vec3& position() const { return position_; }
   const vec3& normal() const { return normal_; }  // geometric, on the side of wo
   bool counts(const Photons& photons, std::uint32_t id, bool side_test) const;
   // f_r times the photon's power.
   Rgb reflected(const Photons& photons, std::uint32_t id) const;
 
  private:
-  const SurfacePoint& point_;
-  const Bsdf& bsdf_;
+  GatherPoint() = default;
+
+  const Bsdf* bsdf_ = nullptr;  // null: constant
+  vec3 position_;
   vec3 wo_, normal_;
   PhotonHistory histories_;
   bool constant_;  // f_r is the same for every direction
@@ -77,6 +82,8 @@ class PhotonMap {
   // surface reflect.
   Rgb radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                PhotonHistory histories, int max_scatterings) const;
+  // The same, of the photons that count at the point.
+  Rgb estimate(const RenderContext& context, const GatherPoint& at) const;
 
   // Calls visit(reflected, offset, distance_squared) for every photon within `radius` that counts at the point: what it makes
   // the point reflect (f_r times power, in W/sr), and where it lies, seen from there. The sum, each times kernel_shape over
@@ -89,14 +96,25 @@ class PhotonMap {
         visit(at.reflected(photons_, id), photons_.position[id] - at.position(), distance_squared);
   }
 
+  // Calls visit(direction, reflected) for those of the k nearest photons, within the radius of the search, that count at the
+  // point: where each came from, and what it makes the point reflect.
+  template <class Visit>
+  void visit_nearest(const GatherPoint& at, int k, const Visit& visit) const {
+    for (const auto& [id, distance_squared] : nearest(at.position(), k))
+      if (at.counts(photons_, id, options_.side_test)) visit(photons_.direction[id], at.reflected(photons_, id));
+  }
+
   // Distance to the k-th nearest photon that counts at the point, or `r_max` where there are fewer.
   float distance_to(int k, const GatherPoint& at, float r_max) const;
 
   std::size_t size() const { return photons_.size(); }
+  const Photons& photons() const { return photons_; }  // along a curve
+  float radius() const { return radius_; }             // the fixed one, or the largest of the search
 
  private:
   // In a buffer of this thread's.
   const Neighbours& within(const vec3& position, float radius) const;
+  const Neighbours& nearest(const vec3& position, int k) const;
   float automatic_radius() const;
   Rgb over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const;
 

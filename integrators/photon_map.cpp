@@ -2,6 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "integrators/camera_walk.h"
+#include "integrators/final_gather.h"
 #include "integrators/path.h"
 #include "integrators/photon_gather.h"
 #include "integrators/visible_region.h"
@@ -34,7 +35,6 @@ class PhotonMapping final : public Integrator {
   Rgb camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const;
   Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
                 CameraSample& sample) const;
-  Rgb gather_ray(const RenderContext& context, Ray ray, int depth, Sampler& sampler) const;
 
   PhotonMapParams params_;
   SamplerKind sampler_;
@@ -43,6 +43,7 @@ class PhotonMapping final : public Integrator {
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
   std::unique_ptr<Receivers> receivers_;
   PhotonMap global_, caustic_;
+  std::unique_ptr<PhotonIrradiance> irradiance_;  // of the global map, for gather rays
   PhotonEmission emission_;
   float largest_radius_ = infinity;
   std::unique_ptr<VisibleRegion> seen_, gathered_;  // by camera paths, and by gather rays; null where not needed
@@ -95,6 +96,11 @@ void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {
   const Edges edges = parse_edges(params_.edges);
   make(global_, params_.photons, 0, max_depth_ - (gathers && separate_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
        gathered_ ? gathered_.get() : seen_.get(), edges);
+  if (gathers && params_.precompute > 0) {
+    const auto timed = context.phases.measure("build");
+    irradiance_ =
+        std::make_unique<PhotonIrradiance>(context, global_, params_.precompute, context.make_points(params_.structure));
+  }
   if (separate_caustics_)
     make(caustic_, params_.caustic_photons, 1, max_depth_ - 1, photon_caustic, seen_.get(),
          edges == Edges::hull ? Edges::disc : edges);
@@ -131,45 +137,10 @@ Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& p
   if (!separate_caustics_) radiance += global_.radiance(context, point, bsdf, wo, photon_caustic, remaining);
   if (remaining < 1) return radiance;
 
-  // Ray j of iteration i is point i * rays + j of one sequence, so that the rays stratify each other, within and over
-  // iterations.
-  Rgb sum(0);
-  const auto rays = static_cast<std::uint32_t>(params_.final_gather);
-  for (std::uint32_t j = 0; j < rays; ++j) {
-    Sampler sampler(sampler_, context.seed, Stream::gather, hash_keys(sample.pixel, depth), sample.iteration * rays + j);
-    const float u_lobe = bsdf.is_diffuse() ? 0 : sampler.get_1d();
-    const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered || scattered.specular) continue;
-    sum += scattered.weight * gather_ray(context, spawn_ray(point, scattered.wi), depth + 1, sampler);
-  }
-  return radiance + sum / static_cast<float>(rays);
-}
-
-// Photons seen along a ray from a receiver, through whatever carries.
-Rgb PhotonMapping::gather_ray(const RenderContext& context, Ray ray, int depth, Sampler& sampler) const {
-  Rgb radiance(0), throughput(1);
-  float eta_scale = 1;
-  for (; depth < max_depth_; ++depth) {
-    const Hit hit = trace(context, ray);
-    if (!hit) break;
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    const Bsdf bsdf(context.scene, point);
-    const bool receiver = (*receivers_)(point.material);
-    if (receiver)
-      radiance += throughput * global_.radiance(context, point, bsdf, -ray.direction, photon_any, max_depth_ - depth - 1);
-    if (receiver && !bsdf.has_specular()) break;
-
-    const float u_lobe = sampler.get_1d();
-    const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
-    if (!scattered || (receiver && !scattered.specular)) break;
-    throughput *= scattered.weight;
-    if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
-    ray = spawn_ray(point, scattered.wi);
-    const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
-    if (!(sampler.get_1d() < survival)) break;
-    throughput /= survival;
-  }
-  return radiance;
+  const FinalGather gather{
+      context, *receivers_, global_, irradiance_.get(), params_.final_gather, max_depth_, params_.gather_sampling == "photons",
+      sampler_};
+  return radiance + gather(point, bsdf, wo, depth, sample.pixel, sample.iteration);
 }
 
 Expectation PhotonMapping::expectation() const {

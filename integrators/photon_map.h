@@ -38,6 +38,8 @@ struct PhotonMapParams {
   float radius = 0;
   std::string kernel = "epanechnikov";
   int final_gather = 0;
+  std::string gather_sampling = "photons";
+  int precompute = 0;
   std::string caustic_map = "auto";
   float carry_below = 0.25f;
   bool side_test = true;
@@ -58,6 +60,10 @@ void describe(Visitor& v, PhotonMapParams& p) {
   v.number("radius", p.radius, 0, 1e30, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.integer("final_gather", p.final_gather, 0, 1000000, "rays", "per visible point; 0: the global map is seen directly");
+  v.choice("gather_sampling", p.gather_sampling, {"photons", "bsdf"},
+           "directions of those rays: from where photons came and by the BSDF in equal parts, or by the BSDF alone");
+  v.integer("precompute", p.precompute, 0, 1000000, "photons",
+            "one in so many holds its irradiance for gather rays to look up; 0: they gather photons themselves");
   v.choice("caustic_map", p.caustic_map, {"auto", "on", "off"}, "auto: where the scene needs it; off: one map for all");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");

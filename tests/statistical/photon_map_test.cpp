@@ -264,6 +264,11 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
       {"sampler", "independent"},
   };
   for (const auto& [name, value] : changes) EXPECT_NE(hash(spheres, name, {value, {}}), plain) << name;
+  options.params["final_gather"] = {std::int64_t{2}, {}};
+  const std::uint64_t gathered = render(spheres, "photon-map", options).hash;
+  EXPECT_NE(hash(spheres, "gather_sampling", {std::string("bsdf"), {}}), gathered);
+  EXPECT_NE(hash(spheres, "precompute", {std::int64_t{4}, {}}), gathered);
+  options.params.erase("final_gather");
   EXPECT_NE(hash(scene, "carry_below", {0.01, {}}), render(scene, "photon-map", options).hash);
   for (const char* structure : point_structure_names)
     EXPECT_EQ(hash(spheres, "structure", {std::string(structure), {}}), plain) << "structures answer alike";

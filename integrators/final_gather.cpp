@@ -1,0 +1,91 @@
+#include "integrators/final_gather.h"
+
+#include "framework/transport/ray_tools.h"
+#include "integrators/incident_directions.h"
+
+namespace etendue {
+
+namespace {
+
+constexpr int photons_for_directions = 64;
+
+// A direction and f |cos| over its density; black where it comes to nothing.
+struct Scattered {
+  vec3 wi{0};
+  Rgb weight{0};
+};
+
+Scattered by_bsdf(const Bsdf& bsdf, const vec3& wo, Sampler& sampler) {
+  const float u_lobe = bsdf.is_diffuse() ? 0 : sampler.get_1d();
+  const BsdfSample sample = bsdf.sample(wo, u_lobe, sampler.get_2d());
+  return !sample || sample.specular ? Scattered{} : Scattered{sample.wi, sample.weight};
+}
+
+Scattered by_mixture(const Bsdf& bsdf, const vec3& wo, const IncidentDirections& directions, Sampler& sampler) {
+  const vec2 u_choice = sampler.get_2d(), u = sampler.get_2d();
+  vec3 wi;
+  if (u_choice.x < 0.5f) {
+    const BsdfSample sample = bsdf.sample(wo, u_choice.y, u);
+    if (!sample || sample.specular) return {};
+    wi = sample.wi;
+  } else {
+    wi = directions.sample(u);
+  }
+  const float density = 0.5f * (bsdf.pdf(wo, wi) + directions.pdf_solid_angle(wi));
+  return density > 0 ? Scattered{wi, bsdf.evaluate(wo, wi) / density} : Scattered{};
+}
+
+}  // namespace
+
+Rgb FinalGather::operator()(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, std::uint64_t key,
+                            std::uint32_t iteration) const {
+  std::optional<IncidentDirections> directions;
+  if (by_photons) {
+    directions.emplace(map, GatherPoint(point, bsdf, wo, photon_indirect, max_depth), photons_for_directions);
+    if (directions->empty()) directions.reset();
+  }
+  Rgb sum(0);
+  for (int j = 0; j < rays; ++j) {
+    Sampler numbers(sampler, context.seed, Stream::gather, hash_keys(key, depth),
+                    iteration * static_cast<std::uint32_t>(rays) + static_cast<std::uint32_t>(j));
+    const Scattered to = directions ? by_mixture(bsdf, wo, *directions, numbers) : by_bsdf(bsdf, wo, numbers);
+    if (!is_black(to.weight)) sum += to.weight * along(spawn_ray(point, to.wi), depth + 1, numbers);
+  }
+  return sum / static_cast<float>(rays);
+}
+
+// Photons seen along a ray from a receiver, through whatever carries.
+Rgb FinalGather::along(Ray ray, int depth, Sampler& numbers) const {
+  Rgb radiance(0), throughput(1);
+  float eta_scale = 1;
+  for (; depth < max_depth; ++depth) {
+    const Hit hit = trace(context, ray);
+    if (!hit) break;
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    const Bsdf bsdf(context.scene, point);
+    const bool receiver = receivers(point.material);
+    if (receiver) radiance += throughput * reflected(point, bsdf, -ray.direction, max_depth - depth - 1);
+    if (receiver && !bsdf.has_specular()) break;
+
+    const float u_lobe = numbers.get_1d();
+    const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, numbers.get_2d());
+    if (!scattered || (receiver && !scattered.specular)) break;
+    throughput *= scattered.weight;
+    if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
+    ray = spawn_ray(point, scattered.wi);
+    const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
+    if (!(numbers.get_1d() < survival)) break;
+    throughput /= survival;
+  }
+  return radiance;
+}
+
+Rgb FinalGather::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int max_scatterings) const {
+  if (irradiance && bsdf.is_diffuse() && max_scatterings >= irradiance->longest()) {
+    const vec3 normal = glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal;
+    if (const auto found = irradiance->at(point.position, normal)) return *found * bsdf.diffuse_albedo() * inv_pi;
+  }
+  return map.radiance(context, point, bsdf, wo, photon_any, max_scatterings);
+}
+
+}  // namespace etendue

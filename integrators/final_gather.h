@@ -1,0 +1,33 @@
+// Final gathering: what a receiver reflects of light that other receivers reflect, by rays to them and a photon map there.
+//
+// Rays end at the next receiver, through whatever carries, and collect no emission. Their directions are sampled by the BSDF,
+// or by an even mixture of the BSDF and the directions from which the photons about the point came ([Jensen1995]); divided by
+// the mixture's density, the estimate is unbiased given the map, and at most twice as noisy as the BSDF's alone where the
+// photons mislead. Ray j of iteration i is point i * rays + j of one sequence, so that rays stratify each other within and over
+// iterations.
+#pragma once
+
+#include "integrators/photon_gather.h"
+#include "integrators/photon_irradiance.h"
+
+namespace etendue {
+
+struct FinalGather {
+  const RenderContext& context;
+  const Receivers& receivers;
+  const PhotonMap& map;                // of photons of every history
+  const PhotonIrradiance* irradiance;  // of that map, or null
+  int rays, max_depth;
+  bool by_photons;
+  SamplerKind sampler;
+
+  // Of a point with `depth` events before it; `key` tells it from all others of this iteration.
+  Rgb operator()(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, std::uint64_t key,
+                 std::uint32_t iteration) const;
+
+ private:
+  Rgb along(Ray ray, int depth, Sampler& sampler) const;
+  Rgb reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int max_scatterings) const;
+};
+
+}  // namespace etendue

@@ -1,0 +1,126 @@
+// Final gathering: directions from photons, and irradiance computed beforehand.
+#include "framework/scene/builder.h"
+#include "integrators/incident_directions.h"
+#include "integrators/photon_irradiance.h"
+#include "tests/render_scene.h"
+#include "tests/scene_context.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::exact_image;
+using testing::render;
+using testing::RenderOptions;
+using testing::SceneContext;
+
+const SurfacePoint origin{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
+
+Scene white_plane() {
+  SceneBuilder builder("white plane");
+  builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
+  return builder.finish();
+}
+
+TEST(IncidentDirections, DensityIntegratesToOneAndIsTheOneThatIsSampled) {
+  const SceneContext plane(white_plane());
+  Pcg32 random(6, 6);
+  Photons photons;
+  for (int i = 0; i < 60; ++i) {  // from about a direction, one in four from anywhere
+    vec3 from(0.8f, 0.1f, 0.5f);
+    if (i % 4 == 0) from = vec3(2 * random.next_float() - 1, 2 * random.next_float() - 1, 0.3f);
+    from += 0.2f * vec3(random.next_float(), random.next_float(), random.next_float());
+    photons.add({random.next_float(), random.next_float(), 0}, Rgb(1 + random.next_float()), glm::normalize(from), {0, 0, 1},
+                photon_indirect, 1);
+  }
+  photons.add(vec3(0), Rgb(1e6f), {0, 0, 1}, {0, 0, 1}, photon_direct, 0);
+  PhotonMap map;
+  map.build(std::move(photons), find_point_structure("brute", {}).make(), {.k = 50, .radius = 10});
+  const Bsdf bsdf(plane.scene, origin);
+  const IncidentDirections directions(map, GatherPoint(origin, bsdf, {0, 0, 1}, photon_indirect, 64), 64);
+  ASSERT_FALSE(directions.empty());
+
+  // E[1 / pdf] over the samples is the solid angle of the density's support, and E[g / pdf] the integral of g over it.
+  constexpr int n = 400000;
+  double integral = 0, over_samples = 0, over_support = 0;
+  for (int i = 0; i < n; ++i) {
+    const float z = random.next_float(), phi = 2 * pi * random.next_float(), r = safe_sqrt(1 - z * z);
+    const vec3 uniform(r * std::cos(phi), r * std::sin(phi), z);
+    const float pdf = directions.pdf_solid_angle(uniform);
+    integral += 2 * pi * pdf / n;
+    if (pdf > 0) over_support += 2 * pi * square(uniform.x) * uniform.z / n;
+    const vec3 sampled = directions.sample({random.next_float(), random.next_float()});
+    ASSERT_GT(directions.pdf_solid_angle(sampled), 0);
+    over_samples += square(sampled.x) * sampled.z / directions.pdf_solid_angle(sampled) / n;
+  }
+  EXPECT_NEAR(integral, 1, 0.02);
+  EXPECT_NEAR(over_samples / over_support, 1, 0.02);
+  EXPECT_EQ(directions.pdf_solid_angle({0, 0, -1}), 0);
+}
+
+RenderOptions gathering(std::initializer_list<std::pair<const char*, decltype(ParamValue::value)>> more) {
+  RenderOptions options;
+  options.resolution = {16, 16};
+  options.params = {{"photons", {std::int64_t{20000}, {}}}, {"final_gather", {std::int64_t{8}, {}}}};
+  for (const auto& [name, value] : more) options.params[name] = {value, {}};
+  options.iterations = 8;
+  return options;
+}
+
+double relative_difference(const Image& a, const Image& b) {
+  double difference = 0, sum = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    difference += a.pixels[i].y - b.pixels[i].y;
+    sum += b.pixels[i].y;
+  }
+  return difference / sum;
+}
+
+TEST(FinalGathering, DirectionsFromPhotonsGiveTheSameImageWithLessNoise) {
+  // Light from one corner of the other room: few directions matter.
+  const Scene scene = load_scene("builtin:two-rooms");
+  double error[2];
+  Image mean[2];
+  for (const bool photons : {false, true}) {
+    RenderOptions options = gathering({{"gather_sampling", photons ? "photons" : "bsdf"}, {"sampler", "independent"}});
+    options.iterations = 96;
+    mean[photons] = render(scene, "photon-map", options).image;
+  }
+  for (const bool photons : {false, true}) {
+    RenderOptions options = gathering({{"gather_sampling", photons ? "photons" : "bsdf"}, {"sampler", "independent"}});
+    options.iterations = 4;
+    error[photons] = relmse(render(scene, "photon-map", options).image, mean[0]);
+  }
+  EXPECT_NEAR(relative_difference(mean[1], mean[0]), 0, 0.01);
+  EXPECT_LT(error[1], error[0]);
+}
+
+TEST(FinalGathering, PrecomputedIrradianceKeepsTheImage) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const Image plain = render(scene, "photon-map", gathering({})).image;
+  for (const std::int64_t every : {1, 4}) {
+    const Image fast = render(scene, "photon-map", gathering({{"precompute", every}})).image;
+    EXPECT_NEAR(relative_difference(fast, plain), 0, 0.01) << every;
+    EXPECT_LT(relmse(fast, plain), 2e-3) << every;
+  }
+}
+
+TEST(FinalGathering, PrecomputedIrradianceIsUnbiasedInEvenLight) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  double sum = 0, squares = 0;
+  constexpr int seeds = 6;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    RenderOptions options = gathering({{"precompute", std::int64_t{1}}, {"k", std::int64_t{20}}});
+    options.seed = static_cast<std::uint64_t>(seed);
+    options.iterations = 1;
+    const double difference = relative_difference(render(scene, "photon-map", options).image, exact_image(scene, {16, 16}));
+    sum += difference;
+    squares += difference * difference;
+  }
+  const double mean = sum / seeds;
+  EXPECT_LT(std::abs(mean), 0.002 + 4.5 * std::sqrt((squares / seeds - mean * mean) / (seeds - 1)));
+}
+
+}  // namespace
+}  // namespace etendue
