@@ -7,7 +7,7 @@ namespace etendue {
 
 namespace {
 
-constexpr int photons_for_directions = 64;
+constexpr int photons_for_directions = 128;
 
 // A direction and f |cos| over its density; black where it comes to nothing.
 struct Scattered {

@@ -24,10 +24,19 @@ IncidentDirections::IncidentDirections(const PhotonMap& map, const GatherPoint& 
   map.visit_nearest(at, k, [&](const vec3& direction, const Rgb& reflected) {
     const vec3 local = frame_.to_local(direction);
     if (!(local.z > 0)) return;
-    const ivec2 cell = glm::clamp(ivec2(concentric_square(vec2(local)) * static_cast<float>(side)), 0, side - 1);
+    // A square of two cells a side about the photon: few photons make a smooth density.
+    const vec2 at_square = concentric_square(vec2(local)) * static_cast<float>(side);
     const float weight = mean_component(reflected);
-    weight_[static_cast<std::size_t>(cell.y) * side + cell.x] += weight;
-    total_ += weight;
+    const auto overlap = [](float x, int cell) {  // of [x - 1, x + 1] with the cell
+      return 0.5f * std::max(0.0f, std::min(x + 1, cell + 1.0f) - std::max(x - 1, static_cast<float>(cell)));
+    };
+    const ivec2 first = glm::max(ivec2(glm::floor(at_square - 1.0f)), 0), last = glm::min(ivec2(at_square + 1.0f), side - 1);
+    for (int y = first.y; y <= last.y; ++y)
+      for (int x = first.x; x <= last.x; ++x) {
+        const float share = weight * overlap(at_square.x, x) * overlap(at_square.y, y);
+        weight_[static_cast<std::size_t>(y) * side + x] += share;
+        total_ += share;
+      }
   });
 }
 

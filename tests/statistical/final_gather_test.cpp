@@ -1,7 +1,9 @@
 // Final gathering: directions from photons, and irradiance computed beforehand.
 #include "framework/scene/builder.h"
+#include "integrators/camera_walk.h"
+#include "integrators/final_gather.h"
 #include "integrators/incident_directions.h"
-#include "integrators/photon_irradiance.h"
+#include "integrators/path.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 
@@ -77,23 +79,37 @@ double relative_difference(const Image& a, const Image& b) {
   return difference / sum;
 }
 
-TEST(FinalGathering, DirectionsFromPhotonsGiveTheSameImageWithLessNoise) {
-  // Light from one corner of the other room: few directions matter.
-  const Scene scene = load_scene("builtin:two-rooms");
-  double error[2];
-  Image mean[2];
-  for (const bool photons : {false, true}) {
-    RenderOptions options = gathering({{"gather_sampling", photons ? "photons" : "bsdf"}, {"sampler", "independent"}});
-    options.iterations = 96;
-    mean[photons] = render(scene, "photon-map", options).image;
-  }
-  for (const bool photons : {false, true}) {
-    RenderOptions options = gathering({{"gather_sampling", photons ? "photons" : "bsdf"}, {"sampler", "independent"}});
-    options.iterations = 4;
-    error[photons] = relmse(render(scene, "photon-map", options).image, mean[0]);
-  }
-  EXPECT_NEAR(relative_difference(mean[1], mean[0]), 0, 0.01);
-  EXPECT_LT(error[1], error[0]);
+TEST(FinalGathering, DirectionsFromPhotonsGiveTheSameLightWithLessVariance) {
+  const SceneContext box(load_scene("builtin:cornell-box"), {6, 6});
+  const Receivers receivers(box.scene, 0.25f);
+  PhotonMap map;
+  map.build(trace_photons(box.context, receivers, {.count = 30000, .key = 1, .max_scatterings = 20}),
+            find_point_structure("kd-tree", {}).make(), {.k = 50});
+  struct Sums {
+    double mean = 0, mean_variance = 0, variance = 0;
+  } of[2];
+  constexpr int rays = 300;
+  for (int pixel = 0; pixel < 36; ++pixel)
+    for (const bool by_photons : {false, true}) {
+      Sampler path(SamplerKind::sobol, 1, Stream::camera, static_cast<std::uint64_t>(pixel), 0), light = path;
+      const Ray ray = sample_camera_ray(box.context, {pixel % 6, pixel / 6}, path);
+      CameraWalk{box.context, receivers, 20}(
+          ray, path, light, [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb&, int depth) {
+            const FinalGather gather{box.context, receivers, map, nullptr, 1, 20, by_photons, SamplerKind::independent};
+            double sum = 0, squares = 0;
+            for (std::uint32_t i = 0; i < rays; ++i) {
+              const double l = gather(point, bsdf, wo, depth, static_cast<std::uint64_t>(pixel), i).y;
+              sum += l;
+              squares += l * l;
+            }
+            const double variance = squares / rays - square(static_cast<float>(sum / rays));
+            of[by_photons].mean += sum / rays;
+            of[by_photons].variance += variance;
+            of[by_photons].mean_variance += variance / rays;
+          });
+    }
+  EXPECT_NEAR(of[1].mean, of[0].mean, 4.5 * std::sqrt(of[0].mean_variance + of[1].mean_variance));
+  EXPECT_LT(of[1].variance, 0.75 * of[0].variance);
 }
 
 TEST(FinalGathering, PrecomputedIrradianceKeepsTheImage) {
