@@ -7,9 +7,9 @@
 //   caustic     L C+ R C* E        the caustic map: photons of its own, whose paths end at their first receiver
 //   indirect    L (C|R)* R C* R C* E
 //                 final_gather = 0: the global map, which then holds indirect photons only
-//                 final_gather > 0: that many rays (integrators/final_gather.h) through C* to the next receiver, where the global
-//                 map, which then holds direct, caustic and indirect photons, is gathered. They collect no emission: a ray that
-//                 ends on a light has found a path of the first two rows.
+//                 final_gather > 0: that many rays (integrators/final_gather.h) through C* to the next receiver, where the
+//                 global map, which then holds direct, caustic and indirect photons, is gathered. They collect no emission: a
+//                 ray that ends on a light has found a path of the first two rows.
 //   L C* E                         emission the camera path meets (weighed against light sampling after a narrow rough lobe)
 //
 // The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a rough lobe that carries; without it the

@@ -1,7 +1,7 @@
 // Final gathering: directions from photons, and irradiance computed beforehand.
+#include "integrators/final_gather.h"
 #include "framework/scene/builder.h"
 #include "integrators/camera_walk.h"
-#include "integrators/final_gather.h"
 #include "integrators/incident_directions.h"
 #include "integrators/path.h"
 #include "tests/render_scene.h"
