@@ -69,12 +69,13 @@ void PhotonMapping::mark_seen(RenderContext& context) {
   const double photons = 0.5 * std::min(params_.photons, separate_caustics_ ? params_.caustic_photons : params_.photons);
   const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
   const bool gathers = params_.final_gather > 0;
-  largest_radius_ = params_.radius > 0 ? params_.radius
-                    : gathers          ? whole
-                                       : std::clamp(static_cast<float>(needed), 1e-3f * whole, whole);
-  // Half as much again as the radius, for what lies between the samples of a pixel.
-  seen_ = find_seen(context, *receivers_, options, 1.5f * largest_radius_);
-  if (gathers) gathered_ = find_seen(context, *receivers_, options, 1.5f * largest_radius_, std::min(params_.final_gather, 16));
+  const float reach = params_.radius > 0 ? params_.radius
+                      : gathers          ? whole
+                                         : std::clamp(static_cast<float>(needed), 1e-3f * whole, whole);
+  // Half as much again, for what lies between the samples of a pixel.
+  seen_ = find_seen(context, *receivers_, options, 1.5f * reach);
+  if (gathers) gathered_ = find_seen(context, *receivers_, options, 1.5f * reach, std::min(params_.final_gather, 16));
+  if (emission_ == PhotonEmission::visibility) largest_radius_ = reach;  // beyond it there may be no photons
 }
 
 void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {

@@ -15,9 +15,9 @@
 // The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a rough lobe that carries; without it the
 // global map holds the caustic photons too.
 //
-// With an emission other than by power, camera paths (and gather rays) mark where each map is going to be looked at: within the
-// largest radius of the search, which is then bounded by twice what k photons need if half of those emitted reach the area that
-// is seen.
+// With an emission other than by power, camera paths (and gather rays) mark where each map is going to be looked at: within
+// twice what k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no
+// light elsewhere, that is the largest radius of the search, too.
 //
 // Biased: the maps are traced once, so their noise and blur stay however many camera samples are taken. `retrace` makes new
 // maps for every iteration; then only the blur of the kernel's radius stays. An iteration is one sample per pixel.

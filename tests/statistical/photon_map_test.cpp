@@ -223,8 +223,13 @@ TEST(PhotonMapping, DepthLimitTruncatesTheSeries) {
 
 TEST(PhotonMapping, SameBitsAtAnyThreadCount) {
   const Scene scene = load_scene("builtin:cornell-spheres");
-  for (const std::int64_t rays : {0, 2}) {
-    RenderOptions options = options_for(10000, 2, {{"final_gather", {rays, {}}}, {"retrace", {true, {}}}});
+  const ParamMap variants[] = {{},
+                               {{"final_gather", {std::int64_t{2}, {}}}, {"precompute", {std::int64_t{4}, {}}}},
+                               {{"emission", {std::string("visibility"), {}}}, {"edges", {std::string("visible"), {}}}},
+                               {{"emission", {std::string("importance"), {}}}, {"edges", {std::string("hull"), {}}}}};
+  for (const ParamMap& variant : variants) {
+    RenderOptions options = options_for(10000, 2, variant);
+    options.params["retrace"] = {true, {}};
     options.params["caustic_photons"] = {std::int64_t{10000}, {}};
     std::uint64_t first = 0;
     for (const int threads : {1, 2, 3}) {
