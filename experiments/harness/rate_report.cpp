@@ -106,7 +106,7 @@ void add_triangle(Chart& chart, const FittedRate& rate) {
   const double span = std::log(fit.to / fit.from), e = rate.law->exponent;
   // Where a plateau takes over, the decay is seen at the beginning.
   const double middle = rate.law->model == RateLaw::Model::plateau ? 0.2 : 0.5;
-  const double x0 = fit.from * std::exp((middle - 0.12) * span), x1 = fit.from * std::exp((middle + 0.12) * span);
+  const double half = std::max(0.12 * span, 0.35), x0 = fit.from * std::exp(middle * span - half), x1 = x0 * std::exp(2 * half);
   const double y0 = 0.62 * std::min(fit.value(x0), fit.value(x1) * std::pow(x0 / x1, e)), y1 = y0 * std::pow(x1 / x0, e);
   ChartSeries triangle;
   triangle.draw = ChartSeries::Draw::context;

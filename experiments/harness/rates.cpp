@@ -229,11 +229,11 @@ void fit_points(FittedRate& rate) {
 }
 
 template <class Gather>
-FittedRate make_rate(const RateLaw& law, const SceneData& scene, const Configuration& first, const Gather& gather) {
+FittedRate make_rate(const RateLaw& law, const SceneData& scene, const Configuration& first, bool alone, const Gather& gather) {
   FittedRate rate;
   rate.law = &law;
   rate.scene = scene.name;
-  rate.method = law.across ? law.method : first.integrator;
+  rate.method = alone ? law.method : first.integrator;
   rate.integrator_index = first.integrator_index;
   try {
     rate.points = gather();
@@ -271,11 +271,12 @@ std::vector<FittedRate> fit_rates(const ReportData& data) {
       if (selected.empty()) continue;
       const Gatherer gatherer(data, scene, law);
       if (law.across) {
-        rates.push_back(make_rate(law, scene, *selected.front(), [&] { return gatherer.ends(selected); }));
+        rates.push_back(make_rate(law, scene, *selected.front(), true, [&] { return gatherer.ends(selected); }));
         continue;
       }
       for (const Configuration* configuration : selected) {
-        rates.push_back(make_rate(law, scene, *configuration, [&] { return gatherer.checkpoints(*configuration); }));
+        rates.push_back(
+            make_rate(law, scene, *configuration, selected.size() == 1, [&] { return gatherer.checkpoints(*configuration); }));
         if (law.x == "time" && data.accels.size() > 1) rates.back().method = label(data, *configuration);
       }
     }

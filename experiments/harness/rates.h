@@ -12,7 +12,7 @@ namespace etendue {
 
 struct FittedRate {
   const RateLaw* law = nullptr;
-  std::string scene, method;         // the method as charts name it
+  std::string scene, method;         // as the law names it, or, where that selects several, as charts do
   std::size_t integrator_index = 0;  // for its colour
   std::size_t seeds = 0;
   std::vector<RatePoint> points;   // all that were logged, by x, within the law's window or not
