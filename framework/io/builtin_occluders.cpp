@@ -88,6 +88,11 @@ Scene occluded_floor(const char* name, const Plate& light, const Rgb& radiance, 
 
 }  // namespace
 
+Scene make_broad_light(const VeilParams& params) {
+  const Plate light{1.3f, vec2(-0.8f), vec2(0.8f)};
+  return occluded_floor("broad-light", light, Rgb(4, 3.7f, 3.2f), {}, params.veil, {0, 1.25f, 0.15f}, {0, 0, 0}, 100);
+}
+
 Scene make_two_occluders(const VeilParams& params) {
   const Plate light{2, vec2(-0.9f, -0.7f), vec2(0.9f, 0.7f)};
   const std::vector<Plate> plates{{0.45f, vec2(-0.75f, -0.5f), vec2(-0.15f, 0.45f)},

@@ -7,6 +7,7 @@
 
 namespace etendue {
 
+Scene make_broad_light(const VeilParams& params);         // no occluder: smooth everywhere, for rates of convergence
 Scene make_two_occluders(const VeilParams& params);       // a wide light, two plates between: penumbrae across each other
 Scene make_hidden_occluder(const VeilParams& params);     // a small far light behind a plate: a shadow with hardly a penumbra
 Scene make_slit_light(const VeilParams& params);          // a slit in a wall: few rays find it

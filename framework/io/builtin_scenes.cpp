@@ -51,6 +51,8 @@ std::span<const BuiltinScene> builtin_scenes() {
       with_params<VeilParams, make_edge>("edge", "exact: even light up to a border, where density estimates darken"),
       with_params<VeilParams, make_corner>("corner", "exact: even light on two walls that meet"),
       with_params<ThinPlateParams, make_thin_plate>("thin-plate", "exact: a plate in the sun from below, where density leaks"),
+      with_params<VeilParams, make_broad_light>("broad-light",
+                                                "exact: a wide light over a floor: irradiance smooth everywhere"),
       with_params<VeilParams, make_two_occluders>("two-occluders",
                                                   "exact: a wide light behind two plates, for irradiance caches"),
       with_params<VeilParams, make_hidden_occluder>("hidden-occluder",

@@ -57,8 +57,8 @@ TEST(ClosedForms, OfCavitiesMatchPathTracing) {
 TEST(ClosedForms, OfLightWithoutVeilMatchPathTracing) {
   for (const char* scene :
        {"builtin:edge?veil=false", "builtin:corner?veil=false", "builtin:thin-plate?veil=false,thickness=0.1",
-        "builtin:two-occluders?veil=false", "builtin:hidden-occluder?veil=false", "builtin:slit-light?veil=false",
-        "builtin:thin-wall?veil=false", "builtin:black-surroundings?veil=false"})
+        "builtin:broad-light?veil=false", "builtin:two-occluders?veil=false", "builtin:hidden-occluder?veil=false",
+        "builtin:slit-light?veil=false", "builtin:thin-wall?veil=false", "builtin:black-surroundings?veil=false"})
     expect_exact_mean({scene});
 }
 
