@@ -3,18 +3,19 @@
 #include "integrators/appm.h"
 #include "integrators/cppm.h"
 #include "integrators/irradiance_cache.h"
-#include "integrators/light_trace.h"
 #include "integrators/path.h"
 #include "integrators/photon_map.h"
 #include "integrators/ppm_memoryless.h"
 #include "integrators/sppm.h"
+#include "integrators/vcm.h"
 
 namespace etendue {
 
 std::span<const IntegratorEntry> integrators() {
-  static const std::vector<IntegratorEntry> table = {path_entry(), light_trace_entry(), photon_map_entry(),
-                                                     ppm_entry(),  sppm_entry(),        ppm_memoryless_entry(),
-                                                     appm_entry(), cppm_entry(),        irradiance_cache_entry()};
+  static const std::vector<IntegratorEntry> table = {
+      path_entry(), light_trace_entry(),    bdpt_entry(), photon_map_entry(), ppm_entry(),
+      sppm_entry(), ppm_memoryless_entry(), appm_entry(), cppm_entry(),       irradiance_cache_entry(),
+  };
   return table;
 }
 

@@ -159,7 +159,7 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
                             request.name));
   if (kind != Kind::samples && request.scene.closed_form) return from_closed_form(request);
   if (auto cached = from_cache(request, cache)) return std::move(*cached);
-  if (request.needs.caustic_map && has_delta_light(request.scene) && !has_integrator("bdpt"))
+  if (request.needs.caustic_map && has_delta_light(request.scene) && !has_integrator("vcm"))
     return {
         {},
         "no reference: a point, spot or directional light shines on glass or a mirror, and no path tracer finds the caustic; "

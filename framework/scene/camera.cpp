@@ -22,6 +22,12 @@ Ray Camera::ray(ivec2 resolution, const vec2& film, const vec2& lens) const {
   return {.origin = to_world.point(origin), .direction = glm::normalize(to_world.vector(direction))};
 }
 
+float Camera::pdf(ivec2 resolution, const vec3& direction) const {
+  const float cosine = glm::normalize(to_world.inverse().vector(direction)).z;
+  const vec2 pixel = 2.0f * half_extent(resolution) / vec2(resolution);
+  return 1 / (pixel.x * pixel.y * cosine * cosine * cosine);
+}
+
 std::optional<Camera::Connection> Camera::connect(ivec2 resolution, const vec3& position, const vec2& lens) const {
   const vec3 origin = lens_radius > 0 ? vec3(lens_radius * sample_unit_disk(lens), 0) : vec3(0);
   const vec3 towards = to_world.inverse().point(position) - origin;

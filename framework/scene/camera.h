@@ -27,6 +27,10 @@ struct Camera {
   };
   std::optional<Connection> connect(ivec2 resolution, const vec3& position, const vec2& lens) const;
 
+  // Density over solid angle with which `ray` samples a unit direction through one point of the lens, when `film` is uniform
+  // over the pixel that the direction falls on: 1 / (pixel area at distance 1 * cos^3).
+  float pdf(ivec2 resolution, const vec3& direction) const;
+
   // Half the image plane's extent at distance 1, as (x, y).
   vec2 half_extent(ivec2 resolution) const;
 };

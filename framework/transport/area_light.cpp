@@ -88,8 +88,10 @@ AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const
       const vec3 local = sample_cone(u, 1 - height);
       const float across2 = square(distance) * (local.x * local.x + local.y * local.y);
       const float along = distance * local.z;
-      return {Frame::from_normal(axis / distance).to_world(local), along - safe_sqrt(square(sphere->radius) - across2),
-              1 / (2 * pi * height)};
+      const vec3 wi = Frame::from_normal(axis / distance).to_world(local);
+      const float reach = along - safe_sqrt(square(sphere->radius) - across2);
+      const float side = world.shape(light.primitive).flip_normal ? -1 : 1;
+      return {wi, reach, 1 / (2 * pi * height), side / sphere->radius * (reach * wi - axis)};
     }
   }
   const AreaPoint p = sample_area(scene, light, u);
@@ -100,7 +102,7 @@ AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const
   const vec3 wi = towards / distance;
   const float cosine = -glm::dot(wi, p.normal);
   if (cosine == 0 || (cosine < 0 && !light.two_sided)) return {};
-  return {wi, distance, distance2 / (std::abs(cosine) * p.area)};
+  return {wi, distance, distance2 / (std::abs(cosine) * p.area), p.normal};
 }
 
 float area_pdf_towards(const Scene& scene, const AreaLight& light, const vec3& position, const vec3& wi,

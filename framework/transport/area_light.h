@@ -20,6 +20,7 @@ struct AreaSample {
   vec3 wi{0};
   float distance = 0;
   float pdf_solid_angle = 0;
+  vec3 normal{0};  // at the light's point, as AreaPoint's
 };
 AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const vec3& position, const vec2& u);
 

@@ -8,6 +8,9 @@ namespace etendue {
 
 namespace {
 
+// Of the disk that light from infinity enters through, before the scene's centre, in radii of the scene.
+constexpr float disk_distance = 1.01f;
+
 vec3 to_light_space(const EnvironmentLight& light, const vec3& direction) {
   return glm::normalize(light.light_to_world.inverse().vector(direction));
 }
@@ -149,6 +152,15 @@ const LightSampler::ImageDistribution* LightSampler::distribution(std::size_t li
   return nullptr;
 }
 
+vec3 LightSampler::sample_environment(const EnvironmentLight& light, std::size_t index, const vec2& u) const {
+  const ImageDistribution* image = distribution(index);
+  if (!image) return sample_unit_sphere(u);
+  const vec2 uv = image->sample(u);
+  const float theta = pi * uv.y, phi = 2 * pi * uv.x;
+  const vec3 local(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+  return glm::normalize(light.light_to_world.vector(local));
+}
+
 std::optional<LightSample> LightSampler::sample(const vec3& position, float u_light, const vec2& u) const {
   if (empty()) return std::nullopt;
   return sample_light(choose(u_light), position, u);
@@ -163,29 +175,22 @@ std::optional<LightSample> LightSampler::sample(const vec3& position, vec2 u) co
 std::optional<LightSample> LightSampler::sample_light(std::size_t i, const vec3& position, const vec2& u) const {
   const float chosen = probability_[i];
   const Light& light = scene_.lights[i];
+  const auto id = static_cast<std::uint32_t>(i);
   if (!(chosen > 0)) return std::nullopt;
 
   if (const auto* l = std::get_if<AreaLight>(&light)) {
     const AreaSample s = sample_area_towards(scene_, *l, position, u);
     if (!(s.pdf_solid_angle > 0)) return std::nullopt;
-    return LightSample{s.wi, s.distance, l->radiance, chosen * s.pdf_solid_angle, false};
+    return LightSample{s.wi, s.distance, l->radiance, chosen * s.pdf_solid_angle, false, id, s.normal};
   }
   if (const auto* l = std::get_if<EnvironmentLight>(&light)) {
-    vec3 wi;
-    if (const ImageDistribution* d = distribution(i)) {
-      const vec2 uv = d->sample(u);
-      const float theta = pi * uv.y, phi = 2 * pi * uv.x;
-      wi = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
-      wi = glm::normalize(l->light_to_world.vector(wi));
-    } else {
-      wi = sample_unit_sphere(u);
-    }
+    const vec3 wi = sample_environment(*l, i, u);
     const float density = environment_pdf(wi);
     if (!(density > 0)) return std::nullopt;
-    return LightSample{wi, infinity, environment(wi), density, false};
+    return LightSample{wi, infinity, environment(wi), density, false, id, -wi};
   }
   if (const auto* l = std::get_if<DirectionalLight>(&light))
-    return LightSample{-l->direction, infinity, l->irradiance, chosen, true};
+    return LightSample{-l->direction, infinity, l->irradiance, chosen, true, id, l->direction};
 
   const auto* point = std::get_if<PointLight>(&light);
   const auto* spot = std::get_if<SpotLight>(&light);
@@ -195,7 +200,7 @@ std::optional<LightSample> LightSampler::sample_light(std::size_t i, const vec3&
   const float distance = std::sqrt(distance2);
   const vec3 wi = towards / distance;
   const Rgb intensity = point ? point->intensity : spot->intensity * spot_falloff(*spot, -wi);
-  return LightSample{wi, distance, intensity / distance2, chosen, true};
+  return LightSample{wi, distance, intensity / distance2, chosen, true, id, -wi};
 }
 
 float LightSampler::pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const {
@@ -256,52 +261,80 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
     }
     const vec3 direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(u));
     const Rgb power = l->radiance * (pi * p.area * (l->two_sided ? 2 : 1) / chosen);
-    return LightRay{{.origin = offset_origin(p.position, normal), .direction = direction}, normal, power, id, false, false};
+    const Ray ray{.origin = offset_origin(p.position, normal), .direction = direction};
+    return LightRay{ray, normal, power, emission_pdf(id, normal, direction, {}), id, false, false};
   }
   if (const auto* l = std::get_if<PointLight>(&light)) {
-    const vec3 direction = sample_unit_sphere(u_direction);
-    return LightRay{
-        {.origin = l->position, .direction = direction}, direction, l->intensity * (4 * pi / chosen), id, true, false};
+    const Ray ray{.origin = l->position, .direction = sample_unit_sphere(u_direction)};
+    return LightRay{ray,  ray.direction, l->intensity * (4 * pi / chosen), emission_pdf(id, {}, ray.direction, {}), id,
+                    true, false};
   }
   if (const auto* l = std::get_if<SpotLight>(&light)) {
     const vec3 direction = Frame::from_normal(l->direction).to_world(sample_cone(u_direction, l->cos_outer));
-    const Rgb power = l->intensity * (spot_falloff(*l, direction) * 2 * pi * (1 - l->cos_outer) / chosen);
-    return LightRay{{.origin = l->position, .direction = direction}, direction, power, id, true, false};
+    const float density = chosen / (2 * pi * (1 - l->cos_outer));
+    return LightRay{{.origin = l->position, .direction = direction},
+                    direction,
+                    l->intensity * (spot_falloff(*l, direction) / density),
+                    density,
+                    id,
+                    true,
+                    false};
   }
+  return emit_from_infinity(id, u_position, u_direction);
+}
 
-  // From infinity: through a disk as wide as the scene, perpendicular to the direction, in front of everything.
-  vec3 direction;
-  Rgb irradiance;  // over the disk, per density of the direction
-  bool delta = true;
-  if (const auto* l = std::get_if<DirectionalLight>(&light)) {
-    direction = l->direction;
-    irradiance = l->irradiance / chosen;
-  } else {
-    const auto& environment_light = std::get<EnvironmentLight>(light);
-    delta = false;
-    vec3 towards;
-    float density = 0.25f * inv_pi;
-    Rgb radiance = environment_light.scale;
-    if (const ImageDistribution* d = distribution(i)) {
-      const vec2 uv = d->sample(u_direction);
-      const float theta = pi * uv.y, phi = 2 * pi * uv.x;
-      towards = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
-      towards = glm::normalize(environment_light.light_to_world.vector(towards));
-      density = d->pdf(environment_light, uv);
-      const ivec2 t = texel_at(environment_light, uv);
-      radiance *= environment_light.texels[static_cast<std::size_t>(t.y) * environment_light.size.x + t.x];
-    } else {
-      towards = sample_unit_sphere(u_direction);
-    }
-    if (!(density > 0)) return std::nullopt;
-    direction = -towards;
-    irradiance = radiance / (density * chosen);
-  }
+// Through a disk as wide as the scene, perpendicular to the direction, in front of everything.
+std::optional<LightRay> LightSampler::emit_from_infinity(std::uint32_t light, const vec2& u_position,
+                                                         const vec2& u_direction) const {
+  const auto* directional = std::get_if<DirectionalLight>(&scene_.lights[light]);
+  const vec3 direction = directional
+                             ? directional->direction
+                             : -sample_environment(std::get<EnvironmentLight>(scene_.lights[light]), light, u_direction);
+  const float area = pi * square(scene_radius_);
+  const float density = (directional ? probability_[light] : environment_pdf(-direction)) / area;
+  if (!(density > 0)) return std::nullopt;
   const vec2 disk = scene_radius_ * sample_unit_disk(u_position);
   const Frame frame = Frame::from_normal(direction);
-  const vec3 origin = scene_centre_ + disk.x * frame.tangent + disk.y * frame.bitangent - 1.01f * scene_radius_ * direction;
+  const vec3 origin =
+      scene_centre_ + disk.x * frame.tangent + disk.y * frame.bitangent - disk_distance * scene_radius_ * direction;
+  for (const InfinitePlane& plane : scene_.planes) {
+    const float along = -glm::dot(direction, plane.normal), height = glm::dot(plane.point - origin, plane.normal);
+    if (along * height > 0) return std::nullopt;
+  }
+  const Rgb emitted = directional ? directional->irradiance : environment(-direction);
   return LightRay{
-      {.origin = origin, .direction = direction}, direction, irradiance * (pi * square(scene_radius_)), id, false, delta};
+      {.origin = origin, .direction = direction}, direction, emitted / density, density, light, false, directional != nullptr};
+}
+
+float LightSampler::emission_pdf(std::uint32_t light, const vec3& normal, const vec3& direction, const vec3& to) const {
+  const float chosen = probability_[light];
+  if (const auto* l = std::get_if<AreaLight>(&scene_.lights[light])) {
+    const float area = primitive_area(scene_.objects[0].geometry, l->primitive);
+    const float cosine = glm::dot(normal, direction);
+    if (l->two_sided) return chosen * std::abs(cosine) * 0.5f * inv_pi / area;
+    return chosen * std::max(cosine, 0.0f) * inv_pi / area;
+  }
+  if (std::holds_alternative<PointLight>(scene_.lights[light])) return chosen * 0.25f * inv_pi;
+  if (const auto* l = std::get_if<SpotLight>(&scene_.lights[light]))
+    return glm::dot(direction, l->direction) < l->cos_outer ? 0 : chosen / (2 * pi * (1 - l->cos_outer));
+  if (!scene_.planes.empty()) {  // all else lies before the disk, and within its edge
+    const vec3 from_centre = to - scene_centre_;
+    const float along = glm::dot(from_centre, direction);
+    if (along < -disk_distance * scene_radius_ || length_squared(from_centre - along * direction) > square(scene_radius_))
+      return 0;
+  }
+  const bool directional = std::holds_alternative<DirectionalLight>(scene_.lights[light]);
+  return (directional ? chosen : environment_pdf(-direction)) / (pi * square(scene_radius_));
+}
+
+float LightSampler::direct_pdf(const LightRay& ray, const vec3& to) const {
+  if (std::holds_alternative<EnvironmentLight>(scene_.lights[ray.light])) return environment_pdf(-ray.ray.direction);
+  if (!std::holds_alternative<AreaLight>(scene_.lights[ray.light])) return probability_[ray.light];
+  SurfacePoint point{};
+  point.position = ray.ray.origin;
+  point.normal = ray.normal;
+  point.light = ray.light;
+  return pdf(to, -ray.ray.direction, point);
 }
 
 }  // namespace etendue

@@ -18,13 +18,16 @@ struct LightSample {
   float pdf_solid_angle;  // includes the light's selection probability; for delta lights that probability alone, `radiance`
                           // being then intensity / distance^2 (or irradiance)
   bool delta;
+  std::uint32_t light;
+  vec3 normal;  // of an area light at its point, as the shape defines it; the direction in which light travels otherwise
 };
 
 // A particle leaving a light.
 struct LightRay {
   Ray ray;      // direction unit, origin offset off the light
   vec3 normal;  // at an area light; the direction itself otherwise
-  Rgb power;    // emitted radiance cos / (densities): the particle's power in W for one particle in total
+  Rgb power;    // emitted radiance cos / pdf: the particle's power in W for one particle in total
+  float pdf;    // LightSampler::emission_pdf of the ray
   std::uint32_t light;
   bool delta_position, delta_direction;
 };
@@ -48,14 +51,25 @@ class LightSampler {
   Rgb environment(const vec3& direction) const;
   bool has_environment() const { return !environments_.empty(); }
 
-  // Light from infinity enters through a disk that covers Scene::bounds(); infinite planes get none of it beyond.
+  // Light from infinity enters through a disk that covers Scene::bounds(); infinite planes get none of it beyond. None where a
+  // plane stands before the disk.
   std::optional<LightRay> emit(float u_light, const vec2& u_position, const vec2& u_direction) const;
+  // Density with which `emit` sends a ray along unit `direction`, the way light travels, to the point `to` that it can see: per
+  // area and solid angle for area lights; per solid angle for point and spot lights; per area of the disk (and solid angle) for
+  // light from infinity, all environments together. It includes the light's selection probability. `normal` as in LightSample.
+  float emission_pdf(std::uint32_t light, const vec3& normal, const vec3& direction, const vec3& to) const;
+  // Density with which `sample` at `to`, a point that the ray meets, finds the ray's origin; for delta lights a probability.
+  float direct_pdf(const LightRay& ray, const vec3& to) const;
+  // The first environment, which stands for all in emission_pdf.
+  std::uint32_t environment_light() const { return environments_[0]; }
 
  private:
   struct ImageDistribution;  // piecewise-constant 2-D density of an environment image
 
   std::size_t choose(float& u) const;  // stretches u over the chosen light
   std::optional<LightSample> sample_light(std::size_t i, const vec3& position, const vec2& u) const;
+  vec3 sample_environment(const EnvironmentLight& light, std::size_t index, const vec2& u) const;  // towards it
+  std::optional<LightRay> emit_from_infinity(std::uint32_t light, const vec2& u_position, const vec2& u_direction) const;
   const ImageDistribution* distribution(std::size_t light) const;
 
   const Scene& scene_;

@@ -1,4 +1,4 @@
-// The path tracer and the light tracer against every closed form.
+// The path tracer, the light tracer and the bidirectional one against every closed form.
 #include "integrators/path.h"
 #include "tests/render_scene.h"
 
@@ -30,7 +30,7 @@ void expect_mean_exact(const std::string& scene_name, const std::string& integra
     squares += b * b;
   }
   const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
-  // 28 such tests, 8 seeds each: Student's t of 7 degrees of freedom at 1e-3 (Sidak) is 7.1. The 2e-5 is single precision's.
+  // 34 such tests, 8 seeds each: Student's t of 7 degrees of freedom at 1e-3 (Sidak) is 7.1. The 2e-5 is single precision's.
   EXPECT_LT(std::abs(mean), 7.1 * deviation + 2e-5)
       << scene_name << " " << integrator << ": bias " << mean << " +- " << deviation;
 }
@@ -62,11 +62,19 @@ TEST(LightTracer, MatchesClosedFormsThatItCanSample) {
     expect_mean_exact(scene, "light-trace", {}, 16);
 }
 
+TEST(BidirectionalTracer, MatchesEveryClosedForm) {
+  for (const char* scene : exact_scenes) expect_mean_exact(scene, "bdpt", {}, 8);
+  RenderOptions options;
+  options.iterations = 32;
+  const Scene furnace = load_scene("builtin:white-furnace");
+  EXPECT_LT(std::abs(bias(render(furnace, "bdpt", options).image, exact_image(furnace, options.resolution))), 4e-3);
+}
+
 TEST(PathTracer, DepthLimitTruncatesTheSeries) {
   // k reflections of the integrating sphere: L (1 - rho^k), ground truth of the central light.
   const Scene scene = load_scene("builtin:lambert-sphere");
   const double full = 1 / static_cast<double>(pi);
-  for (const char* integrator : {"path", "light-trace"})
+  for (const char* integrator : {"path", "light-trace", "bdpt"})
     for (int depth = 1; depth <= 3; ++depth) {
       RenderOptions options;
       options.params["max_depth"] = {std::int64_t{depth}, {}};
@@ -103,7 +111,7 @@ TEST(PathTracer, MisBeatsItsParts) {
 }
 
 TEST(PathTracer, SameBitsAtAnyThreadCount) {
-  for (const char* integrator : {"path", "light-trace"}) {
+  for (const char* integrator : {"path", "light-trace", "bdpt"}) {
     RenderOptions options;
     options.iterations = 2;
     std::uint64_t first = 0;

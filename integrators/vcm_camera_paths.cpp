@@ -1,0 +1,104 @@
+#include "integrators/vcm_camera_paths.h"
+
+#include "integrators/path.h"
+
+namespace etendue {
+
+void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
+  const auto key = static_cast<std::uint64_t>(pixel.y) * context_.resolution.x + pixel.x;
+  Sampler sampler(settings_.sampler, context_.seed, Stream::camera, key, index);
+  SubPath path{.ray = sample_camera_ray(context_, pixel, sampler)};
+  path.mis = MisPartials::at_camera(static_cast<float>(settings_.paths),
+                                    context_.scene.camera.pdf(context_.resolution, path.ray.direction));
+  const auto lights = light_paths_.path(static_cast<std::uint32_t>(key % settings_.paths));
+  for (int depth = 0;; ++depth) {
+    const Hit hit = etendue::trace(context_, path.ray);
+    if (!hit) {
+      radiance += met_emission(path, hit, nullptr, depth);
+      return;
+    }
+    const SurfacePoint point = context_.scene.surface_at(path.ray, hit);
+    path.mis.arrive(square(hit.t), std::abs(glm::dot(path.ray.direction, point.normal)));
+    radiance += met_emission(path, hit, &point, depth);
+    if (depth >= settings_.max_depth || !settings_.connect) return;
+    const Bsdf bsdf(context_.scene, point);
+    if (bsdf.has_non_specular()) {
+      const Vertex vertex{point, bsdf, -path.ray.direction, path, depth};
+      next_event(vertex, sampler, radiance);
+      for (const LightVertex& light : lights) {
+        if (depth + 1 + light.events > settings_.max_depth) break;
+        connect(vertex, light, radiance);
+      }
+    }
+    if (!scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::radiance)) return;
+  }
+}
+
+// Light at the end of the path, after `depth` events: all of what is seen directly, since nothing else samples that.
+Rgb CameraPaths::met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth) const {
+  const vec3& direction = path.ray.direction;
+  const LightSampler& lights = context_.lights;
+  const Rgb emitted = point ? lights.emitted(*point, -direction) : lights.environment(direction);
+  if (depth == 0 || is_black(emitted)) return path.throughput * emitted;
+  // [Georgiev2012b] eq. 43.
+  float direct, emission;
+  if (point) {
+    const float cos_light = std::abs(glm::dot(direction, point->normal));
+    direct = lights.pdf(path.ray.origin, direction, *point) * cos_light / square(hit.t);
+    emission = lights.emission_pdf(point->light, point->normal, -direction, path.ray.origin);
+  } else {
+    direct = lights.environment_pdf(direction);
+    emission = lights.emission_pdf(lights.environment_light(), {}, -direction, path.ray.origin);
+  }
+  return path.throughput * emitted * mis_balance(0, direct * path.mis.vcm + emission * path.mis.vc);
+}
+
+void CameraPaths::next_event(const Vertex& v, Sampler& sampler, Rgb& radiance) {
+  const vec2 u = sampler.get_2d();
+  // From where the shadow ray starts, as in sample_direct_light.
+  const auto light = context_.lights.sample(ray_origin(v.point, v.wo), u);
+  if (!light) return;
+  const vec3& wi = light->wi;
+  const Rgb scattered = v.bsdf.evaluate(v.wo, wi);
+  if (is_black(scattered) || is_black(light->radiance)) return;
+  // [Georgiev2012b] eq. 44, 45.
+  const float hit = light->delta ? 0 : v.bsdf.pdf(v.wo, wi) / light->pdf_solid_angle;
+  const float emission = context_.lights.emission_pdf(light->light, light->normal, -wi, v.point.position);
+  const bool point_light = light->delta && !std::isinf(light->distance);
+  const float to_area =
+      std::abs(glm::dot(wi, v.point.normal)) / (point_light ? square(light->distance) : std::abs(glm::dot(light->normal, wi)));
+  const float traced =
+      emission * to_area / light->pdf_solid_angle * v.path.mis.connected(settings_.mis_merge(), v.bsdf.pdf(wi, v.wo));
+  gains_.push_back(
+      {&radiance, v.path.throughput * scattered * light->radiance * (mis_balance(hit, traced) / light->pdf_solid_angle)});
+  shadow_rays_.push_back(shadow_ray(v.point, wi, light->distance));
+}
+
+void CameraPaths::connect(const Vertex& v, const LightVertex& light, Rgb& radiance) {
+  const vec3 towards = light.point.position - v.point.position;
+  const float distance2 = length_squared(towards);
+  if (!(distance2 > 0)) return;
+  const float distance = std::sqrt(distance2);
+  const vec3 wi = towards / distance;
+  const Rgb camera_scattered = v.bsdf.evaluate(v.wo, wi);
+  if (is_black(camera_scattered)) return;
+  const Bsdf light_bsdf(context_.scene, light.point);
+  const Rgb light_scattered = light_bsdf.evaluate(light.wo, -wi, TransportMode::importance);
+  if (is_black(light_scattered)) return;
+  // [Georgiev2012b] eq. 40, 41: the other strategies of the light's part, and of the camera's.
+  const float camera_pdf_area = v.bsdf.pdf(v.wo, wi) * std::abs(glm::dot(wi, light.point.normal)) / distance2;
+  const float light_pdf_area = light_bsdf.pdf(light.wo, -wi) * std::abs(glm::dot(wi, v.point.normal)) / distance2;
+  const float merge = settings_.mis_merge();
+  const float weight = mis_balance(camera_pdf_area * light.mis.connected(merge, light_bsdf.pdf(-wi, light.wo)),
+                                   light_pdf_area * v.path.mis.connected(merge, v.bsdf.pdf(wi, v.wo)));
+  gains_.push_back({&radiance, v.path.throughput * camera_scattered * light_scattered * light.power * (weight / distance2)});
+  shadow_rays_.push_back(shadow_ray(v.point, wi, distance));
+}
+
+void CameraPaths::finish() {
+  for_unoccluded(context_, shadow_rays_, [&](std::size_t i) { *gains_[i].radiance += gains_[i].value; });
+  gains_.clear();
+  shadow_rays_.clear();
+}
+
+}  // namespace etendue
