@@ -19,10 +19,6 @@ namespace {
 // Seeds of references share no bits with those of experiments, which are small numbers.
 constexpr std::uint64_t reference_seed = 0x7265666572656e63ull;
 
-bool has_integrator(const std::string& name) {
-  return std::any_of(integrators().begin(), integrators().end(), [&](const auto& entry) { return entry.name == name; });
-}
-
 // With the independent sampler where the method has a choice.
 Method independent(const std::string& name, ParamMap params = {}) {
   for (const ParamInfo& info : find_integrator(name, {}).params)
@@ -84,34 +80,12 @@ bool has_delta_light(const Scene& scene) {
   });
 }
 
-// Delta lobes, which light tracing cannot join to the camera, and lobes so narrow that it joins them with rare, huge weights:
-// no t-test over a few batches judges those.
-struct HasNarrowLobe {
-  static constexpr float narrow = 0.3f;
-
-  bool operator()(const Diffuse&) const { return false; }
-  bool operator()(const Conductor& m) const { return std::min(m.alpha.x, m.alpha.y) < narrow; }
-  bool operator()(const Dielectric& m) const { return m.alpha < narrow; }
-  bool operator()(const Plastic& m) const { return m.alpha < narrow; }
-};
-
-bool has_narrow_lobe(const Scene& scene) {
-  return std::any_of(scene.materials.begin(), scene.materials.end(),
-                     [](const Material& material) { return std::visit(HasNarrowLobe{}, material); });
-}
-
 }  // namespace
 
-EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs) {
-  const Method path{"path", {}, {}};
-  if (has_integrator("bdpt")) return {path, independent("bdpt")};
-  if (!has_narrow_lobe(scene) && !needs.thin_lens && has_integrator("light-trace")) return {path, independent("light-trace")};
-  // BSDF sampling alone never finds a point or a direction; light sampling alone finds everything but light through glass.
-  return {path, independent("path", {{"mis", {std::string(has_delta_light(scene) ? "light" : "bsdf"), {}}}})};
-}
+EstimatorPair choose_estimators() { return {{"path", {}, {}}, independent("bdpt")}; }
 
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples) {
-  const EstimatorPair pair = choose_estimators(request.scene, request.needs);
+  const EstimatorPair pair = choose_estimators();
   const BatchStatistics first = run_batches(request, pair.first, samples, 1);
   const BatchStatistics second = run_batches(request, pair.second, samples, 2);
   const Agreement agreement = compare_means(first, second);
@@ -159,7 +133,7 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
                             request.name));
   if (kind != Kind::samples && request.scene.closed_form) return from_closed_form(request);
   if (auto cached = from_cache(request, cache)) return std::move(*cached);
-  if (request.needs.caustic_map && has_delta_light(request.scene) && !has_integrator("vcm"))
+  if (request.needs.caustic_map && has_delta_light(request.scene))
     return {
         {},
         "no reference: a point, spot or directional light shines on glass or a mirror, and no path tracer finds the caustic; "

@@ -29,8 +29,8 @@ struct ReferenceRequest {
   std::function<void(const std::string&)> status;   // how far it is; each line replaces the one before
 };
 
-// Without a wish of the experiment's: a minute or two for a built-in scene. The report warns where the variance this leaves is not
-// small against the errors measured.
+// Without a wish of the experiment's: a minute or two for a built-in scene. The report warns where the variance this leaves is
+// not small against the errors measured.
 inline constexpr std::uint64_t default_reference_samples = 1024;
 
 // The log's line; `file` as the caller stored the image.
@@ -40,13 +40,12 @@ ReferenceRecord reference_record(const std::string& scene_name, const Scene& sce
 // Throws Error where the choice cannot be met: "exact" without a closed form, a file of another size.
 Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache);
 
-// The two estimators a scene's reference is rendered with. The first is a path tracer; the second shares as little with it as
-// the scene allows: bidirectional, light tracing where no specular surface hides anything from it, else BSDF or light sampling
-// alone.
+// The two estimators a scene's reference is rendered with: path tracing, and bidirectional path tracing with other random
+// numbers, which has the same mean only if all densities of its strategies are right.
 struct EstimatorPair {
   Method first, second;
 };
-EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs);
+EstimatorPair choose_estimators();
 
 // Renders both in independent batches, compares them, and weighs them by their variances.
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples);

@@ -148,14 +148,18 @@ TEST_F(ReferenceFiles, DamagedCacheFileIsIgnored) {
   EXPECT_FALSE(ReferenceCache({directory_}).find(scene, {8, 8}, 0).has_value());
 }
 
-TEST(Estimators, SecondSharesAsLittleAsTheSceneAllows) {
-  for (const BuiltinScene& builtin : builtin_scenes()) {
-    if (builtin.name == "mesh-large") continue;  // slow to make, and like mesh
-    const Scene scene = builtin.make();
-    const EstimatorPair pair = choose_estimators(scene, scene_needs(scene));
-    EXPECT_EQ(pair.first.label(), "path");
-    EXPECT_NE(pair.second.label(), "path") << builtin.name;
-  }
+TEST(Estimators, AreUnbiasedAndTwo) {
+  const EstimatorPair pair = choose_estimators();
+  EXPECT_EQ(pair.first.label(), "path");
+  EXPECT_NE(pair.second.label(), "path");
+}
+
+TEST_F(ReferenceFiles, CausticsOfDeltaLightsHaveNone) {
+  Scene scene = load_scene("builtin:cornell-spheres");
+  scene.lights.emplace_back(PointLight{{0, 1.5f, 0}, Rgb(1)});
+  const Reference reference =
+      make_reference({scene, scene_needs(scene), "point", {8, 8}, {}, 2, {}, {}}, ReferenceCache({directory_}));
+  EXPECT_NE(reference.failure.find("no path tracer finds the caustic"), std::string::npos) << reference.failure;
 }
 
 }  // namespace
