@@ -55,14 +55,19 @@ ClaimFigure read_figure(const Json& json) {
 std::string to_json_line(const ClaimRecord& r) {
   Json figures = Json::array();
   for (const ClaimFigure& figure : r.figures) figures.push_back(to_json(figure));
-  const Json json{{"type", "claim"},           {"id", r.id},
-                  {"scene", r.cell.scene},     {"measure", r.cell.accel},
-                  {"cell", r.cell.integrator}, {"seed", r.cell.seed},
-                  {"manifest", r.manifest},    {"status", r.status},
-                  {"error", r.error},          {"claim", r.claim},
-                  {"source", r.source},        {"claimed", r.claimed},
-                  {"reading", r.reading},      {"figures", std::move(figures)},
-                  {"remarks", r.remarks},      {"disagreements", r.disagreements}};
+  Json json{{"type", "claim"},           {"id", r.id},
+            {"scene", r.cell.scene},     {"measure", r.cell.accel},
+            {"cell", r.cell.integrator}, {"seed", r.cell.seed},
+            {"manifest", r.manifest},    {"status", r.status},
+            {"error", r.error},          {"claim", r.claim},
+            {"source", r.source},        {"claimed", r.claimed},
+            {"reading", r.reading},      {"figures", std::move(figures)},
+            {"remarks", r.remarks},      {"disagreements", r.disagreements}};
+  if (const auto& stress = r.stress) {
+    json["stress"] = {{"methods", stress->methods}, {"picture", stress->picture}};
+    if (std::isfinite(stress->holds_low)) json["stress"]["holds_low"] = stress->holds_low;
+    if (std::isfinite(stress->holds_high)) json["stress"]["holds_high"] = stress->holds_high;
+  }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -81,6 +86,9 @@ ClaimRecord read_claim_line(const std::string& line) {
   for (const Json& figure : json.at("figures")) r.figures.push_back(read_figure(figure));
   r.remarks = json.at("remarks").get<std::vector<std::string>>();
   r.disagreements = json.at("disagreements");
+  if (const auto stress = json.find("stress"); stress != json.end())
+    r.stress = {stress->value("holds_low", -endless), stress->value("holds_high", endless),
+                stress->at("methods").get<std::vector<std::string>>(), stress->at("picture").get<std::string>()};
   return r;
 }
 

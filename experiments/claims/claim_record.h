@@ -1,10 +1,12 @@
-// A cell of an experiment on claims: one claim, as one measurement found it on one scene.
+// A cell of an experiment on claims: one claim, as one measurement found it on one scene. Or one row of the catalogue of
+// failures.
 #pragma once
 
 #include "experiments/harness/cell_name.h"
 #include "experiments/harness/measured.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,14 @@ struct ClaimFigure {
   double expected_low = 0, expected_high = 0;
 };
 
+// Of a row of the catalogue of failures (experiments/stress): its first figure is the method's as it fails, the others are
+// those of its remedies, by which name they go.
+struct StressNote {
+  double holds_low = 0, holds_high = 0;  // the figure of a method that does not fail
+  std::vector<std::string> methods;      // of the figures
+  std::string picture;                   // beside the log: truth, then each method
+};
+
 struct ClaimRecord {
   CellName cell;  // scene, measurement, "claim-01", seed
   std::string manifest, status, error;
@@ -30,6 +40,7 @@ struct ClaimRecord {
   std::vector<ClaimFigure> figures;
   std::vector<std::string> remarks;
   std::uint64_t disagreements = 0;
+  std::optional<StressNote> stress;
 };
 
 // As a line of runs.jsonl, and back.

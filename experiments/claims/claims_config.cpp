@@ -10,25 +10,10 @@ namespace etendue {
 
 namespace {
 
-const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key) {
-  if (const ConfigNode* node = reader.find(key)) return *node;
-  throw Error(table.where, fmt::format("{}: no {}", owner, key));
-}
-
 bool read_flag(const ConfigNode& node, const std::string& key) {
   const bool* value = std::get_if<bool>(&node.value);
   if (!value) wrong_type(node, key, "true or false");
   return *value;
-}
-
-Expected read_interval(const ConfigNode& node, const std::string& key) {
-  constexpr double endless = std::numeric_limits<double>::infinity();
-  const auto* array = node.array();
-  if (!array || array->size() != 2) wrong_type(node, key, "an interval [low, high], such as [1.2, 1.3] or [1, inf]");
-  const Expected expected{read_number((*array)[0], key, -endless, endless), read_number((*array)[1], key, -endless, endless)};
-  if (expected.low > expected.high)
-    throw Error(node.where, fmt::format("{}: [{:g}, {:g}] is empty; expected low <= high", key, expected.low, expected.high));
-  return expected;
 }
 
 ClaimMeasure read_measure(const ConfigNode& node) {
@@ -81,6 +66,21 @@ Claim read_claim(const ConfigNode& node) {
 }
 
 }  // namespace
+
+const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key) {
+  if (const ConfigNode* node = reader.find(key)) return *node;
+  throw Error(table.where, fmt::format("{}: no {}", owner, key));
+}
+
+Expected read_interval(const ConfigNode& node, const std::string& key) {
+  constexpr double endless = std::numeric_limits<double>::infinity();
+  const auto* array = node.array();
+  if (!array || array->size() != 2) wrong_type(node, key, "an interval [low, high], such as [1.2, 1.3] or [1, inf]");
+  const Expected expected{read_number((*array)[0], key, -endless, endless), read_number((*array)[1], key, -endless, endless)};
+  if (expected.low > expected.high)
+    throw Error(node.where, fmt::format("{}: [{:g}, {:g}] is empty; expected low <= high", key, expected.low, expected.high));
+  return expected;
+}
 
 ClaimsChoice read_claims(const ConfigNode& claims, const ConfigNode* timing) {
   ClaimsChoice choice;

@@ -40,6 +40,10 @@ struct ClaimsChoice {
   std::vector<Claim> rows;
 };
 
+// A key that must be there, and an interval [low, high] whose ends may be infinite; both throw Error.
+const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key);
+Expected read_interval(const ConfigNode& node, const std::string& key);
+
 // Of the values of the keys `claims` and `timing` (may be null). Throws Error.
 ClaimsChoice read_claims(const ConfigNode& claims, const ConfigNode* timing);
 

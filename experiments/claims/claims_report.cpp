@@ -151,7 +151,7 @@ constexpr const char* rule =
 std::vector<ClaimFindings> arrange_claims(const RunLog& log) {
   std::map<int, std::vector<const ClaimRecord*>> by_id;
   for (const ClaimRecord& record : log.claims)
-    if (record.status == "done") by_id[record.id].push_back(&record);
+    if (record.status == "done" && !record.stress) by_id[record.id].push_back(&record);
   std::vector<ClaimFindings> claims;
   for (auto& [id, records] : by_id) {
     const std::vector<Judged> judged = judged_figures(records);
@@ -185,7 +185,7 @@ Table claims_table(const RunLog& log) {
   }
   if (!table.rows.empty()) table.notes.push_back(rule);
   for (const ClaimRecord& record : log.claims)
-    if (record.status != "done") table.notes.push_back(fmt::format("Failed: {}: {}", record.cell.key(), record.error));
+    if (record.status != "done" && !record.stress) table.notes.push_back(fmt::format("Failed: {}: {}", record.cell.key(), record.error));
   return table;
 }
 
@@ -205,7 +205,7 @@ Table claim_figures_table(const RunLog& log) {
                    {"high", "", true, Audience::machines},
                    {"verdict", "verdict", false}};
   for (const ClaimRecord& record : log.claims) {
-    if (record.status != "done") continue;
+    if (record.status != "done" || record.stress) continue;
     for (const ClaimFigure& figure : record.figures) {
       const auto end = [&](double value) {
         return figure.judged && std::isfinite(value) ? TableCell::number(value) : TableCell{};
@@ -228,7 +228,7 @@ Table claim_figures_table(const RunLog& log) {
 
 std::string claims_section(const RunLog& log) {
   const std::vector<ClaimFindings> claims = arrange_claims(log);
-  if (log.claims.empty()) return {};
+  if (std::all_of(log.claims.begin(), log.claims.end(), [](const ClaimRecord& r) { return r.stress.has_value(); })) return {};
   std::string out = fmt::format("<section id=\"claims\"><h2>Claims</h2>\n<p>{} claims: {}.</p>\n<p class=\"note\">{}</p>\n",
                                 claims.size(), escape_html(summarise_verdicts(claims)), escape_html(rule));
   out += "<div class=\"findings\">\n";
@@ -247,7 +247,7 @@ std::string claims_section(const RunLog& log) {
   }
   out += "</div>\n";
   for (const ClaimRecord& record : log.claims)
-    if (record.status != "done")
+    if (record.status != "done" && !record.stress)
       out += fmt::format("<p>Failed: {}: {}</p>\n", escape_html(record.cell.key()), escape_html(record.error));
   return out + "</section>\n";
 }
@@ -263,7 +263,7 @@ std::string claims_summary(const RunLog& log) {
   out += claims.empty() ? "The log holds no finished claim.\n"
                         : fmt::format("{} claims: {}\n", claims.size(), summarise_verdicts(claims));
   for (const ClaimRecord& record : log.claims)
-    if (record.status != "done") out += fmt::format("Failed: {}: {}\n", record.cell.key(), record.error);
+    if (record.status != "done" && !record.stress) out += fmt::format("Failed: {}: {}\n", record.cell.key(), record.error);
   return out;
 }
 

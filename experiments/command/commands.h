@@ -16,6 +16,8 @@ struct RunCommand {
   bool dry_run = false;
 };
 int run_command(const RunCommand& command);
+// The catalogue of failures, experiments/stress.toml: `run` on it, wherever it is called from.
+int stress_command(RunCommand command);
 
 struct RenderCommand {
   std::string scene, integrator = "path", accel;  // empty: default_accel()

@@ -3,6 +3,7 @@
 #include "accel/registry.h"
 #include "experiments/claims/claim.h"
 #include "experiments/claims/claim_scenes.h"
+#include "experiments/stress/stress_figures.h"
 #include "experiments/command/commands.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
@@ -86,6 +87,10 @@ void list_measurements() {
   }
 }
 
+void list_figures() {
+  for (const StressFigure& figure : stress_figures()) print_name(figure.name, figure.text);
+}
+
 struct Section {
   std::string name, title;
   std::function<void()> print;
@@ -102,7 +107,8 @@ int list_command(const std::string& what) {
                               {"balls", "ball structures: which records cover a point?", list_balls},
                               {"motions", "motions, of experiments on change over time", list_motions},
                               {"policies", "policies: what becomes of a tree when its scene moves", list_policies},
-                              {"measurements", "measurements, of experiments on claims (and their scenes)", list_measurements}};
+                              {"measurements", "measurements, of experiments on claims (and their scenes)", list_measurements},
+                              {"figures", "figures of images, of the catalogue of failures", list_figures}};
   std::vector<std::string> names;
   bool found = false;
   for (const Section& section : sections) {

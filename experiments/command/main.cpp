@@ -63,6 +63,12 @@ class CommandLine {
     CLI::App* c =
         add("run", "run an experiment: its cells, then tables, charts and a page", [this] { return run_command(run_); });
     c->add_option("EXPERIMENT", run_.options.experiment, "a .toml file")->required()->type_name("");
+    add_run_options(c);
+    add_run_options(add("stress", "the failure catalogue: each method on the scene that breaks it, with verdicts",
+                        [this] { return stress_command(run_); }));
+  }
+
+  void add_run_options(CLI::App* c) {
     repeated(c, "-o", run_.options.overrides, "KEY=VALUE",
              "put a value in the place of the file's (budget.time=5s), repeatable");
     text(c, "--out", run_.options.out, "DIR", "where results go; default out/NAME");
@@ -121,7 +127,7 @@ class CommandLine {
     text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
     c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
     c->add_option("WHAT", list_,
-                  "scenes, integrators, accels, metrics, points, balls, motions, policies or measurements; default all")
+                  "scenes, integrators, accels, metrics, points, balls, motions, policies or measurements or figures; default all")
         ->type_name("");
   }
 

@@ -38,6 +38,8 @@ void print_plan(const RunPlan& plan, Console& console) {
                              animation->policies.size(), animation->resolution, animation->repetitions));
   else if (const auto& claims = plan.config.claims; claims && left > 0)
     console.line(fmt::format("each cell: {} repetitions, about {}² rays of a kind", claims->repetitions, claims->resolution));
+  else if (!plan.config.stress.empty() && left > 0)
+    console.line(fmt::format("each cell: a failing method and its remedies under {} seeds", plan.config.seeds.size()));
   else if (left > 0)
     console.line("each cell: at most " + plan.config.budget.text());
   if (left > 0 && plan.config.budget.time_s)
@@ -60,6 +62,19 @@ void print_files(const std::vector<std::string>& files, Console& console) {
 }
 
 }  // namespace
+
+int stress_command(RunCommand command) {
+  // In the working directory, else in the source tree beside the program's build directory.
+  const std::filesystem::path name = "experiments/stress.toml";
+  std::error_code ignored;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+  for (const auto& candidate : {name, program.parent_path() / name, program.parent_path().parent_path() / name})
+    if (std::filesystem::is_regular_file(candidate, ignored)) {
+      command.options.experiment = candidate.string();
+      return run_command(command);
+    }
+  throw Error(Location{"stress"}, "no experiments/stress.toml here, nor beside the program; expected etendue's source tree");
+}
 
 int run_command(const RunCommand& command) {
   Console console;

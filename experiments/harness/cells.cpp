@@ -41,6 +41,13 @@ std::vector<Cell> make_claim_cells(const ClaimsChoice& choice) {
   return cells;
 }
 
+std::vector<Cell> make_stress_cells(const std::vector<StressRow>& rows) {
+  std::vector<Cell> cells;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    cells.push_back({0, 0, i, {rows[i].scene, rows[i].figure->name, fmt::format("stress-{:02}", rows[i].id), 1}});
+  return cells;
+}
+
 std::vector<Cell> make_matrix(const ExperimentConfig& config) {
   const std::vector<Method>& methods = config.animation ? config.animation->motions : config.integrators;
   std::vector<Cell> cells;
@@ -55,6 +62,7 @@ std::vector<Cell> make_matrix(const ExperimentConfig& config) {
 }  // namespace
 
 std::vector<Cell> make_cells(const ExperimentConfig& config) {
+  if (!config.stress.empty()) return make_stress_cells(config.stress);
   return config.claims ? make_claim_cells(*config.claims) : make_matrix(config);
 }
 

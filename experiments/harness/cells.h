@@ -12,7 +12,7 @@ namespace etendue {
 
 struct Cell {
   std::size_t scene = 0, accel = 0, integrator = 0;  // indices into the config; of an animation, `integrator` is the motion; of claims
-                                                     // the claim, `accel` its measure, `scene` that measure's
+                                                     // the claim, `accel` its measure, `scene` that measure's; of stress, the row
   CellName name;
 };
 

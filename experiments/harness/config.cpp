@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 constexpr const char* default_dynamic_quick[] = {"seeds=1", "dynamic.frames=10", "dynamic.resolution=32",
                                                  "dynamic.repetitions=1"};
 constexpr std::string_view default_claims_quick = "timing = { resolution = 32, repetitions = 3, large = false }\n";
+constexpr std::string_view default_stress_quick = "seeds = 1\nresolution = [32, 32]\n";
 constexpr std::string_view default_quick = "seeds = 1\nbudget = { time = \"0.3s\" }\nresolution = [64, 64]\n";
 
 SceneChoice read_scene(const ConfigNode& node, const fs::path& directory) {
@@ -158,7 +159,9 @@ void apply_quick(ConfigNode& root) {
     for (const char* assignment : default_dynamic_quick) apply_override(root, assignment);
     return;
   }
-  const std::string_view usual = table.contains("claims") ? default_claims_quick : default_quick;
+  const std::string_view usual = table.contains("claims")   ? default_claims_quick
+                                 : table.contains("stress") ? default_stress_quick
+                                                            : default_quick;
   ConfigNode quick = own == table.end() ? parse_config(usual, "--quick") : own->second;
   if (const auto timing = table.find("structures");
       own == table.end() && timing != table.end() && read_structures(timing->second))
@@ -207,6 +210,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   const auto* dynamic = reader.find("dynamic");
   const auto *claims = reader.find("claims"), *timing = reader.find("timing");
   const auto *regions = reader.find("regions"), *rates = reader.find("rates");
+  const auto* stress = reader.find("stress");
   const auto* wanted = reader.find("metrics");
   config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
   config.table_formats = {"md", "csv", "tex"};
@@ -236,6 +240,15 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
                 {"scenes", "accels", "integrators", "seeds", "structures", "dynamic", "budget", "reference", "metrics",
                  "resolution", "regions", "rates"});
     config.claims = read_claims(*claims, timing);
+    config.hash = result_hash(root);
+    return config;
+  }
+  if (stress) {
+    refuse_keys(root, "[[stress]], which names scenes and methods",
+                {"scenes", "accels", "integrators", "structures", "dynamic", "reference", "metrics", "timing", "regions", "rates"});
+    config.stress = read_stress(*stress);
+    if (!config.budget.samples || config.budget.time_s || config.budget.error)
+      throw Error(stress->key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
     config.hash = result_hash(root);
     return config;
   }

@@ -17,6 +17,7 @@
 //   claims      [[claims]] and timing: instead of all that, claims and what measures them (experiments/claims/claims_config.h)
 //   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
 //   rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and compares
+//   stress      [[stress]] tables: methods on the scenes that break them (experiments/stress/stress_config.h)
 //   outputs     { tables = ["md", "csv", "tex"] }
 //   quick       any of the keys above, put in their place by `--quick`
 #pragma once
@@ -27,6 +28,7 @@
 #include "experiments/harness/method.h"
 #include "experiments/harness/rate_law.h"
 #include "experiments/harness/regions.h"
+#include "experiments/stress/stress_config.h"
 #include "framework/core/vec.h"
 
 #include <optional>
@@ -71,6 +73,7 @@ struct ExperimentConfig {
   std::optional<StructureTiming> structures;
   std::optional<AnimationChoice> animation;
   std::optional<ClaimsChoice> claims;
+  std::vector<StressRow> stress;
   std::vector<std::string> table_formats;
   std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs or rates
 };

@@ -62,6 +62,8 @@ RunLog read_resolved_log(const std::string& directory) {
     resolve(cell.strip, directory);
   }
   for (ReferenceRecord& reference : log.references) resolve(reference.file, directory);
+  for (ClaimRecord& record : log.claims)
+    if (record.stress) resolve(record.stress->picture, directory);
   return log;
 }
 

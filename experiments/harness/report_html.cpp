@@ -8,6 +8,7 @@
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/structure_figures.h"
 #include "experiments/harness/verdicts.h"
+#include "experiments/stress/stress_report.h"
 
 #include <fmt/format.h>
 
@@ -37,6 +38,8 @@ std::string header(const ReportData& data) {
     out += fmt::format("<p class=\"facts\">{}</p>\n", counted(animations, "animation", "animations"));
   if (const std::size_t claims = arrange_claims(*data.log).size(); claims > 0)
     out += fmt::format("<p class=\"facts\">{}</p>\n", counted(claims, "claim", "claims"));
+  if (const std::size_t rows = arrange_stress(*data.log).size(); rows > 0)
+    out += fmt::format("<p class=\"facts\">{}</p>\n", counted(rows, "failure", "failures"));
   if (!data.scenes.empty() || (data.log->animations.empty() && data.log->claims.empty()))
     out += fmt::format(
         "<p class=\"facts\">{} · {} · {} · {}{} · {} done{}</p>\n", counted(data.scenes.size(), "scene", "scenes"),
@@ -68,7 +71,8 @@ std::string navigation(const ReportData& data, const PageContent& content) {
   for (const SceneData& scene : data.scenes)
     if (has_charts(data, scene)) out += fmt::format("<a href=\"#scene-{}\">{}</a>", scene.file_stem, html(scene.name));
   if (!content.rates.empty()) out += "<a href=\"#rates\">Rates</a>";
-  if (!data.log->claims.empty()) out += "<a href=\"#claims\">Claims</a>";
+  if (!arrange_stress(*data.log).empty()) out += "<a href=\"#stress\">Failures</a>";
+  if (!arrange_claims(*data.log).empty()) out += "<a href=\"#claims\">Claims</a>";
   if (!data.log->animations.empty()) out += "<a href=\"#animations\">Change over time</a>";
   if (!data.log->structures.empty()) out += "<a href=\"#structures\">Ray structures</a>";
   return out + "<a href=\"#tables\">Tables</a><a href=\"#reproduce\">How to reproduce</a></nav>\n";
@@ -368,7 +372,8 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     for (const SceneData& scene : data.scenes)
       if (has_charts(data, scene)) out += scene_section(data, scene, variants, content);
   }
-  out += rates_section(content.rates) + claims_section(*data.log) + animations_section(data) + structures_section(data);
+  out += rates_section(content.rates) + stress_section(*data.log) + claims_section(*data.log) + animations_section(data) +
+         structures_section(data);
   out += "<section id=\"tables\"><h2>Tables</h2>\n";
   for (const Table& table : content.tables)
     if (!table.rows.empty()) out += to_html(table);

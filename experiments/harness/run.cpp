@@ -1,6 +1,7 @@
 #include "experiments/harness/run.h"
 
 #include "experiments/claims/claims_run.h"
+#include "experiments/stress/stress_run.h"
 #include "experiments/harness/accel_comparison.h"
 #include "experiments/harness/animation_run.h"
 #include "experiments/harness/manifest.h"
@@ -268,6 +269,7 @@ RunPlan plan_run(const RunOptions& options) {
 RunSummary execute_run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) {
   if (plan.config.animation) return execute_animations(plan, observer);
   if (plan.config.claims) return execute_claims(plan, observer);
+  if (!plan.config.stress.empty()) return execute_stress(plan, observer);
   return Execution(plan, observer, compute).run();
 }
 

@@ -159,8 +159,8 @@ Scene make_thin_wall(const VeilParams& params) {
 }
 
 Scene make_black_surroundings(const VeilParams& params) {
-  constexpr float radius = 0.12f, height = 1.6f, half = 2, top = 2;
-  const Rgb radiance(110, 105, 95);
+  constexpr float radius = 0.35f, height = 1.6f, half = 2, top = 2;
+  const Rgb radiance(14, 13.5f, 12);
   ExactStage s("builtin:black-surroundings");
   add_floor(s, {0, vec2(-half), vec2(half)},
             [=](const dvec3& p) { return dvec3(radiance) * disc_irradiance(height, std::hypot(p.x, p.z), radius); });

@@ -177,19 +177,19 @@ Scene make_keyhole() {
 
 Scene make_exterior() {
   SceneBuilder b("builtin:exterior");
-  constexpr float half_city = 90, storey = 18;
+  constexpr float half_city = 26, storey = 9;
   b.mesh(quad({-half_city, 0, half_city}, {half_city, 0, half_city}, {half_city, 0, -half_city}, {-half_city, 0, -half_city}),
          b.material(Diffuse{Rgb(0.35f, 0.38f, 0.3f)}));
   const std::uint32_t fronts[] = {b.material(Diffuse{Rgb(0.6f, 0.5f, 0.4f)}), b.material(Diffuse{Rgb(0.65f, 0.62f, 0.55f)}),
                                   b.material(Diffuse{Rgb(0.5f, 0.35f, 0.28f)})};
-  // Blocks of houses on a grid of 15 m; none where the tower with the room stands.
-  for (int i = -5; i <= 5; ++i)
-    for (int j = -5; j <= 5; ++j) {
+  // Blocks of houses on a grid of 7.5 m; none where the tower with the room stands.
+  for (int i = -3; i <= 3; ++i)
+    for (int j = -3; j <= 3; ++j) {
       if (i == 0 && j == 0) continue;
       const auto hash = static_cast<std::uint32_t>((i + 8) * 73 + (j + 8) * 151);
-      const float height = 4 + static_cast<float>(hash % 11);
-      const vec3 at(15.0f * static_cast<float>(i), 0, 15.0f * static_cast<float>(j));
-      b.mesh(box(at - vec3(4.5f, 0, 4.5f), at + vec3(4.5f, height, 4.5f)), fronts[hash % 3]);
+      const float height = 2.5f + 0.5f * static_cast<float>(hash % 11);
+      const vec3 at(7.5f * static_cast<float>(i), 0, 7.5f * static_cast<float>(j));
+      b.mesh(box(at - vec3(2.2f, 0, 2.2f), at + vec3(2.2f, height, 2.2f)), fronts[hash % 3]);
     }
   // The tower, and on it the room: 3 x 2.4 x 4 m within walls of 0.2 m; its window looks along +x.
   b.mesh(box({-2, 0, -2.6f}, {2, storey - 0.2f, 2.6f}), fronts[1]);

@@ -1,0 +1,22 @@
+// What is measured of an image where a method fails. Ratios are of a pixel's mean over channels to the truth's, over the pixels
+// in which the truth is at least a thousandth of its largest value; of the darkest, nine tenths: those that an even light
+// fills.
+#pragma once
+
+#include "framework/core/error.h"
+#include "framework/image/film.h"
+
+#include <span>
+#include <string>
+
+namespace etendue {
+
+struct StressFigure {
+  std::string name, text;
+  double (*compute)(const Image& image, const Image& truth);
+};
+
+std::span<const StressFigure> stress_figures();
+const StressFigure& find_stress_figure(const std::string& name, const Location& where);  // throws Error
+
+}  // namespace etendue

@@ -1,0 +1,159 @@
+// The catalogue of failures: its figures, its verdicts, and the way from its TOML to its report.
+#include "experiments/claims/claims_report.h"
+#include "experiments/harness/cells.h"
+#include "experiments/stress/stress_report.h"
+#include "tests/places.h"
+#include "tests/unit/harness_process.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace etendue {
+namespace {
+
+constexpr double endless = std::numeric_limits<double>::infinity();
+
+ClaimRecord record_of(std::vector<double> medians, double low = 0, double high = 0.1) {
+  ClaimRecord record;
+  record.cell = {"builtin:edge", "darkest", "stress-01", 1};
+  record.status = "done";
+  record.id = 1;
+  record.claim = "it <fails>";
+  record.claimed = "relmse";
+  record.stress = StressNote{low, high, {}, ""};
+  for (std::size_t i = 0; i < medians.size(); ++i) {
+    record.figures.push_back({i == 0 ? "as it is" : "remedy " + std::to_string(i),
+                              "relmse",
+                              FigureKind::plain,
+                              {medians[i], medians[i], medians[i]},
+                              true,
+                              i == 0 ? 1.0 : low,
+                              i == 0 ? endless : high});
+    record.stress->methods.push_back("path");
+  }
+  return record;
+}
+
+TEST(StressVerdicts, FollowTheIntervals) {
+  using enum StressVerdict;
+  EXPECT_EQ(judge_stress(record_of({2, 0.05, 1, 1.9})), (std::vector{fails_as_expected, holds, helps, no_help}));
+  EXPECT_EQ(judge_stress(record_of({0.5})), (std::vector{fails_otherwise}));
+  EXPECT_EQ(judge_stress(record_of({0.05, 0.2})), (std::vector{holds, no_help})) << "a remedy that breaks what was sound";
+}
+
+TEST(StressFigures, AreWhatTheySay) {
+  Image truth({20, 10}), image({20, 10});
+  for (std::size_t i = 0; i < truth.pixels.size(); ++i) {
+    truth.pixels[i] = dvec3(i < 100 ? 0.0 : 2.0);
+    image.pixels[i] = dvec3(i < 100 ? 7.0 : i < 110 ? 1.0 : 2.0);
+  }
+  const auto figure = [&](const char* name) { return find_stress_figure(name, {}).compute(image, truth); };
+  EXPECT_EQ(figure("darkest"), 0.5) << "pixels without light have no ratio";
+  EXPECT_EQ(figure("middle"), 1);
+  EXPECT_EQ(figure("brightest"), 1);
+  EXPECT_EQ(figure("blotches"), 0.5);
+  EXPECT_THROW(find_stress_figure("darker", {}), Error);
+}
+
+const std::string experiment =
+    "title = \"One failure\"\n"
+    "seeds = 2\n"
+    "resolution = [16, 16]\n"
+    "budget = { samples = 2 }\n"
+    "[[stress]]\n"
+    "id = 3\n"
+    "failure = \"leaks\"\n"
+    "source = \"theory\"\n"
+    "scene = \"builtin:thin-plate?thickness=0.05\"\n"
+    "figure = \"middle\"\n"
+    "method = { name = \"photon-map\", k = 0, radius = 0.1, kernel = \"box\", caustic_photons = \"50k\", side_test = false }\n"
+    "fails = [12, 14]\n"
+    "holds = [0.98, 1.02]\n"
+    "[[stress.remedies]]\n"
+    "name = \"side test\"\n"
+    "change = { side_test = true }\n";
+
+std::string with(const std::string& from, const std::string& to) {
+  std::string text = experiment;
+  text.replace(text.find(from), from.size(), to);
+  return text;
+}
+
+TEST(StressConfig, ChangesAreOfTheMethod) {
+  const ExperimentConfig config = parse_experiment(experiment, "x.toml");
+  ASSERT_EQ(config.stress.size(), 1u);
+  ASSERT_EQ(config.stress[0].trials.size(), 2u);
+  const Method& remedied = config.stress[0].trials[1].method;
+  EXPECT_EQ(remedied.name, "photon-map");
+  EXPECT_NE(remedied.label().find("side_test=true"), std::string::npos);
+  EXPECT_NE(remedied.label().find("radius=0.1"), std::string::npos);
+  const std::vector<Cell> cells = make_cells(config);
+  ASSERT_EQ(cells.size(), 1u);
+  EXPECT_EQ(cells[0].name.key(), "builtin:thin-plate?thickness=0.05 | middle | stress-03 | seed=1");
+}
+
+TEST(StressConfig, SlipsAreErrorsAtTheirPlace) {
+  const struct {
+    std::string text, where, what;
+  } slips[] = {{with("\"middle\"", "\"midle\""), "x.toml:10:", "middle"},
+               {with("thin-plate?", "thin-plat?"), "x.toml:9:", "thin-plate"},
+               {with("change = { side_test", "change = { sidetest"), "x.toml:16:", "side_test"},
+               {with("fails = [12, 14]", "fails = [1, 14]"), "x.toml", "overlap"},
+               {with("samples = 2", "time = \"1s\""), "x.toml:5:", "samples"},
+               {with("seeds = 2", "scenes = [\"builtin:edge\"]"), "x.toml:2:", "scenes"}};
+  for (const auto& slip : slips) {
+    try {
+      parse_experiment(slip.text, "x.toml");
+      ADD_FAILURE() << slip.what;
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find(slip.where), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find(slip.what), std::string::npos) << e.what();
+    }
+  }
+}
+
+TEST(StressExperiment, IsValidAndItsRemediesAreNamedApart) {
+  const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/stress.toml");
+  EXPECT_GE(config.stress.size(), 10u);
+  for (const StressRow& row : config.stress)
+    for (std::size_t i = 1; i < row.trials.size(); ++i)
+      EXPECT_NE(row.trials[i].method.label(), row.trials[0].method.label()) << row.id << ": a remedy that changes nothing";
+}
+
+TEST(StressRecord, LineIsReadBack) {
+  const ClaimRecord record = record_of({2, 0.05}, -endless, 0.1);
+  const ClaimRecord read = read_claim_line(to_json_line(record));
+  ASSERT_TRUE(read.stress.has_value());
+  EXPECT_EQ(read.stress->holds_low, -endless);
+  EXPECT_EQ(judge_stress(read), judge_stress(record));
+  EXPECT_EQ(to_json_line(read), to_json_line(record));
+}
+
+TEST(StressReport, StandsApartFromClaims) {
+  RunLog log;
+  log.claims.push_back(record_of({2, 0.05}));
+  EXPECT_EQ(stress_table(log).rows.size(), 2u);
+  EXPECT_NE(stress_section(log).find("it &lt;fails&gt;"), std::string::npos);
+  EXPECT_TRUE(claims_table(log).rows.empty());
+  EXPECT_TRUE(claims_section(log).empty());
+}
+
+class StressRun : public ProgramTest {};
+
+TEST_F(StressRun, WritesTablePicturesAndPageAndResumes) {
+  write_file("one.toml", experiment);
+  const Outcome first = run({"run", "one.toml", "--threads", "1"});
+  ASSERT_EQ(first.status, 0) << first.err;
+  EXPECT_NE(first.out.find("fails as expected"), std::string::npos) << first.out;
+  EXPECT_NE(first.out.find("holds"), std::string::npos) << first.out;
+  EXPECT_TRUE(std::filesystem::exists(directory_ / "out/one/pictures/stress-03.png"));
+  EXPECT_NE(read_text_file(directory_ / "out/one/report.html").find("data:image/png;base64"), std::string::npos);
+  const std::string table = read_text_file(directory_ / "out/one/tables/stress.md");
+  const Outcome again = run({"run", "one.toml", "--threads", "1"});
+  EXPECT_NE(again.err.find("1 of 1 cells are done already"), std::string::npos) << again.err;
+  EXPECT_EQ(read_text_file(directory_ / "out/one/tables/stress.md"), table);
+}
+
+}  // namespace
+}  // namespace etendue
