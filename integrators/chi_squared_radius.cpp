@@ -20,13 +20,12 @@ float chi_squared_limit(int degrees) {
   }
 }
 
-// Sector of 60 degrees that (u, v) lies in, counted from the positive u axis.
+// Sector of 60 degrees that (u, v) lies in, counted from the positive u axis. Without branches, as photons lie anywhere.
 int sector_of(float u, float v) {
   constexpr float tan_60 = 1.7320508f;
   const bool lower = v < 0;
-  if (lower) u = -u, v = -v;  // half a turn
-  const int sector = v < tan_60 * u ? 0 : v < -tan_60 * u ? 2 : 1;
-  return lower ? sector + 3 : sector;
+  const float x = tan_60 * (lower ? -u : u), y = std::abs(v);  // turned by half in the lower half
+  return (y >= x) + (y < -x) + (lower ? 3 : 0);
 }
 
 }  // namespace
@@ -40,12 +39,12 @@ void ChiSquaredRadius::Observed::begin(const GatherDisc& disc, const GatherPoint
 
 void ChiSquaredRadius::Observed::add(const Rgb&, const vec3& offset, float distance_squared) {
   const int sector = sector_of(glm::dot(offset, tangent_), glm::dot(offset, bitangent_));
-  ++counts[static_cast<std::size_t>(distance_squared > half_squared_ ? sectors + sector : sector)];
+  ++counts[static_cast<std::size_t>(sector + (distance_squared > half_squared_) * sectors)];
 }
 
 ChiSquaredRadius::ChiSquaredRadius(InitialRadii radii, const Rules& rules) : rules_(rules) {
   pixels_.reserve(radii.size());
-  for (const float r : radii) pixels_.push_back({r, rules.first_count});
+  for (const float r : radii) pixels_.push_back({r, first_count});
 }
 
 bool ChiSquaredRadius::looks_even(const std::array<std::uint32_t, parts>& counts, int rings_tested, bool odd) {

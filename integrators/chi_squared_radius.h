@@ -1,9 +1,10 @@
 // The radius shrinks when Pearson's chi-squared test finds the photons within it uneven ([Lin2020]).
 //
 // Where photons are evenly distributed, no kernel has bias at any radius. So the radius stays, and pass after pass the photons
-// are counted in 12 parts of equal area (two rings of six sectors). Once there are n_min of them the counts are tested for
-// evenness at 95 %. If that is refused, the radius shrinks: to the inner ring where that passes by itself (r^2 / 2), else by
-// r^2 -> 0.8 r^2; the counts start anew, and n_min grows by beta, so that a test always has photons enough to see less.
+// are counted in 12 parts of equal area (two rings of six sectors). Once there are n_min of them (at first 60, five for each
+// part, so that the test's statistic is near its limit) the counts are tested for evenness at 95 %. If that is refused, the
+// radius shrinks: to the inner ring where that passes by itself (r^2 / 2), else by r^2 -> 0.8 r^2; the counts start anew, and
+// n_min grows by beta, so that a test always has photons enough to see less.
 //
 // hypothesis "even" is the paper's first: the density is constant. "odd" is its other one: counts of opposite sectors are added
 // before, as a kernel is blind to what one side has more than the other has less; slopes pass, but an edge through the very
@@ -21,7 +22,7 @@ namespace etendue {
 
 class ChiSquaredRadius {
  public:
-  static constexpr int rings = 2, sectors = 6, parts = rings * sectors;
+  static constexpr int rings = 2, sectors = 6, parts = rings * sectors, first_count = 5 * parts;
 
   // Counts in the parts; those of the inner ring first.
   class Observed {
@@ -37,7 +38,6 @@ class ChiSquaredRadius {
   };
 
   struct Rules {
-    float first_count = 0;  // n_min at first
     float beta = 1.5625f;
     bool odd = false;
   };

@@ -65,23 +65,6 @@ GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal) {
   return at;
 }
 
-// Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces pass.
-// Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.
-bool GatherPoint::counts(const Photons& photons, std::uint32_t id, bool side_test) const {
-  const PhotonSide side = photons.side[id];
-  if (!(side.history & histories_) || photons.scatterings[id] > longest_) return false;
-  if (!side_test) return true;
-  const float facing = glm::dot(side.normal(), normal_);
-  return (constant_ ? facing : std::abs(facing)) >= 0.1f;
-}
-
-Rgb GatherPoint::reflected(const Photons& photons, std::uint32_t id) const {
-  if (constant_) return photons.power[id] * constant_reflectance_;
-  // The photons' own cosine is the geometric one; `evaluate` has the shading one, as path tracing does.
-  const vec3& wi = photons.direction[id];
-  return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
-}
-
 Edges parse_edges(const std::string& name) {
   return name == "visible" ? Edges::visible : name == "hull" ? Edges::hull : Edges::disc;
 }
@@ -146,17 +129,22 @@ const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
   return neighbours;
 }
 
-// Asks for more than k where some of the nearest do not count.
+// Balls of growing radius until one holds enough that count: behind a thin wall may lie thousands that do not, which would all
+// be among the nearest.
 float PhotonMap::distance_to(int k, const GatherPoint& at, float r_max) const {
-  static thread_local Neighbours neighbours;
-  if (photons_.empty()) return r_max;
-  for (auto asked = static_cast<std::size_t>(k);; asked *= 2) {
-    query_->nearest(at.position(), asked, r_max, neighbours);
-    int counted = 0;
-    for (const auto& [id, distance_squared] : neighbours)
-      if (at.counts(photons_, id, options_.side_test) && ++counted == k) return std::sqrt(distance_squared);
-    if (neighbours.size() < asked) return r_max;
+  if (photons_.empty() || k < 1) return r_max;
+  static thread_local std::vector<float> counted;
+  for (float r = std::min(r_max, 0.25f * radius_);; r = std::min(r_max, 1.6f * r)) {
+    const Neighbours& found = within(at.position(), r);
+    counted.clear();
+    for (const auto& [id, distance_squared] : found)
+      if (at.counts(photons_, id, options_.side_test)) counted.push_back(distance_squared);
+    if (counted.size() >= static_cast<std::size_t>(k)) break;
+    if (r >= r_max || found.size() == photons_.size()) return r_max;
   }
+  const auto kth = counted.begin() + (k - 1);
+  std::nth_element(counted.begin(), kth, counted.end());
+  return std::sqrt(*kth);
 }
 
 }  // namespace etendue

@@ -57,9 +57,22 @@ class GatherPoint {
 
   const vec3& position() const { return position_; }
   const vec3& normal() const { return normal_; }  // geometric, on the side of wo
-  bool counts(const Photons& photons, std::uint32_t id, bool side_test) const;
+  // Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces
+  // pass. Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.
+  bool counts(const Photons& photons, std::uint32_t id, bool side_test) const {
+    const PhotonSide side = photons.side[id];
+    if (!(side.history & histories_) || photons.scatterings[id] > longest_) return false;
+    if (!side_test) return true;
+    const float facing = glm::dot(side.normal(), normal_);
+    return (constant_ ? facing : std::abs(facing)) >= 0.1f;
+  }
   // f_r times the photon's power.
-  Rgb reflected(const Photons& photons, std::uint32_t id) const;
+  Rgb reflected(const Photons& photons, std::uint32_t id) const {
+    if (constant_) return photons.power[id] * constant_reflectance_;
+    // The photons' own cosine is the geometric one; `evaluate` has the shading one, as path tracing does.
+    const vec3& wi = photons.direction[id];
+    return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
+  }
 
  private:
   GatherPoint() = default;

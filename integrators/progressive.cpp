@@ -20,51 +20,64 @@ ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoi
       sampler_(parse_sampler(params.sampler)),
       kernel_(kernel_from_name(params.kernel)),
       sample_direct_(params.direct == "sample"),
+      emission_(parse_emission(params.emission)),
       gathered_(sample_direct_ ? photon_caustic | photon_indirect : photon_any) {}
 
 void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
   receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below);
-  if (params_.photons == 0) params_.photons = std::max(20000, 3 * context.resolution.x * context.resolution.y);
+  if (params_.photons == 0) params_.photons = std::max(20000, context.resolution.x * context.resolution.y);
+  if (emission_ == PhotonEmission::power && params_.radius > 0) return;
+  widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.scene.bounds().diagonal());
+  // Half as much again as the radius, for what lies between the samples of a pixel.
+  seen_ = find_seen(context, *receivers_, {2, max_depth_, sampler_, params_.side_test}, 1.5f * widest_);
 }
 
 PhotonMap ProgressivePasses::trace_map(const RenderContext& context, std::uint32_t pass) const {
-  return trace_map(context, std::uint64_t{pass});
+  return make_map(context, trace(context, pass), {0, 1, kernel_, params_.side_test});
 }
 
-PhotonMap ProgressivePasses::trace_map(const RenderContext& context, std::uint64_t key) const {
-  Photons photons;
-  {
-    const auto timed = context.phases.measure("emit");
-    // The event at which a photon is gathered counts too.
-    photons = trace_photons(context, *receivers_,
-                            {static_cast<std::uint32_t>(params_.photons), key, max_depth_ - 1, gathered_, sampler_});
-  }
+Photons ProgressivePasses::trace(const RenderContext& context, std::uint64_t key) const {
+  const auto timed = context.phases.measure("emit");
+  // The event at which a photon is gathered counts too.
+  return trace_photons(context, *receivers_,
+                       {static_cast<std::uint32_t>(params_.photons), key, max_depth_ - 1, gathered_, sampler_, emission_,
+                        emission_ == PhotonEmission::power ? nullptr : seen_.get()});
+}
+
+PhotonMap ProgressivePasses::make_map(const RenderContext& context, Photons photons, const GatherOptions& options) const {
   const auto timed = context.phases.measure("build");
   PhotonMap map;
-  map.build(std::move(photons), context.make_points(params_.structure), {0, 1, kernel_, params_.side_test});
+  map.build(std::move(photons), context.make_points(params_.structure), options);
   return map;
+}
+
+// Photons that nobody sees are left out: behind a thin wall they may be many times as dense as before it.
+PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) const {
+  const Photons photons = trace(context, pilot_key);
+  std::vector<std::uint32_t> seen;
+  for (std::uint32_t i = 0; i < photons.size(); ++i)
+    if (seen_->contains(photons.position[i], photons.side[i].normal())) seen.push_back(i);
+  return make_map(context, photons.reordered(seen), {params_.neighbours, 0, kernel_, params_.side_test});
 }
 
 InitialRadii ProgressivePasses::pilot(const RenderContext& context) const {
   const std::size_t pixels = static_cast<std::size_t>(context.resolution.x) * context.resolution.y;
   if (params_.radius > 0) return InitialRadii(pixels * points_.per_pixel(), params_.radius);
-  const PhotonMap map = trace_map(context, pilot_key);
-  const float widest = glm::length(context.scene.bounds().diagonal());
-  constexpr float unknown = -1;
-  InitialRadii radii(pixels * points_.per_pixel(), unknown);
+  const PhotonMap map = pilot_map(context);
+  InitialRadii radii(pixels * points_.per_pixel(), 0);
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     for (std::uint32_t i = 0; i < points_.per_pixel(); ++i) {
       float& r = radii[points_.slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, i)];
       camera(context, pixel, i, [&](const GatherPoint& at, const Rgb&) {
-        if (r == unknown) r = map.distance_to(params_.neighbours, at, widest);
+        if (r == 0) r = map.distance_to(params_.neighbours, at, widest_);
       });
     }
   });
   std::vector<float> known;
   for (const float r : radii)
-    if (r > 0 && r < widest) known.push_back(r);
-  const float usual = known.empty() ? 0.01f * widest : median(known);
+    if (r > 0) known.push_back(r);
+  const float usual = known.empty() ? widest_ : median(known);
   for (float& r : radii) r = r > 0 ? std::min(r, 4 * usual) : usual;
   return radii;
 }

@@ -13,7 +13,12 @@
 // the light so).
 //
 // r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most four times
-// the median of all pixels. It owes nothing to the photons that are gathered, so that it adds no bias of its own.
+// the median of all pixels and 5 % of the scene's diagonal. It owes nothing to the photons that are gathered, so that it adds
+// no bias of its own. Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is
+// found once, by two paths per pixel.
+//
+// By default a pass has as many photons as pixels: tracing and gathering them then take about as long as the camera paths, and
+// noise that photons have no part in (edges, what glass mirrors) falls as fast as theirs.
 //
 // Consistent as long as the policy's radius vanishes. At finite radii: blur, and loss within r of edges (half of the photons'
 // share at the edge itself).
@@ -24,6 +29,7 @@
 #include "integrators/camera_walk.h"
 #include "integrators/path.h"
 #include "integrators/radius_policy.h"
+#include "integrators/visible_region.h"
 
 #include <functional>
 
@@ -35,6 +41,7 @@ struct ProgressiveParams {
   float radius = 0;
   std::string direct = "sample";
   std::string kernel = "epanechnikov";
+  std::string emission = "power";
   float carry_below = 0.25f;
   bool side_test = true;
   int max_depth = 0;
@@ -44,11 +51,13 @@ struct ProgressiveParams {
 
 template <class Visitor>
 void describe_progressive(Visitor& v, ProgressiveParams& p) {
-  v.integer("photons", p.photons, 0, 2000000000, "photons", "emitted per iteration; 0: three per pixel, at least 20000");
+  v.integer("photons", p.photons, 0, 2000000000, "photons", "emitted per iteration; 0: one per pixel, at least 20000");
   v.integer("neighbours", p.neighbours, 1, 1000000, "photons", "of one iteration within the first radius");
   v.number("radius", p.radius, 0, 1e30, "m", "first radius of every pixel; 0: from the density of the photons");
   v.choice("direct", p.direct, {"sample", "photons"}, "direct light by sampling lights, or by photons like all else");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
+  v.choice("emission", p.emission, {"power", "importance", "visibility"},
+           "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
@@ -97,16 +106,21 @@ class ProgressivePasses {
   Kernel kernel() const { return kernel_; }
 
  private:
-  PhotonMap trace_map(const RenderContext& context, std::uint64_t key) const;
+  Photons trace(const RenderContext& context, std::uint64_t key) const;
+  PhotonMap make_map(const RenderContext& context, Photons photons, const GatherOptions& options) const;
+  PhotonMap pilot_map(const RenderContext& context) const;
 
   ProgressiveParams params_;
   VisiblePoints points_;
   SamplerKind sampler_;
   Kernel kernel_;
   bool sample_direct_;
+  PhotonEmission emission_;
   PhotonHistory gathered_;
   int max_depth_ = 0;
   std::unique_ptr<Receivers> receivers_;
+  float widest_ = infinity;              // radius
+  std::unique_ptr<VisibleRegion> seen_;  // null where nobody asks
 };
 
 // A method: the passes and its policy, made of the initial radii.
