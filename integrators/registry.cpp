@@ -13,8 +13,8 @@ namespace etendue {
 
 std::span<const IntegratorEntry> integrators() {
   static const std::vector<IntegratorEntry> table = {
-      path_entry(), light_trace_entry(),    bdpt_entry(), photon_map_entry(), ppm_entry(),
-      sppm_entry(), ppm_memoryless_entry(), appm_entry(), cppm_entry(),       irradiance_cache_entry(),
+      path_entry(),           light_trace_entry(), bdpt_entry(), photon_map_entry(),       ppm_entry(), sppm_entry(),
+      ppm_memoryless_entry(), appm_entry(),        cppm_entry(), irradiance_cache_entry(), vcm_entry(),
   };
   return table;
 }

@@ -1,22 +1,29 @@
-// Bidirectional path tracing ([Lafortune1993], [Veach1994]) and light tracing ([Dutre1993]), as settings of vertex connection
-// and merging ([Georgiev2012a]; [Hachisuka2012] found the same): see integrators/vcm_mis.h for what is joined to what.
+// Vertex connection and merging ([Georgiev2012a]; [Hachisuka2012] found the same), with bidirectional path tracing
+// ([Lafortune1993], [Veach1994]) and light tracing ([Dutre1993]) as settings: see integrators/vcm_mis.h for what is joined to
+// what.
 //
 //   light-trace   splats alone: particles from the lights, each vertex joined to the lens
 //   bdpt          all strategies but merging, weighed by the balance heuristic
+//   vcm           all strategies
 //
 // An iteration traces `paths` light paths, then one camera path a pixel. Camera path i is joined to the vertices of light path
 // i (modulo their number); each light path is joined to the lens.
 //
 // bdpt is unbiased. What it cannot sample (and no other method without merging can) is light from a point, spot or directional
 // light through delta lobes, seen through delta lobes; from an area light it finds that by chance alone.
+// vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
+// memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
+// pass. It is one radius for the whole image, since weights along light paths are made of it. No side test: merges across a
+// corner make up for what is lost beyond it, and a BSDF refuses what comes from behind.
 // light-trace is unbiased in scenes without specular surfaces. Where there are any, they stay black, and so does what is seen
 // through them: the paths it can sample are light that the camera sees directly, and those whose last surface before the camera
 // is not specular. It shares neither direct-light sampling nor camera-side scattering with the path tracer.
 //
-// Memory: 104 bytes a vertex of all light paths of an iteration (bdpt), 28 a splat.
+// Memory: 104 bytes a vertex of all light paths of an iteration (vcm: and 60 more), 28 a splat.
 #pragma once
 
 #include "framework/integrator.h"
+#include "framework/structure_names.h"
 
 #include <string>
 
@@ -39,7 +46,24 @@ void describe(Visitor& v, LightTraceParams& p) {
 
 struct BdptParams : LightTraceParams {};
 
+struct VcmParams : BdptParams {
+  float radius = 0;
+  int neighbours = 4;
+  float alpha = 0.75f;
+  std::string structure = "hash-grid";
+};
+
+template <class Visitor>
+void describe(Visitor& v, VcmParams& p) {
+  describe(v, static_cast<LightTraceParams&>(p));
+  v.number("radius", p.radius, 0, 1e30, "m", "within which vertices are merged, at first; 0: from the light paths' density");
+  v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
+  v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
+  v.choice("structure", p.structure, point_structure_names, "what finds the vertices to merge with");
+}
+
 IntegratorEntry light_trace_entry();
 IntegratorEntry bdpt_entry();
+IntegratorEntry vcm_entry();
 
 }  // namespace etendue

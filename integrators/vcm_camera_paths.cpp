@@ -29,6 +29,7 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
         if (depth + 1 + light.events > settings_.max_depth) break;
         connect(vertex, light, radiance);
       }
+      if (settings_.merge_radius > 0) radiance += path.throughput * merges_.radiance(point, bsdf, vertex.wo, path.mis, depth);
     }
     if (!scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::radiance)) return;
   }

@@ -2,19 +2,18 @@
 #pragma once
 
 #include "integrators/vcm_light_paths.h"
+#include "integrators/vcm_merges.h"
 
 namespace etendue {
 
-// Traces the camera paths of a tile's pixels and adds what they gather to `radiance`, one value a pixel of the tile, row by
-// row.
+// Traces camera paths one after the other; the shadow rays of all are asked for together at the end.
 class CameraPaths {
  public:
-  CameraPaths(const RenderContext& context, const VcmSettings& settings, const LightPaths& light_paths)
-      : context_(context), settings_(settings), light_paths_(light_paths) {}
+  CameraPaths(const RenderContext& context, const VcmSettings& settings, const LightPaths& light_paths, const VcmMerges& merges)
+      : context_(context), settings_(settings), light_paths_(light_paths), merges_(merges) {}
 
-  // Pixel `pixel` in iteration `index`, joined to one light path; `slot` is where its light goes in `finish`.
+  // Adds what a path of iteration `index` gathers, some of it in `finish`: until then `radiance` must stay where it is.
   void trace(ivec2 pixel, std::uint32_t index, Rgb& radiance);
-  // Adds what depends on shadow rays.
   void finish();
 
  private:
@@ -38,6 +37,7 @@ class CameraPaths {
   const RenderContext& context_;
   const VcmSettings& settings_;
   const LightPaths& light_paths_;
+  const VcmMerges& merges_;
   std::vector<Gain> gains_;
   std::vector<Ray> shadow_rays_;  // of the gains
 };

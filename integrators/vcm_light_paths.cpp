@@ -104,6 +104,16 @@ std::span<const LightVertex> LightPaths::path(std::uint32_t index) const {
   return std::span(chunk.vertices).subspan(begin, chunk.path_end[i] - begin);
 }
 
+std::vector<const LightVertex*> LightPaths::vertices() const {
+  std::size_t count = 0;
+  for (const Chunk& chunk : chunks_) count += chunk.vertices.size();
+  std::vector<const LightVertex*> all;
+  all.reserve(count);
+  for (const Chunk& chunk : chunks_)
+    for (const LightVertex& vertex : chunk.vertices) all.push_back(&vertex);
+  return all;
+}
+
 void LightPaths::add_splats(std::span<dvec3> pixels) const {
   for (const Chunk& chunk : chunks_)
     for (const Splat& splat : chunk.splats) pixels[splat.pixel] += dvec3(splat.value);

@@ -24,6 +24,8 @@ class LightPaths {
   void trace(const RenderContext& context, const VcmSettings& settings, std::uint32_t iteration, bool keep);
 
   std::span<const LightVertex> path(std::uint32_t index) const;
+  // All vertices, path by path.
+  std::vector<const LightVertex*> vertices() const;
   // Adds what the paths send to each pixel to its mean radiance.
   void add_splats(std::span<dvec3> pixels) const;
 

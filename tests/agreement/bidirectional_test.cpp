@@ -1,5 +1,5 @@
-// Bidirectional path tracing against path tracing: every kind of light, surface and lens, whose densities all have to be right
-// for the weights to sum to one.
+// Bidirectional path tracing, with merging and without, against path tracing: every kind of light, surface and lens, whose
+// densities all have to be right for the weights to sum to one.
 #include "framework/scene/builder.h"
 #include "tests/block_agreement.h"
 
@@ -53,6 +53,8 @@ SceneBuilder furnished(const char* name, bool smooth) {
 
 const AgreementMethod path{"path", params_of({{"max_depth", "6"}}), 128, 0};
 const AgreementMethod bdpt{"bdpt", params_of({{"max_depth", "6"}}), 64, 0};
+// Light paths enough for a radius small against the objects.
+const AgreementMethod vcm{"vcm", params_of({{"max_depth", "6"}, {"paths", "4096"}}), 12, 0.03};
 
 TEST(Bidirectional, CornellBoxAsPathTracing) {
   expect_agreement(load_scene("builtin:cornell-box"), {"path", {}, 128, 0},
@@ -74,7 +76,8 @@ TEST(LongBidirectional, TwoRoomsAsPathTracing) {
 }
 
 TEST(Bidirectional, MirrorAndGlassAsPathTracing) {
-  expect_agreement(load_scene("builtin:cornell-spheres"), {"path", {}, 512, 0}, {{"bdpt", {}, 64, 0}});
+  expect_agreement(load_scene("builtin:cornell-spheres"), {"path", {}, 512, 0},
+                   {{"bdpt", {}, 64, 0}, {"vcm", params_of({{"paths", "4096"}}), 12, 0.03}});
 }
 
 TEST(Bidirectional, AreaLightsOfAllShapesAndSides) {
@@ -84,9 +87,9 @@ TEST(Bidirectional, AreaLightsOfAllShapesAndSides) {
   b.quadric(Disk{{1, 2.4f, 0.2f}, 0.4f, {0, -1, 0}}, black, Rgb(3, 4, 5));
   b.quadric(Cylinder{{0, 2.0f, -1}, 0.1f, {1, 0, 0}, 0.6f, true}, b.material(Diffuse{Rgb(0.5f)}), Rgb(4));
   Scene scene = b.finish();
-  expect_agreement(scene, {"path", params_of({{"max_depth", "6"}}), 256, 0}, {bdpt});
+  expect_agreement(scene, {"path", params_of({{"max_depth", "6"}}), 256, 0}, {bdpt, vcm});
   for (Light& light : scene.lights) std::get<AreaLight>(light).two_sided = true;
-  expect_agreement(scene, {"path", params_of({{"max_depth", "6"}}), 256, 0}, {bdpt});
+  expect_agreement(scene, {"path", params_of({{"max_depth", "6"}}), 256, 0}, {bdpt, vcm});
 }
 
 TEST(Bidirectional, PointSpotAndDirectionalLights) {
@@ -94,7 +97,7 @@ TEST(Bidirectional, PointSpotAndDirectionalLights) {
   b.light(PointLight{{-1, 2.2f, 0.8f}, Rgb(3, 2, 2)});
   b.light(SpotLight{{1, 2.5f, 1}, glm::normalize(vec3(-0.3f, -1, -0.4f)), Rgb(8, 8, 12), 0.8f, 0.9f});
   b.light(DirectionalLight{glm::normalize(vec3(-0.4f, -1, -0.3f)), Rgb(1, 1, 0.6f)});
-  expect_agreement(b.finish(), path, {bdpt});
+  expect_agreement(b.finish(), path, {bdpt, vcm});
 }
 
 EnvironmentLight gradient_environment() {
@@ -108,7 +111,7 @@ TEST(Bidirectional, EnvironmentsOfConstantAndImage) {
   SceneBuilder b = furnished("environments", true);
   b.light(EnvironmentLight{.scale = Rgb(0.3f), .size = {}, .texels = {}, .light_to_world = {}});
   b.light(gradient_environment());
-  expect_agreement(b.finish(), path, {bdpt});
+  expect_agreement(b.finish(), path, {bdpt, vcm});
 }
 
 TEST(Bidirectional, InfinitePlanesUnderAnEnvironmentAndTheSun) {
@@ -120,7 +123,7 @@ TEST(Bidirectional, InfinitePlanesUnderAnEnvironmentAndTheSun) {
   b.light(gradient_environment());
   b.light(DirectionalLight{glm::normalize(vec3(-0.4f, -1, -0.3f)), Rgb(1, 1, 0.6f)});
   b.camera({0, 1.6f, 4.5f}, {0, 0.7f, 0}, 50, {16, 16});
-  expect_agreement(b.finish(), path, {bdpt});
+  expect_agreement(b.finish(), path, {bdpt, vcm});
 }
 
 TEST(Bidirectional, ThinLens) {
@@ -129,7 +132,7 @@ TEST(Bidirectional, ThinLens) {
   Scene scene = b.finish();
   scene.camera.lens_radius = 0.25f;
   scene.camera.focal_distance = 3.5f;
-  expect_agreement(scene, path, {bdpt});
+  expect_agreement(scene, path, {bdpt, vcm});
 }
 
 }  // namespace

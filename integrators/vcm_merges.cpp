@@ -1,0 +1,74 @@
+#include "integrators/vcm_merges.h"
+
+#include "framework/core/parallel.h"
+#include "integrators/photons.h"
+
+namespace etendue {
+
+namespace {
+
+// Below this cosine the light's own foreshortening is not divided out again, lest a rounding error be.
+constexpr float least_cosine = 1e-3f;
+
+}  // namespace
+
+void VcmMerges::build(const RenderContext& context, const LightPaths& light_paths, const VcmSettings& settings,
+                      const std::string& structure) {
+  settings_ = settings;
+  const std::vector<const LightVertex*> vertices = light_paths.vertices();
+  std::vector<vec3> found(vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) found[i] = vertices[i]->point.position;
+  const std::vector<std::uint32_t> order = along_curve(found);
+  positions_.resize(order.size());
+  photons_.resize(order.size());
+  parallel_for(order.size(), 1024, [&](std::size_t i) {
+    const LightVertex& v = *vertices[order[i]];
+    positions_[i] = v.point.position;
+    photons_[i] = {v.wo, v.power, v.mis.vcm, v.mis.vm, v.events};
+  });
+  query_ = context.make_points(structure);
+  query_->build(positions_);
+  count(Counter::photons_stored, positions_.size());
+}
+
+Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera,
+                        int depth) const {
+  static thread_local Neighbours neighbours;
+  query_->within(point.position, settings_.merge_radius, neighbours);
+  count(Counter::photons_gathered, neighbours.size());
+  const float connect = settings_.mis_connect();
+  Rgb sum(0);
+  for (const Neighbour& neighbour : neighbours) {
+    const Photon& photon = photons_[neighbour.id];
+    if (depth + photon.events > settings_.max_depth) continue;
+    const Rgb scattered = bsdf.evaluate(wo, photon.wo);
+    if (is_black(scattered)) continue;
+    // [Georgiev2012b] eq. 38, 39.
+    const float light_side = photon.vcm * connect + photon.vm * bsdf.pdf(wo, photon.wo);
+    const float camera_side = camera.merged(connect, bsdf.pdf(photon.wo, wo));
+    const float cosine = std::max(std::abs(glm::dot(photon.wo, point.normal)), least_cosine);
+    sum += photon.power * scattered * (mis_balance(light_side, camera_side) / cosine);
+  }
+  return sum / settings_.mis_merge();
+}
+
+float VcmMerges::usual_distance(const RenderContext& context, const LightPaths& light_paths, std::span<const vec3> points,
+                                std::size_t k, const std::string& structure) {
+  const std::vector<const LightVertex*> vertices = light_paths.vertices();
+  if (vertices.size() < k || points.empty()) return 0;
+  std::vector<vec3> positions(vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) positions[i] = vertices[i]->point.position;
+  const auto query = context.make_points(structure);
+  query->build(positions);
+  std::vector<float> distances(points.size());
+  parallel_for(points.size(), 8, [&](std::size_t i) {
+    static thread_local Neighbours neighbours;
+    query->nearest(points[i], k, infinity, neighbours);
+    distances[i] = neighbours.back().distance_squared;
+  });
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return std::sqrt(*middle);
+}
+
+}  // namespace etendue

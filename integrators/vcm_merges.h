@@ -1,0 +1,39 @@
+// Merging: what the light vertices within a radius of a camera vertex send through it, as photons do.
+#pragma once
+
+#include "integrators/vcm_light_paths.h"
+
+#include <memory>
+#include <string>
+
+namespace etendue {
+
+class VcmMerges {
+ public:
+  // Over all vertices of the light paths, along a space-filling curve. `structure` finds them.
+  void build(const RenderContext& context, const LightPaths& light_paths, const VcmSettings& settings,
+             const std::string& structure);
+
+  // Radiance towards wo from a surface that a camera path reaches with `depth` events before it, divided among the strategies.
+  // A kernel of constant height: the weights stand for it.
+  Rgb radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera, int depth) const;
+
+  // The median over points of the distance to the k-th nearest vertex; 0 where there are fewer.
+  static float usual_distance(const RenderContext& context, const LightPaths& light_paths, std::span<const vec3> points,
+                              std::size_t k, const std::string& structure);
+
+ private:
+  struct Photon {
+    vec3 wo;
+    Rgb power;  // W, for one path in total
+    float vcm, vm;
+    std::int32_t events;
+  };
+
+  VcmSettings settings_;
+  std::vector<vec3> positions_;
+  std::vector<Photon> photons_;
+  std::unique_ptr<PointQuery> query_;
+};
+
+}  // namespace etendue

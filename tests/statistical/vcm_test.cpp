@@ -1,0 +1,112 @@
+// Vertex connection and merging against closed forms: paths that only merging finds among them.
+#include "experiments/harness/closed_form.h"
+#include "tests/render_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::render;
+using testing::RenderOptions;
+
+// The image's mean over 8 seeds within seven standard errors (Student's t at 1e-3, Sidak over a dozen scenes) and the bias
+// allowed.
+void expect_exact_mean(const char* scene_name, const char* integrator, std::uint32_t iterations, double allowed,
+                       std::int64_t paths = 0) {
+  const Scene scene = load_scene(scene_name);
+  RenderOptions options;
+  options.iterations = iterations;
+  options.params["paths"] = {paths, {}};
+  const Image exact = integrate_closed_form(scene, options.resolution);
+  constexpr int seeds = 8;
+  double sum = 0, squares = 0;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    options.seed = seed;
+    const auto rendered = render(scene, integrator, options);
+    EXPECT_EQ(rendered.non_finite, 0u) << scene_name;
+    const double b = bias(rendered.image, exact);
+    sum += b;
+    squares += b * b;
+  }
+  const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
+  EXPECT_LT(std::abs(mean), 7.1 * deviation + allowed)
+      << scene_name << " " << integrator << ": " << mean << " +- " << deviation;
+  EXPECT_LT(7.1 * deviation, 0.05) << scene_name << " " << integrator << ": too noisy to tell anything";
+}
+
+TEST(Bidirectional, MatchesCausticsOfPointLightsSeenDirectly) {
+  for (const char* scene : {"builtin:mirror", "builtin:water"}) expect_exact_mean(scene, "bdpt", 64, 2e-5);
+}
+
+TEST(Vcm, MatchesClosedForms) {
+  for (const char* scene : {"builtin:lambert-sphere", "builtin:furnace", "builtin:cavity", "builtin:concentric-spheres"})
+    expect_exact_mean(scene, "vcm", 4, 0.003);
+}
+
+// Light that specular surfaces cast and show again.
+TEST(Vcm, MatchesSpecularDiffuseSpecularPaths) {
+  for (const char* scene : {"builtin:mirror?view=mirror", "builtin:mirror?view=both", "builtin:water?camera=above"})
+    expect_exact_mean(scene, "vcm", 32, 0.01);
+}
+
+TEST(Vcm, LosesAndLeaksLittleAtEdges) {
+  for (const char* scene : {"builtin:edge", "builtin:corner", "builtin:thin-plate"})
+    expect_exact_mean(scene, "vcm", 4, 0.015, 10000);
+}
+
+// k reflections of the integrating sphere: L (1 - rho^k).
+TEST(Vcm, DepthLimitTruncatesTheSeries) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  for (int depth = 1; depth <= 3; ++depth) {
+    RenderOptions options;
+    options.params["max_depth"] = {std::int64_t{depth}, {}};
+    options.iterations = 32;
+    const Image image = render(scene, "vcm", options).image;
+    double mean = 0;
+    for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
+    EXPECT_NEAR(mean * static_cast<double>(pi) / (1 - std::pow(0.5, depth)), 1, 0.01) << depth;
+  }
+}
+
+TEST(Vcm, SameBitsAtAnyThreadCount) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  RenderOptions options;
+  options.iterations = 2;
+  options.resolution = {48, 48};  // more light paths than one chunk
+  for (const char* integrator : {"light-trace", "bdpt", "vcm"}) {
+    std::uint64_t first = 0;
+    for (const int threads : {1, 2, 3}) {
+      options.threads = threads;
+      const std::uint64_t hash = render(scene, integrator, options).hash;
+      if (threads == 1) first = hash;
+      EXPECT_EQ(hash, first) << integrator << " " << threads;
+    }
+  }
+}
+
+TEST(Vcm, EveryParameterChangesTheImage) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  RenderOptions options;
+  options.iterations = 2;
+  const auto hash = [&](const char* name, const decltype(ParamValue::value)& value) {
+    RenderOptions changed = options;
+    changed.params[name] = {value, {}};
+    return render(scene, "vcm", changed).hash;
+  };
+  const std::uint64_t plain = render(scene, "vcm", options).hash;
+  const std::pair<const char*, decltype(ParamValue::value)> changes[] = {
+      {"max_depth", std::int64_t{2}},
+      {"roulette_depth", std::int64_t{1}},
+      {"paths", std::int64_t{100}},
+      {"sampler", "independent"},
+      {"radius", 0.05},
+      {"neighbours", std::int64_t{9}},
+      {"alpha", 0.5},
+  };
+  for (const auto& [name, value] : changes) EXPECT_NE(hash(name, value), plain) << name;
+  EXPECT_THROW(hash("structure", "hashgrid"), Error);
+}
+
+}  // namespace
+}  // namespace etendue
