@@ -13,7 +13,6 @@ namespace {
 
 constexpr int grid = 8;
 constexpr double false_alarm_rate = 1e-3;
-constexpr double indifference = 5e-4;  // of the image's mean
 
 std::vector<dvec3> region_means(const Image& image) {
   std::vector<dvec3> sums(1 + grid * grid, dvec3(0));
@@ -83,7 +82,7 @@ std::string BatchStatistics::region_name(std::size_t region) {
   return fmt::format("block ({}, {}) of {} x {}", block % grid, block / grid, grid, grid);
 }
 
-Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b) {
+Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, double indifference) {
   const std::size_t regions = 1 + grid * grid, tests = 3 * regions;
   const double level = sidak_level(false_alarm_rate, tests);
   double image_mean = 0;

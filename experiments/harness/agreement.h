@@ -2,7 +2,7 @@
 //
 // Each estimator is run in independent batches. Per channel, the mean of the image and of the 64 blocks of an 8 x 8 grid are
 // compared by Welch's t-test ([Welch1947]), held together to a false-alarm rate of 0.1 % by Sidak's correction ([Sidak1967]).
-// Differences within 0.05 % of the image's mean pass: depth limits and single precision differ by that much.
+// Differences within `indifference` of the image's mean pass: depth limits and single precision differ by 0.05 %.
 #pragma once
 
 #include "framework/image/film.h"
@@ -39,6 +39,6 @@ struct Agreement {
   std::string text;  // what was compared and how it came out
 };
 
-Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b);
+Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, double indifference = 5e-4);
 
 }  // namespace etendue

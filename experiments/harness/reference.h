@@ -41,13 +41,19 @@ ReferenceRecord reference_record(const std::string& scene_name, const Scene& sce
 Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache);
 
 // The two estimators a scene's reference is rendered with: path tracing, and bidirectional path tracing with other random
-// numbers, which has the same mean only if all densities of its strategies are right.
+// numbers, which has the same mean only if all densities of its strategies are right. No path tracer finds the caustic of a
+// point, spot or directional light: such a scene has the bidirectional one, and vertex connection and merging to check it,
+// which also samples what that one cannot: caustics shown again by mirrors and glass. If there are any, the two disagree.
 struct EstimatorPair {
   Method first, second;
+  bool second_checks_only = false;  // it is biased: the reference is the first alone
 };
-EstimatorPair choose_estimators();
+EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ivec2 resolution);
 
-// Renders both in independent batches, compares them, and weighs them by their variances.
+// Of the image's mean: how far a check that is biased may lie off.
+inline constexpr double biased_check_indifference = 5e-3;
+
+// Renders both in independent batches and compares them; what is unbiased is weighed by its variance.
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples);
 
 }  // namespace etendue

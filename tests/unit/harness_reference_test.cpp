@@ -148,18 +148,26 @@ TEST_F(ReferenceFiles, DamagedCacheFileIsIgnored) {
   EXPECT_FALSE(ReferenceCache({directory_}).find(scene, {8, 8}, 0).has_value());
 }
 
-TEST(Estimators, AreUnbiasedAndTwo) {
-  const EstimatorPair pair = choose_estimators();
-  EXPECT_EQ(pair.first.label(), "path");
-  EXPECT_NE(pair.second.label(), "path");
+TEST(Estimators, AreTwoAndSuitTheScene) {
+  for (const char* name : {"builtin:cornell-spheres", "builtin:veach-mis", "builtin:mirror"}) {
+    const Scene scene = load_scene(name);
+    const EstimatorPair pair = choose_estimators(scene, scene_needs(scene), {16, 16});
+    const bool caustics_of_a_point = scene.name == "builtin:mirror";
+    EXPECT_EQ(pair.first.label(), caustics_of_a_point ? "bdpt" : "path") << name;
+    EXPECT_NE(pair.second.label(), pair.first.label()) << name;
+    EXPECT_EQ(pair.second_checks_only, caustics_of_a_point) << name;
+  }
 }
 
-TEST_F(ReferenceFiles, CausticsOfDeltaLightsHaveNone) {
-  Scene scene = load_scene("builtin:cornell-spheres");
-  scene.lights.emplace_back(PointLight{{0, 1.5f, 0}, Rgb(1)});
-  const Reference reference =
-      make_reference({scene, scene_needs(scene), "point", {8, 8}, {}, 2, {}, {}}, ReferenceCache({directory_}));
-  EXPECT_NE(reference.failure.find("no path tracer finds the caustic"), std::string::npos) << reference.failure;
+// A point light's caustic has a reference where it is seen directly, and none where a mirror shows it.
+TEST_F(ReferenceFiles, CausticsOfPointLightsAreJudgedByMerging) {
+  const ReferenceChoice choice{ReferenceChoice::Kind::samples, 16, {}, {}};
+  const Reference seen = make(choice, {16, 16}, "builtin:mirror");
+  EXPECT_EQ(seen.failure, "");
+  const Scene scene = load_scene("builtin:mirror");
+  EXPECT_NEAR(bias(seen.rendered.image, integrate_closed_form(scene, {16, 16})), 0, 0.03);
+  const Reference hidden = make(choice, {16, 16}, "builtin:mirror?view=both");
+  EXPECT_NE(hidden.failure.find("only merging finds"), std::string::npos) << hidden.failure;
 }
 
 }  // namespace
