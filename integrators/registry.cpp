@@ -2,6 +2,7 @@
 
 #include "integrators/appm.h"
 #include "integrators/cppm.h"
+#include "integrators/guided.h"
 #include "integrators/irradiance_cache.h"
 #include "integrators/path.h"
 #include "integrators/photon_map.h"
@@ -14,7 +15,7 @@ namespace etendue {
 std::span<const IntegratorEntry> integrators() {
   static const std::vector<IntegratorEntry> table = {
       path_entry(),           light_trace_entry(), bdpt_entry(), photon_map_entry(),       ppm_entry(), sppm_entry(),
-      ppm_memoryless_entry(), appm_entry(),        cppm_entry(), irradiance_cache_entry(), vcm_entry(),
+      ppm_memoryless_entry(), appm_entry(),        cppm_entry(), irradiance_cache_entry(), vcm_entry(), guided_entry(),
   };
   return table;
 }

@@ -14,6 +14,12 @@ void Film::add(ivec2 pixel, const Rgb& value, std::uint32_t iteration) {
   weight_[i] += 1;
 }
 
+void Film::set(ivec2 pixel, const dvec3& value) {
+  const std::size_t i = static_cast<std::size_t>(pixel.y) * sum_.size.x + pixel.x;
+  sum_.pixels[i] = value;
+  weight_[i] = 1;
+}
+
 Image Film::mean() const {
   Image image(sum_.size);
   for (std::size_t i = 0; i < weight_.size(); ++i)

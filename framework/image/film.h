@@ -35,6 +35,9 @@ class Film {
   // first few are kept for replay.
   void add(ivec2 pixel, const Rgb& value, std::uint32_t iteration);
 
+  // What a pixel shall hold in place of its samples so far, for methods whose image is not their mean.
+  void set(ivec2 pixel, const dvec3& value);
+
   Image mean() const;
   std::uint64_t non_finite_count() const { return non_finite_count_; }
   const std::vector<NonFiniteSample>& non_finite() const { return non_finite_; }

@@ -26,7 +26,7 @@ std::optional<DirectLight> sample_direct_light(const RenderContext& context, con
   float weight = 1;
   if (!light->delta && mode != MisMode::light) weight = mis_weight(mode, light->pdf_solid_angle, bsdf.pdf(wo, light->wi));
   return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle),
-                     shadow_ray(point, light->wi, light->distance)};
+                     shadow_ray(point, light->wi, light->distance), light->delta ? 0 : light->pdf_solid_angle};
 }
 
 Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,

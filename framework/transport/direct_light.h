@@ -33,6 +33,7 @@ inline float emission_weight(MisMode mode, float pdf_bsdf, float pdf_light) {
 struct DirectLight {
   Rgb radiance;
   Ray shadow_ray;
+  float pdf_solid_angle;  // of the light sample; 0: a light that no ray can hit
 };
 
 // One light sample; none where no light can come of it. With MisMode::light its mean is the whole direct light. Draws a 2-D

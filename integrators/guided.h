@@ -1,0 +1,54 @@
+// Practical path guiding: path tracing that learns where light comes from ([Mueller2017]).
+//
+// Blocks of 2, 4, 8, ... samples per pixel; each samples from a mixture of the BSDF and a spatio-directional tree (sd_tree.h)
+// of the light that the block before has seen, and trains the next. The first block is path tracing. All samples count towards
+// the image, blocks by the inverse of their variance (image_blocks.h). What paths do is in guided_paths.h.
+//
+// Deviations from [Mueller2017]: the first block has 2 samples, for a variance to be known; blocks go on doubling as long as
+// the caller asks; a place divides at 4,000 records, not 12,000; light samples are taken, and the tree learns what they leave
+// to it; the tree knows normals, and learns radiance times cosine from a cache's help (sd_tree.h); roulette asks the cache. Of
+// [Mueller2019]: the stochastic spatial filter, the learnt share of BSDF sampling (by one sum per candidate) and the
+// combination; not its directional filter.
+//
+// Unbiased up to the depth limit, but for what image_blocks.h says of the weights (combination = mean or last: exactly).
+// Limits: no product with glossy lobes, where all stays with the BSDF; in easily lit scenes it is slower than path tracing.
+#pragma once
+
+#include "framework/integrator.h"
+
+#include <string>
+
+namespace etendue {
+
+struct GuidedParams {
+  int max_depth = 0;
+  int roulette_depth = 5;
+  float bsdf_fraction = 0.5f;
+  std::string fraction = "learnt";
+  int split = 4000;
+  float flux = 0.01f;
+  std::string spatial_filter = "stochastic";
+  std::string combination = "inverse-variance";
+  std::string mis = "power";
+  std::string sampler = "sobol";
+};
+
+template <class Visitor>
+void describe(Visitor& v, GuidedParams& p) {
+  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
+  v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette may begin");
+  v.number("bsdf_fraction", p.bsdf_fraction, 0.01, 1, "1",
+           "directions that the BSDF samples, not the tree; where learnt, to begin with");
+  v.choice("fraction", p.fraction, {"learnt", "fixed"}, "bsdf_fraction: learnt per place, or fixed");
+  v.integer("split", p.split, 1, 1000000000, "records",
+            "a place divides where it has more, times the square root of the block's samples");
+  v.number("flux", p.flux, 1e-4, 1, "1", "share of a place's light that directions divide at");
+  v.choice("spatial_filter", p.spatial_filter, {"stochastic", "nearest"}, "records teach places beside their own, or not");
+  v.choice("combination", p.combination, {"inverse-variance", "mean", "last"}, "of the blocks of samples into one image");
+  v.choice("mis", p.mis, {"power", "balance"}, "how light sampling and the mixture share the work");
+  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+}
+
+IntegratorEntry guided_entry();
+
+}  // namespace etendue

@@ -1,0 +1,259 @@
+#include "integrators/guided_paths.h"
+
+#include "framework/transport/ray_tools.h"
+
+namespace etendue {
+
+namespace {
+
+constexpr std::uint32_t none = no_id;
+constexpr float least_survival = 0.1f;  // so that an error of the cache costs little
+constexpr float roulette_slack = 3;     // roulette begins where a path is worth a third of what it promised
+
+// An event of a path under way, kept until it is known what came of it.
+struct Event {
+  GuideRecord record;  // but its radiance
+  Rgb throughput;      // after the event, before roulette
+  std::uint32_t previous;
+  Rgb before{infinity};  // radiance of the path when it met what is next; infinite: it met nothing
+  float cached = -1;     // luminance from the cache, of indirect light scattered by what it met; < 0: none
+};
+
+struct Walk {
+  PathSample* path;
+  Rgb throughput{1};
+  Rgb unguided{1};      // what BSDF sampling would have made of it
+  float promise = -1;   // luminance of indirect light that the path was expected to find at its first diffuse surface
+  float eta_scale = 1;  // undoes the eta^2 of refractions
+  float pdf = 0;        // of the ray's direction; 0: delta lobe or camera
+  std::uint32_t last_event = none;
+};
+
+struct Gain {
+  PathSample* path;
+  Rgb radiance;
+};
+
+struct Wavefront {
+  std::vector<Walk> walks;
+  std::vector<Ray> rays;
+  std::vector<Hit> hits;
+  std::vector<Gain> gains;
+  std::vector<Ray> shadow_rays;
+  std::vector<Event> events;
+  std::vector<std::uint32_t> last_events;  // of the paths
+};
+
+// The mixture at a point: the BSDF alone where it has delta lobes only, or nothing was learnt.
+struct Mixture {
+  const Bsdf& bsdf;
+  const Guide& guide;
+  float share;
+
+  Mixture(const Bsdf& b, const Guide& g) : bsdf(b), guide(g), share(b.has_non_specular() ? g.bsdf_share(b.is_diffuse()) : 1) {}
+  float pdf(float pdf_bsdf, float pdf_guide) const { return share * pdf_bsdf + (1 - share) * pdf_guide; }
+};
+
+struct Scattered {
+  BsdfSample sample;  // weight and density of the mixture
+  Rgb value{0};       // f |cos|; black for delta lobes
+  Rgb unguided{0};    // the weight that BSDF sampling gives
+  float pdf_bsdf = 0, pdf_guide = 0;
+};
+
+vec3 towards(const vec3& normal, const vec3& wo) { return glm::dot(normal, wo) < 0 ? -normal : normal; }
+
+// Index beyond over index before for a direction that crosses the surface.
+float crossed_eta(const RenderContext& context, const SurfacePoint& point, const vec3& wo) {
+  const auto* dielectric = std::get_if<Dielectric>(&context.scene.materials[point.material]);
+  if (!dielectric) return 1;
+  return glm::dot(wo, point.normal) > 0 ? dielectric->eta : 1 / dielectric->eta;
+}
+
+Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point, const Mixture& mixture, const vec3& wo,
+                         Sampler& sampler) {
+  const float u_choice = sampler.get_1d();
+  const vec2 u = sampler.get_2d();
+  Scattered out;
+  BsdfSample& sample = out.sample;
+  if (u_choice < mixture.share) {
+    sample = mixture.bsdf.sample(wo, std::min(u_choice / mixture.share, 0x1.fffffep-1f), u);
+    out.unguided = sample.weight;
+    if (!sample || sample.specular) {
+      sample.weight /= mixture.share;
+      return out;
+    }
+    out.pdf_bsdf = sample.pdf_solid_angle;
+    out.value = sample.weight * sample.pdf_solid_angle;
+    if (mixture.share < 1) out.pdf_guide = mixture.guide.directions().pdf_solid_angle(sample.wi);
+  } else {
+    const auto drawn = mixture.guide.directions().sample(u);
+    sample.wi = glm::normalize(direction_from_square(drawn.square));
+    out.value = mixture.bsdf.evaluate(wo, sample.wi);
+    if (is_black(out.value)) return out;
+    out.pdf_guide = drawn.density / (4 * pi);
+    out.pdf_bsdf = mixture.bsdf.pdf(wo, sample.wi);
+    out.unguided = out.pdf_bsdf > 0 ? out.value / out.pdf_bsdf : Rgb(1);
+    sample.transmitted = glm::dot(wo, point.normal) * glm::dot(sample.wi, point.normal) < 0;
+    if (sample.transmitted) sample.eta = crossed_eta(context, point, wo);
+  }
+  sample.pdf_solid_angle = mixture.pdf(out.pdf_bsdf, out.pdf_guide);
+  sample.weight = out.value / sample.pdf_solid_angle;
+  return out;
+}
+
+void add_emission(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point, MisMode mis) {
+  const Rgb emitted = point ? context.lights.emitted(*point, -ray.direction) : context.lights.environment(ray.direction);
+  if (is_black(emitted)) return;
+  float weight = 1;
+  if (walk.pdf != 0)
+    weight = emission_weight(
+        mis, walk.pdf,
+        point ? context.lights.pdf(ray.origin, ray.direction, *point) : context.lights.environment_pdf(ray.direction));
+  walk.path->radiance += walk.throughput * emitted * weight;
+}
+
+// A light sample, weighed against the mixture.
+void add_direct_light(const RenderContext& context, const Walk& walk, const SurfacePoint& point, const Mixture& mixture,
+                      const vec3& wo, MisMode mis, Wavefront& wave) {
+  auto light = sample_direct_light(context, point, mixture.bsdf, wo, walk.path->sampler, MisMode::light);
+  if (!light) return;
+  if (light->pdf_solid_angle > 0) {
+    const vec3& wi = light->shadow_ray.direction;
+    const float pdf_guide = mixture.share < 1 ? mixture.guide.directions().pdf_solid_angle(wi) : 0;
+    light->radiance *= mis_weight(mis, light->pdf_solid_angle, mixture.pdf(mixture.bsdf.pdf(wo, wi), pdf_guide));
+  }
+  wave.gains.push_back({walk.path, walk.throughput * light->radiance});
+  wave.shadow_rays.push_back(light->shadow_ray);
+}
+
+// Whether a path is worth going on with: by what the cache expects it to find still, over what it promised where it met the
+// first diffuse surface; where the cache knows nothing, by the throughput of BSDF sampling.
+float survival(Walk& walk, float expected) {
+  if (!(walk.promise > 0)) return std::min(0.95f, max_component(walk.unguided) * walk.eta_scale);
+  return expected < 0 ? 1 : std::clamp(roulette_slack * expected / walk.promise, least_survival, 1.0f);
+}
+
+// The direction in which a path goes on; false where it ends.
+bool scatter(const RenderContext& context, Walk& walk, Ray& ray, const SurfacePoint& point, const Mixture& mixture, int depth,
+             const PathSettings& settings, std::vector<Event>& events) {
+  const vec3 wo = -ray.direction;
+  float expected = -1;
+  if (mixture.bsdf.is_diffuse() && mixture.guide.indirect() >= 0) {
+    expected = luminance(walk.throughput * mixture.bsdf.diffuse_albedo()) * mixture.guide.indirect();
+    if (walk.promise < 0) walk.promise = expected;
+  }
+  const Scattered scattered = sample_mixture(context, point, mixture, wo, walk.path->sampler);
+  const BsdfSample& sample = scattered.sample;
+  walk.throughput *= sample.weight;
+  if (!sample.specular && mixture.bsdf.has_non_specular()) {
+    events.push_back({{.position = point.position,
+                       .normal = towards(point.shading_normal, wo),
+                       .direction = sample.wi,
+                       .radiance = 0,
+                       .gathered = 0,
+                       .scattered = luminance(scattered.value),
+                       .albedo = luminance(mixture.bsdf.diffuse_albedo()),
+                       .pdf = sample ? sample.pdf_solid_angle : 1,
+                       .pdf_bsdf = scattered.pdf_bsdf,
+                       .pdf_guide = scattered.pdf_guide},
+                      walk.throughput,
+                      walk.last_event});
+    walk.last_event = static_cast<std::uint32_t>(events.size() - 1);
+  }
+  if (!sample) return false;
+  walk.unguided *= glm::min(scattered.unguided, vec3(1));
+  if (sample.transmitted) walk.eta_scale *= sample.eta * sample.eta;
+  walk.pdf = sample.pdf_solid_angle;
+  ray = spawn_ray(point, sample.wi);
+  if (depth + 1 < settings.roulette_depth) return true;
+  const float survives = survival(walk, expected);
+  if (!(walk.path->sampler.get_1d() < survives)) return false;
+  walk.throughput /= survives;
+  walk.unguided /= survives;
+  return true;
+}
+
+// What came back to each event: what the path gained since, over what it carried when it left. Where it met a surface that the
+// cache knows, the cache tells what that surface scatters of indirect light, and the path only what else came from there.
+void record(const PathSample& path, std::uint32_t last, const std::vector<Event>& events, std::vector<GuideRecord>& records) {
+  const std::size_t begin = records.size();
+  Rgb until = path.radiance;  // when the event after this one sent the path on
+  for (std::uint32_t i = last; i != none; i = events[i].previous) {
+    const Event& event = events[i];
+    const auto since = [&](const Rgb& radiance) {
+      Rgb gained(0);
+      for (int c = 0; c < 3; ++c)
+        if (event.throughput[c] > 0) gained[c] = std::max(0.0f, radiance[c] - event.before[c]) / event.throughput[c];
+      return luminance(gained);
+    };
+    GuideRecord record = event.record;
+    record.gathered = since(path.radiance);
+    record.radiance = event.cached < 0 ? record.gathered : since(until) + event.cached;
+    records.push_back(record);
+    if (event.before.x != infinity) until = event.before;
+  }
+  std::reverse(records.begin() + static_cast<std::ptrdiff_t>(begin), records.end());
+}
+
+// What a path meets tells the event before what the cache knows of it.
+void ask_cache(Walk& walk, const Mixture& mixture, std::vector<Event>& events) {
+  if (walk.last_event == none || !mixture.bsdf.is_diffuse()) return;
+  Event& event = events[walk.last_event];
+  if (event.cached >= 0 || mixture.guide.indirect() < 0) return;
+  Rgb carried(0);
+  for (int c = 0; c < 3; ++c)
+    if (event.throughput[c] > 0) carried[c] = walk.throughput[c] / event.throughput[c];
+  event.cached = mixture.guide.indirect() * luminance(carried * mixture.bsdf.diffuse_albedo());
+}
+
+}  // namespace
+
+void trace_guided_paths(const RenderContext& context, std::span<PathSample> paths, const PathSettings& settings,
+                        const SdTree& guide, std::vector<GuideRecord>& records) {
+  static thread_local Wavefront wave;  // for its memory
+  auto& [walks, rays, hits, gains, shadow_rays, events, last_events] = wave;
+  walks.clear();
+  rays.clear();
+  events.clear();
+  last_events.assign(paths.size(), none);
+  for (PathSample& path : paths) {
+    walks.push_back({&path});
+    rays.push_back(path.ray);
+  }
+  for (int depth = 0; !walks.empty(); ++depth) {
+    hits.resize(rays.size());
+    trace(context, rays, hits);
+    gains.clear();
+    shadow_rays.clear();
+    std::size_t going_on = 0;
+    for (std::size_t i = 0; i < walks.size(); ++i) {
+      Walk walk = walks[i];
+      Ray ray = rays[i];
+      // All light samples of events before have come in by now.
+      if (walk.pdf != 0) events[walk.last_event].before = walk.path->radiance;
+      if (!hits[i]) {
+        add_emission(context, walk, ray, nullptr, settings.mis);
+        continue;
+      }
+      const SurfacePoint point = context.scene.surface_at(ray, hits[i]);
+      add_emission(context, walk, ray, &point, settings.mis);
+      if (depth >= settings.max_depth) continue;
+      const Bsdf bsdf(context.scene, point);
+      const Mixture mixture(bsdf, guide.at(point.position, towards(point.shading_normal, -ray.direction)));
+      ask_cache(walk, mixture, events);
+      add_direct_light(context, walk, point, mixture, -ray.direction, settings.mis, wave);
+      const bool goes_on = scatter(context, walk, ray, point, mixture, depth, settings, events);
+      last_events[static_cast<std::size_t>(walk.path - paths.data())] = walk.last_event;
+      if (!goes_on) continue;
+      walks[going_on] = walk;
+      rays[going_on++] = ray;
+    }
+    walks.resize(going_on);
+    rays.resize(going_on);
+    for_unoccluded(context, shadow_rays, [&](std::size_t i) { gains[i].path->radiance += gains[i].radiance; });
+  }
+  for (std::size_t i = 0; i < paths.size(); ++i) record(paths[i], last_events[i], events, records);
+}
+
+}  // namespace etendue

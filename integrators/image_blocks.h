@@ -1,0 +1,49 @@
+// One image out of blocks of samples whose variances differ: what a method needs that samples better as it learns.
+//
+// Block b holds 2, 4, 8, ... samples of each pixel. Blocks are added with weights inverse to the variance of one sample of
+// theirs ([Mueller2019], section 10.5.1: one weight per image, not per pixel). Deviation: the variance is relative, that of a
+// square of 8 x 8 pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest
+// pixels would decide. It comes from the same samples, which leaves a bias of the order of one over pixels times samples: far
+// below the noise, and vanishing. A running block of one sample takes the weight of the block before.
+#pragma once
+
+#include "framework/image/film.h"
+
+namespace etendue {
+
+// inverse_variance; mean: all samples count the same, exactly unbiased; last: only the newest block.
+enum class BlockCombination : std::uint8_t { inverse_variance, mean, last };
+
+class ImageBlocks {
+ public:
+  ImageBlocks(ivec2 resolution, BlockCombination combination);
+
+  // Block that a sample belongs to, whether it is its first, and how many it has.
+  static std::uint32_t block_of(std::uint32_t index);
+  static bool begins_block(std::uint32_t index);
+  static std::uint32_t block_samples(std::uint32_t block) { return 2u << block; }
+
+  // A sample of a pixel, in the running block. A pixel belongs to one thread at a time. What is not finite counts as 0.
+  void add(ivec2 pixel, const Rgb& value);
+  // After a sample of every pixel: the image so far.
+  void end_sample(std::uint32_t index, Film& film);
+
+ private:
+  struct Block {
+    Image sum;
+    std::vector<double> variance;  // of one sample's luminance, mean over each square; empty where not known
+    double samples = 0;
+  };
+
+  void measure_running();
+  std::vector<double> weights() const;  // of the blocks' samples
+  std::size_t square_of(std::size_t pixel) const;
+
+  BlockCombination combination_;
+  ivec2 size_, squares_;
+  std::vector<double> square_pixels_;  // how many pixels a square has
+  std::vector<Block> blocks_;          // the last one is running
+  std::vector<double> second_moment_;  // of luminance, sums over the running block, per pixel
+};
+
+}  // namespace etendue

@@ -1,0 +1,104 @@
+// A cache of incident radiance to sample from: the spatio-directional tree of [Mueller2017].
+//
+// A binary tree over space, its axes taken in turn, holds in each leaf a quadtree over directions (guided_directions.h). While
+// light paths of one training block are sampled from what the block before it has learnt, they are recorded for the next.
+// Between blocks leaves divide that saw more than a threshold of records, and quadtrees are refined.
+//
+// Deviations: there are six such trees, for the six axes that a normal (on the side the path comes from) may be nearest to; a
+// leaf that held a floor and a ceiling would send half of its samples into either. Hence directions are learnt in proportion to
+// radiance times cosine, which is what a diffuse surface samples best. And what a path finds at its next surface, if that is
+// diffuse, is the light sample there plus the mean of what such surfaces in that leaf scattered in the block before: the cache
+// closes the path, as in [Dahm2017], without the noise of all that follows. That is wrong by what varies within a leaf, and
+// does no harm but to the guide.
+//
+// What each leaf also learns is how much to trust itself, on diffuse surfaces and on others: the share of directions that the
+// BSDF samples is the one among `bsdf_shares` of least cross-entropy between the mixture and the integrand ([Mueller2019],
+// section 10.5.3; there by gradient descent, here by a sum per candidate, which no order of samples changes but by rounding).
+//
+// Records come in spans whose order is given: they are sorted by leaf, and each leaf adds its own in that order. So trees do
+// not depend on threads.
+#pragma once
+
+#include "integrators/guided_directions.h"
+
+#include <span>
+
+namespace etendue {
+
+// One scattering event of a path, and what came back along the direction it chose. Luminances throughout.
+struct GuideRecord {
+  vec3 position;
+  vec3 normal;                // on the side the path came from
+  vec3 direction;             // unit, towards where the light came from
+  float radiance;             // estimate of what no light sample had at the event
+  float gathered;             // the path's own estimate of it, without help from a cache
+  float scattered;            // of f |cos|; 0: no direction was found
+  float albedo;               // of a diffuse surface; 0 for others
+  float pdf;                  // of the direction, as it was sampled
+  float pdf_bsdf, pdf_guide;  // of which that is the mixture; in solid angle
+};
+
+struct SdTreeOptions {
+  float split = 4000;       // records that a leaf divides at, times sqrt(samples of the block)
+  float rho = 0.01f;        // share of flux that a quadrant divides at
+  bool stochastic = true;   // spread records over space by a leaf's size ([Mueller2019] 10.5.2)
+  bool learn_share = true;  // else bsdf_share everywhere
+  float bsdf_share = 0.5f;
+};
+
+inline constexpr std::array<float, 6> bsdf_shares{0.05f, 0.1f, 0.3f, 0.5f, 0.7f, 0.9f};
+
+// What is sampled from, at one place.
+class Guide {
+ public:
+  // Share of directions to take from the BSDF of a diffuse surface, or of another; 1 where nothing was learnt.
+  float bsdf_share(bool diffuse) const { return shares_[diffuse]; }
+  const DirectionTree& directions() const { return directions_; }
+  // Indirect radiance that a diffuse surface here scatters per albedo: the mean of what the block before saw; < 0: not known.
+  float indirect() const { return indirect_; }
+
+ private:
+  friend class SdTree;
+  DirectionTree directions_, next_;  // what is sampled from; what is learnt
+  std::array<float, 2> shares_{1, 1};
+  float indirect_ = -1;
+  std::array<std::array<double, bsdf_shares.size()>, 2> scores_{};  // of next_: minus cross-entropy per candidate
+  double records_ = 0;
+  double scattered_ = 0, albedo_ = 0;  // sums for indirect_
+};
+
+class SdTree {
+ public:
+  SdTree(const Bounds& bounds, const SdTreeOptions& options);
+
+  // `normal`: on the side the path comes from.
+  const Guide& at(const vec3& position, const vec3& normal) const { return leaves_[find(position, normal).leaf]; }
+  void learn(std::span<const std::vector<GuideRecord>> records);
+  // Between blocks: what was learnt, in a block of so many samples per pixel, becomes what is sampled from.
+  void refine(double samples);
+
+  std::size_t leaves() const { return leaves_.size(); }
+
+ private:
+  struct Node {
+    std::uint32_t child = 0;  // of the lower half, the upper one follows; 0: a leaf
+    std::uint32_t leaf = 0;
+  };
+  struct Place {
+    std::uint32_t leaf;
+    vec3 size;  // of the leaf
+  };
+  Place find(const vec3& position, const vec3& normal) const;
+  std::uint32_t leaf_of(const GuideRecord& record) const;
+  void add(Guide& guide, const GuideRecord& record) const;
+  void split(std::size_t node, double threshold, int depth);
+  void choose_share(float& share, const std::array<double, bsdf_shares.size()>& scores) const;
+  void finish(Guide& guide) const;
+
+  SdTreeOptions options_;
+  vec3 origin_, size_;
+  std::vector<Node> nodes_;  // the first six are roots
+  std::vector<Guide> leaves_;
+};
+
+}  // namespace etendue
