@@ -40,6 +40,12 @@ std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
 
 std::uint32_t sobol_second_dimension(std::uint32_t index) { return reverse_bits(pascal(index)); }
 
+float Sampler::sobol_1d() {
+  const std::uint64_t h = hash_keys(key_, dimension_++);
+  const std::uint32_t index = owen_scramble(index_, static_cast<std::uint32_t>(h));
+  return to_unit_float(reverse_bits(permute_upwards(index, static_cast<std::uint32_t>(mix_bits(h)))));
+}
+
 vec2 Sampler::sobol_2d() {
   // [Burley2020]: shuffle the index by Owen-scrambling it bit-reversed (which permutes within aligned blocks of 2^k), then
   // scramble each dimension: owen_scramble(reverse_bits(index)) and owen_scramble(sobol_second_dimension(index)), less the

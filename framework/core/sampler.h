@@ -28,7 +28,7 @@ class Sampler {
         key_(hash_keys(seed, static_cast<std::uint32_t>(stream), pixel)),
         pcg_(hash_keys(key_, iteration), key_) {}
 
-  float get_1d() { return kind_ == SamplerKind::independent ? pcg_.next_float() : sobol_2d().x; }
+  float get_1d() { return kind_ == SamplerKind::independent ? pcg_.next_float() : sobol_1d(); }
   vec2 get_2d() {
     if (kind_ == SamplerKind::sobol) return sobol_2d();
     const float x = pcg_.next_float();
@@ -36,6 +36,7 @@ class Sampler {
   }
 
  private:
+  float sobol_1d();  // sobol_2d().x
   vec2 sobol_2d();
 
   SamplerKind kind_;

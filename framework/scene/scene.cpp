@@ -37,8 +37,12 @@ ObjectSurface triangle_surface(const Object& object, const Shape& shape, const H
     s.shading_normal = normalised_or(b0 * object.normals[v.x] + b1 * object.normals[v.y] + b2 * object.normals[v.z], s.normal);
     if (glm::dot(s.normal, s.shading_normal) < 0) s.normal = -s.normal;
   }
-  const vec2 t0 = shape.has_uvs ? object.uvs[v.x] : vec2(0), t1 = shape.has_uvs ? object.uvs[v.y] : vec2(1, 0),
-             t2 = shape.has_uvs ? object.uvs[v.z] : vec2(1);
+  if (!shape.has_uvs) {  // (0, 0), (1, 0), (1, 1)
+    s.uv = {b1 + b2, b2};
+    s.tangent = p1 - p0;
+    return s;
+  }
+  const vec2 &t0 = object.uvs[v.x], &t1 = object.uvs[v.y], &t2 = object.uvs[v.z];
   s.uv = b0 * t0 + b1 * t1 + b2 * t2;
   s.tangent = triangle_tangent(p1 - p0, p2 - p0, t1 - t0, t2 - t0, s.normal);
   return s;
