@@ -1,6 +1,9 @@
 #include "accel/registry.h"
 
 #include "accel/ball/brute_force.h"
+#include "accel/ball/bvh.h"
+#include "accel/ball/hash_grid.h"
+#include "accel/ball/kd_tree.h"
 #include "accel/ball/octree.h"
 #include "accel/memory_ladder.h"
 #include "accel/memory_need.h"
@@ -316,6 +319,11 @@ PointEntry point_entry(const char* name, const char* summary) {
   return {name, summary, [] { return std::make_unique<PointAdapter<S>>(S()); }};
 }
 
+template <BallStructure S>
+BallEntry ball_entry(const char* name, const char* summary) {
+  return {name, summary, [](const Bounds&) { return std::make_unique<BallAdapter<S>>(S()); }};
+}
+
 template <class Entry>
 const Entry& find(std::span<const Entry> entries, const char* kind, const std::string& name, const Location& where) {
   std::vector<std::string> names;
@@ -374,10 +382,12 @@ std::span<const PointEntry> point_structures() {
 
 std::span<const BallEntry> ball_structures() {
   static const std::vector<BallEntry> entries{
-      {"brute", "every ball for every query: the measure of the others",
-       [](const Bounds&) { return std::make_unique<BallAdapter<BallBruteForce>>(BallBruteForce()); }},
+      ball_entry<BallBruteForce>("brute", "every ball for every query: the measure of the others"),
       {"octree", "each ball in an octree cell of about its size",
        [](const Bounds& bounds) { return std::make_unique<BallAdapter<BallOctree>>(BallOctree(bounds)); }},
+      ball_entry<BallHashGrid>("hash-grid", "a hashed grid for each size, each ball in the cells it touches"),
+      ball_entry<BallKdTree>("kd-tree", "kd-trees over the centres, rebuilt in doubling sizes"),
+      ball_entry<BallBvh>("bvh", "boxes around balls, eight by eight (R-tree)"),
   };
   return entries;
 }

@@ -129,10 +129,11 @@ struct Neighbour {
 };
 using Neighbours = std::vector<Neighbour>;  // a caller's buffer: cleared by each query, its capacity kept
 
+// Once built, any number of threads may ask at once.
 class PointQuery {
  public:
   virtual ~PointQuery() = default;
-  // The structure may keep a reference to `points`: they must outlive it unchanged.
+  // The structure may keep a reference to `points`: they must outlive it unchanged. Points that are not finite are never found.
   virtual void build(std::span<const vec3> points) = 0;
   // Every point with squared distance <= r^2, in no particular order.
   virtual void within(const vec3& p, float r, Neighbours& out) const = 0;
@@ -164,6 +165,8 @@ class PointAdapter final : public PointQuery {
   S structure_;
 };
 
+// Many readers or one writer: any number of threads may call `covering` at once while none is in `insert`, and what one sees
+// are the insertions that happened before. Answers depend on the set of balls alone, not on the order in which they came.
 class BallQuery {
  public:
   virtual ~BallQuery() = default;

@@ -8,6 +8,6 @@ namespace etendue {
 
 inline constexpr std::initializer_list<const char*> point_structure_names = {"brute",     "nanoflann",   "kd-tree",
                                                                              "hash-grid", "sorted-grid", "bvh"};
-inline constexpr std::initializer_list<const char*> ball_structure_names = {"brute", "octree"};
+inline constexpr std::initializer_list<const char*> ball_structure_names = {"brute", "octree", "hash-grid", "kd-tree", "bvh"};
 
 }  // namespace etendue

@@ -1,11 +1,10 @@
 #include "accel/point/left_balanced_tree.h"
 
+#include "accel/left_balance.h"
 #include "accel/point/placed_points.h"
 #include "framework/core/check.h"
 
 #include <tbb/parallel_invoke.h>
-
-#include <bit>
 
 namespace etendue {
 
@@ -15,13 +14,6 @@ namespace {
 
 constexpr std::size_t parallel_size = 8192;  // subtrees of fewer points are one task
 
-// Nodes of the left subtree of a left-balanced tree of `count` nodes.
-std::size_t left_count(std::size_t count) {
-  const std::size_t full = std::bit_floor(count);  // nodes of the last level, were it full; those above are one fewer
-  const std::size_t last = count - (full - 1), half = full / 2;
-  return half - 1 + (full == 1 ? 0 : std::min(last, half));
-}
-
 }  // namespace
 
 void LeftBalancedTree::place(std::span<PlacedPoint> points, std::size_t node) {
@@ -29,7 +21,7 @@ void LeftBalancedTree::place(std::span<PlacedPoint> points, std::size_t node) {
     Bounds bounds;
     for (const PlacedPoint& point : points) bounds.extend(point.position);
     const int axis = bounds.longest_axis();
-    const std::size_t left = points.size() == 1 ? 0 : left_count(points.size());
+    const std::size_t left = left_subtree_size(points.size());
     const auto median = points.begin() + static_cast<std::ptrdiff_t>(left);
     std::nth_element(points.begin(), median, points.end(), [axis](const PlacedPoint& a, const PlacedPoint& b) {
       return a.position[axis] < b.position[axis] || (a.position[axis] == b.position[axis] && a.id < b.id);

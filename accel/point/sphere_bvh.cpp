@@ -11,26 +11,39 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
+using Lanes = float __attribute__((vector_size(16), may_alias));
+
 // Squared distances of p to eight points or boxes; NaN where there is none. The order of operations is distance_squared's.
-template <std::uint32_t width>
-void point_distances(const float (&position)[3][width], const vec3& p, float* out) {
-  for (std::uint32_t i = 0; i < width; ++i) {
-    const float x = position[0][i] - p.x, y = position[1][i] - p.y, z = position[2][i] - p.z;
-    out[i] = x * x + y * y + z * z;
+void point_distances(const float (&position)[3][8], const vec3& p, float (&out)[8]) {
+  for (int half = 0; half < 8; half += 4) {
+    const auto offset = [&](int axis) { return *reinterpret_cast<const Lanes*>(position[axis] + half) - p[axis]; };
+    const Lanes x = offset(0), y = offset(1), z = offset(2);
+    *reinterpret_cast<Lanes*>(out + half) = x * x + y * y + z * z;
   }
 }
 
-template <std::uint32_t width>
-void box_distances(const float (&lower)[3][width], const float (&upper)[3][width], const vec3& p, float* out) {
-  for (std::uint32_t i = 0; i < width; ++i) {
-    // In this order a comparison with NaN yields NaN.
+void box_distances(const float (&lower)[3][8], const float (&upper)[3][8], const vec3& p, float (&out)[8]) {
+  for (int half = 0; half < 8; half += 4) {
     const auto outside = [&](int axis) {
-      const float below = lower[axis][i] - p[axis], above = p[axis] - upper[axis][i];
-      const float farther = above > below ? above : below;
-      return 0.0f > farther ? 0.0f : farther;
+      const Lanes below = *reinterpret_cast<const Lanes*>(lower[axis] + half) - p[axis];
+      const Lanes above = p[axis] - *reinterpret_cast<const Lanes*>(upper[axis] + half), zero = {};
+      const Lanes farther = above > below ? above : below;
+      return zero > farther ? zero : farther;  // in this order a comparison with NaN yields NaN
     };
-    const float x = outside(0), y = outside(1), z = outside(2);
-    out[i] = x * x + y * y + z * z;
+    const Lanes x = outside(0), y = outside(1), z = outside(2);
+    *reinterpret_cast<Lanes*>(out + half) = x * x + y * y + z * z;
+  }
+}
+
+// Of p to the boxes' centres, four times their squares.
+void centre_distances(const float (&lower)[3][8], const float (&upper)[3][8], const vec3& p, float (&out)[8]) {
+  for (int half = 0; half < 8; half += 4) {
+    const auto offset = [&](int axis) {
+      return *reinterpret_cast<const Lanes*>(lower[axis] + half) + *reinterpret_cast<const Lanes*>(upper[axis] + half) -
+             2 * p[axis];
+    };
+    const Lanes x = offset(0), y = offset(1), z = offset(2);
+    *reinterpret_cast<Lanes*>(out + half) = x * x + y * y + z * z;
   }
 }
 
@@ -65,6 +78,7 @@ void SphereBvh::build(std::span<const vec3> points) {
   std::erase_if(items, [](const BuildItem& item) { return !is_finite(item.bounds.lower); });
   if (items.empty()) return;
   sort_by_morton_code(items);
+  count_ = items.size();
 
   resize_on_huge_pages(leaves_, (items.size() + width - 1) / width);
   parallel_for(leaves_.size(), 1 << 10, [&](std::size_t leaf) {
@@ -94,69 +108,87 @@ void SphereBvh::build(std::span<const vec3> points) {
     });
     below = count;
   }
-}
-
-template <bool sorted, class Limit, class Visit>
-void SphereBvh::traverse(const vec3& p, const Limit& limit, const Visit& visit) const {
-  struct Waiting {
-    Place place;
-    float distance;
-  };
-  std::array<Waiting, width * 11> waiting;  // ten levels above the leaves of 2^32 points
-  std::size_t count = 0;
-  waiting[count++] = {{static_cast<std::uint32_t>(level_begin_.size() - 1), 0}, 0};
-  while (count > 0) {
-    const auto [place, distance] = waiting[--count];
-    if (!(distance <= limit())) continue;
-    if (place.level == 0) {
-      visit(leaves_[place.index]);
-      continue;
-    }
-    const Node& here = node(place);
-    float distances[width];
-    box_distances(here.lower, here.upper, p, distances);
-    const std::size_t begin = count;
-    for (std::uint32_t i = 0; i < width; ++i) {
-      waiting[count] = {{place.level - 1, place.index * width + i}, distances[i]};
-      count += distances[i] <= limit();
-    }
-    if constexpr (sorted)
-      std::sort(waiting.begin() + static_cast<std::ptrdiff_t>(begin), waiting.begin() + static_cast<std::ptrdiff_t>(count),
-                [](const Waiting& a, const Waiting& b) { return a.distance > b.distance; });
-  }
+  bounds_ = bounds_of_node(nodes_.back());
 }
 
 void SphereBvh::within(const vec3& p, float r, Neighbours& out) const {
   out.clear();
   if (leaves_.empty() || !can_find(p, r)) return;
   const float limit = r * r;
-  traverse<false>(
-      p, [limit] { return limit; },
-      [&](const Leaf& leaf) {
-        float distances[width];
-        point_distances(leaf.position, p, distances);
-        Neighbour found[width];
-        std::size_t count = 0;
-        for (std::uint32_t i = 0; i < width; ++i) {
-          found[count] = {leaf.id[i], distances[i]};
-          count += distances[i] <= limit;
-        }
-        out.insert(out.end(), found, found + count);
-      });
+  std::array<Place, width * 11> waiting;  // ten levels above the leaves of 2^32 points
+  std::size_t count = 0;
+  waiting[count++] = {root_level(), 0, 0};
+  alignas(32) float distances[width];
+  while (count > 0) {
+    const std::uint32_t level = waiting[--count].level, index = waiting[count].index;
+    if (level > 0) {
+      const Node& here = node(level, index);
+      box_distances(here.lower, here.upper, p, distances);
+      for (std::uint32_t i = 0; i < width; ++i) {
+        waiting[count] = {level - 1, index * width + i, distances[i]};
+        count += distances[i] <= limit;
+      }
+      continue;
+    }
+    const Leaf& leaf = leaves_[index];
+    point_distances(leaf.position, p, distances);
+    Neighbour found[width];
+    std::size_t within = 0;
+    for (std::uint32_t i = 0; i < width; ++i) {
+      found[within] = {leaf.id[i], distances[i]};
+      within += distances[i] <= limit;
+    }
+    out.insert(out.end(), found, found + within);
+  }
+}
+
+// The distance of the second nearest point; of the nearest where there is one only.
+float SphereBvh::first_radius(const vec3& p) const {
+  alignas(32) float distances[width];
+  float first = infinity, second = infinity;
+  const auto look_into = [&](const Leaf& leaf) {
+    point_distances(leaf.position, p, distances);
+    for (const float d2 : distances) {
+      if (!(d2 < second)) continue;
+      second = std::max(first, d2);
+      first = std::min(first, d2);
+    }
+  };
+  // Down to the child whose box has its centre nearest (boxes that the curve's leaps make large have theirs far off): most
+  // often this is where they are. The second way finds all that is nearer.
+  std::uint32_t down = 0;
+  for (std::uint32_t level = root_level(); level > 0; --level) {
+    centre_distances(node(level, down).lower, node(level, down).upper, p, distances);
+    std::uint32_t nearest = 0;
+    for (std::uint32_t i = 1; i < width; ++i)
+      if (distances[i] < distances[nearest]) nearest = i;
+    down = down * width + nearest;
+  }
+  look_into(leaves_[down]);
+  std::array<Place, width * 11> waiting;
+  std::size_t count = 0;
+  waiting[count++] = {root_level(), 0, 0};
+  while (count > 0) {
+    const auto [level, index, distance] = waiting[--count];
+    if (!(distance < second)) continue;
+    if (level == 0) {
+      if (index != down) look_into(leaves_[index]);
+      continue;
+    }
+    box_distances(node(level, index).lower, node(level, index).upper, p, distances);
+    for (std::uint32_t i = 0; i < width; ++i) {
+      waiting[count] = {level - 1, index * width + i, distances[i]};
+      count += distances[i] < second;
+    }
+  }
+  return std::sqrt(second < infinity ? second : first);
 }
 
 void SphereBvh::nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const {
   out.clear();
   if (leaves_.empty() || k == 0 || !can_find(p, r_max)) return;
-  NearestSoFar found(k, r_max * r_max, out);
-  traverse<true>(
-      p, [&] { return found.worst(); },
-      [&](const Leaf& leaf) {
-        float distances[width];
-        point_distances(leaf.position, p, distances);
-        for (std::uint32_t i = 0; i < width; ++i) found.add(leaf.id[i], distances[i]);
-      });
-  found.sort();
+  const float smallest = std::max(1e-6f * max_component(bounds_.diagonal()), 1e-30f);
+  nearest_by_growing_balls(*this, count_, bounds_, std::max(first_radius(p), smallest), p, k, r_max, out);
 }
 
 }  // namespace etendue

@@ -33,18 +33,20 @@ class SphereBvh {
   struct alignas(32) Node {
     float lower[3][width], upper[3][width];
   };
-  // A node as a query holds it: level 0 are leaves.
+  // A node as a query holds it; level 0 are leaves.
   struct Place {
     std::uint32_t level, index;
+    float distance;  // squared, of its box
   };
 
   Bounds bounds_of_leaf(std::size_t leaf) const;
   static Bounds bounds_of_node(const Node& node);
-  const Node& node(const Place& place) const { return nodes_[level_begin_[place.level] + place.index]; }
-  // leaf(leaf) for every leaf, and limit() again before each, whose box is within the limit; nearest children first if asked.
-  template <bool sorted, class Limit, class Visit>
-  void traverse(const vec3& p, const Limit& limit, const Visit& visit) const;
+  std::uint32_t root_level() const { return static_cast<std::uint32_t>(level_begin_.size() - 1); }
+  const Node& node(std::uint32_t level, std::uint32_t index) const { return nodes_[level_begin_[level] + index]; }
+  float first_radius(const vec3& p) const;
 
+  std::size_t count_ = 0;
+  Bounds bounds_;
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;               // level 1 first, the root last
   std::vector<std::size_t> level_begin_;  // into nodes_, by level; entry 0 is unused

@@ -21,6 +21,7 @@ void print_plan(const RunPlan& plan, Console& console) {
     for (const CellRecord& cell : log.cells) earlier[cell.cell] = cell.status;
     for (const AnimationRecord& animation : log.animations) earlier[animation.cell] = animation.status;
     for (const ClaimRecord& claim : log.claims) earlier[claim.cell] = claim.status;
+    for (const SearchRecord& search : log.searches) earlier[search.cell] = search.status;
   }
   std::size_t done = 0;
   for (const Cell& cell : plan.cells) {
@@ -40,6 +41,9 @@ void print_plan(const RunPlan& plan, Console& console) {
     console.line(fmt::format("each cell: {} repetitions, about {}² rays of a kind", claims->repetitions, claims->resolution));
   else if (!plan.config.stress.empty() && left > 0)
     console.line(fmt::format("each cell: a failing method and its remedies under {} seeds", plan.config.seeds.size()));
+  else if (const auto& search = plan.config.search; search && left > 0)
+    console.line(fmt::format("each cell: {} structures, {} repetitions, at most {} queries a batch", search->structures.size(),
+                             search->repetitions, search->queries));
   else if (left > 0)
     console.line("each cell: at most " + plan.config.budget.text());
   if (left > 0 && plan.config.budget.time_s)

@@ -59,10 +59,23 @@ std::vector<Cell> make_matrix(const ExperimentConfig& config) {
   return cells;
 }
 
+// A set's sizes stand together.
+std::vector<Cell> make_search_cells(const ExperimentConfig& config) {
+  const std::vector<SearchSet> sets = config_sets(config);
+  std::vector<Cell> cells;
+  for (const std::uint64_t seed : config.seeds)
+    for (std::size_t s = 0; s < sets.size(); ++s)
+      for (std::size_t n = 0; n < config.search->counts.size(); ++n)
+        cells.push_back(
+            {s, 0, n, {sets[s].label, config.search->kind(), fmt::format("count={}", config.search->counts[n]), seed}});
+  return cells;
+}
+
 }  // namespace
 
 std::vector<Cell> make_cells(const ExperimentConfig& config) {
   if (!config.stress.empty()) return make_stress_cells(config.stress);
+  if (config.search) return make_search_cells(config);
   return config.claims ? make_claim_cells(*config.claims) : make_matrix(config);
 }
 

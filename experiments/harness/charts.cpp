@@ -3,6 +3,7 @@
 #include "experiments/harness/animation_report.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/structure_figures.h"
+#include "experiments/search/search_report.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -293,6 +294,7 @@ std::vector<Figure> file_figures(const ReportData& data) {
   add(structures_over_scenes_figure(data));
   for (const AnimationData& animation : arrange_animations(*data.log))
     for (Figure& figure : animation_figures(animation)) add(std::move(figure));
+  for (Figure& figure : search_figures(*data.log)) add(std::move(figure));
   return figures;
 }
 

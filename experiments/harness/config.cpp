@@ -8,6 +8,7 @@
 #include <xxhash.h>
 #include <algorithm>
 #include <filesystem>
+#include <span>
 
 namespace etendue {
 
@@ -18,6 +19,9 @@ namespace fs = std::filesystem;
 // What `--quick` means where an experiment has no [quick] table of its own.
 constexpr const char* default_dynamic_quick[] = {"seeds=1", "dynamic.frames=10", "dynamic.resolution=32",
                                                  "dynamic.repetitions=1"};
+constexpr const char* default_points_quick[] = {"points.counts=[10, 1000, 10000]", "points.queries=200",
+                                                "points.repetitions=3"};
+constexpr const char* default_balls_quick[] = {"balls.counts=[10, 100, 1000]", "balls.queries=200", "balls.repetitions=3"};
 constexpr std::string_view default_claims_quick = "timing = { resolution = 32, repetitions = 3, large = false }\n";
 constexpr std::string_view default_stress_quick = "seeds = 1\nresolution = [32, 32]\n";
 constexpr std::string_view default_quick = "seeds = 1\nbudget = { time = \"0.3s\" }\nresolution = [64, 64]\n";
@@ -155,10 +159,15 @@ std::optional<StructureTiming> read_structures(const ConfigNode& node) {
 void apply_quick(ConfigNode& root) {
   auto& table = std::get<ConfigNode::Table>(root.value);
   const auto own = table.find("quick");
-  if (const auto dynamic = table.find("dynamic"); own == table.end() && dynamic != table.end() && dynamic->second.table()) {
-    for (const char* assignment : default_dynamic_quick) apply_override(root, assignment);
+  const auto shortened = [&](const char* key, std::span<const char* const> assignments) {
+    const auto found = table.find(key);
+    if (own != table.end() || found == table.end() || !found->second.table()) return false;
+    for (const char* assignment : assignments) apply_override(root, assignment);
+    return true;
+  };
+  if (shortened("dynamic", default_dynamic_quick) || shortened("points", default_points_quick) ||
+      shortened("balls", default_balls_quick))
     return;
-  }
   const std::string_view usual = table.contains("claims")   ? default_claims_quick
                                  : table.contains("stress") ? default_stress_quick
                                                             : default_quick;
@@ -208,6 +217,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   std::vector<std::string> all_metrics;
   for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
   const auto* dynamic = reader.find("dynamic");
+  const auto *points = reader.find("points"), *balls = reader.find("balls");
   const auto *claims = reader.find("claims"), *timing = reader.find("timing");
   const auto *regions = reader.find("regions"), *rates = reader.find("rates");
   const auto* stress = reader.find("stress");
@@ -238,14 +248,15 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   if (claims) {
     refuse_keys(root, "[[claims]], which name what they measure",
                 {"scenes", "accels", "integrators", "seeds", "structures", "dynamic", "budget", "reference", "metrics",
-                 "resolution", "regions", "rates"});
+                 "resolution", "regions", "rates", "points", "balls"});
     config.claims = read_claims(*claims, timing);
     config.hash = result_hash(root);
     return config;
   }
   if (stress) {
     refuse_keys(root, "[[stress]], which names scenes and methods",
-                {"scenes", "accels", "integrators", "structures", "dynamic", "reference", "metrics", "timing", "regions", "rates"});
+                {"scenes", "accels", "integrators", "structures", "dynamic", "reference", "metrics", "timing", "regions",
+                 "rates", "points", "balls"});
     config.stress = read_stress(*stress);
     if (!config.budget.samples || config.budget.time_s || config.budget.error)
       throw Error(stress->key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
@@ -253,6 +264,20 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
     return config;
   }
   if (timing) throw Error(timing->key_where, "timing: of no use without [[claims]]");
+  if (points || balls) {
+    const std::string beside = points ? "[points]" : "[balls]";
+    refuse_keys(root, (beside + ", which renders nothing").c_str(),
+                {"integrators", "accels", "structures", "dynamic", "budget", "reference", "metrics", "resolution", "threads",
+                 "regions", "rates"});
+    if (points) refuse_keys(root, "[points]", {"balls"});
+    config.search = read_search(points ? *points : *balls, balls != nullptr);
+    if (scenes) config.scenes = read_scenes(*scenes, directory);
+    if (config_sets(config).empty())
+      throw Error(Location{path}, fmt::format("nothing to search; expected scenes = [\"builtin:cornell-box\", …]{}",
+                                              points ? " or points.contrasts" : ""));
+    config.hash = result_hash(root);
+    return config;
+  }
   if (methods) config.integrators = read_integrators(*methods);
   if (!scenes) throw Error(Location{path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
   config.scenes = read_scenes(*scenes, directory);
@@ -291,6 +316,12 @@ ExperimentConfig finish(ConfigNode root, const std::string& path, const ConfigOp
 }
 
 }  // namespace
+
+std::vector<SearchSet> config_sets(const ExperimentConfig& config) {
+  std::vector<std::string> names;
+  for (const SceneChoice& scene : config.scenes) names.push_back(scene.name);
+  return config.search ? search_sets(*config.search, names) : std::vector<SearchSet>{};
+}
 
 ExperimentConfig load_config(const std::string& path, const ConfigOptions& options) {
   return finish(read_config_file(path), path, options);

@@ -14,6 +14,7 @@
 //   threads     default: the machine's; `--threads` wins
 //   structures  true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene
 //   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (animation.h)
+//   points, balls  tables: instead of integrators, what finds points or balls (experiments/search/search_config.h)
 //   claims      [[claims]] and timing: instead of all that, claims and what measures them (experiments/claims/claims_config.h)
 //   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
 //   rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and compares
@@ -28,6 +29,7 @@
 #include "experiments/harness/method.h"
 #include "experiments/harness/rate_law.h"
 #include "experiments/harness/regions.h"
+#include "experiments/search/search_config.h"
 #include "experiments/stress/stress_config.h"
 #include "framework/core/vec.h"
 
@@ -74,9 +76,13 @@ struct ExperimentConfig {
   std::optional<AnimationChoice> animation;
   std::optional<ClaimsChoice> claims;
   std::vector<StressRow> stress;
+  std::optional<SearchChoice> search;
   std::vector<std::string> table_formats;
   std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs or rates
 };
+
+// What an experiment on points or balls searches; empty for others.
+std::vector<SearchSet> config_sets(const ExperimentConfig& config);
 
 struct ConfigOptions {
   bool quick = false;

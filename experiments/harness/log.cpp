@@ -166,6 +166,10 @@ void put_claim(RunLog& log, ClaimRecord record) {
   put(log.claims, std::move(record), [](const auto& a, const auto& b) { return a.cell == b.cell; });
 }
 
+void put_search(RunLog& log, SearchRecord record) {
+  put(log.searches, std::move(record), [](const auto& a, const auto& b) { return a.cell == b.cell; });
+}
+
 // A cell's checkpoints and closing line, in the place of any that it left before.
 class CellBlocks {
  public:
@@ -315,6 +319,8 @@ RunLog read_log(const std::string& path) {
         put_claim(log, read_claim_line(text.substr(begin, end - begin)));
       } else if (type == "rates") {
         log.rates = read_rate_line(text.substr(begin, end - begin));
+      } else if (type == "search") {
+        put_search(log, read_search_line(text.substr(begin, end - begin)));
       } else if (type == "checkpoint") {
         CheckpointRecord record = read_checkpoint(json);
         open[record.cell].push_back(std::move(record));
@@ -323,8 +329,8 @@ RunLog read_log(const std::string& path) {
         blocks.put(record, std::move(open[record.cell]));
         open.erase(record.cell);
       } else {
-        const std::vector<std::string> types{"manifest", "reference", "structure",  "animation",
-                                             "claim",    "rates",     "checkpoint", "cell"};
+        const std::vector<std::string> types{"manifest", "reference", "structure",  "animation", "claim",
+                                             "rates",    "search",    "checkpoint", "cell"};
         throw Error(Location{path, line}, unknown_name("record", type, types));
       }
     } catch (const Json::exception& e) {
@@ -345,6 +351,7 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
     for (const auto& record : log.animations) put_animation(merged, record);
     for (const auto& record : log.claims) put_claim(merged, record);
     merged.rates.merge(log.rates);
+    for (const auto& record : log.searches) put_search(merged, record);
     std::map<CellName, std::vector<CheckpointRecord>> checkpoints;
     for (const auto& record : log.checkpoints) checkpoints[record.cell].push_back(record);
     for (const auto& record : log.cells) blocks.put(record, std::move(checkpoints[record.cell]));

@@ -10,6 +10,7 @@
 //   animation   a scene in motion under several policies of change: keys of AnimationRecord
 //   claim       a claim as one measurement found it on one scene: keys of ClaimRecord
 //   rates       what theory says of convergence, all laws of the experiment (rate_law.h); the last such line counts
+//   search      point or ball structures over one set: keys of SearchRecord
 //   cell        the end of a cell: status "done" or "failed" (with error), image file and hash, expectation
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, so a killed run leaves whole
@@ -22,6 +23,7 @@
 #include "experiments/harness/measured.h"
 #include "experiments/harness/rate_law.h"
 #include "experiments/harness/ray_kind.h"
+#include "experiments/search/search_record.h"
 
 #include <cstdint>
 #include <map>
@@ -97,6 +99,7 @@ struct RunLog {
   std::vector<AnimationRecord> animations;
   std::vector<ClaimRecord> claims;
   RateRecord rates;
+  std::vector<SearchRecord> searches;
 };
 
 // Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).

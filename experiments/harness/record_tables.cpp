@@ -5,6 +5,7 @@
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/tables.h"
 #include "experiments/harness/verdicts.h"
+#include "experiments/search/search_report.h"
 #include "experiments/stress/stress_report.h"
 #include "framework/core/units.h"
 
@@ -112,9 +113,21 @@ Table manifest_table(const ReportData& data) {
 }
 
 std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images) {
-  return {stress_table(*data.log), claims_table(*data.log),  claim_figures_table(*data.log), final_table(data, images),
-          phases_table(data),      counters_table(data),     structures_table(data),         animations_table(*data.log),
-          references_table(data),  expectations_table(data), failures_table(data),           manifest_table(data)};
+  return {stress_table(*data.log),
+          claims_table(*data.log),
+          claim_figures_table(*data.log),
+          final_table(data, images),
+          phases_table(data),
+          counters_table(data),
+          structures_table(data),
+          animations_table(*data.log),
+          search_times_table(*data.log),
+          search_leaders_table(*data.log),
+          search_crossovers_table(*data.log),
+          references_table(data),
+          expectations_table(data),
+          failures_table(data),
+          manifest_table(data)};
 }
 
 std::string summary_table(const RunLog& log) {

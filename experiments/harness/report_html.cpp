@@ -8,6 +8,7 @@
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/structure_figures.h"
 #include "experiments/harness/verdicts.h"
+#include "experiments/search/search_report.h"
 #include "experiments/stress/stress_report.h"
 
 #include <fmt/format.h>
@@ -40,7 +41,9 @@ std::string header(const ReportData& data) {
     out += fmt::format("<p class=\"facts\">{}</p>\n", counted(claims, "claim", "claims"));
   if (const std::size_t rows = arrange_stress(*data.log).size(); rows > 0)
     out += fmt::format("<p class=\"facts\">{}</p>\n", counted(rows, "failure", "failures"));
-  if (!data.scenes.empty() || (data.log->animations.empty() && data.log->claims.empty()))
+  if (!data.log->searches.empty())
+    out += fmt::format("<p class=\"facts\">{}</p>\n", counted(data.log->searches.size(), "set searched", "sets searched"));
+  if (!data.scenes.empty() || (data.log->animations.empty() && data.log->claims.empty() && data.log->searches.empty()))
     out += fmt::format(
         "<p class=\"facts\">{} · {} · {} · {}{} · {} done{}</p>\n", counted(data.scenes.size(), "scene", "scenes"),
         counted(data.integrators.size(), "integrator", "integrators"), counted(data.accels.size(), "structure", "structures"),
@@ -73,6 +76,7 @@ std::string navigation(const ReportData& data, const PageContent& content) {
   if (!content.rates.empty()) out += "<a href=\"#rates\">Rates</a>";
   if (!arrange_stress(*data.log).empty()) out += "<a href=\"#stress\">Failures</a>";
   if (!arrange_claims(*data.log).empty()) out += "<a href=\"#claims\">Claims</a>";
+  if (!data.log->searches.empty()) out += "<a href=\"#searches\">Points and balls</a>";
   if (!data.log->animations.empty()) out += "<a href=\"#animations\">Change over time</a>";
   if (!data.log->structures.empty()) out += "<a href=\"#structures\">Ray structures</a>";
   return out + "<a href=\"#tables\">Tables</a><a href=\"#reproduce\">How to reproduce</a></nav>\n";
@@ -85,7 +89,7 @@ std::string findings(const ReportData& data) {
   const std::vector<AnimationData> animations = arrange_animations(*data.log);
   if (data.done == 0 && data.failed > 0)
     out += "<p>No cell finished; what went wrong is in the table of failures.</p>\n";
-  else if (data.done == 0 && animations.empty())
+  else if (data.done == 0 && animations.empty() && data.log->searches.empty())
     out += "<p>The log holds no finished cell.</p>\n";
   else if (data.done > 0 && data.empty())
     out += "<p>No metric was logged: there was nothing to measure the images against.</p>\n";
@@ -103,6 +107,8 @@ std::string findings(const ReportData& data) {
   for (const AnimationData& animation : animations)
     out += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}</p></article>\n", html(animation.name),
                        html(animation_finding(animation)));
+  for (const auto& [set, text] : search_findings(*data.log))
+    out += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}.</p></article>\n", html(set), html(text));
   out += "</div>\n";
   if (!conclusions.warnings.empty()) {
     out += "<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n";
@@ -312,6 +318,13 @@ std::string animations_section(const ReportData& data) {
   return out + "</section>\n";
 }
 
+std::string searches_section(const RunLog& log) {
+  if (log.searches.empty()) return {};
+  std::string out = "<section id=\"searches\"><h2>Points and balls</h2>\n<div class=\"figures\">\n";
+  for (const Figure& figure : search_figures(log)) out += fixed_figure(figure);
+  return out + "</div>\n</section>\n";
+}
+
 std::string structures_section(const ReportData& data) {
   if (data.log->structures.empty()) return {};
   std::string out = "<section id=\"structures\"><h2>Ray structures</h2>\n";
@@ -372,8 +385,8 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     for (const SceneData& scene : data.scenes)
       if (has_charts(data, scene)) out += scene_section(data, scene, variants, content);
   }
-  out += rates_section(content.rates) + stress_section(*data.log) + claims_section(*data.log) + animations_section(data) +
-         structures_section(data);
+  out += rates_section(content.rates) + stress_section(*data.log) + claims_section(*data.log) + searches_section(*data.log) +
+         animations_section(data) + structures_section(data);
   out += "<section id=\"tables\"><h2>Tables</h2>\n";
   for (const Table& table : content.tables)
     if (!table.rows.empty()) out += to_html(table);

@@ -9,6 +9,7 @@
 #include "experiments/harness/report.h"
 #include "experiments/harness/run_directory.h"
 #include "experiments/harness/tables.h"
+#include "experiments/search/search_run.h"
 #include "framework/core/parallel.h"
 #include "framework/io/load_scene.h"
 
@@ -268,6 +269,7 @@ RunPlan plan_run(const RunOptions& options) {
 
 RunSummary execute_run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) {
   if (plan.config.animation) return execute_animations(plan, observer);
+  if (plan.config.search) return execute_search(plan, observer);
   if (plan.config.claims) return execute_claims(plan, observer);
   if (!plan.config.stress.empty()) return execute_stress(plan, observer);
   return Execution(plan, observer, compute).run();

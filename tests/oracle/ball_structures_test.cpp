@@ -30,6 +30,9 @@ std::vector<BallCase> ball_cases() {
       {"even", unit, in_cube, [](Random& r) { return r.between(0, 0.2f); }},
       {"all sizes", unit, in_cube, [](Random& r) { return std::exp2(r.between(-40, 6)); }},
       {"points", unit, in_cube, [](Random&) { return 0.0f; }},
+      {"coincident", unit, [](Random&) { return vec3(0.3f); }, [](Random&) { return 0.1f; }},
+      {"in a line", unit, [](Random& r) { return vec3(std::ldexp(1.0f, -static_cast<int>(r.below(90))), 0, 0); },
+       [](Random& r) { return std::exp2(r.between(-60, -3)); }},
       {"at the origin", unit, [](Random&) { return vec3(0); }, [](Random& r) { return r.below(2) * 1e-6f; }},
       {"everything and nothing", unit, in_cube, [](Random& r) { return r.below(2) ? infinity : -1.0f; }},
       {"outside the bounds", unit, [](Random& r) { return 100.0f * r.in_cube(1); }, [](Random& r) { return r.between(0, 5); }},
@@ -67,6 +70,77 @@ TEST(BallStructures, CoveringFindsWhatBruteForceFinds) {
         ASSERT_NO_FATAL_FAILURE(expect_equal(given, expected)) << "after " << id;
       }
     }
+}
+
+// Many readers at once while nobody inserts, insertions between them: each answer is the one that a lone reader gets.
+TEST(BallStructures, AnyNumberOfThreadsMayAskBetweenInsertions) {
+  for (const BallEntry& entry : ball_structures()) {
+    SCOPED_TRACE(entry.name);
+    Random random(42);
+    const auto structure = entry.make({vec3(-1), vec3(1)}), brute = find_ball_structure("brute", {}).make({});
+    std::uint32_t id = 0;
+    for (int round = 0; round < 6; ++round) {
+      for (int i = 0; i < 400; ++i, ++id) {
+        const vec3 centre = random.in_cube(1);
+        const float radius = std::exp2(random.between(-8, -1));
+        structure->insert(centre, radius, id);
+        brute->insert(centre, radius, id);
+      }
+      std::vector<vec3> where;
+      for (int i = 0; i < 300; ++i) where.push_back(random.in_cube(1.2f));
+      std::vector<Neighbours> together(where.size());
+      with_threads(4,
+                   [&] { parallel_for(where.size(), 1, [&](std::size_t i) { structure->covering(where[i], together[i]); }); });
+      Neighbours expected;
+      for (std::size_t i = 0; i < where.size(); ++i) {
+        brute->covering(where[i], expected);
+        ASSERT_NO_FATAL_FAILURE(expect_equal(together[i], expected));
+      }
+    }
+  }
+}
+
+TEST(BallStructures, OrderOfInsertionDoesNotMatter) {
+  for (const BallEntry& entry : ball_structures()) {
+    SCOPED_TRACE(entry.name);
+    Random random(43);
+    std::vector<std::pair<vec3, float>> balls;
+    for (int i = 0; i < 3000; ++i) balls.emplace_back(random.in_cube(1), std::exp2(random.between(-8, -2)));
+    const auto forwards = entry.make({vec3(-1), vec3(1)}), backwards = entry.make({});
+    for (std::uint32_t id = 0; id < balls.size(); ++id) forwards->insert(balls[id].first, balls[id].second, id);
+    for (std::size_t id = balls.size(); id-- > 0;)
+      backwards->insert(balls[id].first, balls[id].second, static_cast<std::uint32_t>(id));
+    Neighbours one, other;
+    for (int i = 0; i < 500; ++i) {
+      const vec3 p = random.in_cube(1);
+      forwards->covering(p, one);
+      backwards->covering(p, other);
+      ASSERT_NO_FATAL_FAILURE(expect_equal(one, other));
+    }
+  }
+}
+
+TEST(LongBallStructures, AHundredThousandBallsGiveTheSameSets) {
+  for (const BallCase& c : ball_cases()) {
+    SCOPED_TRACE(c.name);
+    Random random(44);
+    std::vector<std::unique_ptr<BallQuery>> structures;
+    for (const BallEntry& entry : ball_structures()) structures.push_back(entry.make(c.bounds));
+    Neighbours given, expected;
+    for (std::uint32_t id = 0; id < 100000; ++id) {
+      const vec3 centre = c.centre(random);
+      const float radius = c.radius(random) * 0.1f;
+      for (const auto& structure : structures) structure->insert(centre, radius, id);
+      if (id % 1000 != 0) continue;
+      const vec3 p = c.centre(random);
+      structures[0]->covering(p, expected);
+      for (std::size_t i = 1; i < structures.size(); ++i) {
+        SCOPED_TRACE(ball_structures()[i].name);
+        structures[i]->covering(p, given);
+        ASSERT_NO_FATAL_FAILURE(expect_equal(given, expected)) << "after " << id;
+      }
+    }
+  }
 }
 
 TEST(BallStructures, WhatIsNotFiniteCoversAndFindsNothing) {

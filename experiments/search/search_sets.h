@@ -1,0 +1,34 @@
+// Points and balls as renderers have them, and where they ask for them.
+#pragma once
+
+#include "framework/scene/scene.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace etendue {
+
+struct PointSet {
+  std::vector<vec3> points, queries;  // both along a space-filling curve or row by row, as integrators have them
+};
+
+// Photons of a scene, traced as photon mapping traces them; asked for where the camera sees surfaces. Throws Error where no
+// photon lands.
+PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t queries, std::uint64_t seed);
+
+// Two unit squares at a right angle that hold points evenly, and half of all points on a square spot in one of them, whose
+// density is `contrast` times that of the rest; at 1 all are even. One half of the queries lies on the spot.
+PointSet clustered_points(double contrast, std::uint64_t count, std::uint64_t queries, std::uint64_t seed);
+
+struct BallSet {
+  std::vector<vec3> centres;
+  std::vector<float> radii;
+  std::vector<vec3> queries;
+};
+
+// Where a camera sees surfaces; radii with evenly distributed logarithms between r and r * spread, such that `covering` balls
+// cover a query on the mean. Throws Error where the camera sees nothing.
+BallSet records_of_scene(const Scene& scene, double spread, double covering, std::uint64_t count, std::uint64_t queries,
+                         std::uint64_t seed);
+
+}  // namespace etendue
