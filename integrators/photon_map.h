@@ -46,7 +46,7 @@ struct PhotonMapParams {
   bool retrace = false;
   std::string emission = "power";
   int max_depth = 0;
-  std::string structure = "kd-tree";
+  std::string structure = "hash-grid";
   std::string sampler = "sobol";
 };
 
