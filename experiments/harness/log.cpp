@@ -81,6 +81,7 @@ CellRecord read_cell(const Json& j) {
   r.image_hash = j.at("image_hash");
   r.bias = j.at("bias");
   r.mse_exponent = j.at("mse_exponent");
+  r.bias_bound = j.value("bias_bound", 0.0);
   r.note = j.at("note");
   r.fallback = j.value("fallback", "");
   r.strip = j.value("strip", "");
@@ -289,6 +290,7 @@ std::string to_json_line(const CellRecord& r) {
   json["image_hash"] = r.image_hash;
   json["bias"] = r.bias;
   json["mse_exponent"] = finite(r.mse_exponent);
+  json["bias_bound"] = finite(r.bias_bound);
   json["note"] = r.note;
   if (!r.fallback.empty()) json["fallback"] = r.fallback;
   if (!r.strip.empty()) json["strip"] = r.strip;

@@ -65,6 +65,7 @@ struct CellRecord {
   std::string image_hash;
   std::string bias;  // "unbiased" | "consistent" | "biased"
   double mse_exponent = 0;
+  double bias_bound = 0;  // relative bias of the mean that the method declares
   std::string note;
   std::string fallback = {};  // what stood in for the structure, and why; empty: nothing did
   std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept

@@ -125,6 +125,7 @@ std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& 
           search_leaders_table(*data.log),
           search_crossovers_table(*data.log),
           references_table(data),
+          bias_table(data),
           expectations_table(data),
           failures_table(data),
           manifest_table(data)};

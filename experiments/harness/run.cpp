@@ -215,6 +215,7 @@ class Execution {
     record.image_hash = fmt::format("{:016x}", result.image_hash);
     record.bias = bias_name(result.expectation.bias);
     record.mse_exponent = result.expectation.mse_exponent;
+    record.bias_bound = result.expectation.bias_bound;
     record.note = result.expectation.note;
     record.fallback = result.fallback;
     if (result.non_finite.empty()) return;

@@ -6,6 +6,7 @@
 //   structures    what `etendue accel` measured of the ray structures
 //   references    what the errors are measured against, and its own noise
 //   expectations  what each integrator declares of itself
+//   bias          on scenes with a closed form: the bias of the mean against what the method declares
 //   failures      cells that failed, with their errors
 //   manifest      what ran: version, compiler, machine
 #pragma once
@@ -29,6 +30,7 @@ Table counters_table(const ReportData& data);
 Table structures_table(const ReportData& data);
 Table references_table(const ReportData& data);
 Table expectations_table(const ReportData& data);
+Table bias_table(const ReportData& data);
 Table failures_table(const ReportData& data);
 Table manifest_table(const ReportData& data);
 std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images = {});

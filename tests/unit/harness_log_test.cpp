@@ -34,6 +34,7 @@ CellRecord cell(std::uint64_t seed, const std::string& status = "done") {
           "ff",
           "unbiased",
           -1,
+          0.02,
           "é"};
 }
 

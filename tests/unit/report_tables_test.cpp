@@ -316,4 +316,27 @@ TEST(Warnings, SlowConvergenceIsFlaggedWithTenSeeds) {
 }
 
 }  // namespace
+TEST(BiasTable, JudgesMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors) {
+  RunLog log;
+  log.manifests.push_back(manifest());
+  log.references.push_back(reference("builtin:exact"));
+  log.references.push_back(reference("builtin:rendered", 1e-6));
+  for (const char* scene : {"builtin:exact", "builtin:rendered"}) add_cells(log, scene, {.integrator = "sound"}, 10);
+  add_cells(log, "builtin:exact", {.integrator = "dark"}, 10);
+  add_cells(log, "builtin:exact", {.integrator = "rare"}, 2);
+  for (CheckpointRecord& record : log.checkpoints)
+    if (record.cell.integrator == "dark") record.metrics["bias"] -= 0.03;
+  for (CellRecord& cell : log.cells)
+    if (cell.cell.integrator == "dark") cell.bias_bound = 0.02;
+
+  Table table = bias_table(arrange(log));
+  ASSERT_EQ(table.rows.size(), 2u);  // with a closed form and three seeds at least
+  EXPECT_EQ(table.rows[0][column(table, "integrator")].raw, "sound");
+  EXPECT_EQ(table.rows[0][column(table, "kept")].raw, "yes");
+  EXPECT_EQ(table.rows[1][column(table, "kept")].raw, "NO");
+  for (CellRecord& cell : log.cells)
+    if (cell.cell.integrator == "dark") cell.bias_bound = 0.03;
+  EXPECT_EQ(bias_table(arrange(log)).rows[1][column(table, "kept")].raw, "yes");
+}
+
 }  // namespace etendue
