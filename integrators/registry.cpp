@@ -3,6 +3,7 @@
 #include "integrators/appm.h"
 #include "integrators/cppm.h"
 #include "integrators/guided.h"
+#include "integrators/hash_cache.h"
 #include "integrators/irradiance_cache.h"
 #include "integrators/path.h"
 #include "integrators/photon_map.h"
@@ -14,8 +15,9 @@ namespace etendue {
 
 std::span<const IntegratorEntry> integrators() {
   static const std::vector<IntegratorEntry> table = {
-      path_entry(),           light_trace_entry(), bdpt_entry(), photon_map_entry(),       ppm_entry(), sppm_entry(),
-      ppm_memoryless_entry(), appm_entry(),        cppm_entry(), irradiance_cache_entry(), vcm_entry(), guided_entry(),
+      path_entry(), light_trace_entry(),    bdpt_entry(),       photon_map_entry(), ppm_entry(),
+      sppm_entry(), ppm_memoryless_entry(), appm_entry(),       cppm_entry(),       irradiance_cache_entry(),
+      vcm_entry(),  guided_entry(),         hash_cache_entry(),
   };
   return table;
 }

@@ -1,0 +1,266 @@
+#include "integrators/hash_cache.h"
+
+#include "framework/core/parallel.h"
+#include "framework/transport/ray_tools.h"
+#include "integrators/emission.h"
+#include "integrators/hash_cache_grid.h"
+#include "integrators/path.h"
+
+#include <optional>
+
+namespace etendue {
+
+namespace {
+
+constexpr int tile = 16, shared_above = 16;
+constexpr std::uint32_t none = no_id;
+
+// A camera sample: what it found itself, and what it asks the cache for.
+struct Pixel {
+  Sampler sampler;
+  Rgb radiance{0};
+  Rgb brought{0};  // indirect light at the surface the cache is asked about, by this path alone
+  Rgb weight{0};   // of the cache's answer in the pixel; black: nothing is asked
+  vec3 position{0}, normal{0};
+  vec2 u{0};
+  int depth = 0;
+};
+
+// A diffuse surface that a path left by one direction.
+struct Event {
+  vec3 position, normal;
+  int depth;
+  std::uint32_t previous;
+  Rgb throughput;        // of what the path brings here; after the event
+  Rgb before{infinity};  // what it had brought home when it met what is next; infinite: nothing is next
+};
+
+struct Walk {
+  std::uint32_t pixel;
+  Rgb throughput{1};  // to the camera; once the cache is asked, to the surface that it is asked about
+  float eta_scale = 1, pdf_bsdf = 0;
+  bool asked = false, from_diffuse = false;  // from_diffuse: the light sample there has had all emission
+  std::uint32_t last_event = none;
+};
+
+struct Gain {
+  std::uint32_t pixel;
+  bool asked;
+  Rgb radiance;
+};
+
+struct Wavefront {
+  std::vector<Walk> walks;
+  std::vector<Ray> rays;
+  std::vector<Hit> hits;
+  std::vector<Gain> gains;
+  std::vector<Ray> shadow_rays;
+  std::vector<Event> events;
+  std::vector<std::uint32_t> last_events;  // of the pixels
+};
+
+vec3 towards(const vec3& normal, const vec3& wo) { return glm::dot(normal, wo) < 0 ? -normal : normal; }
+
+class HashCache final : public Integrator {
+ public:
+  explicit HashCache(const HashCacheParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
+
+  void prepare(RenderContext& context) override {
+    max_depth_ = context.max_depth(params_.max_depth);
+    const ivec2 size = context.resolution;
+    const float pixel_angle = 2 * context.scene.camera.half_extent(size).x / static_cast<float>(size.x);
+    const vec3 eye = context.scene.camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
+    grid_.emplace(context.scene.bounds(), HashGridOptions{eye, pixel_angle, params_.finest, params_.enough});
+    const ivec2 tiles = (size + tile - 1) / tile;
+    pixels_.resize(static_cast<std::size_t>(tiles.x) * tiles.y);
+    values_.resize(pixels_.size());
+  }
+
+  void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
+
+  Expectation expectation() const override {
+    return {Bias::consistent, -2.0 / 3, 0.03, "indirect light blurred within cells, which shrink [Binder2018]"};
+  }
+
+ private:
+  Tile tile_of(std::size_t number, ivec2 resolution) const {
+    const int across = (resolution.x + tile - 1) / tile;
+    const ivec2 begin = tile * ivec2(static_cast<int>(number) % across, static_cast<int>(number) / across);
+    return {begin, glm::min(begin + tile, resolution)};
+  }
+  int key_depth(int depth) const { return max_depth_ > shared_above ? 0 : depth; }
+  void trace_tile(const RenderContext& context, std::vector<Pixel>& pixels, Wavefront& wave) const;
+  bool meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
+            Wavefront& wave) const;
+  bool leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Pixel& pixel,
+                     Wavefront& wave) const;
+
+  HashCacheParams params_;
+  SamplerKind sampler_;
+  int max_depth_ = 0;
+  std::optional<HashGrid> grid_;
+  std::vector<std::vector<Pixel>> pixels_;        // per tile
+  std::vector<std::vector<CachedValue>> values_;  // likewise
+};
+
+// At a diffuse surface: asks the cache, or has it asked once this sample's paths are in. False where the path ends.
+bool HashCache::leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Pixel& pixel,
+                              Wavefront& wave) const {
+  if (depth + 1 >= max_depth_) return false;
+  const vec3 normal = towards(point.shading_normal, wo);
+  const Rgb albedo = bsdf.diffuse_albedo();
+  const vec2 u = pixel.sampler.get_2d();
+  const float u_on = pixel.sampler.get_1d();
+  if (!walk.asked) {
+    pixel.weight = walk.throughput * albedo;
+    pixel.position = point.position;
+    pixel.normal = normal;
+    pixel.u = u;
+    pixel.depth = key_depth(depth);
+    walk.asked = true;
+    walk.throughput = Rgb(1);
+    if (is_black(pixel.weight)) return false;
+  } else {
+    walk.throughput *= albedo;
+    if (is_black(walk.throughput)) return false;
+    if (u_on >= params_.trace_on) {
+      count(Counter::lookups);
+      if (const auto mean = grid_->mean(point.position, normal, key_depth(depth), u)) {
+        pixel.brought += walk.throughput * *mean;
+        return false;
+      }
+    }
+  }
+  wave.events.push_back({point.position, normal, key_depth(depth), walk.last_event, walk.throughput});
+  walk.last_event = static_cast<std::uint32_t>(wave.events.size() - 1);
+  return true;
+}
+
+// What a ray finds, and where the path goes from there; false where it ends.
+bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
+                     Wavefront& wave) const {
+  Pixel& pixel = pixels[walk.pixel];
+  Rgb& radiance = walk.asked ? pixel.brought : pixel.radiance;
+  if (walk.from_diffuse) wave.events[walk.last_event].before = pixel.brought;
+  if (!hit) {
+    if (!walk.from_diffuse) radiance += walk.throughput * met_emission(context, ray, nullptr, walk.pdf_bsdf);
+    return false;
+  }
+  const SurfacePoint point = context.scene.surface_at(ray, hit);
+  if (!walk.from_diffuse) radiance += walk.throughput * met_emission(context, ray, &point, walk.pdf_bsdf);
+  if (depth >= max_depth_) return false;
+  const vec3 wo = -ray.direction;
+  const Bsdf bsdf(context.scene, point);
+  const bool diffuse = bsdf.is_diffuse();
+  const int samples = diffuse && !walk.asked ? params_.light_samples : 1;
+  for (int i = 0; i < samples; ++i)
+    if (const auto light =
+            sample_direct_light(context, point, bsdf, wo, pixel.sampler, diffuse ? MisMode::light : MisMode::power)) {
+      wave.gains.push_back({walk.pixel, walk.asked, walk.throughput * light->radiance / static_cast<float>(samples)});
+      wave.shadow_rays.push_back(light->shadow_ray);
+    }
+  if (diffuse && !leave_diffuse(walk, point, bsdf, wo, depth, pixel, wave)) return false;
+  const float u_lobe = pixel.sampler.get_1d();
+  const BsdfSample scattered = bsdf.sample(wo, u_lobe, pixel.sampler.get_2d());
+  if (!scattered) return false;
+  // A diffuse surface's albedo is in its throughput already.
+  if (!diffuse) walk.throughput *= scattered.weight;
+  walk.from_diffuse = diffuse;
+  if (scattered.transmitted) walk.eta_scale *= scattered.eta * scattered.eta;
+  walk.pdf_bsdf = scattered.pdf_solid_angle;
+  ray = spawn_ray(point, scattered.wi);
+  if (depth + 1 < params_.roulette_depth) return true;
+  const float survival = std::min(0.95f, max_component(walk.throughput) * walk.eta_scale);
+  if (!(pixel.sampler.get_1d() < survival)) return false;
+  walk.throughput /= survival;
+  return true;
+}
+
+void HashCache::trace_tile(const RenderContext& context, std::vector<Pixel>& pixels, Wavefront& wave) const {
+  auto& [walks, rays, hits, gains, shadow_rays, events, last_events] = wave;
+  for (int depth = 0; !walks.empty(); ++depth) {
+    hits.resize(rays.size());
+    trace(context, rays, hits);
+    gains.clear();
+    shadow_rays.clear();
+    std::size_t going_on = 0;
+    for (std::size_t i = 0; i < walks.size(); ++i) {
+      Walk walk = walks[i];
+      Ray ray = rays[i];
+      const bool goes_on = meet(context, walk, ray, hits[i], depth, pixels, wave);
+      last_events[walk.pixel] = walk.last_event;
+      if (!goes_on) continue;
+      walks[going_on] = walk;
+      rays[going_on++] = ray;
+    }
+    walks.resize(going_on);
+    rays.resize(going_on);
+    for_unoccluded(context, shadow_rays, [&](std::size_t i) {
+      Pixel& pixel = pixels[gains[i].pixel];
+      (gains[i].asked ? pixel.brought : pixel.radiance) += gains[i].radiance;
+    });
+  }
+}
+
+// What each event's direction brought, over what the event carried. A channel that carried nothing tells nothing.
+void collect(const std::vector<Pixel>& pixels, const Wavefront& wave, std::vector<CachedValue>& values) {
+  for (std::size_t p = 0; p < pixels.size(); ++p)
+    for (std::uint32_t i = wave.last_events[p]; i != none; i = wave.events[i].previous) {
+      const Event& event = wave.events[i];
+      if (!(event.throughput.x > 0 && event.throughput.y > 0 && event.throughput.z > 0)) continue;
+      const Rgb value = glm::max(pixels[p].brought - event.before, Rgb(0)) / event.throughput;
+      if (is_finite(value)) values.push_back({event.position, event.normal, event.depth, value});
+    }
+}
+
+void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
+  grid_->begin(index);
+  {
+    const auto timed = context.phases.measure("trace");
+    parallel_for(pixels_.size(), 1, [&](std::size_t t) {
+      static thread_local Wavefront wave;  // for its memory
+      std::vector<Pixel>& pixels = pixels_[t];
+      pixels.clear();
+      wave.walks.clear();
+      wave.rays.clear();
+      wave.events.clear();
+      for_pixels(tile_of(t, context.resolution), [&](ivec2 pixel) {
+        const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+        Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
+        wave.rays.push_back(sample_camera_ray(context, pixel, sampler));
+        wave.walks.push_back({static_cast<std::uint32_t>(pixels.size())});
+        pixels.push_back({sampler});
+      });
+      wave.last_events.assign(pixels.size(), none);
+      trace_tile(context, pixels, wave);
+      values_[t].clear();
+      collect(pixels, wave, values_[t]);
+    });
+  }
+  {
+    const auto timed = context.phases.measure("learn");
+    grid_->add(values_);
+  }
+  const auto timed = context.phases.measure("gather");
+  parallel_for(pixels_.size(), 1, [&](std::size_t t) {
+    auto next = pixels_[t].begin();
+    for_pixels(tile_of(t, context.resolution), [&](ivec2 at) {
+      const Pixel& pixel = *next++;
+      Rgb radiance = pixel.radiance;
+      if (!is_black(pixel.weight)) {
+        count(Counter::lookups);
+        radiance += pixel.weight * grid_->mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
+      }
+      film.add(at, radiance, index);
+    });
+  });
+}
+
+}  // namespace
+
+IntegratorEntry hash_cache_entry() {
+  return {"hash-cache", "path-space filtering through a hash grid", list_params<HashCacheParams>(),
+          [](const ParamMap& map) { return std::make_unique<HashCache>(read_params<HashCacheParams>(map, "hash-cache")); }};
+}
+
+}  // namespace etendue

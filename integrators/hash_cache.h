@@ -1,0 +1,47 @@
+// Path-space filtering through a hash grid: indirect light that neighbouring paths have found is shared ([Binder2018],
+// [Binder2019], after [Keller2014]).
+//
+// Each camera path goes on by its lobes until it meets a diffuse surface. There the direct light is sampled, and the indirect
+// light is the mean of what all paths so far have brought home to the surface's cell (hash_cache_grid.h), this path's own
+// contribution among them: one direction, cosine distributed, followed on. Where that meets a diffuse surface in turn, it ends
+// with that surface's mean as of the samples before, three times out of four; else, and where no cell has seen enough, it is
+// traced on, so that cells the camera does not see go on learning too. Values are divided by the albedo: textures stay sharp.
+// There is nothing to set per scene: cells are sized by pixels, and shrink.
+//
+// Consistent: a cell blurs indirect light within its size (and over normals that differ by some 20 degrees where it is larger
+// than the curvature), coarser where few paths come; both vanish as cells shrink. The image is the mean over all samples, the
+// first ones' larger cells included. Rough lobes of any width are followed by path tracing, so that a glossy surface has the
+// noise of one bounce. Depth: values hold light of a bounded number of events, so that cells are kept per depth where the limit
+// is at most 16, shared where it is above (a path may then be too long by the events before the lookup).
+#pragma once
+
+#include "framework/integrator.h"
+
+#include <string>
+
+namespace etendue {
+
+struct HashCacheParams {
+  int max_depth = 0;
+  int roulette_depth = 5;
+  int light_samples = 2;
+  float finest = 2;
+  float enough = 32;
+  float trace_on = 0.25f;
+  std::string sampler = "sobol";
+};
+
+template <class Visitor>
+void describe(Visitor& v, HashCacheParams& p) {
+  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
+  v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette begins");
+  v.integer("light_samples", p.light_samples, 1, 1024, "shadow rays", "where the cache is asked, whose answer has less noise");
+  v.number("finest", p.finest, 0.1, 1000, "pixels", "edge of the smallest cells of the first sample; later ones shrink");
+  v.number("enough", p.enough, 1, 1e6, "values", "a cell answers that has seen so many at the first sample; later more");
+  v.number("trace_on", p.trace_on, 0, 1, "1", "paths that go on where they could end with a cell's mean");
+  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+}
+
+IntegratorEntry hash_cache_entry();
+
+}  // namespace etendue
