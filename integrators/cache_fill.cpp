@@ -53,42 +53,61 @@ IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSe
 
 CacheLevels::CacheLevels(const RenderContext& context, const CacheSettings& settings, std::vector<CachePoint> pixels,
                          bool one_level)
-    : settings_(settings), one_level_(one_level), pixels_(std::move(pixels)) {
+    : settings_(settings), accuracy_(settings.accuracy), one_level_(one_level), pixels_(std::move(pixels)) {
   for (const CachePoint& point : pixels_)
     if (point) bounds_.extend(point.position);
   Bounds whole = context.scene.bounds();
   if (whole.empty()) whole = bounds_;
   if (!whole.empty()) settings_.scene_size = glm::length(whole.diagonal());
-  clear(context, settings.accuracy);
+  clear(context);
 }
 
-void CacheLevels::clear(const RenderContext& context, float accuracy) {
-  settings_.accuracy = accuracy;
+void CacheLevels::clear(const RenderContext& context) {
   levels_.clear();
   int deepest = -1;
   for (const CachePoint& point : pixels_)
     if (point) deepest = std::max(deepest, static_cast<int>(level(point.depth)));
-  const CacheWeight weight = settings_.metric == CacheMetric::tabellion ? CacheWeight::tabellion : CacheWeight::ward;
-  for (int i = 0; i <= deepest; ++i)
-    levels_.emplace_back(context.make_balls(settings_.structure, bounds_), accuracy, settings_.clamping, weight);
+  for (int i = 0; i <= deepest; ++i) levels_.push_back({{}, make_records(context)});
 }
 
-MetricContext CacheLevels::metric_context(const CachePoint& point) const {
-  return {.accuracy = settings_.accuracy,
-          .scene_size = settings_.scene_size,
-          .pixel_width = point.pixel_width,
-          .min_spacing = settings_.min_spacing,
-          .max_spacing = settings_.max_spacing,
-          .extrapolates = settings_.gradients >= Gradients::both};
+void CacheLevels::rebuild(const RenderContext& context, float accuracy) {
+  accuracy_ = accuracy;
+  for (Level& level : levels_) {
+    level.records = make_records(context);
+    for (const RecordHistory& history : level.histories) level.records.insert(record_of(history));
+  }
+}
+
+IrradianceRecords CacheLevels::make_records(const RenderContext& context) const {
+  const CacheWeight weight = settings_.metric == CacheMetric::tabellion ? CacheWeight::tabellion : CacheWeight::ward;
+  // The split sphere's radius is a mean distance, which grows by no more than the way ([Krivanek2006]). What Hessians allow has
+  // no such bound; there it is what a record serves, at the usual accuracy, that may grow by the way.
+  const float clamp = is_hessian(settings_.metric) ? 1 / usual_accuracy : 1;
+  return {context.make_balls(settings_.structure, bounds_), accuracy_, settings_.clamping ? clamp : 0.0f, weight};
+}
+
+IrradianceRecord CacheLevels::record_of(const RecordHistory& history) const {
+  const MetricContext metric{.accuracy = settings_.accuracy,
+                             .scene_size = settings_.scene_size,
+                             .pixel_width = history.point.pixel_width,
+                             .min_spacing = settings_.min_spacing,
+                             .max_spacing = settings_.max_spacing,
+                             .extrapolates = settings_.gradients >= Gradients::both};
+  return make_record(history.point.position, history.point.normal, history.mean, settings_.gradients, settings_.metric, metric);
 }
 
 std::size_t CacheLevels::size() const {
   std::size_t sum = 0;
-  for (const IrradianceRecords& records : levels_) sum += records.all().size();
+  for (const Level& level : levels_) sum += level.histories.size();
   return sum;
 }
 
-void CacheLevels::fill(const RenderContext& context, const HemisphereRadiance& radiance) {
+bool CacheLevels::covered(const CachePoint& point) const {
+  return levels_[level(point.depth)].records.covered(point.position, point.normal);
+}
+
+void CacheLevels::fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy) {
+  rebuild(context, accuracy);
   // Every step-th pixel, but for those that the coarser pass has been to.
   for (int step = coarsest_grid; step >= 1; step /= 2)
     fill_where(context, radiance, [=](int x, int y) {
@@ -98,74 +117,103 @@ void CacheLevels::fill(const RenderContext& context, const HemisphereRadiance& r
 }
 
 void CacheLevels::fill_to(const RenderContext& context, const HemisphereRadiance& radiance, std::size_t records) {
-  float coarse = coarsest, fine = finest;
-  // One more than asked for shows that an accuracy is too fine.
-  limit_ = records + 1;
-  const auto fill_at = [&](float accuracy) {
-    clear(context, accuracy);
-    fill(context, radiance);
-    return size();
-  };
-  float accuracy = settings_.accuracy;
+  float coarse = coarsest, fine = finest, accuracy = settings_.accuracy;
+  limit_ = records + 1;  // one more than asked for shows that an accuracy is too fine
   for (int step = 0; step < 20; ++step) {
-    const std::size_t count = fill_at(accuracy);
-    if (count <= records && count >= records - records / 50) break;
-    (count > records ? fine : coarse) = accuracy;
+    clear(context);
+    fill(context, radiance, accuracy);
+    if (size() <= records && size() >= records - records / 50) break;
+    (size() > records ? fine : coarse) = accuracy;
     if (coarse / fine < 1.0005f) break;
     accuracy = std::sqrt(coarse * fine);
   }
-  if (size() > records) fill_at(coarse);
-  estimates_.clear();
+  if (size() > records) {
+    clear(context);
+    fill(context, radiance, coarse);
+  }
+  histories_.clear();
   limit_ = 0;
 }
 
 // Covers the points of the pixels for which wanted(x, y), where no record covers them yet.
 template <class Wanted>
 void CacheLevels::fill_where(const RenderContext& context, const HemisphereRadiance& radiance, const Wanted& wanted) {
-  const auto covered = [&](std::size_t pixel) {
-    const CachePoint& point = pixels_[pixel];
-    return !point || levels_[level(point.depth)].covered(point.position, point.normal);
-  };
   const auto width = static_cast<std::size_t>(context.resolution.x);
   std::vector<std::uint8_t> open(pixels_.size());
   parallel_for(pixels_.size(), 1024, [&](std::size_t i) {
-    open[i] = wanted(static_cast<int>(i % width), static_cast<int>(i / width)) && !covered(i);
+    open[i] = pixels_[i] && wanted(static_cast<int>(i % width), static_cast<int>(i / width)) && !covered(pixels_[i]);
   });
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> queue;
-  for (std::uint32_t i = 0; i < pixels_.size(); ++i)
-    if (open[i]) queue.emplace_back(mix_bits(i), i);
-  std::sort(queue.begin(), queue.end());
+  std::vector<Query> queue;
+  for (std::size_t i = 0; i < pixels_.size(); ++i)
+    if (open[i]) queue.push_back({i, &pixels_[i]});
+  cover(context, radiance, std::move(queue), 1);
+}
 
-  std::vector<std::uint32_t> batch;
-  std::vector<IrradianceEstimate> estimates(batch_size);
-  std::vector<std::uint8_t> known(batch_size);
+void CacheLevels::cover(const RenderContext& context, const HemisphereRadiance& radiance, std::vector<Query> queue,
+                        double passes) {
+  std::sort(queue.begin(), queue.end(), [](const Query& a, const Query& b) { return mix_bits(a.key) < mix_bits(b.key); });
+  std::vector<Query> batch;
+  std::vector<RecordHistory> made(batch_size);
   for (std::size_t next = 0; next < queue.size();) {
     const std::size_t room = limit_ > 0 ? limit_ - std::min(limit_, size()) : batch_size;
     if (room == 0) return;
     batch.clear();
     for (; next < queue.size() && batch.size() < std::min(room, batch_size); ++next)
-      if (!covered(queue[next].second)) batch.push_back(queue[next].second);
-    parallel_for(batch.size(), 1, [&](std::size_t i) {
-      const auto found = estimates_.find(batch[i]);
-      known[i] = found != estimates_.end();
-      const CachePoint& point = pixels_[batch[i]];
-      const int depth = (level(point.depth) == 0 ? 0 : point.depth) + 1;
-      estimates[i] = known[i] ? found->second : sample_hemisphere(context, settings_, point, depth, batch[i], 0, radiance);
-    });
+      if (!covered(*queue[next].point)) batch.push_back(queue[next]);
+    parallel_for(batch.size(), 1, [&](std::size_t i) { made[i] = sample(context, radiance, batch[i], passes); });
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      const CachePoint& point = pixels_[batch[i]];
-      if (!known[i]) count(Counter::records);
-      if (limit_ > 0 && !known[i]) estimates_.emplace(batch[i], estimates[i]);
-      levels_[level(point.depth)].insert(make_record(point.position, point.normal, estimates[i], settings_.gradients,
-                                                     settings_.metric, metric_context(point)));
+      Level& level = levels_[this->level(batch[i].point->depth)];
+      if (limit_ == 0 || histories_.emplace(batch[i].key, made[i]).second) count(Counter::records);
+      level.records.insert(record_of(made[i]));
+      level.histories.push_back(made[i]);
     }
   }
 }
 
-std::optional<Rgb> CacheLevels::interpolate(int depth, const vec3& position, const vec3& normal) const {
+RecordHistory CacheLevels::sample(const RenderContext& context, const HemisphereRadiance& radiance, const Query& query,
+                                  double passes) const {
+  if (const auto known = histories_.find(query.key); known != histories_.end()) return known->second;
+  RecordHistory history{*query.point, query.key, {}, 0};
+  add_passes(context, radiance, history, passes);
+  return history;
+}
+
+void CacheLevels::add_passes(const RenderContext& context, const HemisphereRadiance& radiance, RecordHistory& history,
+                             double passes) const {
+  const auto target = static_cast<int>(passes + to_unit_float(static_cast<std::uint32_t>(hash_keys(history.key, 1u))));
+  const int depth = static_cast<int>(level(history.point.depth)) + 1;
+  while (history.passes < std::max(target, 1)) {
+    const auto pass = static_cast<std::uint32_t>(history.passes++);
+    const IrradianceEstimate next = sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance);
+    if (pass == 0)
+      history.mean = next;
+    else
+      history.mean.average_in(next, history.passes);
+  }
+}
+
+void CacheLevels::refine(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy, double passes,
+                         std::span<const CachePoint> wanted, std::uint32_t round) {
+  accuracy_ = accuracy;
+  for (Level& level : levels_)
+    parallel_for(level.histories.size(), 1, [&](std::size_t i) { add_passes(context, radiance, level.histories[i], passes); });
+  for (Level& level : levels_) {
+    level.records = make_records(context);
+    for (const RecordHistory& history : level.histories) level.records.insert(record_of(history));
+  }
+  std::vector<Query> queue;
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    if (wanted[i]) {
+      while (level(wanted[i].depth) >= levels_.size()) levels_.push_back({{}, make_records(context)});
+      queue.push_back({hash_keys(i, round), &wanted[i]});
+    }
+  cover(context, radiance, std::move(queue), passes);
+}
+
+std::optional<Interpolated> CacheLevels::interpolate(int depth, const vec3& position, const vec3& normal) const {
   if (level(depth) >= levels_.size()) return std::nullopt;
   count(Counter::lookups);
-  return levels_[level(depth)].interpolate(position, normal);
+  return levels_[level(depth)].records.interpolate(position, normal);
 }
 
 }  // namespace etendue

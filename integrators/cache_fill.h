@@ -22,7 +22,7 @@ struct CacheSettings {
   CacheMetric metric = CacheMetric::bounded_split_sphere;
   Gradients gradients = Gradients::both;
   bool clamping = true;
-  float accuracy = 0.2f;
+  float accuracy = 0.2f;     // at which the spacings hold
   float min_spacing = 1.5f;  // pixels
   float max_spacing = 0.1f;  // scene diagonals
   float scene_size = 1;      // metres
@@ -38,35 +38,66 @@ using HemisphereRadiance = std::function<void(std::span<PathSample> paths, int d
 IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSettings& settings, const CachePoint& point,
                                      int depth, std::uint64_t key, std::uint32_t pass, const HemisphereRadiance& radiance);
 
+// What a record was made of.
+struct RecordHistory {
+  CachePoint point;
+  std::uint64_t key = 0;    // of its random numbers
+  IrradianceEstimate mean;  // of its passes
+  int passes = 1;
+};
+
 // Records by level; a point belongs to the level of its depth, or all to one.
 class CacheLevels {
  public:
+  // `pixels`: what their centres see.
   CacheLevels(const RenderContext& context, const CacheSettings& settings, std::vector<CachePoint> pixels, bool one_level);
 
-  // Covers all pixels at the settings' accuracy.
-  void fill(const RenderContext& context, const HemisphereRadiance& radiance);
-  // The same with at most `records` records, and at least 98 % of them where the metric's bounds permit.
+  // Covers all pixels at an accuracy with records added to those there are.
+  void fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy);
+  // The same, anew, with at most `records` records, and at least 98 % of them where the metric's bounds permit.
   void fill_to(const RenderContext& context, const HemisphereRadiance& radiance, std::size_t records);
+  // Every record is brought to `passes` passes over its hemisphere (a fraction is met by as many more records) and judged anew;
+  // then `wanted` points, keyed by their index and `round`, are covered at `accuracy` where they are not yet.
+  void refine(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy, double passes,
+              std::span<const CachePoint> wanted, std::uint32_t round);
 
   // Empty where no record serves.
-  std::optional<Rgb> interpolate(int depth, const vec3& position, const vec3& normal) const;
+  std::optional<Interpolated> interpolate(int depth, const vec3& position, const vec3& normal) const;
   std::size_t size() const;
-  float accuracy() const { return settings_.accuracy; }
+  float accuracy() const { return accuracy_; }
 
  private:
-  void clear(const RenderContext& context, float accuracy);
+  struct Level {
+    std::vector<RecordHistory> histories;
+    IrradianceRecords records;
+  };
+  struct Query {
+    std::uint64_t key;  // of random numbers
+    const CachePoint* point;
+  };
+
+  void clear(const RenderContext& context);
+  void rebuild(const RenderContext& context, float accuracy);
+  IrradianceRecords make_records(const RenderContext& context) const;
+  IrradianceRecord record_of(const RecordHistory& history) const;
   template <class Wanted>
   void fill_where(const RenderContext& context, const HemisphereRadiance& radiance, const Wanted& wanted);
+  void cover(const RenderContext& context, const HemisphereRadiance& radiance, std::vector<Query> queue, double passes);
+  RecordHistory sample(const RenderContext& context, const HemisphereRadiance& radiance, const Query& query,
+                       double passes) const;
+  void add_passes(const RenderContext& context, const HemisphereRadiance& radiance, RecordHistory& history,
+                  double passes) const;
+  bool covered(const CachePoint& point) const;
   std::size_t level(int depth) const { return one_level_ ? 0 : static_cast<std::size_t>(depth); }
-  MetricContext metric_context(const CachePoint& point) const;
 
   CacheSettings settings_;
+  float accuracy_;
   bool one_level_;
   Bounds bounds_;
   std::vector<CachePoint> pixels_;
-  std::vector<IrradianceRecords> levels_;
-  std::size_t limit_ = 0;                                            // records at most; 0: none
-  std::unordered_map<std::uint32_t, IrradianceEstimate> estimates_;  // by pixel, while bisecting
+  std::vector<Level> levels_;
+  std::size_t limit_ = 0;                                       // records at most; 0: none
+  std::unordered_map<std::uint64_t, RecordHistory> histories_;  // by key, while bisecting
 };
 
 }  // namespace etendue

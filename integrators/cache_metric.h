@@ -32,6 +32,9 @@ inline constexpr const char* cache_metric_names[] = {"split-sphere",        "bou
 
 CacheMetric cache_metric(const std::string& name);  // of a checked parameter
 
+// Accuracy at which [Tabellion2004]'s kappa is one, and about which [Ward1988]'s a is chosen.
+inline constexpr float usual_accuracy = 0.2f;
+
 // Does the metric need second derivatives?
 inline bool is_hessian(CacheMetric metric) { return metric >= CacheMetric::radiometric_hessian; }
 

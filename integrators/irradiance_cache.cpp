@@ -10,6 +10,46 @@ namespace etendue {
 namespace {
 
 constexpr int roulette_depth = 5, shared_above = 16;
+constexpr int overture_rounds = 4;
+constexpr std::uint64_t asking_pixels = 32;  // one in so many asks for records per iteration: slivers shall not have many
+static const double refined_by =
+    getenv("TAU") ? atof(getenv("TAU")) : 50;  // iterations, in which records and passes first double
+
+Gradients parse_gradients(const std::string& name) {
+  return name == "none"       ? Gradients::none
+         : name == "rotation" ? Gradients::rotation
+         : name == "mesh"     ? Gradients::mesh
+                              : Gradients::both;
+}
+
+// Paths end where the cache covers.
+class CacheEnd final : public PathEnd {
+ public:
+  CacheEnd(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept)
+      : cache_(cache), depth_(depth), kept_(kept) {
+    direct = cache_direct ? MisMode::bsdf : MisMode::light;
+  }
+
+  std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const override {
+    if (!bsdf.is_diffuse()) return std::nullopt;
+    const auto found = cache_.interpolate(depth_, point.position, towards(point.shading_normal, point.normal, wo));
+    if (!found) return std::nullopt;
+    Rgb irradiance = found->irradiance;
+    for (int event = depth_; event < depth; ++event) irradiance *= kept_;
+    return bsdf.diffuse_albedo() * irradiance * inv_pi;
+  }
+
+ private:
+  const CacheLevels& cache_;
+  int depth_;  // of the level that answers
+  Rgb kept_;
+};
+
+// What a camera sample brings.
+struct CameraSample {
+  Rgb sampled{0}, cached{0};  // by paths and light samples; by the cache
+  CachePoint wanted;          // the first point that the next accuracy leaves uncovered
+};
 
 class IrradianceCache final : public Integrator {
  public:
@@ -20,21 +60,24 @@ class IrradianceCache final : public Integrator {
   Expectation expectation() const override;
 
  private:
-  Rgb camera_radiance(const RenderContext& context, Ray ray, Sampler& sampler) const;
+  Rgb kept_by_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen) const;
+  double time_at(std::uint32_t index) const { return 1 + (index - overture_rounds) / refined_by; }
+  float accuracy_at(std::uint32_t index) const;
+  double weight_at(std::uint32_t index) const;
+  void refine(const RenderContext& context, std::uint32_t index);
+  CameraSample camera_sample(const RenderContext& context, Ray ray, Sampler& sampler, float next_accuracy) const;
 
   IrradianceCacheParams params_;
   SamplerKind sampler_;
   int max_depth_ = 0;
   int cached_below_ = 0;  // events before a point at which light is cached
   std::unique_ptr<CacheLevels> cache_;
+  HemisphereRadiance radiance_;
+  Rgb kept_{1};                     // share of a record's light that a limit of one event less would leave
+  std::vector<CachePoint> wanted_;  // by pixel
+  std::vector<dvec3> cached_sum_;   // of the cache's part of a pixel, weighted
+  double cached_weight_ = 0;  // their sum
 };
-
-Gradients parse_gradients(const std::string& name) {
-  return name == "none"       ? Gradients::none
-         : name == "rotation" ? Gradients::rotation
-         : name == "mesh"     ? Gradients::mesh
-                              : Gradients::both;
-}
 
 void IrradianceCache::prepare(RenderContext& context) {
   const auto timed = context.phases.measure("prefill");
@@ -55,59 +98,136 @@ void IrradianceCache::prepare(RenderContext& context) {
   parallel_pixels(size, [&](ivec2 pixel) {
     seen[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] = find_cache_point(context, pixel, cached_below_, sampler_);
   });
+  if (params_.fill == "records") kept_ = kept_by_limit(context, settings, seen);
+  cached_sum_.assign(seen.size(), dvec3(0));
+  cached_weight_ = 0;
+  wanted_.assign(seen.size(), {});
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), max_depth_ > shared_above);
-  const PathSettings tracing{max_depth_, roulette_depth, MisMode::power};
-  const HemisphereRadiance radiance = [&](std::span<PathSample> paths, int depth) {
-    trace_paths(context, paths, depth, tracing, params_.cache_direct);
+  radiance_ = [this, &context](std::span<PathSample> paths, int depth) {
+    const CacheEnd end(*cache_, depth - 1, params_.cache_direct, kept_);
+    trace_paths(context, paths, depth, {max_depth_, roulette_depth, MisMode::power}, params_.cache_direct,
+                params_.fill == "records" ? &end : nullptr);
   };
   if (params_.records > 0)
-    cache_->fill_to(context, radiance, static_cast<std::size_t>(params_.records));
+    cache_->fill_to(context, radiance_, static_cast<std::size_t>(params_.records));
+  else if (!params_.refine)
+    cache_->fill(context, radiance_, params_.accuracy);
+}
+
+// Records that answer for a path's further bounces hold light of as many events as they are allowed, of which the path has had
+// some. The share of the last event hardly varies over a scene (it is that of the slowest to fade of all distributions of
+// light), so that its mean over a few points, with the same random numbers for both limits, takes it away.
+Rgb IrradianceCache::kept_by_limit(const RenderContext& context, const CacheSettings& settings,
+                                   std::span<const CachePoint> seen) const {
+  constexpr std::size_t points = 64;
+  if (max_depth_ > shared_above) return Rgb(1);
+  std::vector<std::uint64_t> pixels;
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (seen[i].depth == 0) pixels.push_back(i);
+  const std::size_t some = std::min(points, pixels.size());
+  std::partial_sort(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(some), pixels.end(),
+                    [](std::uint64_t a, std::uint64_t b) { return mix_bits(a) < mix_bits(b); });
+  std::vector<dvec3> whole(some), less(some);
+  parallel_for(2 * some, 1, [&](std::size_t i) {
+    const std::uint64_t pixel = pixels[i / 2];
+    const int limit = max_depth_ - static_cast<int>(i % 2);
+    const auto radiance = [&](std::span<PathSample> paths, int depth) {
+      trace_paths(context, paths, depth, {limit, roulette_depth, MisMode::power}, params_.cache_direct);
+    };
+    const IrradianceEstimate e = sample_hemisphere(context, settings, seen[pixel], 1, hash_keys(pixel, 2u), 0, radiance);
+    (i % 2 == 0 ? whole : less)[i / 2] = dvec3(e.irradiance);
+  });
+  dvec3 sum(0), sum_less(0);
+  for (std::size_t i = 0; i < some; ++i) {
+    sum += whole[i];
+    sum_less += less[i];
+  }
+  Rgb kept(1);
+  for (int c = 0; c < 3; ++c)
+    if (sum[c] > 0) kept[c] = static_cast<float>(std::clamp(sum_less[c] / sum[c], 0.0, 1.0));
+  return kept;
+}
+
+// Of an iteration; falls by a root of two in each round of the overture, to what is asked for, and as t^(-1/6) from there.
+float IrradianceCache::accuracy_at(std::uint32_t index) const {
+  if (!params_.refine || params_.records > 0) return cache_->accuracy();
+  if (index < overture_rounds) return params_.accuracy * std::exp2(0.5f * static_cast<float>(overture_rounds - index));
+  return params_.accuracy * static_cast<float>(std::pow(time_at(index), -1.0 / 6));
+}
+
+// The weight of what the cache adds in an iteration: its error falls as the square of the accuracy.
+double IrradianceCache::weight_at(std::uint32_t index) const {
+  return params_.refine && params_.records == 0 ? std::min(1.0, std::pow(params_.accuracy / accuracy_at(index), 4)) : 1;
+}
+
+void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) {
+  const auto timed = context.phases.measure("prefill");
+  if (params_.records == 0 && index <= overture_rounds)
+    cache_->fill(context, radiance_, accuracy_at(index));
   else
-    cache_->fill(context, radiance);
+    cache_->refine(context, radiance_, accuracy_at(index), std::pow(time_at(index), 2.0 / 3), wanted_, index);
 }
 
 void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
+  if (params_.refine) refine(context, index);
   const auto timed = context.phases.measure("gather");
+  const float next_accuracy = params_.records > 0 ? infinity : accuracy_at(index + 1);
+  // The film takes the differences of t times the weighted mean.
+  const double t = index + 1.0, weight = weight_at(index), before = cached_weight_;
+  cached_weight_ += weight;
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
     Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
     const Ray ray = sample_camera_ray(context, pixel, sampler);
-    film.add(pixel, camera_radiance(context, ray, sampler), index);
+    CameraSample sample = camera_sample(context, ray, sampler, next_accuracy);
+    wanted_[key] = hash_keys(key, index) % asking_pixels == 0 ? sample.wanted : CachePoint{};
+    dvec3& sum = cached_sum_[key];
+    if (!is_finite(sample.cached)) {
+      film.add(pixel, sample.cached, index);  // which counts it
+      return;
+    }
+    const dvec3 mean_before = before > 0 ? (t - 1) / before * sum : dvec3(0);
+    sum += weight * dvec3(sample.cached);
+    film.add(pixel, sample.sampled + Rgb(t / cached_weight_ * sum - mean_before), index);
   });
 }
 
-Rgb IrradianceCache::camera_radiance(const RenderContext& context, Ray ray, Sampler& sampler) const {
+CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ray, Sampler& sampler,
+                                            float next_accuracy) const {
   // Light samples at a cached surface: all of its direct light, or only that of lights no ray can find.
   const MisMode cached_mode = params_.cache_direct ? MisMode::bsdf : MisMode::light;
-  Rgb radiance(0), throughput(1);
-  float eta_scale = 1, pdf_bsdf = 0;
+  CameraSample out;
+  Rgb throughput(1);
+  float eta_scale = 1, pdf_bsdf = 0, distance = 0;
   bool count_emission = true;
   for (int depth = 0;; ++depth) {
     const Hit hit = trace(context, ray);
     if (!hit) {
-      if (count_emission) radiance += throughput * met_emission(context, ray, nullptr, pdf_bsdf);
-      return radiance;
+      if (count_emission) out.sampled += throughput * met_emission(context, ray, nullptr, pdf_bsdf);
+      return out;
     }
     const SurfacePoint point = context.scene.surface_at(ray, hit);
-    if (count_emission) radiance += throughput * met_emission(context, ray, &point, pdf_bsdf);
-    if (depth >= max_depth_) return radiance;
+    if (count_emission) out.sampled += throughput * met_emission(context, ray, &point, pdf_bsdf);
+    if (depth >= max_depth_) return out;
 
     const vec3 wo = -ray.direction;
+    distance += glm::length(point.position - ray.origin);
     const Bsdf bsdf(context.scene, point);
     const bool cached = is_cached(bsdf);
-    radiance += throughput * direct_light(context, point, bsdf, wo, sampler, cached ? cached_mode : MisMode::power);
+    out.sampled += throughput * direct_light(context, point, bsdf, wo, sampler, cached ? cached_mode : MisMode::power);
     bool found = false;
     if (cached && depth < cached_below_) {
-      if (const auto irradiance = cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo))) {
-        radiance += throughput * base_reflectance(context.scene, point, bsdf, wo) * *irradiance * inv_pi;
-        found = true;
-      }
+      const auto record = cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo));
+      if (record) out.cached += throughput * base_reflectance(context.scene, point, bsdf, wo) * record->irradiance * inv_pi;
+      found = record.has_value();
+      if (!out.wanted && !(record && record->error < next_accuracy))
+        out.wanted = cache_point(context, point, wo, distance, depth);
     }
-    if (found && !bsdf.has_specular()) return radiance;
+    if (found && !bsdf.has_specular()) return out;
 
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered || (found && !scattered.specular)) return radiance;
+    if (!scattered || (found && !scattered.specular)) return out;
     // A cached surface has had all of its direct light from the light sample, or none.
     count_emission = !cached || scattered.specular || params_.cache_direct;
     throughput *= scattered.weight;
@@ -116,7 +236,7 @@ Rgb IrradianceCache::camera_radiance(const RenderContext& context, Ray ray, Samp
     ray = spawn_ray(point, scattered.wi);
     if (depth + 1 >= roulette_depth) {
       const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
-      if (!(sampler.get_1d() < survival)) return radiance;
+      if (!(sampler.get_1d() < survival)) return out;
       throughput /= survival;
     }
   }

@@ -5,13 +5,24 @@
 // transmission of the incoming light is taken at its hemispherical mean). Direct light is sampled per camera sample; delta
 // lobes and all rough lobes are followed by path tracing until a cached surface.
 //
-// The cache is filled before the first iteration (see cache_fill.h). Afterwards it is only read: a camera sample on a spot that
-// no record covers (between the pixel centres, or behind a glossy bounce) is path-traced one bounce on, which is unbiased.
+// The cache refines. Iteration 0 fills it coarsely (see cache_fill.h); each iteration then renders one sample per pixel and
+// notes where the accuracy of the next is not met, and the next begins with more passes over the hemispheres of the records
+// there are and new records there. With t = 1 + iteration, the accuracy falls as t^(-1/6), so that records grow as t^(1/3), and
+// passes per record grow as t^(2/3): of all splits of a constant effort per iteration this lets the squares of interpolation
+// error (t^(-2/3) with gradients) and of the records' noise fall alike. What the cache adds to a pixel is averaged with weight
+// t, for what late iterations find is better. Without `refine` the cache is filled before the first iteration and stays as it
+// is.
+//
+// A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased.
+//
+// With `fill = "records"` the paths of a hemisphere end at the first surface that the records so far cover, which answer for
+// all further bounces; with "paths" they are traced to their end.
 //
 // Depth: the light a record holds has a bound on its scattering events, so records serve the camera depth they were made at.
-// Where the limit is above 16 all depths share them, and a path seen through c carrying events may be c events too long.
+// Where the limit is above 16 all depths share them, and a path seen through c carrying events may be c events too long; where
+// records answer for records, light may be so too.
 //
-// Biased: interpolation, and the records' noise, which the iterations do not average. An iteration is one sample per pixel.
+// Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
 #pragma once
 
 #include "framework/integrator.h"
@@ -25,7 +36,9 @@ struct IrradianceCacheParams {
   std::string metric = "bounded-split-sphere";
   float accuracy = 0.2f;
   int records = 0;
-  int samples = 1024;
+  bool refine = true;
+  std::string fill = "paths";
+  int samples = 256;
   float min_spacing = 1.5f;
   float max_spacing = 0.1f;
   std::string gradients = "both";
@@ -46,7 +59,9 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
            "Ward's a: the error at which a record no longer serves; smaller, more records");
   v.integer("records", p.records, 0, 10000000, "records",
             "this many: the accuracy is found by bisection; 0: as many as it takes");
-  v.integer("samples", p.samples, 1, 100000000, "rays", "over the hemisphere of a record");
+  v.flag("refine", p.refine, "every iteration adds records and passes over them; off: filled once");
+  v.choice("fill", p.fill, {"records", "paths"}, "what gives a hemisphere's light its further bounces");
+  v.integer("samples", p.samples, 1, 100000000, "rays", "over the hemisphere of a record, per pass");
   v.number("min_spacing", p.min_spacing, 0, 1000, "pixels", "bounded-split-sphere: a record serves at least this far");
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "bounded-split-sphere: and at most this far");
   v.choice("gradients", p.gradients, {"none", "rotation", "both", "mesh"},

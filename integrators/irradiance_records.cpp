@@ -14,6 +14,8 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
   if (gradients >= Gradients::both) {
     record.translation = estimate.translation;
     const float brightness = luminance(estimate.irradiance);
+    static const float GL = getenv("GL") ? atof(getenv("GL")) : 0;
+    if (GL > 0) { const float most = GL * brightness * estimate.inverse_distance; if (float st = steepness(estimate); st > most) record.translation *= most / st; }
     // The bounded split sphere holds its whole reach to this, but for its least spacing; others what they serve.
     const float extent = metric == CacheMetric::bounded_split_sphere ? record.reach : context.accuracy * record.reach;
     if (const float change = steepness(estimate) * extent; change > brightness) record.translation *= brightness / change;
@@ -30,24 +32,24 @@ void IrradianceRecord::shorten(float length) {
   reach = length;
 }
 
-float IrradianceRecords::weight(const IrradianceRecord& record, const vec3& position, const vec3& normal) const {
+float IrradianceRecords::error(const IrradianceRecord& record, const vec3& position, const vec3& normal) const {
   const vec3 offset = position - record.position;
   const float cosine = glm::dot(normal, record.normal);
   const float away = std::sqrt(length_squared(offset) + square(glm::dot(offset, record.squeeze))) / record.reach;
   const float turn = safe_sqrt(1 - cosine);
   constexpr float ten_degrees = 0.12325683f;  // sqrt(1 - cos 10 degrees)
-  const float error = weight_ == CacheWeight::ward ? away + turn : std::max(away, turn * (tabellion_accuracy / ten_degrees));
-  if (!(error < accuracy_)) return 0;
+  const float error = weight_ == CacheWeight::ward ? away + turn : std::max(away, turn * (usual_accuracy / ten_degrees));
+  if (!(error < accuracy_)) return infinity;
   // In front by more than rounding and curvature explain.
-  if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * record.reach) return 0;
-  return weight_ == CacheWeight::ward ? 1 / std::max(error, 1e-4f) - 1 / accuracy_ : 1 - error / accuracy_;
+  if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * record.reach) return infinity;
+  return error;
 }
 
 void IrradianceRecords::insert(IrradianceRecord record) {
   const auto id = static_cast<std::uint32_t>(records_.size());
-  if (clamp_) {
-    // The least of R_j + |p_i - p_j| over all records obeys the triangle inequality, so the order of insertion does not
-    // matter. Balls are not shrunk: `weight` decides.
+  if (clamps_) {
+    // The least of R_j + clamp |p_i - p_j| over all records obeys the triangle inequality, so the order of insertion does not
+    // matter. Balls are not shrunk: `error` decides.
     record.shorten(reaches_.limit(record.position, record.reach));
     reaches_.shorten_around(record.position, record.reach,
                             [&](std::uint32_t other, float length) { records_[other].shorten(length); });
@@ -61,19 +63,21 @@ bool IrradianceRecords::covered(const vec3& position, const vec3& normal) const 
   static thread_local Neighbours found;
   balls_->covering(position, found);
   for (const Neighbour& n : found)
-    if (weight(records_[n.id], position, normal) > 0) return true;
+    if (error(records_[n.id], position, normal) < accuracy_) return true;
   return false;
 }
 
-std::optional<Rgb> IrradianceRecords::interpolate(const vec3& position, const vec3& normal) const {
+std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position, const vec3& normal) const {
   static thread_local Neighbours found;
   balls_->covering(position, found);
   Rgb sum(0);
-  float weights = 0;
+  float weights = 0, least = infinity;
   for (const Neighbour& n : found) {
     const IrradianceRecord& record = records_[n.id];
-    const float w = weight(record, position, normal);
-    if (!(w > 0)) continue;
+    const float e = error(record, position, normal);
+    if (!(e < accuracy_)) continue;
+    const float w = weight_ == CacheWeight::ward ? 1 / std::max(e, 1e-4f) - 1 / accuracy_ : 1 - e / accuracy_;
+    least = std::min(least, e);
     // Vector times matrix: a dot product per column, that is per channel ([Ward1992]).
     const Rgb here = record.irradiance + glm::cross(record.normal, normal) * record.rotation +
                      (position - record.position) * record.translation;
@@ -81,7 +85,7 @@ std::optional<Rgb> IrradianceRecords::interpolate(const vec3& position, const ve
     weights += w;
   }
   if (!(weights > 0)) return std::nullopt;
-  return sum / weights;
+  return Interpolated{sum / weights, least};
 }
 
 }  // namespace etendue

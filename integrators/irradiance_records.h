@@ -23,9 +23,6 @@ namespace etendue {
 // `both`: translation from the walls between strata; `mesh`: from the mesh of the samples (see irradiance_hessian.h).
 enum class Gradients : std::uint8_t { none, rotation, both, mesh };
 
-// Accuracy at which [Tabellion2004]'s kappa is one.
-inline constexpr float tabellion_accuracy = 0.2f;
-
 struct IrradianceRecord {
   vec3 position;
   vec3 normal;  // unit, on the lit side
@@ -42,30 +39,35 @@ struct IrradianceRecord {
 IrradianceRecord make_record(const vec3& position, const vec3& normal, const IrradianceEstimate& estimate, Gradients gradients,
                              CacheMetric metric, const MetricContext& context);
 
+struct Interpolated {
+  Rgb irradiance;
+  float error;  // least e of the records that serve: a point is covered at every accuracy above it
+};
+
 enum class CacheWeight : std::uint8_t { ward, tabellion };
 
 class IrradianceRecords {
  public:
-  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, bool clamp = false,
-                    CacheWeight weight = CacheWeight::ward)
-      : balls_(std::move(balls)), accuracy_(accuracy), clamp_(clamp), weight_(weight) {}
+  // `clamp`: how much longer a reach may be than a neighbour's per length of the way between them; 0: any.
+  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, float clamp = 0, CacheWeight weight = CacheWeight::ward)
+      : balls_(std::move(balls)), reaches_(clamp), accuracy_(accuracy), clamps_(clamp > 0), weight_(weight) {}
 
   // With clamping, also shortens what older records reach, so that some of what was covered may no longer be.
   void insert(IrradianceRecord record);
   bool covered(const vec3& position, const vec3& normal) const;
   // Empty where no record serves.
-  std::optional<Rgb> interpolate(const vec3& position, const vec3& normal) const;
+  std::optional<Interpolated> interpolate(const vec3& position, const vec3& normal) const;
 
   const std::vector<IrradianceRecord>& all() const { return records_; }
 
  private:
-  float weight(const IrradianceRecord& record, const vec3& position, const vec3& normal) const;  // 0: refused
+  float error(const IrradianceRecord& record, const vec3& position, const vec3& normal) const;  // infinite: refused
 
   std::vector<IrradianceRecord> records_;
   std::unique_ptr<BallQuery> balls_;
   ReachTree reaches_;
   float accuracy_;
-  bool clamp_;
+  bool clamps_;
   CacheWeight weight_;
 };
 

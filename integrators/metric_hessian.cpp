@@ -15,7 +15,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double calibration = 0.25;      // c: as many records as the bounded split sphere makes in a Cornell box, about
+constexpr double calibration = 0.7;      // c: as many records as the bounded split sphere makes in a Cornell box, about
 constexpr double geometric_share = 1e-3;  // of the geometric Hessian, in the fall-back
 constexpr double longest_ellipse = 4;     // ratio of its axes
 
@@ -23,7 +23,8 @@ constexpr double longest_ellipse = 4;     // ratio of its axes
 
 Reach hessian_reach(const TangentMatrix& relative, const Frame& frame, const MetricContext& context) {
   const TangentEigen e = eigen(relative);
-  const double size = context.scene_size, largest = size / context.accuracy, least = 1e-6 * largest;
+  const double size = context.scene_size, largest = size / context.accuracy;
+  const double least = std::max(1e-6 * size, static_cast<double>(context.min_spacing * context.pixel_width)) / context.accuracy;
   const auto radius = [&](double lambda) {
     const double r = calibration * size * std::pow(4 / (std::numbers::pi * std::abs(lambda) * size * size), 0.25);
     return std::clamp(r, least, largest);

@@ -2,16 +2,15 @@
 // error is the greater of the displacement's share of that and the normal's turn in units of 10 degrees (see `weight` in
 // irradiance_records.cpp).
 //
-// There a record serves where kappa times that error is below 1. Here kappa = tabellion_accuracy / accuracy, so that the usual
+// There a record serves where kappa times that error is below 1. Here kappa = usual_accuracy / accuracy, so that the usual
 // accuracy is the paper's kappa = 1.
 #include "integrators/cache_metric.h"
-#include "integrators/irradiance_records.h"
 
 namespace etendue {
 
 Reach tabellion_reach(const IrradianceEstimate& estimate, const MetricContext& context) {
   const float pixel = std::max(context.pixel_width, 1e-7f * context.scene_size);
-  return {std::clamp(0.5f * estimate.nearest, 1.5f * pixel, 10 * pixel) / tabellion_accuracy};
+  return {std::clamp(0.5f * estimate.nearest, 1.5f * pixel, 10 * pixel) / usual_accuracy};
 }
 
 }  // namespace etendue

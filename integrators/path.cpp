@@ -72,7 +72,7 @@ struct Wavefront {
 }  // namespace
 
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
-                 bool count_emission) {
+                 bool count_emission, const PathEnd* end) {
   static thread_local Wavefront wave;  // for its memory
   auto& [walks, rays, hits, gains, shadow_rays] = wave;
   walks.clear();
@@ -101,9 +101,15 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
       if (counts) add_emission(context, walk, ray, &point, settings.mis);
       if (depth >= settings.max_depth) continue;
       const Bsdf bsdf(context.scene, point);
-      if (const auto light = sample_direct_light(context, point, bsdf, -ray.direction, walk.path->sampler, settings.mis)) {
+      const std::optional<Rgb> ended = end ? end->reflected(point, bsdf, -ray.direction, depth) : std::nullopt;
+      const MisMode mis = ended ? end->direct : settings.mis;
+      if (const auto light = sample_direct_light(context, point, bsdf, -ray.direction, walk.path->sampler, mis)) {
         gains.push_back({walk.path, walk.throughput * light->radiance});
         shadow_rays.push_back(light->shadow_ray);
+      }
+      if (ended) {
+        walk.path->radiance += walk.throughput * *ended;
+        continue;
       }
       if (!scatter(walk, ray, point, bsdf, depth, settings.roulette_depth)) continue;
       walks[going_on] = walk;

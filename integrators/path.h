@@ -9,6 +9,7 @@
 #include "framework/integrator.h"
 #include "framework/transport/direct_light.h"
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -46,11 +47,22 @@ struct PathSample {
   vec3 first_normal{0};             // geometric, there
 };
 
+// Where paths may end early: at surfaces whose indirect light something else knows.
+class PathEnd {
+ public:
+  virtual ~PathEnd() = default;
+  // What a surface reflects towards wo but for its direct light, after `depth` scattering events; empty: the path goes on.
+  virtual std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const = 0;
+  // How its direct light is sampled there: `light` for all of it; `bsdf` where `reflected` has all but that of lights that no
+  // ray can find.
+  MisMode direct = MisMode::light;
+};
+
 // Traces paths together, event by event, so that their rays are asked in batches; what comes of each is what would by itself.
 // They already have `depth` scattering events behind them. With `count_emission` false, light that a first hit (or the
 // environment a first ray escapes to) emits is left out: the caller has sampled it.
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
-                 bool count_emission);
+                 bool count_emission, const PathEnd* end = nullptr);
 
 // A camera ray for a pixel, jittered over it (and over the lens where it is open).
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);

@@ -54,8 +54,8 @@ float ReachTree::limit(const vec3& position, float reach) const {
 
 void ReachTree::limit_node(std::uint32_t index, const vec3& position, float& limit) const {
   const Node& node = nodes_[index];
-  if (!(node.least + distance_to(node.bounds, position) < limit)) return;
-  for (const Entry& e : node.entries) limit = std::min(limit, e.reach + glm::length(e.position - position));
+  if (!(node.least + slope_ * distance_to(node.bounds, position) < limit)) return;
+  for (const Entry& e : node.entries) limit = std::min(limit, e.reach + slope_ * glm::length(e.position - position));
   if (!node.leaf)
     for (const std::uint32_t child : node.children)
       if (child != none) limit_node(child, position, limit);

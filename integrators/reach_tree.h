@@ -1,6 +1,6 @@
 // Octree over records by which neighbour clamping finds the few that matter ([Krivanek2006]).
 //
-// Clamping asks for the least of reach_j + |p - p_j| over all records, and for the records whose reach is longer than a new
+// Clamping asks for the least of reach_j + slope |p - p_j| over all records, and for the records whose reach is longer than a new
 // one's plus the way to it. Nodes keep the box of their records and their least and longest reach, so both are answered by
 // branch and bound, exactly as by going through all pairs.
 #pragma once
@@ -14,6 +14,8 @@ namespace etendue {
 
 class ReachTree {
  public:
+  explicit ReachTree(float slope = 1) : slope_(slope) {}
+
   void insert(const vec3& position, float reach, std::uint32_t id);
   // The least of `reach` and of what the records allow at a position.
   float limit(const vec3& position, float reach) const;
@@ -51,10 +53,10 @@ class ReachTree {
   // Distances to boxes are rounded: less a little, so that no record is missed.
   template <class Shorten>
   void shorten_node(std::uint32_t index, const vec3& position, float reach, const Shorten& shorten) {
-    if (!(nodes_[index].longest > reach + distance_to(nodes_[index].bounds, position))) return;
+    if (!(nodes_[index].longest > reach + slope_ * distance_to(nodes_[index].bounds, position))) return;
     float longest = 0, least = infinity;
     for (Entry& e : nodes_[index].entries) {
-      const float length = reach + glm::length(e.position - position);
+      const float length = reach + slope_ * glm::length(e.position - position);
       if (e.reach > length) {
         e.reach = length;
         shorten(e.id, length);
@@ -73,6 +75,7 @@ class ReachTree {
     nodes_[index].least = least;
   }
 
+  float slope_;
   std::vector<Node> nodes_;
 };
 

@@ -166,7 +166,7 @@ TEST(IrradianceRecords, InterpolationDoesNotDependOnTheOrderOfInsertion) {
     const vec3 p(2 * u.x - 1, 0, 2 * u.y - 1);
     const auto a = forward.interpolate(p, up), b = backward.interpolate(p, up);
     ASSERT_TRUE(a && b);
-    EXPECT_NEAR(a->x / b->x, 1, 1e-5);
+    EXPECT_NEAR(a->irradiance.x / b->irradiance.x, 1, 1e-5);
   }
 }
 
@@ -211,7 +211,7 @@ TEST(IrradianceRecords, ClampedReachesObeyTheTriangleInequalityInAnyOrder) {
     all.push_back({{2 * u.x - 1, 0, 2 * u.y - 1}, up, i % 10 == 0 ? 0.05f : 2, Rgb(1)});
   }
   const auto reaches = [&] {
-    IrradianceRecords records(find_ball_structure("brute", {}).make(Bounds{vec3(-2), vec3(2)}), 0.3f, true);
+    IrradianceRecords records(find_ball_structure("brute", {}).make(Bounds{vec3(-2), vec3(2)}), 0.3f, 1);
     for (const IrradianceRecord& r : all) records.insert(r);
     std::map<float, float> by_place;
     for (const IrradianceRecord& r : records.all()) {
