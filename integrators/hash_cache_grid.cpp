@@ -138,11 +138,4 @@ std::optional<Rgb> HashGrid::mean(const vec3& position, const vec3& normal, int 
   return std::nullopt;
 }
 
-std::size_t HashGrid::cells() const {
-  std::size_t cells = 0;
-  for (const Shard& shard : shards_)
-    for (const Table& table : shard.levels) cells += table.cells.size();
-  return cells;
-}
-
 }  // namespace etendue

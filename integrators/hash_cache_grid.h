@@ -44,8 +44,6 @@ class HashGrid {
   // The mean about a point; empty where no cell has seen enough. `u`: uniform.
   std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const;
 
-  std::size_t cells() const;
-
  private:
   static constexpr int coarsest = 3, deepest = 24;  // levels
 

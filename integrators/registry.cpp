@@ -8,6 +8,7 @@
 #include "integrators/path.h"
 #include "integrators/photon_map.h"
 #include "integrators/ppm_memoryless.h"
+#include "integrators/radiance_cache.h"
 #include "integrators/sppm.h"
 #include "integrators/vcm.h"
 
@@ -15,9 +16,9 @@ namespace etendue {
 
 std::span<const IntegratorEntry> integrators() {
   static const std::vector<IntegratorEntry> table = {
-      path_entry(), light_trace_entry(),    bdpt_entry(),       photon_map_entry(), ppm_entry(),
-      sppm_entry(), ppm_memoryless_entry(), appm_entry(),       cppm_entry(),       irradiance_cache_entry(),
-      vcm_entry(),  guided_entry(),         hash_cache_entry(),
+      path_entry(), light_trace_entry(),    bdpt_entry(),       photon_map_entry(),     ppm_entry(),
+      sppm_entry(), ppm_memoryless_entry(), appm_entry(),       cppm_entry(),           irradiance_cache_entry(),
+      vcm_entry(),  guided_entry(),         hash_cache_entry(), radiance_cache_entry(),
   };
   return table;
 }

@@ -1,0 +1,74 @@
+// Records of incident radiance in spherical harmonics, with translation gradients ([Krivanek2005]).
+//
+// A record holds, for each channel, the coefficients of the radiance over the hemisphere about its normal, and their
+// derivatives along two tangents. Light scattered towards the eye is linear in them: a lobe (BSDF times cosine for one outgoing
+// direction) is a vector of coefficients, and the answer is the lobe times the weighted mean of what records extrapolate to.
+//
+// Deviations from [Krivanek2005]. Coefficients are in world axes: turning a lobe costs nothing, so that neither radiance nor
+// gradients are ever rotated. Below the horizon stands the mirror image of what is above, so that no step at the horizon rings
+// and all coefficients go to the half that is looked at. Gradients follow the walls between strata as the surroundings shift
+// ([Krivanek2005a], after [Ward1992]), with the harmonic in place of the cosine, for strata of equal solid angle.
+//
+// Interpolation, reach, refusal of records in front and neighbour clamping are those of irradiance records.
+#pragma once
+
+#include "framework/query.h"
+#include "integrators/hemisphere.h"
+#include "integrators/reach_tree.h"
+
+#include <memory>
+#include <optional>
+
+namespace etendue {
+
+// Coefficients of a lobe, or of radiance; index as in spherical_harmonics.h.
+using ShLobe = std::vector<Rgb>;
+
+// The lobe whose answer is irradiance over pi: that of a white diffuse surface, up to l = 6.
+ShLobe diffuse_lobe(int order, const vec3& normal);
+
+struct RadianceEstimate {
+  std::vector<Rgb> coefficients;  // n^2 values, then as many derivatives along the tangent, then along the bitangent
+  float inverse_distance = 0;     // mean over the hemisphere, of 1 / distance
+};
+
+// Unit, about +z, uniform over solid angle: stratum i = j * phi + k of strata whose rings are equal steps in cos(theta).
+vec3 even_direction(const HemisphereStrata& strata, int i, const vec2& u);
+
+// `samples`: one per stratum, in order, their directions in world axes.
+RadianceEstimate estimate_radiance(int order, const HemisphereStrata& strata, std::span<const HemisphereSample> samples,
+                                   const Frame& frame);
+
+struct RadianceSpacing {
+  float accuracy = 0.2f;      // Ward's a
+  float least = 0, most = 1;  // metres that a record serves at least and at most
+};
+
+class RadianceRecords {
+ public:
+  RadianceRecords(std::unique_ptr<BallQuery> balls, int order, float accuracy)
+      : balls_(std::move(balls)), order_(order), accuracy_(accuracy) {}
+
+  void insert(const vec3& position, const vec3& normal, const RadianceEstimate& estimate, const RadianceSpacing& spacing,
+              bool gradients);
+  bool covered(const vec3& position, const vec3& normal) const;
+  // What the lobe scatters; it may have fewer coefficients than the records. Empty where no record serves.
+  std::optional<Rgb> scatter(const vec3& position, const vec3& normal, std::span<const Rgb> lobe) const;
+
+ private:
+  struct Record {
+    vec3 position;
+    Frame frame;
+    float reach;
+  };
+  float weight(const Record& record, const vec3& position, const vec3& normal) const;  // 0: refused
+
+  std::vector<Record> records_;
+  std::vector<Rgb> coefficients_;  // of all records, 3 n^2 each
+  std::unique_ptr<BallQuery> balls_;
+  ReachTree reaches_;
+  int order_;
+  float accuracy_;
+};
+
+}  // namespace etendue

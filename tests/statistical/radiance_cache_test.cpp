@@ -1,0 +1,87 @@
+// Radiance caching against closed forms and path tracing; its image must not depend on threads.
+#include "tests/block_agreement.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::exact_image;
+using testing::params_of;
+using testing::render;
+using testing::RenderOptions;
+
+TEST(RadianceCache, MatchesClosedForms) {
+  for (const char* name : {"builtin:lambert-sphere", "builtin:furnace", "builtin:polygon-light"}) {
+    const Scene scene = load_scene(name);
+    RenderOptions options;
+    options.iterations = 8;
+    options.resolution = {16, 16};
+    options.params = params_of({{"samples", "128"}});
+    const auto rendered = render(scene, "radiance-cache", options);
+    EXPECT_EQ(rendered.non_finite, 0u) << name;
+    EXPECT_LT(std::abs(bias(rendered.image, exact_image(scene, options.resolution))), 1e-2) << name;
+  }
+}
+
+TEST(RadianceCache, DepthLimitTruncatesTheSeries) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  for (int depth = 1; depth <= 3; ++depth) {
+    RenderOptions options;
+    options.iterations = 8;
+    options.resolution = {16, 16};
+    options.params = params_of({{"samples", "128"}});
+    options.params["max_depth"] = {std::int64_t{depth}, {}};
+    const auto image = render(scene, "radiance-cache", options).image;
+    double mean = 0;
+    for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
+    EXPECT_NEAR(mean * static_cast<double>(pi) / (1 - std::pow(0.5, depth)), 1, 1e-2) << depth;
+  }
+}
+
+TEST(RadianceCache, MakesThePathTracersImage) {
+  testing::expect_agreement(load_scene("builtin:glossy-cornell-box?alpha=0.3"),
+                            {.resolution = {16, 16}, .block = 8, .comparisons = 1}, {"path", {}, 128, 0},
+                            {{"radiance-cache", params_of({{"samples", "128"}}), 32, 0.04}});
+}
+
+TEST(RadianceCache, SameBitsAtAnyThreadCount) {
+  RenderOptions options;
+  options.iterations = 1;
+  options.resolution = {20, 20};
+  options.params = params_of({{"samples", "64"}});
+  std::uint64_t first = 0;
+  for (const int threads : {1, 2, 3}) {
+    options.threads = threads;
+    const std::uint64_t hash = render(load_scene("builtin:glossy-cornell-box?alpha=0.3"), "radiance-cache", options).hash;
+    if (threads == 1) first = hash;
+    EXPECT_EQ(hash, first) << threads;
+  }
+}
+
+TEST(RadianceCache, EveryParameterChangesTheImageButTheStructure) {
+  RenderOptions options;
+  options.iterations = 1;
+  options.resolution = {20, 20};
+  const auto with = [&](const char* key, const char* value) {
+    options.params = params_of({{"samples", "64"}});
+    options.params[key] = parse_param_value(value, {});
+    return render(load_scene("builtin:glossy-cornell-box?alpha=0.3"), "radiance-cache", options).hash;
+  };
+  const std::uint64_t plain = with("samples", "64");
+  for (const auto& [key, value] : {std::pair{"accuracy", "0.5"},
+                                   {"samples", "80"},
+                                   {"order", "6"},
+                                   {"roughness", "0.5"},
+                                   {"lobe_samples", "4"},
+                                   {"gradients", "false"},
+                                   {"min_spacing", "9"},
+                                   {"max_spacing", "0.03"},
+                                   {"max_depth", "2"},
+                                   {"sampler", "independent"}})
+    EXPECT_NE(with(key, value), plain) << key;
+  EXPECT_EQ(with("structure", "brute"), plain);
+}
+
+}  // namespace
+}  // namespace etendue
