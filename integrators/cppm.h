@@ -10,13 +10,13 @@ namespace etendue {
 
 struct CppmParams : ProgressiveParams {
   std::string hypothesis = "even";
-  float beta = 1.5625f;
+  float beta = 1.1f;
 };
 
 template <class Visitor>
 void describe(Visitor& v, CppmParams& p) {
   v.choice("hypothesis", p.hypothesis, {"even", "odd"}, "that is tested: no change over the disc, or none but slopes");
-  v.number("beta", p.beta, 1, 100, "", "growth of the photons that a test waits for, by each refusal");
+  v.number("beta", p.beta, 1, 100, "", "growth of the photons that a test waits for, by each refusal; 1.5625 in the paper");
   describe_progressive(v, p);
 }
 

@@ -20,8 +20,8 @@ namespace etendue {
 inline constexpr int emission_dimensions = 5;
 using EmissionNumbers = std::array<float, emission_dimensions>;
 
-// Numbers of point `index` of the sequence of `key`: the pass's sampler emits, independent numbers scatter. A sequence of low
-// discrepancy lowers the error of what is gathered by 2 % where it scatters too, and costs a tenth of the pass.
+// Numbers of point `index` of the sequence of `key`: the pass's sampler emits, independent numbers scatter. After one diffuse
+// event a sequence of low discrepancy no longer evens out what a kernel finds, and its numbers are dearer.
 class SampledNumbers {
  public:
   SampledNumbers(const RenderContext& context, const PhotonPass& pass, std::uint64_t key, std::uint32_t index)

@@ -78,7 +78,7 @@ InitialRadii ProgressivePasses::pilot(const RenderContext& context) const {
   for (const float r : radii)
     if (r > 0) known.push_back(r);
   const float usual = known.empty() ? widest_ : median(known);
-  for (float& r : radii) r = r > 0 ? std::min(r, 4 * usual) : usual;
+  for (float& r : radii) r = r > 0 ? std::min(r, 2 * usual) : usual;
   return radii;
 }
 

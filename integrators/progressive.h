@@ -12,7 +12,7 @@
 // gives a sharp one with a fraction of the variance, and the photons that remain are fewer and smoother ([Jensen2001] divides
 // the light so).
 //
-// r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most four times
+// r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice
 // the median of all pixels and 5 % of the scene's diagonal. It owes nothing to the photons that are gathered, so that it adds
 // no bias of its own. Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is
 // found once, by two paths per pixel.
