@@ -44,7 +44,15 @@ void describe(Visitor& v, LightTraceParams& p) {
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 
-struct BdptParams : LightTraceParams {};
+struct BdptParams : LightTraceParams {
+  std::string mis = "power";
+};
+
+template <class Visitor>
+void describe(Visitor& v, BdptParams& p) {
+  describe(v, static_cast<LightTraceParams&>(p));
+  v.choice("mis", p.mis, {"power", "balance"}, "heuristic that weighs the strategies");
+}
 
 struct VcmParams : BdptParams {
   float radius = 0;
@@ -55,7 +63,7 @@ struct VcmParams : BdptParams {
 
 template <class Visitor>
 void describe(Visitor& v, VcmParams& p) {
-  describe(v, static_cast<LightTraceParams&>(p));
+  describe(v, static_cast<BdptParams&>(p));
   v.number("radius", p.radius, 0, 1e30, "m", "within which vertices are merged, at first; 0: from the light paths' density");
   v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
