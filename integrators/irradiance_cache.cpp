@@ -12,8 +12,7 @@ namespace {
 constexpr int roulette_depth = 5, shared_above = 16;
 constexpr int overture_rounds = 4;
 constexpr std::uint64_t asking_pixels = 32;  // one in so many asks for records per iteration: slivers shall not have many
-static const double refined_by =
-    getenv("TAU") ? atof(getenv("TAU")) : 50;  // iterations, in which records and passes first double
+constexpr double refined_by = 50;            // iterations, in which records and passes first double
 
 Gradients parse_gradients(const std::string& name) {
   return name == "none"       ? Gradients::none
@@ -76,7 +75,7 @@ class IrradianceCache final : public Integrator {
   Rgb kept_{1};                     // share of a record's light that a limit of one event less would leave
   std::vector<CachePoint> wanted_;  // by pixel
   std::vector<dvec3> cached_sum_;   // of the cache's part of a pixel, weighted
-  double cached_weight_ = 0;  // their sum
+  double cached_weight_ = 0;        // their sum
 };
 
 void IrradianceCache::prepare(RenderContext& context) {

@@ -14,8 +14,6 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
   if (gradients >= Gradients::both) {
     record.translation = estimate.translation;
     const float brightness = luminance(estimate.irradiance);
-    static const float GL = getenv("GL") ? atof(getenv("GL")) : 0;
-    if (GL > 0) { const float most = GL * brightness * estimate.inverse_distance; if (float st = steepness(estimate); st > most) record.translation *= most / st; }
     // The bounded split sphere holds its whole reach to this, but for its least spacing; others what they serve.
     const float extent = metric == CacheMetric::bounded_split_sphere ? record.reach : context.accuracy * record.reach;
     if (const float change = steepness(estimate) * extent; change > brightness) record.translation *= brightness / change;

@@ -15,7 +15,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double calibration = 0.7;      // c: as many records as the bounded split sphere makes in a Cornell box, about
+constexpr double calibration = 0.7;       // c: as many records as the bounded split sphere makes in a Cornell box, about
 constexpr double geometric_share = 1e-3;  // of the geometric Hessian, in the fall-back
 constexpr double longest_ellipse = 4;     // ratio of its axes
 

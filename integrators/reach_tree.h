@@ -1,7 +1,7 @@
 // Octree over records by which neighbour clamping finds the few that matter ([Krivanek2006]).
 //
-// Clamping asks for the least of reach_j + slope |p - p_j| over all records, and for the records whose reach is longer than a new
-// one's plus the way to it. Nodes keep the box of their records and their least and longest reach, so both are answered by
+// Clamping asks for the least of reach_j + slope |p - p_j| over all records, and for the records whose reach is longer than a
+// new one's plus the way to it. Nodes keep the box of their records and their least and longest reach, so both are answered by
 // branch and bound, exactly as by going through all pairs.
 #pragma once
 
