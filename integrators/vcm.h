@@ -3,7 +3,7 @@
 // what.
 //
 //   light-trace   splats alone: particles from the lights, each vertex joined to the lens
-//   bdpt          all strategies but merging, weighed by the balance heuristic
+//   bdpt          all strategies but merging
 //   vcm           all strategies
 //
 // An iteration traces `paths` light paths, then one camera path a pixel. Camera path i is joined to the vertices of light path
@@ -19,7 +19,7 @@
 // through them: the paths it can sample are light that the camera sees directly, and those whose last surface before the camera
 // is not specular. It shares neither direct-light sampling nor camera-side scattering with the path tracer.
 //
-// Memory: 104 bytes a vertex of all light paths of an iteration (vcm: and 60 more), 28 a splat.
+// Memory: 120 bytes a vertex of all light paths of an iteration (vcm: and 80 more), 28 a splat.
 #pragma once
 
 #include "framework/integrator.h"
@@ -45,20 +45,20 @@ void describe(Visitor& v, LightTraceParams& p) {
 }
 
 struct BdptParams : LightTraceParams {
-  std::string mis = "power";
+  std::string mis = "balance";
 };
 
 template <class Visitor>
 void describe(Visitor& v, BdptParams& p) {
   describe(v, static_cast<LightTraceParams&>(p));
-  v.choice("mis", p.mis, {"power", "balance"}, "heuristic that weighs the strategies");
+  v.choice("mis", p.mis, {"balance", "power"}, "heuristic that weighs the strategies");
 }
 
 struct VcmParams : BdptParams {
   float radius = 0;
   int neighbours = 4;
   float alpha = 0.75f;
-  std::string structure = "hash-grid";
+  std::string structure = "sorted-grid";
 };
 
 template <class Visitor>

@@ -18,10 +18,10 @@
 
 namespace etendue {
 
-// Direct light, of one scattering event: next events and hits draw evenly spread points and have little of the variance that
-// densities alone make one expect, while splats and merges are particles that fall at random. Both of these count for this
-// share of their number ([Grittmann2019] measures such factors; a constant one is enough to keep the noise of particles out of
-// direct light, and leaves the weights' sum at one).
+// Direct light, of one scattering event: next events and hits draw evenly spread points and have less variance than their
+// densities tell, while splats and merges are particles that fall at random. The latter count for this share of their number,
+// which keeps their noise out of direct light. The weights' sum stays one; where next events are hopeless and splats are not,
+// the densities still decide. ([Grittmann2019] measures such factors for each technique and pixel.)
 inline constexpr double direct_share = 0.01;
 
 // How strategies are weighed against each other, and what the merges at a vertex weigh.
