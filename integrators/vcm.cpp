@@ -93,7 +93,6 @@ float Vcm::first_radius(const RenderContext& context) {
 
 void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
   if (setting_ == Setting::vcm) settings_.merge_radius = first_radius_ * memoryless_shrinkage(index, params_.alpha);
-  settings_.rule = MisRule(params_.mis == "power", settings_.merges());
   {
     const auto timed = context.phases.measure("emit");
     light_paths_.trace(context, settings_, index, settings_.connect);

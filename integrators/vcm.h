@@ -3,7 +3,7 @@
 // what.
 //
 //   light-trace   splats alone: particles from the lights, each vertex joined to the lens
-//   bdpt          all strategies but merging
+//   bdpt          all strategies but merging, weighed by the balance heuristic
 //   vcm           all strategies
 //
 // An iteration traces `paths` light paths, then one camera path a pixel. Camera path i is joined to the vertices of light path
@@ -19,7 +19,7 @@
 // through them: the paths it can sample are light that the camera sees directly, and those whose last surface before the camera
 // is not specular. It shares neither direct-light sampling nor camera-side scattering with the path tracer.
 //
-// Memory: 120 bytes a vertex of all light paths of an iteration (vcm: and 80 more), 28 a splat.
+// Memory: 104 bytes a vertex of all light paths of an iteration (vcm: and 60 more), 28 a splat.
 #pragma once
 
 #include "framework/integrator.h"
@@ -44,26 +44,18 @@ void describe(Visitor& v, LightTraceParams& p) {
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 
-struct BdptParams : LightTraceParams {
-  std::string mis = "balance";
-};
-
-template <class Visitor>
-void describe(Visitor& v, BdptParams& p) {
-  describe(v, static_cast<LightTraceParams&>(p));
-  v.choice("mis", p.mis, {"balance", "power"}, "heuristic that weighs the strategies");
-}
+struct BdptParams : LightTraceParams {};
 
 struct VcmParams : BdptParams {
   float radius = 0;
   int neighbours = 4;
   float alpha = 0.75f;
-  std::string structure = "sorted-grid";
+  std::string structure = "hash-grid";
 };
 
 template <class Visitor>
 void describe(Visitor& v, VcmParams& p) {
-  describe(v, static_cast<BdptParams&>(p));
+  describe(v, static_cast<LightTraceParams&>(p));
   v.number("radius", p.radius, 0, 1e30, "m", "within which vertices are merged, at first; 0: from the light paths' density");
   v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");

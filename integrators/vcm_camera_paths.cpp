@@ -8,7 +8,7 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
   const auto key = static_cast<std::uint64_t>(pixel.y) * context_.resolution.x + pixel.x;
   Sampler sampler(settings_.sampler, context_.seed, Stream::camera, key, index);
   SubPath path{.ray = sample_camera_ray(context_, pixel, sampler)};
-  path.mis = MisPartials::at_camera(settings_.rule, static_cast<float>(settings_.paths),
+  path.mis = MisPartials::at_camera(static_cast<float>(settings_.paths),
                                     context_.scene.camera.pdf(context_.resolution, path.ray.direction));
   const auto lights = light_paths_.path(static_cast<std::uint32_t>(key % settings_.paths));
   for (int depth = 0;; ++depth) {
@@ -18,7 +18,7 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
       return;
     }
     const SurfacePoint point = context_.scene.surface_at(path.ray, hit);
-    path.mis.arrive(settings_.rule, square(hit.t), std::abs(glm::dot(path.ray.direction, point.normal)));
+    path.mis.arrive(square(hit.t), std::abs(glm::dot(path.ray.direction, point.normal)));
     radiance += met_emission(path, hit, &point, depth);
     if (depth >= settings_.max_depth || !settings_.connect) return;
     const Bsdf bsdf(context_.scene, point);
@@ -42,7 +42,6 @@ Rgb CameraPaths::met_emission(const SubPath& path, const Hit& hit, const Surface
   const Rgb emitted = point ? lights.emitted(*point, -direction) : lights.environment(direction);
   if (depth == 0 || is_black(emitted)) return path.throughput * emitted;
   // [Georgiev2012b] eq. 43.
-  const MisRule& rule = settings_.rule;
   float direct, emission;
   if (point) {
     const float cos_light = std::abs(glm::dot(direction, point->normal));
@@ -52,8 +51,7 @@ Rgb CameraPaths::met_emission(const SubPath& path, const Hit& hit, const Surface
     direct = lights.environment_pdf(direction);
     emission = lights.emission_pdf(lights.environment_light(), {}, -direction, path.ray.origin);
   }
-  return path.throughput * emitted *
-         mis_weight_of(0, rule(direct) * path.mis.vcm + rule(emission) * path.mis.vc * (depth == 1 ? direct_share : 1));
+  return path.throughput * emitted * mis_balance(0, direct * path.mis.vcm + emission * path.mis.vc);
 }
 
 void CameraPaths::next_event(const Vertex& v, Sampler& sampler, Rgb& radiance) {
@@ -70,10 +68,10 @@ void CameraPaths::next_event(const Vertex& v, Sampler& sampler, Rgb& radiance) {
   const bool point_light = light->delta && !std::isinf(light->distance);
   const float to_area =
       std::abs(glm::dot(wi, v.point.normal)) / (point_light ? square(light->distance) : std::abs(glm::dot(light->normal, wi)));
-  const double traced = v.path.mis.joined(settings_.rule, emission * to_area / light->pdf_solid_angle, v.bsdf.pdf(wi, v.wo));
-  gains_.push_back({&radiance, v.path.throughput * scattered * light->radiance *
-                                   (mis_weight_of(settings_.rule(hit), traced * (v.depth == 0 ? direct_share : 1)) /
-                                    light->pdf_solid_angle)});
+  const float traced =
+      emission * to_area / light->pdf_solid_angle * v.path.mis.connected(settings_.mis_merge(), v.bsdf.pdf(wi, v.wo));
+  gains_.push_back(
+      {&radiance, v.path.throughput * scattered * light->radiance * (mis_balance(hit, traced) / light->pdf_solid_angle)});
   shadow_rays_.push_back(shadow_ray(v.point, wi, light->distance));
 }
 
@@ -91,8 +89,9 @@ void CameraPaths::connect(const Vertex& v, const LightVertex& light, Rgb& radian
   // [Georgiev2012b] eq. 40, 41: the other strategies of the light's part, and of the camera's.
   const float camera_pdf_area = v.bsdf.pdf(v.wo, wi) * std::abs(glm::dot(wi, light.point.normal)) / distance2;
   const float light_pdf_area = light_bsdf.pdf(light.wo, -wi) * std::abs(glm::dot(wi, v.point.normal)) / distance2;
-  const float weight = mis_weight_of(light.mis.joined(settings_.rule, camera_pdf_area, light_bsdf.pdf(-wi, light.wo)),
-                                     v.path.mis.joined(settings_.rule, light_pdf_area, v.bsdf.pdf(wi, v.wo)));
+  const float merge = settings_.mis_merge();
+  const float weight = mis_balance(camera_pdf_area * light.mis.connected(merge, light_bsdf.pdf(-wi, light.wo)),
+                                   light_pdf_area * v.path.mis.connected(merge, v.bsdf.pdf(wi, v.wo)));
   gains_.push_back({&radiance, v.path.throughput * camera_scattered * light_scattered * light.power * (weight / distance2)});
   shadow_rays_.push_back(shadow_ray(v.point, wi, distance));
 }

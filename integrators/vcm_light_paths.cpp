@@ -37,7 +37,7 @@ class LightPaths::Tracer {
       arrive(path, *emitted, point, hit.t, depth);
       const Bsdf bsdf(context_.scene, point);
       if (bsdf.has_non_specular()) {
-        splat(path, point, bsdf, sampler, depth);
+        splat(path, point, bsdf, sampler);
         if (keep_) chunk_.vertices.push_back({point, -path.ray.direction, path.throughput, path.mis, depth + 1});
       }
       if (depth + 1 >= settings_.max_depth || !scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::importance))
@@ -48,14 +48,15 @@ class LightPaths::Tracer {
   void arrive(SubPath& path, const LightRay& emitted, const SurfacePoint& point, float distance, int depth) const {
     if (!settings_.connect) return;
     const float cos_in = std::abs(glm::dot(path.ray.direction, point.normal));
-    if (depth > 0) return path.mis.arrive(settings_.rule, square(distance), cos_in);
-    const float direct = context_.lights.direct_pdf(emitted, point.position) * (emitted.delta_position ? square(distance) : 1);
-    path.mis = MisPartials::at_light(settings_.rule, emitted.pdf, direct, glm::dot(emitted.normal, emitted.ray.direction),
-                                     emitted.delta_position || emitted.delta_direction);
-    path.mis.arrive(settings_.rule, 1, cos_in);
+    if (depth > 0) return path.mis.arrive(square(distance), cos_in);
+    const bool delta = emitted.delta_position || emitted.delta_direction;
+    path.mis = MisPartials::at_light(emitted.pdf, context_.lights.direct_pdf(emitted, point.position),
+                                     glm::dot(emitted.normal, emitted.ray.direction),
+                                     emitted.delta_position ? square(distance) : 1, delta, settings_.mis_connect());
+    path.mis.arrive(1, cos_in);
   }
 
-  void splat(const SubPath& path, const SurfacePoint& point, const Bsdf& bsdf, Sampler& sampler, int depth) {
+  void splat(const SubPath& path, const SurfacePoint& point, const Bsdf& bsdf, Sampler& sampler) {
     const vec2 lens = context_.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
     const auto lens_point = context_.scene.camera.connect(context_.resolution, point.position, lens);
     if (!lens_point) return;
@@ -69,10 +70,7 @@ class LightPaths::Tracer {
     if (settings_.connect) {
       // [Georgiev2012b] eq. 46, 47: the camera's density at the point, over the number of splats tried.
       const float pdf_camera_area = lens_point->importance * std::abs(glm::dot(wi, point.normal));
-      const float joining = pdf_camera_area / light_paths, reverse = bsdf.pdf(wi, wo);
-      weight *= mis_weight_of(depth == 0 ? path.mis.joined_directly(settings_.rule, joining, reverse)
-                                         : path.mis.joined(settings_.rule, joining, reverse),
-                              0);
+      weight *= mis_balance(pdf_camera_area / light_paths * path.mis.connected(settings_.mis_merge(), bsdf.pdf(wi, wo)), 0);
     }
     const ivec2 pixel(lens_point->film);
     const auto key = static_cast<std::uint32_t>(pixel.y * context_.resolution.x + pixel.x);

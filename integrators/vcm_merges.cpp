@@ -24,7 +24,7 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
   parallel_for(order.size(), 1024, [&](std::size_t i) {
     const LightVertex& v = *vertices[order[i]];
     positions_[i] = v.point.position;
-    photons_[i] = {v.wo, v.power, v.mis, v.events};
+    photons_[i] = {v.wo, v.power, v.mis.vcm, v.mis.vm, v.events};
   });
   query_ = context.make_points(structure);
   query_->build(positions_);
@@ -36,6 +36,7 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
   static thread_local Neighbours neighbours;
   query_->within(point.position, settings_.merge_radius, neighbours);
   count(Counter::photons_gathered, neighbours.size());
+  const float connect = settings_.mis_connect();
   Rgb sum(0);
   for (const Neighbour& neighbour : neighbours) {
     const Photon& photon = photons_[neighbour.id];
@@ -43,14 +44,12 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
     const Rgb scattered = bsdf.evaluate(wo, photon.wo);
     if (is_black(scattered)) continue;
     // [Georgiev2012b] eq. 38, 39.
-    const bool direct = depth + photon.events == 1;
-    const float weight =
-        mis_weight_of((direct ? 1 / direct_share : 1) * photon.mis.merged(settings_.rule, bsdf.pdf(wo, photon.wo)),
-                      camera.merged(settings_.rule, bsdf.pdf(photon.wo, wo)));
+    const float light_side = photon.vcm * connect + photon.vm * bsdf.pdf(wo, photon.wo);
+    const float camera_side = camera.merged(connect, bsdf.pdf(photon.wo, wo));
     const float cosine = std::max(std::abs(glm::dot(photon.wo, point.normal)), least_cosine);
-    sum += photon.power * scattered * (weight / cosine);
+    sum += photon.power * scattered * (mis_balance(light_side, camera_side) / cosine);
   }
-  return sum / settings_.merges();
+  return sum / settings_.mis_merge();
 }
 
 float VcmMerges::usual_distance(const RenderContext& context, const LightPaths& light_paths, std::span<const vec3> points,

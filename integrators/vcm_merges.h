@@ -26,7 +26,7 @@ class VcmMerges {
   struct Photon {
     vec3 wo;
     Rgb power;  // W, for one path in total
-    MisPartials mis;
+    float vcm, vm;
     std::int32_t events;
   };
 

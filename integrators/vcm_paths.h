@@ -16,9 +16,9 @@ struct VcmSettings {
   SamplerKind sampler = SamplerKind::sobol;
   float merge_radius = 0;  // m; 0: no merging
 
-  // n pi r^2: the merges that are tried at a vertex, per area.
-  float merges() const { return static_cast<float>(paths) * pi * square(merge_radius); }
-  MisRule rule{false, 0};  // with merges()
+  // n pi r^2 of the merges that each vertex could have been made by, and its inverse ([Georgiev2012b] eq. 20).
+  float mis_merge() const { return static_cast<float>(paths) * pi * square(merge_radius); }
+  float mis_connect() const { return merge_radius > 0 ? 1 / mis_merge() : 0; }
 };
 
 // A path under way from either end.
@@ -41,9 +41,9 @@ inline bool scatter(SubPath& path, const VcmSettings& settings, const SurfacePoi
   if (next.specular) {
     // Per solid angle: one for mirrors, cos_in / (eta^2 cos_out) at refraction.
     const float bend = std::abs(glm::dot(wo, point.shading_normal) / glm::dot(next.wi, point.shading_normal));
-    path.mis.scatter_specular(settings.rule, cos_out, next.transmitted ? bend / square(next.eta) : 1);
+    path.mis.scatter_specular(cos_out, next.transmitted ? bend / square(next.eta) : 1);
   } else {
-    path.mis.scatter(settings.rule, cos_out, next.pdf_solid_angle, bsdf.pdf(next.wi, wo));
+    path.mis.scatter(settings.mis_merge(), settings.mis_connect(), cos_out, next.pdf_solid_angle, bsdf.pdf(next.wi, wo));
   }
   path.throughput *= next.weight;
   if (next.transmitted) path.roulette *= mode == TransportMode::radiance ? square(next.eta) : 1 / square(next.eta);

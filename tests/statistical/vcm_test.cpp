@@ -103,7 +103,6 @@ TEST(Vcm, EveryParameterChangesTheImage) {
       {"radius", 0.05},
       {"neighbours", std::int64_t{9}},
       {"alpha", 0.5},
-      {"mis", "power"},
   };
   for (const auto& [name, value] : changes) EXPECT_NE(hash(name, value), plain) << name;
   EXPECT_THROW(hash("structure", "hashgrid"), Error);

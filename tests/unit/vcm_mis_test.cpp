@@ -1,10 +1,9 @@
-// The recursive weights of vertex connection and merging against the heuristics written out: the densities of all ways
+// The recursive weights of vertex connection and merging against the balance heuristic written out: the densities of all ways
 // to sample the same path, and each one's share of them.
 #include "integrators/vcm_mis.h"
 #include "framework/core/rng.h"
 
 #include <gtest/gtest.h>
-#include <tuple>
 #include <vector>
 
 namespace etendue {
@@ -19,7 +18,6 @@ struct RandomPath {
   double emission, direct, camera;                   // solid angle (and area)
   bool delta_light;
   double light_paths, merge_area;
-  bool power;
 
   explicit RandomPath(std::uint64_t seed) {
     Pcg32 rng(seed, 5);
@@ -39,7 +37,6 @@ struct RandomPath {
     delta_light = rng.next_float() < 0.3f;
     light_paths = 1 + 200 * random();
     merge_area = rng.next_float() < 0.5f ? 0 : 0.1 * random() / light_paths;
-    power = rng.next_float() < 0.5f;
   }
 
   // Density of the light's part up to vertex `last`, and of the camera's part down to vertex `first`.
@@ -63,24 +60,22 @@ struct RandomPath {
   double merge(int at) const {
     return specular[at] ? 0 : light_paths * merge_area * traced_from_light(at) * traced_from_camera(at);
   }
-  // Of a particle's strategies in direct light a share counts.
-  double share(bool particle) const { return m == 2 && particle ? direct_share : 1; }
-  double weight_of_connection(int last) const { return share(last == m - 1) * rule()(connection(last)); }
-  double weight_of_merge(int at) const { return share(true) * rule()(merge(at)); }
   double sum() const {
     double total = 0;
-    for (int last = -1; last < m; ++last) total += weight_of_connection(last);
-    for (int at = 1; at < m; ++at) total += weight_of_merge(at);
+    for (int last = -1; last < m; ++last) total += connection(last);
+    for (int at = 1; at < m; ++at) total += merge(at);
     return total;
   }
 
   // The partial sums at each vertex, as the two kinds of paths carry them.
-  MisRule rule() const { return {power, light_paths * merge_area}; }
+  float n_merge() const { return static_cast<float>(light_paths * merge_area); }
+  float n_connect() const { return merge_area > 0 ? 1 / n_merge() : 0; }
   std::vector<MisPartials> along_light() const {
     std::vector<MisPartials> partials(static_cast<std::size_t>(m) + 1);
-    MisPartials p = MisPartials::at_light(rule(), emission, direct, cos_near[0], delta_light);
+    MisPartials p = MisPartials::at_light(static_cast<float>(emission), static_cast<float>(direct),
+                                          static_cast<float>(cos_near[0]), 1, delta_light, n_connect());
     for (int i = 1; i < m; ++i) {
-      p.arrive(rule(), i > 1 ? distance2[i - 1] : 1, cos_far[i - 1]);
+      p.arrive(i > 1 ? static_cast<float>(distance2[i - 1]) : 1, static_cast<float>(cos_far[i - 1]));
       partials[i] = p;
       leave(p, specular[i], cos_near[i], forward[i], reverse[i]);
     }
@@ -88,9 +83,9 @@ struct RandomPath {
   }
   std::vector<MisPartials> along_camera() const {
     std::vector<MisPartials> partials(static_cast<std::size_t>(m) + 1);
-    MisPartials p = MisPartials::at_camera(rule(), light_paths, camera);
+    MisPartials p = MisPartials::at_camera(static_cast<float>(light_paths), static_cast<float>(camera));
     for (int i = m - 1; i >= 0; --i) {
-      p.arrive(rule(), distance2[i], cos_near[i]);
+      p.arrive(static_cast<float>(distance2[i]), static_cast<float>(cos_near[i]));
       partials[i] = p;
       if (i > 0) leave(p, specular[i], cos_far[i - 1], reverse[i], forward[i]);
     }
@@ -99,37 +94,31 @@ struct RandomPath {
 
  private:
   void leave(MisPartials& p, bool delta, double cos_out, double pdf, double pdf_back) const {
-    if (delta) return p.scatter_specular(rule(), cos_out, pdf_back / pdf);
-    p.scatter(rule(), cos_out, pdf, pdf_back);
+    if (delta) return p.scatter_specular(static_cast<float>(cos_out), static_cast<float>(pdf_back / pdf));
+    p.scatter(n_merge(), n_connect(), static_cast<float>(cos_out), static_cast<float>(pdf), static_cast<float>(pdf_back));
   }
 };
 
 double weight(const RandomPath& path, int last) {
   const auto light = path.along_light(), camera = path.along_camera();
-  const MisRule rule = path.rule();
-  const int m = path.m;
-  const auto& [d2, near, far] = std::tie(path.distance2, path.cos_near, path.cos_far);
-  if (last < 0)
-    return mis_weight_of(
-        0, rule(path.direct * near[0] / d2[0]) * camera[0].vcm + rule(path.emission) * camera[0].vc * path.share(true));
+  const auto f = [](double x) { return static_cast<float>(x); };
+  const auto& [m, d2, near, far, forward, reverse, specular, emission, direct, pdf_camera, delta, n, area] = path;
+  if (last < 0) return mis_balance(0, f(direct * near[0] / d2[0]) * camera[0].vcm + f(emission) * camera[0].vc);
   if (last == 0) {
-    const double hit = path.delta_light ? 0 : path.reverse[1] / path.direct;
-    const double traced = path.emission * far[0] / (near[0] * path.direct);
-    return mis_weight_of(rule(hit), camera[1].joined(rule, traced, path.forward[1]) * path.share(true));
+    const double hit = delta ? 0 : reverse[1] / direct, traced = emission * far[0] / (near[0] * direct);
+    return mis_balance(f(hit), f(traced) * camera[1].connected(path.n_merge(), f(forward[1])));
   }
-  const double towards_light =
-      (last == m - 1 ? path.camera / path.light_paths : path.reverse[last + 1]) * near[last] / d2[last];
-  if (m == 2) return mis_weight_of(light[1].joined_directly(rule, towards_light, path.reverse[1]), 0);
-  const double light_side = light[last].joined(rule, towards_light, path.reverse[last]);
-  if (last == m - 1) return mis_weight_of(light_side, 0);
-  const double towards_camera = path.forward[last] * far[last] / d2[last];
-  return mis_weight_of(light_side, camera[last + 1].joined(rule, towards_camera, path.forward[last + 1]));
+  const double towards_light = (last == m - 1 ? pdf_camera / n : reverse[last + 1]) * near[last] / d2[last];
+  const float light_side = f(towards_light) * light[last].connected(path.n_merge(), f(reverse[last]));
+  if (last == m - 1) return mis_balance(light_side, 0);
+  const double towards_camera = forward[last] * far[last] / d2[last];
+  return mis_balance(light_side, f(towards_camera) * camera[last + 1].connected(path.n_merge(), f(forward[last + 1])));
 }
 
 double merge_weight(const RandomPath& path, int at) {
   const auto light = path.along_light(), camera = path.along_camera();
-  return mis_weight_of(light[at].merged(path.rule(), path.reverse[at]) / path.share(true),
-                       camera[at].merged(path.rule(), path.forward[at]));
+  return mis_balance(light[at].merged(path.n_connect(), static_cast<float>(path.reverse[at])),
+                     camera[at].merged(path.n_connect(), static_cast<float>(path.forward[at])));
 }
 
 TEST(VcmWeights, EqualEachStrategysShareOfAllDensities) {
@@ -138,14 +127,14 @@ TEST(VcmWeights, EqualEachStrategysShareOfAllDensities) {
     const double sum = path.sum();
     double of_weights = 0;
     for (int last = -1; last < path.m; ++last) {
-      const double p = path.weight_of_connection(last);
+      const double p = path.connection(last);
       if (!(p > 0)) continue;
       const double w = weight(path, last);
       of_weights += w;
       EXPECT_NEAR(w, p / sum, 1e-4 * p / sum + 1e-9) << "path " << seed << ", light's part to vertex " << last;
     }
     for (int at = 1; at < path.m; ++at) {
-      const double p = path.weight_of_merge(at);
+      const double p = path.merge(at);
       if (!(p > 0)) continue;
       const double w = merge_weight(path, at);
       of_weights += w;
