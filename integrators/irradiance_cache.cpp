@@ -60,7 +60,9 @@ class IrradianceCache final : public Integrator {
 
  private:
   Rgb kept_by_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen) const;
-  double time_at(std::uint32_t index) const { return 1 + (index - overture_rounds) / refined_by; }
+  double time_at(std::uint32_t index) const {
+    return 1 + std::max(0.0, static_cast<double>(index) - overture_rounds) / refined_by;
+  }
   float accuracy_at(std::uint32_t index) const;
   double weight_at(std::uint32_t index) const;
   void refine(const RenderContext& context, std::uint32_t index);
