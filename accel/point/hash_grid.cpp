@@ -11,6 +11,7 @@ static_assert(PointStructure<HashGrid>);
 
 namespace {
 
+constexpr std::size_t most_runs = 32;
 constexpr float max_cell = (1 << 21) - 1;
 constexpr std::size_t largest_table = std::size_t{1} << 31;
 
@@ -55,36 +56,62 @@ void HashGrid::find_separation() {
   }
 }
 
-void HashGrid::collect(const Run& run, const vec3& p, float limit, Neighbours& out) const {
-  append_within(points_.data() + first_[run.first], points_.data() + first_[run.last + 1], p, limit, out);
+bool HashGrid::collect(const Run& run, const vec3& p, float limit, std::size_t most, Neighbours& out) const {
+  return append_within(points_.data() + first_[run.first], points_.data() + first_[run.last + 1], p, limit, most, out);
 }
 
-void HashGrid::within(const vec3& p, float r, Neighbours& out) const {
+bool HashGrid::find(const vec3& p, float r, std::size_t most, Neighbours& out) const {
   out.clear();
-  if (points_.empty() || !can_find(p, r)) return;
+  if (points_.empty() || !can_find(p, r)) return true;
   const float limit = r * r;
   const vec3 lower = glm::max(p - reach(r), bounds_.lower), upper = glm::min(p + reach(r), bounds_.upper);
-  if (lower.x > upper.x || lower.y > upper.y || lower.z > upper.z) return;
+  if (lower.x > upper.x || lower.y > upper.y || lower.z > upper.z) return true;
   const vec3 lower_cell = cell(lower), upper_cell = cell(upper);
   const uvec3 begin(lower_cell), end(upper_cell);
   const uvec3 extent = end - begin;
   if (static_cast<std::uint64_t>(extent.x + 1) * (extent.y + 1) * (extent.z + 1) > mask_)
-    return append_within(points_.data(), points_.data() + points_.size(), p, limit, out);
+    return append_within(points_.data(), points_.data() + points_.size(), p, limit, most, out);
   const std::uint32_t apart = std::max(extent.y, extent.z);
-  if (apart >= most_rows || extent.x >= separation_[apart]) return collect_joined(begin, end, p, limit, out);
-  for (std::uint32_t y = begin.y; y <= end.y; ++y)
+  if (apart >= most_rows || extent.x >= separation_[apart]) return collect_joined(begin, end, p, limit, most, out);
+  // Rows at the corners that the ball does not reach are left out, by distances in cells, less what rounding may err.
+  const vec3 at = (p - bounds_.lower) * per_cell_size_;
+  const float slack = 1e-6f * (max_component(glm::abs(at)) + max_component(upper_cell) + 1);
+  const float limit_in_cells = square(reach(r) * per_cell_size_ * (1 + 1e-6f));
+  const auto beyond = [slack](float a, std::uint32_t i) {
+    const auto low = static_cast<float>(i);
+    return square(std::max(0.0f, std::max(low - a, a - (low + 1)) - slack));
+  };
+  // Runs are looked up before any is read, so that the waits for the table overlap.
+  std::array<std::pair<const PlacedPoint*, const PlacedPoint*>, most_runs> runs;
+  std::size_t count = 0;
+  const auto collect_runs = [&] {
+    for (std::size_t i = 0; i < count; ++i)
+      if (!append_within(runs[i].first, runs[i].second, p, limit, most, out)) return false;
+    count = 0;
+    return true;
+  };
+  const auto look_up = [&](std::uint32_t first, std::uint32_t last) {
+    runs[count++] = {points_.data() + first_[first], points_.data() + first_[last + 1]};
+  };
+  for (std::uint32_t y = begin.y; y <= end.y; ++y) {
+    const float left = limit_in_cells - beyond(at.y, y);
     for (std::uint32_t z = begin.z; z <= end.z; ++z) {
+      if (beyond(at.z, z) > left) continue;
       const std::uint32_t row = row_of(y, z), first = (row + begin.x) & mask_, last = (row + end.x) & mask_;
+      if (count + 2 > most_runs && !collect_runs()) return false;
       if (first <= last) {
-        collect({first, last}, p, limit, out);
+        look_up(first, last);
       } else {  // around the table's end
-        collect({first, mask_}, p, limit, out);
-        collect({0, last}, p, limit, out);
+        look_up(first, mask_);
+        look_up(0, last);
       }
     }
+  }
+  return collect_runs();
 }
 
-void HashGrid::collect_joined(const uvec3& begin, const uvec3& end, const vec3& p, float limit, Neighbours& out) const {
+bool HashGrid::collect_joined(const uvec3& begin, const uvec3& end, const vec3& p, float limit, std::size_t most,
+                              Neighbours& out) const {
   thread_local std::vector<Run> runs;
   runs.clear();
   for (std::uint32_t y = begin.y; y <= end.y; ++y)
@@ -103,11 +130,11 @@ void HashGrid::collect_joined(const uvec3& begin, const uvec3& end, const vec3& 
     if (run.first <= joined.last + 1) {
       joined.last = std::max(joined.last, run.last);
     } else {
-      collect(joined, p, limit, out);
+      if (!collect(joined, p, limit, most, out)) return false;
       joined = run;
     }
   }
-  collect(joined, p, limit, out);
+  return collect(joined, p, limit, most, out);
 }
 
 void HashGrid::nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const {

@@ -18,13 +18,14 @@ namespace etendue {
 class HashGrid {
  public:
   void build(std::span<const vec3> points);
-  void within(const vec3& p, float r, Neighbours& out) const;
+  void within(const vec3& p, float r, Neighbours& out) const { find(p, r, no_limit, out); }
+  bool find(const vec3& p, float r, std::size_t most, Neighbours& out) const;  // neighbourhood.h
   void nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const;
   std::uint64_t bytes() const { return points_.size() * sizeof(PlacedPoint) + first_.size() * sizeof(std::uint32_t); }
 
  private:
   static constexpr float points_per_cell = 4;
-  static constexpr std::uint32_t most_rows = 8;  // along y or z, for which separation_ is known
+  static constexpr std::uint32_t most_rows = 32;  // along y or z, for which separation_ is known
 
   struct Run {
     std::uint32_t first, last;  // entries of the table
@@ -33,8 +34,9 @@ class HashGrid {
   vec3 cell(const vec3& p) const;
   std::uint32_t row_of(std::uint32_t y, std::uint32_t z) const { return y * step_y_ + z * step_z_; }
   void find_separation();
-  void collect(const Run& run, const vec3& p, float limit, Neighbours& out) const;
-  void collect_joined(const uvec3& begin, const uvec3& end, const vec3& p, float limit, Neighbours& out) const;
+  bool collect(const Run& run, const vec3& p, float limit, std::size_t most, Neighbours& out) const;
+  bool collect_joined(const uvec3& begin, const uvec3& end, const vec3& p, float limit, std::size_t most,
+                      Neighbours& out) const;
 
   Bounds bounds_;
   float cell_size_ = 1, per_cell_size_ = 1;

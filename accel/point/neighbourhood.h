@@ -34,13 +34,14 @@ struct PlacedPoint {
   std::uint32_t id;
 };
 
-// Appends the points of a run with squared distance <= limit. Distances are rarely predictable, so they decide about an index,
-// not about a jump.
-inline void append_within(const PlacedPoint* begin, const PlacedPoint* end, const vec3& p, float limit, Neighbours& out) {
-  constexpr std::ptrdiff_t most = 32;
-  std::array<Neighbour, most> found;
+// Appends the points of a run with squared distance <= limit; stops, with false, once `out` holds more than `most`. Distances
+// are rarely predictable, so they decide about an index, not about a jump.
+inline bool append_within(const PlacedPoint* begin, const PlacedPoint* end, const vec3& p, float limit, std::size_t most,
+                          Neighbours& out) {
+  constexpr std::ptrdiff_t chunk = 32;
+  std::array<Neighbour, chunk> found;
   while (begin != end) {
-    const PlacedPoint* const stop = begin + std::min(end - begin, most);
+    const PlacedPoint* const stop = begin + std::min(end - begin, chunk);
     std::size_t count = 0;
     for (; begin != stop; ++begin) {
       const float d2 = distance_squared(begin->position, p);
@@ -48,7 +49,9 @@ inline void append_within(const PlacedPoint* begin, const PlacedPoint* end, cons
       count += d2 <= limit;
     }
     out.insert(out.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count));
+    if (out.size() > most) return false;
   }
+  return true;
 }
 
 // The k nearest points so far, among those with squared distance <= limit: a heap in the caller's buffer with the farthest on
@@ -91,17 +94,34 @@ class NearestSoFar {
   Neighbours& out_;
 };
 
-// `nearest` by `within`, for structures that find by radius: balls of growing radius until one holds enough; then the nearest
-// are all inside it. The first is small, as clusters may be much denser than the mean; the next ones are as large as the
-// density met so far asks for. `count`: of all points; `bounds` of these; `step`: the first radius.
+inline constexpr std::size_t no_limit = std::numeric_limits<std::size_t>::max();
+
+// `nearest` for structures that find by radius: balls of growing radius until one holds enough; then the nearest are all inside
+// it. The first is small, as clusters may be much denser than the mean; the next ones are as large as the density met so far
+// asks for. One that holds many times too much (a dense cluster, seen from afar) is given up for one in between.
+//
+// `find(p, r, most, out)` is `within` that may stop, with false, once it has found more than `most`. `count`: of all points;
+// `bounds` of these; `step`: the first radius, above 0.
 template <class Structure>
 void nearest_by_growing_balls(const Structure& structure, std::size_t count, const Bounds& bounds, float step, const vec3& p,
                               std::size_t k, float r_max, Neighbours& out) {
-  const float to_bounds = glm::length(p - glm::clamp(p, bounds.lower, bounds.upper));
-  float r = std::min(to_bounds + step, r_max);
-  for (structure.within(p, r, out); out.size() < std::min(k, count) && r < r_max; structure.within(p, r, out)) {
-    const float missing = static_cast<float>(k) / static_cast<float>(out.size() + 1);
-    r = std::min(r * std::clamp(std::sqrt(1.5f * missing), 1.5f, 4.0f), r_max);
+  const std::size_t wanted = std::min(k, count), most = 16 * wanted + 64;
+  float too_small = 0, too_large = infinity;
+  float r = std::min(glm::length(p - glm::clamp(p, bounds.lower, bounds.upper)) + step, r_max);
+  for (;;) {
+    if (!structure.find(p, r, most, out)) {
+      too_large = r;
+    } else {
+      if (out.size() >= wanted || r >= r_max) break;
+      too_small = r;
+      const float missing = static_cast<float>(k) / static_cast<float>(out.size() + 1);
+      r = std::min(r * std::clamp(std::sqrt(1.5f * missing), 1.5f, 4.0f), r_max);
+    }
+    if (r < too_large) continue;
+    r = too_small + 0.5f * (too_large - too_small);
+    if (r > too_small + 1e-6f * too_large) continue;
+    structure.find(p, too_large, no_limit, out);  // many at about one distance
+    break;
   }
   keep_nearest(out, k);
 }

@@ -73,12 +73,12 @@ std::uint32_t SortedGrid::row(float coordinate, int axis) const {
       std::clamp((coordinate - bounds_.lower[axis]) * per_width_, 0.0f, axis == u_ ? last_u_ : last_v_));
 }
 
-void SortedGrid::within(const vec3& p, float r, Neighbours& out) const {
+bool SortedGrid::find(const vec3& p, float r, std::size_t most, Neighbours& out) const {
   out.clear();
-  if (points_.empty() || !can_find(p, r)) return;
+  if (points_.empty() || !can_find(p, r)) return true;
   const float limit = r * r;
   const vec3 lower = glm::max(p - reach(r), bounds_.lower), upper = glm::min(p + reach(r), bounds_.upper);
-  if (lower.x > upper.x || lower.y > upper.y || lower.z > upper.z) return;
+  if (lower.x > upper.x || lower.y > upper.y || lower.z > upper.z) return true;
   const std::uint32_t u_end = row(upper[u_], u_), v_begin = row(lower[v_], v_), v_end = row(upper[v_], v_);
   const auto rows_v = static_cast<std::uint32_t>(last_v_) + 1;
   for (std::uint32_t u = row(lower[u_], u_); u <= u_end; ++u)
@@ -86,8 +86,9 @@ void SortedGrid::within(const vec3& p, float r, Neighbours& out) const {
       const std::uint32_t* const first = first_.data() + std::size_t{u} * rows_v + v;
       const PlacedPoint* const end = points_.data() + first[1];
       const PlacedPoint* const begin = first_from(points_.data() + first[0], first[1] - first[0], along_, lower[along_]);
-      append_within(begin, first_above(begin, end, along_, upper[along_]), p, limit, out);
+      if (!append_within(begin, first_above(begin, end, along_, upper[along_]), p, limit, most, out)) return false;
     }
+  return true;
 }
 
 void SortedGrid::nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const {

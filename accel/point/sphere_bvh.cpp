@@ -111,9 +111,9 @@ void SphereBvh::build(std::span<const vec3> points) {
   bounds_ = bounds_of_node(nodes_.back());
 }
 
-void SphereBvh::within(const vec3& p, float r, Neighbours& out) const {
+bool SphereBvh::find(const vec3& p, float r, std::size_t most, Neighbours& out) const {
   out.clear();
-  if (leaves_.empty() || !can_find(p, r)) return;
+  if (leaves_.empty() || !can_find(p, r)) return true;
   const float limit = r * r;
   std::array<Place, width * 11> waiting;  // ten levels above the leaves of 2^32 points
   std::size_t count = 0;
@@ -139,7 +139,9 @@ void SphereBvh::within(const vec3& p, float r, Neighbours& out) const {
       within += distances[i] <= limit;
     }
     out.insert(out.end(), found, found + within);
+    if (out.size() > most) return false;
   }
+  return true;
 }
 
 // The distance of the second nearest point; of the nearest where there is one only.

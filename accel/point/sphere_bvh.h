@@ -18,7 +18,8 @@ namespace etendue {
 class SphereBvh {
  public:
   void build(std::span<const vec3> points);
-  void within(const vec3& p, float r, Neighbours& out) const;
+  void within(const vec3& p, float r, Neighbours& out) const { find(p, r, no_limit, out); }
+  bool find(const vec3& p, float r, std::size_t most, Neighbours& out) const;  // neighbourhood.h
   void nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const;
   std::uint64_t bytes() const { return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node); }
 

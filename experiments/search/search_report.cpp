@@ -72,7 +72,7 @@ Chart chart_of(const RunLog& log, const SearchPlot& plot) {
 // A mark at each (count, points asked for) in the colour of the structure that answers first.
 Chart leader_map(const RunLog& log, const std::vector<const SearchPlot*>& plots) {
   Chart chart;
-  chart.title = plots.front()->measure + ": the fastest";
+  chart.title = plots.front()->measure;
   chart.x = {plots.front()->kind, Scale::log, std::nullopt};
   chart.y = {"points asked for", Scale::log, std::nullopt};
   std::map<std::string, ChartSeries> led;
@@ -147,7 +147,8 @@ Table search_times_table(const RunLog& log) {
   }
   if (!table.rows.empty())
     table.notes.push_back(fmt::format(
-        "One thread; medians of interleaved repetitions (the CSV has their quartiles). Build and insertion per point and ball, "
+        "CPU time of one thread; medians of interleaved repetitions (the CSV has their quartiles). Build and insertion per "
+        "point and ball, "
         "queries each. within k: by the radius that holds k points at the median query (clustered sets: at each query). {} "
         "answers compared, {} differ.",
         checked, disagreements));
@@ -243,7 +244,7 @@ std::vector<Figure> search_figures(const RunLog& log) {
     const std::vector<const SearchPlot*>& map = maps.at(key);
     const std::string& base = map.front()->base;
     Chart chart = leader_map(log, map);
-    if (key.first != base) chart.title += key.first.substr(base.size());
+    if (key.first != base) chart.title += "," + key.first.substr(base.size());
     put("points-crossover-" + slug(base), base, "the structure that answers first", std::move(chart));
   }
   return figures;

@@ -1,6 +1,7 @@
 #include "experiments/search/search_sets.h"
 
 #include "accel/registry.h"
+#include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
 #include "integrators/photons.h"
 
@@ -33,11 +34,16 @@ std::vector<vec3> seen_points(const Scene& scene, const RayQuery& rays, std::uin
   return points;
 }
 
-// Row by row, as an image is rendered.
-std::vector<vec3> seen_in_rows(const Scene& scene, const RayQuery& rays, std::uint64_t count) {
-  const auto side = static_cast<std::uint64_t>(std::ceil(std::sqrt(static_cast<double>(count))));
-  return seen_points(scene, rays, count,
-                     [side](std::uint64_t i) { return (vec2(i % side, i / side % side) + 0.5f) / static_cast<float>(side); });
+// As an image of 512 x 512 pixels is rendered: tile by tile, so that queries have neighbours; the tiles at random, so that the
+// first few stand for all.
+constexpr int image_size = 512, tile_pixels = tile_size * tile_size;
+
+std::vector<vec3> seen_in_tiles(const Scene& scene, const RayQuery& rays, std::uint64_t count, std::uint64_t seed) {
+  return seen_points(scene, rays, count, [seed](std::uint64_t i) {
+    Sampler sampler(SamplerKind::independent, seed, Stream::test, i / tile_pixels, 2);
+    const vec2 tile = glm::floor(sampler.get_2d() * static_cast<float>(image_size / tile_size)) * static_cast<float>(tile_size);
+    return (tile + vec2(i % tile_size, i / tile_size % tile_size) + 0.5f) / static_cast<float>(image_size);
+  });
 }
 
 std::vector<vec3> seen_at_random(const Scene& scene, const RayQuery& rays, std::uint64_t count, std::uint64_t seed) {
@@ -69,7 +75,7 @@ PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t
     emitted *= std::clamp(1.2 * static_cast<double>(count) / static_cast<double>(points.size() + 1), 2.0, 100.0);
   }
   points.resize(count);
-  PointSet set{take_along_curve(std::move(points)), seen_in_rows(scene, *rays, queries)};
+  PointSet set{take_along_curve(std::move(points)), seen_in_tiles(scene, *rays, queries, seed)};
   if (set.queries.empty()) set.queries = set.points;
   return set;
 }
@@ -85,8 +91,16 @@ PointSet clustered_points(double contrast, std::uint64_t count, std::uint64_t qu
   };
   PointSet set;
   for (std::uint64_t i = 0; i < count; ++i) set.points.push_back(place(i, 0));
-  for (std::uint64_t i = 0; i < queries; ++i) set.queries.push_back(place(i, 1));
-  return {take_along_curve(std::move(set.points)), take_along_curve(std::move(set.queries))};
+  // Tiles as of an image, their pixels' spacing at most a share of the spot's side.
+  const float pixel = std::min(1.0f / image_size, side > 0 ? side / 32 : 1.0f);
+  for (std::uint64_t i = 0; i < queries; ++i) {
+    vec3 p = place(i / tile_pixels, 1);
+    const vec2 offset = pixel * vec2(i % tile_size, i / tile_size % tile_size);
+    p += p.y == 0 ? vec3(offset.x, 0, offset.y) : vec3(0, offset);
+    set.queries.push_back(p);
+  }
+  set.points = take_along_curve(std::move(set.points));
+  return set;
 }
 
 BallSet records_of_scene(const Scene& scene, double spread, double covering, std::uint64_t count, std::uint64_t queries,
@@ -94,7 +108,7 @@ BallSet records_of_scene(const Scene& scene, double spread, double covering, std
   const std::unique_ptr<RayQuery> rays = rays_of(scene);
   BallSet set;
   set.centres = seen_at_random(scene, *rays, count, seed);
-  set.queries = seen_in_rows(scene, *rays, queries);
+  set.queries = seen_in_tiles(scene, *rays, queries, seed);
   Bounds bounds;
   for (const vec3& p : set.centres) bounds.extend(p);
   const float extent = std::max(max_component(bounds.diagonal()), 1e-6f);

@@ -9,7 +9,8 @@
 namespace etendue {
 
 struct PointSet {
-  std::vector<vec3> points, queries;  // both along a space-filling curve or row by row, as integrators have them
+  std::vector<vec3> points;   // along a space-filling curve, as integrators keep them
+  std::vector<vec3> queries;  // in tiles of an image, as integrators ask
 };
 
 // Photons of a scene, traced as photon mapping traces them; asked for where the camera sees surfaces. Throws Error where no
@@ -17,7 +18,7 @@ struct PointSet {
 PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t queries, std::uint64_t seed);
 
 // Two unit squares at a right angle that hold points evenly, and half of all points on a square spot in one of them, whose
-// density is `contrast` times that of the rest; at 1 all are even. One half of the queries lies on the spot.
+// density is `contrast` times that of the rest; at 1 all are even. One half of the tiles of queries lies on the spot.
 PointSet clustered_points(double contrast, std::uint64_t count, std::uint64_t queries, std::uint64_t seed);
 
 struct BallSet {

@@ -40,6 +40,9 @@ std::vector<Cloud> clouds() {
   all.push_back({"lattice", points(4096, [](int i) { return vec3(i % 16, i / 16 % 16, i / 256); })});
   all.push_back({"line", points(2000, [&](int) { return vec3(random.unit(), 0, 0); })});
   all.push_back({"caustic", points(5000, [&](int i) { return random.in_cube(i % 2 ? 1e-4f : 1.0f); })});
+  all.push_back({"cluster seen from afar", points(20000, [&](int i) {
+                   return i % 100 == 0 ? random.in_cube(1) : vec3(50, 0, 0) + random.in_cube(1e-3f);
+                 })});
   all.push_back({"far", points(2000, [&](int) { return vec3(1e6f) + random.in_cube(1); })});
   all.push_back({"series", points(2000, [](int i) { return vec3(std::ldexp(1.0f, -(i % 120)), 0, 0); })});
   all.push_back({"large", points(100000, [&](int) { return vec3(random.in_cube(1).x, random.unit(), 0); })});
