@@ -3,6 +3,7 @@
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/cache_fill.h"
+#include "integrators/cache_progress.h"
 #include "integrators/emission.h"
 
 namespace etendue {
@@ -10,9 +11,6 @@ namespace etendue {
 namespace {
 
 constexpr int roulette_depth = 5, shared_above = 16;
-constexpr int overture_rounds = 4;
-constexpr std::uint64_t asking_pixels = 32;  // one in so many asks for records per iteration: slivers shall not have many
-constexpr double refined_by = 50;            // iterations, in which records and passes first double
 
 Gradients parse_gradients(const std::string& name) {
   return name == "none"       ? Gradients::none
@@ -52,7 +50,8 @@ struct CameraSample {
 
 class IrradianceCache final : public Integrator {
  public:
-  explicit IrradianceCache(const IrradianceCacheParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
+  explicit IrradianceCache(const IrradianceCacheParams& params)
+      : params_(params), sampler_(parse_sampler(params.sampler)), progress_{params.accuracy, params.refine} {}
 
   void prepare(RenderContext& context) override;
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
@@ -60,24 +59,22 @@ class IrradianceCache final : public Integrator {
 
  private:
   Rgb kept_by_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen) const;
-  double time_at(std::uint32_t index) const {
-    return 1 + std::max(0.0, static_cast<double>(index) - overture_rounds) / refined_by;
+  float accuracy_at(std::uint32_t index) const {
+    return params_.records > 0 ? cache_->accuracy() : progress_.accuracy_at(index);
   }
-  float accuracy_at(std::uint32_t index) const;
-  double weight_at(std::uint32_t index) const;
   void refine(const RenderContext& context, std::uint32_t index);
   CameraSample camera_sample(const RenderContext& context, Ray ray, Sampler& sampler, float next_accuracy) const;
 
   IrradianceCacheParams params_;
   SamplerKind sampler_;
+  CacheProgress progress_;
   int max_depth_ = 0;
   int cached_below_ = 0;  // events before a point at which light is cached
   std::unique_ptr<CacheLevels> cache_;
   HemisphereRadiance radiance_;
   Rgb kept_{1};                     // share of a record's light that a limit of one event less would leave
   std::vector<CachePoint> wanted_;  // by pixel
-  std::vector<dvec3> cached_sum_;   // of the cache's part of a pixel, weighted
-  double cached_weight_ = 0;        // their sum
+  CachedLight cached_;
 };
 
 void IrradianceCache::prepare(RenderContext& context) {
@@ -100,8 +97,7 @@ void IrradianceCache::prepare(RenderContext& context) {
     seen[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] = find_cache_point(context, pixel, cached_below_, sampler_);
   });
   if (params_.fill == "records") kept_ = kept_by_limit(context, settings, seen);
-  cached_sum_.assign(seen.size(), dvec3(0));
-  cached_weight_ = 0;
+  cached_ = CachedLight(seen.size());
   wanted_.assign(seen.size(), {});
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), max_depth_ > shared_above);
   radiance_ = [this, &context](std::span<PathSample> paths, int depth) {
@@ -149,47 +145,26 @@ Rgb IrradianceCache::kept_by_limit(const RenderContext& context, const CacheSett
   return kept;
 }
 
-// Of an iteration; falls by a root of two in each round of the overture, to what is asked for, and as t^(-1/6) from there.
-float IrradianceCache::accuracy_at(std::uint32_t index) const {
-  if (!params_.refine || params_.records > 0) return cache_->accuracy();
-  if (index < overture_rounds) return params_.accuracy * std::exp2(0.5f * static_cast<float>(overture_rounds - index));
-  return params_.accuracy * static_cast<float>(std::pow(time_at(index), -1.0 / 6));
-}
-
-// The weight of what the cache adds in an iteration: its error falls as the square of the accuracy.
-double IrradianceCache::weight_at(std::uint32_t index) const {
-  return params_.refine && params_.records == 0 ? std::min(1.0, std::pow(params_.accuracy / accuracy_at(index), 4)) : 1;
-}
-
 void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) {
   const auto timed = context.phases.measure("prefill");
-  if (params_.records == 0 && index <= overture_rounds)
+  if (params_.records == 0 && index <= CacheProgress::overture_rounds)
     cache_->fill(context, radiance_, accuracy_at(index));
   else
-    cache_->refine(context, radiance_, accuracy_at(index), std::pow(time_at(index), 2.0 / 3), wanted_, index);
+    cache_->refine(context, radiance_, accuracy_at(index), progress_.passes_at(index), wanted_, index);
 }
 
 void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
   if (params_.refine) refine(context, index);
   const auto timed = context.phases.measure("gather");
   const float next_accuracy = params_.records > 0 ? infinity : accuracy_at(index + 1);
-  // The film takes the differences of t times the weighted mean.
-  const double t = index + 1.0, weight = weight_at(index), before = cached_weight_;
-  cached_weight_ += weight;
+  cached_.begin(index, params_.records > 0 ? 1 : progress_.weight_at(index));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
     Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
     const Ray ray = sample_camera_ray(context, pixel, sampler);
     CameraSample sample = camera_sample(context, ray, sampler, next_accuracy);
-    wanted_[key] = hash_keys(key, index) % asking_pixels == 0 ? sample.wanted : CachePoint{};
-    dvec3& sum = cached_sum_[key];
-    if (!is_finite(sample.cached)) {
-      film.add(pixel, sample.cached, index);  // which counts it
-      return;
-    }
-    const dvec3 mean_before = before > 0 ? (t - 1) / before * sum : dvec3(0);
-    sum += weight * dvec3(sample.cached);
-    film.add(pixel, sample.sampled + Rgb(t / cached_weight_ * sum - mean_before), index);
+    wanted_[key] = progress_.asks(key, index) ? sample.wanted : CachePoint{};
+    cached_.add(film, pixel, sample.sampled, sample.cached);
   });
 }
 

@@ -5,14 +5,11 @@
 // transmission of the incoming light is taken at its hemispherical mean). Direct light is sampled per camera sample; delta
 // lobes and all rough lobes are followed by path tracing until a cached surface.
 //
-// The cache refines. Iterations 0 to 4 fill it, each more finely than the one before (an overture that a budget of time can cut
-// short), down to the accuracy that was asked for; each iteration renders one sample per pixel and notes where the accuracy of
-// the next is not met, and the next begins with more passes over the hemispheres of the records there are and new records
-// there. With t = 1 + max(0, iteration - 4) / 50 the accuracy falls as t^(-1/6), so that records grow as t^(1/3), and passes per
-// record grow as t^(2/3): of all splits of a constant effort per iteration this lets the squares of interpolation error
-// (t^(-2/3) with gradients) and of the records' noise fall alike. What the cache adds to a pixel is averaged, the overture with
-// less weight. Without `refine` the cache is filled before the first iteration and stays as it is; with `records` it is filled
-// to that number, and only passes are added.
+// The cache refines (integrators/cache_progress.h): after an overture, each iteration renders one sample per pixel and notes
+// where the accuracy of the next is not met, and the next begins with more passes over the hemispheres of the records there are
+// and new records there. What the cache adds to a pixel is averaged, the overture with less weight. Without `refine` the cache
+// is filled before the first iteration and stays as it is; with `records` it is filled to that number, and only passes are
+// added.
 //
 // A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased.
 //

@@ -1,0 +1,56 @@
+#include "integrators/cache_progress.h"
+
+#include "framework/core/rng.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+constexpr std::uint64_t asking_pixels = 32;  // one in so many
+constexpr double refined_by = 50;            // iterations, in which records and passes first double
+
+}  // namespace
+
+double CacheProgress::time_at(std::uint32_t iteration) const {
+  return 1 + std::max(0.0, static_cast<double>(iteration) - overture_rounds) / refined_by;
+}
+
+double CacheProgress::passes_at(std::uint32_t iteration) const { return refines ? std::pow(time_at(iteration), 2.0 / 3) : 1; }
+
+float CacheProgress::accuracy_at(std::uint32_t iteration) const {
+  if (!refines) return accuracy;
+  if (iteration < overture_rounds) return accuracy * std::exp2(0.5f * static_cast<float>(overture_rounds - iteration));
+  return accuracy * static_cast<float>(std::pow(time_at(iteration), -1.0 / 6));
+}
+
+double CacheProgress::weight_at(std::uint32_t iteration) const {
+  return refines ? std::min(1.0, std::pow(accuracy / accuracy_at(iteration), 4)) : 1;
+}
+
+bool CacheProgress::asks(std::uint64_t pixel, std::uint32_t iteration) const {
+  return hash_keys(pixel, iteration) % asking_pixels == 0;
+}
+
+void CachedLight::begin(std::uint32_t iteration, double weight) {
+  weights_before_ += weight_;
+  iteration_ = iteration;
+  weight_ = weight;
+}
+
+// The film takes the differences of t times the weighted mean.
+void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached) {
+  if (!is_finite(cached)) {
+    film.add(pixel, cached, iteration_);  // which counts it
+    return;
+  }
+  dvec3& sum = sums_[static_cast<std::size_t>(pixel.y) * film.resolution().x + pixel.x];
+  const double t = iteration_ + 1.0;
+  const dvec3 mean_before = weights_before_ > 0 ? (t - 1) / weights_before_ * sum : dvec3(0);
+  sum += weight_ * dvec3(cached);
+  film.add(pixel, sampled + Rgb(t / (weights_before_ + weight_) * sum - mean_before), iteration_);
+}
+
+}  // namespace etendue

@@ -1,0 +1,45 @@
+// How a cache is refined as iterations go on, and the mean of what it adds to an image meanwhile.
+//
+// Iterations 0 to 4 fill it, each more finely than the one before: an overture that a budget of time can cut short. With
+// t = 1 + max(0, iteration - 4) / 50 the accuracy falls from there as t^(-1/6), so that records grow as t^(1/3), and passes per
+// record grow as t^(2/3): of all splits of a constant effort per iteration this lets the squares of interpolation error
+// (t^(-2/3) with gradients) and of the records' noise fall alike.
+#pragma once
+
+#include "framework/image/film.h"
+
+#include <vector>
+
+namespace etendue {
+
+struct CacheProgress {
+  float accuracy = 0.2f;  // asked for
+  bool refines = true;
+
+  static constexpr std::uint32_t overture_rounds = 4;
+
+  double time_at(std::uint32_t iteration) const;
+  double passes_at(std::uint32_t iteration) const;  // over a record's hemisphere
+  float accuracy_at(std::uint32_t iteration) const;
+  // Of what the cache adds in an iteration: its error falls as the square of the accuracy.
+  double weight_at(std::uint32_t iteration) const;
+  // Does this pixel ask for records? Few do in each iteration: slivers shall not have many.
+  bool asks(std::uint64_t pixel, std::uint32_t iteration) const;
+};
+
+// The part of each pixel that a cache adds: a mean over iterations of different weights, in a film that has equal ones.
+class CachedLight {
+ public:
+  explicit CachedLight(std::size_t pixels = 0) : sums_(pixels, dvec3(0)) {}
+
+  void begin(std::uint32_t iteration, double weight);
+  // Once per pixel and iteration, from any thread; `sampled` is the part of which each iteration weighs the same.
+  void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached);
+
+ private:
+  std::vector<dvec3> sums_;  // weighted
+  std::uint32_t iteration_ = 0;
+  double weight_ = 0, weights_before_ = 0;  // of this iteration; sum of those before it
+};
+
+}  // namespace etendue
