@@ -22,6 +22,8 @@ void PhotonMap::build(Photons photons, std::unique_ptr<PointQuery> query, const 
   query_ = std::move(query);
   photons_ = photons.reordered(along_curve(photons.position));
   options_ = options;
+  held_ = 0;
+  for (const PhotonSide& side : photons_.side) held_ |= side.history;
   query_->build(photons_.position);
   radius_ = options.radius > 0 ? options.radius : std::min(automatic_radius(), options.largest_radius);
 }
@@ -54,13 +56,13 @@ GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3
       longest_(std::min(max_scatterings, 65535)),
       constant_reflectance_(constant_ ? bsdf.diffuse_albedo() * inv_pi : Rgb(0)) {}
 
-GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal) {
+GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, int max_scatterings) {
   GatherPoint at;
   at.position_ = position;
   at.wo_ = at.normal_ = normal;
   at.histories_ = photon_any;
   at.constant_ = true;
-  at.longest_ = 65535;
+  at.longest_ = std::min(max_scatterings, 65535);
   at.constant_reflectance_ = Rgb(1);
   return at;
 }
@@ -71,25 +73,26 @@ Edges parse_edges(const std::string& name) {
 
 Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                         PhotonHistory histories, int max_scatterings) const {
-  if (max_scatterings < 0) return Rgb(0);
+  if (max_scatterings < 0 || !(held_ & histories)) return Rgb(0);
   return estimate(context, GatherPoint(point, bsdf, wo, histories, max_scatterings));
 }
 
-Rgb PhotonMap::estimate(const RenderContext& context, const GatherPoint& at) const {
-  if (photons_.empty()) return Rgb(0);
+PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const GatherPoint& at) const {
+  if (photons_.empty()) return {};
   static thread_local Neighbours neighbours;
   const KernelDisc disc = find_disc(*query_, at.position(), options_.k, radius_, neighbours);
   count(Counter::photons_gathered, disc.count);
-  if (disc.count == 0 || !(disc.radius_squared > 0)) return Rgb(0);
+  const float radius = std::sqrt(disc.radius_squared);
+  if (disc.count == 0 || !(disc.radius_squared > 0)) return {Rgb(0), radius};
   const std::span<const Neighbour> near(neighbours.data(), disc.count);
-  if (options_.edges == Edges::hull) return over_hull(at, near, disc);
+  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius};
   std::optional<VisibleDomain> domain;
-  if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), std::sqrt(disc.radius_squared));
+  if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), radius);
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
     if (at.counts(photons_, id, options_.side_test) && (!domain || domain->contains(photons_.position[id] - at.position())))
       sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
-  return sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1));
+  return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius};
 }
 
 // Of few photons no hull says where the surface ends: there the whole disc stands.

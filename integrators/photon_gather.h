@@ -52,8 +52,9 @@ class GatherPoint {
   // Photons of the given histories count, with at most `max_scatterings` events behind them.
   GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings);
 
-  // Irradiance on the side of unit `normal`: every photon there counts, and is reflected as it is.
-  static GatherPoint irradiance(const vec3& position, const vec3& normal);
+  // Irradiance on the side of unit `normal`, by photons with at most `max_scatterings` events behind them, which are reflected
+  // as they are.
+  static GatherPoint irradiance(const vec3& position, const vec3& normal, int max_scatterings = 65535);
 
   const vec3& position() const { return position_; }
   const vec3& normal() const { return normal_; }  // geometric, on the side of wo
@@ -91,12 +92,19 @@ class PhotonMap {
   // Takes the photons along a space-filling curve and builds `query` over them.
   void build(Photons photons, std::unique_ptr<PointQuery> query, const GatherOptions& options);
 
+  // What `estimate` finds, and within which radius.
+  struct Estimate {
+    Rgb radiance{0};
+    float radius = 0;  // metres; 0: there are no photons
+  };
+
   // Radiance towards wo that photons of the given histories, with at most `max_scatterings` events behind them, make the
   // surface reflect.
   Rgb radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                PhotonHistory histories, int max_scatterings) const;
   // The same, of the photons that count at the point.
-  Rgb estimate(const RenderContext& context, const GatherPoint& at) const;
+  Rgb estimate(const RenderContext& context, const GatherPoint& at) const { return measure(context, at).radiance; }
+  Estimate measure(const RenderContext& context, const GatherPoint& at) const;
 
   // Calls visit(reflected, offset, distance_squared) for every photon within `radius` that counts at the point: what it makes
   // the point reflect (f_r times power, in W/sr), and where it lies, seen from there. The sum, each times kernel_shape over
@@ -132,6 +140,7 @@ class PhotonMap {
   Rgb over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const;
 
   Photons photons_;
+  PhotonHistory held_ = 0;  // histories that photons have
   std::unique_ptr<PointQuery> query_;
   GatherOptions options_;
   float radius_ = 0;

@@ -1,0 +1,81 @@
+#include "integrators/photon_maps.h"
+
+namespace etendue {
+
+PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method)
+    : params_(params), emission_(parse_emission(params.emission)) {
+  if (params.k == 1) throw Error(method + ": k = 1: expected 0 (fixed radius) or at least 2");
+}
+
+void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use) {
+  use_ = use;
+  receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below);
+  separate_caustics_ = params_.caustic_map == "on" ||
+                       (params_.caustic_map == "auto" && (context.needs.caustic_map || receivers_->narrow_lobes()));
+  global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
+  if (emission_ != PhotonEmission::power) mark_seen(context);
+}
+
+void PhotonMaps::mark_seen(const RenderContext& context) {
+  const auto timed = context.phases.measure("prefill");
+  const SeenOptions options{4, use_.max_depth, use_.sampler, params_.side_test};
+  // Twice what k photons need of the area seen if half of those emitted reach it, as densities differ; for gather rays, a
+  // fiftieth of the scene.
+  const float whole = 0.02f * glm::length(context.scene.bounds().diagonal());
+  const double area = seen_area(context, *receivers_, options);
+  const double photons = 0.5 * std::min(params_.photons, separate_caustics_ ? params_.caustic_photons : params_.photons);
+  const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
+  const bool gathers = use_.gather_rays > 0;
+  const float reach = params_.radius > 0 ? params_.radius
+                      : gathers          ? whole
+                                         : std::clamp(static_cast<float>(needed), 1e-3f * whole, whole);
+  // Half as much again, for what lies between the samples of a pixel.
+  seen_ = find_seen(context, *receivers_, options, 1.5f * reach);
+  if (gathers) gathered_ = find_seen(context, *receivers_, options, 1.5f * reach, std::min(use_.gather_rays, 16));
+  if (emission_ == PhotonEmission::visibility) largest_radius_ = reach;  // beyond it there may be no photons
+}
+
+PhotonPass PhotonMaps::pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep,
+                               const VisibleRegion* visible) const {
+  return {static_cast<std::uint32_t>(count), key, max_scatterings, keep, use_.sampler, emission_, visible};
+}
+
+void PhotonMaps::make(RenderContext& context, PhotonMap& map, const PhotonPass& pass, Edges edges) const {
+  Photons photons;
+  {
+    const auto timed = context.phases.measure("emit");
+    photons = trace_photons(context, *receivers_, pass);
+  }
+  const auto timed = context.phases.measure("build");
+  map.build(std::move(photons), context.make_points(params_.structure),
+            {params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test, largest_radius_, edges});
+}
+
+// The event at which a photon is gathered counts too, and so does the one at the visible point before a gather ray.
+void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
+  const bool gathers = use_.gather_rays > 0;
+  make(context, global_,
+       pass_of(params_.photons, hash_keys(0, pass), use_.max_depth - (gathers && separate_caustics_ ? 2 : 1),
+               gathers ? photon_any : global_seen_, gathered_ ? gathered_.get() : seen_.get()),
+       parse_edges(params_.edges));
+  if (!gathers || params_.precompute == 0) return;
+  const auto timed = context.phases.measure("build");
+  irradiance_ =
+      std::make_unique<PhotonIrradiance>(context, global_, params_.precompute, context.make_points(params_.structure));
+}
+
+void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass) {
+  if (!separate_caustics_) return;
+  const Edges edges = parse_edges(params_.edges);
+  make(context, caustic_, pass_of(params_.caustic_photons, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()),
+       edges == Edges::hull ? Edges::disc : edges);
+}
+
+Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                         int max_scatterings) const {
+  if (separate_caustics_) return caustic_.radiance(context, point, bsdf, wo, photon_caustic, max_scatterings);
+  if (use_.gather_rays == 0) return Rgb(0);
+  return global_.radiance(context, point, bsdf, wo, photon_caustic, max_scatterings);
+}
+
+}  // namespace etendue

@@ -1,0 +1,104 @@
+// The global map of photons and the caustic map beside it, as all methods need them that trace maps whole ([Jensen1996]).
+//
+// The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a rough lobe that carries; without it the
+// global map holds the caustic photons too. The global map is seen directly, and then holds indirect photons only; or at the
+// ends of rays from the receivers that are seen, and then holds direct, caustic and indirect photons.
+//
+// With an emission other than by power, camera paths (and gather rays) mark where each map is going to be looked at: within
+// twice what k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no
+// light elsewhere, that is the largest radius of the search, too.
+#pragma once
+
+#include "framework/structure_names.h"
+#include "integrators/final_gather.h"
+#include "integrators/visible_region.h"
+
+#include <string>
+
+namespace etendue {
+
+struct PhotonMapsParams {
+  int photons = 200000;
+  int caustic_photons = 200000;
+  int k = 50;
+  float radius = 0;
+  std::string kernel = "epanechnikov";
+  int precompute = 0;
+  std::string caustic_map = "auto";
+  float carry_below = 0.25f;
+  bool side_test = true;
+  std::string edges = "disc";
+  std::string emission = "power";
+  std::string structure = "hash-grid";
+};
+
+template <class Visitor>
+void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
+  v.integer("photons", p.photons, 1, 2000000000, "photons", "emitted for the global map");
+  v.integer("caustic_photons", p.caustic_photons, 1, 2000000000, "photons", "emitted for the caustic map, where there is one");
+  v.integer("k", p.k, 0, 1000000, "photons",
+            "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed");
+  v.number("radius", p.radius, 0, 1e30, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
+  v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
+  v.integer("precompute", p.precompute, 0, 1000000, "photons",
+            "one in so many holds its irradiance for gather rays to look up; 0: they gather photons themselves");
+  v.choice("caustic_map", p.caustic_map, {"auto", "on", "off"}, "auto: where the scene needs it; off: one map for all");
+  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
+  v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
+  v.choice("edges", p.edges, {"disc", "visible", "hull"},
+           "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
+  v.choice("emission", p.emission, {"power", "importance", "visibility"},
+           "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
+  v.choice("structure", p.structure, point_structure_names, "what finds the photons");
+}
+
+// How the maps are going to be looked at.
+struct PhotonMapsUse {
+  int gather_rays = 0;  // from a receiver that is seen; 0: the global map is seen directly
+  int max_depth = 64;
+  SamplerKind sampler = SamplerKind::sobol;
+};
+
+class PhotonMaps {
+ public:
+  // Throws Error for what no single parameter shows; `method` is named there.
+  PhotonMaps(const PhotonMapsParams& params, const std::string& method);
+
+  // Finds where photons matter; traces nothing yet.
+  void prepare(const RenderContext& context, const PhotonMapsUse& use);
+  // Maps of different passes are independent.
+  void trace_global(RenderContext& context, std::uint32_t pass);
+  void trace_caustics(RenderContext& context, std::uint32_t pass);  // nothing where there is no caustic map
+
+  const Receivers& receivers() const { return *receivers_; }
+  const PhotonMap& global() const { return global_; }
+  // Caustics that a receiver shows, but for those that are in `seen_directly`.
+  Rgb caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+               int max_scatterings) const;
+  // The global map's light where it is seen directly.
+  Rgb seen_directly(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                    int max_scatterings) const {
+    return global_.radiance(context, point, bsdf, wo, global_seen_, max_scatterings);
+  }
+  FinalGather gather(const RenderContext& context, int rays, bool by_photons) const {
+    return {context, *receivers_, global_, irradiance_.get(), rays, use_.max_depth, by_photons, use_.sampler};
+  }
+
+ private:
+  void mark_seen(const RenderContext& context);
+  PhotonPass pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep, const VisibleRegion* visible) const;
+  void make(RenderContext& context, PhotonMap& map, const PhotonPass& pass, Edges edges) const;
+
+  PhotonMapsParams params_;
+  PhotonMapsUse use_;
+  PhotonEmission emission_;
+  bool separate_caustics_ = false;
+  PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
+  std::unique_ptr<Receivers> receivers_;
+  PhotonMap global_, caustic_;
+  std::unique_ptr<PhotonIrradiance> irradiance_;  // of the global map, for gather rays
+  float largest_radius_ = infinity;
+  std::unique_ptr<VisibleRegion> seen_, gathered_;  // by camera paths, and by gather rays; null where not needed
+};
+
+}  // namespace etendue
