@@ -12,7 +12,9 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace etendue {
@@ -67,6 +69,23 @@ struct Expectation {
   std::string note;          // what the bias comes from, with its source
 };
 
+// A record of a cache as it is shown: it serves surfaces that face as it does, within a radius.
+struct RecordDisc {
+  vec3 position, normal;
+  float radius = 0;  // metres
+};
+
+// A cache that outlives its image.
+class SavableCache {
+ public:
+  virtual ~SavableCache() = default;
+  // The bytes of a file, after the last iteration.
+  virtual std::string save(const RenderContext& context) const = 0;
+  // Before `prepare`, which then begins with these records. Throws Error where the bytes are damaged, or made for another
+  // scene or with other parameters.
+  virtual void load(const RenderContext& context, std::string_view bytes, const Location& where) = 0;
+};
+
 // Calls come in order: prepare once, then iteration 0, 1, 2, ... Everything an integrator does depends on (scene, parameters,
 // seed, index) alone. It owns no clock and no budget.
 class Integrator {
@@ -75,6 +94,10 @@ class Integrator {
   virtual void prepare(RenderContext& context) = 0;
   virtual void iteration(RenderContext& context, std::uint32_t index, Film& film) = 0;
   virtual Expectation expectation() const = 0;
+
+  // Only of methods that have them, prepared or not.
+  virtual SavableCache* savable_cache() { return nullptr; }
+  virtual std::optional<std::vector<RecordDisc>> record_discs() const { return std::nullopt; }
 };
 
 // A row of the registry.

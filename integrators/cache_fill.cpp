@@ -145,7 +145,7 @@ void CacheLevels::fill_where(const RenderContext& context, const HemisphereRadia
   });
   std::vector<Query> queue;
   for (std::size_t i = 0; i < pixels_.size(); ++i)
-    if (open[i]) queue.push_back({i, &pixels_[i]});
+    if (open[i]) queue.push_back({key_salt_ == 0 ? i : hash_keys(i, key_salt_), &pixels_[i]});
   cover(context, radiance, std::move(queue), 1);
 }
 
@@ -208,6 +208,30 @@ void CacheLevels::refine(const RenderContext& context, const HemisphereRadiance&
       queue.push_back({hash_keys(i, round), &wanted[i]});
     }
   cover(context, radiance, std::move(queue), passes);
+}
+
+void CacheLevels::resume(const RenderContext& context, std::vector<std::vector<RecordHistory>> levels, float accuracy,
+                         std::uint64_t key_salt) {
+  key_salt_ = key_salt;
+  for (const auto& histories : levels)
+    for (const RecordHistory& history : histories) bounds_.extend(history.point.position);
+  while (levels_.size() < levels.size()) levels_.push_back({{}, make_records(context)});
+  for (std::size_t i = 0; i < levels.size(); ++i) levels_[i].histories = std::move(levels[i]);
+  rebuild(context, accuracy);
+}
+
+std::vector<std::span<const RecordHistory>> CacheLevels::histories() const {
+  std::vector<std::span<const RecordHistory>> spans;
+  for (const Level& level : levels_) spans.emplace_back(level.histories);
+  return spans;
+}
+
+std::vector<RecordDisc> CacheLevels::discs() const {
+  std::vector<RecordDisc> discs;
+  for (const Level& level : levels_)
+    for (const IrradianceRecord& record : level.records.all())
+      discs.push_back({record.position, record.normal, accuracy_ * record.reach});
+  return discs;
 }
 
 std::optional<Interpolated> CacheLevels::interpolate(int depth, const vec3& position, const vec3& normal) const {

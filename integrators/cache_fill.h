@@ -61,6 +61,13 @@ class CacheLevels {
   void refine(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy, double passes,
               std::span<const CachePoint> wanted, std::uint32_t round);
 
+  // Records made earlier, in their order, in place of those there are. A `key_salt` other than 0 keeps the random numbers of
+  // points that are filled from now on apart from those of earlier views.
+  void resume(const RenderContext& context, std::vector<std::vector<RecordHistory>> levels, float accuracy,
+              std::uint64_t key_salt);
+  std::vector<std::span<const RecordHistory>> histories() const;  // by level
+  std::vector<RecordDisc> discs() const;
+
   // Empty where no record serves.
   std::optional<Interpolated> interpolate(int depth, const vec3& position, const vec3& normal) const;
   std::size_t size() const;
@@ -96,6 +103,7 @@ class CacheLevels {
   Bounds bounds_;
   std::vector<CachePoint> pixels_;
   std::vector<Level> levels_;
+  std::uint64_t key_salt_ = 0;
   std::size_t limit_ = 0;                                       // records at most; 0: none
   std::unordered_map<std::uint64_t, RecordHistory> histories_;  // by key, while bisecting
 };

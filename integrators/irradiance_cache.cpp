@@ -1,10 +1,12 @@
 #include "integrators/irradiance_cache.h"
 
+#include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/cache_fill.h"
 #include "integrators/cache_progress.h"
 #include "integrators/emission.h"
+#include "integrators/irradiance_cache_file.h"
 
 namespace etendue {
 
@@ -17,6 +19,10 @@ Gradients parse_gradients(const std::string& name) {
          : name == "rotation" ? Gradients::rotation
          : name == "mesh"     ? Gradients::mesh
                               : Gradients::both;
+}
+
+std::uint64_t view_of(const RenderContext& context) {
+  return hash_keys(context.scene.hash(), context.resolution.x, context.resolution.y, context.seed);
 }
 
 // Paths end where the cache covers.
@@ -48,7 +54,7 @@ struct CameraSample {
   CachePoint wanted;          // the first point that the next accuracy leaves uncovered
 };
 
-class IrradianceCache final : public Integrator {
+class IrradianceCache final : public Integrator, public SavableCache {
  public:
   explicit IrradianceCache(const IrradianceCacheParams& params)
       : params_(params), sampler_(parse_sampler(params.sampler)), progress_{params.accuracy, params.refine} {}
@@ -56,8 +62,16 @@ class IrradianceCache final : public Integrator {
   void prepare(RenderContext& context) override;
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
   Expectation expectation() const override;
+  SavableCache* savable_cache() override { return this; }
+  std::string save(const RenderContext& context) const override;
+  void load(const RenderContext& context, std::string_view bytes, const Location& where) override;
+  std::optional<std::vector<RecordDisc>> record_discs() const override {
+    return cache_ ? cache_->discs() : std::vector<RecordDisc>();
+  }
 
  private:
+  CacheKey key(const RenderContext& context) const;
+  void fill_before(const RenderContext& context);
   Rgb kept_by_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen) const;
   float accuracy_at(std::uint32_t index) const {
     return params_.records > 0 ? cache_->accuracy() : progress_.accuracy_at(index);
@@ -75,6 +89,9 @@ class IrradianceCache final : public Integrator {
   Rgb kept_{1};                     // share of a record's light that a limit of one event less would leave
   std::vector<CachePoint> wanted_;  // by pixel
   CachedLight cached_;
+  std::uint32_t first_stage_ = 0;  // of the refinement, in the first iteration
+  SavedIrradianceCache saved_;     // where the refinement stands; its levels only until they are used
+  bool loaded_ = false;            // and not prepared yet
 };
 
 void IrradianceCache::prepare(RenderContext& context) {
@@ -105,10 +122,50 @@ void IrradianceCache::prepare(RenderContext& context) {
     trace_paths(context, paths, depth, {max_depth_, roulette_depth, MisMode::power}, params_.cache_direct,
                 params_.fill == "records" ? &end : nullptr);
   };
-  if (params_.records > 0)
+  fill_before(context);
+}
+
+// What is done before the first iteration. Points of a view for which the cache was filled already are not looked at again, so
+// that a cache that is not refined is the same, loaded or fresh.
+void IrradianceCache::fill_before(const RenderContext& context) {
+  const std::uint64_t view = view_of(context);
+  const std::uint32_t filled = params_.refine ? 0 : CacheProgress::overture_rounds + 1;
+  first_stage_ = std::max(loaded_ ? saved_.rounds : 0, filled);
+  if (loaded_) {
+    const bool same_view = view == saved_.view;
+    if (!same_view) saved_.key_salt = view;
+    cache_->resume(context, std::move(saved_.levels), saved_.accuracy, saved_.key_salt);
+    float accuracy = saved_.accuracy;
+    if (params_.records == 0)
+      accuracy = params_.refine ? accuracy_at(std::max(first_stage_, 1u) - 1) : std::min(accuracy, params_.accuracy);
+    if (!same_view || accuracy != saved_.accuracy) cache_->fill(context, radiance_, accuracy);
+  } else if (params_.records > 0) {
     cache_->fill_to(context, radiance_, static_cast<std::size_t>(params_.records));
-  else if (!params_.refine)
+  } else if (!params_.refine) {
     cache_->fill(context, radiance_, params_.accuracy);
+  }
+  saved_.view = view;
+  saved_.rounds = first_stage_;
+  loaded_ = false;
+}
+
+CacheKey IrradianceCache::key(const RenderContext& context) const {
+  CacheKey key{"irradiance-cache", context.scene.content_hash(), context.scene.name, param_texts(params_)};
+  key.params["max_depth"] = std::to_string(context.max_depth(params_.max_depth));
+  return key;
+}
+
+std::string IrradianceCache::save(const RenderContext& context) const {
+  CHECK(cache_ != nullptr);
+  SavedIrradianceCache saved{saved_.view, saved_.key_salt, saved_.rounds, cache_->accuracy(), {}};
+  return make_cache_file(key(context), write_irradiance_cache(saved, cache_->histories()));
+}
+
+void IrradianceCache::load(const RenderContext& context, std::string_view bytes, const Location& where) {
+  const CacheFile file = open_cache_file(bytes, where);
+  check_cache_key(file.key, key(context), {"accuracy", "refine", "structure"}, where);
+  saved_ = read_irradiance_cache(file.body, context.max_depth(params_.max_depth) > shared_above, where);
+  loaded_ = true;
 }
 
 // Records that answer for a path's further bounces hold light of as many events as they are allowed, of which the path has had
@@ -154,10 +211,14 @@ void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) 
 }
 
 void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
-  if (params_.refine) refine(context, index);
+  const std::uint32_t stage = first_stage_ + index;
+  if (params_.refine) {
+    refine(context, stage);
+    saved_.rounds = stage + 1;
+  }
   const auto timed = context.phases.measure("gather");
-  const float next_accuracy = params_.records > 0 ? infinity : accuracy_at(index + 1);
-  cached_.begin(index, params_.records > 0 ? 1 : progress_.weight_at(index));
+  const float next_accuracy = params_.records > 0 ? infinity : accuracy_at(stage + 1);
+  cached_.begin(index, params_.records > 0 ? 1 : progress_.weight_at(stage));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
     Sampler sampler(sampler_, context.seed, Stream::camera, key, index);

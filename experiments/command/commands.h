@@ -20,10 +20,12 @@ int run_command(const RunCommand& command);
 int stress_command(RunCommand command);
 
 struct RenderCommand {
-  std::string scene, integrator = "path", accel;  // empty: default_accel()
+  std::string scene;
+  std::string integrator;  // empty: that of the cache to load, else path
+  std::string accel;       // empty: default_accel()
   std::string spp, time, error, seed = "1", threads, resolution;
   std::vector<std::string> params;
-  std::string output;
+  std::string output, save_cache, load_cache;  // paths
   bool json = false;
   std::chrono::steady_clock::time_point started;  // of the process: --time counts from there
 };

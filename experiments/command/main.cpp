@@ -85,7 +85,7 @@ class CommandLine {
   void add_render() {
     CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
     c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf")->required()->type_name("");
-    text(c, "--integrator", render_.integrator, "NAME", "default path; see `etendue list integrators`");
+    text(c, "-i,--integrator", render_.integrator, "NAME", "default path; see `etendue list integrators`");
     text(c, "--accel", render_.accel, "NAME", "default: binned-sah in the layout that suits; see `etendue list accels`");
     text(c, "--spp", render_.spp, "N", "iterations: samples per pixel, photon passes; default 64");
     text(c, "--time", render_.time, "30s", "the image is there by then, preparation included (a longer preparation is finished first)");
@@ -93,6 +93,11 @@ class CommandLine {
     text(c, "--seed", render_.seed, "N", "default 1");
     repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");
     text(c, "-o", render_.output, "FILE", ".exr or .png; default: named after scene and integrator, none with --json");
+    text(c, "--save-cache", render_.save_cache, "FILE", "the cache as the last iteration left it (irradiance-cache), for other views of the scene");
+    text(c, "--load-cache", render_.load_cache, "FILE",
+         "begin with a saved cache: its integrator and parameters, where not given; what it does not cover is added. The same view and "
+         "seed with refine=false: the same image to the bit; with refine it goes on where it stood. Refused if the scene (but for "
+         "the camera), a parameter its records depend on, or the version differs");
     c->add_flag("--json", render_.json, "figures as JSON on stdout");
     text(c, "--threads", render_.threads, "N", "default: all of the machine's");
     text(c, "--resolution", render_.resolution, "WxH", "default: the scene's");

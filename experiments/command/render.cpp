@@ -1,6 +1,7 @@
 // `etendue render`: one scene, one method, one image, through the same loop as every cell of an experiment.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
+#include "experiments/command/render_cache.h"
 #include "experiments/harness/manifest.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report_text.h"
@@ -39,8 +40,6 @@ void read_parameters(const RenderCommand& command, Method& integrator, Method& a
     if (&method == &accel) key.erase(0, prefix.size());
     method.params[key] = parse_param_value(assignment.substr(equals + 1), where);
   }
-  validate_integrator(integrator);
-  validate_accel(accel);
 }
 
 Budget read_budget(const RenderCommand& command) {
@@ -65,24 +64,17 @@ void count_from_the_start(Budget& budget, std::chrono::steady_clock::time_point 
   budget.time_s = std::max(1e-9, *budget.time_s - gone - reserve);
 }
 
-std::string output_path(const RenderCommand& command) {
+std::string output_path(const RenderCommand& command, const std::string& integrator) {
   if (!command.output.empty() || command.json) return command.output;
-  return slug(command.scene) + "-" + slug(command.integrator) + ".exr";
+  return slug(command.scene) + "-" + slug(integrator) + ".exr";
 }
 
+// Tried before the rendering, not after it.
 void check_output(const std::string& path) {
-  if (!path.empty() && !path.ends_with(".exr") && !path.ends_with(".png"))
-    throw Error(Location{"-o " + path}, "unknown image format; expected a name that ends in .exr or .png");
-  const auto parent = std::filesystem::path(path).parent_path();
-  if (!parent.empty() && !std::filesystem::is_directory(parent))
-    throw Error(Location{"-o " + path}, "no directory '" + parent.string() + "'; expected one that exists");
   if (path.empty()) return;
-  // Tried before the rendering, not after it.
-  const std::string partial = path + ".part";
-  const bool writable = !std::filesystem::is_directory(path) && std::ofstream(partial).good();
-  std::filesystem::remove(partial);
-  if (!writable)
-    throw Error(Location{"-o " + path}, "cannot be written; expected a file in a directory that can be written to");
+  if (!path.ends_with(".exr") && !path.ends_with(".png"))
+    throw Error(Location{"-o " + path}, "unknown image format; expected a name that ends in .exr or .png");
+  check_writable(path, "-o");
 }
 
 struct Rendered {
@@ -93,7 +85,8 @@ struct Rendered {
   int threads = 1;
   std::uint64_t seed = 1;
   std::string output = {};
-  std::string reference = {};  // what the metrics are measured against; "": none
+  std::string cache_to_load = {}, cache_to_save = {};  // bytes
+  std::string reference = {};                          // what the metrics are measured against; "": none
   std::map<std::string, double> metrics = {};
 };
 
@@ -155,8 +148,21 @@ void warn_of_non_finite(const CellResult& result, Console& console) {
 
 // Everything typed, checked before a scene is loaded.
 Budget read_options(const RenderCommand& command, Rendered& r) {
-  r.output = output_path(command);
   read_parameters(command, r.integrator, r.accel);
+  if (!command.load_cache.empty()) {
+    r.cache_to_load = read_cache_bytes(command.load_cache);
+    complete_from_cache(r.cache_to_load, command.load_cache, r.integrator);
+    require_savable(r.integrator, "--load-cache");
+  } else if (r.integrator.name.empty()) {
+    r.integrator.name = "path";
+  }
+  validate_integrator(r.integrator);
+  validate_accel(r.accel);
+  if (!command.save_cache.empty()) {
+    require_savable(r.integrator, "--save-cache");
+    check_writable(command.save_cache, "--save-cache");
+  }
+  r.output = output_path(command, r.integrator.name);
   r.threads = threads_option(command.threads);
   r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
   if (!command.resolution.empty()) r.resolution = resolution_option(command.resolution);
@@ -204,9 +210,20 @@ int render_command(const RenderCommand& command) {
                                format_seconds(time_s * (1 - share) / std::max(share, 1e-9))));
   };
   const Image* target = reference ? &reference->rendered.image : nullptr;
-  r.result = run_cell({scene, needs, r.accel, r.integrator, r.seed, r.resolution, budget, r.threads, target, {}, {}, false, progress});
+  CellTask task{scene, needs, r.accel, r.integrator, r.seed, r.resolution, budget, r.threads, target, {}, {}, false, progress};
+  if (!command.load_cache.empty())
+    task.before_prepare = [&](Integrator& integrator, RenderContext& context) {
+      integrator.savable_cache()->load(context, r.cache_to_load, Location{command.load_cache});
+      r.cache_to_load = {};
+    };
+  if (!command.save_cache.empty())
+    task.finished = [&](Integrator& integrator, RenderContext& context, const CellResult&) {
+      r.cache_to_save = integrator.savable_cache()->save(context);
+    };
+  r.result = run_cell(task);
   console.clear_status();
   write_image(r);
+  if (!command.save_cache.empty()) write_cache_bytes(command.save_cache, r.cache_to_save);
   if (!reference && scene.closed_form) find_reference();
   if (reference) {
     r.reference = reference->rendered.source;

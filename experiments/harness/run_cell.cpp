@@ -74,6 +74,7 @@ class CellRunner {
         phases_,
         [](const std::string& name) { return find_point_structure(name, {}).make(); },
         [](const std::string& name, const Bounds& bounds) { return find_ball_structure(name, {}).make(bounds); }};
+    if (task_.before_prepare) task_.before_prepare(*integrator, context);
     integrator->prepare(context);
     iterate(*integrator, context);
     clock_.stop();
@@ -81,6 +82,7 @@ class CellRunner {
     result_.image = film_.mean();
     result_.image_hash = film_.hash();
     result_.non_finite = film_.non_finite();
+    if (task_.finished) task_.finished(*integrator, context, result_);
     return std::move(result_);
   }
 

@@ -15,6 +15,8 @@
 
 namespace etendue {
 
+struct CellResult;
+
 struct CellTask {
   const Scene& scene;
   const SceneNeeds& needs;
@@ -30,6 +32,9 @@ struct CellTask {
   bool keep_images = false;               // of every checkpoint
   // Told about ten times a second, off the clock.
   std::function<void(std::uint64_t iterations, double time_s)> progress = {};
+  // Before the integrator is prepared (on the clock), and after its last iteration (off it).
+  std::function<void(Integrator&, RenderContext&)> before_prepare = {};
+  std::function<void(Integrator&, RenderContext&, const CellResult&)> finished = {};
 };
 
 struct CellResult {

@@ -84,6 +84,7 @@ struct Scene {
   Bounds bounds() const;                 // of everything but planes
   std::uint64_t triangle_count() const;  // instances counted each
   std::uint64_t hash() const;            // of all that changes an image (XXH3)
+  std::uint64_t content_hash() const;    // the same without camera, resolution and max_depth
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const;
 };
 

@@ -1,4 +1,4 @@
-// Scene::hash: every field that changes an image, written out, so that padding and names do not count.
+// Scene::hash and content_hash: every field that changes an image, written out, so that padding and names do not count.
 #include "framework/scene/scene.h"
 
 #include <xxhash.h>
@@ -75,6 +75,18 @@ class Hasher {
       add(s.first_primitive, s.primitive_count, s.material, s.first_light, s.flip_normal, s.has_normals, s.has_uvs);
   }
 
+  void add_content(const Scene& scene) {
+    for (const Object& object : scene.objects) add_object(object);
+    for (const Instance& instance : scene.instances) {
+      add(instance.object);
+      add_transform(instance.to_world);
+    }
+    for (const InfinitePlane& plane : scene.planes) add(plane.point, plane.normal, plane.material);
+    add_variants(scene.materials);
+    add_variants(scene.textures);
+    add_variants(scene.lights);
+  }
+
  private:
   void add_colour(const TexturedRgb& c) { add(c.constant, c.texture); }
   void add_bytes(const void* data, std::size_t size) {
@@ -86,17 +98,15 @@ class Hasher {
 
 }  // namespace
 
+std::uint64_t Scene::content_hash() const {
+  Hasher h;
+  h.add_content(*this);
+  return h.digest();
+}
+
 std::uint64_t Scene::hash() const {
   Hasher h;
-  for (const Object& object : objects) h.add_object(object);
-  for (const Instance& instance : instances) {
-    h.add(instance.object);
-    h.add_transform(instance.to_world);
-  }
-  for (const InfinitePlane& plane : planes) h.add(plane.point, plane.normal, plane.material);
-  h.add_variants(materials);
-  h.add_variants(textures);
-  h.add_variants(lights);
+  h.add_content(*this);
   h.add_transform(camera.to_world);
   h.add(camera.fov, camera.lens_radius, camera.focal_distance, resolution, max_depth.value_or(0));
   return h.digest();

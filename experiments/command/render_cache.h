@@ -1,0 +1,27 @@
+// Caches on disk as `etendue render` reads and writes them.
+#pragma once
+
+#include "experiments/harness/method.h"
+
+#include <string>
+#include <string_view>
+
+namespace etendue {
+
+// Throws Error where it cannot be read.
+std::string read_cache_bytes(const std::string& path);
+
+// The integrator that a cache was made by, where none is named ("" in `integrator`), and each of its parameters that is not
+// given. Throws Error where the file is not a whole cache, or of another integrator.
+void complete_from_cache(std::string_view bytes, const std::string& path, Method& integrator);
+
+// Throw Error, with the names of those that do, where an integrator keeps no cache, or has no records to show.
+void require_savable(const Method& integrator, const std::string& option);
+void require_records(const Method& integrator, const std::string& option);
+
+// Before a rendering: is the path one that can be written to? Throws Error naming the option.
+void check_writable(const std::string& path, const std::string& option);
+// Written beside its final name and renamed when complete. Throws Error.
+void write_cache_bytes(const std::string& path, std::string_view bytes);
+
+}  // namespace etendue

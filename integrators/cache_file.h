@@ -1,0 +1,125 @@
+// A cache on disk: what it was made of, and its records, for other views of the same scene.
+//
+// All numbers are little-endian; text is a u32 length and its bytes, without an end mark.
+//
+//   8 bytes   "etncache"
+//   u32       format, 1
+//   u64       bytes of the whole file
+//   u64       XXH3 of all bytes that follow
+//   text      version of the program
+//   text      integrator
+//   u64       Scene::content_hash: geometry, materials and lights, not the camera
+//   text      the scene's name, for people
+//   u32       number of parameters; of each: text name, text value
+//   rest      the integrator's own: its records
+//
+// A file is refused, with the reason, when it is of another format or program version, cut short or damaged, or when it was
+// made for another scene, integrator or parameters that decide what a record holds. The checksum finds every flipped bit; even
+// so no length is believed before it has been held against the bytes there are.
+#pragma once
+
+#include "framework/core/error.h"
+#include "framework/core/params.h"
+#include "framework/core/vec.h"
+
+#include <bit>
+#include <cstring>
+#include <initializer_list>
+#include <map>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace etendue {
+
+class ByteWriter {
+ public:
+  template <class T>
+  void add(const T& value) {
+    static_assert(std::endian::native == std::endian::little && std::is_arithmetic_v<T>);
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  void add(const vec3& v) { add(v.x), add(v.y), add(v.z); }
+  void add(const mat3& m) { add(m[0]), add(m[1]), add(m[2]); }
+  void add(std::string_view text) { add(static_cast<std::uint32_t>(text.size())), bytes.append(text); }
+
+  std::string bytes;
+};
+
+// Every `take` throws Error where fewer bytes are left than it needs.
+class ByteReader {
+ public:
+  ByteReader(std::string_view bytes, Location where) : left_(bytes), where_(std::move(where)) {}
+
+  template <class T>
+  void take(T& value) {
+    static_assert(std::endian::native == std::endian::little && std::is_arithmetic_v<T> && !std::is_same_v<T, bool>);
+    std::memcpy(&value, take_bytes(sizeof value).data(), sizeof value);
+  }
+  void take(vec3& v) { take(v.x), take(v.y), take(v.z); }
+  void take(mat3& m) { take(m[0]), take(m[1]), take(m[2]); }
+  void take(std::string& text);
+  template <class T>
+  T take() {
+    T value{};
+    take(value);
+    return value;
+  }
+  // A u64 count of elements of at least so many bytes each, all of which must be left.
+  std::size_t take_count(std::size_t element_bytes);
+
+  std::string_view left() const { return left_; }
+  const Location& where() const { return where_; }
+  [[noreturn]] void refuse(const std::string& what) const;  // as damaged
+
+ private:
+  std::string_view take_bytes(std::size_t count);
+
+  std::string_view left_;
+  Location where_;
+};
+
+using ParamTexts = std::map<std::string, std::string>;
+
+// Every value as the command line would read it again, to the bit.
+class ParamTextVisitor {
+ public:
+  ParamTexts texts;
+
+  void integer(const char* name, int& value, std::int64_t, std::int64_t, const char*, const char*) {
+    texts[name] = std::to_string(value);
+  }
+  void number(const char* name, float& value, double, double, const char*, const char*);
+  void flag(const char* name, bool& value, const char*) { texts[name] = value ? "true" : "false"; }
+  void choice(const char* name, std::string& value, std::initializer_list<const char*>, const char*) { texts[name] = value; }
+};
+
+template <class Params>
+ParamTexts param_texts(Params params) {
+  ParamTextVisitor visitor;
+  describe(visitor, params);
+  return visitor.texts;
+}
+
+struct CacheKey {
+  std::string integrator;
+  std::uint64_t scene_hash = 0;
+  std::string scene;  // its name, which is not compared
+  ParamTexts params;
+};
+
+// A whole file.
+std::string make_cache_file(const CacheKey& key, std::string_view body);
+
+struct CacheFile {
+  CacheKey key;
+  std::string_view body;  // into the bytes that were given
+};
+// Throws Error where the bytes are not a whole file of this version.
+CacheFile open_cache_file(std::string_view bytes, const Location& where);
+
+// Throws Error unless the file was made for this key; parameters named in `free` may differ.
+void check_cache_key(const CacheKey& found, const CacheKey& wanted, std::initializer_list<std::string_view> free,
+                     const Location& where);
+
+}  // namespace etendue
