@@ -184,7 +184,9 @@ void CacheLevels::add_passes(const RenderContext& context, const HemisphereRadia
   const int depth = static_cast<int>(level(history.point.depth)) + 1;
   while (history.passes < std::max(target, 1)) {
     const auto pass = static_cast<std::uint32_t>(history.passes++);
-    const IrradianceEstimate next = sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance);
+    const IrradianceEstimate next =
+        settings_.at_point ? settings_.at_point(history.point, depth)
+                           : sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance);
     if (pass == 0)
       history.mean = next;
     else

@@ -18,6 +18,9 @@
 
 namespace etendue {
 
+// Irradiance at a point that has no hemisphere, with `depth` events before what it reflects.
+using PointIrradiance = std::function<IrradianceEstimate(const CachePoint& point, int depth)>;
+
 struct CacheSettings {
   CacheMetric metric = CacheMetric::bounded_split_sphere;
   Gradients gradients = Gradients::both;
@@ -29,6 +32,7 @@ struct CacheSettings {
   HemisphereStrata strata;
   SamplerKind sampler = SamplerKind::sobol;
   std::string structure = "octree";
+  PointIrradiance at_point;  // in place of hemispheres; none: hemispheres are sampled
 };
 
 // Radiance arriving along the first rays of paths with `depth` events behind them.
@@ -52,6 +56,8 @@ class CacheLevels {
   // `pixels`: what their centres see.
   CacheLevels(const RenderContext& context, const CacheSettings& settings, std::vector<CachePoint> pixels, bool one_level);
 
+  // Forgets all records.
+  void clear(const RenderContext& context);
   // Covers all pixels at an accuracy with records added to those there are.
   void fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy);
   // The same, anew, with at most `records` records, and at least 98 % of them where the metric's bounds permit.
@@ -83,7 +89,6 @@ class CacheLevels {
     const CachePoint* point;
   };
 
-  void clear(const RenderContext& context);
   void rebuild(const RenderContext& context, float accuracy);
   IrradianceRecords make_records(const RenderContext& context) const;
   IrradianceRecord record_of(const RecordHistory& history) const;

@@ -12,7 +12,8 @@ CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, 
           distance * pixel_width, depth};
 }
 
-CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind) {
+CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind,
+                            const Receivers* receivers) {
   const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
   Sampler sampler(kind, context.seed, Stream::prefill, key, 0);
   const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
@@ -26,6 +27,7 @@ CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepe
     distance += glm::length(point.position - ray.origin);
     const Bsdf bsdf(context.scene, point);
     if (is_cached(bsdf)) return cache_point(context, point, wo, distance, depth);
+    if (receivers && (*receivers)(point.material)) break;
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
     if (!scattered) break;

@@ -3,6 +3,7 @@
 
 #include "framework/integrator.h"
 #include "framework/transport/bsdf.h"
+#include "integrators/photons.h"
 
 namespace etendue {
 
@@ -23,8 +24,10 @@ inline vec3 towards(const vec3& normal, const vec3& side, const vec3& wo) { retu
 // `distance`: of the whole path from the camera.
 CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, const vec3& wo, float distance, int depth);
 
-// Follows the centre of a pixel through whatever carries to a cached surface with less than `deepest` events before it.
-CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler);
+// Follows the centre of a pixel to a cached surface with less than `deepest` events before it: through all other surfaces, or
+// through those that are no `receivers`.
+CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
+                            const Receivers* receivers = nullptr);
 
 // What the diffuse part reflects of uniform light towards wo. A coated base, f = g T(wo) T(wi) / pi, is evaluated along the
 // normal and T(wi) replaced by its cosine-weighted mean.

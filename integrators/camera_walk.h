@@ -18,11 +18,12 @@ struct CameraWalk {
 
   static constexpr int roulette_depth = 5;
 
-  // Calls at_receiver(point, bsdf, wo, throughput, depth) at each receiver, with `depth` scattering events before it. `path`
-  // decides where the path goes, `light` which points of lights it looks at.
+  // Calls at_receiver(point, bsdf, wo, throughput, depth, distance) at each receiver, with `depth` scattering events before it
+  // and a way of `distance` behind it. `path` decides where the path goes, `light` which points of lights it looks at.
   template <class AtReceiver>
   Rgb operator()(Ray ray, Sampler& path, Sampler& light, const AtReceiver& at_receiver) const {
     Rgb radiance(0), throughput(1);
+    float distance = 0;   // metres
     float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
     BsdfSample last;
     for (int depth = 0;; ++depth) {
@@ -35,8 +36,9 @@ struct CameraWalk {
       const vec3 wo = -ray.direction;
       const Bsdf bsdf(context.scene, point);
       const bool receiver = receivers(point.material);
+      distance += glm::length(point.position - ray.origin);
       if (receiver)
-        at_receiver(point, bsdf, wo, throughput, depth);
+        at_receiver(point, bsdf, wo, throughput, depth, distance);
       else
         radiance += throughput * direct_light(context, point, bsdf, wo, light, MisMode::power);
       if (receiver && !bsdf.has_specular()) return radiance;

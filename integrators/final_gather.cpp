@@ -49,18 +49,17 @@ Rgb FinalGather::operator()(const SurfacePoint& point, const Bsdf& bsdf, const v
     Sampler numbers(sampler, context.seed, Stream::gather, hash_keys(key, depth),
                     iteration * static_cast<std::uint32_t>(rays) + static_cast<std::uint32_t>(j));
     const Scattered to = directions ? by_mixture(bsdf, wo, *directions, numbers) : by_bsdf(bsdf, wo, numbers);
-    if (!is_black(to.weight)) sum += to.weight * along(spawn_ray(point, to.wi), depth + 1, numbers);
+    if (is_black(to.weight)) continue;
+    const Ray ray = spawn_ray(point, to.wi);
+    sum += to.weight * along(ray, trace(context, ray), depth + 1, numbers);
   }
   return sum / static_cast<float>(rays);
 }
 
-// Photons seen along a ray from a receiver, through whatever carries.
-Rgb FinalGather::along(Ray ray, int depth, Sampler& numbers) const {
+Rgb FinalGather::along(Ray ray, Hit hit, int depth, Sampler& numbers) const {
   Rgb radiance(0), throughput(1);
   float eta_scale = 1;
-  for (; depth < max_depth; ++depth) {
-    const Hit hit = trace(context, ray);
-    if (!hit) break;
+  for (; depth < max_depth && hit; ++depth) {
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     const Bsdf bsdf(context.scene, point);
     const bool receiver = receivers(point.material);
@@ -76,6 +75,7 @@ Rgb FinalGather::along(Ray ray, int depth, Sampler& numbers) const {
     const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
     if (!(numbers.get_1d() < survival)) break;
     throughput /= survival;
+    hit = trace(context, ray);
   }
   return radiance;
 }

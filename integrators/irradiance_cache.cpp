@@ -14,13 +14,6 @@ namespace {
 
 constexpr int roulette_depth = 5, shared_above = 16;
 
-Gradients parse_gradients(const std::string& name) {
-  return name == "none"       ? Gradients::none
-         : name == "rotation" ? Gradients::rotation
-         : name == "mesh"     ? Gradients::mesh
-                              : Gradients::both;
-}
-
 std::uint64_t view_of(const RenderContext& context) {
   return hash_keys(context.scene.hash(), context.resolution.x, context.resolution.y, context.seed);
 }
@@ -99,15 +92,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
   // Direct light takes one scattering event, indirect light two at least.
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
-  const CacheSettings settings{.metric = cache_metric(params_.metric),
-                               .gradients = parse_gradients(params_.gradients),
-                               .clamping = params_.neighbour_clamping,
-                               .accuracy = params_.accuracy,
-                               .min_spacing = params_.min_spacing,
-                               .max_spacing = params_.max_spacing,
-                               .strata = HemisphereStrata::of(params_.samples),
-                               .sampler = sampler_,
-                               .structure = params_.structure};
+  const CacheSettings settings = cache_settings(params_, sampler_, params_.structure);
   const ivec2 size = context.resolution;
   std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
   parallel_pixels(size, [&](ivec2 pixel) {

@@ -28,24 +28,14 @@
 // Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
 #pragma once
 
-#include "framework/integrator.h"
 #include "framework/structure_names.h"
-
-#include <string>
+#include "integrators/cache_params.h"
 
 namespace etendue {
 
-struct IrradianceCacheParams {
-  std::string metric = "bounded-split-sphere";
-  float accuracy = 0.2f;
+struct IrradianceCacheParams : CacheParams {
   int records = 0;
-  bool refine = true;
   std::string fill = "paths";
-  int samples = 256;
-  float min_spacing = 1.5f;
-  float max_spacing = 0.1f;
-  std::string gradients = "both";
-  bool neighbour_clamping = true;
   bool cache_direct = false;
   int max_depth = 0;
   std::string structure = "octree";
@@ -54,22 +44,10 @@ struct IrradianceCacheParams {
 
 template <class Visitor>
 void describe(Visitor& v, IrradianceCacheParams& p) {
-  v.choice(
-      "metric", p.metric,
-      {"split-sphere", "bounded-split-sphere", "tabellion", "radiometric-hessian", "geometric-hessian", "occlusion-hessian"},
-      "how far a record serves, from what its hemisphere saw");
-  v.number("accuracy", p.accuracy, 0.001, 1, "1",
-           "Ward's a: the error at which a record no longer serves; smaller, more records");
+  describe_cache(v, p);
   v.integer("records", p.records, 0, 10000000, "records",
             "this many: the accuracy is found by bisection; 0: as many as it takes");
-  v.flag("refine", p.refine, "every iteration adds records and passes over them; off: filled once");
   v.choice("fill", p.fill, {"records", "paths"}, "what gives a hemisphere's light its further bounces");
-  v.integer("samples", p.samples, 1, 100000000, "rays", "over the hemisphere of a record, per pass");
-  v.number("min_spacing", p.min_spacing, 0, 1000, "pixels", "bounded-split-sphere: a record serves at least this far");
-  v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "bounded-split-sphere: and at most this far");
-  v.choice("gradients", p.gradients, {"none", "rotation", "both", "mesh"},
-           "with which records are extrapolated: both adds translation; mesh takes that from the mesh of samples");
-  v.flag("neighbour_clamping", p.neighbour_clamping, "records reach no farther than their neighbours and the way to them");
   v.flag("cache_direct", p.cache_direct, "records hold direct light too, as far as rays can find it; no light samples there");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, ball_structure_names, "what finds the records");

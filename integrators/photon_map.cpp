@@ -62,7 +62,7 @@ Rgb PhotonMapping::camera_radiance(const RenderContext& context, const Ray& ray,
   Rgb seen(0);
   const Rgb met = CameraWalk{context, maps_.receivers(), max_depth_}(
       ray, sample.sampler, sample.sampler,
-      [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
+      [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
         seen += throughput * reflected(context, point, bsdf, wo, depth, sample);
       });
   return met + seen;

@@ -10,8 +10,9 @@ PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method
 void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use) {
   use_ = use;
   receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below);
-  separate_caustics_ = params_.caustic_map == "on" ||
-                       (params_.caustic_map == "auto" && (context.needs.caustic_map || receivers_->narrow_lobes()));
+  const bool caustics = context.needs.caustic_map || receivers_->narrow_lobes();
+  separate_caustics_ = params_.caustic_map == "on" || (params_.caustic_map == "auto" && caustics);
+  holds_caustics_ = caustics && !separate_caustics_;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
   if (emission_ != PhotonEmission::power) mark_seen(context);
 }
@@ -55,7 +56,7 @@ void PhotonMaps::make(RenderContext& context, PhotonMap& map, const PhotonPass& 
 void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
   const bool gathers = use_.gather_rays > 0;
   make(context, global_,
-       pass_of(params_.photons, hash_keys(0, pass), use_.max_depth - (gathers && separate_caustics_ ? 2 : 1),
+       pass_of(params_.photons, hash_keys(0, pass), use_.max_depth - (gathers && !holds_caustics_ ? 2 : 1),
                gathers ? photon_any : global_seen_, gathered_ ? gathered_.get() : seen_.get()),
        parse_edges(params_.edges));
   if (!gathers || params_.precompute == 0) return;

@@ -93,6 +93,7 @@ class PhotonMaps {
   PhotonMapsUse use_;
   PhotonEmission emission_;
   bool separate_caustics_ = false;
+  bool holds_caustics_ = false;             // the global map, to be seen directly
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
   std::unique_ptr<Receivers> receivers_;
   PhotonMap global_, caustic_;

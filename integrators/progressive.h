@@ -95,7 +95,8 @@ class ProgressivePasses {
     const Ray ray = sample_camera_ray(context, pixel, path);
     Rgb direct(0);
     const Rgb met = CameraWalk{context, *receivers_, max_depth_}(
-        ray, path, light, [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
+        ray, path, light,
+        [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
           if (sample_direct_) direct += throughput * direct_light(context, point, bsdf, wo, light, MisMode::light);
           at(GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput);
         });

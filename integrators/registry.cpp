@@ -6,6 +6,7 @@
 #include "integrators/hash_cache.h"
 #include "integrators/irradiance_cache.h"
 #include "integrators/path.h"
+#include "integrators/photon_cache.h"
 #include "integrators/photon_map.h"
 #include "integrators/ppm_memoryless.h"
 #include "integrators/radiance_cache.h"
@@ -18,7 +19,7 @@ std::span<const IntegratorEntry> integrators() {
   static const std::vector<IntegratorEntry> table = {
       path_entry(), light_trace_entry(),    bdpt_entry(),       photon_map_entry(),     ppm_entry(),
       sppm_entry(), ppm_memoryless_entry(), appm_entry(),       cppm_entry(),           irradiance_cache_entry(),
-      vcm_entry(),  guided_entry(),         hash_cache_entry(), radiance_cache_entry(),
+      vcm_entry(),  guided_entry(),         hash_cache_entry(), radiance_cache_entry(), photon_cache_entry(),
   };
   return table;
 }

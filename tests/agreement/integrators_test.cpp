@@ -22,7 +22,9 @@ TEST(IntegratorAgreement, CornellBox) {
                     {"ppm-memoryless", {}, 16, 0.04},
                     {"appm", {}, 16, 0.04},
                     {"cppm", {}, 16, 0.04},
-                    {"irradiance-cache", params_of({{"samples", "256"}}), 32, 0.03}});
+                    {"irradiance-cache", params_of({{"samples", "256"}}), 32, 0.03},
+                    {"photon-cache", params_of({{"photons", "50000"}}), 32, 0.03},
+                    {"photon-cache", params_of({{"photons", "50000"}, {"fill", "density"}}), 8, 0.06}});
 }
 
 TEST(IntegratorAgreement, CornellBoxCutAtTwoEvents) {
@@ -34,7 +36,8 @@ TEST(IntegratorAgreement, CornellBoxCutAtTwoEvents) {
   expect_agreement("builtin:cornell-box", 6, {"path", cut({}), 128, 0},
                    {{"light-trace", cut({}), 128, 0},
                     {"photon-map", cut({{"photons", "20000"}, {"final_gather", "4"}, {"retrace", "true"}}), 4, 0.03},
-                    {"irradiance-cache", cut({{"samples", "256"}}), 32, 0.03}});
+                    {"irradiance-cache", cut({{"samples", "256"}}), 32, 0.03},
+                    {"photon-cache", cut({{"photons", "50000"}}), 32, 0.03}});
 }
 
 // Mirror and glass: light tracing cannot see into them, so it sits out.
@@ -44,7 +47,8 @@ TEST(IntegratorAgreement, CornellSpheres) {
       {{"photon-map",
         params_of({{"photons", "20000"}, {"caustic_photons", "20000"}, {"final_gather", "4"}, {"retrace", "true"}}), 4, 0.05},
        {"sppm", {}, 16, 0.05},
-       {"irradiance-cache", params_of({{"samples", "256"}}), 64, 0.05}});
+       {"irradiance-cache", params_of({{"samples", "256"}}), 64, 0.05},
+       {"photon-cache", params_of({{"photons", "50000"}, {"caustic_photons", "20000"}}), 32, 0.05}});
 }
 
 }  // namespace

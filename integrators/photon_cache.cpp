@@ -1,0 +1,187 @@
+#include "integrators/photon_cache.h"
+
+#include "framework/core/parallel.h"
+#include "framework/transport/ray_tools.h"
+#include "integrators/cache_progress.h"
+#include "integrators/camera_walk.h"
+
+namespace etendue {
+
+namespace {
+
+constexpr int shared_above = 16;  // depth limits above which all depths share records
+
+// What a camera sample brings.
+struct CameraSample {
+  std::uint64_t pixel;
+  std::uint32_t iteration;
+  Sampler sampler;
+  Rgb sampled{0}, cached{0};  // by light samples, photons and gather rays; by the cache
+  CachePoint wanted{};        // the first point that the next accuracy leaves uncovered
+};
+
+class PhotonCache final : public Integrator {
+ public:
+  explicit PhotonCache(const PhotonCacheParams& params)
+      : params_(params),
+        sampler_(parse_sampler(params.sampler)),
+        gathers_(params.fill == "gather"),
+        maps_(params, "photon-cache"),
+        progress_{params.accuracy, params.refine} {
+    if (!gathers_ && is_hessian(cache_metric(params.metric)))
+      throw Error("photon-cache: metric = " + params.metric +
+                  ": fill = density has no hemisphere to take Hessians of; expected " +
+                  "split-sphere, bounded-split-sphere or tabellion");
+  }
+
+  void prepare(RenderContext& context) override;
+  void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
+  Expectation expectation() const override;
+
+ private:
+  bool retraces_global(std::uint32_t index) const;
+  void refine(RenderContext& context, std::uint32_t index);
+  void gather(const RenderContext& context, std::span<PathSample> paths, int depth) const;
+  IrradianceEstimate density(const RenderContext& context, const CachePoint& point, int depth) const;
+  void camera_sample(const RenderContext& context, const Ray& ray, float next_accuracy, CameraSample& sample) const;
+
+  PhotonCacheParams params_;
+  SamplerKind sampler_;
+  bool gathers_;
+  int max_depth_ = 0;
+  PhotonMaps maps_;
+  CacheProgress progress_;
+  std::unique_ptr<CacheLevels> cache_;
+  HemisphereRadiance radiance_;
+  std::vector<CachePoint> wanted_;  // by pixel
+  CachedLight cached_;
+};
+
+void PhotonCache::prepare(RenderContext& context) {
+  max_depth_ = context.max_depth(params_.max_depth);
+  maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_});
+  maps_.trace_global(context, 0);
+  maps_.trace_caustics(context, 0);
+
+  const auto timed = context.phases.measure("prefill");
+  const ivec2 size = context.resolution;
+  std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
+  parallel_pixels(size, [&](ivec2 pixel) {
+    // Indirect light takes two scattering events at least.
+    seen[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] =
+        find_cache_point(context, pixel, max_depth_ - 1, sampler_, &maps_.receivers());
+  });
+  wanted_.assign(seen.size(), {});
+  cached_ = CachedLight(seen.size());
+  CacheSettings settings = cache_settings(params_, sampler_, params_.record_structure);
+  if (!gathers_)
+    settings.at_point = [this, &context](const CachePoint& point, int depth) { return density(context, point, depth); };
+  cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), max_depth_ > shared_above);
+  radiance_ = [this, &context](std::span<PathSample> paths, int depth) { gather(context, paths, depth); };
+}
+
+// What comes along the rays of a hemisphere, of which each has a map at its end.
+void PhotonCache::gather(const RenderContext& context, std::span<PathSample> paths, int depth) const {
+  static thread_local std::vector<Ray> rays;
+  static thread_local std::vector<Hit> hits;
+  rays.clear();
+  for (const PathSample& path : paths) rays.push_back(path.ray);
+  hits.resize(rays.size());
+  trace(context, rays, hits);
+  const FinalGather gather = maps_.gather(context, 1, false);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (!hits[i]) continue;
+    PathSample& path = paths[i];
+    path.first_distance = hits[i].t;
+    path.first_normal = context.scene.surface_at(path.ray, hits[i]).normal;
+    path.radiance = gather.along(path.ray, hits[i], depth, path.sampler);
+  }
+}
+
+IrradianceEstimate PhotonCache::density(const RenderContext& context, const CachePoint& point, int depth) const {
+  const GatherPoint at = GatherPoint::irradiance(point.position, point.geometric, max_depth_ - depth);
+  const PhotonMap::Estimate found = maps_.global().measure(context, at);
+  IrradianceEstimate estimate;
+  estimate.irradiance = found.radiance;
+  if (found.radius > 0) {
+    estimate.nearest = found.radius / usual_accuracy;
+    estimate.inverse_distance = 1 / estimate.nearest;
+  }
+  return estimate;
+}
+
+bool PhotonCache::retraces_global(std::uint32_t index) const {
+  if (!params_.retrace || index == 0) return false;
+  return !gathers_ || std::floor(progress_.passes_at(index)) > std::floor(progress_.passes_at(index - 1));
+}
+
+void PhotonCache::refine(RenderContext& context, std::uint32_t index) {
+  if (params_.retrace && index > 0) maps_.trace_caustics(context, index);
+  const bool new_map = retraces_global(index);
+  if (new_map) maps_.trace_global(context, index);
+
+  const auto timed = context.phases.measure("prefill");
+  const bool anew = new_map && !gathers_;  // records on this map alone
+  if (anew) cache_->clear(context);
+  const float accuracy = progress_.accuracy_at(index);
+  if (anew || index == 0 || (progress_.refines && index <= CacheProgress::overture_rounds))
+    cache_->fill(context, radiance_, accuracy);
+  else if (progress_.refines)
+    cache_->refine(context, radiance_, accuracy, gathers_ ? progress_.passes_at(index) : 1, wanted_, index);
+}
+
+void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
+  refine(context, index);
+  const auto timed = context.phases.measure("gather");
+  const float next_accuracy = progress_.accuracy_at(index + 1);
+  cached_.begin(index, progress_.weight_at(index));
+  parallel_pixels(context.resolution, [&](ivec2 pixel) {
+    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+    CameraSample sample{key, index, Sampler(sampler_, context.seed, Stream::camera, key, index)};
+    const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
+    camera_sample(context, ray, next_accuracy, sample);
+    wanted_[key] = progress_.asks(key, index) ? sample.wanted : CachePoint{};
+    cached_.add(film, pixel, sample.sampled, sample.cached);
+  });
+}
+
+void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, float next_accuracy, CameraSample& sample) const {
+  const auto at_receiver = [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth,
+                               float distance) {
+    const int remaining = max_depth_ - depth - 1;
+    Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light) +
+                   maps_.caustics(context, point, bsdf, wo, remaining);
+    bool found = remaining < 1;
+    if (!found && is_cached(bsdf)) {
+      const auto record = cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo));
+      if (record) sample.cached += throughput * base_reflectance(context.scene, point, bsdf, wo) * record->irradiance * inv_pi;
+      found = record.has_value();
+      if (!sample.wanted && !(record && record->error < next_accuracy))
+        sample.wanted = cache_point(context, point, wo, distance, depth);
+    }
+    if (!found)
+      radiance += gathers_ ? maps_.gather(context, 1, false)(point, bsdf, wo, depth, sample.pixel, sample.iteration)
+                           : maps_.seen_directly(context, point, bsdf, wo, remaining);
+    sample.sampled += throughput * radiance;
+  };
+  sample.sampled += CameraWalk{context, maps_.receivers(), max_depth_}(ray, sample.sampler, sample.sampler, at_receiver);
+}
+
+Expectation PhotonCache::expectation() const {
+  const std::string blur = "blur by the kernel's radius and loss at edges [Jensen2001]";
+  return {Bias::biased, -1, gathers_ ? 0.05 : 0.1,
+          blur + (params_.retrace && params_.refine ? "; noise and interpolation error fall with iterations"
+                  : params_.retrace                 ? "; interpolation, and the records' own noise [Ward1988]"
+                                                    : "; interpolation, and the one map's own noise [Ward1988]")};
+}
+
+}  // namespace
+
+IntegratorEntry photon_cache_entry() {
+  return {"photon-cache", "irradiance caching filled by photons: by final gather into their map, or by their density",
+          list_params<PhotonCacheParams>(), [](const ParamMap& map) {
+            return std::make_unique<PhotonCache>(read_params<PhotonCacheParams>(map, "photon-cache"));
+          }};
+}
+
+}  // namespace etendue

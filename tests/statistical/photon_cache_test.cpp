@@ -1,0 +1,145 @@
+// The cache that photons fill against closed forms and itself.
+#include "tests/render_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::exact_image;
+using testing::render;
+using testing::RenderOptions;
+
+using Changes = std::initializer_list<std::pair<const char*, decltype(ParamValue::value)>>;
+
+RenderOptions options_for(std::uint32_t iterations, Changes changes) {
+  RenderOptions options;
+  options.params = {{"photons", {std::int64_t{20000}, {}}}, {"caustic_photons", {std::int64_t{20000}, {}}}};
+  for (const auto& [name, value] : changes) options.params[name] = {value, {}};
+  options.iterations = iterations;
+  return options;
+}
+
+void expect_closed_forms(const RenderOptions& with, double largest_relmse) {
+  for (const char* name : {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre"}) {
+    const Scene scene = load_scene(name);
+    RenderOptions options = with;
+    const Image exact = exact_image(scene, options.resolution);
+    constexpr int seeds = 6;
+    double sum = 0, squares = 0, bound = 0;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      options.seed = static_cast<std::uint64_t>(seed);
+      const auto rendered = render(scene, "photon-cache", options);
+      EXPECT_EQ(rendered.non_finite, 0u);
+      const double b = bias(rendered.image, exact);
+      sum += b;
+      squares += b * b;
+      bound = rendered.expectation.bias_bound;
+      EXPECT_LT(relmse(rendered.image, exact), largest_relmse) << name;
+    }
+    const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
+    EXPECT_LT(std::abs(mean), bound + 4 * deviation) << name;
+    EXPECT_LT(std::abs(mean), 0.003 + 4 * deviation) << name << ": far below what is declared for rooms with edges";
+  }
+}
+
+TEST(PhotonCache, MatchesClosedFormsFilledByGathering) { expect_closed_forms(options_for(4, {}), 4e-4); }
+
+TEST(PhotonCache, MatchesClosedFormsFilledByDensity) { expect_closed_forms(options_for(4, {{"fill", "density"}}), 2e-2); }
+
+TEST(PhotonCache, WhiteFurnaceStaysWhite) {
+  // Diffuse, plastic, glass and mirror in a unit environment: what is cached, carried and gathered each keeps its share.
+  const Scene scene = load_scene("builtin:white-furnace");
+  for (const auto& [fill, largest] : {std::pair("gather", 5e-3), std::pair("density", 1.5e-2)}) {
+    const RenderOptions options = options_for(16, {{"fill", fill}});
+    const Image image = render(scene, "photon-cache", options).image;
+    EXPECT_LT(std::abs(bias(image, exact_image(scene, options.resolution))), largest) << fill;
+  }
+}
+
+TEST(PhotonCache, DepthLimitTruncatesTheSeries) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  for (const char* fill : {"gather", "density"})
+    for (int depth = 1; depth <= 3; ++depth) {
+      const RenderOptions options = options_for(8, {{"fill", fill}, {"max_depth", std::int64_t{depth}}});
+      const Image image = render(scene, "photon-cache", options).image;
+      double mean = 0;
+      for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
+      EXPECT_NEAR(mean * static_cast<double>(pi) / (1 - std::pow(0.5, depth)), 1, 6e-3) << fill << " " << depth;
+    }
+}
+
+TEST(PhotonCache, NewPhotonsAverageNoiseAway) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  const auto error = [&](bool retrace) {
+    const RenderOptions options = options_for(24, {{"fill", "density"}, {"retrace", retrace}});
+    return relmse(render(scene, "photon-cache", options).image, exact_image(scene, options.resolution));
+  };
+  EXPECT_LT(error(true), 0.2 * error(false));
+}
+
+TEST(PhotonCache, SameBitsAtAnyThreadCount) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  for (const char* fill : {"gather", "density"}) {
+    RenderOptions options = options_for(3, {{"fill", fill}, {"samples", std::int64_t{32}}});
+    std::uint64_t first = 0;
+    for (const int threads : {1, 2, 3}) {
+      options.threads = threads;
+      const std::uint64_t hash = render(scene, "photon-cache", options).hash;
+      if (threads == 1) first = hash;
+      EXPECT_EQ(hash, first) << fill << " " << threads;
+    }
+  }
+}
+
+TEST(PhotonCache, EveryParameterChangesTheImage) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  const RenderOptions options = options_for(2, {{"samples", std::int64_t{32}}});
+  const auto hash_of = [&](Changes changes) {
+    RenderOptions changed = options;
+    for (const auto& [name, value] : changes) changed.params[name] = {value, {}};
+    return render(scene, "photon-cache", changed).hash;
+  };
+  const std::uint64_t plain = hash_of({});
+  const std::pair<const char*, decltype(ParamValue::value)> changes[] = {
+      {"fill", "density"},
+      {"retrace", false},
+      {"refine", false},
+      {"metric", "tabellion"},
+      {"accuracy", 0.4},
+      {"samples", std::int64_t{64}},
+      {"min_spacing", 4.0},
+      {"max_spacing", 0.02},
+      {"gradients", "none"},
+      {"neighbour_clamping", false},
+      {"photons", std::int64_t{10000}},
+      {"caustic_photons", std::int64_t{10000}},
+      {"k", std::int64_t{20}},
+      {"radius", 0.05},
+      {"kernel", "box"},
+      {"precompute", std::int64_t{0}},
+      {"caustic_map", "off"},
+      {"side_test", false},
+      {"edges", "visible"},
+      {"emission", "importance"},
+      {"emission", "visibility"},
+      {"max_depth", std::int64_t{3}},
+      {"sampler", "independent"},
+  };
+  for (const auto& [name, value] : changes) EXPECT_NE(hash_of({{name, value}}), plain) << name;
+  EXPECT_EQ(hash_of({{"record_structure", "brute"}}), plain) << "structures answer alike";
+  EXPECT_EQ(hash_of({{"structure", "brute"}}), plain) << "structures answer alike";
+  const Scene glossy = load_scene("builtin:glossy-cornell-box");
+  RenderOptions carried = options;
+  const std::uint64_t narrow = render(glossy, "photon-cache", carried).hash;
+  carried.params["carry_below"] = {0.1, {}};
+  EXPECT_NE(render(glossy, "photon-cache", carried).hash, narrow) << "carry_below";
+}
+
+TEST(PhotonCache, DensityHasNoHessians) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  EXPECT_THROW(render(scene, "photon-cache", options_for(1, {{"fill", "density"}, {"metric", "occlusion-hessian"}})), Error);
+}
+
+}  // namespace
+}  // namespace etendue
