@@ -1,5 +1,6 @@
 #include "integrators/final_gather.h"
 
+#include "framework/transport/direct_light.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/incident_directions.h"
 
@@ -63,12 +64,21 @@ Rgb FinalGather::along(Ray ray, Hit hit, int depth, Sampler& numbers) const {
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     const Bsdf bsdf(context.scene, point);
     const bool receiver = receivers(point.material);
-    if (receiver) radiance += throughput * reflected(point, bsdf, -ray.direction, max_depth - depth - 1);
-    if (receiver && !bsdf.has_specular()) break;
+    const vec3 wo = -ray.direction;
+    bool ends = false;
+    if (receiver) {
+      const int remaining = max_depth - depth - 1;
+      const PhotonMap::Estimate seen = reflected(point, bsdf, wo, remaining);
+      ends = !(follow_near && hit.t < seen.radius);
+      radiance += throughput * (ends ? seen.radiance
+                                     : direct_light(context, point, bsdf, wo, numbers, MisMode::light) +
+                                           map.radiance(context, point, bsdf, wo, photon_caustic, remaining));
+    }
+    if (ends && !bsdf.has_specular()) break;
 
     const float u_lobe = numbers.get_1d();
-    const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, numbers.get_2d());
-    if (!scattered || (receiver && !scattered.specular)) break;
+    const BsdfSample scattered = bsdf.sample(wo, u_lobe, numbers.get_2d());
+    if (!scattered || (ends && !scattered.specular)) break;
     throughput *= scattered.weight;
     if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
     ray = spawn_ray(point, scattered.wi);
@@ -80,12 +90,14 @@ Rgb FinalGather::along(Ray ray, Hit hit, int depth, Sampler& numbers) const {
   return radiance;
 }
 
-Rgb FinalGather::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int max_scatterings) const {
+PhotonMap::Estimate FinalGather::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                                           int max_scatterings) const {
   if (irradiance && bsdf.is_diffuse() && max_scatterings >= irradiance->longest()) {
     const vec3 normal = glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal;
-    if (const auto found = irradiance->at(point.position, normal)) return *found * bsdf.diffuse_albedo() * inv_pi;
+    if (const auto found = irradiance->at(point.position, normal))
+      return {found->irradiance * bsdf.diffuse_albedo() * inv_pi, found->resolution};
   }
-  return map.radiance(context, point, bsdf, wo, photon_any, max_scatterings);
+  return map.measure(context, GatherPoint(point, bsdf, wo, photon_any, max_scatterings));
 }
 
 }  // namespace etendue

@@ -5,6 +5,10 @@
 // the mixture's density, the estimate is unbiased given the map, and at most twice as noisy as the BSDF's alone where the
 // photons mislead. Ray j of iteration i is point i * rays + j of one sequence, so that rays stratify each other within and over
 // iterations.
+//
+// A ray shorter than the kernel's radius at its end sees less than the density resolves: corners, where the kernel reaches
+// beyond the edge, and light that leaks under walls. With `follow_near` such a ray takes direct light from a light sample
+// there, caustics from the map, and goes on for the rest, as [Jensen1996] computes accurately what is seen at short distances.
 #pragma once
 
 #include "integrators/photon_gather.h"
@@ -18,7 +22,7 @@ struct FinalGather {
   const PhotonMap& map;                // of photons of every history
   const PhotonIrradiance* irradiance;  // of that map, or null
   int rays, max_depth;
-  bool by_photons;
+  bool by_photons, follow_near;
   SamplerKind sampler;
 
   // Of a point with `depth` events before it; `key` tells it from all others of this iteration.
@@ -28,7 +32,7 @@ struct FinalGather {
   Rgb along(Ray ray, Hit hit, int depth, Sampler& sampler) const;
 
  private:
-  Rgb reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int max_scatterings) const;
+  PhotonMap::Estimate reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int max_scatterings) const;
 };
 
 }  // namespace etendue

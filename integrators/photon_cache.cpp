@@ -37,6 +37,9 @@ class PhotonCache final : public Integrator {
   void prepare(RenderContext& context) override;
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
   Expectation expectation() const override;
+  std::optional<std::vector<RecordDisc>> record_discs() const override {
+    return cache_ ? cache_->discs() : std::vector<RecordDisc>();
+  }
 
  private:
   bool retraces_global(std::uint32_t index) const;

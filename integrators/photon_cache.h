@@ -34,7 +34,10 @@
 namespace etendue {
 
 struct PhotonCacheParams : PhotonMapsParams, CacheParams {
-  PhotonCacheParams() { precompute = 4; }
+  PhotonCacheParams() {
+    precompute = 4;
+    follow_near = true;
+  }
 
   std::string fill = "gather";
   bool retrace = true;

@@ -13,21 +13,25 @@ PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap
   position_.resize(count);
   normal_.resize(count);
   irradiance_.resize(count);
+  radius_.resize(count);
   parallel_for(count, 256, [&](std::size_t i) {
     const std::size_t id = i * static_cast<std::size_t>(every);
     position_[i] = photons.position[id];
     normal_[i] = glm::normalize(photons.side[id].normal());
-    irradiance_[i] = map.estimate(context, GatherPoint::irradiance(position_[i], normal_[i]));
+    const PhotonMap::Estimate found = map.measure(context, GatherPoint::irradiance(position_[i], normal_[i]));
+    irradiance_[i] = found.radiance;
+    radius_[i] = found.radius;
   });
   query_->build(position_);
 }
 
-std::optional<Rgb> PhotonIrradiance::at(const vec3& position, const vec3& normal) const {
+std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const vec3& position, const vec3& normal) const {
   static thread_local Neighbours nearest;
   for (const std::size_t k : {1, 8}) {
     query_->nearest(position, k, reach_, nearest);
     for (const Neighbour& n : nearest)
-      if (glm::dot(normal_[n.id], normal) > 0.9f) return irradiance_[n.id];
+      if (glm::dot(normal_[n.id], normal) > 0.9f)
+        return Found{irradiance_[n.id], std::max(radius_[n.id], std::sqrt(n.distance_squared))};
     if (nearest.size() < k) break;
   }
   return std::nullopt;

@@ -17,8 +17,12 @@ class PhotonIrradiance {
  public:
   PhotonIrradiance(const RenderContext& context, const PhotonMap& map, int every, std::unique_ptr<PointQuery> query);
 
-  // In W/m^2, on the side of unit `normal`.
-  std::optional<Rgb> at(const vec3& position, const vec3& normal) const;
+  struct Found {
+    Rgb irradiance;    // W/m^2
+    float resolution;  // metres: the kernel's radius, or the way to the photon that answers if that is longer
+  };
+  // On the side of unit `normal`.
+  std::optional<Found> at(const vec3& position, const vec3& normal) const;
   // Most events that photons have behind them: less are asked for nowhere but under a depth limit.
   int longest() const { return longest_; }
 
@@ -26,6 +30,7 @@ class PhotonIrradiance {
   std::unique_ptr<PointQuery> query_;
   std::vector<vec3> position_, normal_;
   std::vector<Rgb> irradiance_;
+  std::vector<float> radius_;
   float reach_;
   int longest_ = 0;
 };

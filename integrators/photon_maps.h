@@ -24,6 +24,7 @@ struct PhotonMapsParams {
   float radius = 0;
   std::string kernel = "epanechnikov";
   int precompute = 0;
+  bool follow_near = false;
   std::string caustic_map = "auto";
   float carry_below = 0.25f;
   bool side_test = true;
@@ -42,6 +43,8 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.integer("precompute", p.precompute, 0, 1000000, "photons",
             "one in so many holds its irradiance for gather rays to look up; 0: they gather photons themselves");
+  v.flag("follow_near", p.follow_near,
+         "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
   v.choice("caustic_map", p.caustic_map, {"auto", "on", "off"}, "auto: where the scene needs it; off: one map for all");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
@@ -81,7 +84,8 @@ class PhotonMaps {
     return global_.radiance(context, point, bsdf, wo, global_seen_, max_scatterings);
   }
   FinalGather gather(const RenderContext& context, int rays, bool by_photons) const {
-    return {context, *receivers_, global_, irradiance_.get(), rays, use_.max_depth, by_photons, use_.sampler};
+    return {context,    *receivers_,         global_,     irradiance_.get(), rays, use_.max_depth,
+            by_photons, params_.follow_near, use_.sampler};
   }
 
  private:

@@ -95,7 +95,7 @@ TEST(FinalGathering, DirectionsFromPhotonsGiveTheSameLightWithLessVariance) {
       const Ray ray = sample_camera_ray(box.context, {pixel % 6, pixel / 6}, path);
       CameraWalk{box.context, receivers, 20}(
           ray, path, light, [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb&, int depth, float) {
-            const FinalGather gather{box.context, receivers, map, nullptr, 1, 20, by_photons, SamplerKind::independent};
+            const FinalGather gather{box.context, receivers, map, nullptr, 1, 20, by_photons, false, SamplerKind::independent};
             double sum = 0, squares = 0;
             for (std::uint32_t i = 0; i < rays; ++i) {
               const double l = gather(point, bsdf, wo, depth, static_cast<std::uint64_t>(pixel), i).y;

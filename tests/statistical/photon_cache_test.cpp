@@ -118,6 +118,7 @@ TEST(PhotonCache, EveryParameterChangesTheImage) {
       {"radius", 0.05},
       {"kernel", "box"},
       {"precompute", std::int64_t{0}},
+      {"follow_near", false},
       {"caustic_map", "off"},
       {"side_test", false},
       {"edges", "visible"},
