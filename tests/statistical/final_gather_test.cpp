@@ -112,6 +112,31 @@ TEST(FinalGathering, DirectionsFromPhotonsGiveTheSameLightWithLessVariance) {
   EXPECT_LT(of[1].variance, 0.75 * of[0].variance);
 }
 
+// Rays of two centimetres from just above the floor to the wall behind, where the kernel reaches below the floor.
+TEST(FinalGathering, NearRaysTracedOnSeeWhatThePhotonsLoseAtAnEdge) {
+  const SceneContext box(load_scene("builtin:cornell-box"));
+  const Receivers receivers(box.scene, 0.25f);
+  PhotonMap map;
+  map.build(trace_photons(box.context, receivers, {.count = 30000, .key = 1, .max_scatterings = 20}),
+            find_point_structure("kd-tree", {}).make(), {.k = 50});
+  constexpr int rays = 20000;
+  double truth = 0, followed = 0, ended = 0;
+  for (std::uint32_t i = 0; i < rays; ++i) {
+    const Sampler sampler(SamplerKind::independent, 1, Stream::test, 0, i);
+    const Ray ray{.origin = {0.4f + 0.4f * static_cast<float>(i) / rays, 0.02f, -0.98f}, .direction = {0, 0, -1}};
+    PathSample path{ray, sampler};
+    trace_paths(box.context, {&path, 1}, 1, {20, 5, MisMode::power}, false);
+    truth += path.radiance.y / rays;
+    for (const bool follow_near : {false, true}) {
+      const FinalGather gather{box.context, receivers, map, nullptr, 1, 20, false, follow_near, SamplerKind::independent};
+      Sampler numbers = sampler;
+      (follow_near ? followed : ended) += gather.along(ray, trace(box.context, ray), 1, numbers).y / rays;
+    }
+  }
+  EXPECT_NEAR(followed / truth, 1, 0.05);
+  EXPECT_LT(ended / truth, 0.9);
+}
+
 TEST(FinalGathering, PrecomputedIrradianceKeepsTheImage) {
   const Scene scene = load_scene("builtin:cornell-box");
   const Image plain = render(scene, "photon-map", gathering({})).image;
