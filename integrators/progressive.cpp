@@ -61,6 +61,13 @@ PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) const {
   return make_map(context, photons.reordered(seen), {params_.neighbours, 0, kernel_, params_.side_test});
 }
 
+std::unique_ptr<DiscCoverage> ProgressivePasses::make_coverage(const RenderContext& context) const {
+  if (params_.edges == "disc") return nullptr;
+  const std::size_t pixels = static_cast<std::size_t>(context.resolution.x) * context.resolution.y;
+  return std::make_unique<DiscCoverage>(*receivers_, DiscCoverage::Rules{kernel_, params_.side_test, sampler_},
+                                        pixels * points_.per_pixel());
+}
+
 InitialRadii ProgressivePasses::pilot(const RenderContext& context) const {
   const std::size_t pixels = static_cast<std::size_t>(context.resolution.x) * context.resolution.y;
   if (params_.radius > 0) return InitialRadii(pixels * points_.per_pixel(), params_.radius);

@@ -7,10 +7,11 @@
 //   caustic, indirect   the pass's photons within the radius r_i that the method's policy gives (integrators/radius_policy.h)
 //
 // and emission as the camera path meets it: the same partition of paths as integrators/photon_map.h, with one map for caustic
-// and indirect photons. The image is the mean over the iterations. Sampling the direct light is the default since photons are
-// worst at it: a pass gives its n photons per kernel, relative variance 4 / (3 n) and a blurred shadow, where one shadow ray
-// gives a sharp one with a fraction of the variance, and the photons that remain are fewer and smoother ([Jensen2001] divides
-// the light so).
+// and indirect photons. The image is the mean over the iterations, the photons' share divided by what of the kernels' discs
+// was surface (integrators/disc_coverage.h; edges = "disc": as published, by the whole discs). Sampling the direct light is the
+// default since photons are worst at it: a pass gives its n photons per kernel, relative variance 4 / (3 n) and a blurred
+// shadow, where one shadow ray gives a sharp one with a fraction of the variance, and the photons that remain are fewer and
+// smoother ([Jensen2001] divides the light so).
 //
 // r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice
 // the median of all pixels and 5 % of the scene's diagonal. It owes nothing to the photons that are gathered, so that it adds
@@ -20,13 +21,14 @@
 // By default a pass has as many photons as pixels: tracing and gathering them then take about as long as the camera paths, and
 // noise that photons have no part in (edges, what glass mirrors) falls as fast as theirs.
 //
-// Consistent as long as the policy's radius vanishes. At finite radii: blur, and loss within r of edges (half of the photons'
-// share at the edge itself).
+// Consistent as long as the policy's radius vanishes. At finite radii: blur and, with edges = "disc", loss within r of edges
+// (half of the photons' share at the edge itself).
 #pragma once
 
 #include "framework/core/parallel.h"
 #include "framework/structure_names.h"
 #include "integrators/camera_walk.h"
+#include "integrators/disc_coverage.h"
 #include "integrators/path.h"
 #include "integrators/radius_policy.h"
 #include "integrators/visible_region.h"
@@ -44,6 +46,7 @@ struct ProgressiveParams {
   std::string emission = "power";
   float carry_below = 0.25f;
   bool side_test = true;
+  std::string edges = "measured";
   int max_depth = 0;
   std::string structure = "hash-grid";
   std::string sampler = "sobol";
@@ -60,6 +63,8 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
+  v.choice("edges", p.edges, {"measured", "disc"},
+           "photons are divided by what probes find of the kernel's disc over all passes, or by the whole disc");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
@@ -105,6 +110,8 @@ class ProgressivePasses {
 
   const VisiblePoints& points() const { return points_; }
   Kernel kernel() const { return kernel_; }
+  // Null: photons are divided by whole discs.
+  std::unique_ptr<DiscCoverage> make_coverage(const RenderContext& context) const;
 
  private:
   Photons trace(const RenderContext& context, std::uint64_t key) const;
@@ -137,49 +144,83 @@ class ProgressivePhotonMapping final : public Integrator {
     const auto timed = context.phases.measure("pilot");
     passes_.prepare(context);
     policy_ = std::make_unique<Policy>(make_policy_(passes_.pilot(context)));
+    coverage_ = passes_.make_coverage(context);
+    if (coverage_) totals_.resize(static_cast<std::size_t>(context.resolution.x) * context.resolution.y * per_pixel());
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
     const PhotonMap map = passes_.trace_map(context, index);
     const auto timed = context.phases.measure("gather");
-    const std::uint32_t pass = index / passes_.points().per_pixel();
+    const std::uint32_t pass = index / per_pixel();
     if constexpr (requires { policy_->begin_pass(pass); }) policy_->begin_pass(pass);
-    parallel_pixels(context.resolution,
-                    [&](ivec2 pixel) { film.add(pixel, pixel_radiance(context, map, pixel, index), index); });
+    parallel_pixels(context.resolution, [&](ivec2 pixel) {
+      const Radiance radiance = pixel_radiance(context, map, pixel, index);
+      film.add(pixel, radiance.other + radiance.from_photons, index);
+      if (coverage_) film.set(pixel, corrected(context, pixel, index, radiance));
+    });
   }
 
   Expectation expectation() const override { return expected_; }
 
  private:
-  Rgb pixel_radiance(const RenderContext& context, const PhotonMap& map, ivec2 pixel, std::uint32_t index) {
-    const VisiblePoints& points = passes_.points();
-    const std::size_t slot = points.slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, index);
-    const std::uint32_t pass = index / points.per_pixel();
+  struct Radiance {
+    Rgb other, from_photons;
+  };
+  // Over all passes of a slot.
+  struct Totals {
+    dvec3 other{0}, from_photons{0};
+  };
+
+  std::uint32_t per_pixel() const { return passes_.points().per_pixel(); }
+  std::size_t slot(const RenderContext& context, ivec2 pixel, std::uint32_t index) const {
+    return passes_.points().slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, index);
+  }
+
+  // The pixel after `index` + 1 iterations.
+  dvec3 corrected(const RenderContext& context, ivec2 pixel, std::uint32_t index, const Radiance& radiance) {
+    Totals& mine = totals_[slot(context, pixel, index)];
+    if (is_finite(radiance.other)) mine.other += dvec3(radiance.other);
+    if (is_finite(radiance.from_photons)) mine.from_photons += dvec3(radiance.from_photons);
+    dvec3 sum(0);
+    for (std::uint32_t i = 0; i < per_pixel(); ++i) {
+      const std::size_t s = slot(context, pixel, i);
+      sum += totals_[s].other + totals_[s].from_photons * coverage_->correction(s);
+    }
+    return sum / (index + 1.0);
+  }
+
+  Radiance pixel_radiance(const RenderContext& context, const PhotonMap& map, ivec2 pixel, std::uint32_t index) {
+    const std::size_t state = slot(context, pixel, index);
+    const std::uint32_t pass = index / per_pixel();
     const Kernel kernel = passes_.kernel();
     typename Policy::Observed observed;
     Rgb from_photons(0);
     bool gathered = false;
     const Rgb other = passes_.camera(context, pixel, index, [&](const GatherPoint& at, const Rgb& throughput) {
-      const GatherDisc disc = policy_->disc({slot, pass, map, at});
+      const GatherDisc disc = policy_->disc({state, pass, map, at});
       const float per_square = 1 / square(disc.radius);
       observed.begin(disc, at, throughput);
       Rgb sum(0);
       map.gather(at, disc.reach, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
+        if (coverage_ && !DiscCoverage::near_plane(offset, at.normal(), disc.radius)) return;
         observed.add(reflected, offset, distance_squared);
         const float x = distance_squared * per_square;
         if (x <= 1) sum += reflected * kernel_shape(kernel, x);
       });
+      if (coverage_) coverage_->measure(context, state, at, disc.radius, luminance(throughput));
       from_photons += throughput * sum * (inv_pi * per_square);
       gathered = true;
     });
-    if (gathered) policy_->update(slot, pass, observed);
-    return other + from_photons;
+    if (gathered) policy_->update(state, pass, observed);
+    return {other, from_photons};
   }
 
   ProgressivePasses passes_;
   MakePolicy make_policy_;
   Expectation expected_;
   std::unique_ptr<Policy> policy_;
+  std::unique_ptr<DiscCoverage> coverage_;  // null: whole discs
+  std::vector<Totals> totals_;              // by slot; empty without coverage
 };
 
 // MSE exponent of radii that shrink as r^2 ~ n^(alpha - 1): variance ~ n^-alpha against bias^2 ~ n^(-2 (1 - alpha))

@@ -1,5 +1,6 @@
 // What density estimation loses at edges and lets through walls, against its formulas, and what the remedies leave of it.
 #include "framework/scene/builder.h"
+#include "integrators/disc_coverage.h"
 #include "integrators/kernel_domain.h"
 #include "integrators/photon_gather.h"
 #include "tests/scene_context.h"
@@ -162,6 +163,48 @@ TEST(PhotonEdges, InsideOfASphereTheWholeDiscIsVisible) {
     for (const float r : {0.05f, 0.15f, 0.3f})
       for (const Kernel kernel : kernels) EXPECT_NEAR(VisibleDomain(sphere.context, p, -p, r).share(kernel), 1, 1e-4) << r;
   }
+}
+
+// The mean of probes over a disc about a point, by 64 x 64 of them.
+double probed_share(const SceneContext& stage, const SurfacePoint& point, const vec3& wo, Kernel kernel, float r) {
+  const Receivers receivers(stage.scene, 0);
+  const DiscCoverage coverage(receivers, {kernel, true, SamplerKind::sobol}, 1);
+  const Bsdf bsdf(stage.scene, point);
+  const GatherPoint at(point, bsdf, wo, photon_any, 64);
+  double sum = 0;
+  for (int i = 0; i < 64; ++i)
+    for (int k = 0; k < 64; ++k) sum += coverage.probe(stage.context, at, r, (vec2(i, k) + 0.5f) / 64.0f);
+  return sum / (64 * 64);
+}
+
+TEST(PhotonEdges, ProbesFindTheShareOfTheDiscThatIsSurface) {
+  for (const double x : {0.1, 0.2, 0.5, 0.8, 1.1}) {
+    const float edge = static_cast<float>(x) * radius;
+    const SceneContext floor(Floor{edge}.scene());
+    const VisibleDomain domain(floor.context, vec3(0), {0, 0, 1}, radius);
+    EXPECT_NEAR(probed_share(floor, origin, {0, 0, 1}, Kernel::box, radius), kept_share(x), 0.01) << x;
+    for (const Kernel kernel : kernels)
+      EXPECT_NEAR(probed_share(floor, origin, {0, 0, 1}, kernel, radius), domain.share(kernel), 0.04)
+          << x;  // an edge to r / 64
+  }
+}
+
+TEST(PhotonEdges, ProbesFindAWholeDiscInsideASphere) {
+  SceneBuilder b("sphere");
+  b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(1)}), std::nullopt, true);
+  const SceneContext sphere(b.finish());
+  const SurfacePoint top{{0, 0, 1}, {0, 0, -1}, {0, 0, -1}, {1, 0, 0}, vec2(0), 0, no_id};
+  for (const Kernel kernel : kernels) EXPECT_NEAR(probed_share(sphere, top, {0, 0, -1}, kernel, 0.3f), 1, 0.01);
+}
+
+TEST(PhotonEdges, ProbesDoNotCountWhatStoresNoPhotons) {
+  // Half of the floor is a mirror.
+  SceneBuilder b("half a mirror");
+  const auto white = b.material(Diffuse{Rgb(1)});
+  b.mesh(quad({-2, -2, 0}, {0.001f, -2, 0}, {0.001f, 2, 0}, {-2, 2, 0}), white);
+  b.mesh(quad({0.001f, -2, 0}, {2, -2, 0}, {2, 2, 0}, {0.001f, 2, 0}), b.material(Conductor{.ideal = true}));
+  const SceneContext half(b.finish());
+  EXPECT_NEAR(probed_share(half, origin, {0, 0, 1}, Kernel::box, radius), 0.5, 0.01);
 }
 
 }  // namespace

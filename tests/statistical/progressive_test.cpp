@@ -316,6 +316,23 @@ TEST(ProgressivePhotons, SphereHasNoKernelBiasAtAnyRadius) {
     }
 }
 
+TEST(ProgressivePhotons, MeasuredDiscsLoseNoLightAtEdges) {
+  // Even light to the border of a surface two metres wide.
+  const Scene scene = load_scene("builtin:edge");
+  for (const char* method : methods)
+    for (const char* edges : {"disc", "measured"}) {
+      RenderOptions options = options_for(3000, 8, by_photons);
+      options.params["radius"] = {0.4, {}};
+      options.params["edges"] = {std::string(edges), {}};
+      options.resolution = {24, 24};
+      const double bias = etendue::bias(render(scene, method, options).image, exact_image(scene, options.resolution));
+      if (edges == std::string("disc"))
+        EXPECT_LT(bias, -0.06) << method;
+      else
+        EXPECT_NEAR(bias, 0, 0.015) << method;
+    }
+}
+
 TEST(ProgressivePhotons, ErrorFallsPassByPass) {
   // Light off the centre, all by photons: blur and noise both.
   const Scene scene = load_scene("builtin:lambert-sphere-off-centre");
@@ -384,6 +401,7 @@ TEST(ProgressivePhotons, EveryParameterChangesTheImage) {
       {"direct", "photons"},
       {"kernel", "box"},
       {"side_test", false},
+      {"edges", "disc"},
       {"max_depth", std::int64_t{2}},
       {"sampler", "independent"},
   };

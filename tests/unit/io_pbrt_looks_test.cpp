@@ -184,6 +184,19 @@ TEST(PbrtTextures, ImagesAreDecodedOnce) {
                "s.pbrt:2:35: cannot open");
 }
 
+TEST(PbrtTextures, ImagesStandUprightOverV) {
+  // (0, 0) is the lower left corner of the image, whose first row in the file is the uppermost.
+  const TestDirectory directory;
+  directory.write("a.png", png_bytes({255, 0, 0, 0, 0, 255}, {1, 2}));
+  const Scene scene = parse_pbrt(
+      "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\""
+      " Material \"diffuse\" \"texture reflectance\" \"t\" " +
+          triangle,
+      directory.path("s.pbrt"));
+  EXPECT_EQ(evaluate(scene.textures.at(0), {0.5f, 0.75f}), Rgb(1, 0, 0));
+  EXPECT_EQ(evaluate(scene.textures.at(0), {0.5f, 0.25f}), Rgb(0, 0, 1));
+}
+
 TEST(PbrtLights, DeltaLights) {
   const PointLight point =
       light_of<PointLight>("Translate 1 0 0 LightSource \"point\" \"rgb I\" [1 2 3] \"float scale\" 2 \"point3 from\" [0 1 0]");
