@@ -15,11 +15,13 @@
 // memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
 // pass. It is one radius for the whole image, since weights along light paths are made of it. No side test: merges across a
 // corner make up for what is lost beyond it, and a BSDF refuses what comes from behind.
+// Merges that share a camera path are not independent; weights that know of it (mis = "correlation-aware") are those of
+// integrators/vcm_correlation.h, the same but for these factors.
 // light-trace is unbiased in scenes without specular surfaces. Where there are any, they stay black, and so does what is seen
 // through them: the paths it can sample are light that the camera sees directly, and those whose last surface before the camera
 // is not specular. It shares neither direct-light sampling nor camera-side scattering with the path tracer.
 //
-// Memory: 104 bytes a vertex of all light paths of an iteration (vcm: and 60 more), 28 a splat.
+// Memory: 112 bytes a vertex of all light paths of an iteration (vcm: and 72 more; correlation-aware: and 24 more), 28 a splat.
 #pragma once
 
 #include "framework/integrator.h"
@@ -50,6 +52,7 @@ struct VcmParams : BdptParams {
   float radius = 0;
   int neighbours = 4;
   float alpha = 0.75f;
+  std::string mis = "balance";
   std::string structure = "hash-grid";
 };
 
@@ -59,6 +62,7 @@ void describe(Visitor& v, VcmParams& p) {
   v.number("radius", p.radius, 0, 1e30, "m", "within which vertices are merged, at first; 0: from the light paths' density");
   v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
+  v.choice("mis", p.mis, {"balance", "correlation-aware"}, "how strategies are weighed against each other");
   v.choice("structure", p.structure, point_structure_names, "what finds the vertices to merge with");
 }
 

@@ -10,6 +10,7 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
   SubPath path{.ray = sample_camera_ray(context_, pixel, sampler)};
   path.mis = MisPartials::at_camera(static_cast<float>(settings_.paths),
                                     context_.scene.camera.pdf(context_.resolution, path.ray.direction));
+  trail_.vertices.clear();
   const auto lights = light_paths_.path(static_cast<std::uint32_t>(key % settings_.paths));
   for (int depth = 0;; ++depth) {
     const Hit hit = etendue::trace(context_, path.ray);
@@ -18,8 +19,10 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
       return;
     }
     const SurfacePoint point = context_.scene.surface_at(path.ray, hit);
-    path.mis.arrive(square(hit.t), std::abs(glm::dot(path.ray.direction, point.normal)));
+    const float cos_in = std::abs(glm::dot(path.ray.direction, point.normal));
+    path.mis.arrive(square(hit.t), cos_in);
     radiance += met_emission(path, hit, &point, depth);
+    if (settings_.correlation) follow(path, square(hit.t), cos_in);
     if (depth >= settings_.max_depth || !settings_.connect) return;
     const Bsdf bsdf(context_.scene, point);
     if (bsdf.has_non_specular()) {
@@ -29,28 +32,47 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
         if (depth + 1 + light.events > settings_.max_depth) break;
         connect(vertex, light, radiance);
       }
-      if (settings_.merge_radius > 0) radiance += path.throughput * merges_.radiance(point, bsdf, vertex.wo, path.mis, depth);
+      if (settings_.merge_radius > 0)
+        radiance += path.throughput * merges_.radiance(point, bsdf, vertex.wo, path.mis, depth, trail_);
     }
-    if (!scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::radiance)) return;
+    if (!scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::radiance, trail_.vertices)) return;
   }
 }
 
+void CameraPaths::follow(const SubPath& path, float distance_squared, float cos_in) {
+  std::vector<TrailVertex>& trail = trail_.vertices;
+  if (!trail.empty()) {
+    trail.push_back(trail.back().next(distance_squared, cos_in));
+    return;
+  }
+  trail_.first_distance_squared = distance_squared;
+  trail.push_back({context_.scene.camera.pdf(context_.resolution, path.ray.direction) * cos_in / distance_squared, 0});
+}
+
 // Light at the end of the path, after `depth` events: all of what is seen directly, since nothing else samples that.
-Rgb CameraPaths::met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth) const {
+Rgb CameraPaths::met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth) {
   const vec3& direction = path.ray.direction;
   const LightSampler& lights = context_.lights;
   const Rgb emitted = point ? lights.emitted(*point, -direction) : lights.environment(direction);
   if (depth == 0 || is_black(emitted)) return path.throughput * emitted;
-  // [Georgiev2012b] eq. 43.
-  float direct, emission;
+  float direct, emission, to_area = 1;
   if (point) {
     const float cos_light = std::abs(glm::dot(direction, point->normal));
-    direct = lights.pdf(path.ray.origin, direction, *point) * cos_light / square(hit.t);
+    to_area = 1 / square(hit.t);
+    direct = lights.pdf(path.ray.origin, direction, *point) * cos_light * to_area;
     emission = lights.emission_pdf(point->light, point->normal, -direction, path.ray.origin);
   } else {
     direct = lights.environment_pdf(direction);
     emission = lights.emission_pdf(lights.environment_light(), {}, -direction, path.ray.origin);
   }
+  if (settings_.correlation) {
+    const TrailVertex& last = trail_.vertices.back();
+    const float found = last.forward * to_area * (point ? std::abs(glm::dot(direction, point->normal)) : 1);
+    densities_.connect({direct, found, point ? 2 : 1}, {}, trail_.vertices,
+                       {0, emission * last.cos_out * to_area, 0, last.reverse, last.specular}, trail_.first_distance_squared);
+    return path.throughput * emitted * densities_.hit();
+  }
+  // [Georgiev2012b] eq. 43.
   return path.throughput * emitted * mis_balance(0, direct * path.mis.vcm + emission * path.mis.vc);
 }
 
@@ -62,16 +84,25 @@ void CameraPaths::next_event(const Vertex& v, Sampler& sampler, Rgb& radiance) {
   const vec3& wi = light->wi;
   const Rgb scattered = v.bsdf.evaluate(v.wo, wi);
   if (is_black(scattered) || is_black(light->radiance)) return;
-  // [Georgiev2012b] eq. 44, 45.
-  const float hit = light->delta ? 0 : v.bsdf.pdf(v.wo, wi) / light->pdf_solid_angle;
   const float emission = context_.lights.emission_pdf(light->light, light->normal, -wi, v.point.position);
   const bool point_light = light->delta && !std::isinf(light->distance);
   const float to_area =
       std::abs(glm::dot(wi, v.point.normal)) / (point_light ? square(light->distance) : std::abs(glm::dot(light->normal, wi)));
-  const float traced =
-      emission * to_area / light->pdf_solid_angle * v.path.mis.connected(settings_.mis_merge(), v.bsdf.pdf(wi, v.wo));
-  gains_.push_back(
-      {&radiance, v.path.throughput * scattered * light->radiance * (mis_balance(hit, traced) / light->pdf_solid_angle)});
+  const float forward = light->delta ? 0 : v.bsdf.pdf(v.wo, wi), reverse = v.bsdf.pdf(wi, v.wo);
+  float weight;
+  if (settings_.correlation) {
+    // All relative to the density of the direction: at an area light the way there makes the same factor everywhere.
+    const bool area = !light->delta && !std::isinf(light->distance);
+    const float d2 = area ? square(light->distance) : 1, cos_light = area ? std::abs(glm::dot(light->normal, wi)) : 1;
+    densities_.connect({light->pdf_solid_angle * cos_light / d2, forward * cos_light / d2, area ? 2 : 1}, {}, trail_.vertices,
+                       {0, emission * to_area * cos_light / d2, 0, reverse}, trail_.first_distance_squared);
+    weight = densities_.connection(0);
+  } else {
+    // [Georgiev2012b] eq. 44, 45.
+    weight = mis_balance(forward / light->pdf_solid_angle,
+                         emission * to_area / light->pdf_solid_angle * v.path.mis.connected(settings_.mis_merge(), reverse));
+  }
+  gains_.push_back({&radiance, v.path.throughput * scattered * light->radiance * (weight / light->pdf_solid_angle)});
   shadow_rays_.push_back(shadow_ray(v.point, wi, light->distance));
 }
 
@@ -89,9 +120,17 @@ void CameraPaths::connect(const Vertex& v, const LightVertex& light, Rgb& radian
   // [Georgiev2012b] eq. 40, 41: the other strategies of the light's part, and of the camera's.
   const float camera_pdf_area = v.bsdf.pdf(v.wo, wi) * std::abs(glm::dot(wi, light.point.normal)) / distance2;
   const float light_pdf_area = light_bsdf.pdf(light.wo, -wi) * std::abs(glm::dot(wi, v.point.normal)) / distance2;
-  const float merge = settings_.mis_merge();
-  const float weight = mis_balance(camera_pdf_area * light.mis.connected(merge, light_bsdf.pdf(-wi, light.wo)),
-                                   light_pdf_area * v.path.mis.connected(merge, v.bsdf.pdf(wi, v.wo)));
+  const float light_reverse = light_bsdf.pdf(-wi, light.wo), camera_reverse = v.bsdf.pdf(wi, v.wo);
+  float weight;
+  if (settings_.correlation) {
+    densities_.connect(light.trail->light, light.trail->part(light.events), trail_.vertices,
+                       {camera_pdf_area, light_pdf_area, light_reverse, camera_reverse}, trail_.first_distance_squared);
+    weight = densities_.connection(static_cast<std::size_t>(light.events));
+  } else {
+    const float merge = settings_.mis_merge();
+    weight = mis_balance(camera_pdf_area * light.mis.connected(merge, light_reverse),
+                         light_pdf_area * v.path.mis.connected(merge, camera_reverse));
+  }
   gains_.push_back({&radiance, v.path.throughput * camera_scattered * light_scattered * light.power * (weight / distance2)});
   shadow_rays_.push_back(shadow_ray(v.point, wi, distance));
 }

@@ -10,7 +10,9 @@ namespace etendue {
 class CameraPaths {
  public:
   CameraPaths(const RenderContext& context, const VcmSettings& settings, const LightPaths& light_paths, const VcmMerges& merges)
-      : context_(context), settings_(settings), light_paths_(light_paths), merges_(merges) {}
+      : context_(context), settings_(settings), light_paths_(light_paths), merges_(merges) {
+    densities_.count_strategies(static_cast<float>(settings.paths), settings.merge_area());
+  }
 
   // Adds what a path of iteration `index` gathers, some of it in `finish`: until then `radiance` must stay where it is.
   void trace(ivec2 pixel, std::uint32_t index, Rgb& radiance);
@@ -30,7 +32,9 @@ class CameraPaths {
     Rgb value;
   };
 
-  Rgb met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth) const;
+  // Appends a vertex to the trail.
+  void follow(const SubPath& path, float distance_squared, float cos_in);
+  Rgb met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth);
   void next_event(const Vertex& vertex, Sampler& sampler, Rgb& radiance);
   void connect(const Vertex& vertex, const LightVertex& light, Rgb& radiance);
 
@@ -38,6 +42,8 @@ class CameraPaths {
   const VcmSettings& settings_;
   const LightPaths& light_paths_;
   const VcmMerges& merges_;
+  CameraTrail trail_;
+  PathDensities densities_;
   std::vector<Gain> gains_;
   std::vector<Ray> shadow_rays_;  // of the gains
 };

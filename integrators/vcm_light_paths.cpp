@@ -7,7 +7,9 @@ namespace etendue {
 class LightPaths::Tracer {
  public:
   Tracer(const RenderContext& context, const VcmSettings& settings, bool keep, Chunk& chunk)
-      : context_(context), settings_(settings), keep_(keep), chunk_(chunk) {}
+      : context_(context), settings_(settings), keep_(keep), chunk_(chunk) {
+    densities_.count_strategies(static_cast<float>(settings.paths), settings.merge_area());
+  }
 
   void trace(std::uint64_t particle) {
     Sampler sampler(settings_.sampler, context_.seed, Stream::light_path, particle >> 32, static_cast<std::uint32_t>(particle));
@@ -35,12 +37,15 @@ class LightPaths::Tracer {
       if (!hit) return;
       const SurfacePoint point = context_.scene.surface_at(path.ray, hit);
       arrive(path, *emitted, point, hit.t, depth);
+      if (settings_.correlation) follow(path, *emitted, point, hit.t, depth);
       const Bsdf bsdf(context_.scene, point);
       if (bsdf.has_non_specular()) {
-        splat(path, point, bsdf, sampler);
-        if (keep_) chunk_.vertices.push_back({point, -path.ray.direction, path.throughput, path.mis, depth + 1});
+        splat(path, point, bsdf, sampler, depth);
+        const LightTrail* const trail = settings_.correlation ? &chunk_.trails.back() : nullptr;
+        if (keep_) chunk_.vertices.push_back({point, -path.ray.direction, path.throughput, path.mis, depth + 1, trail});
       }
-      if (depth + 1 >= settings_.max_depth || !scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::importance))
+      if (depth + 1 >= settings_.max_depth ||
+          !scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::importance, chunk_.trail))
         return;
     }
   }
@@ -56,7 +61,23 @@ class LightPaths::Tracer {
     path.mis.arrive(1, cos_in);
   }
 
-  void splat(const SubPath& path, const SurfacePoint& point, const Bsdf& bsdf, Sampler& sampler) {
+  // Densities relative to those that at_light has: without the distance where the light is infinitely far.
+  void follow(const SubPath& path, const LightRay& emitted, const SurfacePoint& point, float distance, int depth) {
+    const float cos_in = std::abs(glm::dot(path.ray.direction, point.normal));
+    if (depth > 0) {
+      chunk_.trail.push_back(chunk_.trail.back().next(square(distance), cos_in));
+      return;
+    }
+    const bool delta = emitted.delta_position || emitted.delta_direction;
+    const bool area = std::holds_alternative<AreaLight>(context_.scene.lights[emitted.light]);
+    const float d2 = area || emitted.delta_position ? square(distance) : 1;
+    const float cos_light = glm::dot(emitted.normal, emitted.ray.direction);
+    const float direct = context_.lights.direct_pdf(emitted, point.position) * cos_light / (area ? d2 : 1);
+    chunk_.trails.push_back({{direct, delta ? 0.0f : 1.0f, area ? 2 : 1}, &chunk_.trail, chunk_.trail.size()});
+    chunk_.trail.push_back({emitted.pdf * cos_in / d2, cos_light / d2});
+  }
+
+  void splat(const SubPath& path, const SurfacePoint& point, const Bsdf& bsdf, Sampler& sampler, int depth) {
     const vec2 lens = context_.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
     const auto lens_point = context_.scene.camera.connect(context_.resolution, point.position, lens);
     if (!lens_point) return;
@@ -70,7 +91,14 @@ class LightPaths::Tracer {
     if (settings_.connect) {
       // [Georgiev2012b] eq. 46, 47: the camera's density at the point, over the number of splats tried.
       const float pdf_camera_area = lens_point->importance * std::abs(glm::dot(wi, point.normal));
-      weight *= mis_balance(pdf_camera_area / light_paths * path.mis.connected(settings_.mis_merge(), bsdf.pdf(wi, wo)), 0);
+      const float reverse = bsdf.pdf(wi, wo);
+      if (settings_.correlation) {
+        const LightTrail& trail = chunk_.trails.back();
+        densities_.connect(trail.light, trail.part(depth + 1), {}, {pdf_camera_area, 0, reverse, 0}, square(distance));
+        weight *= densities_.connection(static_cast<std::size_t>(depth) + 1);
+      } else {
+        weight *= mis_balance(pdf_camera_area / light_paths * path.mis.connected(settings_.mis_merge(), reverse), 0);
+      }
     }
     const ivec2 pixel(lens_point->film);
     const auto key = static_cast<std::uint32_t>(pixel.y * context_.resolution.x + pixel.x);
@@ -82,6 +110,7 @@ class LightPaths::Tracer {
   const VcmSettings& settings_;
   bool keep_;
   Chunk& chunk_;
+  PathDensities densities_;
 };
 
 void LightPaths::trace(const RenderContext& context, const VcmSettings& settings, std::uint32_t iteration, bool keep) {
@@ -91,6 +120,9 @@ void LightPaths::trace(const RenderContext& context, const VcmSettings& settings
     chunk.vertices.clear();
     chunk.path_end.clear();
     chunk.splats.clear();
+    chunk.trails.clear();
+    chunk.trail.clear();
+    if (settings.correlation) chunk.trails.reserve(chunk_size);  // pointed to
     Tracer tracer(context, settings, keep, chunk);
     const auto first = static_cast<std::uint32_t>(c) * chunk_size, end = std::min(settings.paths, first + chunk_size);
     for (std::uint32_t i = first; i < end; ++i) tracer.trace(static_cast<std::uint64_t>(iteration) * settings.paths + i);

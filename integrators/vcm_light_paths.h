@@ -10,12 +10,22 @@
 
 namespace etendue {
 
+// The vertices of a light path, delta lobes included; kept for weights that ask for them.
+struct LightTrail {
+  TrailLight light;
+  const std::vector<TrailVertex>* vertices;  // of many paths
+  std::size_t first;                         // of this one
+
+  Trail part(int events) const { return Trail(*vertices).subspan(first, static_cast<std::size_t>(events)); }
+};
+
 struct LightVertex {
   SurfacePoint point;
   vec3 wo;    // unit, to where the light came from
   Rgb power;  // W that arrives, for one path in total
   MisPartials mis{};
   std::int32_t events = 0;  // scattering events up to and with this vertex
+  const LightTrail* trail = nullptr;
 };
 
 class LightPaths {
@@ -41,6 +51,8 @@ class LightPaths {
     std::vector<std::uint32_t> path_end;  // into vertices
     std::vector<Splat> splats, candidates;
     std::vector<Ray> lens_rays;  // of the candidates
+    std::vector<LightTrail> trails;
+    std::vector<TrailVertex> trail;  // vertices of the trails
   };
 
   class Tracer;

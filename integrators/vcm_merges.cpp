@@ -24,30 +24,39 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
   parallel_for(order.size(), 1024, [&](std::size_t i) {
     const LightVertex& v = *vertices[order[i]];
     positions_[i] = v.point.position;
-    photons_[i] = {v.wo, v.power, v.mis.vcm, v.mis.vm, v.events};
+    photons_[i] = {v.wo, v.power, v.mis.vcm, v.mis.vm, v.events, v.trail};
   });
   query_ = context.make_points(structure);
   query_->build(positions_);
   count(Counter::photons_stored, positions_.size());
 }
 
-Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera,
-                        int depth) const {
+Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera, int depth,
+                        const CameraTrail& trail) const {
   static thread_local Neighbours neighbours;
   query_->within(point.position, settings_.merge_radius, neighbours);
   count(Counter::photons_gathered, neighbours.size());
   const float connect = settings_.mis_connect();
+  static thread_local PathDensities densities;
+  densities.count_strategies(static_cast<float>(settings_.paths), settings_.merge_area());
   Rgb sum(0);
   for (const Neighbour& neighbour : neighbours) {
     const Photon& photon = photons_[neighbour.id];
     if (depth + photon.events > settings_.max_depth) continue;
     const Rgb scattered = bsdf.evaluate(wo, photon.wo);
     if (is_black(scattered)) continue;
-    // [Georgiev2012b] eq. 38, 39.
-    const float light_side = photon.vcm * connect + photon.vm * bsdf.pdf(wo, photon.wo);
-    const float camera_side = camera.merged(connect, bsdf.pdf(photon.wo, wo));
+    const float light_reverse = bsdf.pdf(wo, photon.wo), camera_reverse = bsdf.pdf(photon.wo, wo);
+    float weight;
+    if (settings_.correlation) {
+      densities.merge(photon.trail->light, photon.trail->part(photon.events), trail.vertices,
+                      {0, 0, light_reverse, camera_reverse}, trail.first_distance_squared);
+      weight = densities.merge_at(static_cast<std::size_t>(photon.events));
+    } else {
+      // [Georgiev2012b] eq. 38, 39.
+      weight = mis_balance(photon.vcm * connect + photon.vm * light_reverse, camera.merged(connect, camera_reverse));
+    }
     const float cosine = std::max(std::abs(glm::dot(photon.wo, point.normal)), least_cosine);
-    sum += photon.power * scattered * (mis_balance(light_side, camera_side) / cosine);
+    sum += photon.power * scattered * (weight / cosine);
   }
   return sum / settings_.mis_merge();
 }

@@ -8,6 +8,12 @@
 
 namespace etendue {
 
+// What a camera path keeps of its vertices, and the distance to its first one.
+struct CameraTrail {
+  std::vector<TrailVertex> vertices;
+  float first_distance_squared = 0;
+};
+
 class VcmMerges {
  public:
   // Over all vertices of the light paths, along a space-filling curve. `structure` finds them.
@@ -16,7 +22,8 @@ class VcmMerges {
 
   // Radiance towards wo from a surface that a camera path reaches with `depth` events before it, divided among the strategies.
   // A kernel of constant height: the weights stand for it.
-  Rgb radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera, int depth) const;
+  Rgb radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera, int depth,
+               const CameraTrail& trail) const;
 
   // The median over points of the distance to the k-th nearest vertex; 0 where there are fewer.
   static float usual_distance(const RenderContext& context, const LightPaths& light_paths, std::span<const vec3> points,
@@ -28,6 +35,7 @@ class VcmMerges {
     Rgb power;  // W, for one path in total
     float vcm, vm;
     std::int32_t events;
+    const LightTrail* trail;
   };
 
   VcmSettings settings_;

@@ -4,6 +4,7 @@
 #include "framework/core/sampler.h"
 #include "framework/transport/bsdf.h"
 #include "framework/transport/ray_tools.h"
+#include "integrators/vcm_correlation.h"
 #include "integrators/vcm_mis.h"
 
 namespace etendue {
@@ -14,10 +15,12 @@ struct VcmSettings {
   int roulette_depth = 5;
   std::uint32_t paths = 1;  // light paths an iteration
   SamplerKind sampler = SamplerKind::sobol;
-  float merge_radius = 0;  // m; 0: no merging
+  float merge_radius = 0;    // m; 0: no merging
+  bool correlation = false;  // weights by integrators/vcm_correlation.h, not by partial sums
 
   // n pi r^2 of the merges that each vertex could have been made by, and its inverse ([Georgiev2012b] eq. 20).
   float mis_merge() const { return static_cast<float>(paths) * pi * square(merge_radius); }
+  float merge_area() const { return pi * square(merge_radius); }
   float mis_connect() const { return merge_radius > 0 ? 1 / mis_merge() : 0; }
 };
 
@@ -30,9 +33,10 @@ struct SubPath {
   float pdf_bsdf = 0;  // with which the ray was sampled; 0: delta lobe, or its first
 };
 
-// Samples the direction in which a path goes on from its vertex number `depth` + 1; false where it ends.
+// Samples the direction in which a path goes on from its vertex number `depth` + 1; false where it ends. `trail`, where it is
+// kept, ends with that vertex.
 inline bool scatter(SubPath& path, const VcmSettings& settings, const SurfacePoint& point, const Bsdf& bsdf, Sampler& sampler,
-                    int depth, TransportMode mode) {
+                    int depth, TransportMode mode, std::vector<TrailVertex>& trail) {
   const vec3 wo = -path.ray.direction;
   const float u_lobe = sampler.get_1d();
   const BsdfSample next = bsdf.sample(wo, u_lobe, sampler.get_2d(), mode);
@@ -41,9 +45,13 @@ inline bool scatter(SubPath& path, const VcmSettings& settings, const SurfacePoi
   if (next.specular) {
     // Per solid angle: one for mirrors, cos_in / (eta^2 cos_out) at refraction.
     const float bend = std::abs(glm::dot(wo, point.shading_normal) / glm::dot(next.wi, point.shading_normal));
-    path.mis.scatter_specular(cos_out, next.transmitted ? bend / square(next.eta) : 1);
+    const float stretch = next.transmitted ? bend / square(next.eta) : 1;
+    path.mis.scatter_specular(cos_out, stretch);
+    if (settings.correlation) trail.back().leave(cos_out, 1, stretch, true);
   } else {
-    path.mis.scatter(settings.mis_merge(), settings.mis_connect(), cos_out, next.pdf_solid_angle, bsdf.pdf(next.wi, wo));
+    const float reverse = bsdf.pdf(next.wi, wo);
+    path.mis.scatter(settings.mis_merge(), settings.mis_connect(), cos_out, next.pdf_solid_angle, reverse);
+    if (settings.correlation) trail.back().leave(cos_out, next.pdf_solid_angle, reverse, false);
   }
   path.throughput *= next.weight;
   if (next.transmitted) path.roulette *= mode == TransportMode::radiance ? square(next.eta) : 1 / square(next.eta);

@@ -13,11 +13,12 @@ using testing::RenderOptions;
 // The image's mean over 8 seeds within seven standard errors (Student's t at 1e-3, Sidak over a dozen scenes) and the bias
 // allowed.
 void expect_exact_mean(const char* scene_name, const char* integrator, std::uint32_t iterations, double allowed,
-                       std::int64_t paths = 0) {
+                       std::int64_t paths = 0, const char* mis = nullptr) {
   const Scene scene = load_scene(scene_name);
   RenderOptions options;
   options.iterations = iterations;
   options.params["paths"] = {paths, {}};
+  if (mis) options.params["mis"] = {mis, {}};
   const Image exact = integrate_closed_form(scene, options.resolution);
   constexpr int seeds = 8;
   double sum = 0, squares = 0;
@@ -50,6 +51,13 @@ TEST(Vcm, MatchesSpecularDiffuseSpecularPaths) {
     expect_exact_mean(scene, "vcm", 32, 0.01);
 }
 
+TEST(Vcm, CorrelationAwareWeightsKeepTheMean) {
+  for (const char* scene : {"builtin:lambert-sphere", "builtin:concentric-spheres"})
+    expect_exact_mean(scene, "vcm", 4, 0.003, 0, "correlation-aware");
+  for (const char* scene : {"builtin:mirror?view=both", "builtin:water?camera=above"})
+    expect_exact_mean(scene, "vcm", 32, 0.01, 0, "correlation-aware");
+}
+
 TEST(Vcm, LosesAndLeaksLittleAtEdges) {
   for (const char* scene : {"builtin:edge", "builtin:corner", "builtin:thin-plate"})
     expect_exact_mean(scene, "vcm", 4, 0.015, 10000);
@@ -74,7 +82,11 @@ TEST(Vcm, SameBitsAtAnyThreadCount) {
   RenderOptions options;
   options.iterations = 2;
   options.resolution = {48, 48};  // more light paths than one chunk
-  for (const char* integrator : {"light-trace", "bdpt", "vcm"}) {
+  for (const char* integrator : {"light-trace", "bdpt", "vcm", "vcm correlation-aware"}) {
+    if (std::string(integrator) == "vcm correlation-aware") {
+      integrator = "vcm";
+      options.params["mis"] = {"correlation-aware", {}};
+    }
     std::uint64_t first = 0;
     for (const int threads : {1, 2, 3}) {
       options.threads = threads;
@@ -103,6 +115,7 @@ TEST(Vcm, EveryParameterChangesTheImage) {
       {"radius", 0.05},
       {"neighbours", std::int64_t{9}},
       {"alpha", 0.5},
+      {"mis", "correlation-aware"},
   };
   for (const auto& [name, value] : changes) EXPECT_NE(hash(name, value), plain) << name;
   EXPECT_THROW(hash("structure", "hashgrid"), Error);

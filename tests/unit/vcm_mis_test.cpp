@@ -2,6 +2,7 @@
 // to sample the same path, and each one's share of them.
 #include "integrators/vcm_mis.h"
 #include "framework/core/rng.h"
+#include "integrators/vcm_correlation.h"
 
 #include <gtest/gtest.h>
 #include <vector>
@@ -119,6 +120,90 @@ double merge_weight(const RandomPath& path, int at) {
   const auto light = path.along_light(), camera = path.along_camera();
   return mis_balance(light[at].merged(path.n_connect(), static_cast<float>(path.reverse[at])),
                      camera[at].merged(path.n_connect(), static_cast<float>(path.forward[at])));
+}
+
+// The same path as two trails, and the correlation-aware weights of all ways to join them.
+class RandomTrails {
+ public:
+  explicit RandomTrails(const RandomPath& path) : p_(path) {
+    TrailVertex v{f(p_.emission * p_.cos_far[0] / p_.distance2[0]), f(p_.cos_near[0] / p_.distance2[0])};
+    for (int i = 1; i < p_.m; ++i) {
+      v.leave(f(p_.cos_near[i]), f(p_.forward[i]), f(p_.reverse[i]), p_.specular[i]);
+      light_.push_back(v);
+      v = v.next(f(p_.distance2[i]), f(p_.cos_far[i]));
+    }
+    v = {f(p_.camera * p_.cos_near[p_.m - 1] / p_.distance2[p_.m - 1]), 0};
+    for (int i = p_.m - 1; i > 0; --i) {
+      v.leave(f(p_.cos_far[i - 1]), f(p_.reverse[i]), f(p_.forward[i]), p_.specular[i]);
+      camera_.push_back(v);
+      v = v.next(f(p_.distance2[i - 1]), f(p_.cos_near[i - 1]));
+    }
+    densities_.count_strategies(f(p_.light_paths), f(p_.merge_area));
+  }
+
+  float connection(int last) {
+    const TrailVertex& end = camera_.back();
+    const double to_area = p_.cos_near[0] / p_.distance2[0];
+    const TrailLight light{f(p_.direct * to_area), p_.delta_light ? 0 : f(end.forward * to_area), 2};
+    if (last <= 0) {
+      densities_.connect(light, {}, camera_,
+                         {0, f(p_.emission * p_.cos_far[0] / p_.distance2[0]), 0, end.reverse, p_.specular[1]}, first());
+      return last < 0 ? densities_.hit() : densities_.connection(0);
+    }
+    const double camera_finds = (last == p_.m - 1 ? p_.camera : p_.reverse[last + 1]) * p_.cos_near[last] / p_.distance2[last];
+    const double light_finds = p_.forward[last] * p_.cos_far[last] / p_.distance2[last];
+    densities_.connect(light, part(light_, last), part(camera_, p_.m - 1 - last),
+                       {f(camera_finds), f(light_finds), f(p_.reverse[last]), f(p_.forward[last + 1])}, first());
+    return densities_.connection(static_cast<std::size_t>(last));
+  }
+  float merge(int at) {
+    const TrailLight light{f(p_.direct * p_.cos_near[0] / p_.distance2[0]), p_.delta_light ? 0.0f : 1.0f, 2};
+    densities_.merge(light, part(light_, at), part(camera_, p_.m - at), {0, 0, f(p_.reverse[at]), f(p_.forward[at])}, first());
+    return densities_.merge_at(static_cast<std::size_t>(at));
+  }
+  // [Grittmann2021], written out.
+  double rho(int at) const {
+    const double area = std::numbers::pi * std::pow(std::tan(std::numbers::pi / 180), 2) * first();
+    double l = 1, c = 1;
+    for (int i = 1; i <= at; ++i)
+      if (i == 1 || !p_.specular[i - 1]) l *= std::min(1.0, double{light_[i - 1].own} * (i == 1 ? area * area : area));
+    for (int i = p_.m - 1; i >= at; --i)
+      if (i == p_.m - 1 || !p_.specular[i + 1]) c *= std::min(1.0, camera_[p_.m - 1 - i].own * area);
+    return at == p_.m - 1 ? 1 : c / (c + l - c * l);
+  }
+
+ private:
+  static float f(double x) { return static_cast<float>(x); }
+  static Trail part(const std::vector<TrailVertex>& trail, int count) { return Trail(trail).first(count); }
+  float first() const { return f(100 * p_.distance2[p_.m - 1]); }
+
+  const RandomPath& p_;
+  std::vector<TrailVertex> light_, camera_;
+  PathDensities densities_;
+};
+
+TEST(VcmWeights, CorrelationAwareOnesScaleMergesAlone) {
+  double least = 1;
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    const RandomPath path(seed);
+    RandomTrails trails(path);
+    double sum = 0, of_weights = 0;
+    for (int last = -1; last < path.m; ++last) sum += path.connection(last);
+    for (int at = 1; at < path.m; ++at) sum += path.merge(at) * trails.rho(at);
+    const auto expect_share = [&](double p, const auto& weight) {
+      if (!(p > 0)) return;
+      const double w = weight();
+      of_weights += w;
+      EXPECT_NEAR(w, p / sum, 1e-4 * p / sum + 1e-9) << seed;
+    };
+    for (int last = -1; last < path.m; ++last) expect_share(path.connection(last), [&] { return trails.connection(last); });
+    for (int at = 1; at < path.m; ++at) {
+      expect_share(path.merge(at) * trails.rho(at), [&] { return trails.merge(at); });
+      least = std::min(least, trails.rho(at));
+    }
+    EXPECT_NEAR(of_weights, sum > 0 ? 1 : 0, 1e-4) << seed;
+  }
+  EXPECT_LT(least, 0.1);
 }
 
 TEST(VcmWeights, EqualEachStrategysShareOfAllDensities) {
