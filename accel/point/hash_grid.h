@@ -24,7 +24,7 @@ class HashGrid {
   std::uint64_t bytes() const { return points_.size() * sizeof(PlacedPoint) + first_.size() * sizeof(std::uint32_t); }
 
  private:
-  static constexpr float points_per_cell = 4;
+  static constexpr float points_per_cell = 8;
   static constexpr std::uint32_t most_rows = 32;  // along y or z, for which separation_ is known
 
   struct Run {

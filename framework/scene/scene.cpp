@@ -6,7 +6,7 @@ namespace etendue {
 
 namespace {
 
-struct ObjectSurface {
+struct QuadricPoint {
   vec3 position, normal, shading_normal, tangent;
   vec2 uv;
 };
@@ -23,12 +23,11 @@ vec3 triangle_tangent(const vec3& e1, const vec3& e2, const vec2& d1, const vec2
   return (d2.y * e1 - d1.y * e2) / determinant;
 }
 
-ObjectSurface triangle_surface(const Object& object, const Shape& shape, const Hit& hit) {
+void set_triangle_surface(const Object& object, const Shape& shape, const Hit& hit, SurfacePoint& s) {
   const Geometry& g = object.geometry;
   const uvec3 v = g.triangles[hit.primitive];
   const vec3 &p0 = g.positions[v.x], &p1 = g.positions[v.y], &p2 = g.positions[v.z];
   const float b1 = hit.uv.x, b2 = hit.uv.y, b0 = 1 - b1 - b2;
-  ObjectSurface s;
   s.position = b0 * p0 + b1 * p1 + b2 * p2;
   s.normal = normalised_or(vec3(glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0))), {0, 0, 1});
   if (shape.flip_normal) s.normal = -s.normal;
@@ -40,12 +39,11 @@ ObjectSurface triangle_surface(const Object& object, const Shape& shape, const H
   if (!shape.has_uvs) {  // (0, 0), (1, 0), (1, 1)
     s.uv = {b1 + b2, b2};
     s.tangent = p1 - p0;
-    return s;
+    return;
   }
   const vec2 &t0 = object.uvs[v.x], &t1 = object.uvs[v.y], &t2 = object.uvs[v.z];
   s.uv = b0 * t0 + b1 * t1 + b2 * t2;
   s.tangent = triangle_tangent(p1 - p0, p2 - p0, t1 - t0, t2 - t0, s.normal);
-  return s;
 }
 
 // Points are moved onto the surface exactly, so that rays leaving them start where they should.
@@ -53,15 +51,15 @@ struct QuadricSurface {
   const vec3& p;
   const vec2& uv;
 
-  ObjectSurface operator()(const Sphere& s) const {
+  QuadricPoint operator()(const Sphere& s) const {
     const vec3 n = normalised_or(p - s.centre, {0, 0, 1});
     return {s.centre + s.radius * n, n, n, {-n.y, n.x, 0}, uv};
   }
-  ObjectSurface operator()(const Disk& d) const {
+  QuadricPoint operator()(const Disk& d) const {
     const vec3 position = p - glm::dot(p - d.centre, d.normal) * d.normal;
     return {position, d.normal, d.normal, Frame::from_normal(d.normal).tangent, uv};
   }
-  ObjectSurface operator()(const Cylinder& c) const {
+  QuadricPoint operator()(const Cylinder& c) const {
     if (c.caps && (uv.y == 0 || uv.y == 1))
       return (*this)(Disk{c.base + uv.y * c.length * c.axis, c.radius, uv.y == 0 ? -c.axis : c.axis});
     const vec3 on_axis = c.base + glm::dot(p - c.base, c.axis) * c.axis;
@@ -106,20 +104,28 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
   const Object& object = objects[instance.object];
   const Shape& shape = object.shape(hit.primitive);
   const bool in_world = hit.instance == 0;
-  ObjectSurface s;
+  SurfacePoint s;
+  s.material = shape.material;
+  s.light = light_of(shape, hit);
   if (object.geometry.is_triangle(hit.primitive)) {
-    s = triangle_surface(object, shape, hit);
+    set_triangle_surface(object, shape, hit, s);
   } else {
     const vec3 p = in_world ? ray.at(hit.t) : instance.to_world.inverse().point(ray.at(hit.t));
-    s = std::visit(QuadricSurface{p, hit.uv}, object.geometry.quadric(hit.primitive));
-    if (shape.flip_normal) s.normal = s.shading_normal = -s.normal;
+    const QuadricPoint on = std::visit(QuadricSurface{p, hit.uv}, object.geometry.quadric(hit.primitive));
+    s.position = on.position;
+    s.normal = shape.flip_normal ? -on.normal : on.normal;
+    s.shading_normal = shape.flip_normal ? -on.shading_normal : on.shading_normal;
+    s.tangent = on.tangent;
+    s.uv = on.uv;
   }
   if (!in_world) {
     const Transform& t = instance.to_world;
-    s = {t.point(s.position), glm::normalize(t.normal(s.normal)), glm::normalize(t.normal(s.shading_normal)),
-         t.vector(s.tangent), s.uv};
+    s.position = t.point(s.position);
+    s.normal = glm::normalize(t.normal(s.normal));
+    s.shading_normal = glm::normalize(t.normal(s.shading_normal));
+    s.tangent = t.vector(s.tangent);
   }
-  return {s.position, s.normal, s.shading_normal, s.tangent, s.uv, shape.material, light_of(shape, hit)};
+  return s;
 }
 
 void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {

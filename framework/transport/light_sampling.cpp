@@ -32,6 +32,11 @@ float spot_falloff(const SpotLight& light, const vec3& from_light) {
   return x * x * (3 - 2 * x);
 }
 
+float emission_pdf_of(const AreaLight& light, float chosen, float area, float cosine) {
+  if (light.two_sided) return chosen * std::abs(cosine) * 0.5f * inv_pi / area;
+  return chosen * std::max(cosine, 0.0f) * inv_pi / area;
+}
+
 struct LuminousPower {
   const Scene& scene;
   float radius;
@@ -262,7 +267,7 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
     const vec3 direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(u));
     const Rgb power = l->radiance * (pi * p.area * (l->two_sided ? 2 : 1) / chosen);
     const Ray ray{.origin = offset_origin(p.position, normal), .direction = direction};
-    return LightRay{ray, normal, power, emission_pdf(id, normal, direction, {}), id, false, false};
+    return LightRay{ray, normal, power, emission_pdf_of(*l, chosen, p.area, glm::dot(normal, direction)), id, false, false};
   }
   if (const auto* l = std::get_if<PointLight>(&light)) {
     const Ray ray{.origin = l->position, .direction = sample_unit_sphere(u_direction)};
@@ -309,10 +314,7 @@ std::optional<LightRay> LightSampler::emit_from_infinity(std::uint32_t light, co
 float LightSampler::emission_pdf(std::uint32_t light, const vec3& normal, const vec3& direction, const vec3& to) const {
   const float chosen = probability_[light];
   if (const auto* l = std::get_if<AreaLight>(&scene_.lights[light])) {
-    const float area = primitive_area(scene_.objects[0].geometry, l->primitive);
-    const float cosine = glm::dot(normal, direction);
-    if (l->two_sided) return chosen * std::abs(cosine) * 0.5f * inv_pi / area;
-    return chosen * std::max(cosine, 0.0f) * inv_pi / area;
+    return emission_pdf_of(*l, chosen, primitive_area(scene_.objects[0].geometry, l->primitive), glm::dot(normal, direction));
   }
   if (std::holds_alternative<PointLight>(scene_.lights[light])) return chosen * 0.25f * inv_pi;
   if (const auto* l = std::get_if<SpotLight>(&scene_.lights[light]))
