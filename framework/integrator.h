@@ -98,6 +98,9 @@ class Integrator {
   // Only of methods that have them, prepared or not.
   virtual SavableCache* savable_cache() { return nullptr; }
   virtual std::optional<std::vector<RecordDisc>> record_discs() const { return std::nullopt; }
+  // What the method itself takes the standard error of each pixel to be after its iterations so far (its luminance, in all
+  // channels); bias that it knows of counts as error.
+  virtual std::optional<Image> standard_error() const { return std::nullopt; }
 };
 
 // A row of the registry.

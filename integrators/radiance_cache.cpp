@@ -32,6 +32,11 @@ class RadianceCache final : public Integrator {
   Expectation expectation() const override {
     return {Bias::biased, -1, 0.05, "interpolation, the records' own noise, and the order of the harmonics [Krivanek2005]"};
   }
+  std::optional<std::vector<RecordDisc>> record_discs() const override {
+    std::vector<RecordDisc> discs;
+    for (const RadianceRecords& level : levels_) level.add_discs(discs);
+    return discs;
+  }
 
  private:
   std::size_t level(int depth) const { return max_depth_ > shared_above ? 0 : static_cast<std::size_t>(depth); }

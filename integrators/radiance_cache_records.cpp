@@ -126,6 +126,10 @@ void RadianceRecords::insert(const vec3& position, const vec3& normal, const Rad
   records_.push_back(record);
 }
 
+void RadianceRecords::add_discs(std::vector<RecordDisc>& discs) const {
+  for (const Record& record : records_) discs.push_back({record.position, record.frame.normal, accuracy_ * record.reach});
+}
+
 float RadianceRecords::weight(const Record& record, const vec3& position, const vec3& normal) const {
   const vec3 offset = position - record.position;
   const float error = glm::length(offset) / record.reach + safe_sqrt(1 - glm::dot(normal, record.frame.normal));

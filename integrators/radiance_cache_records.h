@@ -12,7 +12,7 @@
 // Interpolation, reach, refusal of records in front and neighbour clamping are those of irradiance records.
 #pragma once
 
-#include "framework/query.h"
+#include "framework/integrator.h"
 #include "integrators/hemisphere.h"
 #include "integrators/reach_tree.h"
 
@@ -54,6 +54,7 @@ class RadianceRecords {
   bool covered(const vec3& position, const vec3& normal) const;
   // What the lobe scatters; it may have fewer coefficients than the records. Empty where no record serves.
   std::optional<Rgb> scatter(const vec3& position, const vec3& normal, std::span<const Rgb> lobe) const;
+  void add_discs(std::vector<RecordDisc>& discs) const;
 
  private:
   struct Record {

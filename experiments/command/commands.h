@@ -24,7 +24,7 @@ struct RenderCommand {
   std::string integrator;  // empty: that of the cache to load, else path
   std::string accel;       // empty: default_accel()
   std::string spp, time, error, seed = "1", threads, resolution;
-  std::vector<std::string> params;
+  std::vector<std::string> params, aovs;
   std::string output, save_cache, load_cache;  // paths
   bool json = false;
   std::chrono::steady_clock::time_point started;  // of the process: --time counts from there

@@ -93,6 +93,9 @@ class CommandLine {
     text(c, "--seed", render_.seed, "N", "default 1");
     repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");
     text(c, "-o", render_.output, "FILE", ".exr or .png; default: named after scene and integrator, none with --json");
+    repeated(c, "--aov", render_.aovs, "NAME",
+             "another image beside the output, FILE.NAME.exr: records (where a cache's lie, and how far they serve), standard-error "
+             "(of each pixel, as the method itself estimates it); repeatable");
     text(c, "--save-cache", render_.save_cache, "FILE", "the cache as the last iteration left it (irradiance-cache), for other views of the scene");
     text(c, "--load-cache", render_.load_cache, "FILE",
          "begin with a saved cache: its integrator and parameters, where not given; what it does not cover is added. The same view and "

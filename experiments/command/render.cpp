@@ -3,6 +3,7 @@
 #include "experiments/command/console.h"
 #include "experiments/command/render_cache.h"
 #include "experiments/harness/manifest.h"
+#include "experiments/harness/record_overlay.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/run_cell.h"
@@ -26,6 +27,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t default_samples = 64;
+const std::string records_aov = "records", standard_error_aov = "standard-error";
+
 constexpr double default_error_limit_s = 600;  // --error alone: a target out of reach must end some time
 
 // "-p photons=200k" goes to the integrator, "-p accel.bins=32" to the structure.
@@ -85,8 +88,8 @@ struct Rendered {
   int threads = 1;
   std::uint64_t seed = 1;
   std::string output = {};
-  std::string cache_to_load = {}, cache_to_save = {};  // bytes
-  std::string reference = {};                          // what the metrics are measured against; "": none
+  std::string cache_to_load = {};  // bytes
+  std::string reference = {};      // what the metrics are measured against; "": none
   std::map<std::string, double> metrics = {};
 };
 
@@ -129,13 +132,42 @@ std::string to_lines(const Rendered& r) {
   return text;
 }
 
-void write_image(const Rendered& r) {
-  if (r.output.empty()) return;
-  if (r.output.ends_with(".png")) return write_png(r.output, r.result.image);
-  write_exr(r.output, r.result.image,
+void write_image(const Rendered& r, const CellResult& result, const std::string& path, const Image& image) {
+  if (path.ends_with(".png")) return write_png(path, image);
+  write_exr(path, image,
             {{"etendue_manifest", to_json_line(make_manifest("", "", r.threads))},
              {"etendue_cell", CellName{r.command.scene, r.accel.label(), r.integrator.label(), r.seed}.key()},
-             {"etendue_iterations", std::to_string(r.result.checkpoints.back().iterations)}});
+             {"etendue_iterations", std::to_string(result.checkpoints.back().iterations)}});
+}
+
+// "b.exr" and "records" make "b.records.exr".
+std::string aov_path(const std::string& output, const std::string& aov) {
+  return std::filesystem::path(output).replace_extension(aov).string() + std::filesystem::path(output).extension().string();
+}
+
+// The image first: it shall be there in time. All else is off the clock.
+void write_outputs(const Rendered& r, Integrator& integrator, const RenderContext& context, const CellResult& result) {
+  if (!r.output.empty()) write_image(r, result, r.output, result.image);
+  for (const std::string& aov : r.command.aovs)
+    write_image(
+        r, result, aov_path(r.output, aov),
+        aov == records_aov ? draw_records(result.image, context, *integrator.record_discs()) : *integrator.standard_error());
+  if (!r.command.save_cache.empty()) write_cache_bytes(r.command.save_cache, integrator.savable_cache()->save(context));
+}
+
+void check_aovs(const RenderCommand& command, const Rendered& r) {
+  const std::string names[] = {records_aov, standard_error_aov};
+  for (const std::string& aov : command.aovs) {
+    const Location where{"--aov " + aov};
+    if (std::find(std::begin(names), std::end(names), aov) == std::end(names))
+      throw Error(where, unknown_name("aov", aov, names));
+    if (r.output.empty()) throw Error(where, "is written beside the image; expected -o as well");
+    if (aov == records_aov)
+      require_records(r.integrator, where.file);
+    else
+      require_standard_error(r.integrator, where.file);
+    check_writable(aov_path(r.output, aov), "--aov");
+  }
 }
 
 void warn_of_non_finite(const CellResult& result, Console& console) {
@@ -167,6 +199,7 @@ Budget read_options(const RenderCommand& command, Rendered& r) {
   r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
   if (!command.resolution.empty()) r.resolution = resolution_option(command.resolution);
   check_output(r.output);
+  check_aovs(command, r);
   return read_budget(command);
 }
 
@@ -216,14 +249,11 @@ int render_command(const RenderCommand& command) {
       integrator.savable_cache()->load(context, r.cache_to_load, Location{command.load_cache});
       r.cache_to_load = {};
     };
-  if (!command.save_cache.empty())
-    task.finished = [&](Integrator& integrator, RenderContext& context, const CellResult&) {
-      r.cache_to_save = integrator.savable_cache()->save(context);
-    };
+  task.finished = [&](Integrator& integrator, RenderContext& context, const CellResult& result) {
+    console.clear_status();
+    write_outputs(r, integrator, context, result);
+  };
   r.result = run_cell(task);
-  console.clear_status();
-  write_image(r);
-  if (!command.save_cache.empty()) write_cache_bytes(command.save_cache, r.cache_to_save);
   if (!reference && scene.closed_form) find_reference();
   if (reference) {
     r.reference = reference->rendered.source;

@@ -56,6 +56,10 @@ void require_records(const Method& integrator, const std::string& option) {
   require(integrator, option, "has no records to show", [](Integrator& i) { return i.record_discs().has_value(); });
 }
 
+void require_standard_error(const Method& integrator, const std::string& option) {
+  require(integrator, option, "does not estimate its own error", [](Integrator& i) { return i.standard_error().has_value(); });
+}
+
 void check_writable(const std::string& path, const std::string& option) {
   const auto parent = std::filesystem::path(path).parent_path();
   if (!parent.empty() && !std::filesystem::is_directory(parent))

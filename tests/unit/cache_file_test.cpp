@@ -183,5 +183,22 @@ TEST_F(CacheProgram, SavesAndLoads) {
   EXPECT_FALSE(std::filesystem::exists(directory_ / "c.png"));
 }
 
+TEST_F(CacheProgram, ShowsItsRecords) {
+  const std::vector<std::string> start{"render", "builtin:cornell-box", "--resolution", "16x16", "--spp", "1", "--threads",
+                                       "1"};
+  for (const char* integrator : {"irradiance-cache", "radiance-cache"}) {
+    std::vector<std::string> words = start;
+    for (const char* word : {"-i", integrator, "-p", "samples=16", "--aov", "records", "-o", "a.png"}) words.emplace_back(word);
+    EXPECT_EQ(ProgramTest::run(words).status, 0);
+    EXPECT_TRUE(std::filesystem::remove(directory_ / "a.records.png"));
+  }
+  std::vector<std::string> words = start;
+  for (const char* word : {"-i", "path", "--aov", "records", "-o", "b.png"}) words.emplace_back(word);
+  const Outcome refused = ProgramTest::run(words);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_NE(refused.err.find("irradiance-cache, radiance-cache"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "b.png"));
+}
+
 }  // namespace
 }  // namespace etendue
