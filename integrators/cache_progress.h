@@ -30,14 +30,24 @@ struct CacheProgress {
 // The part of each pixel that a cache adds: a mean over iterations of different weights, in a film that has equal ones.
 class CachedLight {
  public:
-  explicit CachedLight(std::size_t pixels = 0) : sums_(pixels, dvec3(0)) {}
+  explicit CachedLight(std::size_t pixels = 0) : sums_(pixels, dvec3(0)), scatter_(pixels) {}
 
   void begin(std::uint32_t iteration, double weight);
-  // Once per pixel and iteration, from any thread; `sampled` is the part of which each iteration weighs the same.
-  void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached);
+  // Once per pixel and iteration, from any thread; `sampled` is the part of which each iteration weighs the same,
+  // `cached_error` the standard error of `cached`, of its luminance.
+  void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, float cached_error = 0);
+  // Of the pixels' luminance, in all channels. The scatter of samples falls with their number (for one sample it is not known);
+  // the cache's error is that of records which serve again and again, so that its mean over iterations stands.
+  Image standard_error(ivec2 resolution) const;
 
  private:
+  struct Scatter {
+    double mean = 0, squares = 0;  // of the luminance; of its deviations, a sum ([Welford1962])
+    double cached_error = 0;       // weighted sum
+  };
+
   std::vector<dvec3> sums_;  // weighted
+  std::vector<Scatter> scatter_;
   std::uint32_t iteration_ = 0;
   double weight_ = 0, weights_before_ = 0;  // of this iteration; sum of those before it
 };

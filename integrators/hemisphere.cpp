@@ -31,7 +31,7 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
   const auto plane = [&](float angle) { return std::cos(angle) * frame.tangent + std::sin(angle) * frame.bitangent; };
 
   IrradianceEstimate out;
-  double inverse_distance = 0;
+  double inverse_distance = 0, half_squares = 0;
   const auto add = [](mat3& gradient, const vec3& direction, const Rgb& amount) {
     for (int c = 0; c < 3; ++c) gradient[c] += amount[c] * direction;
   };
@@ -52,6 +52,7 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
       }
       // and the wall towards the sector before by 1 / (r sin(theta)), integrated over the ring
       const HemisphereSample& before = samples[static_cast<std::size_t>(j) * sectors + (k + sectors - 1) % sectors];
+      half_squares += 0.5 * square(luminance(here.radiance - before.radiance));
       around +=
           (here.radiance - before.radiance) * ((ring_sine(j + 1) - ring_sine(j)) / std::min(here.distance, before.distance));
     }
@@ -60,6 +61,7 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
     add(out.translation, plane(edge + 0.5f * pi), around);
   }
   out.inverse_distance = static_cast<float>(inverse_distance / strata.count());
+  out.variance = static_cast<float>(square(scale) * half_squares);
   return out;
 }
 
@@ -67,6 +69,7 @@ void IrradianceEstimate::average_in(const IrradianceEstimate& next, int passes) 
   const float share = 1 / static_cast<float>(passes);
   const auto mix = [share](auto& mean, const auto& value) { mean += share * (value - mean); };
   mix(irradiance, next.irradiance);
+  variance = square(1 - share) * variance + square(share) * next.variance;
   mix(inverse_distance, next.inverse_distance);
   nearest = std::min(nearest, next.nearest);
   mix(rotation, next.rotation);

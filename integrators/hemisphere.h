@@ -41,6 +41,8 @@ struct IrradianceEstimate {
   Rgb irradiance{0};
   float inverse_distance = 0;  // mean over the samples, of 1 / distance
   float nearest = infinity;    // least distance
+  // Of the irradiance's luminance, from the differences of neighbouring strata, whose real contrast counts as noise too.
+  float variance = 0;
   // Column c belongs to channel c, world space: at normal n' and displacement d (in the tangent plane) the irradiance is
   // E_c + dot(cross(n, n'), rotation[c]) + dot(d, translation[c]) to first order.
   mat3 rotation{0}, translation{0};

@@ -44,6 +44,7 @@ class CacheEnd final : public PathEnd {
 // What a camera sample brings.
 struct CameraSample {
   Rgb sampled{0}, cached{0};  // by paths and light samples; by the cache
+  float cached_error = 0;     // standard error of the latter, of its luminance
   CachePoint wanted;          // the first point that the next accuracy leaves uncovered
 };
 
@@ -61,6 +62,7 @@ class IrradianceCache final : public Integrator, public SavableCache {
   std::optional<std::vector<RecordDisc>> record_discs() const override {
     return cache_ ? cache_->discs() : std::vector<RecordDisc>();
   }
+  std::optional<Image> standard_error() const override { return cached_.standard_error(resolution_); }
 
  private:
   CacheKey key(const RenderContext& context) const;
@@ -82,6 +84,7 @@ class IrradianceCache final : public Integrator, public SavableCache {
   Rgb kept_{1};                     // share of a record's light that a limit of one event less would leave
   std::vector<CachePoint> wanted_;  // by pixel
   CachedLight cached_;
+  ivec2 resolution_{0};
   std::uint32_t first_stage_ = 0;  // of the refinement, in the first iteration
   SavedIrradianceCache saved_;     // where the refinement stands; its levels only until they are used
   bool loaded_ = false;            // and not prepared yet
@@ -100,6 +103,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   });
   if (params_.fill == "records") kept_ = kept_by_limit(context, settings, seen);
   cached_ = CachedLight(seen.size());
+  resolution_ = size;
   wanted_.assign(seen.size(), {});
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), max_depth_ > shared_above);
   radiance_ = [this, &context](std::span<PathSample> paths, int depth) {
@@ -210,7 +214,7 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
     const Ray ray = sample_camera_ray(context, pixel, sampler);
     CameraSample sample = camera_sample(context, ray, sampler, next_accuracy);
     wanted_[key] = progress_.asks(key, index) ? sample.wanted : CachePoint{};
-    cached_.add(film, pixel, sample.sampled, sample.cached);
+    cached_.add(film, pixel, sample.sampled, sample.cached, sample.cached_error);
   });
 }
 
@@ -240,7 +244,11 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
     bool found = false;
     if (cached && depth < cached_below_) {
       const auto record = cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo));
-      if (record) out.cached += throughput * base_reflectance(context.scene, point, bsdf, wo) * record->irradiance * inv_pi;
+      if (record) {
+        const Rgb reflected = throughput * base_reflectance(context.scene, point, bsdf, wo) * inv_pi;
+        out.cached += reflected * record->irradiance;
+        out.cached_error += luminance(reflected) * record->standard_error;
+      }
       found = record.has_value();
       if (!out.wanted && !(record && record->error < next_accuracy))
         out.wanted = cache_point(context, point, wo, distance, depth);

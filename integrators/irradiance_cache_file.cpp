@@ -4,11 +4,11 @@ namespace etendue {
 
 namespace {
 
-constexpr std::size_t record_bytes = 10 * 4 + 4 + 8 + 4 + 23 * 4 + 6 * 8;
+constexpr std::size_t record_bytes = 10 * 4 + 4 + 8 + 4 + 24 * 4 + 6 * 8;
 constexpr std::size_t most_levels = 1 << 16;
 
 // A field that is added must be written and read below, and the format's number raised.
-static_assert(sizeof(IrradianceEstimate) == 23 * sizeof(float) + sizeof(float) + 6 * sizeof(double));
+static_assert(sizeof(IrradianceEstimate) == 24 * sizeof(float) + 6 * sizeof(double));
 
 // Reads and writes in one order: `io` is a ByteWriter's add or a ByteReader's take.
 template <class Io, class History>
@@ -16,7 +16,7 @@ void transfer(const Io& io, History& h) {
   io(h.point.position), io(h.point.normal), io(h.point.geometric), io(h.point.pixel_width), io(h.point.depth);
   io(h.key), io(h.passes);
   auto& mean = h.mean;
-  io(mean.irradiance), io(mean.inverse_distance), io(mean.nearest), io(mean.rotation), io(mean.translation);
+  io(mean.irradiance), io(mean.inverse_distance), io(mean.nearest), io(mean.variance), io(mean.rotation), io(mean.translation);
   for (auto* matrix : {&mean.hessian, &mean.geometric}) io(matrix->xx), io(matrix->xy), io(matrix->yy);
 }
 
@@ -29,8 +29,8 @@ bool is_valid(const RecordHistory& h) {
   return etendue::is_finite(h.point.position) && is_unit(h.point.normal) && is_unit(h.point.geometric) &&
          h.point.pixel_width >= 0 && std::isfinite(h.point.pixel_width) && h.point.depth >= 0 && h.passes >= 1 &&
          etendue::is_finite(mean.irradiance) && mean.inverse_distance >= 0 && std::isfinite(mean.inverse_distance) &&
-         mean.nearest >= 0 && is_finite(mean.rotation) && is_finite(mean.translation) && is_finite(mean.hessian) &&
-         is_finite(mean.geometric);
+         mean.nearest >= 0 && mean.variance >= 0 && std::isfinite(mean.variance) && is_finite(mean.rotation) &&
+         is_finite(mean.translation) && is_finite(mean.hessian) && is_finite(mean.geometric);
 }
 
 }  // namespace

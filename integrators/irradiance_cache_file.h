@@ -7,7 +7,8 @@
 //   f32  accuracy reached
 //   u64  number of levels; of each: u64 number of records; of each:
 //          f32 position[3], normal[3], geometric normal[3], pixel width; i32 depth; u64 key; i32 passes; their mean:
-//          f32 irradiance[3], inverse distance, least distance, rotation[9], translation[9]; f64 hessian[3], geometric[3]
+//          f32 irradiance[3], inverse distance, least distance, variance, rotation[9], translation[9]; f64 hessian[3],
+//          geometric[3]
 #pragma once
 
 #include "integrators/cache_file.h"

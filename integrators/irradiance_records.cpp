@@ -2,6 +2,37 @@
 
 namespace etendue {
 
+namespace {
+
+// The error of a weighted mean of what records say: from their own variances, or from how far they disagree where that tells of
+// more (gradients have noise too, and interpolation errs in each record by itself), and from what they all leave out.
+class ErrorOfMean {
+ public:
+  void add(float weight, float said, float variance, float error) {
+    const double w = weight;
+    weights_ += w;
+    squared_weights_ += w * w;
+    said_ += w * said;
+    squares_ += w * said * said;
+    noise_ += w * w * variance;
+    remainder_ += w * 0.5 * error * error * said;
+  }
+
+  float standard_error() const {
+    const double mean = said_ / weights_, spread = std::max(0.0, squares_ / weights_ - mean * mean);
+    const double share = squared_weights_ / (weights_ * weights_);  // 1 / n of n equal weights
+    // With less than two records' worth of weights their spread says nothing, and may not be made much of.
+    const double scatter = spread * share / std::max(1 - share, 0.5);
+    const double noise = noise_ / (weights_ * weights_), remainder = remainder_ / weights_;
+    return static_cast<float>(std::sqrt(std::max(noise, scatter) + remainder * remainder));
+  }
+
+ private:
+  double weights_ = 0, squared_weights_ = 0, said_ = 0, squares_ = 0, noise_ = 0, remainder_ = 0;
+};
+
+}  // namespace
+
 IrradianceRecord make_record(const vec3& position, const vec3& normal, const IrradianceEstimate& estimate, Gradients gradients,
                              CacheMetric metric, const MetricContext& context) {
   const Reach reach = metric_reach(metric, estimate, Frame::from_normal(normal), context);
@@ -9,7 +40,8 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
                           .normal = normal,
                           .reach = std::min(reach.length, context.scene_size / context.accuracy),
                           .irradiance = estimate.irradiance,
-                          .squeeze = reach.squeeze};
+                          .squeeze = reach.squeeze,
+                          .variance = estimate.variance};
   if (gradients != Gradients::none) record.rotation = estimate.rotation;
   if (gradients >= Gradients::both) {
     record.translation = estimate.translation;
@@ -70,6 +102,7 @@ std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position,
   balls_->covering(position, found);
   Rgb sum(0);
   float weights = 0, least = infinity;
+  ErrorOfMean error_of_mean;
   for (const Neighbour& n : found) {
     const IrradianceRecord& record = records_[n.id];
     const float e = error(record, position, normal);
@@ -77,13 +110,15 @@ std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position,
     const float w = weight_ == CacheWeight::ward ? 1 / std::max(e, 1e-4f) - 1 / accuracy_ : 1 - e / accuracy_;
     least = std::min(least, e);
     // Vector times matrix: a dot product per column, that is per channel ([Ward1992]).
-    const Rgb here = record.irradiance + glm::cross(record.normal, normal) * record.rotation +
-                     (position - record.position) * record.translation;
-    sum += w * glm::max(here, Rgb(0));
+    const Rgb here = glm::max(record.irradiance + glm::cross(record.normal, normal) * record.rotation +
+                                  (position - record.position) * record.translation,
+                              Rgb(0));
+    sum += w * here;
     weights += w;
+    error_of_mean.add(w, luminance(here), record.variance, e);
   }
   if (!(weights > 0)) return std::nullopt;
-  return Interpolated{sum / weights, least};
+  return Interpolated{sum / weights, least, error_of_mean.standard_error()};
 }
 
 }  // namespace etendue

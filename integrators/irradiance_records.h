@@ -30,6 +30,7 @@ struct IrradianceRecord {
   Rgb irradiance;
   mat3 rotation{0}, translation{0};  // as in IrradianceEstimate
   vec3 squeeze{0};                   // as in Reach
+  float variance = 0;                // of the irradiance's luminance
 
   // To at most `length` along every axis.
   void shorten(float length);
@@ -42,6 +43,9 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
 struct Interpolated {
   Rgb irradiance;
   float error;  // least e of the records that serve: a point is covered at every accuracy above it
+  // Of the irradiance's luminance: the noise of the records that serve, or their disagreement where that tells of more, and
+  // what they all leave out, for which stands e^2 / 2 of what each says: the second order where e is the first ([Ward1988]).
+  float standard_error = 0;
 };
 
 enum class CacheWeight : std::uint8_t { ward, tabellion };

@@ -67,6 +67,8 @@ CheckpointRecord read_checkpoint(const Json& j) {
   r.counters = j.at("counters").get<std::map<std::string, std::uint64_t>>();
   r.peak_memory_bytes = j.at("peak_memory_bytes");
   r.non_finite = j.at("non_finite");
+  if (const auto confidence = j.find("confidence"); confidence != j.end())
+    r.confidence = confidence->get<std::map<std::string, double>>();
   if (const auto regions = j.find("regions"); regions != j.end())
     for (const auto& [name, metrics] : regions->items()) r.regions[name] = metrics.get<std::map<std::string, double>>();
   return r;
@@ -279,6 +281,7 @@ std::string to_json_line(const CheckpointRecord& r) {
   json["peak_memory_bytes"] = r.peak_memory_bytes;
   json["non_finite"] = r.non_finite;
   for (const auto& [name, metrics] : r.regions) json["regions"][name] = finite_map(metrics);
+  if (!r.confidence.empty()) json["confidence"] = finite_map(r.confidence);
   return dump(json);
 }
 

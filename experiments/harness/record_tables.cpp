@@ -1,6 +1,7 @@
 // The tables that list records as they are, and the summary at the end of a run.
 #include "experiments/claims/claims_report.h"
 #include "experiments/harness/animation_report.h"
+#include "experiments/harness/confidence.h"
 #include "experiments/harness/rate_report.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/tables.h"
@@ -126,6 +127,7 @@ std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& 
           search_crossovers_table(*data.log),
           references_table(data),
           bias_table(data),
+          confidence_table(data),
           expectations_table(data),
           failures_table(data),
           manifest_table(data)};

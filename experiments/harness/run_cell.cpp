@@ -1,6 +1,7 @@
 #include "experiments/harness/run_cell.h"
 
 #include "accel/registry.h"
+#include "experiments/harness/confidence.h"
 #include "framework/core/check.h"
 #include "framework/core/counters.h"
 #include "framework/core/parallel.h"
@@ -102,7 +103,7 @@ class CellRunner {
         result_.reached_error = error_reached();
         last = last || result_.reached_error;
       }
-      if (last || due) checkpoint();
+      if (last || due) checkpoint(integrator);
       if (task_.progress) task_.progress(iterations_, clock_.wall_s());
       told_s_ = now;
       clock_.start();
@@ -115,7 +116,7 @@ class CellRunner {
   }
 
   // With the clock stopped.
-  void checkpoint() {
+  void checkpoint(const Integrator& integrator) {
     CheckpointRecord record;
     record.iterations = iterations_;
     record.time_s = clock_.wall_s();
@@ -132,6 +133,7 @@ class CellRunner {
     Image image = film_.mean();
     if (task_.reference) {
       record.metrics = measure(image, *task_.reference, task_.metrics);
+      if (const auto stated = integrator.standard_error()) record.confidence = confidence_of(image, *stated, *task_.reference);
       for (const Region& region : task_.regions)
         record.regions[region.name] = measure(crop(image, region), crop(*task_.reference, region), task_.metrics);
     }

@@ -7,6 +7,7 @@
 //   references    what the errors are measured against, and its own noise
 //   expectations  what each integrator declares of itself
 //   bias          on scenes with a closed form: the bias of the mean against what the method declares
+//   confidence    on scenes with a closed form: the share of pixels within the error that the method itself states
 //   failures      cells that failed, with their errors
 //   manifest      what ran: version, compiler, machine
 #pragma once

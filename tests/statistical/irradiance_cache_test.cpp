@@ -1,8 +1,10 @@
 // Irradiance gradients against differentiated closed forms; the cache against closed forms, its own order and threads.
+#include "experiments/harness/confidence.h"
 #include "framework/core/sampler.h"
 #include "framework/io/builtin_exact.h"
 #include "integrators/irradiance_records.h"
 #include "tests/render_scene.h"
+#include "tests/scene_context.h"
 
 #include <gtest/gtest.h>
 
@@ -322,6 +324,46 @@ TEST(IrradianceCache, WhiteFurnaceStaysWhite) {
   const Scene scene = load_scene("builtin:white-furnace");
   const RenderOptions options = options_for(256, 32);
   EXPECT_LT(std::abs(bias(render(scene, "irradiance-cache", options).image, exact_image(scene, options.resolution))), 3e-3);
+}
+
+// --- What the cache says of its own error.
+
+TEST(IrradianceEstimate, StatesTheVarianceOfItsNoise) {
+  // Radiance that is noise alone: the estimates' scatter against what each states.
+  const HemisphereStrata strata = HemisphereStrata::of(100);
+  const Frame frame = Frame::from_normal(up);
+  Sampler sampler(SamplerKind::independent, 11, Stream::test, 0, 0);
+  double sum = 0, squares = 0, stated = 0;
+  constexpr int estimates = 4000;
+  for (int i = 0; i < estimates; ++i) {
+    std::vector<HemisphereSample> values(static_cast<std::size_t>(strata.count()));
+    for (HemisphereSample& value : values) value = {Rgb(sampler.get_1d()), 1};
+    IrradianceEstimate estimate = estimate_irradiance(strata, values, frame);
+    for (HemisphereSample& value : values) value = {Rgb(sampler.get_1d()), 1};
+    estimate.average_in(estimate_irradiance(strata, values, frame), 2);
+    const double e = luminance(estimate.irradiance);
+    sum += e, squares += e * e, stated += estimate.variance;
+  }
+  const double mean = sum / estimates;
+  EXPECT_NEAR(stated / (squares - estimates * mean * mean), 1, 0.08);  // its standard error: 2.2 %
+}
+
+TEST(IrradianceCache, TruthLiesWithinItsStatedError) {
+  const Scene scene = load_scene("builtin:lambert-sphere-off-centre");
+  testing::SceneContext scope(scene, {32, 32}, 3);
+  const Image exact = exact_image(scene, {32, 32});
+  for (const bool refine : {true, false}) {
+    const auto integrator =
+        find_integrator("irradiance-cache", {}).make({{"refine", {refine, {}}}, {"sampler", {std::string("independent"), {}}}});
+    Film film({32, 32});
+    integrator->prepare(scope.context);
+    for (std::uint32_t i = 0; i < 24; ++i) integrator->iteration(scope.context, i, film);
+    const auto confidence = confidence_of(film.mean(), *integrator->standard_error(), exact);
+    EXPECT_GT(confidence.at("within_1"), 0.6) << refine;
+    EXPECT_LT(confidence.at("within_1"), 0.95) << refine;
+    EXPECT_GT(confidence.at("within_2"), 0.9) << refine;
+    EXPECT_LT(confidence.at("stated"), 2 * confidence.at("true")) << refine;
+  }
 }
 
 }  // namespace

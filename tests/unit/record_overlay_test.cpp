@@ -49,9 +49,9 @@ TEST(RecordOverlay, HiddenRecordsDoNotShow) {
   SceneContext scope(load_scene("builtin:cornell-box"), size);
   const RenderContext& context = scope.context;
   const Seen front = seen_through(context, {40.5f, 12.5f});
-  EXPECT_GT(drawn(context, {{front.position, front.normal, 0.1f}}), 3u);
-  EXPECT_EQ(drawn(context, {{front.position, -front.normal, 0.1f}}), 0u);                       // of the wall's other side
-  EXPECT_EQ(drawn(context, {{front.position - 5.0f * front.normal, front.normal, 0.1f}}), 0u);  // far behind it
+  EXPECT_GT(drawn(context, {{front.position, front.normal, 0.3f}}), 3u);
+  EXPECT_EQ(drawn(context, {{front.position, -front.normal, 0.3f}}), 0u);                       // of the wall's other side
+  EXPECT_EQ(drawn(context, {{front.position - 5.0f * front.normal, front.normal, 0.3f}}), 0u);  // far behind it
   EXPECT_EQ(drawn(context, {}), 0u);
 }
 

@@ -1,3 +1,4 @@
+#include "experiments/harness/confidence.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/tables.h"
 #include "experiments/harness/verdicts.h"
@@ -337,6 +338,28 @@ TEST(BiasTable, JudgesMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors) {
   for (CellRecord& cell : log.cells)
     if (cell.cell.integrator == "dark") cell.bias_bound = 0.03;
   EXPECT_EQ(bias_table(arrange(log)).rows[1][column(table, "kept")].raw, "yes");
+}
+
+TEST(ConfidenceTable, CountsPixelsWithinTheStatedError) {
+  Image exact({2, 2}), image({2, 2}), stated({2, 2});
+  stated.pixels = {dvec3(0.1), dvec3(0.1), dvec3(0.1), dvec3(0)};
+  image.pixels = {dvec3(0.05), dvec3(-0.15), dvec3(0.3), dvec3(0)};
+  const auto confidence = confidence_of(image, stated, exact);
+  EXPECT_EQ(confidence.at("within_1"), 0.5);
+  EXPECT_EQ(confidence.at("within_2"), 0.75);
+
+  RunLog log;
+  log.manifests.push_back(manifest());
+  log.references.push_back(reference("builtin:exact"));
+  log.references.push_back(reference("builtin:rendered", 1e-6));
+  for (const char* scene : {"builtin:exact", "builtin:rendered"})
+    for (const char* integrator : {"knows", "does not"}) add_cells(log, scene, {.integrator = integrator}, 3);
+  for (CheckpointRecord& record : log.checkpoints)
+    if (record.cell.integrator == "knows") record.confidence = confidence;
+  const Table table = confidence_table(arrange(log));
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0][column(table, "integrator")].raw, "knows");
+  EXPECT_EQ(table.rows[0][column(table, "within_2")].text, "75.0 %");
 }
 
 }  // namespace etendue
