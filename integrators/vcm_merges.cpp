@@ -21,10 +21,12 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
   const std::vector<std::uint32_t> order = along_curve(found);
   positions_.resize(order.size());
   photons_.resize(order.size());
+  followed_.resize(settings.correlation ? order.size() : 0);
   parallel_for(order.size(), 1024, [&](std::size_t i) {
     const LightVertex& v = *vertices[order[i]];
     positions_[i] = v.point.position;
-    photons_[i] = {v.wo, v.power, v.mis.vcm, v.mis.vm, v.events, v.trail};
+    photons_[i] = {v.wo, v.power, v.mis.vcm, v.mis.vm, v.events};
+    if (settings.correlation) followed_[i] = {v.trail->light, v.trail->part(v.events)};
   });
   query_ = context.make_points(structure);
   query_->build(positions_);
@@ -48,7 +50,7 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
     const float light_reverse = bsdf.pdf(wo, photon.wo), camera_reverse = bsdf.pdf(photon.wo, wo);
     float weight;
     if (settings_.correlation) {
-      densities.merge(photon.trail->light, photon.trail->part(photon.events), trail.vertices,
+      densities.merge(followed_[neighbour.id].light, followed_[neighbour.id].vertices, trail.vertices,
                       {0, 0, light_reverse, camera_reverse}, trail.first_distance_squared);
       weight = densities.merge_at(static_cast<std::size_t>(photon.events));
     } else {

@@ -35,12 +35,18 @@ class VcmMerges {
     Rgb power;  // W, for one path in total
     float vcm, vm;
     std::int32_t events;
-    const LightTrail* trail;
   };
 
   VcmSettings settings_;
   std::vector<vec3> positions_;
+  // Where weights ask for it, of each photon: copied, so that one look finds the densities.
+  struct Followed {
+    TrailLight light;
+    Trail vertices;
+  };
+
   std::vector<Photon> photons_;
+  std::vector<Followed> followed_;
   std::unique_ptr<PointQuery> query_;
 };
 
