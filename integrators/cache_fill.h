@@ -29,6 +29,7 @@ struct CacheSettings {
   float min_spacing = 1.5f;  // pixels
   float max_spacing = 0.1f;  // scene diagonals
   float scene_size = 1;      // metres
+  float stretch = 1;         // see irradiance_records.h
   HemisphereStrata strata;
   SamplerKind sampler = SamplerKind::sobol;
   std::string structure = "octree";

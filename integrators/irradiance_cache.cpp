@@ -13,6 +13,7 @@ namespace etendue {
 namespace {
 
 constexpr int roulette_depth = 5, shared_above = 16;
+constexpr float gap_stretch = 4;  // of accuracy, where a number of records must do
 
 std::uint64_t view_of(const RenderContext& context) {
   return hash_keys(context.scene.hash(), context.resolution.x, context.resolution.y, context.seed);
@@ -95,7 +96,8 @@ void IrradianceCache::prepare(RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
   // Direct light takes one scattering event, indirect light two at least.
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
-  const CacheSettings settings = cache_settings(params_, sampler_, params_.structure);
+  CacheSettings settings = cache_settings(params_, sampler_, params_.structure);
+  if (params_.records > 0) settings.stretch = gap_stretch;
   const ivec2 size = context.resolution;
   std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
   parallel_pixels(size, [&](ivec2 pixel) {

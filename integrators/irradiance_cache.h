@@ -11,7 +11,8 @@
 // is filled before the first iteration and stays as it is; with `records` it is filled to that number, and only passes are
 // added.
 //
-// A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased.
+// A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased; with `records` the nearest
+// record answers there as far as four times the accuracy, since a given number leaves gaps that paths would fill with noise.
 //
 // With `fill = "records"` the paths of a hemisphere end at the first surface that the records so far cover, which answer for
 // all further bounces; with "paths" they are traced to their end.
@@ -34,8 +35,9 @@
 namespace etendue {
 
 struct IrradianceCacheParams : CacheParams {
+  IrradianceCacheParams() { samples = 512; }
   int records = 0;
-  std::string fill = "paths";
+  std::string fill = "records";
   bool cache_direct = false;
   int max_depth = 0;
   std::string structure = "octree";

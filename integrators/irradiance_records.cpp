@@ -69,7 +69,7 @@ float IrradianceRecords::error(const IrradianceRecord& record, const vec3& posit
   const float turn = safe_sqrt(1 - cosine);
   constexpr float ten_degrees = 0.12325683f;  // sqrt(1 - cos 10 degrees)
   const float error = weight_ == CacheWeight::ward ? away + turn : std::max(away, turn * (usual_accuracy / ten_degrees));
-  if (!(error < accuracy_)) return infinity;
+  if (!(error < farthest_)) return infinity;
   // In front by more than rounding and curvature explain.
   if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * record.reach) return infinity;
   return error;
@@ -85,7 +85,7 @@ void IrradianceRecords::insert(IrradianceRecord record) {
                             [&](std::uint32_t other, float length) { records_[other].shorten(length); });
     reaches_.insert(record.position, record.reach, id);
   }
-  balls_->insert(record.position, accuracy_ * record.reach, id);
+  balls_->insert(record.position, farthest_ * record.reach, id);
   records_.push_back(record);
 }
 
@@ -97,28 +97,39 @@ bool IrradianceRecords::covered(const vec3& position, const vec3& normal) const 
   return false;
 }
 
+Rgb IrradianceRecords::extrapolate(const IrradianceRecord& record, const vec3& position, const vec3& normal) {
+  // Vector times matrix: a dot product per column, that is per channel ([Ward1992]).
+  const Rgb here = record.irradiance + glm::cross(record.normal, normal) * record.rotation +
+                   (position - record.position) * record.translation;
+  return glm::max(here, Rgb(0));
+}
+
 std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position, const vec3& normal) const {
   static thread_local Neighbours found;
   balls_->covering(position, found);
   Rgb sum(0);
   float weights = 0, least = infinity;
   ErrorOfMean error_of_mean;
+  const IrradianceRecord* best = nullptr;
   for (const Neighbour& n : found) {
     const IrradianceRecord& record = records_[n.id];
     const float e = error(record, position, normal);
+    if (e < least) {
+      least = e;
+      best = &record;
+    }
     if (!(e < accuracy_)) continue;
     const float w = weight_ == CacheWeight::ward ? 1 / std::max(e, 1e-4f) - 1 / accuracy_ : 1 - e / accuracy_;
-    least = std::min(least, e);
-    // Vector times matrix: a dot product per column, that is per channel ([Ward1992]).
-    const Rgb here = glm::max(record.irradiance + glm::cross(record.normal, normal) * record.rotation +
-                                  (position - record.position) * record.translation,
-                              Rgb(0));
+    const Rgb here = extrapolate(record, position, normal);
     sum += w * here;
     weights += w;
     error_of_mean.add(w, luminance(here), record.variance, e);
   }
-  if (!(weights > 0)) return std::nullopt;
-  return Interpolated{sum / weights, least, error_of_mean.standard_error()};
+  if (weights > 0) return Interpolated{sum / weights, least, error_of_mean.standard_error()};
+  if (!best) return std::nullopt;
+  const Rgb alone = extrapolate(*best, position, normal);
+  error_of_mean.add(1, luminance(alone), best->variance, least);
+  return Interpolated{alone, least, error_of_mean.standard_error()};
 }
 
 }  // namespace etendue

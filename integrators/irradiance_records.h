@@ -8,6 +8,9 @@
 // ([Krivanek2009])); a is the accuracy asked for. [Tabellion2004] weighs by 1 - e / a, with e the greater of the two terms and
 // the normal's in units of ten degrees. A record that lies in front of the point (on the side its normal looks to) has seen
 // other surroundings and is refused. Sums run in the order of ids, so a lookup depends on the set of records alone.
+//
+// With a number of records given, not an accuracy, there is none to spare for a point in a gap between them: there the record
+// of the least error below `stretch` times the accuracy answers alone.
 #pragma once
 
 #include "framework/query.h"
@@ -53,8 +56,14 @@ enum class CacheWeight : std::uint8_t { ward, tabellion };
 class IrradianceRecords {
  public:
   // `clamp`: how much longer a reach may be than a neighbour's per length of the way between them; 0: any.
-  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, float clamp = 0, CacheWeight weight = CacheWeight::ward)
-      : balls_(std::move(balls)), reaches_(clamp), accuracy_(accuracy), clamps_(clamp > 0), weight_(weight) {}
+  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, float clamp = 0, CacheWeight weight = CacheWeight::ward,
+                    float stretch = 1)
+      : balls_(std::move(balls)),
+        reaches_(clamp),
+        accuracy_(accuracy),
+        farthest_(stretch * accuracy),
+        clamps_(clamp > 0),
+        weight_(weight) {}
 
   // With clamping, also shortens what older records reach, so that some of what was covered may no longer be.
   void insert(IrradianceRecord record);
@@ -65,12 +74,16 @@ class IrradianceRecords {
   const std::vector<IrradianceRecord>& all() const { return records_; }
 
  private:
-  float error(const IrradianceRecord& record, const vec3& position, const vec3& normal) const;  // infinite: refused
+  // Infinite: refused, or not below the stretched accuracy.
+  float error(const IrradianceRecord& record, const vec3& position, const vec3& normal) const;
+
+  // The record's irradiance as its gradients have it at a point.
+  static Rgb extrapolate(const IrradianceRecord& record, const vec3& position, const vec3& normal);
 
   std::vector<IrradianceRecord> records_;
   std::unique_ptr<BallQuery> balls_;
   ReachTree reaches_;
-  float accuracy_;
+  float accuracy_, farthest_;  // what is covered; what is answered
   bool clamps_;
   CacheWeight weight_;
 };
