@@ -28,12 +28,11 @@ class CacheEnd final : public PathEnd {
   }
 
   std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const override {
-    if (!bsdf.is_diffuse()) return std::nullopt;
+    // Under a depth limit that counts, only one event on: the shares of events beyond it are not powers of the first's.
+    if (!bsdf.is_diffuse() || (kept_ != Rgb(1) && depth > depth_ + 1)) return std::nullopt;
     const auto found = cache_.interpolate(depth_, point.position, towards(point.shading_normal, point.normal, wo));
     if (!found) return std::nullopt;
-    Rgb irradiance = found->irradiance;
-    for (int event = depth_; event < depth; ++event) irradiance *= kept_;
-    return bsdf.diffuse_albedo() * irradiance * inv_pi;
+    return bsdf.diffuse_albedo() * found->irradiance * kept_ * inv_pi;
   }
 
  private:
