@@ -85,7 +85,7 @@ class CommandLine {
   void add_render() {
     CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
     c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf")->required()->type_name("");
-    text(c, "-i,--integrator", render_.integrator, "NAME", "default path; see `etendue list integrators`");
+    text(c, "-i,--integrator", render_.integrator, "NAME", "default path, with --load-cache that of the cache; see `etendue list integrators`");
     text(c, "--accel", render_.accel, "NAME", "default: binned-sah in the layout that suits; see `etendue list accels`");
     text(c, "--spp", render_.spp, "N", "iterations: samples per pixel, photon passes; default 64");
     text(c, "--time", render_.time, "30s", "the image is there by then, preparation included (a longer preparation is finished first)");

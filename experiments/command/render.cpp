@@ -1,6 +1,7 @@
 // `etendue render`: one scene, one method, one image, through the same loop as every cell of an experiment.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
+#include "experiments/command/output_files.h"
 #include "experiments/command/render_cache.h"
 #include "experiments/harness/manifest.h"
 #include "experiments/harness/record_overlay.h"
@@ -15,8 +16,8 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <exception>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -72,14 +73,6 @@ std::string output_path(const RenderCommand& command, const std::string& integra
   return slug(command.scene) + "-" + slug(integrator) + ".exr";
 }
 
-// Tried before the rendering, not after it.
-void check_output(const std::string& path) {
-  if (path.empty()) return;
-  if (!path.ends_with(".exr") && !path.ends_with(".png"))
-    throw Error(Location{"-o " + path}, "unknown image format; expected a name that ends in .exr or .png");
-  check_writable(path, "-o");
-}
-
 struct Rendered {
   const RenderCommand& command;
   Method integrator, accel;
@@ -92,6 +85,11 @@ struct Rendered {
   std::string reference = {};      // what the metrics are measured against; "": none
   std::map<std::string, double> metrics = {};
 };
+
+// "b.exr" and "records" make "b.records.exr".
+std::string aov_path(const std::string& output, const std::string& aov) {
+  return std::filesystem::path(output).replace_extension(aov).string() + std::filesystem::path(output).extension().string();
+}
 
 std::string to_json(const Rendered& r) {
   const CheckpointRecord& end = r.result.checkpoints.back();
@@ -113,6 +111,8 @@ std::string to_json(const Rendered& r) {
       {"peak_memory_bytes", end.peak_memory_bytes},
       {"non_finite", end.non_finite},
       {"expectation", {{"bias", bias_name(r.result.expectation.bias)}, {"mse_exponent", r.result.expectation.mse_exponent}}}};
+  for (const std::string& aov : r.command.aovs) json["aovs"][aov] = aov_path(r.output, aov);
+  if (!r.command.save_cache.empty()) json["cache"] = r.command.save_cache;
   if (!r.result.fallback.empty()) json["fallback"] = r.result.fallback;
   if (!r.reference.empty()) json["reference"] = r.reference;
   for (const auto& [name, value] : r.metrics) json[name] = value;
@@ -121,8 +121,11 @@ std::string to_json(const Rendered& r) {
 
 std::string to_lines(const Rendered& r) {
   const CheckpointRecord& end = r.result.checkpoints.back();
-  std::string text = fmt::format("image       {}\nhash        {:016x}\nspp         {}\ntime        {}", r.output,
-                                 r.result.image_hash, end.iterations, format_seconds(end.time_s));
+  std::string text = fmt::format("image       {}\n", r.output);
+  for (const std::string& aov : r.command.aovs) text += fmt::format("aov         {}\n", aov_path(r.output, aov));
+  if (!r.command.save_cache.empty()) text += fmt::format("cache       {}\n", r.command.save_cache);
+  text += fmt::format("hash        {:016x}\nspp         {}\ntime        {}", r.result.image_hash, end.iterations,
+                      format_seconds(end.time_s));
   std::string separator = " (";
   for (const auto& [phase, seconds] : end.phases_s)
     text += std::exchange(separator, ", ") + phase + " " + format_seconds(seconds);
@@ -133,26 +136,35 @@ std::string to_lines(const Rendered& r) {
 }
 
 void write_image(const Rendered& r, const CellResult& result, const std::string& path, const Image& image) {
-  if (path.ends_with(".png")) return write_png(path, image);
-  write_exr(path, image,
-            {{"etendue_manifest", to_json_line(make_manifest("", "", r.threads))},
-             {"etendue_cell", CellName{r.command.scene, r.accel.label(), r.integrator.label(), r.seed}.key()},
-             {"etendue_iterations", std::to_string(result.checkpoints.back().iterations)}});
+  replace_file(path, [&](const std::string& partial) {
+    if (path.ends_with(".png")) return write_png(partial, image);
+    write_exr(partial, image,
+              {{"etendue_manifest", to_json_line(make_manifest("", "", r.threads))},
+               {"etendue_cell", CellName{r.command.scene, r.accel.label(), r.integrator.label(), r.seed}.key()},
+               {"etendue_iterations", std::to_string(result.checkpoints.back().iterations)}});
+  });
 }
 
-// "b.exr" and "records" make "b.records.exr".
-std::string aov_path(const std::string& output, const std::string& aov) {
-  return std::filesystem::path(output).replace_extension(aov).string() + std::filesystem::path(output).extension().string();
-}
-
-// The image first: it shall be there in time. All else is off the clock.
+// The image first: it shall be there in time. All else is off the clock. A file that fails keeps none of the others back.
 void write_outputs(const Rendered& r, Integrator& integrator, const RenderContext& context, const CellResult& result) {
-  if (!r.output.empty()) write_image(r, result, r.output, result.image);
+  std::exception_ptr failure;
+  const auto attempt = [&](const auto& write) {
+    try {
+      write();
+    } catch (const std::exception&) {
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  if (!r.output.empty()) attempt([&] { write_image(r, result, r.output, result.image); });
+  if (!r.command.save_cache.empty())
+    attempt([&] { write_cache_bytes(r.command.save_cache, integrator.savable_cache()->save(context)); });
   for (const std::string& aov : r.command.aovs)
-    write_image(
-        r, result, aov_path(r.output, aov),
-        aov == records_aov ? draw_records(result.image, context, *integrator.record_discs()) : *integrator.standard_error());
-  if (!r.command.save_cache.empty()) write_cache_bytes(r.command.save_cache, integrator.savable_cache()->save(context));
+    attempt([&] {
+      write_image(
+          r, result, aov_path(r.output, aov),
+          aov == records_aov ? draw_records(result.image, context, *integrator.record_discs()) : *integrator.standard_error());
+    });
+  if (failure) std::rethrow_exception(failure);
 }
 
 void check_aovs(const RenderCommand& command, const Rendered& r) {
@@ -166,8 +178,20 @@ void check_aovs(const RenderCommand& command, const Rendered& r) {
       require_records(r.integrator, where.file);
     else
       require_standard_error(r.integrator, where.file);
-    check_writable(aov_path(r.output, aov), "--aov");
   }
+}
+
+// Tried before the rendering, not after it.
+void check_files(const RenderCommand& command, const Rendered& r) {
+  std::vector<OutputFile> files;
+  if (!r.output.empty()) {
+    if (!r.output.ends_with(".exr") && !r.output.ends_with(".png"))
+      throw Error(Location{"-o " + r.output}, "unknown image format; expected a name that ends in .exr or .png");
+    files.push_back({"-o", r.output});
+  }
+  if (!command.save_cache.empty()) files.push_back({"--save-cache", command.save_cache});
+  for (const std::string& aov : command.aovs) files.push_back({"--aov", aov_path(r.output, aov)});
+  check_outputs(files);
 }
 
 void warn_of_non_finite(const CellResult& result, Console& console) {
@@ -190,16 +214,13 @@ Budget read_options(const RenderCommand& command, Rendered& r) {
   }
   validate_integrator(r.integrator);
   validate_accel(r.accel);
-  if (!command.save_cache.empty()) {
-    require_savable(r.integrator, "--save-cache");
-    check_writable(command.save_cache, "--save-cache");
-  }
+  if (!command.save_cache.empty()) require_savable(r.integrator, "--save-cache");
   r.output = output_path(command, r.integrator.name);
   r.threads = threads_option(command.threads);
   r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
   if (!command.resolution.empty()) r.resolution = resolution_option(command.resolution);
-  check_output(r.output);
   check_aovs(command, r);
+  check_files(command, r);
   return read_budget(command);
 }
 

@@ -1,19 +1,22 @@
 #include "experiments/command/render_cache.h"
 
+#include "experiments/command/output_files.h"
 #include "framework/integrator.h"
 #include "integrators/cache_file.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 
 namespace etendue {
 
 namespace {
+
+constexpr std::size_t magic_bytes = 8;  // with which every cache file begins
 
 template <class Has>
 void require(const Method& integrator, const std::string& option, const char* lack, const Has& has) {
@@ -27,11 +30,18 @@ void require(const Method& integrator, const std::string& option, const char* la
 }  // namespace
 
 std::string read_cache_bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path))
-    throw Error(Location{path}, "cannot be read; expected a file that --save-cache wrote");
-  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file.bad()) throw Error(Location{path}, "cannot be read to its end");
+  const Location where{path};
+  std::error_code error;
+  const bool regular = std::filesystem::is_regular_file(path, error);  // before it is opened: a FIFO would wait
+  std::ifstream file;
+  if (regular) file.open(path, std::ios::binary);
+  if (!regular || !file) throw Error(where, "cannot be read; expected a file that --save-cache wrote");
+  const std::string magic = make_cache_file({}, {}).substr(0, magic_bytes);
+  std::string bytes(magic_bytes, '\0');
+  if (!file.read(bytes.data(), magic_bytes) || bytes != magic)
+    throw Error(where, "not a cache; expected a file that --save-cache wrote");
+  bytes.append(std::istreambuf_iterator<char>{file}, std::istreambuf_iterator<char>{});
+  if (file.bad()) throw Error(where, "cannot be read to its end");
   return bytes;
 }
 
@@ -60,26 +70,13 @@ void require_standard_error(const Method& integrator, const std::string& option)
   require(integrator, option, "does not estimate its own error", [](Integrator& i) { return i.standard_error().has_value(); });
 }
 
-void check_writable(const std::string& path, const std::string& option) {
-  const auto parent = std::filesystem::path(path).parent_path();
-  if (!parent.empty() && !std::filesystem::is_directory(parent))
-    throw Error(Location{option + " " + path}, "no directory '" + parent.string() + "'; expected one that exists");
-  const std::string partial = path + ".part";
-  const bool writable = !std::filesystem::is_directory(path) && std::ofstream(partial).good();
-  std::filesystem::remove(partial);
-  if (!writable)
-    throw Error(Location{option + " " + path}, "cannot be written; expected a file in a directory that can be written to");
-}
-
 void write_cache_bytes(const std::string& path, std::string_view bytes) {
-  const std::string partial = path + ".part";
-  std::ofstream file(partial, std::ios::binary);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (!file || std::rename(partial.c_str(), path.c_str()) != 0) {
-    std::remove(partial.c_str());
-    throw Error(Location{path}, "cannot write the cache; is the disk full?");
-  }
+  replace_file(path, [&](const std::string& partial) {
+    std::ofstream file(partial, std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) throw Error("is the disk full?");
+  });
 }
 
 }  // namespace etendue

@@ -8,7 +8,7 @@
 
 namespace etendue {
 
-// Throws Error where it cannot be read.
+// Throws Error where it cannot be read, or does not begin as a cache does.
 std::string read_cache_bytes(const std::string& path);
 
 // The integrator that a cache was made by, where none is named ("" in `integrator`), and each of its parameters that is not
@@ -21,9 +21,7 @@ void require_savable(const Method& integrator, const std::string& option);
 void require_records(const Method& integrator, const std::string& option);
 void require_standard_error(const Method& integrator, const std::string& option);
 
-// Before a rendering: is the path one that can be written to? Throws Error naming the option.
-void check_writable(const std::string& path, const std::string& option);
-// Written beside its final name and renamed when complete. Throws Error.
+// Throws Error, with the old file as it was.
 void write_cache_bytes(const std::string& path, std::string_view bytes);
 
 }  // namespace etendue

@@ -1,0 +1,76 @@
+// What `etendue render` writes where: nothing lost, nothing replaced that was not meant.
+#include "tests/unit/harness_process.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+namespace etendue {
+namespace {
+
+class RenderFiles : public ProgramTest {
+ protected:
+  Outcome render(std::vector<std::string> more) {
+    const char* start[] = {"render", "builtin:cornell-box", "--resolution", "8x8",      "--spp", "1", "--threads", "1",
+                           "-i",     "irradiance-cache",    "-p",           "samples=4"};
+    more.insert(more.begin(), std::begin(start), std::end(start));
+    return ProgramTest::run(more);
+  }
+  void expect_refused(const std::vector<std::string>& more, const std::string& reason) {
+    const Outcome refused = render(more);
+    EXPECT_EQ(refused.status, 2) << reason;
+    EXPECT_NE(refused.err.find(reason), std::string::npos) << refused.err;
+  }
+};
+
+TEST_F(RenderFiles, WhatIsNoRegularFileIsRefused) {
+  const auto fifo = directory_ / "fifo.png";
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  std::filesystem::create_directory(directory_ / "directory.png");
+  for (const char* name : {"fifo.png", "directory.png"}) {
+    expect_refused({"--save-cache", name, "-o", "a.png"},
+                   std::string("--save-cache ") + name + ": exists and is not a regular");
+    expect_refused({"-o", name}, "is not a regular file");
+    expect_refused({"--load-cache", name, "-o", "a.png"}, std::string(name) + ": cannot be read");
+  }
+  EXPECT_TRUE(std::filesystem::is_fifo(fifo));
+  expect_refused({"-o", std::string(300, 'a') + ".png"}, "File name too long");
+  expect_refused({"-o", "none/a.png"}, "no directory 'none'");
+  expect_refused({"--load-cache", std::string(300, 'a'), "-o", "a.png"}, "cannot be read");
+  write_file("text", "no cache at all");
+  expect_refused({"--load-cache", "text", "-o", "a.png"}, "text: not a cache");
+}
+
+TEST_F(RenderFiles, OneFileForTwoOutputsIsRefused) {
+  std::filesystem::create_symlink("a.exr", directory_ / "link");
+  expect_refused({"--save-cache", "a.exr", "-o", "a.exr"}, "--save-cache a.exr: the same file as that of -o");
+  expect_refused({"--save-cache", "./a.exr", "-o", "a.exr"}, "the same file");
+  expect_refused({"--save-cache", "link", "-o", "a.exr"}, "the same file");
+  expect_refused({"--save-cache", "a.records.exr", "--aov", "records", "-o", "a.exr"}, "the same file as that of --save-cache");
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "a.exr"));
+}
+
+TEST_F(RenderFiles, LinksAreFollowedAndNeighboursKept) {
+  write_file("old", "old");
+  std::filesystem::create_symlink("old", directory_ / "link");
+  std::filesystem::create_symlink("new.png", directory_ / "b.png");
+  const std::string long_name = std::string(240, 'a') + ".exr";
+  for (const char* name : {"link.part", "old.part", "b.png.part", "new.png.part"}) write_file(name, "mine");
+  const Outcome done = render({"--save-cache", "link", "--aov", "records", "-o", "b.png"});
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_NE(done.out.find("image       b.png\naov         b.records.png\ncache       link\n"), std::string::npos) << done.out;
+  EXPECT_TRUE(std::filesystem::is_symlink(directory_ / "link"));
+  EXPECT_TRUE(std::filesystem::is_symlink(directory_ / "b.png"));
+  EXPECT_TRUE(read_text_file(directory_ / "old").starts_with("etncache"));
+  EXPECT_TRUE(std::filesystem::exists(directory_ / "new.png"));
+  for (const char* name : {"link.part", "old.part", "b.png.part", "new.png.part"})
+    EXPECT_EQ(read_text_file(directory_ / name), "mine") << name;
+  const Outcome json = render({"--save-cache", "old", "--aov", "records", "-o", long_name, "--json"});
+  EXPECT_EQ(json.status, 0) << json.err;
+  EXPECT_NE(json.out.find("\"cache\": \"old\""), std::string::npos) << json.out;
+  EXPECT_NE(json.out.find("\"records\": \"aaa"), std::string::npos) << json.out;
+  for (const auto& entry : std::filesystem::directory_iterator(directory_))
+    EXPECT_FALSE(entry.path().filename().string().starts_with("etendue-")) << entry.path();
+}
+
+}  // namespace
+}  // namespace etendue
