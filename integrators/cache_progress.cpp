@@ -42,8 +42,8 @@ void CachedLight::begin(std::uint32_t iteration, double weight) {
 
 // The film takes the differences of t times the weighted mean.
 void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, float cached_error) {
-  if (!is_finite(cached)) {
-    film.add(pixel, cached, iteration_);  // which counts it
+  if (!is_finite(sampled + cached)) {
+    film.add(pixel, sampled + cached, iteration_);  // which counts it
     return;
   }
   const std::size_t i = static_cast<std::size_t>(pixel.y) * film.resolution().x + pixel.x;

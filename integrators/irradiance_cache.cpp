@@ -97,6 +97,9 @@ void IrradianceCache::prepare(RenderContext& context) {
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
   CacheSettings settings = cache_settings(params_, sampler_, params_.structure);
   if (params_.records > 0) settings.stretch = gap_stretch;
+  // Records that are loaded keep the spacings of their accuracy where nothing will cover what a coarser one leaves open.
+  else if (loaded_ && !params_.refine)
+    settings.accuracy = std::min(settings.accuracy, saved_.accuracy);
   const ivec2 size = context.resolution;
   std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
   parallel_pixels(size, [&](ivec2 pixel) {
@@ -153,7 +156,9 @@ std::string IrradianceCache::save(const RenderContext& context) const {
 
 void IrradianceCache::load(const RenderContext& context, std::string_view bytes, const Location& where) {
   const CacheFile file = open_cache_file(bytes, where);
-  check_cache_key(file.key, key(context), {"accuracy", "refine", "structure"}, where);
+  // A given number of records was found from the accuracy on.
+  const std::string_view free_accuracy = params_.records > 0 ? "structure" : "accuracy";
+  check_cache_key(file.key, key(context), {free_accuracy, "refine", "structure"}, where);
   saved_ = read_irradiance_cache(file.body, context.max_depth(params_.max_depth) > shared_above, where);
   loaded_ = true;
 }
@@ -202,6 +207,7 @@ void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) 
 
 void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
   const std::uint32_t stage = first_stage_ + index;
+  const std::uint32_t round = params_.refine ? stage : index;  // of random numbers: none are drawn again after loading
   if (params_.refine) {
     refine(context, stage);
     saved_.rounds = stage + 1;
@@ -211,10 +217,10 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
   cached_.begin(index, params_.records > 0 ? 1 : progress_.weight_at(stage));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-    Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
+    Sampler sampler(sampler_, context.seed, Stream::camera, key, round);
     const Ray ray = sample_camera_ray(context, pixel, sampler);
     CameraSample sample = camera_sample(context, ray, sampler, next_accuracy);
-    wanted_[key] = progress_.asks(key, index) ? sample.wanted : CachePoint{};
+    wanted_[key] = params_.records == 0 && progress_.asks(key, round) ? sample.wanted : CachePoint{};
     cached_.add(film, pixel, sample.sampled, sample.cached, sample.cached_error);
   });
 }

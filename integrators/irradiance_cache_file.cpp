@@ -1,11 +1,14 @@
 #include "integrators/irradiance_cache_file.h"
 
+#include <cmath>
+
 namespace etendue {
 
 namespace {
 
 constexpr std::size_t record_bytes = 10 * 4 + 4 + 8 + 4 + 24 * 4 + 6 * 8;
 constexpr std::size_t most_levels = 1 << 16;
+constexpr std::uint32_t most_rounds = 1u << 30;  // so that adding iterations does not wrap
 
 // A field that is added must be written and read below, and the format's number raised.
 static_assert(sizeof(IrradianceEstimate) == 24 * sizeof(float) + 6 * sizeof(double));
@@ -51,6 +54,7 @@ SavedIrradianceCache read_irradiance_cache(std::string_view body, bool one_level
   SavedIrradianceCache cache;
   in.take(cache.view), in.take(cache.key_salt), in.take(cache.rounds), in.take(cache.accuracy);
   if (!(cache.accuracy > 0) || !std::isfinite(cache.accuracy)) in.refuse("its accuracy is no positive number");
+  if (cache.rounds > most_rounds) in.refuse("more iterations than can be");
   const std::size_t levels = in.take_count(sizeof(std::uint64_t));
   if (levels > (one_level ? 1 : most_levels)) in.refuse("more levels than depths");
   for (std::size_t i = 0; i < levels; ++i) {

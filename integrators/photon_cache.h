@@ -17,8 +17,9 @@
 // the global map seen directly.
 //
 // The cache refines as irradiance-cache does (integrators/cache_progress.h). With `retrace`, photons are new too: the caustic
-// map's in every iteration; the global map's as often as the records begin another pass over their hemispheres, so that a
-// record's passes see independent maps; for `density` in every iteration, with new records on it.
+// map's in every iteration; the global map's as often as the records begin another pass over their hemispheres, so that the
+// passes of a record see independent maps but for those it was made with; for `density` in every iteration, with new records on
+// it.
 //
 // Biased: by the blur of the kernel's radius and its loss at edges (at gather rays' ends, or where it is seen). With `refine`
 // and `retrace` all else falls with iterations, noise and interpolation error alike; without `retrace` the one map's own noise
@@ -48,9 +49,9 @@ struct PhotonCacheParams : PhotonMapsParams, CacheParams {
 
 template <class Visitor>
 void describe(Visitor& v, PhotonCacheParams& p) {
-  v.choice(
-      "fill", p.fill, {"gather", "density"},
-      "records from hemispheres of rays that end in the photon map, or from the photons about them (metric of split sphere)");
+  v.choice("fill", p.fill, {"gather", "density"},
+           "records from hemispheres of rays that end in the photon map, or from the photons about them: no samples, "
+           "gradients, precompute or follow_near then, and no metric of Hessians");
   v.flag("retrace", p.retrace, "new photons: for caustics in every iteration, for records at each pass over them");
   describe_cache(v, p);
   describe_photon_maps(v, p);

@@ -15,6 +15,8 @@
 
 #include "framework/core/vec.h"
 
+#include <algorithm>
+
 namespace etendue {
 
 struct MisPartials {
@@ -36,6 +38,7 @@ struct MisPartials {
   // To the next vertex: from solid angle there to area here. The first vertex of a light path takes no distance: at_light has
   // it.
   void arrive(float distance_squared, float cos_in) {
+    cos_in = std::max(cos_in, 1e-7f);  // 0 where a ray just touches, which would make 0 / 0 of the absent strategies
     vcm *= distance_squared / cos_in;
     vc /= cos_in;
     vm /= cos_in;

@@ -119,8 +119,8 @@ void nearest_by_growing_balls(const Structure& structure, std::size_t count, con
     }
     if (r < too_large) continue;
     r = too_small + 0.5f * (too_large - too_small);
-    if (r > too_small + 1e-6f * too_large) continue;
-    structure.find(p, too_large, no_limit, out);  // many at about one distance
+    if (r > std::max(too_small + 1e-6f * too_large, 1e-6f * step)) continue;
+    structure.find(p, too_large, no_limit, out);  // many at about one distance, or at one place
     break;
   }
   keep_nearest(out, k);

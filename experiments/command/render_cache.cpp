@@ -52,6 +52,7 @@ void complete_from_cache(std::string_view bytes, const std::string& path, Method
   if (key.integrator != entry.name)
     throw Error(Location{path}, fmt::format("a cache of integrator '{}', not of '{}'", key.integrator, entry.name));
   for (const ParamInfo& info : entry.params) {
+    if (info.name == "max_depth") continue;  // the scene's, where none is asked for: a view that states another shall be told
     const auto value = key.params.find(info.name);
     if (value != key.params.end() && value->second != info.default_value)
       integrator.params.try_emplace(info.name, parse_param_value(value->second, Location{path}));

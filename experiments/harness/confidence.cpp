@@ -81,8 +81,8 @@ Table confidence_table(const ReportData& data) {
         "Scenes with a closed form; medians over seeds. The share of pixels whose error in luminance is at most one and two of "
         "the "
         "standard errors that the method states for each pixel by itself. Normal errors stated rightly: 68.3 % and 95.4 %; "
-        "more, the "
-        "method states too much; less, too little.");
+        "more, "
+        "the method states too much; less, too little.");
   return table;
 }
 

@@ -86,6 +86,21 @@ TEST(SavedCache, GoesOnWhereItsRefinementStood) {
   EXPECT_EQ(on.hash, again.hash);
   EXPECT_EQ(on.cache, again.cache);
   EXPECT_GE(on.records, half.records);
+  // With camera samples of its own: the means of both are of twice as many.
+  EXPECT_GT(mse(render_with(scene, params({}), 8, half.cache).image, half.image), 1e-3);
+}
+
+TEST(SavedCache, OfAGivenNumberOfRecordsKeepsThatNumber) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const CacheRun few = render_with(scene, params({{"records", "6"}}), 40);
+  EXPECT_LE(few.records, 6u);
+  EXPECT_EQ(render_with(scene, params({{"records", "6"}}), 40, few.cache).records, few.records);
+}
+
+TEST(SavedCache, HasNoHolesAtACoarserAccuracy) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const CacheRun fine = render_with(scene, params({{"refine", "false"}, {"accuracy", "0.1"}}), 4);
+  EXPECT_EQ(render_with(scene, params({{"refine", "false"}, {"accuracy", "0.4"}}), 4, fine.cache).hash, fine.hash);
 }
 
 TEST(SavedCache, ServesAnotherView) {
