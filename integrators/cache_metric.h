@@ -42,6 +42,7 @@ inline bool is_hessian(CacheMetric metric) { return metric >= CacheMetric::radio
 struct Reach {
   float length = 0;  // of the longer semi-axis, metres
   vec3 squeeze{0};
+  float least = 0;  // to which neighbours may shorten it
 };
 
 struct MetricContext {

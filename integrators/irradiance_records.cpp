@@ -41,7 +41,8 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
                           .reach = std::min(reach.length, context.scene_size / context.accuracy),
                           .irradiance = estimate.irradiance,
                           .squeeze = reach.squeeze,
-                          .variance = estimate.variance};
+                          .variance = estimate.variance,
+                          .least = reach.least};
   if (gradients != Gradients::none) record.rotation = estimate.rotation;
   if (gradients >= Gradients::both) {
     record.translation = estimate.translation;
@@ -54,6 +55,7 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
 }
 
 void IrradianceRecord::shorten(float length) {
+  length = std::max(length, least);
   if (!(length < reach)) return;
   // The narrow axis, reach / sqrt(1 + squeeze^2), stays unless it too is longer.
   const float ratio = length / reach * std::sqrt(1 + length_squared(squeeze));

@@ -34,8 +34,9 @@ struct IrradianceRecord {
   mat3 rotation{0}, translation{0};  // as in IrradianceEstimate
   vec3 squeeze{0};                   // as in Reach
   float variance = 0;                // of the irradiance's luminance
+  float least = 0;                   // as in Reach
 
-  // To at most `length` along every axis.
+  // To at most `length` along every axis, or to the least it may have.
   void shorten(float length);
 };
 

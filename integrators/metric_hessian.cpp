@@ -32,7 +32,8 @@ Reach hessian_reach(const TangentMatrix& relative, const Frame& frame, const Met
   const double narrow = radius(e.first), wide = std::min(radius(e.second), longest_ellipse * narrow);
   const vec3 axis = static_cast<float>(e.axis.x) * frame.tangent + static_cast<float>(e.axis.y) * frame.bitangent;
   const double ratio = wide / narrow;
-  return {static_cast<float>(wide), static_cast<float>(std::sqrt(std::max(0.0, ratio * ratio - 1))) * axis};
+  return {static_cast<float>(wide), static_cast<float>(std::sqrt(std::max(0.0, ratio * ratio - 1))) * axis,
+          static_cast<float>(least)};
 }
 
 Reach occlusion_reach(const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context) {
