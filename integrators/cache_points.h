@@ -17,6 +17,9 @@ struct CachePoint {
   explicit operator bool() const { return depth >= 0; }
 };
 
+// Depth limits above which the points of all depths share records.
+inline constexpr int shared_above = 16;
+
 inline bool is_cached(const Bsdf& bsdf) { return bsdf.is_diffuse() || (bsdf.has_specular() && bsdf.has_non_specular()); }
 
 inline vec3 towards(const vec3& normal, const vec3& side, const vec3& wo) { return glm::dot(side, wo) < 0 ? -normal : normal; }

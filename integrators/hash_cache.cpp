@@ -2,6 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
+#include "integrators/cache_points.h"
 #include "integrators/emission.h"
 #include "integrators/hash_cache_grid.h"
 #include "integrators/path.h"
@@ -12,7 +13,7 @@ namespace etendue {
 
 namespace {
 
-constexpr int tile = 16, shared_above = 16;
+constexpr int tile = 16;
 constexpr std::uint32_t none = no_id;
 
 // A camera sample: what it found itself, and what it asks the cache for.
@@ -58,8 +59,6 @@ struct Wavefront {
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the pixels
 };
-
-vec3 towards(const vec3& normal, const vec3& wo) { return glm::dot(normal, wo) < 0 ? -normal : normal; }
 
 class HashCache final : public Integrator {
  public:
@@ -107,7 +106,7 @@ class HashCache final : public Integrator {
 bool HashCache::leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Pixel& pixel,
                               Wavefront& wave) const {
   if (depth + 1 >= max_depth_) return false;
-  const vec3 normal = towards(point.shading_normal, wo);
+  const vec3 normal = towards(point.shading_normal, point.shading_normal, wo);
   const Rgb albedo = bsdf.diffuse_albedo();
   const vec2 u = pixel.sampler.get_2d();
   const float u_on = pixel.sampler.get_1d();

@@ -12,7 +12,7 @@ namespace etendue {
 
 namespace {
 
-constexpr int roulette_depth = 5, shared_above = 16;
+constexpr int roulette_depth = 5;
 constexpr float gap_stretch = 4;  // of accuracy, where a number of records must do
 
 std::uint64_t view_of(const RenderContext& context) {

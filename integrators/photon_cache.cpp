@@ -9,8 +9,6 @@ namespace etendue {
 
 namespace {
 
-constexpr int shared_above = 16;  // depth limits above which all depths share records
-
 // What a camera sample brings.
 struct CameraSample {
   std::uint64_t pixel;

@@ -2,6 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
+#include "integrators/cache_points.h"
 #include "integrators/emission.h"
 #include "integrators/path.h"
 #include "integrators/radiance_cache_records.h"
@@ -11,7 +12,7 @@ namespace etendue {
 
 namespace {
 
-constexpr int roulette_depth = 5, shared_above = 16, coarsest_grid = 64, path_batch = 2048;
+constexpr int roulette_depth = 5, coarsest_grid = 64, path_batch = 2048;
 constexpr std::size_t batch_size = 64;
 
 struct SeenPoint {
@@ -20,8 +21,6 @@ struct SeenPoint {
   float pixel_width = 0;         // metres per pixel, there
   int depth = -1;                // events before it; -1: nothing to cache is seen
 };
-
-vec3 facing(const vec3& normal, const vec3& side, const vec3& wo) { return glm::dot(side, wo) < 0 ? -normal : normal; }
 
 class RadianceCache final : public Integrator {
  public:
@@ -112,7 +111,7 @@ SeenPoint RadianceCache::find_seen(const RenderContext& context, ivec2 pixel) co
     const vec3 wo = -ray.direction;
     distance += glm::length(point.position - ray.origin);
     if (is_cached(context, point))
-      return {point.position, facing(point.shading_normal, point.normal, wo), facing(point.normal, point.normal, wo),
+      return {point.position, towards(point.shading_normal, point.normal, wo), towards(point.normal, point.normal, wo),
               distance * pixel_angle, depth};
     const Bsdf bsdf(context.scene, point);
     const float u_lobe = sampler.get_1d();
@@ -193,7 +192,7 @@ std::optional<Rgb> RadianceCache::indirect(const SurfacePoint& point, const Bsdf
   if (level(depth) >= levels_.size()) return std::nullopt;
   count(Counter::lookups);
   const RadianceRecords& records = levels_[level(depth)];
-  const vec3 normal = facing(point.shading_normal, point.normal, wo);
+  const vec3 normal = towards(point.shading_normal, point.normal, wo);
   if (bsdf.is_diffuse()) {
     const auto white = records.scatter(point.position, normal, diffuse_lobe(params_.order, normal));
     return white ? std::optional(bsdf.diffuse_albedo() * *white) : std::nullopt;
