@@ -2,13 +2,39 @@
 
 #include "accel/ray/build_binned_sah.h"
 #include "accel/ray/two_level.h"
+#include "framework/core/rng.h"
 #include "framework/scene/intersect.h"
 
+#include <glm/gtc/matrix_access.hpp>
+
+#include <array>
+#include <bit>
+
 namespace etendue {
+
+// Where single precision may put the vertices of a mesh. It rounds each by itself, so a vertex lies at one place for all the
+// triangles that have it. Lengths are spread over powers of two: a crack beside a vertex opens where that moves less than what
+// lies farther along.
+struct VertexRounding {
+  double distance = 0;  // along each axis, at most
+  std::uint64_t key = 0;
+
+  dvec3 at(const vec3& p) const {
+    const auto bits = std::bit_cast<std::array<std::uint32_t, 3>>(p + 0.0f);
+    std::uint64_t h = hash_keys(key, bits[0], bits[1], bits[2]);
+    const double most = std::ldexp(distance, -static_cast<int>(h >> 60));
+    dvec3 move;
+    for (int axis = 0; axis < 3; ++axis, h = mix_bits(h))
+      move[axis] = most * (2.0 * to_unit_float(static_cast<std::uint32_t>(h)) - 1);
+    return move;
+  }
+};
 
 struct ExactRay {
   dvec3 origin, direction;
   double t_min, t_max;
+  VertexRounding rounding;
+  dvec3 box_slack{0};  // by which the vertices may lie outside their boxes
 
   explicit ExactRay(const Ray& ray) : origin(ray.origin), direction(ray.direction), t_min(ray.t_min), t_max(ray.t_max) {}
   dvec3 at(double t) const { return origin + t * direction; }
@@ -85,17 +111,6 @@ struct MeetQuadric {
   }
 };
 
-std::optional<Met> meet(const Geometry& geometry, std::uint32_t primitive, const ExactRay& ray, double rim) {
-  if (geometry.is_triangle(primitive)) {
-    const uvec3 v = geometry.triangles[primitive];
-    const auto& p = geometry.positions;
-    return meet_triangle(ray, dvec3(p[v.x]), dvec3(p[v.y]), dvec3(p[v.z]), rim);
-  }
-  MeetQuadric visitor{ray, rim, {}};
-  std::visit(visitor, geometry.quadric(primitive));
-  return visitor.nearest;
-}
-
 std::optional<Met> meet(const InfinitePlane& plane, const ExactRay& ray) {
   const dvec3 normal(plane.normal);
   const double t = glm::dot(dvec3(plane.point) - ray.origin, normal) / glm::dot(ray.direction, normal);
@@ -117,12 +132,28 @@ struct LocalRay {
     to_local = glm::inverse(to_world);
     ray.origin = to_local * (ray.origin - offset);
     ray.direction = to_local * ray.direction;
+    for (int axis = 0; axis < 3; ++axis) {
+      const dvec3 row = glm::abs(glm::row(to_local, axis));
+      ray.box_slack[axis] = ray.rounding.distance * (row.x + row.y + row.z);
+    }
   }
+  dvec3 vertex(const vec3& p) const { return ray.rounding.distance > 0 ? dvec3(p) + to_local * ray.rounding.at(p) : dvec3(p); }
   dvec3 world(const vec3& p) const { return to_world * dvec3(p) + offset; }
   double cos_surface(const Met& met, const ExactRay& world_ray) const {
     return std::abs(glm::dot(glm::normalize(world_ray.direction), glm::normalize(met.normal * to_local)));
   }
 };
+
+std::optional<Met> meet(const Geometry& geometry, std::uint32_t primitive, const LocalRay& local, double rim) {
+  if (geometry.is_triangle(primitive)) {
+    const uvec3 v = geometry.triangles[primitive];
+    const auto& p = geometry.positions;
+    return meet_triangle(local.ray, local.vertex(p[v.x]), local.vertex(p[v.y]), local.vertex(p[v.z]), rim);
+  }
+  MeetQuadric visitor{local.ray, rim, {}};
+  std::visit(visitor, geometry.quadric(primitive));
+  return visitor.nearest;
+}
 
 double distance_to_segment(const dvec3& p, const dvec3& a, const dvec3& b) {
   const dvec3 ab = b - a;
@@ -171,8 +202,8 @@ bool lies_on_named(const Scene& scene, const ExactRay& ray, const Hit& answer, d
     const auto corner = [&](int i) { return local.world(geometry.positions[v[i]]); };
     return distance_to_triangle(ray.at(answer.t), corner(0), corner(1), corner(2)) <= slack;
   }
-  return agrees(meet(geometry, answer.primitive, local.ray, 0), local) ||
-         agrees(meet(geometry, answer.primitive, local.ray, quadric_rim), local);
+  return agrees(meet(geometry, answer.primitive, local, 0), local) ||
+         agrees(meet(geometry, answer.primitive, local, quadric_rim), local);
 }
 
 // Is nothing met clearly before the answer's distance?
@@ -184,7 +215,8 @@ bool is_first(const ExactRay& ray, const Hit& answer, const std::optional<ExactH
 bool meets_box(const Bounds& box, const ExactRay& ray, double t_best) {
   double entry = ray.t_min, exit = std::min(ray.t_max, t_best);
   for (int axis = 0; axis < 3; ++axis) {
-    const double slack = 1e-12 * (std::abs(ray.origin[axis]) + std::max(std::abs(box.lower[axis]), std::abs(box.upper[axis])));
+    const double slack = ray.box_slack[axis] +
+                         1e-12 * (std::abs(ray.origin[axis]) + std::max(std::abs(box.lower[axis]), std::abs(box.upper[axis])));
     const double lower = box.lower[axis] - slack - ray.origin[axis], upper = box.upper[axis] + slack - ray.origin[axis];
     if (ray.direction[axis] == 0) {
       if (lower > 0 || upper < 0) return false;
@@ -218,6 +250,7 @@ void traverse(const BinaryTree& tree, const ExactRay& ray, const double& t_best,
 }
 
 constexpr double move_tolerance = 0x1p-20;
+constexpr std::uint64_t vertex_roundings = 512;  // a crack opens in one of 4 to 100
 
 }  // namespace
 
@@ -229,7 +262,7 @@ std::optional<ExactHit> exact_closest(const Scene& scene, const Ray& ray) {
     const LocalRay local(scene.instances[i].to_world, world);
     const Geometry& geometry = scene.objects[scene.instances[i].object].geometry;
     for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id)
-      if (geometry.is_valid(id)) nearest.offer(meet(geometry, id, local.ray, 0), local, i, id);
+      if (geometry.is_valid(id)) nearest.offer(meet(geometry, id, local, 0), local, i, id);
   }
   nearest.offer_planes(scene);
   return nearest.hit;
@@ -264,7 +297,7 @@ std::optional<ExactHit> ExactTracer::closest(const ExactRay& ray) const {
     const LocalRay local(instance.to_world, ray);
     const Geometry& geometry = scene_.objects[instance.object].geometry;
     traverse(bottoms_[instance.object], local.ray, nearest.t,
-             [&](std::uint32_t id) { nearest.offer(meet(geometry, id, local.ray, 0), local, i, id); });
+             [&](std::uint32_t id) { nearest.offer(meet(geometry, id, local, 0), local, i, id); });
   });
   nearest.offer_planes(scene_);
   return nearest.hit;
@@ -278,9 +311,28 @@ double ExactTracer::reach(const ExactRay& ray) const {
   return scene_.has_instances() ? std::max(far, glm::length(ray.origin)) : far;
 }
 
-// Whether `holds` of one of the rays that rounding may have made of this one.
+// May a triangle whose vertices move by up to `distance` along each axis lose this hit? Only where the ray passes that near an
+// edge.
+bool ExactTracer::may_slip(const ExactRay& ray, const ExactHit& hit, double distance) const {
+  if (hit.instance == plane_instance) return false;
+  const Instance& instance = scene_.instances[hit.instance];
+  const Geometry& geometry = scene_.objects[instance.object].geometry;
+  if (!geometry.is_triangle(hit.primitive)) return false;
+  const LocalRay local(instance.to_world, ray);
+  const dvec3 along = glm::normalize(ray.direction);
+  dvec3 across[3];
+  for (int i = 0; i < 3; ++i) {
+    across[i] = local.world(geometry.positions[geometry.triangles[hit.primitive][i]]) - ray.origin;
+    across[i] -= glm::dot(across[i], along) * along;
+  }
+  const auto nears = [&](int i, int j) { return distance_to_segment(dvec3(0), across[i], across[j]) <= 2 * distance; };
+  return nears(0, 1) || nears(1, 2) || nears(2, 0);
+}
+
+// Whether `holds` of one of the rays that rounding may have made of this one, or of this one in a mesh that it may have made.
+// `exact`: what closest(ray) gave.
 template <class Holds>
-bool ExactTracer::any_moved(const ExactRay& ray, const Holds& holds) const {
+bool ExactTracer::any_moved(const ExactRay& ray, const std::optional<ExactHit>& exact, const Holds& holds) const {
   const double distance = move_tolerance * reach(ray);
   const Frame frame = Frame::from_normal(vec3(glm::normalize(ray.direction)));
   const auto holds_moved = [&](double x, double y, double z) {
@@ -290,18 +342,26 @@ bool ExactTracer::any_moved(const ExactRay& ray, const Holds& holds) const {
   };
   for (int i = 0; i < 8; ++i)
     if (const double angle = 0.25 * pi * i; holds_moved(std::cos(angle), std::sin(angle), 0)) return true;
-  return holds_moved(0, 0, -1) || holds_moved(0, 0, 1);
+  if (holds_moved(0, 0, -1) || holds_moved(0, 0, 1)) return true;
+  if (exact && !may_slip(ray, *exact, distance)) return false;
+  ExactRay rounded = ray;
+  rounded.box_slack = dvec3(distance);
+  for (std::uint64_t key = 0; key < vertex_roundings; ++key) {
+    rounded.rounding = {distance, key};
+    if (holds(rounded)) return true;
+  }
+  return false;
 }
 
 bool ExactTracer::is_right(const Ray& ray, const Hit& answer, const std::optional<ExactHit>& exact) const {
   if (!is_traceable(ray)) return !answer;
   const ExactRay world(ray);
-  if (!answer) return !exact || any_moved(world, [&](const ExactRay& moved) { return !closest(moved); });
+  if (!answer) return !exact || any_moved(world, exact, [&](const ExactRay& moved) { return !closest(moved); });
   const double slack = distance_tolerance * std::max(reach(world), answer.t * glm::length(world.direction));
   const auto on_named = [&](const ExactRay& r) { return lies_on_named(scene_, r, answer, slack); };
-  if (!on_named(world) && !any_moved(world, on_named)) return false;
+  if (!on_named(world) && !any_moved(world, exact, on_named)) return false;
   return is_first(world, answer, exact, slack) ||
-         any_moved(world, [&](const ExactRay& moved) { return is_first(moved, answer, closest(moved), slack); });
+         any_moved(world, exact, [&](const ExactRay& moved) { return is_first(moved, answer, closest(moved), slack); });
 }
 
 bool ExactTracer::is_right(const Ray& ray, bool occluded, const std::optional<ExactHit>& exact) const {
@@ -311,7 +371,7 @@ bool ExactTracer::is_right(const Ray& ray, bool occluded, const std::optional<Ex
     r.t_max *= occluded ? 1 + end_tolerance : 1 - end_tolerance;
     return closest(r).has_value() == occluded;
   };
-  return gives(ExactRay(ray)) || any_moved(ExactRay(ray), gives);
+  return gives(ExactRay(ray)) || any_moved(ExactRay(ray), exact, gives);
 }
 
 }  // namespace etendue

@@ -37,9 +37,16 @@ bool is_right(const Scene& scene, const Ray& ray, bool occluded);
 // The same by trees of boxes met in double precision, fast enough to judge every answer.
 //
 // Near the outline of a surface, single precision may find either what the outline borders or what lies behind it; inside, and
-// so at every edge and vertex that triangles share, it may not. `is_right` tells the two apart by asking about rays moved
-// by rounding: an answer is right if it is right, as above, of the ray or of one of ten whose origins lie 2^-20 of the distance
-// to the scene's far end away from its own. A ray that leaked through a closed surface is wrong for all of them.
+// so at every edge and vertex that triangles share, it may not. `is_right` tells the two apart by asking about rays and meshes
+// moved by rounding: an answer is right if it is right, as above, of
+//
+//   - the ray, or one of ten whose origins lie 2^-20 of the distance to the scene's far end away from its own;
+//   - the ray in one of 512 meshes whose vertices lie up to that distance away from their own along each axis, a vertex at the
+//     same place for all triangles that have it. The watertight test is exact but for rounding each vertex so, and thus closes
+//     the edges whose ends two triangles share. Where a vertex of one stands on another's edge, or ends of two differ by a
+//     rounding, the mesh has a crack as wide as rounding itself, which no test in single precision can close.
+//
+// A ray that leaked through a closed surface is wrong for all of them, as moved vertices leave it closed.
 class ExactTracer {
  public:
   // `scene` must outlive it.
@@ -54,7 +61,8 @@ class ExactTracer {
   std::optional<ExactHit> closest(const ExactRay& ray) const;
   double reach(const ExactRay& ray) const;
   template <class Holds>
-  bool any_moved(const ExactRay& ray, const Holds& holds) const;
+  bool any_moved(const ExactRay& ray, const std::optional<ExactHit>& exact, const Holds& holds) const;
+  bool may_slip(const ExactRay& ray, const ExactHit& hit, double distance) const;
 
   const Scene& scene_;
   Bounds bounds_;

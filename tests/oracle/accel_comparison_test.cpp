@@ -108,6 +108,58 @@ TEST(ExactTracer, OutlinesMayBeMissedAndSharedEdgesMayNot) {
   EXPECT_TRUE(tracer.is_right(beside, Hit{}, tracer.closest(beside)));
 }
 
+// A mesh with a crack narrower than rounding, and a ray into it: double precision finds one of its sides, single precision
+// none.
+struct Crack {
+  std::vector<std::array<vec3, 3>> open, closed;  // closed: the same surface, its triangles sharing the ends of their edges
+  Ray ray;
+};
+
+std::vector<Crack> cracks() {
+  // Of a wall and its moulding in a building: a vertex of the second triangle stands on an edge of the first.
+  const vec3 below(0.00724000018f, 4.82331181f, 3.18148899f), left(0.00724000018f, 4.82331324f, 7.221488f),
+      right(16.2180405f, 4.82331324f, 7.221488f), above(1.96038699f, 8.38044834f, 7.22148705f),
+      between(1.97723997f, 4.82331324f, 7.221488f);
+  const std::array<vec3, 3> moulding{left, above, between};
+  // Two whose common edge ends at vertices half a millionth apart.
+  const vec3 first(5.05011892f, 3.44517708f, 7.221241f), second(4.92487812f, 3.48316407f, 7.22154284f),
+      nearly_second(4.92487812f, 3.48316407f, 7.22154188f), far(4.91711378f, 4.59618711f, 7.221488f),
+      beyond(3.7643609f, 3.44517708f, 7.221241f);
+  return {{{{below, left, right}, moulding},
+           {{below, left, between}, {below, between, right}, moulding},
+           {{-0x1.d56332p+3f, 0x1.24affp+0f, 0x1.ee941cp+2f}, 0, {0x1.e2163p+3f, 0x1.d70a5cp+1f, -0x1.033ap-1f}, infinity}},
+          {{{first, second, far}, {nearly_second, first, beyond}},
+           {{first, second, far}, {second, first, beyond}},
+           {{0x1.8a5e98p+3f, 0x1.75a55cp+1f, 0x1.b9fe4cp+1f}, 0, {-0x1.d7e34cp+2f, 0x1.1cc558p-1f, 0x1.e25b2cp+1f}, infinity}}};
+}
+
+TEST(ExactTracer, CracksOfRoundingMayBeMissedAndTheSameSurfaceWithoutThemMayNot) {
+  const auto scene_with = [](const std::vector<std::array<vec3, 3>>& triangles) {
+    Geometry g;
+    for (const auto& [a, b, c] : triangles) add_triangle(g, a, b, c);
+    return scene_of(g);
+  };
+  for (const Crack& crack : cracks()) {
+    const Scene open = scene_with(crack.open), closed = scene_with(crack.closed);
+    const ExactTracer of_open(open), of_closed(closed);
+    const auto hit = of_open.closest(crack.ray), hit_closed = of_closed.closest(crack.ray);
+    ASSERT_TRUE(hit && hit_closed);
+    EXPECT_TRUE(of_open.is_right(crack.ray, Hit{}, hit));
+    EXPECT_TRUE(of_open.is_right(crack.ray, false, hit));
+    EXPECT_FALSE(of_closed.is_right(crack.ray, Hit{}, hit_closed));
+    EXPECT_FALSE(of_closed.is_right(crack.ray, false, hit_closed));
+    for (const RayEntry& entry : ray_structures()) {
+      if (!entry.available || entry.name == "embree" || entry.name == "cgal") continue;
+      SCOPED_TRACE(entry.name);
+      const auto asked_open = entry.make(open, {}), asked_closed = entry.make(closed, {});
+      EXPECT_FALSE(asked_open->closest(crack.ray));
+      EXPECT_FALSE(asked_open->occluded(crack.ray));
+      EXPECT_TRUE(of_closed.is_right(crack.ray, asked_closed->closest(crack.ray), hit_closed));
+      EXPECT_TRUE(asked_closed->occluded(crack.ray));
+    }
+  }
+}
+
 // Answers as the inner structure does, but lets every ray of one direction's sign through.
 class Leaking final : public RayQuery {
  public:
