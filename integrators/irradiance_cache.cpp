@@ -46,21 +46,27 @@ struct CameraSample {
   Rgb sampled{0}, cached{0};  // by paths and light samples; by the cache
   float cached_error = 0;     // standard error of the latter, of its luminance
   CachePoint wanted;          // the first point that the next accuracy leaves uncovered
+  CachePoint wanted_rough;    // likewise, of rough surfaces
 };
 
 class IrradianceCache final : public Integrator, public SavableCache {
  public:
-  explicit IrradianceCache(const IrradianceCacheParams& params)
-      : params_(params), sampler_(parse_sampler(params.sampler)), progress_{params.accuracy, params.refine} {}
+  IrradianceCache(const IrradianceCacheParams& params, const std::optional<RoughCacheSettings>& rough)
+      : params_(params), sampler_(parse_sampler(params.sampler)), progress_{params.accuracy, params.refine} {
+    if (rough) rough_.emplace(*rough);
+  }
 
   void prepare(RenderContext& context) override;
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
   Expectation expectation() const override;
-  SavableCache* savable_cache() override { return this; }
+  SavableCache* savable_cache() override { return rough_ ? nullptr : this; }
   std::string save(const RenderContext& context) const override;
   void load(const RenderContext& context, std::string_view bytes, const Location& where) override;
   std::optional<std::vector<RecordDisc>> record_discs() const override {
-    return cache_ ? cache_->discs() : std::vector<RecordDisc>();
+    std::vector<RecordDisc> discs;
+    if (cache_) discs = cache_->discs();
+    if (rough_) rough_->add_discs(discs);
+    return discs;
   }
   std::optional<Image> standard_error() const override { return cached_.standard_error(resolution_); }
 
@@ -81,8 +87,9 @@ class IrradianceCache final : public Integrator, public SavableCache {
   int cached_below_ = 0;  // events before a point at which light is cached
   std::unique_ptr<CacheLevels> cache_;
   HemisphereRadiance radiance_;
-  Rgb kept_{1};                     // share of a record's light that a limit of one event less would leave
-  std::vector<CachePoint> wanted_;  // by pixel
+  Rgb kept_{1};                                    // share of a record's light that a limit of one event less would leave
+  std::vector<CachePoint> wanted_, wanted_rough_;  // by pixel
+  std::optional<RoughCache> rough_;
   CachedLight cached_;
   ivec2 resolution_{0};
   std::uint32_t first_stage_ = 0;  // of the refinement, in the first iteration
@@ -115,6 +122,9 @@ void IrradianceCache::prepare(RenderContext& context) {
     trace_paths(context, paths, depth, {max_depth_, roulette_depth, MisMode::power}, params_.cache_direct,
                 params_.fill == "records" ? &end : nullptr);
   };
+  if (rough_) rough_->prepare(context, cached_below_, max_depth_ > shared_above);
+  if (rough_ && !rough_->active()) rough_.reset();
+  if (rough_) wanted_rough_.assign(wanted_.size(), {});
   fill_before(context);
 }
 
@@ -136,6 +146,7 @@ void IrradianceCache::fill_before(const RenderContext& context) {
     cache_->fill_to(context, radiance_, static_cast<std::size_t>(params_.records));
   } else if (!params_.refine) {
     cache_->fill(context, radiance_, params_.accuracy);
+    if (rough_) rough_->fill(context, radiance_, params_.accuracy);
   }
   saved_.view = view;
   saved_.rounds = first_stage_;
@@ -199,10 +210,15 @@ Rgb IrradianceCache::kept_by_limit(const RenderContext& context, const CacheSett
 
 void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) {
   const auto timed = context.phases.measure("prefill");
-  if (params_.records == 0 && index <= CacheProgress::overture_rounds)
+  const bool overture = params_.records == 0 && index <= CacheProgress::overture_rounds;
+  if (overture)
     cache_->fill(context, radiance_, accuracy_at(index));
   else
     cache_->refine(context, radiance_, accuracy_at(index), progress_.passes_at(index), wanted_, index);
+  if (rough_ && overture)
+    rough_->fill(context, radiance_, accuracy_at(index));
+  else if (rough_)
+    rough_->refine(context, radiance_, accuracy_at(index), progress_.passes_at(index), wanted_rough_, index);
 }
 
 void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
@@ -220,7 +236,9 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
     Sampler sampler(sampler_, context.seed, Stream::camera, key, round);
     const Ray ray = sample_camera_ray(context, pixel, sampler);
     CameraSample sample = camera_sample(context, ray, sampler, next_accuracy);
-    wanted_[key] = params_.records == 0 && progress_.asks(key, round) ? sample.wanted : CachePoint{};
+    const bool asks = params_.records == 0 && progress_.asks(key, round);
+    wanted_[key] = asks ? sample.wanted : CachePoint{};
+    if (rough_) wanted_rough_[key] = asks ? sample.wanted_rough : CachePoint{};
     cached_.add(film, pixel, sample.sampled, sample.cached, sample.cached_error);
   });
 }
@@ -232,7 +250,7 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
   CameraSample out;
   Rgb throughput(1);
   float eta_scale = 1, pdf_bsdf = 0, distance = 0;
-  bool count_emission = true;
+  bool count_emission = true, only_emission = false;
   for (int depth = 0;; ++depth) {
     const Hit hit = trace(context, ray);
     if (!hit) {
@@ -241,7 +259,7 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
     }
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     if (count_emission) out.sampled += throughput * met_emission(context, ray, &point, pdf_bsdf);
-    if (depth >= max_depth_) return out;
+    if (depth >= max_depth_ || only_emission) return out;
 
     const vec3 wo = -ray.direction;
     distance += glm::length(point.position - ray.origin);
@@ -261,6 +279,14 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
         out.wanted = cache_point(context, point, wo, distance, depth);
     }
     if (found && !bsdf.has_specular()) return out;
+    if (rough_ && rough_->answers(point.material) && depth < cached_below_) {
+      // The BSDF's sample only finds lights from here on, against which the light sample was weighed.
+      const auto reflected = rough_->reflected(point, bsdf, wo, depth, sampler);
+      if (reflected) out.cached += throughput * reflected->radiance;
+      only_emission = reflected.has_value();
+      if (!out.wanted_rough && !(reflected && reflected->error < next_accuracy))
+        out.wanted_rough = cache_point(context, point, wo, distance, depth);
+    }
 
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
@@ -285,11 +311,15 @@ Expectation IrradianceCache::expectation() const {
 
 }  // namespace
 
+std::unique_ptr<Integrator> make_irradiance_cache(const IrradianceCacheParams& params,
+                                                  const std::optional<RoughCacheSettings>& rough) {
+  return std::make_unique<IrradianceCache>(params, rough);
+}
+
 IntegratorEntry irradiance_cache_entry() {
-  return {"irradiance-cache", "irradiance caching with rotation and translation gradients",
-          list_params<IrradianceCacheParams>(), [](const ParamMap& map) {
-            return std::make_unique<IrradianceCache>(read_params<IrradianceCacheParams>(map, "irradiance-cache"));
-          }};
+  return {
+      "irradiance-cache", "irradiance caching with rotation and translation gradients", list_params<IrradianceCacheParams>(),
+      [](const ParamMap& map) { return make_irradiance_cache(read_params<IrradianceCacheParams>(map, "irradiance-cache")); }};
 }
 
 }  // namespace etendue

@@ -32,6 +32,7 @@
 
 #include "framework/structure_names.h"
 #include "integrators/cache_params.h"
+#include "integrators/rough_cache.h"
 
 namespace etendue {
 
@@ -56,6 +57,10 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
   v.choice("structure", p.structure, ball_structure_names, "what finds the records");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
+
+// `rough`: rough metals and plastics are answered too (radiance_cache.h).
+std::unique_ptr<Integrator> make_irradiance_cache(const IrradianceCacheParams& params,
+                                                  const std::optional<RoughCacheSettings>& rough = std::nullopt);
 
 IntegratorEntry irradiance_cache_entry();
 

@@ -1,18 +1,18 @@
-// Radiance caching in spherical harmonics ([Krivanek2005]): an irradiance cache that glossy surfaces can use.
+// Radiance caching in spherical harmonics ([Krivanek2005]): an irradiance cache that rough surfaces can use.
 //
-// Incident indirect radiance is path-traced over the hemisphere of few points and kept in spherical harmonics with gradients
-// (radiance_cache_records.h). Diffuse surfaces and rough metals and plastics are answered by interpolation; a glossy lobe is
-// projected for its outgoing direction by `lobe_samples` samples of the BSDF, anew at each camera sample, so that no table
-// limits what materials there may be. Direct light is sampled. All else (delta lobes, dielectrics, lobes below `roughness`) is
-// followed by path tracing until a cached surface, and so is a camera sample on a spot that no record covers.
+// No more than a surface needs: a diffuse one is answered from records of irradiance, as irradiance_cache.h says in full; a
+// metal or plastic from records of incident radiance in spherical harmonics (rough_cache.h), if its lobe is so wide that
+// `order` bands leave out no more than `left_out` of it: with the defaults from a roughness of 0.25 on. All else (delta lobes,
+// dielectrics, narrower lobes) is followed to the next surface, which the cache then answers: a narrow lobe has little noise to
+// take away, and a record that resolved it would cost more than following it. Direct light is sampled, by light samples alone
+// at diffuse surfaces, by them and the BSDF's at rough ones ([Veach1995]).
 //
-// The records are made before the first iteration, over pixel centres on grids of 64, 32, ... 1 pixels; each pass takes the
-// points that no record covers in an order drawn by hash, in batches of 64, and after them a last one all pixels, since
-// clamping shortens what records reach. So they depend on no thread.
+// Both kinds of record are filled, refined and averaged alike (cache_progress.h); with `refine` off they are made before the
+// first iteration and stay as they are.
 //
-// Biased: interpolation, the records' noise, which iterations do not average, and the order n: incident radiance is known no
-// finer than some pi / n, which blurs what narrow lobes reflect: hence `roughness`, 2.5 / n. Depth: records serve the camera
-// depth they were made at; where the limit is above 16 all depths share them.
+// Consistent with `refine` but for the order of the harmonics: incident radiance is known no finer than some pi / n, which
+// blurs what lobes reflect by up to `left_out`. Biased without: by interpolation and the records' noise. Depth: as
+// irradiance_cache.h.
 #pragma once
 
 #include "framework/integrator.h"
@@ -22,11 +22,12 @@
 namespace etendue {
 
 struct RadianceCacheParams {
-  float accuracy = 0.3f;
+  float accuracy = 0.2f;
+  bool refine = true;
   int samples = 512;
   int order = 10;
-  float roughness = 0.25f;
-  int lobe_samples = 16;
+  float left_out = 0.025f;
+  int lobe_samples = 4;
   bool gradients = true;
   float min_spacing = 1.5f;
   float max_spacing = 0.1f;
@@ -39,11 +40,13 @@ template <class Visitor>
 void describe(Visitor& v, RadianceCacheParams& p) {
   v.number("accuracy", p.accuracy, 0.001, 1, "1",
            "Ward's a: the error at which a record no longer serves; smaller, more records");
-  v.integer("samples", p.samples, 1, 100000000, "rays", "over the hemisphere of a record");
-  v.integer("order", p.order, 3, 16, "bands", "of spherical harmonics; its square is the number of coefficients");
-  v.number("roughness", p.roughness, 0, 1, "GGX alpha", "from which on glossy surfaces use the cache");
-  v.integer("lobe_samples", p.lobe_samples, 1, 65536, "directions", "that project a glossy lobe");
-  v.flag("gradients", p.gradients, "records are extrapolated by their translation gradients");
+  v.flag("refine", p.refine, "every iteration adds records and passes over them; off: filled once");
+  v.integer("samples", p.samples, 1, 100000000, "rays", "over the hemisphere of a record, per pass");
+  v.integer("order", p.order, 3, 16, "bands", "of spherical harmonics at most; its square is the number of coefficients");
+  v.number("left_out", p.left_out, 0.0001, 0.9, "1",
+           "share of a lobe's amplitude beyond its bands; narrower ones are followed");
+  v.integer("lobe_samples", p.lobe_samples, 1, 65536, "directions", "that project a rough lobe, per camera sample");
+  v.flag("gradients", p.gradients, "records are extrapolated by their gradients");
   v.number("min_spacing", p.min_spacing, 0, 1000, "pixels", "a record serves at least this far");
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "and at most this far");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");

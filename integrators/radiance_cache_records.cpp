@@ -30,6 +30,20 @@ void add(std::span<Rgb> sum, std::span<const float> harmonics, const Rgb& amount
   for (std::size_t i = 0; i < harmonics.size(); ++i) sum[i] += harmonics[i] * amount;
 }
 
+// Share of the gradients by which no extrapolation changes the coefficients by more than they are ([Krivanek2005]'s norm: that
+// of coefficients, since those of high degree change faster than irradiance).
+float kept_gradient(const RadianceEstimate& estimate, float extent) {
+  const std::size_t count = estimate.coefficients.size() / 3;
+  double squares = 0, x = 0, y = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    squares += square(luminance(estimate.coefficients[i]));
+    x += square(luminance(estimate.coefficients[count + i]));
+    y += square(luminance(estimate.coefficients[2 * count + i]));
+  }
+  const double change = std::sqrt(x + y) * extent, size = std::sqrt(squares);
+  return change > size ? static_cast<float>(size / change) : 1;
+}
+
 Rgb dot(std::span<const Rgb> lobe, const Rgb* coefficients) {
   Rgb sum(0);
   for (std::size_t i = 0; i < lobe.size(); ++i) sum += lobe[i] * coefficients[i];
@@ -97,6 +111,12 @@ RadianceEstimate estimate_radiance(int order, const HemisphereStrata& strata, st
   return out;
 }
 
+void RadianceEstimate::average_in(const RadianceEstimate& next, int passes) {
+  const float share = 1 / static_cast<float>(passes);
+  for (std::size_t i = 0; i < coefficients.size(); ++i) coefficients[i] += share * (next.coefficients[i] - coefficients[i]);
+  inverse_distance += share * (next.inverse_distance - inverse_distance);
+}
+
 void RadianceRecords::insert(const vec3& position, const vec3& normal, const RadianceEstimate& estimate,
                              const RadianceSpacing& spacing, bool gradients) {
   const std::size_t count = static_cast<std::size_t>(order_) * order_;
@@ -116,7 +136,7 @@ void RadianceRecords::insert(const vec3& position, const vec3& normal, const Rad
   }
   record.reach =
       std::clamp(record.reach, spacing.least / spacing.accuracy, std::max(spacing.least, spacing.most) / spacing.accuracy);
-  const float kept = !gradients ? 0 : steepness * record.reach > brightness ? brightness / (steepness * record.reach) : 1;
+  const float kept = gradients ? kept_gradient(estimate, spacing.accuracy * record.reach) : 0;
   for (std::size_t i = 0; i < 3 * count; ++i) coefficients_.push_back((i < count ? 1 : kept) * estimate.coefficients[i]);
 
   record.reach = reaches_.limit(position, record.reach);
@@ -130,43 +150,45 @@ void RadianceRecords::add_discs(std::vector<RecordDisc>& discs) const {
   for (const Record& record : records_) discs.push_back({record.position, record.frame.normal, accuracy_ * record.reach});
 }
 
-float RadianceRecords::weight(const Record& record, const vec3& position, const vec3& normal) const {
+float RadianceRecords::error(const Record& record, const vec3& position, const vec3& normal) const {
   const vec3 offset = position - record.position;
   const float error = glm::length(offset) / record.reach + safe_sqrt(1 - glm::dot(normal, record.frame.normal));
-  if (!(error < accuracy_)) return 0;
+  if (!(error < accuracy_)) return infinity;
   // In front by more than rounding and curvature explain.
-  if (0.5f * glm::dot(offset, normal + record.frame.normal) < -0.02f * record.reach) return 0;
-  return 1 / std::max(error, 1e-4f) - 1 / accuracy_;
+  if (0.5f * glm::dot(offset, normal + record.frame.normal) < -0.02f * record.reach) return infinity;
+  return error;
 }
 
 bool RadianceRecords::covered(const vec3& position, const vec3& normal) const {
   static thread_local Neighbours found;
   balls_->covering(position, found);
   for (const Neighbour& n : found)
-    if (weight(records_[n.id], position, normal) > 0) return true;
+    if (error(records_[n.id], position, normal) < accuracy_) return true;
   return false;
 }
 
-std::optional<Rgb> RadianceRecords::scatter(const vec3& position, const vec3& normal, std::span<const Rgb> lobe) const {
+std::optional<float> RadianceRecords::interpolate(const vec3& position, const vec3& normal, std::span<Rgb> coefficients) const {
   static thread_local Neighbours found;
   balls_->covering(position, found);
-  const std::size_t count = static_cast<std::size_t>(order_) * order_;
-  Rgb sum(0);
-  float weights = 0;
+  const std::size_t stride = static_cast<std::size_t>(order_) * order_;
+  float weights = 0, least = infinity;
   for (const Neighbour& n : found) {
     const Record& record = records_[n.id];
-    const float w = weight(record, position, normal);
-    if (!(w > 0)) continue;
+    const float e = error(record, position, normal);
+    if (!(e < accuracy_)) continue;
+    if (weights == 0) std::fill(coefficients.begin(), coefficients.end(), Rgb(0));
+    const float w = 1 / std::max(e, 1e-4f) - 1 / accuracy_;
     const vec3 offset = position - record.position;
-    const float x = glm::dot(offset, record.frame.tangent), y = glm::dot(offset, record.frame.bitangent);
-    const Rgb* at = &coefficients_[3 * count * n.id];
-    Rgb here(0);
-    for (std::size_t i = 0; i < lobe.size(); ++i) here += lobe[i] * (at[i] + x * at[count + i] + y * at[2 * count + i]);
-    sum += w * glm::max(here, Rgb(0));
+    const float x = w * glm::dot(offset, record.frame.tangent), y = w * glm::dot(offset, record.frame.bitangent);
+    const Rgb* at = &coefficients_[3 * stride * n.id];
+    for (std::size_t i = 0; i < coefficients.size(); ++i)
+      coefficients[i] += w * at[i] + x * at[stride + i] + y * at[2 * stride + i];
     weights += w;
+    least = std::min(least, e);
   }
   if (!(weights > 0)) return std::nullopt;
-  return sum / weights;
+  for (Rgb& c : coefficients) c /= weights;
+  return least;
 }
 
 }  // namespace etendue

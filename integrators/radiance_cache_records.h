@@ -30,6 +30,9 @@ ShLobe diffuse_lobe(int order, const vec3& normal);
 struct RadianceEstimate {
   std::vector<Rgb> coefficients;  // n^2 values, then as many derivatives along the tangent, then along the bitangent
   float inverse_distance = 0;     // mean over the hemisphere, of 1 / distance
+
+  // Becomes the mean of `passes` equal estimates, of which `next` is the last.
+  void average_in(const RadianceEstimate& next, int passes);
 };
 
 // Unit, about +z, uniform over solid angle: stratum i = j * phi + k of strata whose rings are equal steps in cos(theta).
@@ -52,8 +55,9 @@ class RadianceRecords {
   void insert(const vec3& position, const vec3& normal, const RadianceEstimate& estimate, const RadianceSpacing& spacing,
               bool gradients);
   bool covered(const vec3& position, const vec3& normal) const;
-  // What the lobe scatters; it may have fewer coefficients than the records. Empty where no record serves.
-  std::optional<Rgb> scatter(const vec3& position, const vec3& normal, std::span<const Rgb> lobe) const;
+  // The first coefficients of the radiance at a point, as many as asked for: the weighted mean of what the records extrapolate
+  // to. The least error of those that serve (a point is covered at every accuracy above it); empty where none does.
+  std::optional<float> interpolate(const vec3& position, const vec3& normal, std::span<Rgb> coefficients) const;
   void add_discs(std::vector<RecordDisc>& discs) const;
 
  private:
@@ -62,7 +66,7 @@ class RadianceRecords {
     Frame frame;
     float reach;
   };
-  float weight(const Record& record, const vec3& position, const vec3& normal) const;  // 0: refused
+  float error(const Record& record, const vec3& position, const vec3& normal) const;  // infinite: refused
 
   std::vector<Record> records_;
   std::vector<Rgb> coefficients_;  // of all records, 3 n^2 each

@@ -71,9 +71,10 @@ TEST(RadianceCache, EveryParameterChangesTheImageButTheStructure) {
   const std::uint64_t plain = with("samples", "64");
   for (const auto& [key, value] : {std::pair{"accuracy", "0.5"},
                                    {"samples", "80"},
+                                   {"refine", "false"},
                                    {"order", "6"},
-                                   {"roughness", "0.5"},
-                                   {"lobe_samples", "4"},
+                                   {"left_out", "0.002"},
+                                   {"lobe_samples", "9"},
                                    {"gradients", "false"},
                                    {"min_spacing", "9"},
                                    {"max_spacing", "0.03"},

@@ -1,0 +1,99 @@
+// Where rough metals and plastics are answered from records of incident radiance (radiance_cache_records.h), filled and refined
+// beside a cache of irradiance.
+//
+// Which materials, and in how many bands: a GGX lobe seen from above is (1 + (theta / 2 alpha)^2)^-2 about the mirror direction
+// ([Walter2007], the half vector turned by half the angle), so that harmonics of degree l see a share x K_1(x), x = 2 alpha l,
+// of it (the Hankel transform of that; K_1 is a modified Bessel function). A material of roughness alpha takes the first order
+// whose share is below `left_out`; one that needs more than `highest_order` is too narrow to be cached. From grazing directions
+// a lobe is narrower in one of its two directions.
+//
+// A lobe is projected anew for each camera sample by `lobe_samples` samples of the BSDF, so that no table limits what materials
+// there may be. Records are made, refined and judged as irradiance_cache.h says, and depend on threads no more.
+#pragma once
+
+#include "integrators/cache_fill.h"
+#include "integrators/radiance_cache_records.h"
+
+namespace etendue {
+
+struct RoughCacheSettings {
+  float accuracy = 0.2f;     // at which the spacings hold
+  float min_spacing = 1.5f;  // pixels
+  float max_spacing = 0.1f;  // scene diagonals
+  int highest_order = 10;
+  float left_out = 0.025f;
+  int lobe_samples = 4;
+  bool gradients = true;
+  HemisphereStrata strata;
+  SamplerKind sampler = SamplerKind::sobol;
+  std::string structure = "octree";
+};
+
+// Share of a GGX lobe's amplitude that harmonics of a degree see.
+double lobe_share(float alpha, int degree);
+// The least order that leaves out no more than that share.
+int lobe_order(float alpha, float left_out);
+
+class RoughCache {
+ public:
+  explicit RoughCache(const RoughCacheSettings& settings) : settings_(settings) {}
+
+  // Light is cached at surfaces with less than `deepest` events before them; `one_level`: whatever their number.
+  void prepare(const RenderContext& context, int deepest, bool one_level);
+  // Has the scene materials to cache at all?
+  bool active() const { return order_ > 0; }
+  bool answers(std::uint32_t material) const { return orders_[material] > 0; }
+
+  // As of CacheLevels.
+  void fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy);
+  void refine(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy, double passes,
+              std::span<const CachePoint> wanted, std::uint32_t round);
+
+  struct Reflected {
+    Rgb radiance;
+    float error;  // least of the records that serve
+  };
+  // What a surface scatters of the light that does not come straight from lights; empty where no record serves.
+  std::optional<Reflected> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
+                                     Sampler& sampler) const;
+  void add_discs(std::vector<RecordDisc>& discs) const;
+
+ private:
+  struct History {
+    CachePoint point;
+    std::uint64_t key = 0;  // of its random numbers
+    RadianceEstimate mean;  // of its passes
+    int passes = 0;
+  };
+  struct Level {
+    std::vector<History> histories;
+    RadianceRecords records;
+  };
+  struct Query {
+    std::uint64_t key;
+    const CachePoint* point;
+  };
+
+  std::size_t level(int depth) const { return one_level_ ? 0 : static_cast<std::size_t>(depth); }
+  CachePoint find_seen(const RenderContext& context, ivec2 pixel, int deepest) const;
+  void rebuild(const RenderContext& context, float accuracy);
+  void insert(Level& level, const History& history) const;
+  void cover(const RenderContext& context, const HemisphereRadiance& radiance, std::vector<Query> queue, double passes);
+  bool covered(const CachePoint& point) const {
+    return levels_[level(point.depth)].records.covered(point.position, point.normal);
+  }
+  void add_passes(const RenderContext& context, const HemisphereRadiance& radiance, History& history, double passes) const;
+  RadianceEstimate sample_hemisphere(const RenderContext& context, const HemisphereRadiance& radiance, const CachePoint& point,
+                                     std::uint64_t key, std::uint32_t pass) const;
+
+  RoughCacheSettings settings_;
+  bool one_level_ = true;
+  int order_ = 0;            // of the records: the highest that a material needs
+  std::vector<int> orders_;  // by material; 0: not cached
+  float max_spacing_ = 0;    // metres
+  Bounds bounds_;
+  std::vector<CachePoint> pixels_;
+  std::vector<Level> levels_;
+};
+
+}  // namespace etendue
