@@ -7,6 +7,7 @@
 #include "integrators/cache_progress.h"
 #include "integrators/emission.h"
 #include "integrators/irradiance_cache_file.h"
+#include "integrators/sample_shares.h"
 
 namespace etendue {
 
@@ -91,6 +92,7 @@ class IrradianceCache final : public Integrator, public SavableCache {
   std::vector<CachePoint> wanted_, wanted_rough_;  // by pixel
   std::optional<RoughCache> rough_;
   CachedLight cached_;
+  SampleShares shares_;
   ivec2 resolution_{0};
   std::uint32_t first_stage_ = 0;  // of the refinement, in the first iteration
   SavedIrradianceCache saved_;     // where the refinement stands; its levels only until they are used
@@ -126,6 +128,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (rough_ && !rough_->active()) rough_.reset();
   if (rough_) wanted_rough_.assign(wanted_.size(), {});
   fill_before(context);
+  shares_ = SampleShares(size, params_.extra_samples, params_.refine ? first_stage_ : 0);
 }
 
 // What is done before the first iteration. Points of a view for which the cache was filled already are not looked at again, so
@@ -169,7 +172,7 @@ void IrradianceCache::load(const RenderContext& context, std::string_view bytes,
   const CacheFile file = open_cache_file(bytes, where);
   // A given number of records was found from the accuracy on.
   const std::string_view free_accuracy = params_.records > 0 ? "structure" : "accuracy";
-  check_cache_key(file.key, key(context), {free_accuracy, "refine", "structure"}, where);
+  check_cache_key(file.key, key(context), {free_accuracy, "extra_samples", "refine", "structure"}, where);
   saved_ = read_irradiance_cache(file.body, context.max_depth(params_.max_depth) > shared_above, where);
   loaded_ = true;
 }
@@ -233,14 +236,26 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
   cached_.begin(index, params_.records > 0 ? 1 : progress_.weight_at(stage));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-    Sampler sampler(sampler_, context.seed, Stream::camera, key, round);
-    const Ray ray = sample_camera_ray(context, pixel, sampler);
-    CameraSample sample = camera_sample(context, ray, sampler, next_accuracy);
+    const SampleShares::Range samples = shares_.range(key);
+    CameraSample mean;
+    for (std::uint32_t i = samples.begin; i < samples.begin + samples.count; ++i) {
+      Sampler sampler(sampler_, context.seed, Stream::camera, key, i);
+      const Ray ray = sample_camera_ray(context, pixel, sampler);
+      const CameraSample sample = camera_sample(context, ray, sampler, next_accuracy);
+      shares_.add(key, luminance(sample.sampled + sample.cached));
+      mean.sampled += sample.sampled;
+      mean.cached += sample.cached;
+      mean.cached_error += sample.cached_error;
+      if (!mean.wanted) mean.wanted = sample.wanted;
+      if (!mean.wanted_rough) mean.wanted_rough = sample.wanted_rough;
+    }
+    const float share = 1 / static_cast<float>(samples.count);
     const bool asks = params_.records == 0 && progress_.asks(key, round);
-    wanted_[key] = asks ? sample.wanted : CachePoint{};
-    if (rough_) wanted_rough_[key] = asks ? sample.wanted_rough : CachePoint{};
-    cached_.add(film, pixel, sample.sampled, sample.cached, sample.cached_error);
+    wanted_[key] = asks ? mean.wanted : CachePoint{};
+    if (rough_) wanted_rough_[key] = asks ? mean.wanted_rough : CachePoint{};
+    cached_.add(film, pixel, share * mean.sampled, share * mean.cached, share * mean.cached_error);
   });
+  shares_.end_iteration();
 }
 
 CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ray, Sampler& sampler,

@@ -5,11 +5,12 @@
 // transmission of the incoming light is taken at its hemispherical mean). Direct light is sampled per camera sample; delta
 // lobes and all rough lobes are followed by path tracing until a cached surface.
 //
-// The cache refines (integrators/cache_progress.h): after an overture, each iteration renders one sample per pixel and notes
+// The cache refines (integrators/cache_progress.h): after an overture, each iteration renders samples of each pixel and notes
 // where the accuracy of the next is not met, and the next begins with more passes over the hemispheres of the records there are
-// and new records there. What the cache adds to a pixel is averaged, the overture with less weight. Without `refine` the cache
-// is filled before the first iteration and stays as it is; with `records` it is filled to that number, and only passes are
-// added (and, loaded for another view, records for what is not covered there).
+// and new records there. What the cache adds to a pixel is averaged, the overture with less weight. Pixels that scatter take
+// more camera samples than others (integrators/sample_shares.h). Without `refine` the cache is filled before the first
+// iteration and stays as it is; with `records` it is filled to that number, and only passes are added (and, loaded for another
+// view, records for what is not covered there).
 //
 // A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased; with `records` the nearest
 // record answers there as far as four times the accuracy, since a given number leaves gaps that paths would fill with noise.
@@ -24,8 +25,8 @@
 // A cache can be saved and loaded (irradiance_cache_file.h). Loaded records serve any view of the same scene, and what they do
 // not cover gets new ones. The refinement goes on where it stood: after N iterations saved, iteration i refines as N + i would.
 // Loaded for the same view, resolution and seed without `refine`, a cache gives the same image as a fresh one, to the bit.
-// `accuracy` (without `records`), `refine` and `structure` may differ; all other parameters decide what records hold, and must
-// agree.
+// `accuracy` (without `records`), `extra_samples`, `refine` and `structure` may differ; all other parameters decide what
+// records hold, and must agree.
 //
 // Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
 #pragma once

@@ -4,6 +4,7 @@
 #include "framework/transport/ray_tools.h"
 #include "integrators/cache_progress.h"
 #include "integrators/camera_walk.h"
+#include "integrators/sample_shares.h"
 
 namespace etendue {
 
@@ -12,7 +13,7 @@ namespace {
 // What a camera sample brings.
 struct CameraSample {
   std::uint64_t pixel;
-  std::uint32_t iteration;
+  std::uint32_t index;  // among the pixel's samples
   Sampler sampler;
   Rgb sampled{0}, cached{0};  // by light samples, photons and gather rays; by the cache
   CachePoint wanted{};        // the first point that the next accuracy leaves uncovered
@@ -56,6 +57,7 @@ class PhotonCache final : public Integrator {
   HemisphereRadiance radiance_;
   std::vector<CachePoint> wanted_;  // by pixel
   CachedLight cached_;
+  SampleShares shares_;
 };
 
 void PhotonCache::prepare(RenderContext& context) {
@@ -74,6 +76,7 @@ void PhotonCache::prepare(RenderContext& context) {
   });
   wanted_.assign(seen.size(), {});
   cached_ = CachedLight(seen.size());
+  shares_ = SampleShares(size, params_.extra_samples);
   CacheSettings settings = cache_settings(params_, sampler_, params_.record_structure);
   if (!gathers_)
     settings.at_point = [this, &context](const CachePoint& point, int depth) { return density(context, point, depth); };
@@ -138,12 +141,23 @@ void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& f
   cached_.begin(index, progress_.weight_at(index));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-    CameraSample sample{key, index, Sampler(sampler_, context.seed, Stream::camera, key, index)};
-    const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
-    camera_sample(context, ray, next_accuracy, sample);
-    wanted_[key] = progress_.asks(key, index) ? sample.wanted : CachePoint{};
-    cached_.add(film, pixel, sample.sampled, sample.cached);
+    const SampleShares::Range samples = shares_.range(key);
+    Rgb sampled(0), cached(0);
+    CachePoint wanted;
+    for (std::uint32_t i = samples.begin; i < samples.begin + samples.count; ++i) {
+      CameraSample sample{key, i, Sampler(sampler_, context.seed, Stream::camera, key, i)};
+      const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
+      camera_sample(context, ray, next_accuracy, sample);
+      shares_.add(key, luminance(sample.sampled + sample.cached));
+      sampled += sample.sampled;
+      cached += sample.cached;
+      if (!wanted) wanted = sample.wanted;
+    }
+    const float share = 1 / static_cast<float>(samples.count);
+    wanted_[key] = progress_.asks(key, index) ? wanted : CachePoint{};
+    cached_.add(film, pixel, share * sampled, share * cached);
   });
+  shares_.end_iteration();
 }
 
 void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, float next_accuracy, CameraSample& sample) const {
@@ -161,7 +175,7 @@ void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, fl
         sample.wanted = cache_point(context, point, wo, distance, depth);
     }
     if (!found)
-      radiance += gathers_ ? maps_.gather(context, 1, false)(point, bsdf, wo, depth, sample.pixel, sample.iteration)
+      radiance += gathers_ ? maps_.gather(context, 1, false)(point, bsdf, wo, depth, sample.pixel, sample.index)
                            : maps_.seen_directly(context, point, bsdf, wo, remaining);
     sample.sampled += throughput * radiance;
   };

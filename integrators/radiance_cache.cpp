@@ -14,6 +14,7 @@ IrradianceCacheParams diffuse_params(const RadianceCacheParams& p) {
   out.gradients = p.gradients ? "both" : "none";
   out.min_spacing = p.min_spacing;
   out.max_spacing = p.max_spacing;
+  out.extra_samples = p.extra_samples;
   out.max_depth = p.max_depth;
   out.structure = p.structure;
   out.sampler = p.sampler;

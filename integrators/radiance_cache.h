@@ -31,6 +31,7 @@ struct RadianceCacheParams {
   bool gradients = true;
   float min_spacing = 1.5f;
   float max_spacing = 0.1f;
+  float extra_samples = 2;
   int max_depth = 0;
   std::string structure = "octree";
   std::string sampler = "sobol";
@@ -49,6 +50,8 @@ void describe(Visitor& v, RadianceCacheParams& p) {
   v.flag("gradients", p.gradients, "records are extrapolated by their gradients");
   v.number("min_spacing", p.min_spacing, 0, 1000, "pixels", "a record serves at least this far");
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "and at most this far");
+  v.number("extra_samples", p.extra_samples, 0, 31, "camera samples",
+           "beyond one per pixel and iteration, on the mean: given to the pixels that scatter most");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, {"octree", "brute"}, "what finds the records");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");

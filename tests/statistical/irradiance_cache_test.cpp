@@ -288,7 +288,7 @@ TEST(IrradianceCache, SameBitsAtAnyThreadCount) {
 
 TEST(IrradianceCache, EveryParameterChangesTheImage) {
   const Scene scene = load_scene("builtin:cornell-spheres");
-  RenderOptions options = options_for(32, 1);
+  RenderOptions options = options_for(32, 2);
   const std::uint64_t plain = render(scene, "irradiance-cache", options).hash;
   const std::pair<const char*, decltype(ParamValue::value)> changes[] = {
       {"accuracy", 0.4},
@@ -303,6 +303,7 @@ TEST(IrradianceCache, EveryParameterChangesTheImage) {
       {"gradients", "mesh"},
       {"cache_direct", true},
       {"records", std::int64_t{200}},
+      {"extra_samples", 0.5},
       {"metric", "tabellion"},
       {"metric", "split-sphere"},
       {"metric", "radiometric-hessian"},

@@ -113,6 +113,7 @@ TEST(PhotonCache, EveryParameterChangesTheImage) {
       {"max_spacing", 0.02},
       {"gradients", "none"},
       {"neighbour_clamping", false},
+      {"extra_samples", 0.5},
       {"photons", std::int64_t{10000}},
       {"caustic_photons", std::int64_t{10000}},
       {"k", std::int64_t{20}},

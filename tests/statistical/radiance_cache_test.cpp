@@ -61,7 +61,7 @@ TEST(RadianceCache, SameBitsAtAnyThreadCount) {
 
 TEST(RadianceCache, EveryParameterChangesTheImageButTheStructure) {
   RenderOptions options;
-  options.iterations = 1;
+  options.iterations = 2;
   options.resolution = {20, 20};
   const auto with = [&](const char* key, const char* value) {
     options.params = params_of({{"samples", "64"}});
@@ -78,6 +78,7 @@ TEST(RadianceCache, EveryParameterChangesTheImageButTheStructure) {
                                    {"gradients", "false"},
                                    {"min_spacing", "9"},
                                    {"max_spacing", "0.03"},
+                                   {"extra_samples", "0.5"},
                                    {"max_depth", "2"},
                                    {"sampler", "independent"}})
     EXPECT_NE(with(key, value), plain) << key;

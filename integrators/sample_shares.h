@@ -1,0 +1,50 @@
+// How many camera samples each pixel takes in an iteration: more where those before scattered.
+//
+// Where a cache gives smooth light, what is left of noise stands at outlines and in penumbrae. A pixel of an iteration takes
+// one sample, and beyond it shares in proportion to its relative standard deviation sigma: of all splits of a number of samples
+// n_i the sum of sigma_i^2 / n_i is least for n_i ~ sigma_i. It is taken over the samples so far of the pixel and its eight
+// neighbours, since an outline that only just enters a pixel is first seen beside it.
+//
+// The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
+// has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does).
+#pragma once
+
+#include "framework/core/parallel.h"
+
+#include <vector>
+
+namespace etendue {
+
+class SampleShares {
+ public:
+  // `extra`: samples beyond one per pixel, on the mean over an iteration's pixels; 0: none. `first`: number of the first sample
+  // of each pixel, in units of the most that an iteration takes.
+  explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0);
+
+  static constexpr std::uint32_t most = 32;  // samples of a pixel in an iteration
+
+  // Of the iteration under way: the numbers of a pixel's samples, [begin, begin + count).
+  struct Range {
+    std::uint32_t begin, count;
+  };
+  Range range(std::size_t pixel) const { return {next_[pixel], count_[pixel]}; }
+  // A sample's luminance; non-finite ones are left out. A pixel belongs to one thread at a time.
+  void add(std::size_t pixel, float luminance);
+  // Closes an iteration, and shares the next one's samples out.
+  void end_iteration();
+
+ private:
+  struct Moments {
+    float count = 0, sum = 0, squares = 0;
+  };
+
+  void measure();
+
+  ivec2 resolution_;
+  float extra_;
+  std::vector<Moments> moments_;
+  std::vector<std::uint32_t> next_, count_;
+  std::vector<float> deviation_;  // relative
+};
+
+}  // namespace etendue

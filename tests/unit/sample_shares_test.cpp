@@ -1,0 +1,74 @@
+// How camera samples are shared out: where they go, how many they are, and that choosing them adds no bias.
+#include "integrators/sample_shares.h"
+#include "framework/core/sampler.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace etendue {
+namespace {
+
+constexpr ivec2 resolution{16, 16};
+constexpr std::size_t pixels = 256;
+
+TEST(SampleShares, ExtraSamplesGoWherePixelsScatterAndBesideThem) {
+  SampleShares shares(resolution, 2);
+  Sampler sampler(SamplerKind::independent, 3, Stream::test, 0, 0);
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    for (std::size_t i = 0; i < pixels; ++i)
+      for (std::uint32_t s = 0; s < shares.range(i).count; ++s)
+        shares.add(i, i / 16 == 7 ? 2 * sampler.get_1d() : 1);  // noise in row 7
+    shares.end_iteration();
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const std::uint32_t count = shares.range(i).count;
+    const bool near = i / 16 >= 6 && i / 16 <= 8;
+    EXPECT_EQ(count > 1, near) << i;
+    EXPECT_LE(count, SampleShares::most);
+    sum += count;
+  }
+  EXPECT_LE(sum, 3 * pixels);
+  EXPECT_GT(sum, 2.7 * pixels);
+}
+
+TEST(SampleShares, WithoutExtraSamplesEachPixelTakesOne) {
+  SampleShares shares(resolution, 0, 5);
+  EXPECT_EQ(shares.range(3).begin, 5 * SampleShares::most);
+  for (const float value : {1.0f, 7.0f}) {
+    for (std::size_t i = 0; i < pixels; ++i) shares.add(i, value * static_cast<float>(i));
+    shares.end_iteration();
+  }
+  for (std::size_t i = 0; i < pixels; ++i) EXPECT_EQ(shares.range(i).count, 1u);
+  EXPECT_EQ(shares.range(3).begin, 5 * SampleShares::most + 2);
+}
+
+TEST(SampleShares, NumbersChosenByWhatWasFoundAddNoBias) {
+  // Rare bright samples, which make numbers and values depend on each other most. A mean over all samples of a pixel alike
+  // would come out too low: pixels without a bright one so far take few.
+  constexpr float chance = 0.1f;
+  constexpr int images = 60, iterations = 8;
+  double sum = 0;
+  for (int image = 0; image < images; ++image) {
+    SampleShares shares(resolution, 4);
+    for (int iteration = 0; iteration < iterations; ++iteration) {
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const SampleShares::Range range = shares.range(i);
+        for (std::uint32_t s = 0; s < range.count; ++s) {
+          Sampler sampler(SamplerKind::independent, static_cast<std::uint64_t>(image), Stream::test, i, range.begin + s);
+          const float value = sampler.get_1d() < chance ? 1 / chance : 0;
+          shares.add(i, value);
+          sum += value / range.count;
+        }
+      }
+      shares.end_iteration();
+    }
+  }
+  // The variance of one sample is (1 - chance) / chance; that of the mean is no greater than with one sample per iteration.
+  const double count = images * iterations * static_cast<double>(pixels);
+  EXPECT_NEAR(sum / count, 1, 4 * std::sqrt((1 - chance) / chance / count));
+}
+
+}  // namespace
+}  // namespace etendue
