@@ -110,9 +110,12 @@ bool CacheLevels::covered(const CachePoint& point) const {
 void CacheLevels::fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy) {
   rebuild(context, accuracy);
   // Every step-th pixel, but for those that the coarser pass has been to.
+  const std::uint64_t drawn = hash_keys(context.seed, static_cast<std::uint32_t>(Stream::prefill));
+  const int left = static_cast<int>(drawn % coarsest_grid), up = static_cast<int>((drawn >> 32) % coarsest_grid);
   for (int step = coarsest_grid; step >= 1; step /= 2)
     fill_where(context, radiance, [=](int x, int y) {
-      return x % step == 0 && y % step == 0 && (step == coarsest_grid || x % (2 * step) != 0 || y % (2 * step) != 0);
+      const auto on_grid = [=](int size) { return (x + left) % size == 0 && (y + up) % size == 0; };
+      return on_grid(step) && (step == coarsest_grid || !on_grid(2 * step));
     });
   if (settings_.clamping) fill_where(context, radiance, [](int, int) { return true; });
 }
@@ -152,7 +155,9 @@ void CacheLevels::fill_where(const RenderContext& context, const HemisphereRadia
 
 void CacheLevels::cover(const RenderContext& context, const HemisphereRadiance& radiance, std::vector<Query> queue,
                         double passes) {
-  std::sort(queue.begin(), queue.end(), [](const Query& a, const Query& b) { return mix_bits(a.key) < mix_bits(b.key); });
+  const std::uint64_t drawn = mix_bits(context.seed);
+  std::sort(queue.begin(), queue.end(),
+            [=](const Query& a, const Query& b) { return mix_bits(a.key ^ drawn) < mix_bits(b.key ^ drawn); });
   std::vector<Query> batch;
   std::vector<RecordHistory> made(batch_size);
   for (std::size_t next = 0; next < queue.size();) {

@@ -1,13 +1,17 @@
 #include "integrators/irradiance_cache.h"
 
 #include "framework/core/check.h"
+#include "framework/core/error.h"
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/cache_fill.h"
 #include "integrators/cache_progress.h"
+#include "integrators/closed_form_irradiance.h"
 #include "integrators/emission.h"
 #include "integrators/irradiance_cache_file.h"
 #include "integrators/sample_shares.h"
+
+#include <fmt/format.h>
 
 namespace etendue {
 
@@ -73,6 +77,7 @@ class IrradianceCache final : public Integrator, public SavableCache {
 
  private:
   CacheKey key(const RenderContext& context) const;
+  void fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const;
   void fill_before(const RenderContext& context);
   Rgb kept_by_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen) const;
   float accuracy_at(std::uint32_t index) const {
@@ -105,7 +110,8 @@ void IrradianceCache::prepare(RenderContext& context) {
   // Direct light takes one scattering event, indirect light two at least.
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
   CacheSettings settings = cache_settings(params_, sampler_, params_.structure);
-  if (params_.records > 0) settings.stretch = gap_stretch;
+  if (params_.fill == "closed-form") fill_by_closed_form(context, settings);
+  if (params_.records > 0 || settings.at_point) settings.stretch = gap_stretch;
   // Records that are loaded keep the spacings of their accuracy where nothing will cover what a coarser one leaves open.
   else if (loaded_ && !params_.refine)
     settings.accuracy = std::min(settings.accuracy, saved_.accuracy);
@@ -129,6 +135,16 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (rough_) wanted_rough_.assign(wanted_.size(), {});
   fill_before(context);
   shares_ = SampleShares(size, params_.extra_samples, params_.refine ? first_stage_ : 0);
+}
+
+void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const {
+  if (!context.scene.closed_form)
+    throw Error(fmt::format("irradiance-cache: fill = closed-form: the image of {} is not known; expected an exact scene",
+                            context.scene.name));
+  if (!params_.cache_direct) throw Error("irradiance-cache: fill = closed-form holds all light; expected cache_direct = true");
+  if (cache_metric(params_.metric) == CacheMetric::geometric_hessian)
+    throw Error("irradiance-cache: fill = closed-form has no hemispheres, by which metric = geometric-hessian judges");
+  settings.at_point = [&context](const CachePoint& point, int) { return closed_form_irradiance(context, point); };
 }
 
 // What is done before the first iteration. Points of a view for which the cache was filled already are not looked at again, so

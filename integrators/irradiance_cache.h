@@ -15,6 +15,11 @@
 // A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased; with `records` the nearest
 // record answers there as far as four times the accuracy, since a given number leaves gaps that paths would fill with noise.
 //
+// With `fill = "closed-form"` records are exact (closed_form_irradiance.h): what is left is the error of interpolation and of
+// where records lie. It needs a scene whose answer is known, and `cache_direct`, since that answer is of all light; there too
+// the nearest record answers in a gap, so that there is no noise at all. The geometric Hessian, which is of what a hemisphere
+// saw, is not to be had; the other Hessian metrics judge by the true one.
+//
 // With `fill = "records"` the paths of a hemisphere end at the first surface that the records so far cover, which answer for
 // all further bounces; with "paths" they are traced to their end.
 //
@@ -52,7 +57,8 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
   describe_cache(v, p);
   v.integer("records", p.records, 0, 10000000, "records",
             "this many: the accuracy is found by bisection; 0: as many as it takes");
-  v.choice("fill", p.fill, {"records", "paths"}, "what gives a hemisphere's light its further bounces");
+  v.choice("fill", p.fill, {"records", "paths", "closed-form"},
+           "what gives a hemisphere's light its further bounces; closed-form: no hemispheres, records hold the exact answer");
   v.flag("cache_direct", p.cache_direct, "records hold direct light too, as far as rays can find it; no light samples there");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, ball_structure_names, "what finds the records");

@@ -6,6 +6,7 @@
 //   region   = "smooth"                     # default: the whole image
 //   metric   = "mse"                        # mse | rmse | bias2 | variance; the last two need two seeds and their images
 //   x        = "iterations"                 # iterations | time | a counter ("records", "photons_emitted", …)
+//                                           # "records" are those that lie in the region, where a cache tells where they are
 //   points   = "checkpoints"                # of each run; or "configurations": one from each run's end, all methods together
 //   from     = 1000, to = 1e5               # the window of x that is fitted; default: all
 //   model    = "power"                      # A x^e; or "plateau": A x^e + P

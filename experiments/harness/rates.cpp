@@ -27,9 +27,14 @@ std::optional<double> mse_in(const CheckpointRecord& checkpoint, const std::stri
   return found == metrics.end() ? std::nullopt : std::optional(found->second);
 }
 
-double abscissa(const CheckpointRecord& checkpoint, const std::string& x) {
+double abscissa(const CheckpointRecord& checkpoint, const RateLaw& law) {
+  const std::string& x = law.x;
   if (x == "iterations") return static_cast<double>(checkpoint.iterations);
   if (x == "time") return checkpoint.time_s;
+  if (x == "records" && !law.region.empty()) {
+    const auto& metrics = metrics_in(checkpoint, law.region);
+    if (const auto found = metrics.find(x); found != metrics.end()) return found->second;
+  }
   const auto found = checkpoint.counters.find(x);
   return found == checkpoint.counters.end() ? 0 : static_cast<double>(found->second);
 }
@@ -84,7 +89,7 @@ class Gatherer {
     for (std::size_t k = 0; k < count; ++k) {
       for (std::size_t i = 0; i < seeds; ++i) {
         const CheckpointRecord& checkpoint = *configuration.replicates[i].checkpoints[k];
-        x[i] = abscissa(checkpoint, law_.x);
+        x[i] = abscissa(checkpoint, law_);
         mse[i] = known_mse(checkpoint);
       }
       points.push_back(diagonal_point(x, mse, offset_of(law_, scene_)));
@@ -106,7 +111,7 @@ class Gatherer {
       std::vector<double> x, mse;
       for (const std::uint64_t seed : seeds) {
         const CheckpointRecord& last = *replicate_of(*configuration, seed)->last();
-        x.push_back(abscissa(last, law_.x));
+        x.push_back(abscissa(last, law_));
         mse.push_back(known_mse(last));
       }
       points.push_back(diagonal_point(x, mse, offset_of(law_, scene_)));
@@ -143,7 +148,7 @@ class Gatherer {
     for (const Replicate& replicate : configuration.replicates) {
       Curve& curve = curves.emplace_back();
       for (const CheckpointRecord* checkpoint : replicate.checkpoints) {
-        const double x = abscissa(*checkpoint, law_.x);
+        const double x = abscissa(*checkpoint, law_);
         if (!(x > (curve.empty() ? 0 : curve.x.back()))) continue;
         curve.x.push_back(x);
         curve.y.push_back(known_mse(*checkpoint));

@@ -96,6 +96,13 @@ std::vector<Region> make_regions(const std::vector<RegionChoice>& choices, const
   return regions;
 }
 
+bool Region::holds(ivec2 pixel, ivec2 resolution) const {
+  return pixel.x >= 0 && pixel.x < resolution.x && pixel.y >= 0 && pixel.y < resolution.y &&
+         std::binary_search(
+             pixels.begin(), pixels.end(),
+             static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(resolution.x) + static_cast<std::size_t>(pixel.x));
+}
+
 Image crop(const Image& image, const Region& region) {
   Image part({static_cast<int>(region.pixels.size()), 1});
   for (std::size_t i = 0; i < region.pixels.size(); ++i) part.pixels[i] = image.pixels[region.pixels[i]];

@@ -34,7 +34,9 @@ std::vector<RegionChoice> read_regions(const ConfigNode& node, const std::vector
 // Of a film's pixels, row by row from the top, those in a region.
 struct Region {
   std::string name;
-  std::vector<std::size_t> pixels;
+  std::vector<std::size_t> pixels;  // ascending
+
+  bool holds(ivec2 pixel, ivec2 resolution) const;
 };
 // Those of a scene; throws Error at a region that holds no pixel.
 std::vector<Region> make_regions(const std::vector<RegionChoice>& choices, const std::string& scene, ivec2 resolution);

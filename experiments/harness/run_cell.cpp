@@ -12,6 +12,7 @@
 #include <malloc.h>
 #endif
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <optional>
@@ -136,9 +137,22 @@ class CellRunner {
       if (const auto stated = integrator.standard_error()) record.confidence = confidence_of(image, *stated, *task_.reference);
       for (const Region& region : task_.regions)
         record.regions[region.name] = measure(crop(image, region), crop(*task_.reference, region), task_.metrics);
+      if (!task_.regions.empty()) count_records(integrator, record);
     }
     if (task_.keep_images) result_.checkpoint_images.push_back(std::move(image));
     result_.checkpoints.push_back(std::move(record));
+  }
+
+  // Of a cache, how many records lie in each region: those on its border belong to what lies beside it too.
+  void count_records(const Integrator& integrator, CheckpointRecord& record) const {
+    const auto discs = integrator.record_discs();
+    if (!discs) return;
+    for (const Region& region : task_.regions)
+      record.regions[region.name]["records"] =
+          static_cast<double>(std::count_if(discs->begin(), discs->end(), [&](const auto& disc) {
+            const auto seen = task_.scene.camera.connect(task_.resolution, disc.position, vec2(0.5f));
+            return seen && region.holds(ivec2(seen->film), task_.resolution);
+          }));
   }
 
   const CellTask& task_;

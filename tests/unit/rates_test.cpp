@@ -249,5 +249,24 @@ TEST_F(RatesRun, ExperimentEndsInATableAndChartsOfRates) {
   EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), strip.pixels.end() - 144));
 }
 
+TEST_F(RatesRun, RecordsAreCountedWhereTheErrorIs) {
+  write_file(
+      "cache.toml",
+      "scenes = [\"builtin:broad-light?veil=false\"]\nbudget = { samples = 1 }\nresolution = [48, 48]\nreference = \"exact\"\n"
+      "metrics = [\"mse\"]\n[[integrators]]\nname = \"irradiance-cache\"\nfill = \"closed-form\"\ncache_direct = true\n"
+      "refine = false\nmax_spacing = 0.05\nneighbour_clamping = false\n"
+      "[[regions]]\nname = \"left\"\nfrom = [0, 0]\nto = [0.5, 1]\n[[regions]]\nname = \"right\"\nfrom = [0.5, 0]\nto = [1, "
+      "1]\n"
+      "[[rates]]\nmethod = \"irradiance-cache\"\nregion = \"left\"\nx = \"records\"\nexponent = -1\nsource = \"none\"\n");
+  const Outcome outcome = run({"run", "cache.toml", "--threads", "1"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const RunLog log = read_log((directory_ / "out/cache/runs.jsonl").string());
+  const CheckpointRecord& last = log.checkpoints.back();
+  const double left = last.regions.at("left").at("records"), right = last.regions.at("right").at("records");
+  EXPECT_GT(left, 5);
+  EXPECT_GT(right, 5);
+  EXPECT_EQ(left + right, static_cast<double>(last.counters.at("records")));
+}
+
 }  // namespace
 }  // namespace etendue
