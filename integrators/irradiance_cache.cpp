@@ -90,6 +90,7 @@ class IrradianceCache final : public Integrator, public SavableCache {
   SamplerKind sampler_;
   CacheProgress progress_;
   int max_depth_ = 0;
+  bool by_closed_form_ = false;
   int cached_below_ = 0;  // events before a point at which light is cached
   std::unique_ptr<CacheLevels> cache_;
   HemisphereRadiance radiance_;
@@ -110,8 +111,9 @@ void IrradianceCache::prepare(RenderContext& context) {
   // Direct light takes one scattering event, indirect light two at least.
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
   CacheSettings settings = cache_settings(params_, sampler_, params_.structure);
-  if (params_.fill == "closed-form") fill_by_closed_form(context, settings);
-  if (params_.records > 0 || settings.at_point) settings.stretch = gap_stretch;
+  by_closed_form_ = params_.fill == "closed-form";
+  if (by_closed_form_) fill_by_closed_form(context, settings);
+  if (params_.records > 0 || by_closed_form_) settings.stretch = gap_stretch;
   // Records that are loaded keep the spacings of their accuracy where nothing will cover what a coarser one leaves open.
   else if (loaded_ && !params_.refine)
     settings.accuracy = std::min(settings.accuracy, saved_.accuracy);
@@ -256,7 +258,8 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
     CameraSample mean;
     for (std::uint32_t i = samples.begin; i < samples.begin + samples.count; ++i) {
       Sampler sampler(sampler_, context.seed, Stream::camera, key, i);
-      const Ray ray = sample_camera_ray(context, pixel, sampler);
+      const Ray ray = by_closed_form_ ? context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, vec2(0.5f))
+                                      : sample_camera_ray(context, pixel, sampler);
       const CameraSample sample = camera_sample(context, ray, sampler, next_accuracy);
       shares_.add(key, luminance(sample.sampled + sample.cached));
       mean.sampled += sample.sampled;

@@ -17,8 +17,9 @@
 //
 // With `fill = "closed-form"` records are exact (closed_form_irradiance.h): what is left is the error of interpolation and of
 // where records lie. It needs a scene whose answer is known, and `cache_direct`, since that answer is of all light; there too
-// the nearest record answers in a gap, so that there is no noise at all. The geometric Hessian, which is of what a hemisphere
-// saw, is not to be had; the other Hessian metrics judge by the true one.
+// the nearest record answers in a gap, and camera rays go through the centres of pixels, so that there is no noise at all and
+// pixels do not average errors away (of smooth light the centre's value is the pixel's mean, but for a second difference). The
+// geometric Hessian, which is of what a hemisphere saw, is not to be had; the other Hessian metrics judge by the true one.
 //
 // With `fill = "records"` the paths of a hemisphere end at the first surface that the records so far cover, which answer for
 // all further bounces; with "paths" they are traced to their end.
