@@ -131,6 +131,7 @@ EmissionGuide learn_guide(const RenderContext& context, const Receivers& receive
                           std::uint32_t pilot_count) {
   const std::uint64_t key = hash_keys(pass.key, 1);
   std::vector<EmissionGuide::Pilot> pilots(pilot_count), so_far;
+  const PathNumbers of_pilots(context, pass, key);
   EmissionGuide guide({});
   for (std::uint32_t round = 0; round < rounds; ++round) {
     const std::uint32_t begin = pilot_count / rounds * round,
@@ -138,7 +139,7 @@ EmissionGuide learn_guide(const RenderContext& context, const Receivers& receive
     trace_in_chunks(end - begin, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
       PhotonTracer tracer(context, receivers, pass);
       for (std::uint32_t i = begin + first; i < begin + last; ++i, out.clear()) {
-        GuidedNumbers numbers({context, pass, key, i}, guide);
+        GuidedNumbers numbers({of_pilots, i}, guide);
         const bool useful = tracer.trace(numbers, 1, out);
         pilots[i] = {numbers.warped, 1 / numbers.density, useful};
       }
@@ -154,11 +155,12 @@ EmissionGuide learn_guide(const RenderContext& context, const Receivers& receive
 Photons trace_by_importance(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass) {
   const std::uint32_t pilots = pass.count / 4, count = pass.count - pilots;
   const EmissionGuide guide = learn_guide(context, receivers, pass, pilots);
+  const PathNumbers of_pass(context, pass, pass.key);
   const float share = 1 / static_cast<float>(count);
   return trace_in_chunks(count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
     PhotonTracer tracer(context, receivers, pass);
     for (std::uint32_t i = first; i < last; ++i) {
-      GuidedNumbers numbers({context, pass, pass.key, i}, guide);
+      GuidedNumbers numbers({of_pass, i}, guide);
       tracer.trace(numbers, share / numbers.density, out);
     }
   });

@@ -65,17 +65,16 @@ class MutatedNumbers {
 // Stretches one after the other, with what they have learned of the size of mutations.
 class ChainSequence {
  public:
-  ChainSequence(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass, std::uint64_t id,
-                Photons& out)
-      : context_(context),
-        pass_(pass),
+  ChainSequence(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass, const PathNumbers& uniform,
+                std::uint64_t id, Photons& out)
+      : uniform_(uniform),
         tracer_(context, receivers, pass),
         random_(hash_keys(context.seed, static_cast<std::uint32_t>(Stream::light_path), pass.key, 2), id),
         out_(out) {}
 
   // From uniform path `seed` over `length` states that each count `share`.
   void run(std::uint32_t seed, std::uint32_t length, float share) {
-    ReplayedNumbers replay{{context_, pass_, pass_.key, seed}, numbers_};
+    ReplayedNumbers replay{{uniform_, seed}, numbers_};
     held_.clear();
     tracer_.trace(replay, share, held_);
     std::uint32_t steps = 1;
@@ -103,8 +102,7 @@ class ChainSequence {
     out_.append(held_);
   }
 
-  const RenderContext& context_;
-  const PhotonPass& pass_;
+  const PathNumbers& uniform_;
   PhotonTracer tracer_;
   Pcg32 random_;
   Photons& out_;
@@ -118,10 +116,11 @@ class ChainSequence {
 Photons trace_by_visibility(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass) {
   const std::uint32_t uniform = (pass.count + 1) / 2;
   std::vector<std::uint8_t> visible(uniform);
+  const PathNumbers of_pass(context, pass, pass.key);
   trace_in_chunks(uniform, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
     PhotonTracer tracer(context, receivers, pass);
     for (std::uint32_t i = first; i < last; ++i, out.clear()) {
-      SampledNumbers numbers(context, pass, pass.key, i);
+      SampledNumbers numbers(of_pass, i);
       visible[i] = tracer.trace(numbers, 1, out);
     }
   });
@@ -135,7 +134,7 @@ Photons trace_by_visibility(const RenderContext& context, const Receivers& recei
   const std::size_t shortest = states / seeds.size(), longer = states % seeds.size();
   std::vector<Photons> parts(sequences);
   parallel_for(sequences, 1, [&](std::size_t s) {
-    ChainSequence sequence(context, receivers, pass, s, parts[s]);
+    ChainSequence sequence(context, receivers, pass, of_pass, s, parts[s]);
     for (std::size_t j = seeds.size() * s / sequences; j < seeds.size() * (s + 1) / sequences; ++j) {
       const std::size_t length = shortest + (j < longer);
       sequence.run(seeds[j], static_cast<std::uint32_t>(length),

@@ -20,25 +20,46 @@ namespace etendue {
 inline constexpr int emission_dimensions = 5;
 using EmissionNumbers = std::array<float, emission_dimensions>;
 
-// Numbers of point `index` of the sequence of `key`: the pass's sampler emits, independent numbers scatter. After one diffuse
+// What the paths of one key draw their numbers from: the pass's sampler emits, independent numbers scatter. After one diffuse
 // event a sequence of low discrepancy no longer evens out what a kernel finds, and its numbers are dearer.
-class SampledNumbers {
+class PathNumbers {
  public:
-  SampledNumbers(const RenderContext& context, const PhotonPass& pass, std::uint64_t key, std::uint32_t index)
-      : sampler_(pass.sampler, context.seed, Stream::light_path, key, index),
-        scattering_(hash_keys(context.seed, key, index), key) {}
-  EmissionNumbers emission() {
-    const float light = sampler_.get_1d();
-    const vec2 position = sampler_.get_2d(), direction = sampler_.get_2d();
+  PathNumbers(const RenderContext& context, const PhotonPass& pass, std::uint64_t key)
+      : sampler_(pass.sampler), seed_(context.seed), key_(key), scattering_(hash_keys(seed_, key)) {
+    for (std::uint32_t n = 0; n < emission_.size(); ++n) emission_[n] = SobolPair(seed_, Stream::light_path, key, n);
+  }
+
+  EmissionNumbers emission(std::uint32_t index) const {
+    if (sampler_ == SamplerKind::sobol) {
+      const vec2 position = emission_[1].point(index), direction = emission_[2].point(index);
+      return {emission_[0].first(index), position.x, position.y, direction.x, direction.y};
+    }
+    Sampler sampler(sampler_, seed_, Stream::light_path, key_, index);
+    const float light = sampler.get_1d();
+    const vec2 position = sampler.get_2d(), direction = sampler.get_2d();
     return {light, position.x, position.y, direction.x, direction.y};
   }
+  Pcg32 scattering(std::uint32_t index) const { return {mix_bits(scattering_ ^ index), key_}; }
+
+ private:
+  SamplerKind sampler_;
+  std::uint64_t seed_, key_, scattering_;
+  std::array<SobolPair, 3> emission_;  // light, position, direction
+};
+
+// Those of path `index`.
+class SampledNumbers {
+ public:
+  SampledNumbers(const PathNumbers& all, std::uint32_t index) : all_(&all), index_(index), scattering_(all.scattering(index)) {}
+  EmissionNumbers emission() const { return all_->emission(index_); }
   vec2 pair() {
     const float x = scattering_.next_float();
     return {x, scattering_.next_float()};
   }
 
  private:
-  Sampler sampler_;
+  const PathNumbers* all_;
+  std::uint32_t index_;
   Pcg32 scattering_;
 };
 

@@ -54,10 +54,11 @@ struct NarrowestAlpha {
 // Photon i draws point i of its pass's sequence.
 Photons trace_by_power(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass) {
   const float share = 1 / static_cast<float>(pass.count);
+  const PathNumbers of_pass(context, pass, pass.key);
   return trace_in_chunks(pass.count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
     PhotonTracer tracer(context, receivers, pass);
     for (std::uint32_t i = first; i < last; ++i) {
-      SampledNumbers numbers(context, pass, pass.key, i);
+      SampledNumbers numbers(of_pass, i);
       tracer.trace(numbers, share, out);
     }
   });

@@ -40,22 +40,18 @@ std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
 
 std::uint32_t sobol_second_dimension(std::uint32_t index) { return reverse_bits(pascal(index)); }
 
-float Sampler::sobol_1d() {
-  const std::uint64_t h = hash_keys(key_, dimension_++);
-  const std::uint32_t index = owen_scramble(index_, static_cast<std::uint32_t>(h));
-  return to_unit_float(reverse_bits(permute_upwards(index, static_cast<std::uint32_t>(mix_bits(h)))));
+// [Burley2020]: shuffle the index by Owen-scrambling it bit-reversed (which permutes within aligned blocks of 2^k), then
+// scramble each dimension: owen_scramble(reverse_bits(index)) and owen_scramble(sobol_second_dimension(index)), less the
+// reversals that undo each other.
+vec2 SobolPair::point(std::uint32_t index) const {
+  const std::uint32_t i = owen_scramble(index, shuffle_);
+  const std::uint32_t x = reverse_bits(permute_upwards(i, first_));
+  const std::uint32_t y = reverse_bits(permute_upwards(pascal(i), second_));
+  return {to_unit_float(x), to_unit_float(y)};
 }
 
-vec2 Sampler::sobol_2d() {
-  // [Burley2020]: shuffle the index by Owen-scrambling it bit-reversed (which permutes within aligned blocks of 2^k), then
-  // scramble each dimension: owen_scramble(reverse_bits(index)) and owen_scramble(sobol_second_dimension(index)), less the
-  // reversals that undo each other.
-  const std::uint64_t h = hash_keys(key_, dimension_++);
-  const std::uint64_t g = mix_bits(h);
-  const std::uint32_t index = owen_scramble(index_, static_cast<std::uint32_t>(h));
-  const std::uint32_t x = reverse_bits(permute_upwards(index, static_cast<std::uint32_t>(g)));
-  const std::uint32_t y = reverse_bits(permute_upwards(pascal(index), static_cast<std::uint32_t>(g >> 32)));
-  return {to_unit_float(x), to_unit_float(y)};
+float SobolPair::first(std::uint32_t index) const {
+  return to_unit_float(reverse_bits(permute_upwards(owen_scramble(index, shuffle_), first_)));
 }
 
 }  // namespace etendue
