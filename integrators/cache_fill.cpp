@@ -83,8 +83,12 @@ IrradianceRecords CacheLevels::make_records(const RenderContext& context) const 
   // The split sphere's radius is a mean distance, which grows by no more than the way ([Krivanek2006]). What Hessians allow has
   // no such bound; there it is what a record serves, at the usual accuracy, that may grow by the way.
   const float clamp = is_hessian(settings_.metric) ? 1 / usual_accuracy : 1;
-  return {context.make_balls(settings_.structure, bounds_), accuracy_, settings_.clamping ? clamp : 0.0f, weight,
-          settings_.stretch};
+  return {context.make_balls(settings_.structure, bounds_),
+          accuracy_,
+          settings_.clamping ? clamp : 0.0f,
+          weight,
+          settings_.stretch,
+          settings_.overlap};
 }
 
 IrradianceRecord CacheLevels::record_of(const RecordHistory& history) const {

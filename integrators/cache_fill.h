@@ -31,6 +31,7 @@ struct CacheSettings {
   float max_spacing = 0.1f;  // scene diagonals
   float scene_size = 1;      // metres
   float stretch = 1;         // see irradiance_records.h
+  float overlap = 1;         // likewise
   HemisphereStrata strata;
   SamplerKind sampler = SamplerKind::sobol;
   std::string structure = "octree";

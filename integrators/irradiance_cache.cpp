@@ -113,6 +113,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   CacheSettings settings = cache_settings(params_, sampler_, params_.structure);
   by_closed_form_ = params_.fill == "closed-form";
   if (by_closed_form_) fill_by_closed_form(context, settings);
+  if (params_.refine && params_.records == 0) settings.overlap = CacheProgress::overlap;
   if (params_.records > 0 || by_closed_form_) settings.stretch = gap_stretch;
   // Records that are loaded keep the spacings of their accuracy where nothing will cover what a coarser one leaves open.
   else if (loaded_ && !params_.refine)

@@ -73,7 +73,7 @@ float IrradianceRecords::error(const IrradianceRecord& record, const vec3& posit
   const float error = weight_ == CacheWeight::ward ? away + turn : std::max(away, turn * (usual_accuracy / ten_degrees));
   if (!(error < farthest_)) return infinity;
   // In front by more than rounding and curvature explain.
-  if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * record.reach) return infinity;
+  if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.reach) return infinity;
   return error;
 }
 
@@ -120,8 +120,8 @@ std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position,
       least = e;
       best = &record;
     }
-    if (!(e < accuracy_)) continue;
-    const float w = weight_ == CacheWeight::ward ? 1 / std::max(e, 1e-4f) - 1 / accuracy_ : 1 - e / accuracy_;
+    if (!(e < answers_)) continue;
+    const float w = weight_ == CacheWeight::ward ? 1 / std::max(e, 1e-4f) - 1 / answers_ : 1 - e / answers_;
     const Rgb here = extrapolate(record, position, normal);
     sum += w * here;
     weights += w;

@@ -11,6 +11,10 @@
 //
 // With a number of records given, not an accuracy, there is none to spare for a point in a gap between them: there the record
 // of the least error below `stretch` times the accuracy answers alone.
+//
+// While the accuracy asked for grows finer, records answer as far as `overlap` times it (in place of a above), though they only
+// cover what lies within it: so gaps that open are answered until there are records in them, and more records have a say
+// everywhere, which lessens their noise.
 #pragma once
 
 #include "framework/query.h"
@@ -58,11 +62,12 @@ class IrradianceRecords {
  public:
   // `clamp`: how much longer a reach may be than a neighbour's per length of the way between them; 0: any.
   IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, float clamp = 0, CacheWeight weight = CacheWeight::ward,
-                    float stretch = 1)
+                    float stretch = 1, float overlap = 1)
       : balls_(std::move(balls)),
         reaches_(clamp),
         accuracy_(accuracy),
-        farthest_(stretch * accuracy),
+        answers_(overlap * accuracy),
+        farthest_(std::max(stretch, overlap) * accuracy),
         clamps_(clamp > 0),
         weight_(weight) {}
 
@@ -84,7 +89,7 @@ class IrradianceRecords {
   std::vector<IrradianceRecord> records_;
   std::unique_ptr<BallQuery> balls_;
   ReachTree reaches_;
-  float accuracy_, farthest_;  // what is covered; what is answered
+  float accuracy_, answers_, farthest_;  // what is covered; what records answer together; what the nearest answers alone
   bool clamps_;
   CacheWeight weight_;
 };

@@ -1,5 +1,6 @@
 #include "integrators/radiance_cache.h"
 
+#include "integrators/cache_progress.h"
 #include "integrators/irradiance_cache.h"
 
 namespace etendue {
@@ -29,6 +30,7 @@ RoughCacheSettings rough_settings(const RadianceCacheParams& p) {
           .left_out = p.left_out,
           .lobe_samples = p.lobe_samples,
           .gradients = p.gradients,
+          .overlap = p.refine ? CacheProgress::overlap : 1,
           .strata = HemisphereStrata::of(p.samples),
           .sampler = parse_sampler(p.sampler),
           .structure = p.structure};

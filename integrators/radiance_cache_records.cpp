@@ -142,7 +142,7 @@ void RadianceRecords::insert(const vec3& position, const vec3& normal, const Rad
   record.reach = reaches_.limit(position, record.reach);
   reaches_.shorten_around(position, record.reach, [&](std::uint32_t other, float length) { records_[other].reach = length; });
   reaches_.insert(position, record.reach, id);
-  balls_->insert(position, accuracy_ * record.reach, id);  // balls do not shrink: weight decides
+  balls_->insert(position, answers_ * record.reach, id);  // balls do not shrink: weight decides
   records_.push_back(record);
 }
 
@@ -153,9 +153,10 @@ void RadianceRecords::add_discs(std::vector<RecordDisc>& discs) const {
 float RadianceRecords::error(const Record& record, const vec3& position, const vec3& normal) const {
   const vec3 offset = position - record.position;
   const float error = glm::length(offset) / record.reach + safe_sqrt(1 - glm::dot(normal, record.frame.normal));
-  if (!(error < accuracy_)) return infinity;
+  if (!(error < answers_)) return infinity;
   // In front by more than rounding and curvature explain.
-  if (0.5f * glm::dot(offset, normal + record.frame.normal) < -0.02f * record.reach) return infinity;
+  if (0.5f * glm::dot(offset, normal + record.frame.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.reach)
+    return infinity;
   return error;
 }
 
@@ -175,9 +176,9 @@ std::optional<float> RadianceRecords::interpolate(const vec3& position, const ve
   for (const Neighbour& n : found) {
     const Record& record = records_[n.id];
     const float e = error(record, position, normal);
-    if (!(e < accuracy_)) continue;
+    if (!(e < answers_)) continue;
     if (weights == 0) std::fill(coefficients.begin(), coefficients.end(), Rgb(0));
-    const float w = 1 / std::max(e, 1e-4f) - 1 / accuracy_;
+    const float w = 1 / std::max(e, 1e-4f) - 1 / answers_;
     const vec3 offset = position - record.position;
     const float x = w * glm::dot(offset, record.frame.tangent), y = w * glm::dot(offset, record.frame.bitangent);
     const Rgb* at = &coefficients_[3 * stride * n.id];

@@ -49,8 +49,9 @@ struct RadianceSpacing {
 
 class RadianceRecords {
  public:
-  RadianceRecords(std::unique_ptr<BallQuery> balls, int order, float accuracy)
-      : balls_(std::move(balls)), order_(order), accuracy_(accuracy) {}
+  // `overlap`: as of irradiance records.
+  RadianceRecords(std::unique_ptr<BallQuery> balls, int order, float accuracy, float overlap = 1)
+      : balls_(std::move(balls)), order_(order), accuracy_(accuracy), answers_(overlap * accuracy) {}
 
   void insert(const vec3& position, const vec3& normal, const RadianceEstimate& estimate, const RadianceSpacing& spacing,
               bool gradients);
@@ -73,7 +74,7 @@ class RadianceRecords {
   std::unique_ptr<BallQuery> balls_;
   ReachTree reaches_;
   int order_;
-  float accuracy_;
+  float accuracy_, answers_;  // what is covered; what is answered
 };
 
 }  // namespace etendue

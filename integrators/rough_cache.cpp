@@ -63,8 +63,7 @@ void RoughCache::prepare(const RenderContext& context, int deepest, bool one_lev
   Bounds whole = context.scene.bounds();
   if (whole.empty()) whole = bounds_;
   max_spacing_ = whole.empty() ? 0 : settings_.max_spacing * glm::length(whole.diagonal());
-  for (int i = 0; i <= highest; ++i)
-    levels_.push_back({{}, {context.make_balls(settings_.structure, bounds_), order_, settings_.accuracy}});
+  for (int i = 0; i <= highest; ++i) levels_.push_back({{}, make_records(context, settings_.accuracy)});
 }
 
 // Follows the pixel's centre through what caches do not answer.
@@ -91,9 +90,13 @@ CachePoint RoughCache::find_seen(const RenderContext& context, ivec2 pixel, int 
   return {};
 }
 
+RadianceRecords RoughCache::make_records(const RenderContext& context, float accuracy) const {
+  return {context.make_balls(settings_.structure, bounds_), order_, accuracy, settings_.overlap};
+}
+
 void RoughCache::rebuild(const RenderContext& context, float accuracy) {
   for (Level& level : levels_) {
-    level.records = {context.make_balls(settings_.structure, bounds_), order_, accuracy};
+    level.records = make_records(context, accuracy);
     for (const History& history : level.histories) insert(level, history);
   }
 }
@@ -167,8 +170,7 @@ void RoughCache::refine(const RenderContext& context, const HemisphereRadiance& 
   std::vector<Query> queue;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (!wanted[i]) continue;
-    while (level(wanted[i].depth) >= levels_.size())
-      levels_.push_back({{}, {context.make_balls(settings_.structure, bounds_), order_, accuracy}});
+    while (level(wanted[i].depth) >= levels_.size()) levels_.push_back({{}, make_records(context, accuracy)});
     queue.push_back({hash_keys(i, round), &wanted[i]});
   }
   cover(context, radiance, std::move(queue), passes);

@@ -24,6 +24,7 @@ struct RoughCacheSettings {
   float left_out = 0.025f;
   int lobe_samples = 4;
   bool gradients = true;
+  float overlap = 1;  // see irradiance_records.h
   HemisphereStrata strata;
   SamplerKind sampler = SamplerKind::sobol;
   std::string structure = "octree";
@@ -77,6 +78,7 @@ class RoughCache {
   std::size_t level(int depth) const { return one_level_ ? 0 : static_cast<std::size_t>(depth); }
   CachePoint find_seen(const RenderContext& context, ivec2 pixel, int deepest) const;
   void rebuild(const RenderContext& context, float accuracy);
+  RadianceRecords make_records(const RenderContext& context, float accuracy) const;
   void insert(Level& level, const History& history) const;
   void cover(const RenderContext& context, const HemisphereRadiance& radiance, std::vector<Query> queue, double passes);
   bool covered(const CachePoint& point) const {
