@@ -88,7 +88,7 @@ IrradianceRecords CacheLevels::make_records(const RenderContext& context) const 
           settings_.clamping ? clamp : 0.0f,
           weight,
           settings_.stretch,
-          settings_.overlap};
+          std::clamp(settings_.accuracy / accuracy_, 1.0f, settings_.overlap)};
 }
 
 IrradianceRecord CacheLevels::record_of(const RecordHistory& history) const {

@@ -17,7 +17,7 @@ struct CacheProgress {
   bool refines = true;
 
   static constexpr std::uint32_t overture_rounds = 4;
-  static constexpr float overlap = 1.25f;  // of a refined cache's records (irradiance_records.h)
+  static constexpr float overlap = 1.25f;  // at most, as far as the accuracy asked for allows (irradiance_records.h)
 
   double time_at(std::uint32_t iteration) const;
   double passes_at(std::uint32_t iteration) const;  // over a record's hemisphere

@@ -12,9 +12,9 @@
 // With a number of records given, not an accuracy, there is none to spare for a point in a gap between them: there the record
 // of the least error below `stretch` times the accuracy answers alone.
 //
-// While the accuracy asked for grows finer, records answer as far as `overlap` times it (in place of a above), though they only
-// cover what lies within it: so gaps that open are answered until there are records in them, and more records have a say
-// everywhere, which lessens their noise.
+// While a cache is refined beyond the accuracy asked for, records answer as far as `overlap` times what they cover (in place of
+// a above): so gaps that open are answered until there are records in them, and more records have a say everywhere, which
+// lessens their noise.
 #pragma once
 
 #include "framework/query.h"

@@ -91,7 +91,8 @@ CachePoint RoughCache::find_seen(const RenderContext& context, ivec2 pixel, int 
 }
 
 RadianceRecords RoughCache::make_records(const RenderContext& context, float accuracy) const {
-  return {context.make_balls(settings_.structure, bounds_), order_, accuracy, settings_.overlap};
+  return {context.make_balls(settings_.structure, bounds_), order_, accuracy,
+          std::clamp(settings_.accuracy / accuracy, 1.0f, settings_.overlap)};
 }
 
 void RoughCache::rebuild(const RenderContext& context, float accuracy) {
