@@ -136,6 +136,7 @@ void CacheLevels::fill_to(const RenderContext& context, const HemisphereRadiance
     accuracy = std::sqrt(coarse * fine);
   }
   if (size() > records) {
+    limit_ = records;
     clear(context);
     fill(context, radiance, coarse);
   }
