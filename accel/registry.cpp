@@ -2,6 +2,7 @@
 
 #include "accel/ball/brute_force.h"
 #include "accel/ball/bvh.h"
+#include "accel/ball/cells.h"
 #include "accel/ball/hash_grid.h"
 #include "accel/ball/kd_tree.h"
 #include "accel/ball/octree.h"
@@ -388,6 +389,8 @@ std::span<const BallEntry> ball_structures() {
       ball_entry<BallHashGrid>("hash-grid", "a hashed grid for each size, each ball in the cells it touches"),
       ball_entry<BallKdTree>("kd-tree", "kd-trees over the centres, rebuilt in doubling sizes"),
       ball_entry<BallBvh>("bvh", "boxes around balls, eight by eight (R-tree)"),
+      {"cells", "cells that list every ball which touches them, cut where that tells balls apart",
+       [](const Bounds& bounds) { return std::make_unique<BallAdapter<BallCells>>(BallCells(bounds)); }},
   };
   return entries;
 }

@@ -8,6 +8,7 @@ namespace etendue {
 
 inline constexpr std::initializer_list<const char*> point_structure_names = {"brute",     "nanoflann",   "kd-tree",
                                                                              "hash-grid", "sorted-grid", "bvh"};
-inline constexpr std::initializer_list<const char*> ball_structure_names = {"brute", "octree", "hash-grid", "kd-tree", "bvh"};
+inline constexpr std::initializer_list<const char*> ball_structure_names = {"brute",   "octree", "hash-grid",
+                                                                            "kd-tree", "bvh",    "cells"};
 
 }  // namespace etendue

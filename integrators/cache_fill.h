@@ -34,7 +34,7 @@ struct CacheSettings {
   float overlap = 1;         // likewise
   HemisphereStrata strata;
   SamplerKind sampler = SamplerKind::sobol;
-  std::string structure = "octree";
+  std::string structure = "cells";
   PointIrradiance at_point;  // in place of hemispheres; none: hemispheres are sampled
 };
 

@@ -49,7 +49,7 @@ struct IrradianceCacheParams : CacheParams {
   std::string fill = "records";
   bool cache_direct = false;
   int max_depth = 0;
-  std::string structure = "octree";
+  std::string structure = "cells";
   std::string sampler = "sobol";
 };
 

@@ -43,7 +43,7 @@ struct PhotonCacheParams : PhotonMapsParams, CacheParams {
   std::string fill = "gather";
   bool retrace = true;
   int max_depth = 0;
-  std::string record_structure = "octree";
+  std::string record_structure = "cells";
   std::string sampler = "sobol";
 };
 
