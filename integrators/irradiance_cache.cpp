@@ -56,15 +56,15 @@ struct CameraSample {
 
 class IrradianceCache final : public Integrator, public SavableCache {
  public:
-  IrradianceCache(const IrradianceCacheParams& params, const std::optional<RoughCacheSettings>& rough)
-      : params_(params), sampler_(parse_sampler(params.sampler)), progress_{params.accuracy, params.refine} {
-    if (rough) rough_.emplace(*rough);
+  IrradianceCache(const IrradianceCacheParams& params, const std::optional<RoughExtension>& rough)
+      : params_(params), extension_(rough), sampler_(parse_sampler(params.sampler)), progress_{params.accuracy, params.refine} {
+    if (rough) rough_.emplace(rough->settings);
   }
 
   void prepare(RenderContext& context) override;
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
   Expectation expectation() const override;
-  SavableCache* savable_cache() override { return rough_ ? nullptr : this; }
+  SavableCache* savable_cache() override { return this; }
   std::string save(const RenderContext& context) const override;
   void load(const RenderContext& context, std::string_view bytes, const Location& where) override;
   std::optional<std::vector<RecordDisc>> record_discs() const override {
@@ -87,6 +87,7 @@ class IrradianceCache final : public Integrator, public SavableCache {
   CameraSample camera_sample(const RenderContext& context, Ray ray, Sampler& sampler, float next_accuracy) const;
 
   IrradianceCacheParams params_;
+  std::optional<RoughExtension> extension_;
   SamplerKind sampler_;
   CacheProgress progress_;
   int max_depth_ = 0;
@@ -160,10 +161,14 @@ void IrradianceCache::fill_before(const RenderContext& context) {
     const bool same_view = view == saved_.view;
     if (!same_view) saved_.key_salt = view;
     cache_->resume(context, std::move(saved_.levels), saved_.accuracy, saved_.key_salt);
+    if (rough_) rough_->resume(context, saved_.accuracy, saved_.key_salt, params_.refine);
     float accuracy = saved_.accuracy;
     if (params_.records == 0)
       accuracy = params_.refine ? accuracy_at(std::max(first_stage_, 1u) - 1) : std::min(accuracy, params_.accuracy);
-    if (!same_view || accuracy != saved_.accuracy) cache_->fill(context, radiance_, accuracy);
+    if (!same_view || accuracy != saved_.accuracy) {
+      cache_->fill(context, radiance_, accuracy);
+      if (rough_) rough_->fill(context, radiance_, accuracy);
+    }
   } else if (params_.records > 0) {
     cache_->fill_to(context, radiance_, static_cast<std::size_t>(params_.records));
   } else if (!params_.refine) {
@@ -177,6 +182,7 @@ void IrradianceCache::fill_before(const RenderContext& context) {
 
 CacheKey IrradianceCache::key(const RenderContext& context) const {
   CacheKey key{"irradiance-cache", context.scene.content_hash(), context.scene.name, param_texts(params_)};
+  if (extension_) key.integrator = extension_->integrator, key.params = extension_->params;
   key.params["max_depth"] = std::to_string(context.max_depth(params_.max_depth));
   return key;
 }
@@ -184,15 +190,24 @@ CacheKey IrradianceCache::key(const RenderContext& context) const {
 std::string IrradianceCache::save(const RenderContext& context) const {
   CHECK(cache_ != nullptr);
   SavedIrradianceCache saved{saved_.view, saved_.key_salt, saved_.rounds, cache_->accuracy(), {}};
-  return make_cache_file(key(context), write_irradiance_cache(saved, cache_->histories()));
+  const std::string body = write_irradiance_cache(saved, cache_->histories());
+  if (!extension_) return make_cache_file(key(context), body);
+  ByteWriter both;
+  both.add(std::string_view(body));
+  if (rough_) rough_->write(both);
+  return make_cache_file(key(context), both.bytes);
 }
 
 void IrradianceCache::load(const RenderContext& context, std::string_view bytes, const Location& where) {
   const CacheFile file = open_cache_file(bytes, where);
   // A given number of records was found from the accuracy on.
   const std::string_view free_accuracy = params_.records > 0 ? "structure" : "accuracy";
-  check_cache_key(file.key, key(context), {free_accuracy, "extra_samples", "refine", "structure"}, where);
-  saved_ = read_irradiance_cache(file.body, context.max_depth(params_.max_depth) > shared_above, where);
+  check_cache_key(file.key, key(context), {free_accuracy, "extra_samples", "lobe_samples", "refine", "structure"}, where);
+  const bool one_level = context.max_depth(params_.max_depth) > shared_above;
+  ByteReader both(file.body, where);
+  const std::string diffuse = extension_ ? both.take<std::string>() : std::string(file.body);
+  saved_ = read_irradiance_cache(diffuse, one_level, where);
+  if (rough_) rough_->read(context, both, one_level);
   loaded_ = true;
 }
 
@@ -347,7 +362,7 @@ Expectation IrradianceCache::expectation() const {
 }  // namespace
 
 std::unique_ptr<Integrator> make_irradiance_cache(const IrradianceCacheParams& params,
-                                                  const std::optional<RoughCacheSettings>& rough) {
+                                                  const std::optional<RoughExtension>& rough) {
   return std::make_unique<IrradianceCache>(params, rough);
 }
 

@@ -38,6 +38,7 @@
 #pragma once
 
 #include "framework/structure_names.h"
+#include "integrators/cache_file.h"
 #include "integrators/cache_params.h"
 #include "integrators/rough_cache.h"
 
@@ -66,9 +67,14 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 
-// `rough`: rough metals and plastics are answered too (radiance_cache.h).
+// Rough metals and plastics are answered too (radiance_cache.h), by an integrator of another name and parameters.
+struct RoughExtension {
+  RoughCacheSettings settings;
+  std::string integrator;
+  ParamTexts params;
+};
 std::unique_ptr<Integrator> make_irradiance_cache(const IrradianceCacheParams& params,
-                                                  const std::optional<RoughCacheSettings>& rough = std::nullopt);
+                                                  const std::optional<RoughExtension>& rough = std::nullopt);
 
 IntegratorEntry irradiance_cache_entry();
 

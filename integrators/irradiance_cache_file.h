@@ -9,6 +9,8 @@
 //          f32 position[3], normal[3], geometric normal[3], pixel width; i32 depth; u64 key; i32 passes; their mean:
 //          f32 irradiance[3], inverse distance, least distance, variance, rotation[9], translation[9]; f64 hessian[3],
 //          geometric[3]
+//
+// In a file of a radiance cache all that is one text, after which stand the records of rough surfaces (rough_cache_file.cpp).
 #pragma once
 
 #include "integrators/cache_file.h"

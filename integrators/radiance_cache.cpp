@@ -42,7 +42,8 @@ IntegratorEntry radiance_cache_entry() {
   return {"radiance-cache", "radiance caching: irradiance where diffuse, spherical harmonics where rough",
           list_params<RadianceCacheParams>(), [](const ParamMap& map) {
             const auto params = read_params<RadianceCacheParams>(map, "radiance-cache");
-            return make_irradiance_cache(diffuse_params(params), rough_settings(params));
+            return make_irradiance_cache(diffuse_params(params),
+                                         RoughExtension{rough_settings(params), "radiance-cache", param_texts(params)});
           }};
 }
 

@@ -2,13 +2,15 @@
 //
 // No more than a surface needs: a diffuse one is answered from records of irradiance, as irradiance_cache.h says in full; a
 // metal or plastic from records of incident radiance in spherical harmonics (rough_cache.h), if its lobe is so wide that
-// `order` bands leave out no more than `left_out` of it: with the defaults from a roughness of 0.25 on. All else (delta lobes,
-// dielectrics, narrower lobes) is followed to the next surface, which the cache then answers: a narrow lobe has little noise to
-// take away, and a record that resolved it would cost more than following it. Direct light is sampled, by light samples alone
-// at diffuse surfaces, by them and the BSDF's at rough ones ([Veach1995]).
+// `order` bands leave out no more than `left_out` of it: with the defaults from a roughness of 0.49 on, with ten bands from
+// 0.25. All else (delta lobes, dielectrics, narrower lobes) is followed to the next surface, which the cache then answers: a
+// narrow lobe leaves little noise to take away, and records that resolved it would cost more than following it. Direct light is
+// sampled, by light samples alone at diffuse surfaces, by them and the BSDF's at rough ones ([Veach1995]).
 //
 // Both kinds of record are filled, refined and averaged alike (cache_progress.h); with `refine` off they are made before the
 // first iteration and stay as they are.
+//
+// A cache can be saved and loaded, as irradiance_cache.h says; `lobe_samples` too may differ then.
 //
 // Consistent with `refine` but for the order of the harmonics: incident radiance is known no finer than some pi / n, which
 // blurs what lobes reflect by up to `left_out`. Biased without: by interpolation and the records' noise. Depth: as
@@ -25,7 +27,7 @@ struct RadianceCacheParams {
   float accuracy = 0.2f;
   bool refine = true;
   int samples = 512;
-  int order = 10;
+  int order = 5;
   float left_out = 0.025f;
   int lobe_samples = 4;
   bool gradients = true;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int coarsest_grid = 64, path_batch = 2048;
 constexpr std::size_t batch_size = 64;
-constexpr std::uint32_t key_salt = 0x726f7567;  // its random numbers are not those of irradiance at the same pixel
+constexpr std::uint32_t rough_salt = 0x726f7567;  // its random numbers are not those of irradiance at the same pixel
 
 // Of a rough lobe over an opaque surface; 0: none.
 float least_alpha(const Material& material) {
@@ -35,17 +35,21 @@ int lobe_order(float alpha, float left_out) {
   return order;
 }
 
-void RoughCache::prepare(const RenderContext& context, int deepest, bool one_level) {
-  one_level_ = one_level;
+void RoughCache::choose_orders(const Scene& scene) {
   order_ = 0;
   orders_.clear();
-  for (const Material& material : context.scene.materials) {
+  for (const Material& material : scene.materials) {
     const float alpha = least_alpha(material);
     // The diffuse base of a plastic takes the three bands of irradiance.
     const int order = alpha > 0 ? std::max(lobe_order(alpha, settings_.left_out), 3) : 0;
     orders_.push_back(order <= settings_.highest_order ? order : 0);
     order_ = std::max(order_, orders_.back());
   }
+}
+
+void RoughCache::prepare(const RenderContext& context, int deepest, bool one_level) {
+  one_level_ = one_level;
+  choose_orders(context.scene);
   if (!active()) return;
   const ivec2 size = context.resolution;
   pixels_.assign(static_cast<std::size_t>(size.x) * size.y, {});
@@ -115,7 +119,8 @@ void RoughCache::fill(const RenderContext& context, const HemisphereRadiance& ra
     const auto width = static_cast<std::size_t>(context.resolution.x);
     std::vector<Query> queue;
     for (std::size_t i = 0; i < pixels_.size(); ++i)
-      if (pixels_[i] && wanted(static_cast<int>(i % width), static_cast<int>(i / width))) queue.push_back({i, &pixels_[i]});
+      if (pixels_[i] && wanted(static_cast<int>(i % width), static_cast<int>(i / width)))
+        queue.push_back({key_salt_ == 0 ? i : hash_keys(i, key_salt_), &pixels_[i]});
     cover(context, radiance, std::move(queue), 1);
   };
   // Every step-th pixel, but for those that the coarser pass has been to.
@@ -137,7 +142,7 @@ void RoughCache::cover(const RenderContext& context, const HemisphereRadiance& r
       if (!covered(*queue[next].point)) batch.push_back(queue[next]);
     std::vector<History> made(batch.size());
     parallel_for(batch.size(), 1, [&](std::size_t i) {
-      made[i] = {*batch[i].point, hash_keys(batch[i].key, key_salt), {}, 0};
+      made[i] = {*batch[i].point, hash_keys(batch[i].key, rough_salt), {}, 0};
       add_passes(context, radiance, made[i], passes);
     });
     for (History& history : made) {

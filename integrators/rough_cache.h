@@ -11,6 +11,7 @@
 // there may be. Records are made, refined and judged as irradiance_cache.h says, and depend on threads no more.
 #pragma once
 
+#include "integrators/cache_file.h"
 #include "integrators/cache_fill.h"
 #include "integrators/radiance_cache_records.h"
 
@@ -43,6 +44,14 @@ class RoughCache {
   void prepare(const RenderContext& context, int deepest, bool one_level);
   // Has the scene materials to cache at all?
   bool active() const { return order_ > 0; }
+
+  // Its part of a file (cache_file.h), to its end. `read` throws Error where that holds what no cache of the scene can; the
+  // records wait for `resume`, which follows `prepare` and is as of CacheLevels. Without `refine` they keep the spacings of
+  // their accuracy.
+  void write(ByteWriter& out) const;
+  void read(const RenderContext& context, ByteReader& in, bool one_level);
+  void resume(const RenderContext& context, float accuracy, std::uint64_t key_salt, bool refine);
+
   bool answers(std::uint32_t material) const { return orders_[material] > 0; }
 
   // As of CacheLevels.
@@ -75,6 +84,7 @@ class RoughCache {
     const CachePoint* point;
   };
 
+  void choose_orders(const Scene& scene);
   std::size_t level(int depth) const { return one_level_ ? 0 : static_cast<std::size_t>(depth); }
   CachePoint find_seen(const RenderContext& context, ivec2 pixel, int deepest) const;
   void rebuild(const RenderContext& context, float accuracy);
@@ -96,6 +106,8 @@ class RoughCache {
   Bounds bounds_;
   std::vector<CachePoint> pixels_;
   std::vector<Level> levels_;
+  std::vector<std::vector<History>> saved_;  // by level, until they are used
+  std::uint64_t key_salt_ = 0;
 };
 
 }  // namespace etendue

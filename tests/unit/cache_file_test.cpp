@@ -34,9 +34,9 @@ struct CacheRun {
 };
 
 CacheRun render_with(const Scene& scene, const ParamMap& map, std::uint32_t iterations, const std::string& loaded = {},
-                     int threads = 1, ivec2 resolution = size) {
+                     int threads = 1, ivec2 resolution = size, const std::string& name = "irradiance-cache") {
   SceneContext scope(scene, resolution);
-  const auto integrator = find_integrator("irradiance-cache", {}).make(map);
+  const auto integrator = find_integrator(name, {}).make(map);
   Film film(resolution);
   CacheRun result;
   with_threads(threads, [&] {
@@ -88,6 +88,31 @@ TEST(SavedCache, GoesOnWhereItsRefinementStood) {
   EXPECT_GE(on.records, half.records);
   // With camera samples of its own: the means of both are of twice as many.
   EXPECT_GT(mse(render_with(scene, params({}), 8, half.cache).image, half.image), 1e-3);
+}
+
+TEST(SavedCache, HoldsRadianceToo) {
+  const Scene scene = load_scene("builtin:glossy-cornell-box?alpha=0.6"), other = moved(scene);
+  const auto run = [](const Scene& of, std::initializer_list<std::pair<const char*, const char*>> given,
+                      std::uint32_t iterations, const std::string& loaded = {}, int threads = 1) {
+    return render_with(of, params(given), iterations, loaded, threads, size, "radiance-cache");
+  };
+  const CacheRun fresh = run(scene, {{"refine", "false"}}, 3), loaded = run(scene, {{"refine", "false"}}, 3, fresh.cache, 2);
+  EXPECT_EQ(fresh.hash, loaded.hash);
+  EXPECT_EQ(fresh.cache, loaded.cache);
+  const CacheRun half = run(scene, {}, 8), on = run(scene, {}, 4, half.cache), again = run(scene, {}, 4, half.cache, 3);
+  EXPECT_EQ(on.hash, again.hash);
+  EXPECT_EQ(on.cache, again.cache);
+  EXPECT_GE(on.records, half.records);
+  const CacheRun reused = run(other, {{"refine", "false"}}, 8, fresh.cache);
+  EXPECT_LT(relmse(reused.image, run(other, {{"refine", "false"}}, 8).image), 2e-2);
+  EXPECT_NE(refusal([&] {
+              run(scene, {{"order", "4"}}, 1, half.cache);
+            }).find("made with order=5, not with 4"),
+            std::string::npos);
+  EXPECT_NE(refusal([&] { render_with(scene, params({}), 1, half.cache); }).find("radiance-cache"), std::string::npos);
+  const Scene diffuse = load_scene("builtin:cornell-box");  // with nothing rough in it
+  const CacheRun plain = run(diffuse, {{"refine", "false"}}, 2);
+  EXPECT_EQ(plain.hash, run(diffuse, {{"refine", "false"}}, 2, plain.cache).hash);
 }
 
 TEST(SavedCache, OfAGivenNumberOfRecordsKeepsThatNumber) {

@@ -3,6 +3,7 @@
 #include "framework/core/sampler.h"
 #include "framework/transport/sampling.h"
 #include "integrators/radiance_cache_records.h"
+#include "integrators/rough_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -115,6 +116,44 @@ TEST(RadianceRecords, GradientIsTheDifferenceBetweenPlaces) {
   const auto here = under_slope(strata, frame, 0);
   EXPECT_NEAR(answer(lobe, here, 1).x / difference, 1, 0.08);
   EXPECT_NEAR(answer(lobe, here, 2).x, 0, 0.05 * difference);
+}
+
+// Each coefficient by itself, of high degree too.
+TEST(RadianceRecords, GradientsOfCoefficientsAreDifferencesBetweenPlaces) {
+  const HemisphereStrata strata = HemisphereStrata::of(65536);
+  const Frame frame = Frame::from_normal({0, 0, 1});
+  const float step = 0.05f;
+  const auto before = under_slope(strata, frame, -step), after = under_slope(strata, frame, step);
+  const auto here = under_slope(strata, frame, 0);
+  double squares = 0, errors = 0;
+  for (std::size_t i = 0; i < 64; ++i) {  // l < 8
+    const double difference = (after.coefficients[i].x - before.coefficients[i].x) / (2.0 * step);
+    squares += square(difference);
+    errors += square(here.coefficients[100 + i].x - difference);
+  }
+  EXPECT_LT(std::sqrt(errors / squares), 0.15);
+}
+
+// The lobe's transform over the plane, by quadrature: integral of J_0(l t) g(t) t over that of g(t) t.
+TEST(LobeShare, IsTheTransformOfTheLobe) {
+  for (const float alpha : {0.1f, 0.3f, 0.6f})
+    for (const int degree : {1, 4, 9}) {
+      double sum = 0, all = 0;
+      const double a = 2.0 * alpha, far = 200 * a;
+      constexpr int n = 40000;
+      for (int k = 0; k < n; ++k) {
+        const double t = (k + 0.5) * far / n, g = t / square(1 + square(t / a));
+        sum += std::cyl_bessel_j(0.0, degree * t) * g;
+        all += g;
+      }
+      EXPECT_NEAR(lobe_share(alpha, degree), sum / all, 1e-3) << alpha << " " << degree;
+    }
+}
+
+TEST(LobeShare, NarrowLobesAskForMoreBands) {
+  EXPECT_EQ(lobe_order(0.6f, 0.025f), 4);
+  EXPECT_EQ(lobe_order(0.25f, 0.025f), 10);
+  EXPECT_EQ(lobe_order(0.15f, 0.025f), highest_sh_order);
 }
 
 }  // namespace
