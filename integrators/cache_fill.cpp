@@ -9,7 +9,7 @@ namespace etendue {
 
 namespace {
 
-constexpr int coarsest_grid = 64;
+constexpr int coarsest_grid = 256;
 constexpr std::size_t batch_size = 64;
 constexpr int path_batch = 2048;                // paths traced together: as many rays at once as still pays
 constexpr float coarsest = 64, finest = 1e-3f;  // accuracies between which a number of records is looked for

@@ -1,6 +1,6 @@
 // Fills levels of records so that what the camera sees is covered ([Ward1988]'s overture).
 //
-// In an overture over pixel centres on grids of 64, 32, ... 1 pixels, each pass looks for points that no record covers and
+// In an overture over pixel centres on grids of 256, 128, ... 1 pixels, each pass looks for points that no record covers and
 // takes them in an order drawn by hash, in batches of 64 (the seed draws the order and where the grids lie, so that the scatter
 // over seeds is that of the records' places too): a batch is computed in parallel, then inserted in its order. Points
 // of one batch do not see each other; the few records more cost nothing but room. As clamping shortens what records reach, a

@@ -1,4 +1,4 @@
-// Where irradiance is cached: diffuse surfaces, and the diffuse base under a smooth coat.
+// Where irradiance is cached: diffuse surfaces, unless they are black, and the diffuse base under a smooth coat.
 #pragma once
 
 #include "framework/integrator.h"
@@ -20,7 +20,9 @@ struct CachePoint {
 // Depth limits above which the points of all depths share records.
 inline constexpr int shared_above = 16;
 
-inline bool is_cached(const Bsdf& bsdf) { return bsdf.is_diffuse() || (bsdf.has_specular() && bsdf.has_non_specular()); }
+inline bool is_cached(const Bsdf& bsdf) {
+  return bsdf.is_diffuse() ? !is_black(bsdf.diffuse_albedo()) : bsdf.has_specular() && bsdf.has_non_specular();
+}
 
 inline vec3 towards(const vec3& normal, const vec3& side, const vec3& wo) { return glm::dot(side, wo) < 0 ? -normal : normal; }
 

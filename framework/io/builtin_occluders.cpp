@@ -88,8 +88,9 @@ Scene occluded_floor(const char* name, const Plate& light, const Rgb& radiance, 
 
 }  // namespace
 
-Scene make_broad_light(const VeilParams& params) {
-  const Plate light{1.3f, vec2(-0.8f), vec2(0.8f)};
+Scene make_broad_light(const BroadLightParams& params) {
+  const float half = params.height * (0.8f / 1.3f);
+  const Plate light{params.height, vec2(-half), vec2(half)};
   return occluded_floor("broad-light", light, Rgb(4, 3.7f, 3.2f), {}, params.veil, {0, 1.25f, 0.15f}, {0, 0, 0}, 100);
 }
 

@@ -7,7 +7,19 @@
 
 namespace etendue {
 
-Scene make_broad_light(const VeilParams& params);         // no occluder: smooth everywhere, for rates of convergence
+struct BroadLightParams {
+  float height = 1.3f;
+  bool veil = true;
+};
+
+template <class Visitor>
+void describe(Visitor& v, BroadLightParams& p) {
+  v.number("height", p.height, 1.3, 100, "m",
+           "of the light, which is 1.23 times as wide: the length on which irradiance changes");
+  v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
+}
+
+Scene make_broad_light(const BroadLightParams& params);   // no occluder: smooth everywhere, for rates of convergence
 Scene make_two_occluders(const VeilParams& params);       // a wide light, two plates between: penumbrae across each other
 Scene make_hidden_occluder(const VeilParams& params);     // a small far light behind a plate: a shadow with hardly a penumbra
 Scene make_slit_light(const VeilParams& params);          // a slit in a wall: few rays find it

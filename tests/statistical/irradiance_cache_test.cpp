@@ -2,6 +2,7 @@
 #include "experiments/harness/confidence.h"
 #include "framework/core/sampler.h"
 #include "framework/io/builtin_exact.h"
+#include "integrators/cache_points.h"
 #include "integrators/irradiance_records.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
@@ -318,6 +319,18 @@ TEST(IrradianceCache, EveryParameterChangesTheImage) {
   RenderOptions brute = options;
   brute.params["structure"] = {std::string("brute"), {}};
   EXPECT_EQ(render(scene, "irradiance-cache", brute).hash, plain) << "structures answer alike";
+}
+
+TEST(IrradianceCache, BlackSurfacesNeedNoRecords) {
+  const testing::SceneContext scene(load_scene("builtin:two-occluders?veil=false"), {48, 48});
+  int found = 0;
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 48; ++x)
+      if (const CachePoint point = find_cache_point(scene.context, {x, y}, 4, SamplerKind::sobol)) {
+        ++found;
+        EXPECT_NEAR(point.position.y, 0, 1e-4) << "the floor; all else is black or emits";
+      }
+  EXPECT_GT(found, 400);
 }
 
 TEST(IrradianceCache, WhiteFurnaceStaysWhite) {
