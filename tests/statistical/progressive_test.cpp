@@ -371,15 +371,17 @@ TEST(ProgressivePhotons, WhiteFurnaceStaysWhite) {
 }
 
 TEST(ProgressivePhotons, SameBitsAtAnyThreadCount) {
-  const Scene scene = load_scene("builtin:cornell-spheres");
-  for (const char* method : methods) {
-    RenderOptions options = options_for(10000, 3);
-    std::uint64_t first = 0;
-    for (const int threads : {1, 2, 3}) {
-      options.threads = threads;
-      const std::uint64_t hash = render(scene, method, options).hash;
-      if (threads == 1) first = hash;
-      EXPECT_EQ(hash, first) << method << " " << threads;
+  for (const char* name : {"builtin:cornell-spheres", "builtin:glossy-cornell-box"}) {
+    const Scene scene = load_scene(name);
+    for (const char* method : methods) {
+      RenderOptions options = options_for(10000, 3);
+      std::uint64_t first = 0;
+      for (const int threads : {1, 2, 3}) {
+        options.threads = threads;
+        const std::uint64_t hash = render(scene, method, options).hash;
+        if (threads == 1) first = hash;
+        EXPECT_EQ(hash, first) << name << " " << method << " " << threads;
+      }
     }
   }
 }
