@@ -10,12 +10,18 @@ namespace etendue {
 namespace {
 
 constexpr std::uint64_t asking_pixels = 32;  // one in so many
-constexpr double refined_by = 50;            // iterations, in which records and passes first double
+constexpr double refined_by = 50;            // iterations, in which t first doubles
+constexpr double steps_per_doubling = 10;
 
 }  // namespace
 
 double CacheProgress::time_at(std::uint32_t iteration) const {
-  return 1 + std::max(0.0, static_cast<double>(iteration) - overture_rounds) / refined_by;
+  const double time = 1 + std::max(0.0, static_cast<double>(iteration) - overture_rounds) / refined_by;
+  return std::exp2(std::floor(steps_per_doubling * std::log2(time)) / steps_per_doubling);
+}
+
+bool CacheProgress::steps_at(std::uint32_t iteration) const {
+  return refines && iteration > overture_rounds && time_at(iteration) > time_at(iteration - 1);
 }
 
 double CacheProgress::passes_at(std::uint32_t iteration) const { return refines ? std::pow(time_at(iteration), 2.0 / 3) : 1; }

@@ -3,7 +3,8 @@
 // Iterations 0 to 4 fill it, each more finely than the one before: an overture that a budget of time can cut short. With
 // t = 1 + max(0, iteration - 4) / 50 the accuracy falls from there as t^(-1/6), so that records grow as t^(1/3), and passes per
 // record grow as t^(2/3): of all splits of a constant effort per iteration this lets the squares of interpolation error
-// (t^(-2/3) with gradients) and of the records' noise fall alike.
+// (t^(-2/3) with gradients) and of the records' noise fall alike. Beyond the overture t rises in steps, ten to its doubling,
+// and records change at steps alone: to find anew how far all of them reach costs as much as tracing some passes.
 #pragma once
 
 #include "framework/image/film.h"
@@ -20,6 +21,8 @@ struct CacheProgress {
   static constexpr float overlap = 1.25f;  // at most, as far as the accuracy asked for allows (irradiance_records.h)
 
   double time_at(std::uint32_t iteration) const;
+  // Does an iteration after the overture begin with another refinement?
+  bool steps_at(std::uint32_t iteration) const;
   double passes_at(std::uint32_t iteration) const;  // over a record's hemisphere
   float accuracy_at(std::uint32_t iteration) const;
   // Of what the cache adds in an iteration: its error falls as the square of the accuracy.

@@ -247,15 +247,18 @@ Rgb IrradianceCache::kept_by_limit(const RenderContext& context, const CacheSett
 
 void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) {
   const auto timed = context.phases.measure("prefill");
-  const bool overture = params_.records == 0 && index <= CacheProgress::overture_rounds;
-  if (overture)
-    cache_->fill(context, radiance_, accuracy_at(index));
-  else
-    cache_->refine(context, radiance_, accuracy_at(index), progress_.passes_at(index), wanted_, index);
-  if (rough_ && overture)
-    rough_->fill(context, radiance_, accuracy_at(index));
-  else if (rough_)
-    rough_->refine(context, radiance_, accuracy_at(index), progress_.passes_at(index), wanted_rough_, index);
+  const float accuracy = accuracy_at(index);
+  if (params_.records == 0 && index <= CacheProgress::overture_rounds) {
+    cache_->fill(context, radiance_, accuracy);
+    if (rough_) rough_->fill(context, radiance_, accuracy);
+  } else if (progress_.steps_at(index)) {
+    cache_->refine(context, radiance_, accuracy, progress_.passes_at(index), wanted_, index);
+    if (rough_) rough_->refine(context, radiance_, accuracy, progress_.passes_at(index), wanted_rough_, index);
+  } else {
+    return;
+  }
+  std::fill(wanted_.begin(), wanted_.end(), CachePoint{});
+  std::fill(wanted_rough_.begin(), wanted_rough_.end(), CachePoint{});
 }
 
 void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
@@ -285,9 +288,10 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
       if (!mean.wanted_rough) mean.wanted_rough = sample.wanted_rough;
     }
     const float share = 1 / static_cast<float>(samples.count);
-    const bool asks = params_.records == 0 && progress_.asks(key, round);
-    wanted_[key] = asks ? mean.wanted : CachePoint{};
-    if (rough_) wanted_rough_[key] = asks ? mean.wanted_rough : CachePoint{};
+    if (params_.records == 0 && progress_.asks(key, round)) {
+      wanted_[key] = mean.wanted;
+      if (rough_) wanted_rough_[key] = mean.wanted_rough;
+    }
     cached_.add(film, pixel, share * mean.sampled, share * mean.cached, share * mean.cached_error);
   });
   shares_.end_iteration();

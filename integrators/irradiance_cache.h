@@ -45,7 +45,7 @@
 namespace etendue {
 
 struct IrradianceCacheParams : CacheParams {
-  IrradianceCacheParams() { samples = 512; }
+  IrradianceCacheParams() { samples = 768; }
   int records = 0;
   std::string fill = "records";
   bool cache_direct = false;

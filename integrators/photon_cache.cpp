@@ -130,8 +130,11 @@ void PhotonCache::refine(RenderContext& context, std::uint32_t index) {
   const float accuracy = progress_.accuracy_at(index);
   if (anew || index == 0 || (progress_.refines && index <= CacheProgress::overture_rounds))
     cache_->fill(context, radiance_, accuracy);
-  else if (progress_.refines)
+  else if (progress_.steps_at(index))
     cache_->refine(context, radiance_, accuracy, gathers_ ? progress_.passes_at(index) : 1, wanted_, index);
+  else
+    return;
+  std::fill(wanted_.begin(), wanted_.end(), CachePoint{});
 }
 
 void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
@@ -154,7 +157,7 @@ void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& f
       if (!wanted) wanted = sample.wanted;
     }
     const float share = 1 / static_cast<float>(samples.count);
-    wanted_[key] = progress_.asks(key, index) ? wanted : CachePoint{};
+    if (progress_.asks(key, index)) wanted_[key] = wanted;
     cached_.add(film, pixel, share * sampled, share * cached);
   });
   shares_.end_iteration();
