@@ -101,8 +101,8 @@ void describe(Visitor& v, BvhParams<BuilderParams>& params) {
             "of optimisation, at most: subtrees put where they cost least");
 }
 
-// Bottom levels in a wide layout. The collapse makes the leaves: for a quick build the tree need only go down to a few
-// triangles that any pack takes; for an optimised one, down to single primitives.
+// Bottom levels in a wide layout. For a quick build the tree goes down to what a pack takes; for an optimised one, to single
+// primitives, of which the collapse makes the leaves.
 template <class Wide, class Params, class Build>
 std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& params, MemoryWatch* watch, const Build& build) {
   CollapseOptions options;
@@ -113,9 +113,15 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
   fine.leaf_size = params.reinsertion > 0 ? 1 : Wide::tree_leaf_size;
   if (params.leaf_size > 0) fine.leaf_size = std::min(fine.leaf_size, params.leaf_size);
   if constexpr (requires { fine.primitive_cost; }) fine.primitive_cost = 0;  // so many are a leaf in any case
+  options.leaves_are_packs = params.leaf_size == 0 && params.reinsertion == 0;
   return over_scene(
       scene, watch,
-      [&](const Geometry& geometry) { return Wide(geometry, build(build_items(geometry), fine, &geometry), options); },
+      [&](const Geometry& geometry) {
+        const VertexIds vertices(geometry);
+        const PackTest packs = PackTest::of<typename Wide::LeafPack>(vertices);
+        if (options.leaves_are_packs) fine.packs = &packs;
+        return Wide(vertices, build(build_items(geometry), fine, &geometry), options);
+      },
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }
 

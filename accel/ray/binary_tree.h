@@ -45,10 +45,13 @@ struct BinaryTree {
   double sah_cost() const;
 };
 
+class PackTest;
+
 // What all builders keep to.
 struct TreeLimits {
-  int leaf_size = 4;   // primitives, at most; only a leaf at max_depth may hold more
-  int max_depth = 64;  // edges from the root; a node there becomes a leaf
+  int leaf_size = 4;                // primitives, at most; only a leaf at max_depth, or of a pack, may hold more
+  int max_depth = 64;               // edges from the root; a node there becomes a leaf
+  const PackTest* packs = nullptr;  // where set, what these take is a leaf too
 };
 
 template <class Visitor>

@@ -165,6 +165,7 @@ class SbvhBuilder {
   // False: a leaf. Else both sides and their boxes.
   bool divide(const Job& job, std::span<BuildItem> items, std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) const {
     if (job.count == 1 || static_cast<int>(job.depth) == params_.max_depth) return false;
+    if (params_.packs != nullptr && params_.packs->takes(job.count, [&](std::uint32_t i) { return items[i].id; })) return false;
     for (auto& side : sides) side.clear();
     if (must_halve(job.count, job.depth, params_)) return halve(job, items, sides, bounds);
     if (job.count <= small_sweep_size) return divide_few(job, items, sides, bounds);

@@ -17,14 +17,18 @@ namespace etendue {
 template <int node_width, class Pack>
 class CollapsePlan {
  public:
-  CollapsePlan(const Geometry& geometry, const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options)
+  // `corners`: those of the tree's primitives.
+  CollapsePlan(const Geometry& geometry, std::span<const uvec3> corners, const BinaryTree& tree, const CollapseOptions& options)
       : geometry_(geometry),
-        vertices_(vertices),
+        corners_(corners),
         tree_(tree),
         leaf_size_(std::min<std::uint32_t>(options.leaf_size, Pack::lanes)),
         leaf_cost_(options.leaf_cost),
+        joins_leaves_(!options.leaves_are_packs),
+        areas_(tree.primitives.size()),
         nodes_(tree.nodes.size()),
         shares_(tree.nodes.size()) {
+    parallel_for(areas_.size(), 1 << 13, [&](std::size_t i) { areas_[i] = area_of(tree.primitives[i], corners[i]); });
     count_primitives();
     const std::uint32_t task_size = 2048;
     std::vector<std::uint32_t> roots, above;
@@ -51,6 +55,7 @@ class CollapsePlan {
   std::span<const std::uint32_t> primitives(std::uint32_t n) const {
     return std::span(tree_.primitives).subspan(nodes_[n].first, nodes_[n].count);
   }
+  std::span<const uvec3> corners(std::uint32_t n) const { return corners_.subspan(nodes_[n].first, nodes_[n].count); }
 
   // Whether the primitives of a leaf fit a pack; if not, they are a list.
   bool is_pack(std::uint32_t n) const { return nodes_[n].one_pack != 0; }
@@ -144,7 +149,7 @@ class CollapsePlan {
     Node& node = nodes_[n];
     const float area = tree_.nodes[n].bounds.half_area();
     node.content = 0;
-    for (const std::uint32_t id : primitives(n)) node.content += area_of(id);
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) node.content += areas_[i];
     Costs costs;
     const float cost = leaf_cost(n);
     costs.fits = cost < infinity;
@@ -173,7 +178,7 @@ class CollapsePlan {
         }
     costs.cost[0] = area + shared[costs.slots - 1];
     shares[0] = share[costs.slots - 1];
-    costs.fits = left.fits && right.fits && node.count <= leaf_size_;
+    costs.fits = joins_leaves_ && left.fits && right.fits && node.count <= leaf_size_;
     if (costs.fits) {
       const float cost = leaf_cost(n);
       costs.fits = cost < infinity;
@@ -195,9 +200,8 @@ class CollapsePlan {
     return costs;
   }
 
-  float area_of(std::uint32_t id) const {
+  float area_of(std::uint32_t id, const uvec3& v) const {
     if (!geometry_.is_triangle(id)) return quadric_area(geometry_.quadric(id));
-    const uvec3& v = geometry_.triangles[id];
     const auto& p = geometry_.positions;
     return 0.5f * glm::length(glm::cross(p[v.y] - p[v.x], p[v.z] - p[v.x]));
   }
@@ -208,7 +212,7 @@ class CollapsePlan {
     const auto run = primitives(n);
     const auto is_triangle = [&](std::uint32_t id) { return geometry_.is_triangle(id); };
     const auto triangles = geometry_.quadrics.empty() ? std::ssize(run) : std::count_if(run.begin(), run.end(), is_triangle);
-    nodes_[n].one_pack = triangles == std::ssize(run) && Pack::fits(vertices_, run);
+    nodes_[n].one_pack = triangles == std::ssize(run) && Pack::fits(corners(n));
     if (nodes_[n].one_pack) return leaf_cost_;
     return triangles == 0 ? static_cast<float>(run.size()) : infinity;
   }
@@ -237,10 +241,12 @@ class CollapsePlan {
   }
 
   const Geometry& geometry_;
-  const VertexIds& vertices_;
+  const std::span<const uvec3> corners_;  // by place in BinaryTree::primitives
   const BinaryTree& tree_;
   const std::uint32_t leaf_size_;
   const float leaf_cost_;
+  const bool joins_leaves_;
+  std::vector<float> areas_;              // likewise
   std::vector<Node> nodes_;
   std::vector<Shares> shares_;
 };

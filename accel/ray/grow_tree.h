@@ -10,6 +10,7 @@
 #pragma once
 
 #include "accel/ray/binary_tree.h"
+#include "accel/ray/triangle_pack.h"
 #include "framework/core/check.h"
 #include "framework/core/huge_pages.h"
 
@@ -129,6 +130,9 @@ class TreeGrower {
 
   std::optional<Split> cut(const ItemRange& range) {
     if (range.size() == 1 || static_cast<int>(range.depth) == limits_.max_depth) return std::nullopt;
+    if (limits_.packs != nullptr &&
+        limits_.packs->takes(range.size(), [&](std::uint32_t i) { return splitter_.id(range, range.begin + i); }))
+      return std::nullopt;
     if (must_halve(range.size(), range.depth, limits_)) return splitter_.halve(range);
     return splitter_.best(range);
   }

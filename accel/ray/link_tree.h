@@ -78,6 +78,9 @@ class TreeLinker {
   bool split(const Job& job, Job* children) {
     const Run& run = job.run;
     if (run.size() == 1 || static_cast<int>(run.depth) == limits_.max_depth) return false;
+    if (limits_.packs != nullptr &&
+        limits_.packs->takes(run.size(), [&](std::uint32_t i) { return source_.item(run.begin + i).id; }))
+      return false;
     std::optional<Cut> cut;
     if (must_halve(run.size(), run.depth, limits_))
       cut = source_.halve(run);

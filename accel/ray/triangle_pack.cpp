@@ -1,5 +1,7 @@
 #include "accel/ray/triangle_pack.h"
 
+#include "framework/core/parallel.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -27,6 +29,14 @@ VertexIds::VertexIds(const Geometry& geometry) : geometry_(&geometry) {
   }
 }
 
+std::vector<uvec3> VertexIds::in_order(std::span<const std::uint32_t> primitives) const {
+  std::vector<uvec3> corners(primitives.size());
+  parallel_for(primitives.size(), 1 << 13, [&](std::size_t i) {
+    if (geometry_->is_triangle(primitives[i])) corners[i] = (*this)(primitives[i]);
+  });
+  return corners;
+}
+
 template <int width>
 TrianglePack<width>::TrianglePack() {
   std::fill_n(&vertices[0][0][0], 9 * width, std::numeric_limits<float>::quiet_NaN());
@@ -34,41 +44,58 @@ TrianglePack<width>::TrianglePack() {
 }
 
 template <int width>
-void TrianglePack<width>::fill(const VertexIds& vertex_ids, std::span<const std::uint32_t> triangles) {
+void TrianglePack<width>::fill(const Geometry& geometry, std::span<const std::uint32_t> triangle_ids,
+                               std::span<const uvec3> triangles) {
   for (std::size_t lane = 0; lane < triangles.size(); ++lane) {
-    ids[lane] = triangles[lane];
+    ids[lane] = triangle_ids[lane];
     for (int corner = 0; corner < 3; ++corner)
-      for (int axis = 0; axis < 3; ++axis)
-        vertices[corner][axis][lane] = vertex_ids.geometry().positions[vertex_ids(triangles[lane], corner)][axis];
+      for (int axis = 0; axis < 3; ++axis) vertices[corner][axis][lane] = geometry.positions[triangles[lane][corner]][axis];
   }
 }
 
 namespace {
 
-// The different vertices of a few triangles, in a small open hash table.
+// The different vertices of a few triangles, in an open hash table that is used again and again: what an earlier generation
+// wrote is as good as empty. Whether a vertex is new is a toss-up, so no branch depends on it.
 class VertexSet {
  public:
-  static constexpr int most = SharedPack::slots;
+  static constexpr std::uint32_t most = SharedPack::slots;
 
-  VertexSet() { slots_.fill(-1); }
-
-  // The slot of a vertex, which is added if there is room; `most` if there is none.
-  int slot(std::uint32_t vertex) {
-    std::size_t at = (vertex * 0x9e3779b1u) >> 26;
-    while (slots_[at] >= 0 && vertices_[slots_[at]] != vertex) at = (at + 1) % slots_.size();
-    if (slots_[at] >= 0) return slots_[at];
-    if (size_ == most) return most;
-    vertices_[size_] = vertex;
-    return slots_[at] = static_cast<std::int8_t>(size_++);
+  void clear() {
+    size_ = 0;
+    if (++generation_ > 0) return;
+    table_ = {};
+    generation_ = 1;
   }
-  int size() const { return size_; }
-  std::uint32_t operator[](int slot) const { return vertices_[slot]; }
+  // The slot of a vertex, which is added where it is new. To be asked while there are no more than `most`, for a triangle's
+  // vertices at a time.
+  std::uint32_t slot(std::uint32_t vertex) {
+    std::uint32_t at = (vertex * 0x9e3779b1u) >> 24;
+    while ((table_[at].generation == generation_) & (table_[at].vertex != vertex)) [[unlikely]] at = (at + 1) % table_.size();
+    const std::uint32_t is_new = table_[at].generation != generation_,
+                        slot = table_[at].slot ^ ((table_[at].slot ^ size_) & (0 - is_new));
+    table_[at] = {generation_, vertex, slot, 0};
+    vertices_[slot] = vertex;
+    size_ += is_new;
+    return slot;
+  }
+  std::uint32_t size() const { return size_; }
+  std::uint32_t operator[](std::uint32_t slot) const { return vertices_[slot]; }
 
  private:
-  std::array<std::int8_t, 64> slots_;  // by hash
-  std::array<std::uint32_t, most> vertices_;
-  int size_ = 0;
+  struct Entry {
+    std::uint32_t generation = 0, vertex = 0, slot = 0, unused = 0;
+  };
+  std::array<Entry, 256> table_;
+  std::array<std::uint32_t, most + 3> vertices_{};
+  std::uint32_t size_ = 0, generation_ = 0;
 };
+
+VertexSet& empty_vertex_set() {
+  thread_local constinit VertexSet set;
+  set.clear();
+  return set;
+}
 
 }  // namespace
 
@@ -77,26 +104,26 @@ SharedPack::SharedPack() {
   std::fill_n(ids, lanes, no_id);
 }
 
-bool SharedPack::fits(const VertexIds& vertex_ids, std::span<const std::uint32_t> triangles) {
+bool SharedPack::fits(std::span<const uvec3> triangles) {
   if (triangles.size() > lanes) return false;
   if (3 * triangles.size() <= slots) return true;
-  VertexSet set;
-  for (const std::uint32_t id : triangles)
-    for (int corner = 0; corner < 3; ++corner)
-      if (set.slot(vertex_ids(id, corner)) == VertexSet::most) return false;
+  VertexSet& set = empty_vertex_set();
+  for (const uvec3& triangle : triangles) {
+    for (int corner = 0; corner < 3; ++corner) set.slot(triangle[corner]);
+    if (set.size() > VertexSet::most) return false;
+  }
   return true;
 }
 
-void SharedPack::fill(const VertexIds& vertex_ids, std::span<const std::uint32_t> triangles) {
-  VertexSet set;
-  for (const std::uint32_t id : triangles) {
-    ids[count] = id;
-    for (int corner = 0; corner < 3; ++corner)
-      corners[corner][count] = static_cast<std::uint8_t>(set.slot(vertex_ids(id, corner)));
+void SharedPack::fill(const Geometry& geometry, std::span<const std::uint32_t> triangle_ids, std::span<const uvec3> triangles) {
+  VertexSet& set = empty_vertex_set();
+  for (const uvec3& triangle : triangles) {
+    ids[count] = triangle_ids[count];
+    for (int corner = 0; corner < 3; ++corner) corners[corner][count] = static_cast<std::uint8_t>(set.slot(triangle[corner]));
     ++count;
   }
-  for (int slot = 0; slot < set.size(); ++slot)
-    for (int axis = 0; axis < 3; ++axis) vertices[axis][slot] = vertex_ids.geometry().positions[set[slot]][axis];
+  for (std::uint32_t slot = 0; slot < set.size(); ++slot)
+    for (int axis = 0; axis < 3; ++axis) vertices[axis][slot] = geometry.positions[set[slot]][axis];
 }
 
 template struct TrianglePack<4>;

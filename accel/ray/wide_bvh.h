@@ -46,11 +46,13 @@ class WideBvh {
   // Down to how many primitives a binary tree need be built: about as many packs will come of it as of a finer one.
   static constexpr int tree_leaf_size = Pack::lanes == 16 ? 5 : Pack::lanes / 4;
 
-  // `geometry` must outlive the structure (its quadrics are looked up; triangles are copied).
-  WideBvh(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options = {},
+  using LeafPack = Pack;
+
+  // The geometry must outlive the structure (its quadrics are looked up; triangles are copied).
+  WideBvh(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options = {},
           Isa isa = supported_isas().back())
-      : geometry_(&geometry),
-        tree_(collapse<node_width, Pack>(geometry, tree, options)),
+      : geometry_(&vertices.geometry()),
+        tree_(collapse<node_width, Pack>(vertices, tree, options)),
         kernels_(&wide_kernels<node_width, Pack>(isa)),
         extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
 

@@ -2,6 +2,8 @@
 
 #include "accel/ray/collapse_plan.h"
 
+#include <array>
+
 namespace etendue {
 
 namespace {
@@ -11,8 +13,11 @@ class Collapse {
  public:
   using Tree = WideTree<node_width, Pack>;
 
-  Collapse(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options)
-      : geometry_(geometry), vertices_(geometry), tree_(tree), plan_(geometry, vertices_, tree, options) {}
+  Collapse(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options)
+      : geometry_(vertices.geometry()),
+        corners_(vertices.in_order(tree.primitives)),
+        tree_(tree),
+        plan_(geometry_, corners_, tree, options) {}
 
   Tree run() {
     out_.nodes.reserve(tree_.primitives.size() / (4 * node_width) + 1);
@@ -91,7 +96,9 @@ class Collapse {
       packed_.push_back(binary);
       return {WideRef::Kind::pack, static_cast<std::uint32_t>(packed_.size() - 1)};
     }
-    const std::vector<std::uint32_t> ids = ascending(run);
+    std::vector<std::uint32_t> ids(run.begin(), run.end());
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
     out_.lists.push_back({static_cast<std::uint32_t>(out_.list_ids.size()), static_cast<std::uint32_t>(ids.size())});
     out_.list_ids.insert(out_.list_ids.end(), ids.begin(), ids.end());
     return {WideRef::Kind::list, static_cast<std::uint32_t>(out_.lists.size() - 1)};
@@ -99,20 +106,32 @@ class Collapse {
 
   void fill_packs() {
     out_.packs.resize(packed_.size());
-    parallel_for(packed_.size(), 256,
-                 [&](std::size_t i) { out_.packs[i].fill(vertices_, ascending(plan_.primitives(packed_[i]))); });
+    parallel_for(packed_.size(), 256, [&](std::size_t i) { fill(out_.packs[i], packed_[i]); });
   }
 
-  // Each once: a primitive that was cut in parts may have come together again.
-  static std::vector<std::uint32_t> ascending(std::span<const std::uint32_t> run) {
-    std::vector<std::uint32_t> ids(run.begin(), run.end());
-    std::sort(ids.begin(), ids.end());
-    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-    return ids;
+  // By rising id and each once: a primitive that was cut in parts may have come together again.
+  void fill(Pack& pack, std::uint32_t binary) {
+    const auto run = plan_.primitives(binary);
+    const auto corners = plan_.corners(binary);
+    std::array<std::uint32_t, Pack::lanes> ids;
+    std::array<uvec3, Pack::lanes> triangles;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      std::size_t place = count;
+      while (place > 0 && ids[place - 1] > run[i]) --place;
+      if (place > 0 && ids[place - 1] == run[i]) continue;
+      for (std::size_t j = count++; j > place; --j) {
+        ids[j] = ids[j - 1];
+        triangles[j] = triangles[j - 1];
+      }
+      ids[place] = run[i];
+      triangles[place] = corners[i];
+    }
+    pack.fill(geometry_, std::span(ids).first(count), std::span(triangles).first(count));
   }
 
   const Geometry& geometry_;
-  const VertexIds vertices_;
+  const std::vector<uvec3> corners_;  // by place in BinaryTree::primitives
   const BinaryTree& tree_;
   const CollapsePlan<node_width, Pack> plan_;
   double cost_ = 0;                                    // of the wide tree, times the root's area
@@ -124,13 +143,13 @@ class Collapse {
 }  // namespace
 
 template <int node_width, class Pack>
-WideTree<node_width, Pack> collapse(const Geometry& geometry, const BinaryTree& tree, const CollapseOptions& options) {
+WideTree<node_width, Pack> collapse(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options) {
   if (tree.nodes.empty()) return {};
-  return Collapse<node_width, Pack>(geometry, tree, options).run();
+  return Collapse<node_width, Pack>(vertices, tree, options).run();
 }
 
-template WideTree<4, TrianglePack<4>> collapse(const Geometry&, const BinaryTree&, const CollapseOptions&);
-template WideTree<8, TrianglePack<8>> collapse(const Geometry&, const BinaryTree&, const CollapseOptions&);
-template WideTree<16, SharedPack> collapse(const Geometry&, const BinaryTree&, const CollapseOptions&);
+template WideTree<4, TrianglePack<4>> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
+template WideTree<8, TrianglePack<8>> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
+template WideTree<16, SharedPack> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
 
 }  // namespace etendue

@@ -15,7 +15,7 @@ template <class Wide>
 void expect_same_bits(const Geometry& geometry, const BinaryTree& tree, const Bvh& binary, const std::vector<Ray>& rays) {
   for (const Isa isa : supported_isas()) {
     SCOPED_TRACE(isa_name(isa));
-    const Wide wide(geometry, tree, {}, isa);
+    const Wide wide(VertexIds(geometry), tree, {}, isa);
     for (const Ray& ray : rays) {
       const Hit given = wide.closest(ray), expected = binary.closest(ray);
       ASSERT_EQ(given.primitive, expected.primitive);
@@ -60,7 +60,7 @@ TEST(WideLayouts, CollapseKeepsEveryPrimitiveOnce) {
     const Geometry& geometry = c.scene.objects[0].geometry;
     BinnedSahParams single;
     single.leaf_size = 1;
-    const auto tree = collapse<16, SharedPack>(geometry, build_binned_sah(build_items(geometry), single), {});
+    const auto tree = collapse<16, SharedPack>(VertexIds(geometry), build_binned_sah(build_items(geometry), single), {});
     std::vector<std::uint32_t> found = tree.list_ids;
     for (const auto& pack : tree.packs)
       for (const std::uint32_t id : pack.ids)
