@@ -4,6 +4,7 @@
 #include "accel/ray/simd_bounds.h"
 #include "accel/ray/small_sweep.h"
 #include "accel/ray/split_primitive.h"
+#include "framework/core/parallel.h"
 
 #include <array>
 #include <atomic>
@@ -17,6 +18,7 @@ namespace {
 constexpr std::uint32_t max_bins = 256;
 constexpr std::uint32_t task_size = 4096;    // subtrees of at least so many references are tasks of their own
 constexpr std::uint32_t least_to_chop = 32;  // fewer references will share a leaf or two
+constexpr std::uint32_t least_slabs = 8;     // through which a cut is tried; fewer references gain nothing from more
 
 // Equal intervals of an extent, each a half-open slab but the last.
 class Slabs {
@@ -90,7 +92,15 @@ struct Part {
 class SbvhBuilder {
  public:
   SbvhBuilder(const SbvhParams& params, const Geometry* geometry, float root_area)
-      : params_(params), geometry_(geometry), least_overlap_(params.alpha * root_area) {}
+      : params_(params), geometry_(geometry), least_overlap_(params.alpha * root_area) {
+    if (geometry == nullptr) return;
+    flat_areas_.resize(geometry->triangles.size());
+    parallel_for(flat_areas_.size(), 1 << 13, [&](std::size_t i) {
+      const uvec3& v = geometry->triangles[i];
+      const auto& p = geometry->positions;
+      flat_areas_[i] = glm::length(glm::cross(p[v.y] - p[v.x], p[v.z] - p[v.x]));
+    });
+  }
 
   BinaryTree build(std::vector<BuildItem> items, const Bounds& bounds) {
     Part root;
@@ -244,18 +254,16 @@ class SbvhBuilder {
     return best;
   }
 
+  // Fewer for fewer references, each of which is chopped into all that it spans.
   Slabs slabs_through(const Job& job, int axis) const {
-    return {job.bounds.lower[axis], job.bounds.upper[axis], static_cast<std::uint32_t>(params_.bins)};
+    const std::uint32_t count = std::min(static_cast<std::uint32_t>(params_.bins), least_slabs + job.count / 32);
+    return {job.bounds.lower[axis], job.bounds.upper[axis], count};
   }
 
   // Whether a triangle fills so little of its box that chopping the box tells nothing of its parts: a sliver along a diagonal.
   bool is_slim(const BuildItem& item) const {
-    if (geometry_ == nullptr || !geometry_->is_triangle(item.id)) return false;
-    const uvec3& v = geometry_->triangles[item.id];
-    const auto& p = geometry_->positions;
-    const vec3 cross = glm::cross(p[v.y] - p[v.x], p[v.z] - p[v.x]);  // twice the area; a flat box has half_area of about that
-    const float box = item.bounds.half_area();
-    return 16 * length_squared(cross) < box * box;
+    if (flat_areas_.empty() || !geometry_->is_triangle(item.id)) return false;
+    return 4 * flat_areas_[item.id] < item.bounds.half_area();
   }
 
   // [Stich2009] section 4.2: each reference is chopped into the slabs it spans. For most, the box is chopped, which finds cuts
@@ -269,23 +277,47 @@ class SbvhBuilder {
       std::fill_n(bins.begin(), slabs.count(), Bin());
       for (const BuildItem& item : items) {
         const std::uint32_t first = slabs.of(item.bounds.lower[axis]), last = slabs.of(item.bounds.upper[axis]);
-        const bool slim = first < last && is_slim(item);
-        BuildItem rest = item;
-        for (std::uint32_t slab = first; slab < last; ++slab) {
-          const float plane = slabs.plane(slab + 1);
-          if (!(rest.bounds.lower[axis] < plane && plane < rest.bounds.upper[axis])) continue;
-          const SplitParts parts = split_primitive(slim ? geometry_ : nullptr, rest, axis, plane);
-          if (parts.left.empty() || parts.right.empty()) continue;
-          bins[slab].bounds.extend(parts.left);
-          rest.bounds = parts.right;
-        }
-        bins[last].bounds.extend(rest.bounds);
         ++bins[first].begins;
         ++bins[last].ends;
+        if (first < last && is_slim(item))
+          chop_slim(item, axis, slabs, first, last, bins);
+        else
+          chop_box(item.bounds, axis, slabs, first, last, bins);
       }
       sweep(std::span(bins).first(slabs.count()), axis, best);
     }
     return best;
+  }
+
+  using Bins = std::array<Bin, max_bins>;
+
+  static void chop_box(const Bounds& box, int axis, const Slabs& slabs, std::uint32_t first, std::uint32_t last, Bins& bins) {
+    const AxisLanes lanes(axis);
+    SimdBounds rest(box);
+    float lower = box.lower[axis];
+    const float upper = box.upper[axis];
+    for (std::uint32_t slab = first; slab < last; ++slab) {
+      const float plane = slabs.plane(slab + 1);
+      if (!(lower < plane && plane < upper)) continue;
+      SimdBounds part = rest;
+      part.set_upper(lanes, plane);
+      bins[slab].bounds.extend(part);
+      rest.set_lower(lanes, plane);
+      lower = plane;
+    }
+    bins[last].bounds.extend(rest);
+  }
+
+  void chop_slim(BuildItem rest, int axis, const Slabs& slabs, std::uint32_t first, std::uint32_t last, Bins& bins) const {
+    for (std::uint32_t slab = first; slab < last; ++slab) {
+      const float plane = slabs.plane(slab + 1);
+      if (!(rest.bounds.lower[axis] < plane && plane < rest.bounds.upper[axis])) continue;
+      const SplitParts parts = split_primitive(geometry_, rest, axis, plane);
+      if (parts.left.empty() || parts.right.empty()) continue;
+      bins[slab].bounds.extend(parts.left);
+      rest.bounds = parts.right;
+    }
+    bins[last].bounds.extend(rest.bounds);
   }
 
   // Distributes references about a plane, chopping those that straddle it where that is cheapest. False if all end on one side.
@@ -364,6 +396,7 @@ class SbvhBuilder {
   const SbvhParams params_;
   const Geometry* const geometry_;
   const float least_overlap_;
+  std::vector<float> flat_areas_;  // by triangle: twice its area, or about half_area of its box where that is flat
   std::mutex mutex_;
   std::deque<Part> parts_;  // other than the root's
   std::atomic<std::uint64_t> references_ = 0;

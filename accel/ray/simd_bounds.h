@@ -11,6 +11,18 @@ namespace etendue {
 
 #if defined(__SSE2__)
 
+// Where a box holds its bounds along an axis.
+class AxisLanes {
+ public:
+  explicit AxisLanes(int axis)
+      : lower_(_mm_castsi128_ps(_mm_cmpeq_epi32(_mm_setr_epi32(0, 1, 2, 3), _mm_set1_epi32(axis)))),
+        upper_(_mm_castsi128_ps(_mm_cmpeq_epi32(_mm_setr_epi32(-1, 0, 1, 2), _mm_set1_epi32(axis)))) {}
+
+ private:
+  friend class SimdBounds;
+  __m128 lower_, upper_;
+};
+
 // Lanes 0-2 of `lower_` and 1-3 of `upper_` count; the two others hold what the overlapping loads of a Bounds bring along.
 class SimdBounds {
  public:
@@ -24,6 +36,10 @@ class SimdBounds {
     lower_ = _mm_min_ps(lower_, b.lower_);
     upper_ = _mm_max_ps(upper_, b.upper_);
   }
+  // A plane in place of a bound along an axis. A box in memory that is changed so must not be loaded at once: a load wider than
+  // the store before it waits for that.
+  void set_lower(const AxisLanes& axis, float plane) { lower_ = blend(lower_, _mm_set1_ps(plane), axis.lower_); }
+  void set_upper(const AxisLanes& axis, float plane) { upper_ = blend(upper_, _mm_set1_ps(plane), axis.upper_); }
   Bounds get() const {
     alignas(16) float lower[4], upper[4];
     _mm_store_ps(lower, lower_);
@@ -40,10 +56,16 @@ class SimdBounds {
   }
 
  private:
+  static __m128 blend(__m128 a, __m128 b, __m128 mask) { return _mm_or_ps(_mm_andnot_ps(mask, a), _mm_and_ps(mask, b)); }
+
   __m128 lower_, upper_;
 };
 
 #else
+
+struct AxisLanes {
+  int axis;
+};
 
 class SimdBounds {
  public:
@@ -52,6 +74,8 @@ class SimdBounds {
 
   void extend(const Bounds& b) { bounds_.extend(b); }
   void extend(const SimdBounds& b) { bounds_.extend(b.bounds_); }
+  void set_lower(const AxisLanes& lanes, float plane) { bounds_.lower[lanes.axis] = plane; }
+  void set_upper(const AxisLanes& lanes, float plane) { bounds_.upper[lanes.axis] = plane; }
   Bounds get() const { return bounds_; }
   float half_area() const { return bounds_.half_area(); }
 
