@@ -37,6 +37,10 @@
 #include "accel/ray/with_planes.h"
 #include "framework/core/error.h"
 
+#include <tbb/parallel_invoke.h>
+
+#include <optional>
+
 namespace etendue {
 
 namespace {
@@ -117,10 +121,12 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
   return over_scene(
       scene, watch,
       [&](const Geometry& geometry) {
-        const VertexIds vertices(geometry);
-        const PackTest packs = PackTest::of<typename Wide::LeafPack>(vertices);
+        std::optional<VertexIds> vertices;
+        std::vector<BuildItem> items;
+        tbb::parallel_invoke([&] { vertices.emplace(geometry); }, [&] { items = build_items(geometry); });
+        const PackTest packs = PackTest::of<typename Wide::LeafPack>(*vertices);
         if (options.leaves_are_packs) fine.packs = &packs;
-        return Wide(vertices, build(build_items(geometry), fine, &geometry), options);
+        return Wide(*vertices, build(std::move(items), fine, &geometry), options);
       },
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }

@@ -1,5 +1,8 @@
 #include "accel/ray/binary_tree.h"
 
+#include "framework/core/huge_pages.h"
+#include "framework/core/parallel.h"
+
 namespace etendue {
 
 double BinaryTree::sah_cost() const {
@@ -11,13 +14,28 @@ double BinaryTree::sah_cost() const {
 }
 
 std::vector<BuildItem> build_items(const Geometry& geometry) {
+  const std::size_t count = geometry.primitive_count(), chunk_size = 1 << 13;
   std::vector<BuildItem> items;
-  items.reserve(geometry.primitive_count());
-  for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) {
-    if (!geometry.is_valid(id)) continue;
-    const Bounds bounds = geometry.primitive_bounds(id);
-    items.push_back({{bounds.lower + 0.0f, bounds.upper + 0.0f}, id});
+  resize_on_huge_pages(items, count);
+  std::vector<std::size_t> valid((count + chunk_size - 1) / chunk_size);  // of each chunk, at its beginning
+  parallel_for(valid.size(), 1, [&](std::size_t chunk) {
+    const std::size_t begin = chunk * chunk_size, end = std::min(count, begin + chunk_size);
+    std::size_t place = begin;
+    for (auto id = static_cast<std::uint32_t>(begin); id < end; ++id) {
+      if (!geometry.is_valid(id)) continue;
+      const Bounds bounds = geometry.primitive_bounds(id);
+      items[place++] = {{bounds.lower + 0.0f, bounds.upper + 0.0f}, id};
+    }
+    valid[chunk] = place - begin;
+  });
+  std::size_t size = 0;
+  for (std::size_t chunk = 0; chunk < valid.size(); ++chunk) {
+    const auto begin = items.begin() + static_cast<std::ptrdiff_t>(chunk * chunk_size);
+    if (size != chunk * chunk_size)
+      std::move(begin, begin + static_cast<std::ptrdiff_t>(valid[chunk]), items.begin() + static_cast<std::ptrdiff_t>(size));
+    size += valid[chunk];
   }
+  items.resize(size);
   return items;
 }
 

@@ -23,8 +23,16 @@ using Ints = std::int32_t __attribute__((vector_size(16)));
 
 struct Bin {
   SimdBounds bounds;
-  std::uint32_t count = 0;
+  std::uint32_t count;
   char unused[60 - sizeof(SimdBounds)];  // a stride that is a power of two
+
+  Bin() : bounds(Uninitialised()) {}  // to fill all, and use a few, takes a small node longer than its sweep
+  static Bin empty() {
+    Bin bin;
+    bin.bounds = {};
+    bin.count = 0;
+    return bin;
+  }
 
   void merge(const Bin& other) {
     bounds.extend(other.bounds);
@@ -71,6 +79,7 @@ class Bins {
  public:
   Bins(const Grid& grid, std::uint32_t count) : grid_(grid), count_(count) {
     if constexpr (capacity > max_on_stack) bins_.resize(3 * capacity);
+    for (std::uint32_t axis = 0; axis < 3; ++axis) std::fill_n(&bins_[axis * capacity], count, Bin::empty());
   }
 
   void add(const BuildItem* begin, const BuildItem* end) {
@@ -115,7 +124,7 @@ class Bins {
   void sweep(int axis, Cut& best) const {
     std::array<float, capacity> right_cost;
     const Bin* const bins = bins_.data() + axis * capacity;
-    Bin left, right;
+    Bin left = Bin::empty(), right = left;
     for (std::uint32_t i = count_ - 1; i > 0; --i) {
       right.merge(bins[i]);
       right_cost[i] = right.bounds.half_area() * static_cast<float>(right.count);

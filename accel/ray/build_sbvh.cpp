@@ -2,6 +2,7 @@
 
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
+#include "accel/ray/slabs.h"
 #include "accel/ray/small_sweep.h"
 #include "accel/ray/split_primitive.h"
 #include "framework/core/parallel.h"
@@ -9,74 +10,16 @@
 #include <array>
 #include <atomic>
 #include <deque>
+#include <memory>
 #include <mutex>
 
 namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t max_bins = 256;
 constexpr std::uint32_t task_size = 4096;    // subtrees of at least so many references are tasks of their own
 constexpr std::uint32_t least_to_chop = 32;  // fewer references will share a leaf or two
 constexpr std::uint32_t least_slabs = 8;     // through which a cut is tried; fewer references gain nothing from more
-
-// Equal intervals of an extent, each a half-open slab but the last.
-class Slabs {
- public:
-  Slabs(float lower, float upper, std::uint32_t count)
-      : lower_(lower),
-        width_((upper - lower) / static_cast<float>(count)),
-        scale_(static_cast<float>(count) / (upper - lower)),
-        count_(count) {}
-
-  bool usable() const { return scale_ > 0 && scale_ < infinity && width_ > 0; }
-  std::uint32_t of(float x) const {
-    const float slab = (x - lower_) * scale_;
-    return slab > 0 ? std::min(static_cast<std::uint32_t>(std::min(slab, 1e6f)), count_ - 1) : 0;
-  }
-  float plane(std::uint32_t slab) const { return lower_ + static_cast<float>(slab) * width_; }  // where it begins
-  std::uint32_t count() const { return count_; }
-
- private:
-  float lower_, width_, scale_;
-  std::uint32_t count_;
-};
-
-struct Bin {
-  SimdBounds bounds;
-  std::uint32_t begins = 0, ends = 0;  // references
-};
-
-struct Cut {
-  float cost = infinity;  // references on both sides, weighted by area
-  int axis = -1;
-  std::uint32_t slab = 0;             // where the right side begins
-  std::uint32_t left = 0, right = 0;  // references
-  Bounds left_bounds, right_bounds;
-};
-
-void sweep(std::span<const Bin> bins, int axis, Cut& best) {
-  std::array<SimdBounds, max_bins> right;
-  std::array<std::uint32_t, max_bins> right_count;
-  SimdBounds bounds;
-  std::uint32_t count = 0;
-  for (std::size_t i = bins.size() - 1; i > 0; --i) {
-    bounds.extend(bins[i].bounds);
-    right[i] = bounds;
-    right_count[i] = count += bins[i].ends;
-  }
-  bounds = {};
-  count = 0;
-  for (std::size_t i = 1; i < bins.size(); ++i) {
-    bounds.extend(bins[i - 1].bounds);
-    count += bins[i - 1].begins;
-    if (count == 0 || right_count[i] == 0) continue;
-    const float cost =
-        bounds.half_area() * static_cast<float>(count) + right[i].half_area() * static_cast<float>(right_count[i]);
-    if (cost < best.cost)
-      best = {cost, axis, static_cast<std::uint32_t>(i), count, right_count[i], bounds.get(), right[i].get()};
-  }
-}
 
 // A piece of the tree that one task builds: its nodes, with child and primitive indices of its own.
 struct Part {
@@ -126,12 +69,13 @@ class SbvhBuilder {
     part.nodes.resize(1);
     std::vector<Job> jobs{root};
     std::vector<BuildItem> sides[2];
+    const auto bins = std::make_unique<SlabBins>();
     while (!jobs.empty()) {
       const Job job = jobs.back();
       jobs.pop_back();
       const auto items = std::span(stack).last(job.count);
       Bounds bounds[2];
-      if (!divide(job, items, sides, bounds)) {
+      if (!divide(job, items, *bins, sides, bounds)) {
         part.nodes[job.slot] = {job.bounds, static_cast<std::uint32_t>(part.primitives.size()), job.count};
         for (const BuildItem& item : items) part.primitives.push_back(item.id);
         stack.resize(stack.size() - job.count);
@@ -173,7 +117,8 @@ class SbvhBuilder {
   }
 
   // False: a leaf. Else both sides and their boxes.
-  bool divide(const Job& job, std::span<BuildItem> items, std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) const {
+  bool divide(const Job& job, std::span<BuildItem> items, SlabBins& bins, std::vector<BuildItem> (&sides)[2],
+              Bounds (&bounds)[2]) const {
     if (job.count == 1 || static_cast<int>(job.depth) == params_.max_depth) return false;
     if (params_.packs != nullptr && params_.packs->takes(job.count, [&](std::uint32_t i) { return items[i].id; })) return false;
     for (auto& side : sides) side.clear();
@@ -181,11 +126,11 @@ class SbvhBuilder {
     if (job.count <= small_sweep_size) return divide_few(job, items, sides, bounds);
     Bounds centres;
     for (const BuildItem& item : items) centres.extend(item.bounds.centre());
-    const Cut between = best_between(items, centres);
-    Cut through;
+    const SlabCut between = best_between(items, centres, bins);
+    SlabCut through;
     if (job.count >= least_to_chop && job.spare > 0 &&
         (between.axis < 0 || overlap(between.left_bounds, between.right_bounds).half_area() > least_overlap_)) {
-      through = best_through(job, items);
+      through = best_through(job, items, bins);
       if (through.left + through.right - job.count > job.spare) through = {};
     }
     if (prefers_leaf(job, std::min(between.cost, through.cost))) return false;
@@ -236,20 +181,19 @@ class SbvhBuilder {
     return std::min(static_cast<std::uint32_t>(params_.bins), 4 + count / 8);
   }
 
-  Cut best_between(std::span<const BuildItem> items, const Bounds& centres) const {
-    Cut best;
-    std::array<Bin, max_bins> bins;
+  SlabCut best_between(std::span<const BuildItem> items, const Bounds& centres, SlabBins& bins) const {
+    SlabCut best;
     for (int axis = 0; axis < 3; ++axis) {
       const Slabs slabs(centres.lower[axis], centres.upper[axis], bins_for(static_cast<std::uint32_t>(items.size())));
       if (!slabs.usable()) continue;
-      std::fill_n(bins.begin(), slabs.count(), Bin());
+      bins.clear(slabs.count());
       for (const BuildItem& item : items) {
-        Bin& bin = bins[slabs.of(item.bounds.centre()[axis])];
+        SlabBin& bin = bins[slabs.of(item.bounds.centre()[axis])];
         bin.bounds.extend(item.bounds);
         ++bin.begins;
         ++bin.ends;
       }
-      sweep(std::span(bins).first(slabs.count()), axis, best);
+      bins.sweep(axis, best);
     }
     return best;
   }
@@ -268,13 +212,12 @@ class SbvhBuilder {
 
   // [Stich2009] section 4.2: each reference is chopped into the slabs it spans. For most, the box is chopped, which finds cuts
   // as good in less time; slim triangles are chopped themselves, as are all once a cut is chosen.
-  Cut best_through(const Job& job, std::span<const BuildItem> items) const {
-    Cut best;
-    std::array<Bin, max_bins> bins;
+  SlabCut best_through(const Job& job, std::span<const BuildItem> items, SlabBins& bins) const {
+    SlabCut best;
     for (int axis = 0; axis < 3; ++axis) {
       const Slabs slabs = slabs_through(job, axis);
       if (!slabs.usable()) continue;
-      std::fill_n(bins.begin(), slabs.count(), Bin());
+      bins.clear(slabs.count());
       for (const BuildItem& item : items) {
         const std::uint32_t first = slabs.of(item.bounds.lower[axis]), last = slabs.of(item.bounds.upper[axis]);
         ++bins[first].begins;
@@ -284,31 +227,12 @@ class SbvhBuilder {
         else
           chop_box(item.bounds, axis, slabs, first, last, bins);
       }
-      sweep(std::span(bins).first(slabs.count()), axis, best);
+      bins.sweep(axis, best);
     }
     return best;
   }
 
-  using Bins = std::array<Bin, max_bins>;
-
-  static void chop_box(const Bounds& box, int axis, const Slabs& slabs, std::uint32_t first, std::uint32_t last, Bins& bins) {
-    const AxisLanes lanes(axis);
-    SimdBounds rest(box);
-    float lower = box.lower[axis];
-    const float upper = box.upper[axis];
-    for (std::uint32_t slab = first; slab < last; ++slab) {
-      const float plane = slabs.plane(slab + 1);
-      if (!(lower < plane && plane < upper)) continue;
-      SimdBounds part = rest;
-      part.set_upper(lanes, plane);
-      bins[slab].bounds.extend(part);
-      rest.set_lower(lanes, plane);
-      lower = plane;
-    }
-    bins[last].bounds.extend(rest);
-  }
-
-  void chop_slim(BuildItem rest, int axis, const Slabs& slabs, std::uint32_t first, std::uint32_t last, Bins& bins) const {
+  void chop_slim(BuildItem rest, int axis, const Slabs& slabs, std::uint32_t first, std::uint32_t last, SlabBins& bins) const {
     for (std::uint32_t slab = first; slab < last; ++slab) {
       const float plane = slabs.plane(slab + 1);
       if (!(rest.bounds.lower[axis] < plane && plane < rest.bounds.upper[axis])) continue;
@@ -321,7 +245,7 @@ class SbvhBuilder {
   }
 
   // Distributes references about a plane, chopping those that straddle it where that is cheapest. False if all end on one side.
-  bool chop(const Job& job, std::span<const BuildItem> items, const Cut& cut, std::vector<BuildItem> (&sides)[2]) const {
+  bool chop(const Job& job, std::span<const BuildItem> items, const SlabCut& cut, std::vector<BuildItem> (&sides)[2]) const {
     const Slabs slabs = slabs_through(job, cut.axis);
     const float plane = slabs.plane(cut.slab);
     Bounds left_box = cut.left_bounds, right_box = cut.right_bounds;

@@ -9,6 +9,8 @@
 
 namespace etendue {
 
+struct Uninitialised {};
+
 #if defined(__SSE2__)
 
 // Where a box holds its bounds along an axis.
@@ -27,6 +29,7 @@ class AxisLanes {
 class SimdBounds {
  public:
   SimdBounds() : lower_(_mm_set1_ps(infinity)), upper_(_mm_set1_ps(-infinity)) {}
+  explicit SimdBounds(Uninitialised) {}
   explicit SimdBounds(const Bounds& b) : lower_(_mm_loadu_ps(&b.lower.x)), upper_(_mm_loadu_ps(&b.lower.x + 2)) {
     static_assert(sizeof(Bounds) == 6 * sizeof(float));
   }
@@ -70,6 +73,7 @@ struct AxisLanes {
 class SimdBounds {
  public:
   SimdBounds() = default;
+  explicit SimdBounds(Uninitialised) {}
   explicit SimdBounds(const Bounds& b) : bounds_(b) {}
 
   void extend(const Bounds& b) { bounds_.extend(b); }

@@ -13,7 +13,7 @@ namespace etendue {
 VertexIds::VertexIds(const Geometry& geometry) : geometry_(&geometry) {
   const std::size_t count = geometry.positions.size();
   if (count < 0.6 * static_cast<double>(geometry.triangles.size())) return;
-  const std::size_t size = std::bit_ceil(2 * count);
+  const std::size_t size = std::bit_ceil(count + count / 2);
   std::vector<std::uint32_t> table(size, no_id);
   first_equal_.resize(count);
   for (std::uint32_t vertex = 0; vertex < count; ++vertex) {
