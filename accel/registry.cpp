@@ -117,7 +117,7 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
   fine.leaf_size = params.reinsertion > 0 ? 1 : Wide::tree_leaf_size;
   if (params.leaf_size > 0) fine.leaf_size = std::min(fine.leaf_size, params.leaf_size);
   if constexpr (requires { fine.primitive_cost; }) fine.primitive_cost = 0;  // so many are a leaf in any case
-  options.leaves_are_packs = params.leaf_size == 0 && params.reinsertion == 0;
+  const bool to_packs = params.leaf_size == 0 && params.reinsertion == 0;
   return over_scene(
       scene, watch,
       [&](const Geometry& geometry) {
@@ -125,8 +125,12 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
         std::vector<BuildItem> items;
         tbb::parallel_invoke([&] { vertices.emplace(geometry); }, [&] { items = build_items(geometry); });
         const PackTest packs = PackTest::of<typename Wide::LeafPack>(*vertices);
-        if (options.leaves_are_packs) fine.packs = &packs;
-        return Wide(*vertices, build(std::move(items), fine, &geometry), options);
+        Params limits = fine;
+        if (to_packs) limits.packs = &packs;
+        const BinaryTree tree = build(std::move(items), limits, &geometry);
+        CollapseOptions collapse = options;
+        collapse.leaves_are_packs = to_packs && static_cast<int>(tree.depth) < limits.max_depth;
+        return Wide(*vertices, tree, collapse);
       },
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }

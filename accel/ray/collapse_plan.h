@@ -246,7 +246,7 @@ class CollapsePlan {
   const std::uint32_t leaf_size_;
   const float leaf_cost_;
   const bool joins_leaves_;
-  std::vector<float> areas_;              // likewise
+  std::vector<float> areas_;  // likewise
   std::vector<Node> nodes_;
   std::vector<Shares> shares_;
 };

@@ -1,5 +1,6 @@
 #include "accel/ray/triangle_pack.h"
 
+#include "framework/core/check.h"
 #include "framework/core/parallel.h"
 
 #include <algorithm>
@@ -120,6 +121,7 @@ void SharedPack::fill(const Geometry& geometry, std::span<const std::uint32_t> t
   for (const uvec3& triangle : triangles) {
     ids[count] = triangle_ids[count];
     for (int corner = 0; corner < 3; ++corner) corners[corner][count] = static_cast<std::uint8_t>(set.slot(triangle[corner]));
+    CHECK_LE(set.size(), VertexSet::most);
     ++count;
   }
   for (std::uint32_t slot = 0; slot < set.size(); ++slot)
