@@ -1,8 +1,9 @@
 // A camera path through all that carries (see integrators/photons.h), to the receivers it meets.
 //
-// At a receiver the path ends, unless a delta lobe (a smooth coat's) is sampled there: it carries the path on. Returned is the
-// light that needs no photons: emission the path meets, and what light sampling finds at rough lobes that carry, the two
-// weighed against each other.
+// At a receiver the path ends, unless a delta lobe (a smooth coat's) is sampled there: it carries the path on. Of a rough lobe
+// that carries the path follows the core where the flanks are gathered by the caller, else all of it. Returned is the light
+// that needs no photons: emission the path meets, and what light sampling finds at rough lobes that carry, the two weighed
+// against each other where both may find it.
 #pragma once
 
 #include "framework/transport/ray_tools.h"
@@ -10,6 +11,10 @@
 #include "integrators/photons.h"
 
 namespace etendue {
+
+struct NoFlanks {
+  void operator()(const SurfacePoint&, const Bsdf&, const vec3&, const Rgb&, int) const {}
+};
 
 struct CameraWalk {
   const RenderContext& context;
@@ -19,9 +24,11 @@ struct CameraWalk {
   static constexpr int roulette_depth = 5;
 
   // Calls at_receiver(point, bsdf, wo, throughput, depth, distance) at each receiver, with `depth` scattering events before it
-  // and a way of `distance` behind it. `path` decides where the path goes, `light` which points of lights it looks at.
-  template <class AtReceiver>
-  Rgb operator()(Ray ray, Sampler& path, Sampler& light, const AtReceiver& at_receiver) const {
+  // and a way of `distance` behind it, and at_flanks(point, bsdf, wo, throughput, depth) where light from directions of a
+  // density below receivers.flank_density() is wanted, but for direct light. `path` decides where the path goes, `light` which
+  // points of lights it looks at.
+  template <class AtReceiver, class AtFlanks = NoFlanks>
+  Rgb operator()(Ray ray, Sampler& path, Sampler& light, const AtReceiver& at_receiver, const AtFlanks& at_flanks = {}) const {
     Rgb radiance(0), throughput(1);
     float distance = 0;   // metres
     float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
@@ -37,15 +44,17 @@ struct CameraWalk {
       const Bsdf bsdf(context.scene, point);
       const bool receiver = receivers(point.material);
       distance += glm::length(point.position - ray.origin);
+      const float followed_above = receivers.has_flanks(point.material) ? receivers.flank_density() : 0;
       if (receiver)
         at_receiver(point, bsdf, wo, throughput, depth, distance);
       else
-        radiance += throughput * direct_light(context, point, bsdf, wo, light, MisMode::power);
+        radiance += throughput * direct_light(context, point, bsdf, wo, light, MisMode::power, followed_above);
+      if (followed_above > 0) at_flanks(point, bsdf, wo, throughput, depth);
       if (receiver && !bsdf.has_specular()) return radiance;
 
       const float u_lobe = path.get_1d();
       last = bsdf.sample(wo, u_lobe, path.get_2d());
-      if (!last || (receiver && !last.specular)) return radiance;
+      if (!last || (receiver && !last.specular) || (!last.specular && last.pdf_solid_angle < followed_above)) return radiance;
       throughput *= last.weight;
       if (last.transmitted) eta_scale *= last.eta * last.eta;
       ray = spawn_ray(point, last.wi);

@@ -33,7 +33,7 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
   if (!hit) return 0;
   const SurfacePoint point = context.scene.surface_at(ray, hit);
   const float facing = std::abs(glm::dot(point.normal, normal));
-  if (!receivers_(point.material) || facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
+  if (!receivers_.stores(point.material) || facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
   const float hit_x = x + square((height - hit.t) / radius), shape = kernel_shape(rules_.kernel, x);
   return hit_x < 1 && shape > 0 ? kernel_shape(rules_.kernel, hit_x) / (shape * facing) : 0;
 }

@@ -46,7 +46,7 @@ float PhotonMap::automatic_radius() const {
 }
 
 GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories,
-                         int max_scatterings)
+                         int max_scatterings, float flank_density)
     : bsdf_(&bsdf),
       position_(point.position),
       wo_(wo),
@@ -54,6 +54,7 @@ GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3
       histories_(histories),
       constant_(bsdf.is_diffuse() && point.shading_normal == point.normal),
       longest_(std::min(max_scatterings, 65535)),
+      flank_density_(flank_density),
       constant_reflectance_(constant_ ? bsdf.diffuse_albedo() * inv_pi : Rgb(0)) {}
 
 GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, int max_scatterings) {

@@ -49,8 +49,10 @@ KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float
 // A point that photons are gathered at: which of them count there, and what it reflects of each towards wo.
 class GatherPoint {
  public:
-  // Photons of the given histories count, with at most `max_scatterings` events behind them.
-  GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings);
+  // Photons of the given histories count, with at most `max_scatterings` events behind them. Only directions of a BSDF density
+  // below `flank_density` (1/sr) are reflected: a lobe's flanks, or all.
+  GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings,
+              float flank_density = infinity);
 
   // Irradiance on the side of unit `normal`, by photons with at most `max_scatterings` events behind them, which are reflected
   // as they are.
@@ -58,6 +60,7 @@ class GatherPoint {
 
   const vec3& position() const { return position_; }
   const vec3& normal() const { return normal_; }  // geometric, on the side of wo
+  bool of_flanks() const { return flank_density_ < infinity; }
   // Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces
   // pass. Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.
   bool counts(const Photons& photons, std::uint32_t id, bool side_test) const {
@@ -72,6 +75,7 @@ class GatherPoint {
     if (constant_) return photons.power[id] * constant_reflectance_;
     // The photons' own cosine is the geometric one; `evaluate` has the shading one, as path tracing does.
     const vec3& wi = photons.direction[id];
+    if (of_flanks() && bsdf_->pdf(wo_, wi) >= flank_density_) return Rgb(0);
     return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
   }
 
@@ -84,6 +88,7 @@ class GatherPoint {
   PhotonHistory histories_;
   bool constant_;  // f_r is the same for every direction
   std::int32_t longest_;
+  float flank_density_ = infinity;
   Rgb constant_reflectance_;
 };
 

@@ -101,7 +101,7 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     const SurfacePoint point = context_.scene.surface_at(ray, hit);
     const vec3 from = -ray.direction;
     const bool receiver = receivers_(point.material);
-    if (receiver && stores(history)) {
+    if (receivers_.stores(point.material) && stores(history)) {
       const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
       out.add(point.position, power, from, normal, history, scatterings);
       matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);

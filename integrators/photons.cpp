@@ -137,11 +137,16 @@ std::vector<std::uint32_t> along_curve(std::span<const vec3> points) {
   return order;
 }
 
-Receivers::Receivers(const Scene& scene, float narrow) {
+// GGX has 1 / (pi alpha^2) for its peak; reflection spreads it over four times the solid angle.
+Receivers::Receivers(const Scene& scene, float narrow, Flanks flanks)
+    : flank_density_(1 / (4 * pi * square(std::max(narrow, 1e-6f)))) {
   for (const Material& material : scene.materials) {
-    const bool carries = has_non_specular(material) && std::visit(NarrowestAlpha{}, material) < narrow;
-    narrow_lobes_ |= carries;
-    receives_.push_back(has_non_specular(material) && !carries);
+    const bool rough_carries = has_non_specular(material) && std::visit(NarrowestAlpha{}, material) < narrow;
+    narrow_lobes_ |= rough_carries;
+    kinds_.push_back(!has_non_specular(material)  ? Kind::carries
+                     : !rough_carries             ? Kind::receives
+                     : flanks == Flanks::gathered ? Kind::flanks
+                                                  : Kind::carries);
   }
 }
 

@@ -2,13 +2,19 @@
 //
 // A scattering event either *carries* light on or *diffuses* it. Delta lobes carry, and so do lobes narrower than a roughness
 // threshold, whose reflection no density estimate of a few hundred photons could resolve; all else diffuses. A surface with a
-// lobe that diffuses is a *receiver*: photons are stored there, and there alone. By what happened before it landed a photon is
+// lobe that diffuses is a *receiver*: photons are stored there. By what happened before it landed a photon is
 //
 //   direct    nothing                             L R
 //   caustic   carried only                        L C+ R
 //   indirect  diffused at least once              L (C|R)* R C* R
 //
 // and a map states which of the three it holds, so that nothing is counted twice.
+//
+// A rough lobe that carries has *flanks*: directions whose density is below the peak of the narrowest lobe that would be
+// gathered. Kernels resolve those as well as they do receivers, whereas a camera path that follows the lobe goes there now and
+// then only, and may find there what is a thousand times as bright (light through a door, say). So where asked for, photons are
+// stored on such surfaces too; camera paths follow the lobe's core and gather its flanks. That is a partition by the direction
+// alone, as [Jensen1996] has one by materials; weights of both strategies everywhere are those of integrators/vcm.h.
 //
 // Photon i of a pass is a function of (seed, pass, i) alone. Chunks of fixed size are traced in parallel and joined in order,
 // so the arrays are the same, bit for bit, at any number of threads. Russian roulette follows [Jensen2001]: a photon survives
@@ -80,17 +86,28 @@ Photons joined(std::span<const Photons> parts);
 // Ids in the order of a Morton curve through 2048 x 2048 x 1024 cells of the points' bounds, ties by id.
 std::vector<std::uint32_t> along_curve(std::span<const vec3> points);
 
+// What becomes of the flanks of a rough lobe that carries.
+enum class Flanks : std::uint8_t { followed, gathered };
+
 // Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe carries.
 class Receivers {
  public:
-  Receivers(const Scene& scene, float narrow);
-  bool operator()(std::uint32_t material) const { return receives_[material] != 0; }
+  Receivers(const Scene& scene, float narrow, Flanks flanks = Flanks::followed);
+  bool operator()(std::uint32_t material) const { return kinds_[material] == Kind::receives; }
+  // Has it a rough lobe that carries, whose flanks are gathered?
+  bool has_flanks(std::uint32_t material) const { return kinds_[material] == Kind::flanks; }
+  bool stores(std::uint32_t material) const { return kinds_[material] != Kind::carries; }
   // Is there a rough lobe that carries?
   bool narrow_lobes() const { return narrow_lobes_; }
+  // Density of a BSDF over solid angle, 1/sr, below which directions are flanks.
+  float flank_density() const { return flank_density_; }
 
  private:
-  std::vector<std::uint8_t> receives_;
+  enum class Kind : std::uint8_t { carries, flanks, receives };
+
+  std::vector<Kind> kinds_;
   bool narrow_lobes_ = false;
+  float flank_density_;
 };
 
 enum class PhotonEmission : std::uint8_t { power, importance, visibility };

@@ -25,7 +25,7 @@ ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoi
 
 void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
-  receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below);
+  receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below, Flanks::gathered);
   if (params_.photons == 0) params_.photons = std::max(20000, context.resolution.x * context.resolution.y);
   if (emission_ == PhotonEmission::power && params_.radius > 0) return;
   widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.scene.bounds().diagonal());
@@ -63,23 +63,21 @@ PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) const {
 
 std::unique_ptr<DiscCoverage> ProgressivePasses::make_coverage(const RenderContext& context) const {
   if (params_.edges == "disc") return nullptr;
-  const std::size_t pixels = static_cast<std::size_t>(context.resolution.x) * context.resolution.y;
   return std::make_unique<DiscCoverage>(*receivers_, DiscCoverage::Rules{kernel_, params_.side_test, sampler_},
-                                        pixels * points_.per_pixel());
+                                        states(context));
 }
 
 InitialRadii ProgressivePasses::pilot(const RenderContext& context) const {
-  const std::size_t pixels = static_cast<std::size_t>(context.resolution.x) * context.resolution.y;
-  if (params_.radius > 0) return InitialRadii(pixels * points_.per_pixel(), params_.radius);
+  if (params_.radius > 0) return InitialRadii(states(context), params_.radius);
   const PhotonMap map = pilot_map(context);
-  InitialRadii radii(pixels * points_.per_pixel(), 0);
+  InitialRadii radii(states(context), 0);
+  const int of_flanks = std::max(1, params_.neighbours / 4);
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
-    for (std::uint32_t i = 0; i < points_.per_pixel(); ++i) {
-      float& r = radii[points_.slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, i)];
+    for (std::uint32_t i = 0; i < points_.per_pixel(); ++i)
       camera(context, pixel, i, [&](const GatherPoint& at, const Rgb&) {
-        if (r == 0) r = map.distance_to(params_.neighbours, at, widest_);
+        float& r = radii[first_state(context, pixel, i) + (at.of_flanks() ? 1 : 0)];
+        if (r == 0) r = map.distance_to(at.of_flanks() ? of_flanks : params_.neighbours, at, widest_);
       });
-    }
   });
   std::vector<float> known;
   for (const float r : radii)

@@ -13,9 +13,13 @@
 // shadow, where one shadow ray gives a sharp one with a fraction of the variance, and the photons that remain are fewer and
 // smoother ([Jensen2001] divides the light so).
 //
+// Photons are gathered at receivers and, where rough lobes carry the camera path on, in their flanks (integrators/photons.h),
+// which have a radius of their own per pixel.
+//
 // r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice
-// the median of all pixels and 5 % of the scene's diagonal. It owes nothing to the photons that are gathered, so that it adds
-// no bias of its own. Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is
+// the median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what
+// is reflected and light leaks there under doors. It owes nothing to the photons that are gathered, so that it adds no bias
+// of its own. Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is
 // found once, by two paths per pixel.
 //
 // By default a pass has as many photons as pixels: tracing and gathering them then take about as long as the camera paths, and
@@ -33,6 +37,7 @@
 #include "integrators/radius_policy.h"
 #include "integrators/visible_region.h"
 
+#include <array>
 #include <functional>
 
 namespace etendue {
@@ -61,7 +66,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.choice("emission", p.emission, {"power", "importance", "visibility"},
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
-  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
+  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, their flanks gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges, {"measured", "disc"},
            "photons are divided by what probes find of the kernel's disc over all passes, or by the whole disc");
@@ -104,11 +109,24 @@ class ProgressivePasses {
         [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
           if (sample_direct_) direct += throughput * direct_light(context, point, bsdf, wo, light, MisMode::light);
           at(GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput);
+        },
+        [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
+          const auto histories = static_cast<PhotonHistory>(gathered_ & ~photon_direct);
+          at(GatherPoint(point, bsdf, wo, histories, max_depth_ - depth - 1, receivers_->flank_density()), throughput);
         });
     return met + direct;
   }
 
   const VisiblePoints& points() const { return points_; }
+  // What a pixel's receivers are gathered by is one state of the policy; the flanks of lobes on the way there are another.
+  std::uint32_t kinds() const { return receivers_->narrow_lobes() ? 2 : 1; }
+  std::size_t states(const RenderContext& context) const {
+    return static_cast<std::size_t>(context.resolution.x) * context.resolution.y * points_.per_pixel() * kinds();
+  }
+  // The first of the `kinds` states of a pixel's point.
+  std::size_t first_state(const RenderContext& context, ivec2 pixel, std::uint32_t iteration) const {
+    return points_.slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, iteration) * kinds();
+  }
   Kernel kernel() const { return kernel_; }
   // Null: photons are divided by whole discs.
   std::unique_ptr<DiscCoverage> make_coverage(const RenderContext& context) const;
@@ -145,7 +163,7 @@ class ProgressivePhotonMapping final : public Integrator {
     passes_.prepare(context);
     policy_ = std::make_unique<Policy>(make_policy_(passes_.pilot(context)));
     coverage_ = passes_.make_coverage(context);
-    if (coverage_) totals_.resize(static_cast<std::size_t>(context.resolution.x) * context.resolution.y * per_pixel());
+    if (coverage_) totals_.resize(passes_.states(context));
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
@@ -155,7 +173,7 @@ class ProgressivePhotonMapping final : public Integrator {
     if constexpr (requires { policy_->begin_pass(pass); }) policy_->begin_pass(pass);
     parallel_pixels(context.resolution, [&](ivec2 pixel) {
       const Radiance radiance = pixel_radiance(context, map, pixel, index);
-      film.add(pixel, radiance.other + radiance.from_photons, index);
+      film.add(pixel, radiance.other + radiance.from_photons[0] + radiance.from_photons[1], index);
       if (coverage_) film.set(pixel, corrected(context, pixel, index, radiance));
     });
   }
@@ -163,40 +181,42 @@ class ProgressivePhotonMapping final : public Integrator {
   Expectation expectation() const override { return expected_; }
 
  private:
+  static constexpr std::uint32_t most_kinds = 2;
+
   struct Radiance {
-    Rgb other, from_photons;
+    Rgb other{0};
+    std::array<Rgb, most_kinds> from_photons{Rgb(0), Rgb(0)};  // at receivers, at flanks
   };
-  // Over all passes of a slot.
+  // Over all passes of a state; `other` stands with the first one of a point.
   struct Totals {
     dvec3 other{0}, from_photons{0};
   };
 
   std::uint32_t per_pixel() const { return passes_.points().per_pixel(); }
-  std::size_t slot(const RenderContext& context, ivec2 pixel, std::uint32_t index) const {
-    return passes_.points().slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, index);
-  }
 
   // The pixel after `index` + 1 iterations.
   dvec3 corrected(const RenderContext& context, ivec2 pixel, std::uint32_t index, const Radiance& radiance) {
-    Totals& mine = totals_[slot(context, pixel, index)];
-    if (is_finite(radiance.other)) mine.other += dvec3(radiance.other);
-    if (is_finite(radiance.from_photons)) mine.from_photons += dvec3(radiance.from_photons);
+    const std::size_t mine = passes_.first_state(context, pixel, index);
+    if (is_finite(radiance.other)) totals_[mine].other += dvec3(radiance.other);
+    for (std::uint32_t kind = 0; kind < passes_.kinds(); ++kind)
+      if (is_finite(radiance.from_photons[kind])) totals_[mine + kind].from_photons += dvec3(radiance.from_photons[kind]);
     dvec3 sum(0);
-    for (std::uint32_t i = 0; i < per_pixel(); ++i) {
-      const std::size_t s = slot(context, pixel, i);
+    const std::size_t first = passes_.first_state(context, pixel, 0);
+    for (std::size_t s = first; s < first + per_pixel() * passes_.kinds(); ++s)
       sum += totals_[s].other + totals_[s].from_photons * coverage_->correction(s);
-    }
     return sum / (index + 1.0);
   }
 
   Radiance pixel_radiance(const RenderContext& context, const PhotonMap& map, ivec2 pixel, std::uint32_t index) {
-    const std::size_t state = slot(context, pixel, index);
+    const std::size_t first = passes_.first_state(context, pixel, index);
     const std::uint32_t pass = index / per_pixel();
     const Kernel kernel = passes_.kernel();
-    typename Policy::Observed observed;
-    Rgb from_photons(0);
-    bool gathered = false;
-    const Rgb other = passes_.camera(context, pixel, index, [&](const GatherPoint& at, const Rgb& throughput) {
+    std::array<typename Policy::Observed, most_kinds> all_observed;
+    std::array<bool, most_kinds> gathered{};
+    Radiance radiance;
+    radiance.other = passes_.camera(context, pixel, index, [&](const GatherPoint& at, const Rgb& throughput) {
+      const std::size_t kind = at.of_flanks() ? 1 : 0, state = first + kind;
+      auto& observed = all_observed[kind];
       const GatherDisc disc = policy_->disc({state, pass, map, at});
       const float per_square = 1 / square(disc.radius);
       observed.begin(disc, at, throughput);
@@ -208,11 +228,12 @@ class ProgressivePhotonMapping final : public Integrator {
         if (x <= 1) sum += reflected * kernel_shape(kernel, x);
       });
       if (coverage_) coverage_->measure(context, state, at, disc.radius, luminance(throughput));
-      from_photons += throughput * sum * (inv_pi * per_square);
-      gathered = true;
+      radiance.from_photons[kind] += throughput * sum * (inv_pi * per_square);
+      gathered[kind] = true;
     });
-    if (gathered) policy_->update(state, pass, observed);
-    return {other, from_photons};
+    for (std::size_t kind = 0; kind < most_kinds; ++kind)
+      if (gathered[kind]) policy_->update(first + kind, pass, all_observed[kind]);
+    return radiance;
   }
 
   ProgressivePasses passes_;

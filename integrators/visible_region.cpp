@@ -72,7 +72,7 @@ struct Eye {
       const SurfacePoint point = context.scene.surface_at(ray, hit);
       const Bsdf bsdf(context.scene, point);
       const bool receiver = receivers(point.material);
-      if (receiver) seen(point, bsdf, ray, distance);
+      if (receivers.stores(point.material)) seen(point, bsdf, ray, distance);
       if (receiver && !bsdf.has_specular()) return;
       const BsdfSample scattered = scatter(bsdf, ray, sampler);
       if (!scattered || (receiver && !scattered.specular)) return;

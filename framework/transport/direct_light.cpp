@@ -14,7 +14,7 @@ MisMode parse_mis(const std::string& name) {
 }
 
 std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
-                                               const vec3& wo, Sampler& sampler, MisMode mode) {
+                                               const vec3& wo, Sampler& sampler, MisMode mode, float followed_above) {
   const vec2 u = sampler.get_2d();
   if (!bsdf.has_non_specular()) return std::nullopt;
   // Sampled from where the shadow ray will start: seen from the surface itself, the rim of a sphere light would shadow its own
@@ -24,14 +24,17 @@ std::optional<DirectLight> sample_direct_light(const RenderContext& context, con
   const Rgb scattered = bsdf.evaluate(wo, light->wi);
   if (is_black(scattered) || is_black(light->radiance)) return std::nullopt;
   float weight = 1;
-  if (!light->delta && mode != MisMode::light) weight = mis_weight(mode, light->pdf_solid_angle, bsdf.pdf(wo, light->wi));
+  if (!light->delta && mode != MisMode::light) {
+    const float pdf_bsdf = bsdf.pdf(wo, light->wi);
+    if (pdf_bsdf >= followed_above) weight = mis_weight(mode, light->pdf_solid_angle, pdf_bsdf);
+  }
   return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle),
                      shadow_ray(point, light->wi, light->distance), light->delta ? 0 : light->pdf_solid_angle};
 }
 
 Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,
-                 MisMode mode) {
-  const auto light = sample_direct_light(context, point, bsdf, wo, sampler, mode);
+                 MisMode mode, float followed_above) {
+  const auto light = sample_direct_light(context, point, bsdf, wo, sampler, mode, followed_above);
   return light && unoccluded(context, light->shadow_ray) ? light->radiance : Rgb(0);
 }
 

@@ -37,12 +37,13 @@ struct DirectLight {
 };
 
 // One light sample; none where no light can come of it. With MisMode::light its mean is the whole direct light. Draws a 2-D
-// number whatever happens.
+// number whatever happens. Directions of a BSDF density below `followed_above` (1/sr) are for light samples alone: the caller
+// follows no BSDF sample there.
 std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
-                                               const vec3& wo, Sampler& sampler, MisMode mode);
+                                               const vec3& wo, Sampler& sampler, MisMode mode, float followed_above = 0);
 
 // Its radiance, or black where the shadow ray is blocked.
 Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,
-                 MisMode mode);
+                 MisMode mode, float followed_above = 0);
 
 }  // namespace etendue

@@ -9,7 +9,7 @@ using testing::params_of;
 
 void expect_agreement(const char* scene_name, int block, const AgreementMethod& reference,
                       const std::vector<AgreementMethod>& methods) {
-  testing::expect_agreement(load_scene(scene_name), {.resolution = {24, 24}, .block = block, .comparisons = 3}, reference,
+  testing::expect_agreement(load_scene(scene_name), {.resolution = {24, 24}, .block = block, .comparisons = 4}, reference,
                             methods);
 }
 
@@ -38,6 +38,17 @@ TEST(IntegratorAgreement, CornellBoxCutAtTwoEvents) {
                     {"photon-map", cut({{"photons", "20000"}, {"final_gather", "4"}, {"retrace", "true"}}), 4, 0.03},
                     {"irradiance-cache", cut({{"samples", "256"}}), 32, 0.03},
                     {"photon-cache", cut({{"photons", "50000"}}), 32, 0.03}});
+}
+
+// A floor of rough metal, its lobe partly followed and partly gathered.
+TEST(IntegratorAgreement, GlossyFloorCutAtThreeEvents) {
+  const auto cut = [](std::initializer_list<std::pair<const char*, const char*>> list) {
+    ParamMap params = params_of(list);
+    params["max_depth"] = {std::int64_t{3}, {}};
+    return params;
+  };
+  expect_agreement("builtin:glossy-cornell-box", 12, {"path", cut({}), 64, 0},
+                   {{"sppm", cut({}), 8, 0.03}, {"cppm", cut({{"direct", "photons"}}), 8, 0.03}});
 }
 
 // Mirror and glass: light tracing cannot see into them, so it sits out.
