@@ -41,11 +41,17 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
 void DiscCoverage::measure(const RenderContext& context, std::size_t slot, const GatherPoint& at, float radius, float weight) {
   Slot& s = slots_[slot];
   const bool whole = s.covered >= nearly_whole * s.whole;
-  if (whole && s.probes >= 32 && s.gathers++ % 4 != 0) return;
-  const int probes = s.probes == 0 ? 16 : whole ? 1 : 4;
+  if (whole && s.probes >= 32 && s.gathers++ % 16 != 0) return;
+  const std::uint32_t probes = s.probes == 0 ? 16 : whole ? 1 : s.probes < 64 ? 4 : 2;
   double sum = 0;
-  for (int i = 0; i < probes; ++i)
-    sum += probe(context, at, radius, Sampler(rules_.sampler, context.seed, Stream::probe, slot, s.probes++).get_2d());
+  if (rules_.sampler == SamplerKind::sobol) {
+    const SobolPair points(context.seed, Stream::probe, slot, 0);
+    for (std::uint32_t i = 0; i < probes; ++i) sum += probe(context, at, radius, points.point(s.probes + i));
+  } else {
+    for (std::uint32_t i = 0; i < probes; ++i)
+      sum += probe(context, at, radius, Sampler(rules_.sampler, context.seed, Stream::probe, slot, s.probes + i).get_2d());
+  }
+  s.probes += probes;
   s.whole += weight;
   s.covered += weight * sum / probes;
 }

@@ -15,8 +15,8 @@
 // distance over the cosine; of surfaces above each other the upper one is met. What photons cannot lie on or the side test
 // refuses does not count. Light from behind a wall on the same floor leaks as before.
 //
-// Probes are points of one low-discrepancy sequence a pixel: 16 in its first pass, then one, or four where part of the disc was
-// found missing; where 32 have found all of it, one in every fourth pass.
+// Probes are points of one low-discrepancy sequence a pixel: 16 in its first pass, then one; where part of the disc was found
+// missing four, two from the 64th on; where 32 have found all of it, one in every 16th pass.
 #pragma once
 
 #include "integrators/photon_gather.h"

@@ -26,7 +26,13 @@ ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoi
 void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
   receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below, Flanks::gathered);
-  if (params_.photons == 0) params_.photons = std::max(20000, context.resolution.x * context.resolution.y);
+  const bool diffuse = !context.needs.caustic_map && !context.needs.glossy;
+  if (params_.photons_per_pixel == 0) params_.photons_per_pixel = diffuse ? 2.5f : 1;
+  if (params_.neighbours == 0) params_.neighbours = diffuse ? 50 : 20;
+  if (params_.photons == 0) {
+    const double wanted = static_cast<double>(params_.photons_per_pixel) * context.resolution.x * context.resolution.y;
+    params_.photons = static_cast<int>(std::clamp(std::round(wanted), 2e4, 2e9));
+  }
   if (emission_ == PhotonEmission::power && params_.radius > 0) return;
   widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.scene.bounds().diagonal());
   // Half as much again as the radius, for what lies between the samples of a pixel.

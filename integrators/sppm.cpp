@@ -4,7 +4,7 @@ namespace etendue {
 
 namespace {
 
-std::unique_ptr<Integrator> make(const SppmParams& params, VisiblePoints points, Expectation expected) {
+std::unique_ptr<Integrator> make(const SharedStatisticsParams& params, VisiblePoints points, Expectation expected) {
   const double alpha = params.alpha;
   return std::make_unique<ProgressivePhotonMapping<SharedStatistics>>(
       params, points, [alpha](InitialRadii radii) { return SharedStatistics(std::move(radii), alpha); }, std::move(expected));

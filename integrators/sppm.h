@@ -10,6 +10,8 @@
 // points see alone: between them, and where a dielectric's choice fell once and for all, the image keeps the error of sampling
 // each pixel `points` times.
 //
+// By default sppm has more photons a pass in diffuse scenes than elsewhere (integrators/progressive.h).
+//
 // As published both gather with a box kernel and take direct light from photons too (`kernel`, `direct`); r_1 is the user's
 // there (`radius`).
 #pragma once
@@ -18,16 +20,23 @@
 
 namespace etendue {
 
-struct SppmParams : ProgressiveParams {
+struct SharedStatisticsParams : ProgressiveParams {
   float alpha = 0.7f;
 };
 
-struct PpmParams : SppmParams {
+struct SppmParams : SharedStatisticsParams {
+  SppmParams() {
+    photons_per_pixel = 0;
+    neighbours = 0;
+  }
+};
+
+struct PpmParams : SharedStatisticsParams {
   int points = 4;
 };
 
 template <class Visitor>
-void describe(Visitor& v, SppmParams& p) {
+void describe(Visitor& v, SharedStatisticsParams& p) {
   v.number("alpha", p.alpha, 0.01, 1, "", "share of each pass's photons that is kept; 1: the radius stays");
   describe_progressive(v, p);
 }
@@ -35,7 +44,7 @@ void describe(Visitor& v, SppmParams& p) {
 template <class Visitor>
 void describe(Visitor& v, PpmParams& p) {
   v.integer("points", p.points, 1, 65536, "points", "visible points per pixel");
-  describe(v, static_cast<SppmParams&>(p));
+  describe(v, static_cast<SharedStatisticsParams&>(p));
 }
 
 IntegratorEntry ppm_entry();

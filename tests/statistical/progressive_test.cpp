@@ -415,6 +415,13 @@ TEST(ProgressivePhotons, EveryParameterChangesTheImage) {
     for (const char* structure : point_structure_names)  // the order of photons, and so of sums, is theirs
       EXPECT_LT(relmse(made(spheres, method, "structure", structure).image, plain.image), 1e-8) << method << structure;
   }
+  const auto by_pixels = [&](double photons) {
+    RenderOptions options = options_for(0, 1, {{"photons_per_pixel", {photons, {}}}});
+    options.resolution = {12, 12};
+    return render(spheres, "sppm", options).hash;
+  };
+  EXPECT_EQ(by_pixels(1), by_pixels(2)) << "20000 at least";
+  EXPECT_NE(by_pixels(1), by_pixels(200));
   for (const char* method : {"ppm", "sppm", "ppm-memoryless"})
     EXPECT_NE(made(spheres, method, "alpha", 0.5).hash, made(spheres, method, "alpha", 0.9).hash) << method;
   EXPECT_NE(made(spheres, "cppm", "hypothesis", "odd").hash, made(spheres, "cppm", "hypothesis", "even").hash);
