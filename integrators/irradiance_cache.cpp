@@ -360,6 +360,8 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
 }
 
 Expectation IrradianceCache::expectation() const {
+  if (extension_)
+    return {Bias::biased, -1, 0.05, "interpolation, the records' own noise, and the order of the harmonics [Krivanek2005]"};
   return {Bias::biased, -1, 0.05, "interpolation within the accuracy a, and the records' own noise [Ward1988]"};
 }
 
