@@ -290,12 +290,13 @@ class Comparison {
   }
 
   // Aimed rays of a frame that a structure is asked at most: three queries each, in four frames, at the pace of its usual kind
-  // of ray, in a few times its budget. Only what is far too slow is cut short: a check is there to be whole.
+  // of ray, in a few times its budget. Only what is far too slow is cut short: a check is there to be whole. What was too slow
+  // for a single sample has no pace.
   std::uint64_t most_checked(const Contender& contender) const {
     std::vector<double> speeds;
     for (const Measured& speed : contender.record.mrays_per_s)
       if (speed.median > 0) speeds.push_back(speed.median);
-    if (speeds.empty()) return std::uint64_t{1} << 50;
+    if (speeds.empty()) return std::ranges::count(contender.sampled, true) > 0 ? least_rays : std::uint64_t{1} << 50;
     return static_cast<std::uint64_t>(1e6 * summarise(speeds).median * check_budgets * options_.budget_s / 12);
   }
 
