@@ -9,6 +9,8 @@
 namespace etendue {
 
 struct CppmParams : ProgressiveParams {
+  CppmParams() { flanks = "gathered"; }
+
   std::string hypothesis = "even";
   float beta = 1.1f;
 };

@@ -13,8 +13,9 @@
 // shadow, where one shadow ray gives a sharp one with a fraction of the variance, and the photons that remain are fewer and
 // smoother ([Jensen2001] divides the light so).
 //
-// Photons are gathered at receivers and, where rough lobes carry the camera path on, in their flanks (integrators/photons.h),
-// which have a radius of their own per pixel.
+// Photons are gathered at receivers and, with flanks = "gathered" where rough lobes carry the camera path on, in their flanks
+// (integrators/photons.h), which have a radius of their own per pixel. That is the default of cppm, whose radii shrink at once
+// where light leaks from behind a wall on the same floor; with radii that shrink slowly the leaks outweigh the noise.
 //
 // r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice
 // the median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what
@@ -53,6 +54,7 @@ struct ProgressiveParams {
   std::string kernel = "epanechnikov";
   std::string emission = "power";
   float carry_below = 0.25f;
+  std::string flanks = "followed";
   bool side_test = true;
   std::string edges = "measured";
   int max_depth = 0;
@@ -72,7 +74,10 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.choice("emission", p.emission, {"power", "importance", "visibility"},
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
-  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, their flanks gathered");
+  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
+  v.choice(
+      "flanks", p.flanks, {"followed", "gathered"},
+      "those lobes whole, or their core alone: from the flanks photons are gathered, with less noise, but leaks under doors");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges, {"measured", "disc"},
            "photons are divided by what probes find of the kernel's disc over all passes, or by the whole disc");
@@ -125,7 +130,7 @@ class ProgressivePasses {
 
   const VisiblePoints& points() const { return points_; }
   // What a pixel's receivers are gathered by is one state of the policy; the flanks of lobes on the way there are another.
-  std::uint32_t kinds() const { return receivers_->narrow_lobes() ? 2 : 1; }
+  std::uint32_t kinds() const { return receivers_->narrow_lobes() && params_.flanks == "gathered" ? 2 : 1; }
   std::size_t states(const RenderContext& context) const {
     return static_cast<std::size_t>(context.resolution.x) * context.resolution.y * points_.per_pixel() * kinds();
   }
