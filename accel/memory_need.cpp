@@ -68,10 +68,10 @@ MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int lea
     const double triangles = leaf_size > 0 ? std::min<double>(leaf_size, wide.triangles) : wide.triangles;
     const double packs = references / triangles, inner = packs / (wide.children - 1);
     kept = wide.node * inner + wide.pack * packs;
-    const double plan = (16 + (layout == "wide4" ? 4 : layout == "wide8" ? 8 : 16)) * nodes;
+    const double plan = (16 + (layout == "wide4" ? 4 : layout == "wide8" ? 8 : 16)) * nodes + 16 * references;
     const double vertices = 20.0 * static_cast<double>(geometry.positions.size());  // told apart by position
-    peak = std::max(peak, tree + plan + vertices + on_pages(wide.pack * packs) +
-                              on_pages((1 + list_growth) * wide.node * inner) + list_growth * id * packs);
+    peak = std::max(peak + vertices, tree + plan + vertices + on_pages(wide.pack * packs) +
+                                         on_pages((1 + list_growth) * wide.node * inner) + list_growth * id * packs);
   }
   return whole(geometry, kept, 1.1 * peak);  // stacks and tasks
 }

@@ -214,7 +214,7 @@ RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primi
 // Its trees hold parts of primitives, as they lie now: they cannot change over time. Few scenes use up a large duplication;
 // those that do meet the watch.
 RayEntry sbvh_entry() {
-  const auto space = [](const SbvhParams& params) { return BuilderSpace{120, 1 + std::min(params.duplication, 0.5f)}; };
+  const auto space = [](const SbvhParams& params) { return BuilderSpace{124, 1 + std::min(params.duplication, 0.5f)}; };
   RayEntry entry = bvh_entry<SbvhParams>("sbvh", "bounding volume hierarchy by surface area, cuts through primitives too",
                                          space, build_sbvh);
   entry.builder = {};

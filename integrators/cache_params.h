@@ -35,7 +35,7 @@ void describe_cache(Visitor& v, CacheParams& p) {
            "with which records are extrapolated: both adds translation; mesh takes that from the mesh of samples");
   v.flag("neighbour_clamping", p.neighbour_clamping, "records reach no farther than their neighbours and the way to them");
   v.number("extra_samples", p.extra_samples, 0, 31, "camera samples",
-           "beyond one per pixel and iteration, on the mean: given to the pixels that scatter most");
+           "beyond one per pixel and iteration, at most on the mean: given to the pixels that scatter most");
 }
 
 Gradients parse_gradients(const std::string& name);  // of a checked parameter

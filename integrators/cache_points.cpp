@@ -30,7 +30,7 @@ CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepe
     if (receivers && (*receivers)(point.material)) break;
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered) break;
+    if (!scattered || is_black(scattered.weight)) break;
     ray = spawn_ray(point, scattered.wi);
   }
   return {};

@@ -12,24 +12,44 @@ namespace {
 constexpr std::uint64_t asking_pixels = 32;  // one in so many
 constexpr double refined_by = 50;            // iterations, in which t first doubles
 constexpr double steps_per_doubling = 10;
+constexpr double pass_by_pass = 22;  // passes, from which on a step is one of them
+
+double passes_of(double time) { return std::pow(time, 2.0 / 3); }
+// A trifle above, so that passes_of gives no less.
+double time_of(double passes) { return std::pow(passes + 1e-6, 1.5); }
+
+double time_of_step(double step) { return std::exp2(step / steps_per_doubling); }
+double step_of(double time) { return std::floor(steps_per_doubling * std::log2(time) + 1e-6); }
 
 }  // namespace
 
 double CacheProgress::time_at(std::uint32_t iteration) const {
   const double time = 1 + std::max(0.0, static_cast<double>(iteration) - overture_rounds) / refined_by;
-  return std::exp2(std::floor(steps_per_doubling * std::log2(time)) / steps_per_doubling);
+  if (passes_of(time) >= pass_by_pass) return time_of(std::floor(passes_of(time)));
+  return time_of_step(step_of(time));
+}
+
+double CacheProgress::time_after(double time) const {
+  const double next = time_of_step(step_of(time) + 1);
+  if (passes_of(time) >= pass_by_pass) return time_of(std::floor(passes_of(time)) + 1);
+  return std::min(next, time_of(pass_by_pass));
 }
 
 bool CacheProgress::steps_at(std::uint32_t iteration) const {
   return refines && iteration > overture_rounds && time_at(iteration) > time_at(iteration - 1);
 }
 
-double CacheProgress::passes_at(std::uint32_t iteration) const { return refines ? std::pow(time_at(iteration), 2.0 / 3) : 1; }
+double CacheProgress::passes_at(std::uint32_t iteration) const { return refines ? passes_of(time_at(iteration)) : 1; }
 
 float CacheProgress::accuracy_at(std::uint32_t iteration) const {
   if (!refines) return accuracy;
   if (iteration < overture_rounds) return accuracy * std::exp2(0.5f * static_cast<float>(overture_rounds - iteration));
   return accuracy * static_cast<float>(std::pow(time_at(iteration), -1.0 / 6));
+}
+
+float CacheProgress::accuracy_after(std::uint32_t iteration) const {
+  if (!refines || iteration < overture_rounds) return accuracy_at(iteration + 1);
+  return accuracy * static_cast<float>(std::pow(time_after(time_at(iteration)), -1.0 / 6));
 }
 
 double CacheProgress::weight_at(std::uint32_t iteration) const {

@@ -3,8 +3,9 @@
 // Iterations 0 to 4 fill it, each more finely than the one before: an overture that a budget of time can cut short. With
 // t = 1 + max(0, iteration - 4) / 50 the accuracy falls from there as t^(-1/6), so that records grow as t^(1/3), and passes per
 // record grow as t^(2/3): of all splits of a constant effort per iteration this lets the squares of interpolation error
-// (t^(-2/3) with gradients) and of the records' noise fall alike. Beyond the overture t rises in steps, ten to its doubling,
-// and records change at steps alone: to find anew how far all of them reach costs as much as tracing some passes.
+// (t^(-2/3) with gradients) and of the records' noise fall alike. Beyond the overture t rises in steps, ten to its doubling
+// or, where that is less, as far as one pass more, and records change at steps alone: to find anew how far all of them reach
+// costs as much as tracing some passes.
 #pragma once
 
 #include "framework/image/film.h"
@@ -21,10 +22,12 @@ struct CacheProgress {
   static constexpr float overlap = 1.25f;  // at most, as far as the accuracy asked for allows (irradiance_records.h)
 
   double time_at(std::uint32_t iteration) const;
+  double time_after(double time) const;  // that of the next step
   // Does an iteration after the overture begin with another refinement?
   bool steps_at(std::uint32_t iteration) const;
   double passes_at(std::uint32_t iteration) const;  // over a record's hemisphere
   float accuracy_at(std::uint32_t iteration) const;
+  float accuracy_after(std::uint32_t iteration) const;  // of the refinement that comes next
   // Of what the cache adds in an iteration: its error falls as the square of the accuracy.
   double weight_at(std::uint32_t iteration) const;
   // Does this pixel ask for records? Few do in each iteration: slivers shall not have many.

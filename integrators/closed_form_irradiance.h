@@ -3,8 +3,8 @@
 //
 // The closed form is of radiance; a diffuse surface of albedo rho that leaves L receives E = pi L / rho. Derivatives are
 // central differences over the tangent plane, along the surface: on a curved one the turn of the normal is in the translation
-// gradient, and that of rotation is zero. At a border they are one-sided, and across a crease or a discontinuity they are those
-// of the difference. The closed form is of light of all orders: a limit of depth is not obeyed.
+// gradient, and that of rotation is zero. At a border the gradient is one-sided and the Hessian 0, and across a crease or a
+// discontinuity they are those of the difference. The closed form is of light of all orders: a limit of depth is not obeyed.
 #pragma once
 
 #include "integrators/cache_points.h"

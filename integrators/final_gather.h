@@ -3,8 +3,8 @@
 // Rays end at the next receiver, through whatever carries, and collect no emission. Their directions are sampled by the BSDF,
 // or by an even mixture of the BSDF and the directions from which the photons about the point came ([Jensen1995]); divided by
 // the mixture's density, the estimate is unbiased given the map, and at most twice as noisy as the BSDF's alone where the
-// photons mislead. Ray j of iteration i is point i * rays + j of one sequence, so that rays stratify each other within and over
-// iterations.
+// photons mislead. Ray j of iteration i (a camera sample's number, where a pixel takes several) is point i * rays + j of one
+// sequence, so that rays stratify each other within and over iterations.
 //
 // A ray shorter than the kernel's radius at its end sees less than the density resolves: corners, where the kernel reaches
 // beyond the edge, and light that leaks under walls. With `follow_near` such a ray takes direct light from a light sample

@@ -138,7 +138,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (rough_ && !rough_->active()) rough_.reset();
   if (rough_) wanted_rough_.assign(wanted_.size(), {});
   fill_before(context);
-  shares_ = SampleShares(size, params_.extra_samples, params_.refine ? first_stage_ : 0);
+  shares_ = SampleShares(size, by_closed_form_ ? 0 : params_.extra_samples, params_.refine ? first_stage_ : 0);
 }
 
 void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const {
@@ -146,8 +146,10 @@ void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSet
     throw Error(fmt::format("irradiance-cache: fill = closed-form: the image of {} is not known; expected an exact scene",
                             context.scene.name));
   if (!params_.cache_direct) throw Error("irradiance-cache: fill = closed-form holds all light; expected cache_direct = true");
-  if (cache_metric(params_.metric) == CacheMetric::geometric_hessian)
-    throw Error("irradiance-cache: fill = closed-form has no hemispheres, by which metric = geometric-hessian judges");
+  const CacheMetric metric = cache_metric(params_.metric);
+  if (metric == CacheMetric::geometric_hessian || metric == CacheMetric::tabellion || metric == CacheMetric::split_sphere)
+    throw Error(
+        fmt::format("irradiance-cache: fill = closed-form has no hemispheres, by which metric = {} judges", params_.metric));
   settings.at_point = [&context](const CachePoint& point, int) { return closed_form_irradiance(context, point); };
 }
 
@@ -269,7 +271,7 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
     saved_.rounds = stage + 1;
   }
   const auto timed = context.phases.measure("gather");
-  const float next_accuracy = params_.records > 0 ? infinity : accuracy_at(stage + 1);
+  const float next_accuracy = params_.records > 0 ? infinity : progress_.accuracy_after(stage);
   cached_.begin(index, params_.records > 0 ? 1 : progress_.weight_at(stage));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
@@ -289,8 +291,8 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
     }
     const float share = 1 / static_cast<float>(samples.count);
     if (params_.records == 0 && progress_.asks(key, round)) {
-      wanted_[key] = mean.wanted;
-      if (rough_) wanted_rough_[key] = mean.wanted_rough;
+      if (mean.wanted) wanted_[key] = mean.wanted;
+      if (mean.wanted_rough) wanted_rough_[key] = mean.wanted_rough;
     }
     cached_.add(film, pixel, share * mean.sampled, share * mean.cached, share * mean.cached_error);
   });
@@ -344,7 +346,7 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
 
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered || (found && !scattered.specular)) return out;
+    if (!scattered || is_black(scattered.weight) || (found && !scattered.specular)) return out;
     // A cached surface has had all of its direct light from the light sample, or none.
     count_emission = !cached || scattered.specular || params_.cache_direct;
     throughput *= scattered.weight;

@@ -6,9 +6,9 @@
 // lobes and all rough lobes are followed by path tracing until a cached surface.
 //
 // The cache refines (integrators/cache_progress.h): after an overture, each iteration renders samples of each pixel and notes
-// where the accuracy of the next is not met, and the next begins with more passes over the hemispheres of the records there are
-// and new records there. What the cache adds to a pixel is averaged, the overture with less weight. Pixels that scatter take
-// more camera samples than others (integrators/sample_shares.h). Without `refine` the cache is filled before the first
+// where the accuracy of the next refinement is not met, which begins with more passes over the hemispheres of the records there
+// are and new records there. What the cache adds to a pixel is averaged, the overture with less weight. Pixels that scatter
+// take more camera samples than others (integrators/sample_shares.h). Without `refine` the cache is filled before the first
 // iteration and stays as it is; with `records` it is filled to that number, and only passes are added (and, loaded for another
 // view, records for what is not covered there).
 //
@@ -18,8 +18,9 @@
 // With `fill = "closed-form"` records are exact (closed_form_irradiance.h): what is left is the error of interpolation and of
 // where records lie. It needs a scene whose answer is known, and `cache_direct`, since that answer is of all light; there too
 // the nearest record answers in a gap, and camera rays go through the centres of pixels, so that there is no noise at all and
-// pixels do not average errors away (of smooth light the centre's value is the pixel's mean, but for a second difference). The
-// geometric Hessian, which is of what a hemisphere saw, is not to be had; the other Hessian metrics judge by the true one.
+// pixels do not average errors away (of smooth light the centre's value is the pixel's mean, but for a second difference). What
+// judges by the distances that a hemisphere saw is not to be had (the geometric Hessian, the split sphere, Tabellion's metric),
+// and the occlusion Hessian is without its floor; the Hessian metrics judge by the true one. There are no extra samples.
 //
 // With `fill = "records"` the paths of a hemisphere end at the first surface that the records so far cover, which answer for
 // all further bounces; with "paths" they are traced to their end.
@@ -29,10 +30,10 @@
 // records answer for records, light may be so too.
 //
 // A cache can be saved and loaded (irradiance_cache_file.h). Loaded records serve any view of the same scene, and what they do
-// not cover gets new ones. The refinement goes on where it stood: after N iterations saved, iteration i refines as N + i would.
-// Loaded for the same view, resolution and seed without `refine`, a cache gives the same image as a fresh one, to the bit.
-// `accuracy` (without `records`), `extra_samples`, `refine` and `structure` may differ; all other parameters decide what
-// records hold, and must agree.
+// not cover gets new ones. The refinement goes on where it stood: after N iterations saved, iteration i refines as N + i would,
+// but for what was noted since the last refinement, which is not saved. Loaded for the same view, resolution and seed without
+// `refine`, a cache gives the same image as a fresh one, to the bit. `accuracy` (without `records`), `extra_samples`, `refine`
+// and `structure` may differ; all other parameters decide what records hold, and must agree.
 //
 // Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
 #pragma once

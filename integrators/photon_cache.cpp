@@ -140,7 +140,7 @@ void PhotonCache::refine(RenderContext& context, std::uint32_t index) {
 void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
   refine(context, index);
   const auto timed = context.phases.measure("gather");
-  const float next_accuracy = progress_.accuracy_at(index + 1);
+  const float next_accuracy = progress_.accuracy_after(index);
   cached_.begin(index, progress_.weight_at(index));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
@@ -157,7 +157,7 @@ void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& f
       if (!wanted) wanted = sample.wanted;
     }
     const float share = 1 / static_cast<float>(samples.count);
-    if (progress_.asks(key, index)) wanted_[key] = wanted;
+    if (wanted && progress_.asks(key, index)) wanted_[key] = wanted;
     cached_.add(film, pixel, share * sampled, share * cached);
   });
   shares_.end_iteration();

@@ -66,16 +66,15 @@ class GatherPoint {
   bool counts(const Photons& photons, std::uint32_t id, bool side_test) const {
     const PhotonSide side = photons.side[id];
     if (!(side.history & histories_) || photons.scatterings[id] > longest_) return false;
-    if (!side_test) return true;
-    const float facing = glm::dot(side.normal(), normal_);
-    return (constant_ ? facing : std::abs(facing)) >= 0.1f;
+    const float facing = side_test ? glm::dot(side.normal(), normal_) : 1;
+    if (!((constant_ ? facing : std::abs(facing)) >= 0.1f)) return false;
+    return !of_flanks() || bsdf_->pdf(wo_, photons.direction[id]) < flank_density_;
   }
-  // f_r times the photon's power.
+  // f_r times the power of a photon that counts.
   Rgb reflected(const Photons& photons, std::uint32_t id) const {
     if (constant_) return photons.power[id] * constant_reflectance_;
     // The photons' own cosine is the geometric one; `evaluate` has the shading one, as path tracing does.
     const vec3& wi = photons.direction[id];
-    if (of_flanks() && bsdf_->pdf(wo_, wi) >= flank_density_) return Rgb(0);
     return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
   }
 

@@ -86,11 +86,13 @@ InitialRadii ProgressivePasses::pilot(const RenderContext& context) const {
         if (r == 0) r = map.distance_to(at.of_flanks() ? of_flanks : params_.neighbours, at, widest_);
       });
   });
-  std::vector<float> known;
-  for (const float r : radii)
-    if (r > 0) known.push_back(r);
-  const float usual = known.empty() ? widest_ : median(known);
-  for (float& r : radii) r = r > 0 ? std::min(r, 2 * usual) : usual;
+  for (std::size_t kind = 0; kind < kinds(); ++kind) {
+    std::vector<float> known;
+    for (std::size_t s = kind; s < radii.size(); s += kinds())
+      if (radii[s] > 0) known.push_back(radii[s]);
+    const float usual = known.empty() ? widest_ : median(known);
+    for (std::size_t s = kind; s < radii.size(); s += kinds()) radii[s] = radii[s] > 0 ? std::min(radii[s], 2 * usual) : usual;
+  }
   return radii;
 }
 

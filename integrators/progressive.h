@@ -25,8 +25,8 @@
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
 // paths, and noise that photons have no part in (edges, what glass mirrors) falls as fast as theirs. `photons_per_pixel` and
-// `neighbours` = 0 look at the scene: where all surfaces are diffuse, camera paths bring little noise, and a pass of more
-// photons in somewhat wider kernels makes more of each path.
+// `neighbours` = 0 look at the scene: where all surfaces that light reaches are diffuse, camera paths bring little noise, and a
+// pass of more photons in somewhat wider kernels makes more of each path.
 //
 // Consistent as long as the policy's radius vanishes. At finite radii: blur and, with edges = "disc", loss within r of edges
 // (half of the photons' share at the edge itself).
@@ -65,10 +65,11 @@ struct ProgressiveParams {
 template <class Visitor>
 void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.integer("photons", p.photons, 0, 2000000000, "photons", "emitted per iteration; 0: by photons_per_pixel, at least 20000");
-  v.number("photons_per_pixel", p.photons_per_pixel, 0, 1000, "photons",
-           "of the image, emitted per iteration where photons = 0; 0: 2.5 where all surfaces are diffuse, else 1");
+  v.number(
+      "photons_per_pixel", p.photons_per_pixel, 0, 1000, "photons",
+      "of the image, emitted per iteration where photons = 0; 0: 2.5 where surfaces that light reaches are diffuse, else 1");
   v.integer("neighbours", p.neighbours, 0, 1000000, "photons",
-            "of one iteration within the first radius; 0: 50 where all surfaces are diffuse, else 20");
+            "of one iteration within the first radius; 0: 50 where surfaces that light reaches are diffuse, else 20");
   v.number("radius", p.radius, 0, 1e30, "m", "first radius of every pixel; 0: from the density of the photons");
   v.choice("direct", p.direct, {"sample", "photons"}, "direct light by sampling lights, or by photons like all else");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");

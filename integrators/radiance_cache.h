@@ -2,8 +2,8 @@
 //
 // No more than a surface needs: a diffuse one is answered from records of irradiance, as irradiance_cache.h says in full; a
 // metal or plastic from records of incident radiance in spherical harmonics (rough_cache.h), if its lobe is so wide that
-// `order` bands leave out no more than `left_out` of it: with the defaults from a roughness of 0.49 on, with ten bands from
-// 0.25. All else (delta lobes, dielectrics, narrower lobes) is followed to the next surface, which the cache then answers: a
+// `order` bands leave out no more than `left_out` of it: with the defaults from a roughness of 0.48 on, with ten bands from
+// 0.24. All else (delta lobes, dielectrics, narrower lobes) is followed to the next surface, which the cache then answers: a
 // narrow lobe leaves little noise to take away, and records that resolved it would cost more than following it. Direct light is
 // sampled, by light samples alone at diffuse surfaces, by them and the BSDF's at rough ones ([Veach1995]).
 //
@@ -20,6 +20,7 @@
 #pragma once
 
 #include "framework/integrator.h"
+#include "framework/structure_names.h"
 
 #include <string>
 
@@ -37,7 +38,7 @@ struct RadianceCacheParams {
   float max_spacing = 0.1f;
   float extra_samples = 2;
   int max_depth = 0;
-  std::string structure = "octree";
+  std::string structure = "cells";
   std::string sampler = "sobol";
 };
 
@@ -55,9 +56,9 @@ void describe(Visitor& v, RadianceCacheParams& p) {
   v.number("min_spacing", p.min_spacing, 0, 1000, "pixels", "a record serves at least this far");
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "and at most this far");
   v.number("extra_samples", p.extra_samples, 0, 31, "camera samples",
-           "beyond one per pixel and iteration, on the mean: given to the pixels that scatter most");
+           "beyond one per pixel and iteration, at most on the mean: given to the pixels that scatter most");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
-  v.choice("structure", p.structure, {"octree", "brute"}, "what finds the records");
+  v.choice("structure", p.structure, ball_structure_names, "what finds the records");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

@@ -88,7 +88,7 @@ CachePoint RoughCache::find_seen(const RenderContext& context, ivec2 pixel, int 
     if (bsdf.is_diffuse()) break;
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered) break;
+    if (!scattered || is_black(scattered.weight) || (is_cached(bsdf) && !scattered.specular)) break;
     ray = spawn_ray(point, scattered.wi);
   }
   return {};

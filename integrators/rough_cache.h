@@ -8,7 +8,8 @@
 // a lobe is narrower in one of its two directions.
 //
 // A lobe is projected anew for each camera sample by `lobe_samples` samples of the BSDF, so that no table limits what materials
-// there may be. Records are made, refined and judged as irradiance_cache.h says, and depend on threads no more.
+// there may be. Records are made in an overture over a grid of 64 pixels and its halves, refined and judged as
+// irradiance_cache.h says, and depend on threads no more.
 #pragma once
 
 #include "integrators/cache_file.h"
@@ -28,7 +29,7 @@ struct RoughCacheSettings {
   float overlap = 1;  // see irradiance_records.h
   HemisphereStrata strata;
   SamplerKind sampler = SamplerKind::sobol;
-  std::string structure = "octree";
+  std::string structure = "cells";
 };
 
 // Share of a GGX lobe's amplitude that harmonics of a degree see.

@@ -25,7 +25,7 @@ void SampleShares::add(std::size_t pixel, float luminance) {
   Moments& m = moments_[pixel];
   m.count += 1;
   m.sum += luminance;
-  m.squares += luminance * luminance;
+  m.squares += square(static_cast<double>(luminance));
 }
 
 // Relative standard deviations, each over a pixel and its neighbours.

@@ -6,7 +6,9 @@
 // neighbours, since an outline that only just enters a pixel is first seen beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
-// has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does).
+// has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does). That
+// is so of independent samples. The points of a low-discrepancy sequence owe those before them what they left out, which makes
+// a bias that goes as iterations add up.
 #pragma once
 
 #include "framework/core/parallel.h"
@@ -17,7 +19,8 @@ namespace etendue {
 
 class SampleShares {
  public:
-  // `extra`: samples beyond one per pixel, on the mean over an iteration's pixels; 0: none. `first`: number of the first sample
+  // `extra`: samples beyond one per pixel, at most on the mean over an iteration's pixels, each of
+  // which takes whole ones; 0: none. `first`: number of the first sample
   // of each pixel, in units of the most that an iteration takes.
   explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0);
 
@@ -35,7 +38,7 @@ class SampleShares {
 
  private:
   struct Moments {
-    float count = 0, sum = 0, squares = 0;
+    double count = 0, sum = 0, squares = 0;
   };
 
   void measure();

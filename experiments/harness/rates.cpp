@@ -33,7 +33,8 @@ double abscissa(const CheckpointRecord& checkpoint, const RateLaw& law) {
   if (x == "time") return checkpoint.time_s;
   if (x == "records" && !law.region.empty()) {
     const auto& metrics = metrics_in(checkpoint, law.region);
-    if (const auto found = metrics.find(x); found != metrics.end()) return found->second;
+    const auto found = metrics.find(x);
+    return found == metrics.end() ? 0 : found->second;  // the image's number is another measure
   }
   const auto found = checkpoint.counters.find(x);
   return found == checkpoint.counters.end() ? 0 : static_cast<double>(found->second);

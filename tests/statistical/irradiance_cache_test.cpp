@@ -329,6 +329,7 @@ TEST(IrradianceCache, BlackSurfacesNeedNoRecords) {
       if (const CachePoint point = find_cache_point(scene.context, {x, y}, 4, SamplerKind::sobol)) {
         ++found;
         EXPECT_NEAR(point.position.y, 0, 1e-4) << "the floor; all else is black or emits";
+        EXPECT_EQ(point.depth, 0) << "nothing is seen in black surfaces";
       }
   EXPECT_GT(found, 400);
 }
