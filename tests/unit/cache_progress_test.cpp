@@ -14,7 +14,9 @@ TEST(CacheProgress, StepAddsNoMoreThanATenthOfADoublingOrOnePass) {
     const double next = progress.passes_at(i);
     ASSERT_EQ(progress.steps_at(i), next > passes) << i;
     ASSERT_LE(next - passes, std::max(1 + 1e-9, 0.05 * passes)) << i;
-    if (passes >= 22) ASSERT_LE(std::floor(next) - std::floor(passes), 1) << i;
+    if (passes >= 22) {
+      ASSERT_LE(std::floor(next) - std::floor(passes), 1) << i;
+    }
     passes = next;
   }
   EXPECT_GT(passes, 60);
