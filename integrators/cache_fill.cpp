@@ -16,25 +16,24 @@ constexpr float coarsest = 64, finest = 1e-3f;  // accuracies between which a nu
 
 }  // namespace
 
-IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSettings& settings, const CachePoint& point,
-                                     int depth, std::uint64_t key, std::uint32_t pass, const HemisphereRadiance& radiance) {
+std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context, SamplerKind kind, const CachePoint& point,
+                                                   const Frame& frame, int depth, std::uint64_t key, std::uint32_t pass,
+                                                   const HemisphereStrata& strata, StratumDirection direction,
+                                                   const HemisphereRadiance& radiance) {
   static thread_local std::vector<HemisphereSample> samples;
   static thread_local std::vector<PathSample> paths;
   static thread_local std::vector<int> strata_of;  // of the paths
-  const HemisphereStrata& strata = settings.strata;
   samples.assign(static_cast<std::size_t>(strata.count()), {});
-  const Frame frame = Frame::from_normal(point.normal);
   const vec3 origin = offset_origin(point.position, point.geometric);
   for (int first = 0; first < strata.count(); first += path_batch) {
     paths.clear();
     strata_of.clear();
     for (int i = first; i < std::min(first + path_batch, strata.count()); ++i) {
       const auto index = pass * static_cast<std::uint32_t>(strata.count()) + static_cast<std::uint32_t>(i);
-      Sampler sampler(settings.sampler, context.seed, Stream::cache_record, key, index);
-      const vec3 direction = frame.to_world(strata.direction(i, sampler.get_2d()));
-      samples[i].direction = direction;
-      if (glm::dot(direction, point.geometric) <= 0) continue;  // below the surface, where shading normals disagree
-      paths.push_back({Ray{.origin = origin, .direction = direction}, sampler});
+      Sampler sampler(kind, context.seed, Stream::cache_record, key, index);
+      samples[i].direction = frame.to_world(direction(strata, i, sampler.get_2d()));
+      if (glm::dot(samples[i].direction, point.geometric) <= 0) continue;  // below, where shading normals disagree
+      paths.push_back({Ray{.origin = origin, .direction = samples[i].direction}, sampler});
       strata_of.push_back(i);
     }
     radiance(paths, depth);
@@ -45,6 +44,15 @@ IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSe
       sample.normal = paths[i].first_normal;
     }
   }
+  return samples;
+}
+
+IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSettings& settings, const CachePoint& point,
+                                     int depth, std::uint64_t key, std::uint32_t pass, const HemisphereRadiance& radiance) {
+  const HemisphereStrata& strata = settings.strata;
+  const Frame frame = Frame::from_normal(point.normal);
+  const auto direction = [](const HemisphereStrata& all, int i, const vec2& u) { return all.direction(i, u); };
+  const auto samples = trace_hemisphere(context, settings.sampler, point, frame, depth, key, pass, strata, direction, radiance);
   IrradianceEstimate estimate = estimate_irradiance(strata, samples, frame);
   if (settings.gradients == Gradients::mesh || is_hessian(settings.metric))
     estimate_hessian(settings.metric, strata, samples, frame, settings.gradients == Gradients::mesh, estimate);
@@ -207,13 +215,9 @@ void CacheLevels::add_passes(const RenderContext& context, const HemisphereRadia
 
 void CacheLevels::refine(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy, double passes,
                          std::span<const CachePoint> wanted, std::uint32_t round) {
-  accuracy_ = accuracy;
   for (Level& level : levels_)
     parallel_for(level.histories.size(), 1, [&](std::size_t i) { add_passes(context, radiance, level.histories[i], passes); });
-  for (Level& level : levels_) {
-    level.records = make_records(context);
-    for (const RecordHistory& history : level.histories) level.records.insert(record_of(history));
-  }
+  rebuild(context, accuracy);
   std::vector<Query> queue;
   for (std::size_t i = 0; i < wanted.size(); ++i)
     if (wanted[i]) {

@@ -41,7 +41,16 @@ struct CacheSettings {
 // Radiance arriving along the first rays of paths with `depth` events behind them.
 using HemisphereRadiance = std::function<void(std::span<PathSample> paths, int depth)>;
 
-// Pass `pass` of the hemisphere over a point; passes of different keys or numbers are independent.
+// A direction in stratum i by u, about the z axis.
+using StratumDirection = vec3 (*)(const HemisphereStrata& strata, int i, const vec2& u);
+
+// One ray in each stratum of the hemisphere over a point; black where it goes below the surface. Pass `pass` of `key`: passes
+// of different keys or numbers are independent. The samples are this thread's, until it traces the next hemisphere.
+std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context, SamplerKind kind, const CachePoint& point,
+                                                   const Frame& frame, int depth, std::uint64_t key, std::uint32_t pass,
+                                                   const HemisphereStrata& strata, StratumDirection direction,
+                                                   const HemisphereRadiance& radiance);
+// Irradiance and its derivatives by such a pass.
 IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSettings& settings, const CachePoint& point,
                                      int depth, std::uint64_t key, std::uint32_t pass, const HemisphereRadiance& radiance);
 

@@ -12,8 +12,8 @@ CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, 
           distance * pixel_width, depth};
 }
 
-CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind,
-                            const Receivers* receivers) {
+CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind,
+                        const std::function<Follow(const SurfacePoint&, const Bsdf&)>& judge) {
   const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
   Sampler sampler(kind, context.seed, Stream::prefill, key, 0);
   const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
@@ -26,14 +26,23 @@ CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepe
     const vec3 wo = -ray.direction;
     distance += glm::length(point.position - ray.origin);
     const Bsdf bsdf(context.scene, point);
-    if (is_cached(bsdf)) return cache_point(context, point, wo, distance, depth);
-    if (receivers && (*receivers)(point.material)) break;
+    const Follow verdict = judge(point, bsdf);
+    if (verdict == Follow::arrives) return cache_point(context, point, wo, distance, depth);
+    if (verdict == Follow::ends) break;
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered || is_black(scattered.weight)) break;
+    if (!scattered || is_black(scattered.weight) || (is_cached(bsdf) && !scattered.specular)) break;
     ray = spawn_ray(point, scattered.wi);
   }
   return {};
+}
+
+CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind,
+                            const Receivers* receivers) {
+  return follow_pixel(context, pixel, deepest, kind, [receivers](const SurfacePoint& point, const Bsdf& bsdf) {
+    if (is_cached(bsdf)) return Follow::arrives;
+    return receivers && (*receivers)(point.material) ? Follow::ends : Follow::goes_on;
+  });
 }
 
 Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo) {

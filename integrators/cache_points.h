@@ -5,6 +5,8 @@
 #include "framework/transport/bsdf.h"
 #include "integrators/photons.h"
 
+#include <functional>
+
 namespace etendue {
 
 // A cached surface as a camera path finds it.
@@ -28,6 +30,13 @@ inline vec3 towards(const vec3& normal, const vec3& side, const vec3& wo) { retu
 
 // `distance`: of the whole path from the camera.
 CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, const vec3& wo, float distance, int depth);
+
+enum class Follow { arrives, ends, goes_on };
+
+// Follows the centre of a pixel, with less than `deepest` events, to where judge(point, bsdf) says that it arrives. From a
+// cached surface it goes on through its coat alone.
+CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
+                        const std::function<Follow(const SurfacePoint&, const Bsdf&)>& judge);
 
 // Follows the centre of a pixel to a cached surface with less than `deepest` events before it: through all other surfaces, or
 // through those that are no `receivers`.

@@ -10,7 +10,7 @@ namespace etendue {
 
 namespace {
 
-constexpr int coarsest_grid = 64, path_batch = 2048;
+constexpr int coarsest_grid = 64;
 constexpr std::size_t batch_size = 64;
 constexpr std::uint32_t rough_salt = 0x726f7567;  // its random numbers are not those of irradiance at the same pixel
 
@@ -54,7 +54,10 @@ void RoughCache::prepare(const RenderContext& context, int deepest, bool one_lev
   const ivec2 size = context.resolution;
   pixels_.assign(static_cast<std::size_t>(size.x) * size.y, {});
   parallel_pixels(size, [&](ivec2 pixel) {
-    pixels_[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] = find_seen(context, pixel, deepest);
+    pixels_[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] =
+        follow_pixel(context, pixel, deepest, settings_.sampler, [this](const SurfacePoint& point, const Bsdf& bsdf) {
+          return answers(point.material) ? Follow::arrives : bsdf.is_diffuse() ? Follow::ends : Follow::goes_on;
+        });
   });
   bounds_ = {};
   levels_.clear();
@@ -68,30 +71,6 @@ void RoughCache::prepare(const RenderContext& context, int deepest, bool one_lev
   if (whole.empty()) whole = bounds_;
   max_spacing_ = whole.empty() ? 0 : settings_.max_spacing * glm::length(whole.diagonal());
   for (int i = 0; i <= highest; ++i) levels_.push_back({{}, make_records(context, settings_.accuracy)});
-}
-
-// Follows the pixel's centre through what caches do not answer.
-CachePoint RoughCache::find_seen(const RenderContext& context, ivec2 pixel, int deepest) const {
-  const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-  Sampler sampler(settings_.sampler, context.seed, Stream::prefill, key, 0);
-  const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
-  Ray ray = context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, lens);
-  float distance = 0;
-  for (int depth = 0; depth < deepest; ++depth) {
-    const Hit hit = trace(context, ray);
-    if (!hit) break;
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    const vec3 wo = -ray.direction;
-    distance += glm::length(point.position - ray.origin);
-    if (answers(point.material)) return cache_point(context, point, wo, distance, depth);
-    const Bsdf bsdf(context.scene, point);
-    if (bsdf.is_diffuse()) break;
-    const float u_lobe = sampler.get_1d();
-    const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered || is_black(scattered.weight) || (is_cached(bsdf) && !scattered.specular)) break;
-    ray = spawn_ray(point, scattered.wi);
-  }
-  return {};
 }
 
 RadianceRecords RoughCache::make_records(const RenderContext& context, float accuracy) const {
@@ -184,30 +163,10 @@ void RoughCache::refine(const RenderContext& context, const HemisphereRadiance& 
 
 RadianceEstimate RoughCache::sample_hemisphere(const RenderContext& context, const HemisphereRadiance& radiance,
                                                const CachePoint& point, std::uint64_t key, std::uint32_t pass) const {
-  static thread_local std::vector<HemisphereSample> samples;
-  static thread_local std::vector<PathSample> paths;
-  static thread_local std::vector<int> strata_of;  // of the paths
   const HemisphereStrata& strata = settings_.strata;
-  samples.assign(static_cast<std::size_t>(strata.count()), {});
   const Frame frame = Frame::from_normal(point.normal);
-  const vec3 origin = offset_origin(point.position, point.geometric);
-  for (int first = 0; first < strata.count(); first += path_batch) {
-    paths.clear();
-    strata_of.clear();
-    for (int i = first; i < std::min(first + path_batch, strata.count()); ++i) {
-      const auto index = pass * static_cast<std::uint32_t>(strata.count()) + static_cast<std::uint32_t>(i);
-      Sampler sampler(settings_.sampler, context.seed, Stream::cache_record, key, index);
-      samples[i].direction = frame.to_world(even_direction(strata, i, sampler.get_2d()));
-      if (glm::dot(samples[i].direction, point.geometric) <= 0) continue;  // below, where shading normals disagree
-      paths.push_back({Ray{.origin = origin, .direction = samples[i].direction}, sampler});
-      strata_of.push_back(i);
-    }
-    radiance(paths, static_cast<int>(level(point.depth)) + 1);
-    for (std::size_t i = 0; i < paths.size(); ++i) {
-      samples[strata_of[i]].radiance = paths[i].radiance;
-      samples[strata_of[i]].distance = paths[i].first_distance;
-    }
-  }
+  const auto samples = trace_hemisphere(context, settings_.sampler, point, frame, static_cast<int>(level(point.depth)) + 1, key,
+                                        pass, strata, even_direction, radiance);
   return estimate_radiance(order_, strata, samples, frame);
 }
 

@@ -87,7 +87,6 @@ class RoughCache {
 
   void choose_orders(const Scene& scene);
   std::size_t level(int depth) const { return one_level_ ? 0 : static_cast<std::size_t>(depth); }
-  CachePoint find_seen(const RenderContext& context, ivec2 pixel, int deepest) const;
   void rebuild(const RenderContext& context, float accuracy);
   RadianceRecords make_records(const RenderContext& context, float accuracy) const;
   void insert(Level& level, const History& history) const;
