@@ -10,7 +10,7 @@ namespace {
 // Of one geometry, whatever it holds: nodes and leaves are not divisible.
 constexpr double least = 4096;
 
-// Bytes of what is built from, or into (binary_tree.h, layout_binary.h, leaf.h, wide_tree.h, triangle_pack.h).
+// Bytes of what is built from, or into (binary_tree.h, layout_binary.h, leaf.h, wide_tree.h, shared_pack.h, triangle_pack.h).
 constexpr double item = 32, tree_node = 32, id = 4, binary_node = 64, block = 176;
 
 constexpr double list_growth = 2;  // of a vector that grows by doubling, over what it holds; while it moves, 3 times

@@ -31,6 +31,7 @@
 #include "accel/ray/kd_tree.h"
 #include "accel/ray/mesh_bounds.h"
 #include "accel/ray/octree.h"
+#include "accel/ray/pack_test.h"
 #include "accel/ray/reinsertion.h"
 #include "accel/ray/two_level.h"
 #include "accel/ray/wide_bvh.h"

@@ -10,7 +10,7 @@
 #pragma once
 
 #include "accel/ray/binary_tree.h"
-#include "accel/ray/triangle_pack.h"
+#include "accel/ray/pack_test.h"
 #include "framework/core/check.h"
 #include "framework/core/huge_pages.h"
 

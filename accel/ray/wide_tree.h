@@ -7,7 +7,9 @@
 #pragma once
 
 #include "accel/ray/binary_tree.h"
+#include "accel/ray/shared_pack.h"
 #include "accel/ray/triangle_pack.h"
+#include "accel/ray/vertex_ids.h"
 #include "framework/core/huge_pages.h"
 
 #include <cstdint>

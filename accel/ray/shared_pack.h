@@ -1,0 +1,31 @@
+// A leaf of `wide16`: up to sixteen triangles over up to sixteen different vertices, tested together by SIMD instructions
+// (wide_tests.inl). Neighbours in a mesh share vertices, so each is stored, and moved into the ray's space, once; the triangles
+// pick theirs by a permutation of lanes. Ids ascend.
+#pragma once
+
+#include "framework/scene/geometry.h"
+
+#include <cstdint>
+#include <span>
+
+namespace etendue {
+
+struct alignas(64) SharedPack {
+  static constexpr int lanes = 16, slots = 16;
+
+  float vertices[3][slots];             // by axis
+  std::uint8_t corners[3][lanes] = {};  // the slot of each triangle's first, second and third vertex
+  std::uint32_t count = 0;
+  alignas(64) std::uint32_t ids[lanes];  // a line of its own, read for a hit only
+
+  SharedPack();
+  static bool fits(std::span<const uvec3> triangles);
+  void fill(const Geometry& geometry, std::span<const std::uint32_t> ids, std::span<const uvec3> triangles);
+  vec3 vertex(int lane, int corner) const {
+    const int slot = corners[corner][lane];
+    return {vertices[0][slot], vertices[1][slot], vertices[2][slot]};
+  }
+  unsigned used() const { return (1u << count) - 1; }
+};
+
+}  // namespace etendue
