@@ -34,7 +34,9 @@ struct CacheProgress {
   bool asks(std::uint64_t pixel, std::uint32_t iteration) const;
 };
 
-// The part of each pixel that a cache adds: a mean over iterations of different weights, in a film that has equal ones.
+// The part of each pixel that a cache adds: a mean over iterations of different weights, in a film that has equal ones. Light
+// that is found in place of the cache, where no record serves, belongs to that part: else what coarse records of the first
+// iterations answered and finer ones leave open would be lost by as much as their weights differ.
 class CachedLight {
  public:
   explicit CachedLight(std::size_t pixels = 0) : sums_(pixels, dvec3(0)), scatter_(pixels) {}

@@ -48,8 +48,8 @@ class CacheEnd final : public PathEnd {
 
 // What a camera sample brings.
 struct CameraSample {
-  Rgb sampled{0}, cached{0};  // by paths and light samples; by the cache
-  float cached_error = 0;     // standard error of the latter, of its luminance
+  Rgb sampled{0}, cached{0};  // by paths and light samples; by the cache, or by paths in its place
+  float cached_error = 0;     // standard error of the cache's, of its luminance
   CachePoint wanted;          // the first point that the next accuracy leaves uncovered
   CachePoint wanted_rough;    // likewise, of rough surfaces
 };
@@ -307,22 +307,25 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
   Rgb throughput(1);
   float eta_scale = 1, pdf_bsdf = 0, distance = 0;
   bool count_emission = true, only_emission = false;
+  // What the path finds, and what it finds in place of the cache, which has no say as to lights that rough lobes meet.
+  Rgb *found_light = &out.sampled, *met_light = &out.sampled;
   for (int depth = 0;; ++depth) {
     const Hit hit = trace(context, ray);
     if (!hit) {
-      if (count_emission) out.sampled += throughput * met_emission(context, ray, nullptr, pdf_bsdf);
+      if (count_emission) *met_light += throughput * met_emission(context, ray, nullptr, pdf_bsdf);
       return out;
     }
     const SurfacePoint point = context.scene.surface_at(ray, hit);
-    if (count_emission) out.sampled += throughput * met_emission(context, ray, &point, pdf_bsdf);
+    if (count_emission) *met_light += throughput * met_emission(context, ray, &point, pdf_bsdf);
     if (depth >= max_depth_ || only_emission) return out;
 
     const vec3 wo = -ray.direction;
     distance += glm::length(point.position - ray.origin);
     const Bsdf bsdf(context.scene, point);
     const bool cached = is_cached(bsdf);
-    out.sampled += throughput * direct_light(context, point, bsdf, wo, sampler, cached ? cached_mode : MisMode::power);
-    bool found = false;
+    *found_light += throughput * direct_light(context, point, bsdf, wo, sampler, cached ? cached_mode : MisMode::power);
+    met_light = found_light;
+    bool found = false, rough_misses = false;
     if (cached && depth < cached_below_) {
       const auto record = cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo));
       if (record) {
@@ -340,6 +343,7 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
       const auto reflected = rough_->reflected(point, bsdf, wo, depth, sampler);
       if (reflected) out.cached += throughput * reflected->radiance;
       only_emission = reflected.has_value();
+      rough_misses = !reflected;
       if (!out.wanted_rough && !(reflected && reflected->error < next_accuracy))
         out.wanted_rough = cache_point(context, point, wo, distance, depth);
     }
@@ -347,6 +351,8 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
     if (!scattered || is_black(scattered.weight) || (found && !scattered.specular)) return out;
+    if (cached && !scattered.specular && depth < cached_below_) found_light = met_light = &out.cached;
+    if (rough_misses) found_light = &out.cached;
     // A cached surface has had all of its direct light from the light sample, or none.
     count_emission = !cached || scattered.specular || params_.cache_direct;
     throughput *= scattered.weight;

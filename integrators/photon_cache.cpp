@@ -15,7 +15,7 @@ struct CameraSample {
   std::uint64_t pixel;
   std::uint32_t index;  // among the pixel's samples
   Sampler sampler;
-  Rgb sampled{0}, cached{0};  // by light samples, photons and gather rays; by the cache
+  Rgb sampled{0}, cached{0};  // by light samples and photons; by the cache, or by gather rays in its place
   CachePoint wanted{};        // the first point that the next accuracy leaves uncovered
 };
 
@@ -169,17 +169,19 @@ void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, fl
     const int remaining = max_depth_ - depth - 1;
     Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light) +
                    maps_.caustics(context, point, bsdf, wo, remaining);
-    bool found = remaining < 1;
-    if (!found && is_cached(bsdf)) {
+    const bool cached = remaining >= 1 && is_cached(bsdf);
+    bool found = false;
+    if (cached) {
       const auto record = cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo));
       if (record) sample.cached += throughput * base_reflectance(context.scene, point, bsdf, wo) * record->irradiance * inv_pi;
       found = record.has_value();
       if (!sample.wanted && !(record && record->error < next_accuracy))
         sample.wanted = cache_point(context, point, wo, distance, depth);
     }
-    if (!found)
-      radiance += gathers_ ? maps_.gather(context, 1, false)(point, bsdf, wo, depth, sample.pixel, sample.index)
-                           : maps_.seen_directly(context, point, bsdf, wo, remaining);
+    if (remaining >= 1 && !found)
+      (cached ? sample.cached : sample.sampled) +=
+          throughput * (gathers_ ? maps_.gather(context, 1, false)(point, bsdf, wo, depth, sample.pixel, sample.index)
+                                 : maps_.seen_directly(context, point, bsdf, wo, remaining));
     sample.sampled += throughput * radiance;
   };
   sample.sampled += CameraWalk{context, maps_.receivers(), max_depth_}(ray, sample.sampler, sample.sampler, at_receiver);

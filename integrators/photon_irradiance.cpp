@@ -4,20 +4,19 @@
 
 namespace etendue {
 
-PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap& map, int every,
+PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap& map, const Photons& places,
                                    std::unique_ptr<PointQuery> query)
-    : query_(std::move(query)), reach_(map.radius()) {
-  const Photons& photons = map.photons();
-  for (const std::uint16_t scatterings : photons.scatterings) longest_ = std::max<int>(longest_, scatterings);
-  const std::size_t count = (photons.size() + static_cast<std::size_t>(every) - 1) / static_cast<std::size_t>(every);
-  position_.resize(count);
-  normal_.resize(count);
-  irradiance_.resize(count);
-  radius_.resize(count);
-  parallel_for(count, 256, [&](std::size_t i) {
-    const std::size_t id = i * static_cast<std::size_t>(every);
-    position_[i] = photons.position[id];
-    normal_[i] = glm::normalize(photons.side[id].normal());
+    : query_(std::move(query)),
+      position_(places.size()),
+      normal_(places.size()),
+      irradiance_(places.size()),
+      radius_(places.size()),
+      reach_(map.radius()) {
+  for (const std::uint16_t scatterings : map.photons().scatterings) longest_ = std::max<int>(longest_, scatterings);
+  const std::vector<std::uint32_t> order = along_curve(places.position);
+  parallel_for(places.size(), 256, [&](std::size_t i) {
+    position_[i] = places.position[order[i]];
+    normal_[i] = glm::normalize(places.side[order[i]].normal());
     const PhotonMap::Estimate found = map.measure(context, GatherPoint::irradiance(position_[i], normal_[i]));
     irradiance_[i] = found.radiance;
     radius_[i] = found.radius;

@@ -41,13 +41,12 @@ PhotonPass PhotonMaps::pass_of(int count, std::uint64_t key, int max_scatterings
   return {static_cast<std::uint32_t>(count), key, max_scatterings, keep, use_.sampler, emission_, visible};
 }
 
-void PhotonMaps::make(RenderContext& context, PhotonMap& map, const PhotonPass& pass, Edges edges) const {
-  Photons photons;
-  {
-    const auto timed = context.phases.measure("emit");
-    photons = trace_photons(context, *receivers_, pass);
-  }
-  const auto timed = context.phases.measure("build");
+Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) const {
+  const auto timed = context.phases.measure("emit");
+  return trace_photons(context, *receivers_, pass);
+}
+
+void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) const {
   map.build(std::move(photons), context.make_points(params_.structure),
             {params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test, largest_radius_, edges});
 }
@@ -55,21 +54,26 @@ void PhotonMaps::make(RenderContext& context, PhotonMap& map, const PhotonPass& 
 // The event at which a photon is gathered counts too, and so does the one at the visible point before a gather ray.
 void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
   const bool gathers = use_.gather_rays > 0;
-  make(context, global_,
-       pass_of(params_.photons, hash_keys(0, pass), use_.max_depth - (gathers && !holds_caustics_ ? 2 : 1),
-               gathers ? photon_any : global_seen_, gathered_ ? gathered_.get() : seen_.get()),
-       parse_edges(params_.edges));
-  if (!gathers || params_.precompute == 0) return;
+  const auto pass_for = [&](int count, std::uint64_t key) {
+    return pass_of(count, key, use_.max_depth - (gathers && !holds_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
+                   gathered_ ? gathered_.get() : seen_.get());
+  };
+  Photons photons = trace(context, pass_for(params_.photons, hash_keys(0, pass))), places;
+  const bool precomputes = gathers && params_.precompute > 0;
+  if (precomputes) places = trace(context, pass_for(std::max(1, params_.photons / params_.precompute), hash_keys(0, pass, 1)));
   const auto timed = context.phases.measure("build");
-  irradiance_ =
-      std::make_unique<PhotonIrradiance>(context, global_, params_.precompute, context.make_points(params_.structure));
+  build(context, global_, std::move(photons), parse_edges(params_.edges));
+  if (precomputes)
+    irradiance_ = std::make_unique<PhotonIrradiance>(context, global_, places, context.make_points(params_.structure));
 }
 
 void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass) {
   if (!separate_caustics_) return;
+  Photons photons =
+      trace(context, pass_of(params_.caustic_photons, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
+  const auto timed = context.phases.measure("build");
   const Edges edges = parse_edges(params_.edges);
-  make(context, caustic_, pass_of(params_.caustic_photons, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()),
-       edges == Edges::hull ? Edges::disc : edges);
+  build(context, caustic_, std::move(photons), edges == Edges::hull ? Edges::disc : edges);
 }
 
 Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,

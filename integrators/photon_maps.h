@@ -42,7 +42,7 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.number("radius", p.radius, 0, 1e30, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.integer("precompute", p.precompute, 0, 1000000, "photons",
-            "one in so many holds its irradiance for gather rays to look up; 0: they gather photons themselves");
+            "one more for so many marks a place that holds irradiance for gather rays; 0: they gather photons themselves");
   v.flag("follow_near", p.follow_near,
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
   v.choice("caustic_map", p.caustic_map, {"auto", "on", "off"}, "auto: where the scene needs it; off: one map for all");
@@ -91,7 +91,8 @@ class PhotonMaps {
  private:
   void mark_seen(const RenderContext& context);
   PhotonPass pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep, const VisibleRegion* visible) const;
-  void make(RenderContext& context, PhotonMap& map, const PhotonPass& pass, Edges edges) const;
+  Photons trace(const RenderContext& context, const PhotonPass& pass) const;
+  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) const;
 
   PhotonMapsParams params_;
   PhotonMapsUse use_;

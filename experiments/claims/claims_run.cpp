@@ -1,7 +1,7 @@
 #include "experiments/claims/claims_run.h"
 
 #include "experiments/claims/claims_report.h"
-#include "experiments/harness/record_run.h"
+#include "experiments/claims/record_run.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 
@@ -11,7 +11,7 @@ namespace etendue {
 
 namespace {
 
-class ClaimsWork final : public RecordWork<ClaimRecord> {
+class ClaimsWork final : public RecordWork {
  public:
   explicit ClaimsWork(const RunPlan& plan) : choice_(*plan.config.claims), threads_(plan.threads) {}
 
@@ -30,15 +30,11 @@ class ClaimsWork final : public RecordWork<ClaimRecord> {
     record.reading = claim.reading;
   }
 
-  void fill(const Cell& cell, ClaimRecord& record, RunDirectory&, const Progress& progress) override {
+  void fill(const Cell& cell, ClaimRecord& record, RunDirectory&, const std::function<void(double)>& progress) override {
     const ClaimMeasure& measure = choice_.rows[cell.integrator].measures[cell.accel];
     const Measurement& measurement = *measure.measurement;
-    const MeasureTask task{measure.scenes[cell.scene],
-                           choice_.resolution,
-                           choice_.repetitions,
-                           threads_,
-                           cell.name.seed,
-                           [&, steps = std::uint64_t{0}](double share) mutable { progress(share, ++steps); }};
+    const MeasureTask task{
+        measure.scenes[cell.scene], choice_.resolution, choice_.repetitions, threads_, cell.name.seed, progress};
     // What another claim asked of the same scene serves this one as well.
     auto known = results_.find({measurement.name, task.scene});
     if (known == results_.end()) {
@@ -51,7 +47,7 @@ class ClaimsWork final : public RecordWork<ClaimRecord> {
   }
 
   std::string summary(const RunLog& log) const override { return claims_summary(log); }
-  std::uint64_t disagreements() const override { return disagreements_; }
+  std::uint64_t disagreements() const { return disagreements_; }
 
  private:
   static void fill(ClaimRecord& record, const ClaimMeasure& measure, const MeasureResult& result) {
@@ -80,7 +76,9 @@ class ClaimsWork final : public RecordWork<ClaimRecord> {
 
 RunSummary execute_claims(const RunPlan& plan, RunObserver& observer) {
   ClaimsWork work(plan);
-  return execute_records(plan, plan.threads, observer, work);
+  RunSummary summary = execute_records(plan, observer, work);
+  summary.disagreements = work.disagreements();
+  return summary;
 }
 
 }  // namespace etendue

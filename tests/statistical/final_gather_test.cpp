@@ -150,9 +150,9 @@ TEST(FinalGathering, PrecomputedIrradianceKeepsTheImage) {
 TEST(FinalGathering, PrecomputedIrradianceIsUnbiasedInEvenLight) {
   const Scene scene = load_scene("builtin:lambert-sphere");
   double sum = 0, squares = 0;
-  constexpr int seeds = 6;
+  constexpr int seeds = 12;
   for (int seed = 1; seed <= seeds; ++seed) {
-    RenderOptions options = gathering({{"precompute", std::int64_t{1}}, {"k", std::int64_t{20}}});
+    RenderOptions options = gathering({{"precompute", std::int64_t{4}}, {"k", std::int64_t{20}}});
     options.seed = static_cast<std::uint64_t>(seed);
     options.iterations = 1;
     const double difference = relative_difference(render(scene, "photon-map", options).image, exact_image(scene, {16, 16}));

@@ -341,6 +341,14 @@ TEST(IrradianceCache, WhiteFurnaceStaysWhite) {
   EXPECT_LT(std::abs(bias(render(scene, "irradiance-cache", options).image, exact_image(scene, options.resolution))), 3e-3);
 }
 
+TEST(IrradianceCache, LosesNoLightBetweenPixelsThatFinerRecordsLeaveUncovered) {
+  // What coarse records of the first iterations covered paths find in the later ones, of another weight.
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  RenderOptions options = options_for(64, 6);
+  options.params["accuracy"] = {0.03, {}};
+  EXPECT_LT(std::abs(bias(render(scene, "irradiance-cache", options).image, exact_image(scene, options.resolution))), 0.02);
+}
+
 // --- What the cache says of its own error.
 
 TEST(IrradianceEstimate, StatesTheVarianceOfItsNoise) {

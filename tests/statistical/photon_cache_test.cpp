@@ -57,6 +57,12 @@ TEST(PhotonCache, WhiteFurnaceStaysWhite) {
   }
 }
 
+TEST(PhotonCache, LosesNoLightBetweenPixelsThatFinerRecordsLeaveUncovered) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  const RenderOptions options = options_for(6, {{"accuracy", 0.03}, {"samples", std::int64_t{64}}});
+  EXPECT_LT(std::abs(bias(render(scene, "photon-cache", options).image, exact_image(scene, options.resolution))), 0.02);
+}
+
 TEST(PhotonCache, DepthLimitTruncatesTheSeries) {
   const Scene scene = load_scene("builtin:lambert-sphere");
   for (const char* fill : {"gather", "density"})
