@@ -9,6 +9,7 @@ struct OneFloat {
   float x;
 
   static OneFloat load(const float* p) { return {*p}; }
+  static OneFloat load_anywhere(const float* p) { return {*p}; }
   static OneFloat set(float value) { return {value}; }
   void store(float* p) const { *p = x; }
   void store_anywhere(float* p) const { *p = x; }
@@ -28,6 +29,7 @@ struct Lanes4 {
   __m128 v;
 
   static Lanes4 load(const float* p) { return {_mm_load_ps(p)}; }
+  static Lanes4 load_anywhere(const float* p) { return {_mm_loadu_ps(p)}; }
   static Lanes4 set(float x) { return {_mm_set1_ps(x)}; }
   void store(float* p) const { _mm_store_ps(p, v); }
   void store_anywhere(float* p) const { _mm_storeu_ps(p, v); }
@@ -49,6 +51,7 @@ struct Lanes8 {
   __m256 v;
 
   static Lanes8 load(const float* p) { return {_mm256_load_ps(p)}; }
+  static Lanes8 load_anywhere(const float* p) { return {_mm256_loadu_ps(p)}; }
   static Lanes8 set(float x) { return {_mm256_set1_ps(x)}; }
   void store(float* p) const { _mm256_store_ps(p, v); }
   void store_anywhere(float* p) const { _mm256_storeu_ps(p, v); }
@@ -76,6 +79,7 @@ struct Lanes16 {
   __m512 v;
 
   static Lanes16 load(const float* p) { return {_mm512_load_ps(p)}; }
+  static Lanes16 load_anywhere(const float* p) { return {_mm512_loadu_ps(p)}; }
   static Lanes16 set(float x) { return {_mm512_set1_ps(x)}; }
   void store(float* p) const { _mm512_store_ps(p, v); }
   void store_anywhere(float* p) const { _mm512_storeu_ps(p, v); }
@@ -124,6 +128,7 @@ struct Twice {
   Half low, high;
 
   static Twice load(const float* p) { return {Half::load(p), Half::load(p + half_width)}; }
+  static Twice load_anywhere(const float* p) { return {Half::load_anywhere(p), Half::load_anywhere(p + half_width)}; }
   static Twice set(float x) { return {Half::set(x), Half::set(x)}; }
   void store(float* p) const {
     low.store(p);

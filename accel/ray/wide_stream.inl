@@ -27,18 +27,20 @@ class WideStream {
         nears_(space().nears),
         met_(space().met),
         entries_(space().entries),
-        jobs_(space().jobs) {}
-
-  // stream_size rays at most. `answer(i, hit)` is called once for every ray.
-  template <class Answer>
-  void run(std::span<const Ray> rays, const Answer& answer) {
+        jobs_(space().jobs) {
     travellers_.clear();
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      if (is_traceable(rays[i]) && !view_.tree.nodes.empty())
-        travellers_.emplace_back(rays[i], view_.extent, static_cast<std::uint32_t>(i));
-      else
-        answer(i, Hit{});
-    }
+  }
+
+  // Takes a ray in, up to stream_size until the next run.
+  void add(const Ray& ray, std::size_t index) {
+    travellers_.emplace_back(ray, view_.extent, static_cast<std::uint32_t>(index));
+  }
+
+  std::size_t size() const { return travellers_.size(); }
+
+  // Traces the rays taken in: `answer(index, hit)` is called once for each.
+  template <class Answer>
+  void run(const Answer& answer) {
     if (travellers_.empty()) return;
     reserve(travellers_.size());
     for (std::uint32_t i = 0; i < travellers_.size(); ++i) {
@@ -57,6 +59,7 @@ class WideStream {
         visit(job);
     }
     for (const Traveller& traveller : travellers_) answer(traveller.index, traveller.hit);
+    travellers_.clear();
   }
 
  private:

@@ -1,7 +1,7 @@
 #include "experiments/claims/claims_run.h"
 
 #include "experiments/claims/claims_report.h"
-#include "experiments/claims/record_run.h"
+#include "experiments/harness/record_run.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 
@@ -11,7 +11,7 @@ namespace etendue {
 
 namespace {
 
-class ClaimsWork final : public RecordWork {
+class ClaimsWork final : public RecordWork<ClaimRecord> {
  public:
   explicit ClaimsWork(const RunPlan& plan) : choice_(*plan.config.claims), threads_(plan.threads) {}
 
@@ -30,11 +30,15 @@ class ClaimsWork final : public RecordWork {
     record.reading = claim.reading;
   }
 
-  void fill(const Cell& cell, ClaimRecord& record, RunDirectory&, const std::function<void(double)>& progress) override {
+  void fill(const Cell& cell, ClaimRecord& record, RunDirectory&, const Progress& progress) override {
     const ClaimMeasure& measure = choice_.rows[cell.integrator].measures[cell.accel];
     const Measurement& measurement = *measure.measurement;
-    const MeasureTask task{
-        measure.scenes[cell.scene], choice_.resolution, choice_.repetitions, threads_, cell.name.seed, progress};
+    const MeasureTask task{measure.scenes[cell.scene],
+                           choice_.resolution,
+                           choice_.repetitions,
+                           threads_,
+                           cell.name.seed,
+                           [&, steps = std::uint64_t{0}](double share) mutable { progress(share, ++steps); }};
     // What another claim asked of the same scene serves this one as well.
     auto known = results_.find({measurement.name, task.scene});
     if (known == results_.end()) {
@@ -47,7 +51,7 @@ class ClaimsWork final : public RecordWork {
   }
 
   std::string summary(const RunLog& log) const override { return claims_summary(log); }
-  std::uint64_t disagreements() const { return disagreements_; }
+  std::uint64_t disagreements() const override { return disagreements_; }
 
  private:
   static void fill(ClaimRecord& record, const ClaimMeasure& measure, const MeasureResult& result) {
@@ -76,9 +80,7 @@ class ClaimsWork final : public RecordWork {
 
 RunSummary execute_claims(const RunPlan& plan, RunObserver& observer) {
   ClaimsWork work(plan);
-  RunSummary summary = execute_records(plan, observer, work);
-  summary.disagreements = work.disagreements();
-  return summary;
+  return execute_records(plan, plan.threads, observer, work);
 }
 
 }  // namespace etendue

@@ -1,7 +1,6 @@
 #include "experiments/harness/run.h"
 
 #include "experiments/claims/claims_run.h"
-#include "experiments/stress/stress_run.h"
 #include "experiments/harness/accel_comparison.h"
 #include "experiments/harness/animation_run.h"
 #include "experiments/harness/manifest.h"
@@ -10,6 +9,7 @@
 #include "experiments/harness/run_directory.h"
 #include "experiments/harness/tables.h"
 #include "experiments/search/search_run.h"
+#include "experiments/stress/stress_run.h"
 #include "framework/core/parallel.h"
 #include "framework/io/load_scene.h"
 
@@ -78,9 +78,7 @@ class Execution {
   }
 
   void narrate_resumption() {
-    if (summary_.skipped > 0)
-      observer_.narrate(
-          fmt::format("{}: {} of {} cells are done already", plan_.directory, summary_.skipped, plan_.cells.size()));
+    narrate_skipped(plan_, summary_.skipped, observer_);
     for (const ManifestRecord& other : directory_.earlier().manifests)
       if (other.commit != manifest_.commit || other.cpu != manifest_.cpu || other.flags != manifest_.flags)
         observer_.narrate(fmt::format("{}: some cells were run by {} on {}; --fresh runs all of them alike", plan_.directory,
@@ -93,11 +91,10 @@ class Execution {
       if (!has_pending(s) && !wants_structures(s)) continue;
       const SceneChoice& choice = config_.scenes[s];
       auto loaded = std::make_unique<LoadedScene>();
-      loaded->scene = load_scene(choice.path, choice.where);
+      loaded->scene = load_choice(choice, observer_);
       loaded->needs = scene_needs(loaded->scene);
       loaded->resolution = config_.resolution.value_or(loaded->scene.resolution);
       loaded->regions = make_regions(config_.regions, choice.name, loaded->resolution);
-      for (const std::string& warning : loaded->scene.warnings) observer_.narrate(choice.name + ": " + warning);
       const std::string hash = fmt::format("{:016x}", loaded->scene.hash());
       for (const ReferenceRecord& record : directory_.earlier().references)
         if (record.scene == choice.name && record.scene_hash != hash)
@@ -266,6 +263,17 @@ RunPlan plan_run(const RunOptions& options) {
     plan.directory = (fs::path("out") / name).string();
   }
   return plan;
+}
+
+Scene load_choice(const SceneChoice& choice, RunObserver& observer) {
+  Scene scene = load_scene(choice.path, choice.where);
+  for (const std::string& warning : scene.warnings) observer.narrate(choice.name + ": " + warning);
+  return scene;
+}
+
+void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& observer) {
+  if (skipped > 0)
+    observer.narrate(fmt::format("{}: {} of {} cells are done already", plan.directory, skipped, plan.cells.size()));
 }
 
 RunSummary execute_run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) {

@@ -47,6 +47,10 @@ class RunObserver {
   virtual void cell_finished(const CellRecord& cell, const CheckpointRecord* last) = 0;
 };
 
+// What several kinds of experiments begin with, and tell the observer.
+Scene load_choice(const SceneChoice& choice, RunObserver& observer);  // its warnings; throws Error
+void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& observer);
+
 struct RunSummary {
   std::size_t done = 0, failed = 0, skipped = 0;  // skipped: done by an earlier run
   std::uint64_t disagreements = 0;                // of structures, in this run's comparisons

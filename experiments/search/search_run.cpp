@@ -1,107 +1,49 @@
 #include "experiments/search/search_run.h"
 
-#include "experiments/harness/manifest.h"
-#include "experiments/harness/report.h"
-#include "experiments/harness/run_directory.h"
+#include "experiments/harness/record_run.h"
 #include "experiments/search/measure_search.h"
 #include "experiments/search/search_report.h"
-#include "framework/io/load_scene.h"
 
-#include <fmt/format.h>
-#include <chrono>
 #include <map>
-#include <set>
 
 namespace etendue {
 
 namespace {
 
-class SearchExecution {
+class SearchWork final : public RecordWork<SearchRecord> {
  public:
-  SearchExecution(const RunPlan& plan, RunObserver& observer)
-      : plan_(plan),
-        observer_(observer),
-        sets_(config_sets(plan.config)),
-        manifest_(make_manifest(plan.config.title, plan.config.hash, 1)),
-        directory_(plan.directory, manifest_, plan.fresh) {}
+  SearchWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer), sets_(config_sets(plan.config)) {}
 
-  RunSummary run() {
-    std::set<CellName> done;
-    for (const SearchRecord& record : directory_.earlier().searches)
-      if (record.status == "done") done.insert(record.cell);
-    std::vector<const Cell*> pending;
-    for (const Cell& cell : plan_.cells)
-      if (!done.contains(cell.name)) pending.push_back(&cell);
-    summary_.skipped = plan_.cells.size() - pending.size();
-    if (summary_.skipped > 0)
-      observer_.narrate(
-          fmt::format("{}: {} of {} cells are done already", plan_.directory, summary_.skipped, plan_.cells.size()));
-    // All of them before anything runs, so that a file that cannot be read is known at once.
-    for (const Cell* cell : pending) load(sets_[cell->scene]);
-    for (std::size_t i = 0; i < pending.size(); ++i) run_one(*pending[i], i, pending.size());
-    summary_.report_files = write_report({plan_.directory}, plan_.directory, {plan_.config.table_formats});
-    summary_.table = search_summary(read_directory_log(plan_.directory));
-    return std::move(summary_);
+  void load(const Cell& cell) override {
+    const auto scene = sets_[cell.scene].scene;
+    if (scene && !scenes_.contains(*scene)) scenes_.emplace(*scene, load_choice(plan_.config.scenes[*scene], observer_));
   }
 
- private:
-  void load(const SearchSet& set) {
-    if (!set.scene) return;
-    const auto [entry, fresh] = scenes_.try_emplace(*set.scene);
-    if (!fresh) return;
-    const SceneChoice& choice = plan_.config.scenes[*set.scene];
-    entry->second = load_scene(choice.path, choice.where);
-    for (const std::string& warning : entry->second.warnings) observer_.narrate(choice.name + ": " + warning);
-  }
-
-  void run_one(const Cell& cell, std::size_t position, std::size_t count) {
+  void fill(const Cell& cell, SearchRecord& record, RunDirectory&, const Progress& progress) override {
     const SearchChoice& choice = *plan_.config.search;
     const SearchSet& set = sets_[cell.scene];
-    observer_.cell_started(cell.name, position, count);
-    const auto start = std::chrono::steady_clock::now();
-    const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-    SearchRecord record;
-    try {
-      record = measure_search({choice, set, set.scene ? &scenes_.at(*set.scene) : nullptr, choice.counts[cell.integrator],
-                               cell.name.seed, [&](double share) { observer_.cell_progress(share, 0, elapsed()); }});
-      record.status = "done";
-    } catch (const std::bad_alloc&) {
-      record.error = "out of memory";
-    } catch (const std::exception& e) {
-      record.error = e.what();
-    }
-    record.cell = cell.name;
-    record.manifest = manifest_.id;
-    if (record.status.empty()) {
-      record.status = "failed";
-      ++summary_.failed;
-    } else {
-      ++summary_.done;
-      summary_.disagreements += record.disagreements;
-    }
-    directory_.append({to_json_line(record)});
-    CellRecord cell_record;
-    cell_record.cell = cell.name;
-    cell_record.status = record.status;
-    cell_record.error = record.error;
-    CheckpointRecord last;
-    last.cell = cell.name;
-    last.iterations = static_cast<std::uint64_t>(choice.repetitions);
-    last.time_s = elapsed();
-    observer_.cell_finished(cell_record, record.status == "done" ? &last : nullptr);
+    const auto steps = static_cast<std::uint64_t>(choice.repetitions);
+    record = measure_search({choice, set, set.scene ? &scenes_.at(*set.scene) : nullptr, choice.counts[cell.integrator],
+                             cell.name.seed, [&](double share) { progress(share, steps); }});
+    disagreements_ += record.disagreements;
   }
 
+  std::uint64_t disagreements() const override { return disagreements_; }
+  std::string summary(const RunLog& log) const override { return search_summary(log); }
+
+ private:
   const RunPlan& plan_;
   RunObserver& observer_;
   std::vector<SearchSet> sets_;
-  ManifestRecord manifest_;
-  RunDirectory directory_;
   std::map<std::size_t, Scene> scenes_;
-  RunSummary summary_;
+  std::uint64_t disagreements_ = 0;
 };
 
 }  // namespace
 
-RunSummary execute_search(const RunPlan& plan, RunObserver& observer) { return SearchExecution(plan, observer).run(); }
+RunSummary execute_search(const RunPlan& plan, RunObserver& observer) {
+  SearchWork work(plan, observer);
+  return execute_records(plan, 1, observer, work);
+}
 
 }  // namespace etendue

@@ -1,7 +1,7 @@
 #include "experiments/stress/stress_run.h"
 
-#include "experiments/claims/record_run.h"
 #include "experiments/harness/accel_timing.h"
+#include "experiments/harness/record_run.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/statistics.h"
 #include "experiments/stress/stress_report.h"
@@ -34,7 +34,7 @@ Image side_by_side(const std::vector<Image>& images) {
   return strip;
 }
 
-class StressWork final : public RecordWork {
+class StressWork final : public RecordWork<ClaimRecord> {
  public:
   StressWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer) {}
 
@@ -48,8 +48,7 @@ class StressWork final : public RecordWork {
     for (const StressTrial& trial : row.trials) record.stress->methods.push_back(trial.method.label());
   }
 
-  void fill(const Cell& cell, ClaimRecord& record, RunDirectory& directory,
-            const std::function<void(double)>& progress) override {
+  void fill(const Cell& cell, ClaimRecord& record, RunDirectory& directory, const Progress& progress) override {
     const StressRow& row = row_of(cell);
     const Scene scene = load_scene(row.scene, {plan_.config.path});
     const SceneNeeds needs = scene_needs(scene);
@@ -77,7 +76,8 @@ class StressWork final : public RecordWork {
             run_cell({scene, needs, accel, row.trials[t].method, seed, resolution, budget, plan_.threads});
         values.push_back(row.figure->compute(result.image, truth.rendered.image));
         if (values.size() == 1) images.push_back(result.image);
-        progress(static_cast<double>(t * seeds + values.size()) / static_cast<double>(row.trials.size() * seeds));
+        const std::size_t done = t * seeds + values.size();
+        progress(static_cast<double>(done) / static_cast<double>(row.trials.size() * seeds), done);
       }
       const Expected& expected = t == 0 ? row.fails : row.holds;
       record.figures.push_back({t == 0 ? "as it is" : row.trials[t].name, row.figure->text, FigureKind::plain,
@@ -102,7 +102,7 @@ class StressWork final : public RecordWork {
 
 RunSummary execute_stress(const RunPlan& plan, RunObserver& observer) {
   StressWork work(plan, observer);
-  return execute_records(plan, observer, work);
+  return execute_records(plan, plan.threads, observer, work);
 }
 
 }  // namespace etendue

@@ -11,6 +11,32 @@
 namespace etendue::testing {
 namespace {
 
+// Bundles of rays as a camera or a small light sends them: from one point or next to it, towards a triangle and its corners.
+std::vector<Ray> bundles(const Scene& scene, std::size_t count, std::uint64_t seed) {
+  Random random(seed);
+  const std::vector<Ray> aimed = aimed_rays(scene, count, seed);
+  const Geometry& geometry = scene.objects[0].geometry;
+  std::vector<Ray> rays;
+  for (std::size_t bundle = 0; bundle < aimed.size(); ++bundle) {
+    const Ray& axis = aimed[bundle];
+    const float length = glm::length(axis.direction), spread = random.between(0, 0.05f);
+    for (int i = 0; i < 64; ++i) {
+      Ray ray = axis;
+      if (bundle % 3 == 1) ray.origin += random.in_cube(0.01f * length);
+      if (bundle % 4 == 2) ray.t_max = random.between(0, 2);
+      if (bundle % 5 == 3) ray.t_min = random.between(0, 1);
+      ray.direction += random.in_cube(spread * length);
+      if (i % 8 == 7 && !geometry.triangles.empty()) {  // at a corner nearby, if there is one
+        const uvec3 triangle = geometry.triangles[random.below(static_cast<std::uint32_t>(geometry.triangles.size()))];
+        const vec3 towards = geometry.positions[triangle[i / 8 % 3]] - ray.origin;
+        if (glm::dot(towards, axis.direction) > 0.99f * glm::length(towards) * length) ray.direction = towards;
+      }
+      rays.push_back(ray);
+    }
+  }
+  return rays;
+}
+
 template <class Wide>
 void expect_same_bits(const Geometry& geometry, const BinaryTree& tree, const Bvh& binary, const std::vector<Ray>& rays) {
   for (const Isa isa : supported_isas()) {
@@ -47,7 +73,8 @@ TEST(WideLayouts, EveryInstructionSetGivesTheBitsOfTheBinaryLayout) {
     single.leaf_size = 1;
     const BinaryTree tree = build_binned_sah(build_items(geometry), single);
     const Bvh binary(geometry, build_binned_sah(build_items(geometry), {}));
-    std::vector<Ray> rays = general_rays(c.scene, 2000, 5);
+    std::vector<Ray> rays = bundles(c.scene, 24, 7);  // first, so that they go together
+    for (const Ray& ray : general_rays(c.scene, 2000, 5)) rays.push_back(ray);
     for (const Ray& ray : aimed_rays(c.scene, 300, 6)) rays.push_back(ray);
     ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide4Bvh>(geometry, tree, binary, rays));
     ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide8Bvh>(geometry, tree, binary, rays));

@@ -1,7 +1,7 @@
 // Experiments on change over time, from their TOML to their report.
 #include "experiments/harness/animation_report.h"
-#include "experiments/harness/config.h"
 #include "experiments/harness/run.h"
+#include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"
 
 #include <algorithm>
@@ -22,21 +22,7 @@ constexpr const char* experiment =
     "motions = [\"twist\", { name = \"scatter\", objects = 8, moving = 0.5 }]\n"
     "policies = [\"refit\", \"rebuild\", { name = \"hybrid\", sah_growth = 1.1, least_gain = 0 }]\n";
 
-std::string error_of(const std::string& text) {
-  try {
-    parse_experiment(text, "x.toml");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = experiment;
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+std::string with(const std::string& from, const std::string& to) { return replaced(experiment, from, to); }
 
 TEST(AnimationConfig, ValidFileIsReadInFull) {
   const ExperimentConfig config = parse_experiment(experiment, "x.toml");
@@ -79,7 +65,7 @@ TEST(AnimationConfig, SlipsAreErrorsAtTheirPlace) {
       {with("seeds = 2", "integrators = [\"path\"]"), "x.toml:4:1", "dynamic"},
       {"scenes = [\"builtin:mesh\"]\ndynamic = 3\n", "x.toml:2:11", "a table"}};
   for (const auto& [text, place, piece] : slips) {
-    const std::string what = error_of(text);
+    const std::string what = config_error(text);
     EXPECT_TRUE(what.starts_with(place)) << what;
     EXPECT_NE(what.find(piece), std::string::npos) << what;
   }

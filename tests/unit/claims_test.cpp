@@ -1,9 +1,9 @@
 // Experiments on claims: the rule of verdicts, and the way from their TOML to their report.
 #include "experiments/claims/claims_report.h"
 #include "experiments/claims/verdict.h"
-#include "experiments/harness/config.h"
 #include "experiments/harness/run.h"
 #include "tests/places.h"
+#include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"
 
 #include <algorithm>
@@ -104,21 +104,7 @@ constexpr const char* experiment =
     "scenes = [\"builtin:cornell-box\"]\n"
     "large = true\n";
 
-std::string error_of(const std::string& text) {
-  try {
-    parse_experiment(text, "x.toml");
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = experiment;
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+std::string with(const std::string& from, const std::string& to) { return replaced(experiment, from, to); }
 
 TEST(ClaimsConfig, ValidFileIsReadInFull) {
   const ExperimentConfig config = parse_experiment(experiment, "x.toml");
@@ -154,7 +140,7 @@ TEST(ClaimsConfig, SlipsAreErrorsAtTheirPlace) {
       {with("large = true", "large = 1"), "x.toml:25:9", "true or false"},
       {"scenes = [\"builtin:mesh\"]\nstructures = true\ntiming = { repetitions = 2 }\n", "x.toml:3:1", "claims"}};
   for (const auto& [text, place, piece] : slips) {
-    const std::string what = error_of(text);
+    const std::string what = config_error(text);
     EXPECT_TRUE(what.starts_with(place)) << what;
     EXPECT_NE(what.find(piece), std::string::npos) << what;
   }

@@ -1,5 +1,5 @@
 // experiment.toml: every slip is an error at its line and column; overrides and --quick take the place of what the file says.
-#include "experiments/harness/config.h"
+#include "tests/unit/experiment_text.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -27,28 +27,7 @@ ExperimentConfig parse(const std::string& text, const ConfigOptions& options = {
   return parse_experiment(text, "x.toml", options);
 }
 
-std::string error_of(const std::string& text, const ConfigOptions& options = {}) {
-  try {
-    parse(text, options);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
-// `valid` with the first occurrence of a piece replaced.
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = valid;
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-
-void expect_error(const std::string& text, const std::string& place, const std::string& piece) {
-  const std::string what = error_of(text);
-  EXPECT_TRUE(what.starts_with(place + ":")) << what;
-  EXPECT_NE(what.find(piece), std::string::npos) << what;
-}
+std::string with(const std::string& from, const std::string& to) { return replaced(valid, from, to); }
 
 TEST(ExperimentConfig, ValidFileIsReadInFull) {
   const ExperimentConfig config = parse(valid);
@@ -96,7 +75,7 @@ TEST(ExperimentConfig, OverridesAreTypedAndDescend) {
 }
 
 TEST(ExperimentConfig, BadOverridesAreErrorsToo) {
-  const auto error = [](const std::string& assignment) { return error_of(valid, {false, {assignment}}); };
+  const auto error = [](const std::string& assignment) { return config_error(valid, {false, {assignment}}); };
   EXPECT_NE(error("budget.tmie=5s").find("did you mean 'time'"), std::string::npos) << error("budget.tmie=5s");
   EXPECT_TRUE(error("budget.tmie=5s").starts_with("-o budget.tmie=5s: "));
   EXPECT_NE(error("seeds").find("expected key=value"), std::string::npos);
@@ -134,9 +113,9 @@ TEST(ExperimentConfig, SlipInQuickIsFoundWithoutQuick) {
 }
 
 TEST(ExperimentConfig, MeaninglessCombinationsAreErrors) {
-  EXPECT_NE(error_of("").find("no scenes"), std::string::npos);
-  EXPECT_NE(error_of("scenes = [\"builtin:furnace\"]").find("no integrators"), std::string::npos);
-  EXPECT_NE(error_of("scenes = [\"builtin:furnace\"]\nintegrators = [\"path\"]").find("no budget"), std::string::npos);
+  EXPECT_NE(config_error("").find("no scenes"), std::string::npos);
+  EXPECT_NE(config_error("scenes = [\"builtin:furnace\"]").find("no integrators"), std::string::npos);
+  EXPECT_NE(config_error("scenes = [\"builtin:furnace\"]\nintegrators = [\"path\"]").find("no budget"), std::string::npos);
   expect_error("scenes = \"builtin:furnace\"\nintegrators = [\"path\"]\nbudget = { error = 0.1 }", "x.toml:3:20", "beside it");
   expect_error("scenes = \"builtin:furnace\"\nintegrators = [\"path\", \"path\"]\nbudget = { samples = 1 }", "x.toml:2:24",
                "twice");

@@ -1,8 +1,8 @@
 // Regions and rates from the experiment to the report.
-#include "experiments/harness/config.h"
 #include "experiments/harness/rate_report.h"
 #include "framework/image/metrics.h"
 #include "framework/io/exr.h"
+#include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/report_helpers.h"
 
@@ -29,23 +29,7 @@ constexpr const char* base =
     "exponent = \"-2/3\"\n"
     "source = \"theory\"\n";
 
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = base;
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-
-void expect_error(const std::string& text, const std::string& place, const std::string& piece) {
-  try {
-    parse_experiment(text, "x.toml");
-    ADD_FAILURE() << "no error for " << piece;
-  } catch (const Error& e) {
-    const std::string what = e.what();
-    EXPECT_TRUE(what.starts_with(place + ":")) << what;
-    EXPECT_NE(what.find(piece), std::string::npos) << what;
-  }
-}
+std::string with(const std::string& from, const std::string& to) { return replaced(base, from, to); }
 
 TEST(Regions, HoldThePixelsWhoseCentresLieInside) {
   const ExperimentConfig config = parse_experiment(base, "x.toml");

@@ -5,6 +5,7 @@
 #include "experiments/search/search_report.h"
 #include "experiments/search/search_sets.h"
 #include "framework/io/load_scene.h"
+#include "tests/unit/experiment_text.h"
 
 #include <gtest/gtest.h>
 
@@ -23,15 +24,6 @@ SearchRecord record_of(std::uint64_t count, std::initializer_list<std::pair<cons
   return record;
 }
 
-void expect_error(const std::string& text, const std::string& part) {
-  try {
-    parse_experiment(text, "e.toml");
-    FAIL() << text;
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
-  }
-}
-
 TEST(SearchConfig, ReadsSetsSizesAndStructures) {
   const ExperimentConfig config = parse_experiment(
       "scenes = [\"builtin:cornell-box\"]\n[points]\nstructures = [\"hash-grid\", \"brute\"]\ncounts = [5, \"2k\"]\n"
@@ -46,12 +38,11 @@ TEST(SearchConfig, ReadsSetsSizesAndStructures) {
 }
 
 TEST(SearchConfig, WhatDoesNotFitIsAnErrorAtItsPlace) {
-  expect_error("[points]\nstructures = [\"hash-gird\"]\ncontrasts = [1]\n", "e.toml:2");
-  expect_error("[points]\nstructures = [\"hash-gird\"]\ncontrasts = [1]\n", "hash-grid");
-  expect_error("[points]\ncounts = [100, 10]\ncontrasts = [1]\n", "ascending");
-  expect_error("[points]\ncontrasts = []\n", "nothing to search");
-  expect_error("scenes = [\"builtin:cornell-box\"]\n[balls]\nneighbours = [1]\n", "neighbours");
-  expect_error("scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\n[balls]\n", "of no use");
+  expect_error("[points]\nstructures = [\"hash-gird\"]\ncontrasts = [1]\n", "x.toml:2", "hash-grid");
+  expect_error("[points]\ncounts = [100, 10]\ncontrasts = [1]\n", "x.toml", "ascending");
+  expect_error("[points]\ncontrasts = []\n", "x.toml", "nothing to search");
+  expect_error("scenes = [\"builtin:cornell-box\"]\n[balls]\nneighbours = [1]\n", "x.toml", "neighbours");
+  expect_error("scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\n[balls]\n", "x.toml", "of no use");
 }
 
 TEST(SearchSets, ASpotIsAsMuchDenserAsAsked) {
