@@ -3,6 +3,7 @@
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/cache_points.h"
+#include "integrators/cache_progress.h"
 #include "integrators/emission.h"
 #include "integrators/hash_cache_grid.h"
 #include "integrators/path.h"
@@ -73,6 +74,7 @@ class HashCache final : public Integrator {
     const ivec2 tiles = (size + tile - 1) / tile;
     pixels_.resize(static_cast<std::size_t>(tiles.x) * tiles.y);
     values_.resize(pixels_.size());
+    cached_ = CachedLight(static_cast<std::size_t>(size.x) * size.y);
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
@@ -100,6 +102,7 @@ class HashCache final : public Integrator {
   std::optional<HashGrid> grid_;
   std::vector<std::vector<Pixel>> pixels_;        // per tile
   std::vector<std::vector<CachedValue>> values_;  // likewise
+  CachedLight cached_;
 };
 
 // At a diffuse surface: asks the cache, or has it asked once this sample's paths are in. False where the path ends.
@@ -124,7 +127,7 @@ bool HashCache::leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf&
     if (is_black(walk.throughput)) return false;
     if (u_on >= params_.trace_on) {
       count(Counter::lookups);
-      if (const auto mean = grid_->mean(point.position, normal, key_depth(depth), u)) {
+      if (const auto mean = grid_->mean(point.position, normal, key_depth(depth))) {
         pixel.brought += walk.throughput * *mean;
         return false;
       }
@@ -241,16 +244,17 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
     grid_->add(values_);
   }
   const auto timed = context.phases.measure("gather");
+  cached_.begin(index, index + 1.0);  // what the cache adds rests on all paths so far
   parallel_for(pixels_.size(), 1, [&](std::size_t t) {
     auto next = pixels_[t].begin();
     for_pixels(tile_of(t, context.resolution), [&](ivec2 at) {
       const Pixel& pixel = *next++;
-      Rgb radiance = pixel.radiance;
+      Rgb cached(0);
       if (!is_black(pixel.weight)) {
         count(Counter::lookups);
-        radiance += pixel.weight * grid_->mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
+        cached = pixel.weight * grid_->smooth_mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
       }
-      film.add(at, radiance, index);
+      cached_.add(film, at, pixel.radiance, cached);
     });
   });
 }

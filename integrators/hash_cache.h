@@ -2,17 +2,19 @@
 // [Binder2019], after [Keller2014]).
 //
 // Each camera path goes on by its lobes until it meets a diffuse surface. There the direct light is sampled, and the indirect
-// light is the mean of what all paths so far have brought home to the surface's cell (hash_cache_grid.h), this path's own
-// contribution among them: one direction, cosine distributed, followed on. Where that meets a diffuse surface in turn, it ends
-// with that surface's mean as of the samples before, three times out of four; else, and where no cell has seen enough, it is
-// traced on, so that cells the camera does not see go on learning too. Values are divided by the albedo: textures stay sharp.
-// There is nothing to set per scene: cells are sized by pixels, and shrink.
+// light is what a plane fitted to all that paths so far have brought home to the surface's cell says (hash_cache_grid.h), this
+// path's own contribution among it: one direction, cosine distributed, followed on. Where that meets a diffuse surface in turn,
+// it ends with that surface's cell as of the samples before, three times out of four; else, and where no cell has seen enough,
+// it is traced on, so that cells the camera does not see go on learning too. Values are divided by the albedo: textures stay
+// sharp. There is nothing to set per scene: cells are sized by pixels, and shrink.
 //
-// Consistent: a cell blurs indirect light within its size (and over normals that differ by some 20 degrees where it is larger
-// than the curvature), coarser where few paths come; both vanish as cells shrink. The image is the mean over all samples, the
-// first ones' larger cells included. Rough lobes of any width are followed by path tracing, so that a glossy surface has the
-// noise of one bounce. Depth: values hold light of a bounded number of events, so that cells are kept per depth where the limit
-// is at most 16, shared where it is above (a path may then be too long by the events before the lookup).
+// Consistent: a cell blurs what of indirect light is not even or sloping within its size (and over normals that differ by some
+// 20 degrees where it is larger than the curvature), coarser where few paths come; both vanish as cells shrink. What is sampled
+// is averaged over all samples of a pixel, what the cache adds with weights that grow with their number, since each lookup
+// rests on all paths before it: the larger cells of the first samples soon count for little. Rough lobes of any width are
+// followed by path tracing, so that a glossy surface has the noise of one bounce. Depth: values hold light of a bounded number
+// of events, so that cells are kept per depth where the limit is at most 16, shared where it is above (a path may then be too
+// long by the events before the lookup).
 #pragma once
 
 #include "framework/integrator.h"
@@ -25,8 +27,8 @@ struct HashCacheParams {
   int max_depth = 0;
   int roulette_depth = 5;
   int light_samples = 2;
-  float finest = 2;
-  float enough = 32;
+  float finest = 4;
+  float enough = 64;
   float trace_on = 0.25f;
   std::string sampler = "sobol";
 };

@@ -10,6 +10,7 @@ namespace etendue {
 namespace {
 
 constexpr std::size_t shard_count = 128;
+constexpr float ridge = 16;  // values, an edge away from the centre, that tell of no slope
 
 std::uint64_t hash(const glm::ivec3& cell, std::uint32_t tag) {
   const auto bits = [](int x) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)); };
@@ -23,35 +24,98 @@ std::uint32_t tag_of(const vec3& normal, int depth) {
   return tag;
 }
 
-}  // namespace
-
-const HashGrid::Cell* HashGrid::Table::find(const Key& key) const {
-  if (slots.empty()) return nullptr;
-  const std::size_t mask = slots.size() - 1;
-  for (std::size_t slot = hash(key.cell, key.tag) & mask;; slot = (slot + 1) & mask) {
-    if (slots[slot] == 0) return nullptr;
-    if (const Cell& cell = cells[slots[slot] - 1]; cell.key == key) return &cell;
-  }
+// The tangent plane that all normals of a tag share.
+Frame plane_of(std::uint32_t tag) {
+  vec3 normal;
+  for (int axis = 2; axis >= 0; --axis, tag /= 7) normal[axis] = static_cast<float>(tag % 7) - 3;
+  return Frame::from_normal(glm::normalize(normal));
 }
 
-HashGrid::Cell& HashGrid::Table::at(const Key& key) {
-  if (2 * (cells.size() + 1) > slots.size()) {
-    slots.assign(std::max<std::size_t>(64, 2 * slots.size()), 0);
-    for (std::uint32_t i = 0; i < cells.size(); ++i) {
-      std::size_t slot = hash(cells[i].key.cell, cells[i].key.tag) & (slots.size() - 1);
-      while (slots[slot] != 0) slot = (slot + 1) & (slots.size() - 1);
-      slots[slot] = i + 1;
-    }
-  }
+vec2 in_plane(const Frame& plane, const vec3& v) { return {glm::dot(v, plane.tangent), glm::dot(v, plane.bitangent)}; }
+
+vec3 squares(const vec2& v) { return {v.x * v.x, v.y * v.y, v.x * v.y}; }
+
+}  // namespace
+
+HashGrid::Moments HashGrid::Moments::of(const vec2& place, const Rgb& value) {
+  return {1, place, squares(place), value, place.x * value, place.y * value};
+}
+
+HashGrid::Moments& HashGrid::Moments::operator+=(const Moments& other) {
+  count += other.count;
+  place += other.place;
+  place_square += other.place_square;
+  value += other.value;
+  value_x += other.value_x;
+  value_y += other.value_y;
+  return *this;
+}
+
+HashGrid::Moments HashGrid::Moments::in_coarser(const vec2& centre) const {
+  const vec2 half = 0.5f * place;
+  const vec3 mixed(2 * half.x * centre.x, 2 * half.y * centre.y, half.x * centre.y + half.y * centre.x);
+  return {count,
+          half + count * centre,
+          0.25f * place_square + mixed + count * squares(centre),
+          value,
+          0.5f * value_x + centre.x * value,
+          0.5f * value_y + centre.y * value};
+}
+
+// The plane through the values' centre, no steeper than keeps it between nothing and twice their mean within the cell: so what
+// is too little in one place is not too much in another, and the mean over the values' places stays theirs.
+Rgb HashGrid::Moments::fit(const vec2& at) const {
+  const float share = 1 / count;
+  const Rgb mean = share * value;
+  const vec2 centre = share * place;
+  const vec3 spread = share * (place_square + ridge * vec3(1, 1, 0)) - squares(centre);
+  const Rgb along_x = share * value_x - centre.x * mean, along_y = share * value_y - centre.y * mean;
+  const float scale = 1 / (spread.x * spread.y - spread.z * spread.z);
+  const Rgb slope_x = scale * (spread.y * along_x - spread.z * along_y);
+  const Rgb slope_y = scale * (spread.x * along_y - spread.z * along_x);
+  const Rgb most = 0.5f * (glm::abs(slope_x) + glm::abs(slope_y)) + glm::abs(centre.x * slope_x + centre.y * slope_y);
+  const Rgb kept = glm::min(mean / glm::max(most, Rgb(1e-30f)), Rgb(1));
+  return mean + kept * ((at.x - centre.x) * slope_x + (at.y - centre.y) * slope_y);
+}
+
+// Where the key is, or the free slot where it would be.
+std::size_t HashGrid::Table::slot_of(const Key& key) const {
   const std::size_t mask = slots.size() - 1;
-  for (std::size_t slot = hash(key.cell, key.tag) & mask;; slot = (slot + 1) & mask) {
-    if (slots[slot] == 0) {
-      cells.push_back({key});
-      slots[slot] = static_cast<std::uint32_t>(cells.size());
-      return cells.back();
-    }
-    if (Cell& cell = cells[slots[slot] - 1]; cell.key == key) return cell;
+  std::size_t i = hash(key.cell, key.tag) & mask;
+  while (slots[i].cell != 0 && slots[i].key != key) i = (i + 1) & mask;
+  return i;
+}
+
+const HashGrid::Moments* HashGrid::Table::find(const Key& key, float enough) const {
+  if (cells.empty()) return nullptr;
+  const Slot& slot = slots[slot_of(key)];
+  return slot.cell != 0 && slot.count >= enough ? &cells[slot.cell - 1] : nullptr;
+}
+
+void HashGrid::Table::add(const Key& key, const Moments& moments) {
+  if (2 * (cells.size() + 1) > slots.size()) grow();
+  Slot& slot = slots[slot_of(key)];
+  if (slot.cell == 0) {
+    cells.emplace_back();
+    keys.push_back(key);
+    slot = {key, 0, static_cast<std::uint32_t>(cells.size())};
   }
+  slot.count += moments.count;
+  cells[slot.cell - 1] += moments;
+}
+
+void HashGrid::Table::grow() {
+  std::vector<Slot> old(std::max<std::size_t>(64, 2 * slots.size()));
+  slots.swap(old);
+  for (const Slot& slot : old)
+    if (slot.cell != 0) slots[slot_of(slot.key)] = slot;
+}
+
+void HashGrid::Table::clear() {
+  if (cells.empty()) return;
+  std::fill(slots.begin(), slots.end(), Slot{});
+  keys.clear();
+  cells.clear();
 }
 
 // The grid's origin is off the scene's corner by odd shares, so that no cell's face lies in an axis-parallel wall.
@@ -59,6 +123,7 @@ HashGrid::HashGrid(const Bounds& bounds, const HashGridOptions& options) : optio
   const Bounds box = bounds.empty() ? Bounds{vec3(-1), vec3(1)} : bounds;
   size_ = std::max(glm::length(box.diagonal()), 1e-6f);
   origin_ = box.lower - size_ * vec3(0.0137f, 0.0211f, 0.0173f);
+  for (int level = 0; level <= deepest; ++level) edge_[static_cast<std::size_t>(level)] = std::ldexp(size_, -level);
   begin(0);
 }
 
@@ -69,12 +134,16 @@ void HashGrid::begin(std::uint32_t index) {
 }
 
 HashGrid::Key HashGrid::key(const vec3& position, std::uint32_t tag, int level) const {
-  return {glm::ivec3(glm::floor((position - origin_) / edge(level))), tag};
+  return {glm::ivec3(glm::floor((position - origin_) / edge_[static_cast<std::size_t>(level)])), tag};
+}
+
+vec2 HashGrid::place_in(const Key& key, const Frame& plane, const vec3& position, int level) const {
+  return in_plane(plane, (position - origin_) / edge_[static_cast<std::size_t>(level)] - (vec3(key.cell) + 0.5f));
 }
 
 int HashGrid::finest_level(const vec3& position) const {
   const float wanted = finest_ * options_.pixel_angle * glm::length(position - options_.eye);
-  return std::clamp(static_cast<int>(std::floor(std::log2(size_ / std::max(wanted, 1e-30f)))), coarsest, deepest);
+  return std::clamp(std::ilogb(size_ / std::max(wanted, 1e-30f)), coarsest, deepest);
 }
 
 // All that a lookup may ask about one coarsest cell lies in one shard.
@@ -99,43 +168,56 @@ void HashGrid::add(std::span<const std::vector<CachedValue>> values) {
   std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
   for (std::size_t i = 0, at = 0; i < values.size(); ++i)
     for (const CachedValue& value : values[i]) sorted[next[shard[at++]]++] = &value;
-
-  parallel_for(shard_count, 1, [&](std::size_t s) {
-    std::vector<Table>& levels = shards_[s].levels;
-    for (std::size_t i = begin[s]; i < begin[s + 1]; ++i) {
-      const CachedValue& value = *sorted[i];
-      const int level = finest_level(value.position);
-      Cell& cell = levels[static_cast<std::size_t>(level)].at(key(value.position, tag_of(value.normal, value.depth), level));
-      cell.new_sum += value.value;
-      cell.new_count += 1;
-    }
-    for (int level = deepest; level >= coarsest; --level)
-      for (Cell& cell : levels[static_cast<std::size_t>(level)].cells) {
-        if (cell.new_count == 0) continue;
-        if (level > coarsest) {
-          Cell& parent = levels[static_cast<std::size_t>(level) - 1].at({cell.key.cell >> 1, cell.key.tag});
-          parent.new_sum += cell.new_sum;
-          parent.new_count += cell.new_count;
-        }
-        cell.sum += cell.new_sum;
-        cell.count += cell.new_count;
-        cell.new_sum = Rgb(0);
-        cell.new_count = 0;
-      }
-  });
+  parallel_for(shard_count, 1,
+               [&](std::size_t s) { add_to(shards_[s], std::span(sorted).subspan(begin[s], begin[s + 1] - begin[s])); });
 }
 
-std::optional<Rgb> HashGrid::mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const {
+void HashGrid::add_to(Shard& shard, std::span<const CachedValue* const> values) const {
+  for (const CachedValue* value : values) {
+    const int level = finest_level(value->position);
+    const std::uint32_t tag = tag_of(value->normal, value->depth);
+    const Key at = key(value->position, tag, level);
+    const vec2 place = place_in(at, plane_of(tag), value->position, level);
+    shard.fresh[static_cast<std::size_t>(level)].add(at, Moments::of(place, value->value));
+  }
+  for (std::size_t level = deepest; level >= coarsest; --level) {
+    Table& fresh = shard.fresh[level];
+    for (std::size_t i = 0; i < fresh.cells.size(); ++i) {
+      const Key& at = fresh.keys[i];
+      shard.levels[level].add(at, fresh.cells[i]);
+      if (level == coarsest) continue;
+      const vec2 centre = in_plane(plane_of(at.tag), 0.5f * vec3(at.cell & 1) - 0.25f);
+      shard.fresh[level - 1].add({at.cell >> 1, at.tag}, fresh.cells[i].in_coarser(centre));
+    }
+    fresh.clear();
+  }
+}
+
+std::optional<Rgb> HashGrid::mean(const vec3& position, const vec3& normal, int depth) const {
+  const std::uint32_t tag = tag_of(normal, depth);
+  for (int level = finest_level(position); level >= coarsest; --level)
+    if (const auto found = answer(position, tag, level, enough_)) return found;
+  return std::nullopt;
+}
+
+std::optional<Rgb> HashGrid::smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const {
   const Frame frame = Frame::from_normal(normal);
   const vec3 offset = (u.x - 0.5f) * frame.tangent + (u.y - 0.5f) * frame.bitangent;
   const std::uint32_t tag = tag_of(normal, depth);
   for (int level = finest_level(position); level >= coarsest; --level) {
-    const vec3 moved = position + edge(level) * offset;
-    const Table& table = shards_[shard_of(moved, tag)].levels[static_cast<std::size_t>(level)];
-    const Cell* cell = table.find(key(moved, tag, level));
-    if (cell != nullptr && cell->count >= enough_) return cell->sum / cell->count;
+    const vec3 moved = position + edge_[static_cast<std::size_t>(level)] * offset;
+    if (const auto found = answer(moved, tag, level, enough_)) return found;
+    if (const auto found = answer(position, tag, level, enough_)) return found;
   }
-  return std::nullopt;
+  return answer(position, tag, coarsest, 1);
+}
+
+// What a point's cell says there, if it has seen enough.
+std::optional<Rgb> HashGrid::answer(const vec3& position, std::uint32_t tag, int level, float enough) const {
+  const Key at = key(position, tag, level);
+  const Moments* cell = shards_[shard_of(position, tag)].levels[static_cast<std::size_t>(level)].find(at, enough);
+  if (cell == nullptr) return std::nullopt;
+  return cell->fit(place_in(at, plane_of(tag), position, level));
 }
 
 }  // namespace etendue

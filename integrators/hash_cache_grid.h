@@ -1,19 +1,27 @@
-// Means over hash cells of path space ([Binder2018], [Binder2019]): values at surface points, averaged per cell of position,
+// Means over hash cells of path space ([Binder2018], [Binder2019]): values at surface points, gathered per cell of position,
 // normal and depth.
 //
 // Cells are cubes of a nested grid, size 2^-level of the scene. The finest level at a point is the one whose cells are not
 // smaller than `finest` pixels at the point's distance from the eye; what is added there is added to all coarser cells about
-// it. A lookup moves the point at random in its tangent plane by up to half a cell, which turns steps between cells into noise
-// that averages out, and answers with the finest cell that has seen enough. Enough grows with the samples per pixel as n^(2/3),
-// and the finest cells' edges shrink as n^(-1/6), so that cells shrink and their means settle: consistent, with squared bias
-// and variance both falling as n^(-2/3) on smooth surfaces.
+// it. The finest cell about a point answers that has seen enough. Enough grows with the samples per pixel as n^(2/3), and the
+// finest cells' edges shrink as n^(-1/6), so that cells shrink and their means settle: consistent, with squared bias and
+// variance both falling as n^(-2/3) on smooth surfaces.
+//
+// What is seen in the image is asked for smoothly: the point is moved at random in its tangent plane by up to half a cell,
+// which turns steps between cells into noise that averages out. Where that leads off the surface, or to where too little was
+// seen, the point's own cell answers; and where none has seen enough yet, the coarsest, since few values say more than one.
+//
+// A cell answers with the plane that fits its values best (least squares, as local linear regression does [Fan1993]; a ridge
+// keeps it level where few values tell its slope). Where light falls off towards a corner, and all values lie on one side of
+// the point, their mean would be wrong in the first order of the cell's size; the plane is in the second.
 //
 // Deviations: keys are compared in full, where [Binder2018] trusts a fingerprint; values are added in their given order within
-// shards of the table, one task each, where it adds atomically; so means do not depend on threads.
+// shards of the table, one task each, where it adds atomically; so means do not depend on threads. [Binder2018] takes means.
 #pragma once
 
 #include "framework/core/vec.h"
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -30,8 +38,8 @@ struct CachedValue {
 struct HashGridOptions {
   vec3 eye{0};
   float pixel_angle = 0.001f;  // of a pixel: its width at distance 1
-  float finest = 2;            // pixels
-  float enough = 32;           // values, at one sample per pixel
+  float finest = 4;            // pixels
+  float enough = 64;           // values, at one sample per pixel
 };
 
 class HashGrid {
@@ -41,8 +49,10 @@ class HashGrid {
   // To be called before the values of the sample `index` (from 0) of all pixels.
   void begin(std::uint32_t index);
   void add(std::span<const std::vector<CachedValue>> values);
-  // The mean about a point; empty where no cell has seen enough. `u`: uniform.
-  std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const;
+  // The mean about a point; empty where no cell has seen enough.
+  std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth) const;
+  // The same without steps; empty where nothing was seen. `u`: uniform.
+  std::optional<Rgb> smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const;
 
  private:
   static constexpr int coarsest = 3, deepest = 24;  // levels
@@ -52,32 +62,55 @@ class HashGrid {
     std::uint32_t tag;  // normal and depth
     bool operator==(const Key&) const = default;
   };
-  struct Cell {
-    Key key;
-    Rgb sum{0};
+  // Sums over values and where they lie: in the tangent plane about the cell's centre, in edges.
+  struct Moments {
     float count = 0;
-    Rgb new_sum{0};  // not yet in the coarser cells
-    float new_count = 0;
+    vec2 place{0};
+    vec3 place_square{0};  // xx, yy, xy
+    Rgb value{0}, value_x{0}, value_y{0};
+
+    static Moments of(const vec2& place, const Rgb& value);
+    Moments& operator+=(const Moments& other);
+    // About the centre of a cell of twice the edge, from where this one's lies at `centre`.
+    Moments in_coarser(const vec2& centre) const;
+    Rgb fit(const vec2& at) const;
   };
-  // Open addressing with linear probing over indices of cells.
+  // Open addressing with linear probing; what a search passes by lies in the slots.
   struct Table {
-    std::vector<Cell> cells;
-    std::vector<std::uint32_t> slots;
-    const Cell* find(const Key& key) const;
-    Cell& at(const Key& key);
+    struct Slot {
+      Key key{};
+      float count = 0;         // of the cell's values
+      std::uint32_t cell = 0;  // its index plus one; 0: no cell
+    };
+    std::vector<Slot> slots;
+    std::vector<Key> keys;
+    std::vector<Moments> cells;
+
+    const Moments* find(const Key& key, float enough) const;
+    void add(const Key& key, const Moments& moments);
+    void clear();
+
+   private:
+    std::size_t slot_of(const Key& key) const;
+    void grow();
   };
+  using Levels = std::array<Table, deepest + 1>;
   struct Shard {
-    std::vector<Table> levels = std::vector<Table>(deepest + 1);
+    Levels levels;
+    Levels fresh;  // of the values that are being added; empty else
   };
 
-  float edge(int level) const { return std::ldexp(size_, -level); }
   Key key(const vec3& position, std::uint32_t tag, int level) const;
+  vec2 place_in(const Key& key, const Frame& plane, const vec3& position, int level) const;
   int finest_level(const vec3& position) const;
   std::size_t shard_of(const vec3& position, std::uint32_t tag) const;
+  std::optional<Rgb> answer(const vec3& position, std::uint32_t tag, int level, float enough) const;
+  void add_to(Shard& shard, std::span<const CachedValue* const> values) const;
 
   HashGridOptions options_;
   vec3 origin_{0};
-  float size_ = 1, finest_ = 2, enough_ = 16;
+  std::array<float, deepest + 1> edge_;  // by level, metres
+  float size_ = 1, finest_ = 4, enough_ = 64;
   std::vector<Shard> shards_;
 };
 
