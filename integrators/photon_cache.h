@@ -36,8 +36,10 @@ namespace etendue {
 
 struct PhotonCacheParams : PhotonMapsParams, CacheParams {
   PhotonCacheParams() {
-    precompute = 4;
+    photons = 0;
+    precompute = 16;
     follow_near = true;
+    structure = "nanoflann";
   }
 
   std::string fill = "gather";

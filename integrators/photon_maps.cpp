@@ -1,5 +1,8 @@
 #include "integrators/photon_maps.h"
 
+#include "framework/core/parallel.h"
+#include "integrators/cache_points.h"
+
 namespace etendue {
 
 PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method)
@@ -14,7 +17,31 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   separate_caustics_ = params_.caustic_map == "on" || (params_.caustic_map == "auto" && caustics);
   holds_caustics_ = caustics && !separate_caustics_;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
+  if (params_.photons == 0) params_.photons = enough_photons(context);
   if (emission_ != PhotonEmission::power) mark_seen(context);
+}
+
+// As many as make the kernel over k of them 0.7 % of the scene's diagonal wide at the median of what pixels see.
+int PhotonMaps::enough_photons(const RenderContext& context) const {
+  constexpr int fewest = 200000, most = 10 * fewest, pilots = 40000, near = 10, lines = 32;
+  const auto timed = context.phases.measure("pilot");
+  PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
+  pass.emission = PhotonEmission::power;
+  PhotonMap map;
+  build(context, map, trace_photons(context, *receivers_, pass), Edges::disc);
+  const float diagonal = glm::length(context.scene.bounds().diagonal());
+  std::vector<float> radii(lines * lines);
+  parallel_for(radii.size(), 16, [&](std::size_t i) {
+    const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
+    const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, receivers_.get());
+    if (seen) radii[i] = map.distance_to(near, GatherPoint::irradiance(seen.position, seen.geometric), diagonal);
+  });
+  std::erase(radii, 0.0f);
+  if (radii.empty() || !(diagonal > 0)) return fewest;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  const double k = params_.k > 0 ? params_.k : 50;
+  return static_cast<int>(std::clamp<double>(pilots * k / near * square(*middle / (0.007f * diagonal)), fewest, most));
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {
