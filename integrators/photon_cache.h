@@ -21,6 +21,9 @@
 // passes of a record see independent maps but for those it was made with; for `density` in every iteration, with new records on
 // it.
 //
+// By default a pilot decides how many photons the global map has (integrators/photon_maps.h): one map is all there is for the
+// first hundred iterations, and its scatter the image's.
+//
 // Biased: by the blur of the kernel's radius and its loss at edges (at gather rays' ends, or where it is seen). With `refine`
 // and `retrace` all else falls with iterations, noise and interpolation error alike; without `retrace` the one map's own noise
 // stays, without `refine` that of the records. Depth as in irradiance-cache: records serve the camera depth they were made at,
@@ -39,7 +42,7 @@ struct PhotonCacheParams : PhotonMapsParams, CacheParams {
     photons = 0;
     precompute = 16;
     follow_near = true;
-    structure = "nanoflann";
+    structure = "nanoflann";  // photons are many times denser by the lights than where most gather rays end
   }
 
   std::string fill = "gather";

@@ -5,6 +5,12 @@
 
 namespace etendue {
 
+namespace {
+
+constexpr int fewest_photons = 200000;  // by default
+
+}  // namespace
+
 PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method)
     : params_(params), emission_(parse_emission(params.emission)) {
   if (params.k == 1) throw Error(method + ": k = 1: expected 0 (fixed radius) or at least 2");
@@ -17,13 +23,13 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   separate_caustics_ = params_.caustic_map == "on" || (params_.caustic_map == "auto" && caustics);
   holds_caustics_ = caustics && !separate_caustics_;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
-  if (params_.photons == 0) params_.photons = enough_photons(context);
+  if (params_.photons == 0) params_.photons = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
   if (emission_ != PhotonEmission::power) mark_seen(context);
 }
 
 // As many as make the kernel over k of them 0.7 % of the scene's diagonal wide at the median of what pixels see.
 int PhotonMaps::enough_photons(const RenderContext& context) const {
-  constexpr int fewest = 200000, most = 10 * fewest, pilots = 40000, near = 10, lines = 32;
+  constexpr int pilots = 40000, near = 10, lines = 32;
   const auto timed = context.phases.measure("pilot");
   PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
   pass.emission = PhotonEmission::power;
@@ -37,11 +43,12 @@ int PhotonMaps::enough_photons(const RenderContext& context) const {
     if (seen) radii[i] = map.distance_to(near, GatherPoint::irradiance(seen.position, seen.geometric), diagonal);
   });
   std::erase(radii, 0.0f);
-  if (radii.empty() || !(diagonal > 0)) return fewest;
+  if (radii.empty() || !(diagonal > 0)) return fewest_photons;
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
   const double k = params_.k > 0 ? params_.k : 50;
-  return static_cast<int>(std::clamp<double>(pilots * k / near * square(*middle / (0.007f * diagonal)), fewest, most));
+  return static_cast<int>(
+      std::clamp<double>(pilots * k / near * square(*middle / (0.007f * diagonal)), fewest_photons, 10 * fewest_photons));
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {

@@ -4,9 +4,9 @@
 // global map holds the caustic photons too. The global map is seen directly, and then holds indirect photons only; or at the
 // ends of rays from the receivers that are seen, and then holds direct, caustic and indirect photons.
 //
-// With `photons` = 0 a pilot pass decides how many the global map has: where little of the light gets to what is seen, few
-// photons make up all that gather rays find there. Their scatter is then that of the whole image, and kernels over them reach
-// far beyond edges and under doors.
+// With `photons` = 0 a pilot pass decides how many the global map has for gather rays: where little of the light gets to what
+// is seen, few photons make up all that gather rays find there. Their scatter is then that of the whole image, and kernels over
+// them reach far beyond edges and under doors.
 //
 // With an emission other than by power, camera paths (and gather rays) mark where each map is going to be looked at: within
 // twice what k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no
@@ -40,7 +40,7 @@ struct PhotonMapsParams {
 template <class Visitor>
 void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.integer("photons", p.photons, 0, 2000000000, "photons",
-            "emitted for the global map; 0: by a pilot, from 200,000 to tenfold where few land on what the camera sees");
+            "emitted for the global map; 0: 200,000, for gather rays up to tenfold where few land on what the camera sees");
   v.integer("caustic_photons", p.caustic_photons, 1, 2000000000, "photons", "emitted for the caustic map, where there is one");
   v.integer("k", p.k, 0, 1000000, "photons",
             "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed");

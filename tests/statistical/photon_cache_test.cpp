@@ -1,4 +1,5 @@
 // The cache that photons fill against closed forms and itself.
+#include "framework/core/counters.h"
 #include "tests/render_scene.h"
 
 #include <gtest/gtest.h>
@@ -143,6 +144,17 @@ TEST(PhotonCache, EveryParameterChangesTheImage) {
   const std::uint64_t narrow = render(glossy, "photon-cache", carried).hash;
   carried.params["carry_below"] = {0.1, {}};
   EXPECT_NE(render(glossy, "photon-cache", carried).hash, narrow) << "carry_below";
+}
+
+TEST(PhotonCache, PilotAsksForMorePhotonsWhereFewReachTheView) {
+  RenderOptions options = options_for(1, {{"photons", std::int64_t{0}}, {"k", std::int64_t{2}}, {"samples", std::int64_t{8}}});
+  options.resolution = {16, 16};
+  const auto emitted = [&](const char* name) {
+    reset_counters();
+    render(load_scene(name), "photon-cache", options);
+    return read_counters()[static_cast<std::size_t>(Counter::photons_emitted)];
+  };
+  EXPECT_GT(emitted("builtin:two-rooms"), emitted("builtin:cornell-box") * 5 / 4);
 }
 
 TEST(PhotonCache, DensityHasNoHessians) {
