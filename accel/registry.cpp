@@ -18,6 +18,7 @@
 #include "accel/ray/brute_in_place.h"
 #include "accel/ray/build_binned_sah.h"
 #include "accel/ray/build_lbvh.h"
+#include "accel/ray/build_lbvh_packs.h"
 #include "accel/ray/build_median.h"
 #include "accel/ray/build_median_rotating.h"
 #include "accel/ray/build_midpoint.h"
@@ -122,6 +123,10 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
   return over_scene(
       scene, watch,
       [&](const Geometry& geometry) {
+        if constexpr (std::derived_from<Params, LbvhParams>)
+          if (to_packs)
+            if (const auto packs = build_lbvh_packs<typename Wide::LeafPack>(geometry, fine))
+              return Wide(geometry, packs->tree, packs->contents, CollapseOptions{.leaves_are_packs = true, .each_is_a_pack = true});
         std::optional<VertexIds> vertices;
         std::vector<BuildItem> items;
         tbb::parallel_invoke([&] { vertices.emplace(geometry); }, [&] { items = build_items(geometry); });
@@ -368,7 +373,7 @@ std::span<const RayEntry> ray_structures() {
       bvh_entry<BinnedSahParams, build_binned_sah>("binned-sah", "bounding volume hierarchy by surface area, cuts between bins",
                                                    64),
       sbvh_entry(),
-      bvh_entry<TreeLimits, build_lbvh>("lbvh", "bounding volume hierarchy, cut by the Morton codes of centres", 60),
+      bvh_entry<LbvhParams, build_lbvh>("lbvh", "bounding volume hierarchy, cut by the Morton codes of centres", 60),
       bvh_entry<PlocParams, build_ploc>("ploc", "bounding volume hierarchy, nearest neighbours along the Morton curve merged",
                                         120),
       cells_entry<Grid, GridParams>("grid", "equal cells, walked one after another",

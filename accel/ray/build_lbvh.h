@@ -11,6 +11,8 @@
 
 namespace etendue {
 
-BinaryTree build_lbvh(std::vector<BuildItem> items, const TreeLimits& limits);
+struct LbvhParams : TreeLimits {};
+
+BinaryTree build_lbvh(std::vector<BuildItem> items, const LbvhParams& limits);
 
 }  // namespace etendue

@@ -5,11 +5,14 @@
 // planned by several threads, and what is chosen depends on none of them.
 #pragma once
 
+#include "accel/ray/four_floats.h"
+#include "accel/ray/leaf_contents.h"
 #include "accel/ray/wide_tree.h"
 #include "framework/core/parallel.h"
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <unordered_map>
 
 namespace etendue {
@@ -17,18 +20,16 @@ namespace etendue {
 template <int node_width, class Pack>
 class CollapsePlan {
  public:
-  // `corners`: those of the tree's primitives.
-  CollapsePlan(const Geometry& geometry, std::span<const uvec3> corners, const BinaryTree& tree, const CollapseOptions& options)
+  CollapsePlan(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents, const CollapseOptions& options)
       : geometry_(geometry),
-        corners_(corners),
+        contents_(contents),
         tree_(tree),
         leaf_size_(std::min<std::uint32_t>(options.leaf_size, Pack::lanes)),
         leaf_cost_(options.leaf_cost),
         joins_leaves_(!options.leaves_are_packs),
-        areas_(tree.primitives.size()),
+        each_is_a_pack_(options.each_is_a_pack),
         nodes_(tree.nodes.size()),
         shares_(tree.nodes.size()) {
-    parallel_for(areas_.size(), 1 << 13, [&](std::size_t i) { areas_[i] = area_of(tree.primitives[i], corners[i]); });
     count_primitives();
     const std::uint32_t task_size = 2048;
     std::vector<std::uint32_t> roots, above;
@@ -55,7 +56,15 @@ class CollapsePlan {
   std::span<const std::uint32_t> primitives(std::uint32_t n) const {
     return std::span(tree_.primitives).subspan(nodes_[n].first, nodes_[n].count);
   }
-  std::span<const uvec3> corners(std::uint32_t n) const { return corners_.subspan(nodes_[n].first, nodes_[n].count); }
+  std::span<const uvec3> corners(std::uint32_t n) const { return {&contents_.corners[nodes_[n].first], nodes_[n].count}; }
+
+  [[gnu::always_inline]] void prefetch(std::uint32_t n) const {
+    const std::uint32_t first = nodes_[n].first;
+    __builtin_prefetch(&tree_.primitives[first]);
+    __builtin_prefetch(&contents_.corners[first]);
+    __builtin_prefetch(reinterpret_cast<const char*>(&contents_.corners[first]) + 64);
+    if (contents_.repeats) __builtin_prefetch(contents_.repeats[first]);
+  }
 
   // Whether the primitives of a leaf fit a pack; if not, they are a list.
   bool is_pack(std::uint32_t n) const { return nodes_[n].one_pack != 0; }
@@ -88,11 +97,13 @@ class CollapsePlan {
     float cost;                       // as one child
   };
 
-  // The least cost of a subtree as i + 1 children at most, for i < slots; more slots save nothing.
+  // The least cost of a subtree as i + 1 children at most, for i < slots; more slots save nothing, and infinity stands there.
   struct Costs {
     int slots = 1;
     bool fits = true;  // a leaf
     std::array<float, node_width> cost;
+
+    Costs() { cost.fill(infinity); }
   };
 
   void count_primitives() {
@@ -149,7 +160,7 @@ class CollapsePlan {
     Node& node = nodes_[n];
     const float area = tree_.nodes[n].bounds.half_area();
     node.content = 0;
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) node.content += areas_[i];
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) node.content += contents_.areas[i];
     Costs costs;
     const float cost = leaf_cost(n);
     costs.fits = cost < infinity;
@@ -165,19 +176,11 @@ class CollapsePlan {
     node.content = nodes_[binary.first].content + nodes_[binary.first + 1].content;
     Costs costs;
     costs.slots = std::min(node_width, left.slots + right.slots);
-    // Both sides' ways to share i + 1 slots; a width more than there are for the last of both.
-    std::array<float, 2 * node_width> shared;
-    std::array<std::int8_t, 2 * node_width> share;
-    shared.fill(infinity);
-    share.fill(1);  // areas can exceed the range of float
-    for (int l = 0; l < left.slots; ++l)
-      for (int r = 0; r < std::min(right.slots, node_width - l - 1); ++r)
-        if (const float cost = left.cost[l] + right.cost[r]; cost < shared[l + r + 1]) {
-          shared[l + r + 1] = cost;
-          share[l + r + 1] = static_cast<std::int8_t>(l + 1);
-        }
+    alignas(16) float shared[node_width];
+    alignas(16) std::int32_t share[node_width];
+    share_slots(left, right, shared, share);
     costs.cost[0] = area + shared[costs.slots - 1];
-    shares[0] = share[costs.slots - 1];
+    shares[0] = static_cast<std::int8_t>(share[costs.slots - 1]);
     costs.fits = joins_leaves_ && left.fits && right.fits && node.count <= leaf_size_;
     if (costs.fits) {
       const float cost = leaf_cost(n);
@@ -192,23 +195,49 @@ class CollapsePlan {
     for (int i = 1; i < costs.slots; ++i) {
       const bool better = shared[i] < costs.cost[i - 1];
       costs.cost[i] = better ? shared[i] : costs.cost[i - 1];
-      shares[i] = better ? share[i] : as_fewer;
+      shares[i] = better ? static_cast<std::int8_t>(share[i]) : as_fewer;
       if (better) useful = i + 1;
     }
     costs.slots = useful;
+    std::fill(costs.cost.begin() + useful, costs.cost.end(), infinity);
     std::fill(shares.begin() + useful, shares.end(), as_fewer);
     return costs;
   }
 
-  float area_of(std::uint32_t id, const uvec3& v) const {
-    if (!geometry_.is_triangle(id)) return quadric_area(geometry_.quadric(id));
-    const auto& p = geometry_.positions;
-    return 0.5f * glm::length(glm::cross(p[v.y] - p[v.x], p[v.z] - p[v.x]));
+  // The least cost of both sides in i + 1 slots, and the left one's part of these. Lanes are slots, and rows of the right
+  // side's costs are added to each of the left's.
+  static void share_slots(const Costs& left, const Costs& right, float* shared, std::int32_t* share) {
+    constexpr int vectors = node_width / 4;
+    float row[2 * node_width];
+    std::fill_n(row, node_width, infinity);
+    std::copy_n(right.cost.data(), node_width, row + node_width);
+    FourFloats least[vectors];
+    FourInts part[vectors];
+    for (int v = 0; v < vectors; ++v) {
+      least[v] = FourFloats{} + infinity;
+      part[v] = FourInts{} + 1;  // areas can exceed the range of float
+    }
+    for (int l = 0; l < left.slots; ++l)
+#pragma GCC unroll 4
+      for (int v = 0; v < vectors; ++v) {
+        FourFloats cost;
+        std::memcpy(&cost, row + node_width - 1 - l + 4 * v, sizeof cost);
+        cost += left.cost[l];
+        const FourInts better = cost < least[v];
+        least[v] = better ? cost : least[v];
+        part[v] = better ? FourInts{} + (l + 1) : part[v];
+      }
+    std::memcpy(shared, least, sizeof least);
+    std::memcpy(share, part, sizeof part);
   }
 
   // Of a subtree as one leaf, in visits of a node: those of a pack, or one test each of quadrics; infinite for what no leaf
   // should be.
   float leaf_cost(std::uint32_t n) {
+    if (each_is_a_pack_) {
+      nodes_[n].one_pack = 1;
+      return leaf_cost_;
+    }
     const auto run = primitives(n);
     const auto is_triangle = [&](std::uint32_t id) { return geometry_.is_triangle(id); };
     const auto triangles = geometry_.quadrics.empty() ? std::ssize(run) : std::count_if(run.begin(), run.end(), is_triangle);
@@ -241,12 +270,11 @@ class CollapsePlan {
   }
 
   const Geometry& geometry_;
-  const std::span<const uvec3> corners_;  // by place in BinaryTree::primitives
+  const LeafContents& contents_;
   const BinaryTree& tree_;
   const std::uint32_t leaf_size_;
   const float leaf_cost_;
-  const bool joins_leaves_;
-  std::vector<float> areas_;  // likewise
+  const bool joins_leaves_, each_is_a_pack_;
   std::vector<Node> nodes_;
   std::vector<Shares> shares_;
 };

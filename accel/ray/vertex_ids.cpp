@@ -1,7 +1,5 @@
 #include "accel/ray/vertex_ids.h"
 
-#include "framework/core/parallel.h"
-
 #include <array>
 #include <bit>
 
@@ -26,14 +24,6 @@ VertexIds::VertexIds(const Geometry& geometry) : geometry_(&geometry) {
     if (table[slot] == no_id) table[slot] = vertex;
     first_equal_[vertex] = table[slot];
   }
-}
-
-std::vector<uvec3> VertexIds::in_order(std::span<const std::uint32_t> primitives) const {
-  std::vector<uvec3> corners(primitives.size());
-  parallel_for(primitives.size(), 1 << 13, [&](std::size_t i) {
-    if (geometry_->is_triangle(primitives[i])) corners[i] = (*this)(primitives[i]);
-  });
-  return corners;
 }
 
 }  // namespace etendue

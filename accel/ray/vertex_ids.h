@@ -4,7 +4,6 @@
 #include "framework/scene/geometry.h"
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace etendue {
@@ -18,9 +17,6 @@ class VertexIds {
     const uvec3& v = geometry_->triangles[triangle];
     return first_equal_.empty() ? v : uvec3(first_equal_[v.x], first_equal_[v.y], first_equal_[v.z]);
   }
-  // Of each primitive in turn; of a quadric, nothing. In the order of a tree's leaves, what is next needed then lies next: to
-  // look triangles up one by one costs more than all else in making packs of them.
-  std::vector<uvec3> in_order(std::span<const std::uint32_t> primitives) const;
   const Geometry& geometry() const { return *geometry_; }
 
  private:

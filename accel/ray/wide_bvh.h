@@ -51,10 +51,11 @@ class WideBvh {
   // The geometry must outlive the structure (its quadrics are looked up; triangles are copied).
   WideBvh(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options = {},
           Isa isa = supported_isas().back())
-      : geometry_(&vertices.geometry()),
-        tree_(collapse<node_width, Pack>(vertices, tree, options)),
-        kernels_(&wide_kernels<node_width, Pack>(isa)),
-        extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
+      : WideBvh(vertices.geometry(), tree, collapse<node_width, Pack>(vertices, tree, options), isa) {}
+  // Likewise, with the contents of the tree's leaves at hand.
+  WideBvh(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents, const CollapseOptions& options = {},
+          Isa isa = supported_isas().back())
+      : WideBvh(geometry, tree, collapse<node_width, Pack>(geometry, tree, contents, options), isa) {}
 
   Hit closest(const Ray& ray) const { return kernels_->closest({tree_, *geometry_, extent_}, ray); }
   bool occluded(const Ray& ray) const { return kernels_->occluded({tree_, *geometry_, extent_}, ray); }
@@ -77,6 +78,12 @@ class WideBvh {
   }
 
  private:
+  WideBvh(const Geometry& geometry, const BinaryTree& tree, WideTree<node_width, Pack> wide, Isa isa)
+      : geometry_(&geometry),
+        tree_(std::move(wide)),
+        kernels_(&wide_kernels<node_width, Pack>(isa)),
+        extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
+
   static constexpr const char* layout_name = node_width == 4 ? "wide4" : node_width == 8 ? "wide8" : "wide16";
 
   const Geometry* geometry_;

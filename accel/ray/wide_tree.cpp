@@ -13,11 +13,8 @@ class Collapse {
  public:
   using Tree = WideTree<node_width, Pack>;
 
-  Collapse(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options)
-      : geometry_(vertices.geometry()),
-        corners_(vertices.in_order(tree.primitives)),
-        tree_(tree),
-        plan_(geometry_, corners_, tree, options) {}
+  Collapse(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents, const CollapseOptions& options)
+      : geometry_(geometry), contents_(contents), tree_(tree), plan_(geometry, tree, contents, options) {}
 
   Tree run() {
     out_.nodes.reserve(tree_.primitives.size() / (4 * node_width) + 1);
@@ -106,11 +103,30 @@ class Collapse {
 
   void fill_packs() {
     out_.packs.resize(packed_.size());
-    parallel_for(packed_.size(), 256, [&](std::size_t i) { fill(out_.packs[i], packed_[i]); });
+    const std::size_t last = packed_.size() - 1;
+    parallel_for(packed_.size(), 256, [&](std::size_t i) {
+      plan_.prefetch(packed_[std::min(i + 8, last)]);
+      prefetch_vertices(packed_[std::min(i + 2, last)]);
+      fill(out_.packs[i], packed_[i]);
+    });
+  }
+
+  // (GCC leaves a call out that has no other effect.)
+  [[gnu::always_inline]] void prefetch_vertices(std::uint32_t binary) const {
+    for (const uvec3& triangle : plan_.corners(binary))
+      for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry_.positions[triangle[corner]]);
+  }
+
+  void fill(Pack& pack, std::uint32_t binary) {
+    if constexpr (std::is_same_v<Pack, SharedPack>)
+      if (contents_.repeats)
+        return contents_.repeats.fill(pack, geometry_, plan_.primitives(binary), plan_.corners(binary),
+                                      &plan_.corners(binary)[0] - &contents_.corners[0]);
+    fill_sorted(pack, binary);
   }
 
   // By rising id and each once: a primitive that was cut in parts may have come together again.
-  void fill(Pack& pack, std::uint32_t binary) {
+  void fill_sorted(Pack& pack, std::uint32_t binary) {
     const auto run = plan_.primitives(binary);
     const auto corners = plan_.corners(binary);
     std::array<std::uint32_t, Pack::lanes> ids;
@@ -131,7 +147,7 @@ class Collapse {
   }
 
   const Geometry& geometry_;
-  const std::vector<uvec3> corners_;  // by place in BinaryTree::primitives
+  const LeafContents& contents_;
   const BinaryTree& tree_;
   const CollapsePlan<node_width, Pack> plan_;
   double cost_ = 0;                                    // of the wide tree, times the root's area
@@ -144,12 +160,21 @@ class Collapse {
 
 template <int node_width, class Pack>
 WideTree<node_width, Pack> collapse(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options) {
+  return collapse<node_width, Pack>(vertices.geometry(), tree, LeafContents::of(vertices, tree), options);
+}
+
+template <int node_width, class Pack>
+WideTree<node_width, Pack> collapse(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents,
+                                    const CollapseOptions& options) {
   if (tree.nodes.empty()) return {};
-  return Collapse<node_width, Pack>(vertices, tree, options).run();
+  return Collapse<node_width, Pack>(geometry, tree, contents, options).run();
 }
 
 template WideTree<4, TrianglePack<4>> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
 template WideTree<8, TrianglePack<8>> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
 template WideTree<16, SharedPack> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
+template WideTree<4, TrianglePack<4>> collapse(const Geometry&, const BinaryTree&, const LeafContents&, const CollapseOptions&);
+template WideTree<8, TrianglePack<8>> collapse(const Geometry&, const BinaryTree&, const LeafContents&, const CollapseOptions&);
+template WideTree<16, SharedPack> collapse(const Geometry&, const BinaryTree&, const LeafContents&, const CollapseOptions&);
 
 }  // namespace etendue

@@ -67,11 +67,18 @@ struct CollapseOptions {
   std::uint32_t leaf_size = no_id;  // primitives a leaf may take, up to a pack
   float leaf_cost = 0.5f;           // of a pack, in visits of a node
   bool leaves_are_packs = false;    // the builder made leaves as large as they can be: none are joined
+  bool each_is_a_pack = false;      // nor need any be tested
 };
+
+struct LeafContents;
 
 // `tree` is best built down to single primitives, so that the collapse chooses the leaves, or in less time to what a pack takes
 // (PackTest), which leaves about as many packs.
 template <int node_width, class Pack>
 WideTree<node_width, Pack> collapse(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options);
+// Likewise, with the contents of the tree's leaves at hand (leaf_contents.h).
+template <int node_width, class Pack>
+WideTree<node_width, Pack> collapse(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents,
+                                    const CollapseOptions& options);
 
 }  // namespace etendue

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <memory>
 #include <new>
 #include <vector>
 
@@ -42,18 +43,31 @@ struct HugePageAllocator {
   friend bool operator==(const HugePageAllocator&, const HugePageAllocator&) { return true; }
 };
 
-// Resizes a new vector, whose memory, where it is large, is asked for on huge pages before it is first touched: a builder's
-// arrays are written once, and getting thousands of small pages takes a tenth of its time.
+// Asks for huge pages under memory that has not been touched yet, if it is large: a builder's arrays are written once, and
+// getting thousands of small pages takes a tenth of its time.
+inline void wish_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
+#if defined(__linux__)
+  constexpr std::uintptr_t page = 2 << 20;
+  const auto address = reinterpret_cast<std::uintptr_t>(memory);
+  const std::uintptr_t begin = (address + page - 1) / page * page, end = (address + bytes) / page * page;
+  if (end >= begin + 4 * page) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#endif
+}
+
+// Resizes a new vector.
 template <class T>
 void resize_on_huge_pages(std::vector<T>& values, std::size_t count) {
   values.reserve(count);
-#if defined(__linux__)
-  constexpr std::uintptr_t page = 2 << 20;
-  const auto address = reinterpret_cast<std::uintptr_t>(values.data());
-  const std::uintptr_t begin = (address + page - 1) / page * page, end = (address + count * sizeof(T)) / page * page;
-  if (end >= begin + 4 * page) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
-#endif
+  wish_for_huge_pages(values.data(), count * sizeof(T));
   values.resize(count);
+}
+
+// An array for work that writes each of its places before it reads it: plain types are left uninitialised.
+template <class T>
+std::unique_ptr<T[]> uninitialised_on_huge_pages(std::size_t count) {
+  auto values = std::make_unique_for_overwrite<T[]>(count);
+  wish_for_huge_pages(values.get(), count * sizeof(T));
+  return values;
 }
 
 }  // namespace etendue

@@ -1,0 +1,30 @@
+// Four floats side by side, by the compiler's vectors: x, y and z of a point, and a lane of no account.
+#pragma once
+
+#include "framework/core/vec.h"
+
+#include <cstdint>
+
+namespace etendue {
+
+using FourFloats = float __attribute__((vector_size(16)));
+using FourInts = std::int32_t __attribute__((vector_size(16)));
+using FourUnsigned = std::uint32_t __attribute__((vector_size(16)));
+
+inline FourFloats four(const vec3& v) { return FourFloats{v.x, v.y, v.z, 0}; }
+inline FourFloats smaller(FourFloats a, FourFloats b) { return a < b ? a : b; }
+inline FourFloats larger(FourFloats a, FourFloats b) { return a > b ? a : b; }
+
+inline FourFloats cross(FourFloats a, FourFloats b) {
+  constexpr FourInts yzx{1, 2, 0, 3};
+  const FourFloats zxy = a * __builtin_shuffle(b, yzx) - __builtin_shuffle(a, yzx) * b;
+  return __builtin_shuffle(zxy, yzx);
+}
+
+// Of x, y and z; the fourth lanes must be zero.
+inline float dot(FourFloats a, FourFloats b) {
+  const FourFloats products = a * b, pairs = products + __builtin_shuffle(products, FourInts{1, 0, 3, 2});
+  return pairs[0] + pairs[2];
+}
+
+}  // namespace etendue

@@ -1,0 +1,22 @@
+// What lies behind the primitives of a tree, in their order in it: in the order of a tree's leaves, what is next needed then
+// lies next, while to look triangles up one by one costs more than all else in making packs of them.
+#pragma once
+
+#include "accel/ray/binary_tree.h"
+#include "accel/ray/corner_repeats.h"
+#include "accel/ray/vertex_ids.h"
+
+namespace etendue {
+
+struct LeafContents {
+  std::unique_ptr<uvec3[]> corners;  // of triangles: vertices, equal at the same position, unless there are repeats
+  std::unique_ptr<float[]> areas;
+  CornerRepeats repeats{};  // or none
+
+  static LeafContents uninitialised(std::size_t primitives) {
+    return {uninitialised_on_huge_pages<uvec3>(primitives), uninitialised_on_huge_pages<float>(primitives)};
+  }
+  static LeafContents of(const VertexIds& vertices, const BinaryTree& tree);
+};
+
+}  // namespace etendue
