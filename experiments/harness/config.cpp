@@ -185,7 +185,7 @@ void apply_quick(ConfigNode& root) {
 // What changes a result, and so must not change within one output directory.
 std::string result_hash(const ConfigNode& root) {
   ConfigNode::Table table = *root.table();
-  for (const char* key : {"title", "outputs", "quick", "threads", "rates"}) table.erase(key);
+  for (const char* key : {"title", "outputs", "quick", "threads", "rates", "ratios"}) table.erase(key);
   const std::string text = canonical_text({std::move(table), {}, {}});
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
 }
@@ -219,7 +219,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   const auto* dynamic = reader.find("dynamic");
   const auto *points = reader.find("points"), *balls = reader.find("balls");
   const auto *claims = reader.find("claims"), *timing = reader.find("timing");
-  const auto *regions = reader.find("regions"), *rates = reader.find("rates");
+  const auto *regions = reader.find("regions"), *rates = reader.find("rates"), *ratios = reader.find("ratios");
   const auto* stress = reader.find("stress");
   const auto* wanted = reader.find("metrics");
   config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
@@ -239,7 +239,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   config.reference = read_reference(reference, directory);
   if (dynamic) {
     refuse_keys(root, "[dynamic], which renders nothing",
-                {"integrators", "structures", "budget", "reference", "metrics", "resolution", "regions", "rates"});
+                {"integrators", "structures", "budget", "reference", "metrics", "resolution", "regions", "rates", "ratios"});
     config.animation = read_animation(*dynamic);
     config.accels = read_builders(accels);
   } else {
@@ -248,7 +248,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   if (claims) {
     refuse_keys(root, "[[claims]], which name what they measure",
                 {"scenes", "accels", "integrators", "seeds", "structures", "dynamic", "budget", "reference", "metrics",
-                 "resolution", "regions", "rates", "points", "balls"});
+                 "resolution", "regions", "rates", "ratios", "points", "balls"});
     config.claims = read_claims(*claims, timing);
     config.hash = result_hash(root);
     return config;
@@ -256,7 +256,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   if (stress) {
     refuse_keys(root, "[[stress]], which names scenes and methods",
                 {"scenes", "accels", "integrators", "structures", "dynamic", "reference", "metrics", "timing", "regions",
-                 "rates", "points", "balls"});
+                 "rates", "ratios", "points", "balls"});
     config.stress = read_stress(*stress);
     if (!config.budget.samples || config.budget.time_s || config.budget.error)
       throw Error(stress->key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
@@ -268,7 +268,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
     const std::string beside = points ? "[points]" : "[balls]";
     refuse_keys(root, (beside + ", which renders nothing").c_str(),
                 {"integrators", "accels", "structures", "dynamic", "budget", "reference", "metrics", "resolution", "threads",
-                 "regions", "rates"});
+                 "regions", "rates", "ratios"});
     if (points) refuse_keys(root, "[points]", {"balls"});
     config.search = read_search(points ? *points : *balls, balls != nullptr);
     if (scenes) config.scenes = read_scenes(*scenes, directory);
@@ -285,6 +285,7 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   for (const SceneChoice& scene : config.scenes) scene_names.push_back(scene.name);
   if (regions) config.regions = read_regions(*regions, scene_names);
   if (rates) config.rates = read_rates(*rates, {scene_names, config.integrators, config.regions, config.metrics});
+  if (ratios) config.ratios = read_ratios(*ratios, {scene_names, config.integrators, config.regions, config.metrics});
   if (!methods && !config.structures && !dynamic)
     throw Error(Location{path}, "no integrators; expected [[integrators]] tables (or structures = true, or [dynamic])");
   if (methods && !budget) throw Error(Location{path}, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");

@@ -18,6 +18,7 @@
 //   claims      [[claims]] and timing: instead of all that, claims and what measures them (experiments/claims/claims_config.h)
 //   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
 //   rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and compares
+//   ratios      [[ratios]]: what one method's error is expected to be over another's (ratio_claim.h); the report finds them
 //   stress      [[stress]] tables: methods on the scenes that break them (experiments/stress/stress_config.h)
 //   outputs     { tables = ["md", "csv", "tex"] }
 //   quick       any of the keys above, put in their place by `--quick`
@@ -70,6 +71,7 @@ struct ExperimentConfig {
   std::vector<std::string> metrics;
   std::vector<RegionChoice> regions;
   std::vector<RateLaw> rates;
+  std::vector<RatioClaim> ratios;
   std::optional<ivec2> resolution;
   std::optional<int> threads;
   std::optional<StructureTiming> structures;
@@ -78,7 +80,7 @@ struct ExperimentConfig {
   std::vector<StressRow> stress;
   std::optional<SearchChoice> search;
   std::vector<std::string> table_formats;
-  std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs or rates
+  std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs, rates or ratios
 };
 
 // What an experiment on points or balls searches; empty for others.

@@ -56,12 +56,13 @@ double read_exponent(const ConfigNode& node, std::string& text) {
   return *above / *below;
 }
 
-std::string read_choice(TableReader& reader, const char* key, const char* otherwise, const std::vector<std::string>& valid) {
+std::string read_choice(TableReader& reader, const char* key, const char* otherwise, const std::vector<std::string>& valid,
+                        const std::string& owner = "rates") {
   const auto* node = reader.find(key);
   if (!node) return otherwise;
-  const std::string name = read_text(*node, std::string("rates.") + key);
+  const std::string name = read_text(*node, owner + "." + key);
   if (std::find(valid.begin(), valid.end(), name) == valid.end())
-    throw Error(node->where, std::string("rates: ") + unknown_name(key, name, valid));
+    throw Error(node->where, owner + ": " + unknown_name(key, name, valid));
   return name;
 }
 
@@ -69,25 +70,6 @@ std::vector<std::string> abscissae() {
   std::vector<std::string> names{"iterations", "time"};
   for (std::size_t i = 0; i < counter_count; ++i) names.emplace_back(counter_name(static_cast<Counter>(i)));
   return names;
-}
-
-void read_place(TableReader& reader, const RateContext& context, RateLaw& law) {
-  law.scene = read_choice(reader, "scene", "", context.scenes);
-  const auto* node = reader.find("region");
-  if (!node) return;
-  law.region = read_text(*node, "rates.region");
-  std::vector<std::string> names;
-  bool of_scene = false;
-  for (const RegionChoice& region : context.regions) {
-    names.push_back(region.name);
-    of_scene = of_scene || (region.name == law.region && (law.scene.empty() || region.of_scene(law.scene)));
-  }
-  if (names.empty())
-    throw Error(node->where,
-                fmt::format("rates: region '{}', but there are no [[regions]]; expected one of that name", law.region));
-  if (std::find(names.begin(), names.end(), law.region) == names.end())
-    throw Error(node->where, "rates: " + unknown_name("region", law.region, names));
-  if (!of_scene) throw Error(node->where, fmt::format("rates: {} has no region '{}'", law.scene, law.region));
 }
 
 void read_method(const ConfigNode& table, const ConfigNode* node, const RateContext& context, RateLaw& law) {
@@ -121,7 +103,7 @@ RateLaw read_law(const ConfigNode& node, const RateContext& context) {
   law.across = read_choice(reader, "points", "checkpoints", {"checkpoints", "configurations"}) == "configurations";
   const bool plateau = read_choice(reader, "model", "power", {"power", "plateau"}) == "plateau";
   law.model = plateau ? RateLaw::Model::plateau : RateLaw::Model::power;
-  read_place(reader, context, law);
+  read_place(reader, "rates", context, law.scene, law.region);
   read_method(node, reader.find("method"), context, law);
   read_window(reader, law);
   const auto *exponent = reader.find("exponent"), *source = reader.find("source");
@@ -145,6 +127,26 @@ bool selects(const std::string& method, const std::string& label) {
   });
 }
 
+void read_place(TableReader& reader, const std::string& owner, const RateContext& context, std::string& scene,
+                std::string& region) {
+  scene = read_choice(reader, "scene", "", context.scenes, owner);
+  const auto* node = reader.find("region");
+  if (!node) return;
+  region = read_text(*node, owner + ".region");
+  std::vector<std::string> names;
+  bool of_scene = false;
+  for (const RegionChoice& choice : context.regions) {
+    names.push_back(choice.name);
+    of_scene = of_scene || (choice.name == region && (scene.empty() || choice.of_scene(scene)));
+  }
+  if (names.empty())
+    throw Error(node->where,
+                fmt::format("{}: region '{}', but there are no [[regions]]; expected one of that name", owner, region));
+  if (std::find(names.begin(), names.end(), region) == names.end())
+    throw Error(node->where, owner + ": " + unknown_name("region", region, names));
+  if (!of_scene) throw Error(node->where, fmt::format("{}: {} has no region '{}'", owner, scene, region));
+}
+
 std::vector<RateLaw> read_rates(const ConfigNode& node, const RateContext& context) {
   std::vector<RateLaw> laws;
   for (const ConfigNode* element : list_elements(node, "rates", "[[rates]] tables { method, exponent, … }"))
@@ -159,6 +161,8 @@ void RateRecord::merge(const RateRecord& other) {
     if (std::none_of(regions.begin(), regions.end(),
                      [&](const RegionChoice& r) { return r.name == region.name && r.scene == region.scene; }))
       regions.push_back(region);
+  for (const RatioClaim& ratio : other.ratios)
+    if (std::find(ratios.begin(), ratios.end(), ratio) == ratios.end()) ratios.push_back(ratio);
 }
 
 std::string to_json_line(const RateRecord& record) {
@@ -179,7 +183,8 @@ std::string to_json_line(const RateRecord& record) {
     for (const dvec2& corner : region.polygon) polygon.push_back({corner.x, corner.y});
     regions.push_back(Json{{"name", region.name}, {"scene", region.scene}, {"polygon", std::move(polygon)}});
   }
-  const Json json{{"type", "rates"}, {"laws", std::move(laws)}, {"regions", std::move(regions)}};
+  Json json{{"type", "rates"}, {"laws", std::move(laws)}, {"regions", std::move(regions)}};
+  for (const RatioClaim& ratio : record.ratios) json["ratios"].push_back(to_json(ratio));
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -208,6 +213,8 @@ RateRecord read_rate_line(const std::string& line) {
       region.polygon.emplace_back(corner.at(0).get<double>(), corner.at(1).get<double>());
     record.regions.push_back(std::move(region));
   }
+  if (json.contains("ratios"))
+    for (const Json& j : json.at("ratios")) record.ratios.push_back(read_ratio(j));
   return record;
 }
 

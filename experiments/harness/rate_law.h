@@ -13,12 +13,13 @@
 //   exponent = "-2/3"                       # e by theory
 //   source   = "[Knaus2011] section 5"      # whose theory
 //
-// The log keeps the laws, and the regions they speak of, in one line; the last one counts, so that a window may be moved
-// without running anything anew.
+// The log keeps the laws, the ratios (ratio_claim.h) and the regions they speak of in one line; the last one counts, so that a
+// window may be moved without running anything anew.
 #pragma once
 
 #include "experiments/harness/config_tree.h"
 #include "experiments/harness/method.h"
+#include "experiments/harness/ratio_claim.h"
 #include "experiments/harness/regions.h"
 
 #include <limits>
@@ -51,14 +52,17 @@ struct RateContext {
   const std::vector<RegionChoice>& regions;
   const std::vector<std::string>& metrics;
 };
-// Throw Error.
+// Throw Error. A place: "scene" and "region" of the table `owner`.
+void read_place(TableReader& reader, const std::string& owner, const RateContext& context, std::string& scene,
+                std::string& region);
 std::vector<RateLaw> read_rates(const ConfigNode& node, const RateContext& context);
 
 struct RateRecord {
   std::vector<RateLaw> laws;
   std::vector<RegionChoice> regions;
+  std::vector<RatioClaim> ratios = {};
 
-  bool empty() const { return laws.empty() && regions.empty(); }
+  bool empty() const { return laws.empty() && regions.empty() && ratios.empty(); }
   void merge(const RateRecord& other);  // adds what it does not hold
 };
 std::string to_json_line(const RateRecord& record);

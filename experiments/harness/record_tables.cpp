@@ -3,6 +3,7 @@
 #include "experiments/harness/animation_report.h"
 #include "experiments/harness/confidence.h"
 #include "experiments/harness/rate_report.h"
+#include "experiments/harness/ratios.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/tables.h"
 #include "experiments/harness/verdicts.h"
@@ -157,6 +158,8 @@ std::string summary_table(const RunLog& log) {
   }
   if (const std::vector<FittedRate> rates = fit_rates(data); !rates.empty())
     out += "Rates\n" + to_terminal(rates_table(rates), 1) + "  " + rates_finding(rates) + "\n\n";
+  if (const std::vector<FoundRatio> ratios = find_ratios(data); !ratios.empty())
+    out += "Ratios\n" + to_terminal(ratios_table(ratios), 0) + "  " + ratios_finding(ratios) + "\n\n";
   for (const std::string& warning : conclusions.warnings) out += "Note: " + warning + "\n";
   if (data.scenes.empty()) out += "The log holds no finished cell.\n";
   return out;

@@ -2,6 +2,7 @@
 
 #include "experiments/harness/charts.h"
 #include "experiments/harness/rate_report.h"
+#include "experiments/harness/ratios.h"
 #include "experiments/harness/report_html.h"
 #include "experiments/harness/report_images.h"
 #include "experiments/harness/tables.h"
@@ -163,6 +164,8 @@ std::vector<std::string> write_report(const std::vector<std::string>& directorie
   PageContent content;
   content.rates = fit_rates(data);
   content.tables = report_tables(data, image_statistics(data));
+  if (const auto ratios = find_ratios(data); !ratios.empty())
+    content.tables.insert(content.tables.begin(), ratios_table(ratios));
   if (!content.rates.empty()) content.tables.insert(content.tables.begin(), rates_table(content.rates));
   content.images = page_images(data, image_budget_bytes);
   for (const std::string& directory : directories) content.directories.push_back(shown_name(directory));

@@ -53,7 +53,7 @@ class Execution {
     }
     narrate_resumption();
     load_scenes();
-    const RateRecord rates{config_.rates, config_.regions};
+    const RateRecord rates{config_.rates, config_.regions, config_.ratios};
     if (const std::string line = to_json_line(rates); line != to_json_line(directory_.earlier().rates))
       directory_.append({line});
     for (std::size_t s = 0; s < scenes_.size(); ++s)

@@ -54,7 +54,7 @@ struct DirectSetting {
 
 }  // namespace
 
-double polygon_irradiance(const dvec3& point, const dvec3& normal, const std::vector<dvec3>& corners) {
+double polygon_irradiance(const dvec3& point, const dvec3& normal, std::span<const dvec3> corners) {
   // [Lambert1760] in the form of [Baum1989] eq. 2: half the sum over edges of angle times the edge plane's normal.
   dvec3 sum(0);
   for (std::size_t i = 0; i < corners.size(); ++i) {

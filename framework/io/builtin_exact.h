@@ -3,6 +3,7 @@
 
 #include "framework/scene/scene.h"
 
+#include <span>
 #include <vector>
 
 namespace etendue {
@@ -17,7 +18,10 @@ Scene make_disc_light();                 // ... of a parallel disc
 
 // Irradiance of direct light at a point with unit normal, in W/m^2 for unit radiance; the closed forms behind the scenes above
 // and the tests of gradients.
-double polygon_irradiance(const dvec3& point, const dvec3& normal, const std::vector<dvec3>& corners);  // all above the horizon
+double polygon_irradiance(const dvec3& point, const dvec3& normal, std::span<const dvec3> corners);  // all above the horizon
+inline double polygon_irradiance(const dvec3& point, const dvec3& normal, const std::vector<dvec3>& corners) {
+  return polygon_irradiance(point, normal, std::span(corners));
+}
 double sphere_irradiance(const dvec3& point, const dvec3& normal, const dvec3& centre, double radius);  // all above the horizon
 double disc_irradiance(double distance, double offset, double radius);  // parallel disc, lateral offset of its centre
 

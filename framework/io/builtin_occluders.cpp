@@ -94,8 +94,8 @@ Scene make_broad_light(const BroadLightParams& params) {
   return occluded_floor("broad-light", light, Rgb(4, 3.7f, 3.2f), {}, params.veil, {0, 1.25f, 0.15f}, {0, 0, 0}, 100);
 }
 
-Scene make_two_occluders(const VeilParams& params) {
-  const Plate light{2, vec2(-0.9f, -0.7f), vec2(0.9f, 0.7f)};
+Scene make_two_occluders(const TwoOccludersParams& params) {
+  const Plate light{2, params.light * vec2(-0.9f, -0.7f), params.light * vec2(0.9f, 0.7f)};
   const std::vector<Plate> plates{{0.45f, vec2(-0.75f, -0.5f), vec2(-0.15f, 0.45f)},
                                   {0.85f, vec2(-0.05f, -0.6f), vec2(0.7f, 0.25f)}};
   return occluded_floor("two-occluders", light, Rgb(5, 4.6f, 4), plates, params.veil, {0.25f, 1.75f, 3.3f}, {0, 0.12f, -0.1f},

@@ -19,8 +19,20 @@ void describe(Visitor& v, BroadLightParams& p) {
   v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
 }
 
-Scene make_broad_light(const BroadLightParams& params);   // no occluder: smooth everywhere, for rates of convergence
-Scene make_two_occluders(const VeilParams& params);       // a wide light, two plates between: penumbrae across each other
+struct TwoOccludersParams {
+  float light = 1;
+  bool veil = true;
+};
+
+template <class Visitor>
+void describe(Visitor& v, TwoOccludersParams& p) {
+  v.number("light", p.light, 0.1, 10, "of 1.8 m x 1.4 m",
+           "size of the light behind the plates: up to 2 parts of the floor are black, from 2.5 on none is");
+  v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
+}
+
+Scene make_broad_light(const BroadLightParams& params);      // no occluder: smooth everywhere, for rates of convergence
+Scene make_two_occluders(const TwoOccludersParams& params);  // a wide light, two plates between: penumbrae across each other
 Scene make_hidden_occluder(const VeilParams& params);     // a small far light behind a plate: a shadow with hardly a penumbra
 Scene make_slit_light(const VeilParams& params);          // a slit in a wall: few rays find it
 Scene make_thin_wall(const VeilParams& params);           // bright on one side, dim on the other

@@ -1,6 +1,7 @@
 #include "framework/io/builtin_borders.h"
 #include "framework/io/builtin_cavities.h"
 #include "framework/io/builtin_exact.h"
+#include "framework/io/builtin_glowing_room.h"
 #include "framework/io/builtin_meshes.h"
 #include "framework/io/builtin_occluders.h"
 #include "framework/io/builtin_rooms.h"
@@ -53,8 +54,10 @@ std::span<const BuiltinScene> builtin_scenes() {
       with_params<ThinPlateParams, make_thin_plate>("thin-plate", "exact: a plate in the sun from below, where density leaks"),
       with_params<BroadLightParams, make_broad_light>("broad-light",
                                                       "exact: a wide light over a floor: irradiance smooth everywhere"),
-      with_params<VeilParams, make_two_occluders>("two-occluders",
-                                                  "exact: a wide light behind two plates, for irradiance caches"),
+      with_params<TwoOccludersParams, make_two_occluders>("two-occluders",
+                                                          "exact: a wide light behind two plates, for irradiance caches"),
+      with_params<GlowingRoomParams, make_glowing_room>("glowing-room",
+                                                        "exact: a room of glowing walls and two boxes, for irradiance caches"),
       with_params<VeilParams, make_hidden_occluder>("hidden-occluder",
                                                     "exact: a shadow of which the hemisphere tells caches nothing"),
       with_params<VeilParams, make_slit_light>("slit-light", "exact: light from a slit, which few rays find"),

@@ -18,6 +18,11 @@ void ExactStage::reflector(const MeshData& quad, std::uint32_t material, Radianc
   add(quad, std::move(front));
 }
 
+void ExactStage::glowing_reflector(const MeshData& quad, std::uint32_t material, const Rgb& emitted, Radiance front) {
+  builder.mesh(quad, material, emitted);
+  add(quad, std::move(front));
+}
+
 void ExactStage::emitter(const MeshData& quad, const Rgb& radiance, std::uint32_t material) {
   builder.mesh(quad, material, radiance);
   add(quad, [radiance](const dvec3&) { return dvec3(radiance); });

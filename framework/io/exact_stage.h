@@ -22,6 +22,8 @@ class ExactStage {
   // The front of a rectangle with corners a, b, c, d faces cross(b - a, d - a), and there it reflects what is known; an empty
   // function is black. Its back is black in the closed form: no light may reach it.
   void reflector(const MeshData& quad, std::uint32_t material, Radiance front);
+  // The same, but that it emits too; of its front all that leaves is known.
+  void glowing_reflector(const MeshData& quad, std::uint32_t material, const Rgb& emitted, Radiance front);
   // Emits on its front; reflects nothing unless of another material, and then no light may reach it.
   void emitter(const MeshData& quad, const Rgb& radiance) { emitter(quad, radiance, black_); }
   void emitter(const MeshData& quad, const Rgb& radiance, std::uint32_t material);

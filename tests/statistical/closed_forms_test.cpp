@@ -62,6 +62,20 @@ TEST(ClosedForms, OfLightWithoutVeilMatchPathTracing) {
     expect_exact_mean({scene});
 }
 
+TEST(ClosedForms, OfGlowingRoomMatchesPathTracing) {
+  for (const char* name : {"builtin:glowing-room", "builtin:glowing-room?panel=2"}) {
+    const Scene scene = load_scene(name);
+    ASSERT_TRUE(scene.closed_form);
+    RenderOptions options;
+    options.resolution = {8, 8};
+    options.iterations = 4096;
+    const Image rendered = render(scene, "path", options).image, exact = integrate_closed_form(scene, options.resolution);
+    EXPECT_LT(std::abs(bias(rendered, exact)), 1e-3) << name;
+    for (std::size_t i = 0; i < exact.pixels.size(); ++i)
+      EXPECT_LT(glm::length(rendered.pixels[i] - exact.pixels[i]), 0.012 * glm::length(exact.pixels[i])) << name << " " << i;
+  }
+}
+
 // With the veil, path tracing finds these lights by chance.
 TEST(ClosedForms, OfVeiledLightsMatchPathTracing) {
   for (const char* scene : {"builtin:two-occluders", "builtin:thin-wall", "builtin:thin-plate"})

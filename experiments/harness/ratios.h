@@ -1,0 +1,35 @@
+// The ratios of an experiment found in its log: RMSE of one method over another's at the ends of their runs, less the
+// reference's own noise, with 95 % bootstrap intervals over the seeds that both have.
+#pragma once
+
+#include "experiments/harness/report_data.h"
+#include "experiments/harness/table_format.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct FoundRatio {
+  const RatioClaim* claim = nullptr;
+  std::string scene, method, over;  // as the log names them
+  std::size_t seeds = 0;
+  double rmse = 0, ratio = 0;
+  std::optional<Interval> rmse_interval, ratio_interval;
+  std::string problem;  // why there is no figure
+
+  // Whether the better one is as expected; empty where the interval holds 1, there is none, or nothing is expected.
+  std::optional<bool> side_as_expected() const;
+};
+
+// One a claim, scene and configuration, in the order of the claims. Keeps pointers into the log.
+std::vector<FoundRatio> find_ratios(const ReportData& data);
+
+// Methods are named by the parameters in which they differ.
+Table ratios_table(const std::vector<FoundRatio>& ratios);
+
+// "4 of 6 expected ratios are on the side of 1 that was expected; the order of the methods is (not) as expected: …".
+std::string ratios_finding(const std::vector<FoundRatio>& ratios);
+
+}  // namespace etendue

@@ -1,0 +1,112 @@
+// Ratios from the experiment to the report.
+#include "experiments/harness/ratios.h"
+#include "tests/unit/experiment_text.h"
+#include "tests/unit/report_helpers.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using namespace report_test;
+
+constexpr const char* base =
+    "scenes = [\"builtin:lambert-sphere\", \"builtin:furnace\"]\n"
+    "integrators = [\"path\", { name = \"photon-map\", k = 20 }, { name = \"photon-map\", k = 40 }]\n"
+    "budget = { samples = 64 }\n"
+    "[[ratios]]\n"
+    "method = \"photon-map\"\n"
+    "over = \"path\"\n"
+    "expected = 1.5\n"
+    "source = \"a paper\"\n";
+
+std::string with(const std::string& from, const std::string& to) { return replaced(base, from, to); }
+
+TEST(Ratios, ClaimIsReadInFullAndKeptByTheLog) {
+  const ExperimentConfig config = parse_experiment(base, "x.toml");
+  const RatioClaim claim = config.ratios.at(0);
+  EXPECT_EQ(claim.method, "photon-map");
+  EXPECT_EQ(claim.over, "path");
+  EXPECT_EQ(claim.expected, 1.5);
+  EXPECT_EQ(claim.source, "a paper");
+  const RateRecord record{config.rates, config.regions, config.ratios};
+  EXPECT_EQ(read_rate_line(to_json_line(record)).ratios, config.ratios);
+}
+
+TEST(Ratios, DoNotChangeTheExperimentsHash) {
+  EXPECT_EQ(parse_experiment(base, "x.toml").hash, parse_experiment(with("1.5", "2"), "x.toml").hash);
+}
+
+TEST(Ratios, SlipsAreErrorsAtTheirPlace) {
+  expect_error(with("over = \"path\"\n", ""), "x.toml:4:1", "without over");
+  expect_error(with("\"photon-map\"\nover", "\"photon-mop\"\nover"), "x.toml:5:10", "photon-map k=20");
+  expect_error(with("over = \"path\"", "over = \"photon-map\""), "x.toml:6:8", "selects 2");
+  expect_error(with("source = \"a paper\"\n", ""), "x.toml:7:12", "without a source");
+  expect_error(with("expected = 1.5", "expected = 0"), "x.toml:7:12", "0");
+  expect_error(with("over =", "region = \"left\"\nover ="), "x.toml:6:10", "no [[regions]]");
+  expect_error(with("over =", "scene = \"builtin:furnce\"\nover ="), "x.toml:6:9", "did you mean 'builtin:furnace'");
+  expect_error(with("budget =", "metrics = [\"relmse\"]\nbudget ="), "x.toml:5:1", "mse is not among the metrics");
+}
+
+// Its errors lie `factor` above 0.01, a little apart for each seed; of a cell of one checkpoint.
+void add_method(RunLog& log, const std::string& name, double factor, int seeds) {
+  for (int seed = 1; seed <= seeds; ++seed) {
+    add_cell(log, "room", {name, "sah", 0.1, 1, -1, 1}, static_cast<std::uint64_t>(seed));
+    const double rmse = 0.01 * factor * (1 + 0.02 * std::sin(5.0 * seed));
+    log.checkpoints.back().metrics["mse"] = rmse * rmse;
+  }
+}
+
+RunLog three_methods(int seeds) {
+  RunLog log;
+  log.references.push_back(reference("room"));
+  add_method(log, "cache metric=a records=9", 1, seeds);
+  add_method(log, "cache metric=b records=9", 4, seeds);
+  add_method(log, "cache metric=c records=9", 0.5, seeds);
+  log.rates.ratios = {{"cache metric=b", "cache metric=a", "", "", 4.0, "a paper"},
+                      {"cache metric=c", "cache metric=a", "", "", 1.5, "a paper"}};
+  return log;
+}
+
+TEST(Ratios, LogOfKnownRatiosIsJudgedByThem) {
+  const RunLog log = three_methods(10);
+  const ReportData data = arrange(log);
+  const auto ratios = find_ratios(data);
+  ASSERT_EQ(ratios.size(), 2u);
+  EXPECT_NEAR(ratios[0].ratio, 4, 1e-9) << "seed by seed the errors go together";
+  EXPECT_NEAR(ratios[0].rmse, 0.04, 1e-3);
+  ASSERT_TRUE(ratios[0].rmse_interval);
+  EXPECT_TRUE(ratios[0].rmse_interval->contains(ratios[0].rmse));
+  EXPECT_EQ(ratios[0].side_as_expected(), true);
+  EXPECT_EQ(ratios[1].side_as_expected(), false);
+  const std::string finding = ratios_finding(ratios);
+  EXPECT_NE(finding.find("1 of 2 ratios lie on the side of 1 that was expected, 1 on the other"), std::string::npos) << finding;
+  EXPECT_NE(finding.find("of 1 pairs of methods 1 are in the order expected"), std::string::npos) << finding;
+  const std::string table = to_markdown(ratios_table(ratios));
+  EXPECT_NE(table.find("metric=b"), std::string::npos) << table;
+  EXPECT_EQ(table.find("records=9"), std::string::npos) << "what all share does not tell them apart";
+}
+
+TEST(Ratios, ReferencesNoiseIsTakenAway) {
+  RunLog log = three_methods(3);
+  log.references[0].mse_floor = 2e-5;
+  const ReportData data = arrange(log);
+  const auto ratios = find_ratios(data);
+  EXPECT_NEAR(ratios[0].rmse, std::sqrt(square(0.04) - 2e-5), 1e-3);
+  EXPECT_GT(ratios[0].ratio, 4.3);
+  log.references[0].mse_floor = 1;
+  const ReportData drowned = arrange(log);
+  EXPECT_NE(find_ratios(drowned)[0].problem.find("noise"), std::string::npos);
+}
+
+TEST(Ratios, FewSeedsHaveNoInterval) {
+  const RunLog log = three_methods(2);
+  const ReportData data = arrange(log);
+  const auto ratios = find_ratios(data);
+  EXPECT_FALSE(ratios[0].ratio_interval);
+  EXPECT_FALSE(ratios[0].side_as_expected());
+  EXPECT_NE(to_markdown(ratios_table(ratios)).find("open"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace etendue
