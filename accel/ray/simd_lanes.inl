@@ -203,6 +203,14 @@ struct Simd {
     return {equal(u, zero) | equal(v, zero) | equal(w, zero), below ^ above};
   }
 
+  // The children that are leaves, a bit each.
+  template <int width>
+  static unsigned leaves(const WideNode<width>& node) {
+    unsigned mask = 0;
+    for (int slot = 0; slot < width; ++slot) mask |= static_cast<unsigned>(node.children[slot].is_leaf()) << slot;
+    return mask;
+  }
+
   template <int width, class Floats>
   static int nearest(const Floats& entries, unsigned met) {
     alignas(64) float entry[width];

@@ -82,6 +82,9 @@ struct Avx512 : Simd<16> {
     }
   }
 
+  using Simd<16>::leaves;
+  static unsigned leaves(const WideNode<16>& node) { return _mm512_movepi32_mask(_mm512_load_si512(node.children)); }
+
   static WaitingAny* stack_places(const WideNode<16>& node, unsigned lanes, WaitingAny* top) {
     _mm512_storeu_si512(top, _mm512_maskz_compress_epi32(static_cast<__mmask16>(lanes), _mm512_load_si512(node.children)));
     return top + std::popcount(lanes);

@@ -16,7 +16,7 @@ namespace {
 // Rays of a packet: enough to share the cost of a visit, few enough to look the same way.
 inline constexpr int packet_size = 64;
 
-// What a packet's rays have in common; of rays too different for a packet to pay, `coherent` is false.
+// What a packet's rays have in common; of rays too many, few or different for a packet to pay, `coherent` is false.
 struct PacketBounds {
   vec3 origin_lower, origin_upper;
   vec3 direction_lower, direction_upper;
@@ -31,9 +31,13 @@ PacketBounds packet_bounds(std::span<const Ray> rays, float scene_size) {
   constexpr float direction_spread = 0.125f, origin_spread = 0.03125f;
   static_assert(sizeof(Ray) == 8 * sizeof(float));
   PacketBounds bounds;
-  const vec3& first = rays.front().direction;
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(first[axis] * rays.back().direction[axis] > 0)) return bounds;
+  if (rays.size() != packet_size) return bounds;
+  // Most that are not coherent show it in a few.
+  const auto octant = [](const Ray& ray) {
+    return std::signbit(ray.direction.x) | std::signbit(ray.direction.y) << 1 | std::signbit(ray.direction.z) << 2;
+  };
+  for (int i = 7; i < packet_size; i += 8)
+    if (octant(rays[i]) != octant(rays[0])) return bounds;
   Four lower[2], upper[2], finite = Four::set(0);
   for (int half = 0; half < 2; ++half) lower[half] = upper[half] = Four::load_anywhere(&rays.front().origin.x + 4 * half);
   unsigned ordered = 8;
@@ -46,7 +50,7 @@ PacketBounds packet_bounds(std::span<const Ray> rays, float scene_size) {
     finite = finite + (origin - origin) + (direction - direction);
     ordered &= less_equal(origin, direction);  // t_min and t_max
   }
-  alignas(16) float values[5][4];
+  alignas(16) float values[4][4];
   for (int half = 0; half < 2; ++half) {
     lower[half].store(values[half]);
     upper[half].store(values[2 + half]);

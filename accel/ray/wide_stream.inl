@@ -3,7 +3,8 @@
 // A node is visited once for all rays of the batch that meet it, which are then told apart by the children they meet
 // ([Barringer2014]). One ray's visit does not wait for another's, so the processor overlaps them where a single ray would wait
 // for its own last step; and a node's or a pack's cache lines are fetched once. Children are taken by the nearest entry of any
-// of their rays, for any hit by their promise. Answers are those of single rays, to the bit.
+// of their rays; for any hit by their promise, and leaves at once, as the order is of no account. Answers are those of single
+// rays, to the bit.
 #pragma once
 
 #include "accel/ray/wide_tests.inl"
@@ -79,7 +80,6 @@ class WideStream {
       hit.t = std::min(r.t_max, std::numeric_limits<float>::max());
       far = before_padding(limit, hit.t);
     }
-    void shorten() { far = any_hit ? -infinity : before_padding(limit, hit.t); }
   };
   struct Job {
     WideRef place;
@@ -112,7 +112,12 @@ class WideStream {
   // Lists the rays that meet each child, one list after another beyond all that are still needed.
   void visit(const Job& job) {
     const WideNode<node_width>& node = view_.tree.nodes[job.place.index()];
-    const unsigned any = test_all(node, job);
+    unsigned any = test_all(node, job);
+    if constexpr (any_hit) {
+      const unsigned leaves = any & Simd::leaves(node);
+      if (leaves != 0) test_leaves(node, job, leaves);
+      any &= ~leaves;
+    }
     reserve(job.free + static_cast<std::size_t>(std::popcount(any)) * job.count);
     const std::size_t before = jobs_.size();
     std::uint32_t free = job.free;
@@ -152,19 +157,45 @@ class WideStream {
     return any;
   }
 
+  // Any hit: each ray's leaves in turn, while its terms are at hand; that done, a ray that is hit meets nothing.
+  [[gnu::flatten]] void test_leaves(const WideNode<node_width>& node, const Job& job, unsigned leaves) {
+    for (unsigned rest = leaves; rest != 0; rest &= rest - 1) prefetch(view_.tree, node.children[std::countr_zero(rest)]);
+    for (std::uint32_t i = 0; i < job.count; ++i) {
+      unsigned met = met_[i] & leaves;
+      if (met == 0) continue;
+      Traveller& traveller = travellers_[ids_[job.first + i]];
+      LeafTest<Simd, Pack, any_hit, CountNothing> test;
+      prepare(test, traveller);
+      CountNothing nothing;
+      do {
+        const int child = std::bit_width(met) - 1;
+        met ^= 1u << child;
+        if (!test.test(view_, traveller.ray, node.children[child], traveller.hit, nothing)) continue;
+        traveller.far = -infinity;
+        met_[i] = met = 0;
+      } while (met != 0);
+    }
+  }
+
+  // Nearest hits: a leaf's rays in turn.
   [[gnu::flatten]] void test_leaf(const Job& job) {
     for (std::uint32_t i = job.first; i < job.first + job.count; ++i) {
       Traveller& traveller = travellers_[ids_[i]];
-      if (any_hit ? traveller.far < 0 : nears_[i] > traveller.far * slab_pad) continue;
-      if (!traveller.has_shear) {
-        traveller.shear = TriangleRay(traveller.ray.direction);
-        traveller.has_shear = true;
-      }
-      CountNothing nothing;
+      if (nears_[i] > traveller.far * slab_pad) continue;
       LeafTest<Simd, Pack, any_hit, CountNothing> test;
-      test.prepare(traveller.ray, traveller.shear);
-      if (test.test(view_, traveller.ray, job.place, traveller.hit, nothing)) traveller.shorten();
+      prepare(test, traveller);
+      CountNothing nothing;
+      if (test.test(view_, traveller.ray, job.place, traveller.hit, nothing))
+        traveller.far = before_padding(traveller.limit, traveller.hit.t);
     }
+  }
+
+  [[gnu::always_inline]] static void prepare(LeafTest<Simd, Pack, any_hit, CountNothing>& test, Traveller& traveller) {
+    if (!traveller.has_shear) {
+      traveller.shear = TriangleRay(traveller.ray.direction);
+      traveller.has_shear = true;
+    }
+    test.prepare(traveller.ray, traveller.shear);
   }
 
   const View& view_;

@@ -18,11 +18,14 @@ struct TriangleRay {
 
   TriangleRay() = default;
   explicit TriangleRay(const vec3& direction) {
+    // Without a branch, for which axis is the longest is a toss-up.
     const vec3 a = glm::abs(direction);
-    kz = a.x > a.y ? (a.x > a.z ? 0 : 2) : (a.y > a.z ? 1 : 2);
-    kx = kz == 2 ? 0 : kz + 1;
-    ky = kx == 2 ? 0 : kx + 1;
-    if (direction[kz] < 0) std::swap(kx, ky);
+    const int y_beats_x = !(a.x > a.y), z_beats_both = !(std::max(a.y, a.x) > a.z);
+    kz = 2 * z_beats_both + (y_beats_x & ~z_beats_both);
+    static constexpr int next[] = {1, 2, 0, 1};
+    const int backwards = direction[kz] < 0;
+    kx = next[kz + backwards];
+    ky = next[kz + 1 - backwards];
     sx = direction[kx] / direction[kz];
     sy = direction[ky] / direction[kz];
     sz = 1.0f / direction[kz];

@@ -1,0 +1,76 @@
+// How a batch of rays goes through a wide tree, for one instruction set; included like wide_tests.inl.
+//
+// Rays that keep together go in packets, the others in streams. Those that start apart go one by one for nearest hits, while
+// the tree is small: a stream takes children in an order that suits few of them, which pays only where memory is what they wait
+// for. Whichever way a ray goes, its answer is the same.
+#pragma once
+
+#include "accel/ray/wide_packet.inl"
+#include "accel/ray/wide_stream.inl"
+#include "accel/ray/wide_traversal.inl"
+
+namespace etendue {
+namespace {
+
+inline constexpr std::size_t small_tree = std::size_t{16} << 20;  // bytes that caches hold
+inline constexpr int runs_apart = 3;  // of packet_size rays, which go in streams after a packet near them did not pay
+
+// The larger side of the root's box.
+template <int node_width>
+float size_of(const WideNode<node_width>& root) {
+  vec3 size;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float *const lower = root.planes[2 * axis], *const upper = root.planes[2 * axis + 1];
+    size[axis] = *std::max_element(upper, upper + node_width) - *std::min_element(lower, lower + node_width);
+  }
+  return max_component(size);
+}
+
+// Do rays start all over a scene of this size? Judged by a few of them.
+inline bool start_apart(std::span<const Ray> rays, float size) {
+  vec3 lower(infinity), upper(-infinity);
+  for (std::size_t i = 0; i < rays.size(); i += 8) {
+    lower = glm::min(lower, rays[i].origin);
+    upper = glm::max(upper, rays[i].origin);
+  }
+  return max_component(upper - lower) > 0.9f * size;
+}
+
+// `answer(i, hit)` is called once for every ray.
+template <class Simd, int node_width, class Pack, bool any_hit, class Answer>
+void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
+  if (view.tree.nodes.empty()) {
+    for (std::size_t i = 0; i < rays.size(); ++i) answer(i, Hit{});
+    return;
+  }
+  const float size = size_of(view.tree.nodes[0]);
+  WideStream<Simd, node_width, Pack, any_hit> stream(view);
+  const bool is_small = view.tree.bytes() < small_tree;
+  int unpacked = 0;  // of runs_apart, still to come
+  for (std::size_t begin = 0; begin < rays.size();) {
+    for (; begin < rays.size() && stream.size() + packet_size <= stream_size; begin += packet_size) {
+      const std::span<const Ray> some = rays.subspan(begin, std::min<std::size_t>(packet_size, rays.size() - begin));
+      if (unpacked > 0) {
+        --unpacked;
+      } else if (const PacketBounds bounds = packet_bounds<Simd>(some, size); bounds.coherent) {
+        if (WidePacket<Simd, node_width, Pack, any_hit>::run(view, bounds, some,
+                                                             [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); }))
+          continue;
+        unpacked = runs_apart;
+      }
+      const bool singly = !any_hit && is_small && start_apart(some, size);
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        if (singly)
+          answer(begin + i, trace<Simd, false>(view, some[i], CountNothing()));
+        else if (is_traceable(some[i]))
+          stream.add(some[i], begin + i);
+        else
+          answer(begin + i, Hit{});
+      }
+    }
+    stream.run(answer);
+  }
+}
+
+}  // namespace
+}  // namespace etendue
