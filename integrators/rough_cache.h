@@ -8,13 +8,12 @@
 // a lobe is narrower in one of its two directions.
 //
 // A lobe is projected anew for each camera sample by `lobe_samples` samples of the BSDF, so that no table limits what materials
-// there may be. Records are made in an overture over a grid of 64 pixels and its halves, refined and judged as
-// irradiance_cache.h says, and depend on threads no more.
+// there may be. Records are made, refined and judged as those of irradiance are (record_levels.h).
 #pragma once
 
 #include "integrators/cache_file.h"
-#include "integrators/cache_fill.h"
 #include "integrators/radiance_cache_records.h"
+#include "integrators/record_levels.h"
 
 namespace etendue {
 
@@ -37,7 +36,7 @@ double lobe_share(float alpha, int degree);
 // The least order that leaves out no more than that share.
 int lobe_order(float alpha, float left_out);
 
-class RoughCache {
+class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> {
  public:
   explicit RoughCache(const RoughCacheSettings& settings) : settings_(settings) {}
 
@@ -47,18 +46,12 @@ class RoughCache {
   bool active() const { return order_ > 0; }
 
   // Its part of a file (cache_file.h), to its end. `read` throws Error where that holds what no cache of the scene can; the
-  // records wait for `resume`, which follows `prepare` and is as of CacheLevels. Without `refine` they keep the spacings of
-  // their accuracy.
+  // records wait for `resume`, which follows `prepare`. Without `refine` they keep the spacings of their accuracy.
   void write(ByteWriter& out) const;
   void read(const RenderContext& context, ByteReader& in, bool one_level);
   void resume(const RenderContext& context, float accuracy, std::uint64_t key_salt, bool refine);
 
   bool answers(std::uint32_t material) const { return orders_[material] > 0; }
-
-  // As of CacheLevels.
-  void fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy);
-  void refine(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy, double passes,
-              std::span<const CachePoint> wanted, std::uint32_t round);
 
   struct Reflected {
     Rgb radiance;
@@ -70,44 +63,17 @@ class RoughCache {
   void add_discs(std::vector<RecordDisc>& discs) const;
 
  private:
-  struct History {
-    CachePoint point;
-    std::uint64_t key = 0;  // of its random numbers
-    RadianceEstimate mean;  // of its passes
-    int passes = 0;
-  };
-  struct Level {
-    std::vector<History> histories;
-    RadianceRecords records;
-  };
-  struct Query {
-    std::uint64_t key;
-    const CachePoint* point;
-  };
-
   void choose_orders(const Scene& scene);
-  std::size_t level(int depth) const { return one_level_ ? 0 : static_cast<std::size_t>(depth); }
-  void rebuild(const RenderContext& context, float accuracy);
-  RadianceRecords make_records(const RenderContext& context, float accuracy) const;
-  void insert(Level& level, const History& history) const;
-  void cover(const RenderContext& context, const HemisphereRadiance& radiance, std::vector<Query> queue, double passes);
-  bool covered(const CachePoint& point) const {
-    return levels_[level(point.depth)].records.covered(point.position, point.normal);
-  }
-  void add_passes(const RenderContext& context, const HemisphereRadiance& radiance, History& history, double passes) const;
-  RadianceEstimate sample_hemisphere(const RenderContext& context, const HemisphereRadiance& radiance, const CachePoint& point,
-                                     std::uint64_t key, std::uint32_t pass) const;
+  RadianceRecords make_records(const RenderContext& context) const override;
+  void insert(RadianceRecords& records, const History& history) const override;
+  RadianceEstimate estimate(const RenderContext& context, const HemisphereRadiance& radiance, const History& history, int depth,
+                            std::uint32_t pass) const override;
 
   RoughCacheSettings settings_;
-  bool one_level_ = true;
-  int order_ = 0;            // of the records: the highest that a material needs
-  std::vector<int> orders_;  // by material; 0: not cached
-  float max_spacing_ = 0;    // metres
-  Bounds bounds_;
-  std::vector<CachePoint> pixels_;
-  std::vector<Level> levels_;
+  int order_ = 0;                            // of the records: the highest that a material needs
+  std::vector<int> orders_;                  // by material; 0: not cached
+  float max_spacing_ = 0;                    // metres
   std::vector<std::vector<History>> saved_;  // by level, until they are used
-  std::uint64_t key_salt_ = 0;
 };
 
 }  // namespace etendue

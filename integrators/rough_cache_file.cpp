@@ -32,10 +32,11 @@ bool is_valid(const CachePoint& point, const RadianceEstimate& mean) {
 }  // namespace
 
 void RoughCache::write(ByteWriter& out) const {
-  out.add(static_cast<std::uint64_t>(levels_.size()));
-  for (const Level& level : levels_) {
-    out.add(static_cast<std::uint64_t>(level.histories.size()));
-    for (const History& history : level.histories) transfer([&](const auto& value) { out.add(value); }, history);
+  const auto levels = histories();
+  out.add(static_cast<std::uint64_t>(levels.size()));
+  for (const auto& histories : levels) {
+    out.add(static_cast<std::uint64_t>(histories.size()));
+    for (const History& history : histories) transfer([&](const auto& value) { out.add(value); }, history);
   }
 }
 
@@ -61,14 +62,9 @@ void RoughCache::read(const RenderContext& context, ByteReader& in, bool one_lev
 }
 
 void RoughCache::resume(const RenderContext& context, float accuracy, std::uint64_t key_salt, bool refine) {
-  key_salt_ = key_salt;
   if (!refine) settings_.accuracy = std::min(settings_.accuracy, accuracy);
-  for (const auto& histories : saved_)
-    for (const History& history : histories) bounds_.extend(history.point.position);
-  while (levels_.size() < saved_.size()) levels_.push_back({{}, make_records(context, accuracy)});
-  for (std::size_t i = 0; i < saved_.size(); ++i) levels_[i].histories = std::move(saved_[i]);
+  RecordLevels::resume(context, std::move(saved_), accuracy, key_salt);
   saved_.clear();
-  rebuild(context, accuracy);
 }
 
 }  // namespace etendue
