@@ -1,6 +1,7 @@
 #include "integrators/guided_paths.h"
 
-#include "framework/transport/ray_tools.h"
+#include "integrators/emission.h"
+#include "integrators/wavefront.h"
 
 namespace etendue {
 
@@ -29,17 +30,8 @@ struct Walk {
   std::uint32_t last_event = none;
 };
 
-struct Gain {
-  PathSample* path;
-  Rgb radiance;
-};
-
-struct Wavefront {
-  std::vector<Walk> walks;
-  std::vector<Ray> rays;
-  std::vector<Hit> hits;
-  std::vector<Gain> gains;
-  std::vector<Ray> shadow_rays;
+struct GuidedWavefront {
+  Wavefront<Walk> paths;
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the paths
 };
@@ -102,20 +94,9 @@ Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point
   return out;
 }
 
-void add_emission(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point, MisMode mis) {
-  const Rgb emitted = point ? context.lights.emitted(*point, -ray.direction) : context.lights.environment(ray.direction);
-  if (is_black(emitted)) return;
-  float weight = 1;
-  if (walk.pdf != 0)
-    weight = emission_weight(
-        mis, walk.pdf,
-        point ? context.lights.pdf(ray.origin, ray.direction, *point) : context.lights.environment_pdf(ray.direction));
-  walk.path->radiance += walk.throughput * emitted * weight;
-}
-
 // A light sample, weighed against the mixture.
 void add_direct_light(const RenderContext& context, const Walk& walk, const SurfacePoint& point, const Mixture& mixture,
-                      const vec3& wo, MisMode mis, Wavefront& wave) {
+                      const vec3& wo, MisMode mis, Wavefront<Walk>& wave) {
   auto light = sample_direct_light(context, point, mixture.bsdf, wo, walk.path->sampler, MisMode::light);
   if (!light) return;
   if (light->pdf_solid_angle > 0) {
@@ -123,8 +104,7 @@ void add_direct_light(const RenderContext& context, const Walk& walk, const Surf
     const float pdf_guide = mixture.share < 1 ? mixture.guide.directions().pdf_solid_angle(wi) : 0;
     light->radiance *= mis_weight(mis, light->pdf_solid_angle, mixture.pdf(mixture.bsdf.pdf(wo, wi), pdf_guide));
   }
-  wave.gains.push_back({walk.path, walk.throughput * light->radiance});
-  wave.shadow_rays.push_back(light->shadow_ray);
+  wave.gain(walk.path->radiance, walk.throughput * light->radiance, light->shadow_ray);
 }
 
 // Whether a path is worth going on with: by what the cache expects it to find still, over what it promised where it met the
@@ -211,48 +191,30 @@ void ask_cache(Walk& walk, const Mixture& mixture, std::vector<Event>& events) {
 
 void trace_guided_paths(const RenderContext& context, std::span<PathSample> paths, const PathSettings& settings,
                         const SdTree& guide, std::vector<GuideRecord>& records) {
-  static thread_local Wavefront wave;  // for its memory
-  auto& [walks, rays, hits, gains, shadow_rays, events, last_events] = wave;
+  static thread_local GuidedWavefront wave;  // for its memory
+  auto& [walks, events, last_events] = wave;
   walks.clear();
-  rays.clear();
   events.clear();
   last_events.assign(paths.size(), none);
-  for (PathSample& path : paths) {
-    walks.push_back({&path});
-    rays.push_back(path.ray);
-  }
-  for (int depth = 0; !walks.empty(); ++depth) {
-    hits.resize(rays.size());
-    trace(context, rays, hits);
-    gains.clear();
-    shadow_rays.clear();
-    std::size_t going_on = 0;
-    for (std::size_t i = 0; i < walks.size(); ++i) {
-      Walk walk = walks[i];
-      Ray ray = rays[i];
-      // All light samples of events before have come in by now.
-      if (walk.pdf != 0) events[walk.last_event].before = walk.path->radiance;
-      if (!hits[i]) {
-        add_emission(context, walk, ray, nullptr, settings.mis);
-        continue;
-      }
-      const SurfacePoint point = context.scene.surface_at(ray, hits[i]);
-      add_emission(context, walk, ray, &point, settings.mis);
-      if (depth >= settings.max_depth) continue;
-      const Bsdf bsdf(context.scene, point);
-      const Mixture mixture(bsdf, guide.at(point.position, towards(point.shading_normal, -ray.direction)));
-      ask_cache(walk, mixture, events);
-      add_direct_light(context, walk, point, mixture, -ray.direction, settings.mis, wave);
-      const bool goes_on = scatter(context, walk, ray, point, mixture, depth, settings, events);
-      last_events[static_cast<std::size_t>(walk.path - paths.data())] = walk.last_event;
-      if (!goes_on) continue;
-      walks[going_on] = walk;
-      rays[going_on++] = ray;
+  for (PathSample& path : paths) walks.start({&path}, path.ray);
+  walks.run(context, 0, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
+    PathSample& path = *walk.path;
+    if (walk.pdf != 0) events[walk.last_event].before = path.radiance;
+    if (!hit) {
+      path.radiance += met_emission(context, ray, nullptr, walk.pdf, walk.throughput, settings.mis);
+      return false;
     }
-    walks.resize(going_on);
-    rays.resize(going_on);
-    for_unoccluded(context, shadow_rays, [&](std::size_t i) { gains[i].path->radiance += gains[i].radiance; });
-  }
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    path.radiance += met_emission(context, ray, &point, walk.pdf, walk.throughput, settings.mis);
+    if (depth >= settings.max_depth) return false;
+    const Bsdf bsdf(context.scene, point);
+    const Mixture mixture(bsdf, guide.at(point.position, towards(point.shading_normal, -ray.direction)));
+    ask_cache(walk, mixture, events);
+    add_direct_light(context, walk, point, mixture, -ray.direction, settings.mis, walks);
+    const bool goes_on = scatter(context, walk, ray, point, mixture, depth, settings, events);
+    last_events[static_cast<std::size_t>(&path - paths.data())] = walk.last_event;
+    return goes_on;
+  });
   for (std::size_t i = 0; i < paths.size(); ++i) record(paths[i], last_events[i], events, records);
 }
 

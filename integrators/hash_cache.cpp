@@ -1,12 +1,12 @@
 #include "integrators/hash_cache.h"
 
 #include "framework/core/parallel.h"
-#include "framework/transport/ray_tools.h"
 #include "integrators/cache_points.h"
 #include "integrators/cache_progress.h"
 #include "integrators/emission.h"
 #include "integrators/hash_cache_grid.h"
 #include "integrators/path.h"
+#include "integrators/wavefront.h"
 
 #include <optional>
 
@@ -45,18 +45,8 @@ struct Walk {
   std::uint32_t last_event = none;
 };
 
-struct Gain {
-  std::uint32_t pixel;
-  bool asked;
-  Rgb radiance;
-};
-
-struct Wavefront {
-  std::vector<Walk> walks;
-  std::vector<Ray> rays;
-  std::vector<Hit> hits;
-  std::vector<Gain> gains;
-  std::vector<Ray> shadow_rays;
+struct TileWavefront {
+  Wavefront<Walk> paths;
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the pixels
 };
@@ -90,11 +80,10 @@ class HashCache final : public Integrator {
     return {begin, glm::min(begin + tile, resolution)};
   }
   int key_depth(int depth) const { return max_depth_ > shared_above ? 0 : depth; }
-  void trace_tile(const RenderContext& context, std::vector<Pixel>& pixels, Wavefront& wave) const;
   bool meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
-            Wavefront& wave) const;
+            TileWavefront& wave) const;
   bool leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Pixel& pixel,
-                     Wavefront& wave) const;
+                     TileWavefront& wave) const;
 
   HashCacheParams params_;
   SamplerKind sampler_;
@@ -107,7 +96,7 @@ class HashCache final : public Integrator {
 
 // At a diffuse surface: asks the cache, or has it asked once this sample's paths are in. False where the path ends.
 bool HashCache::leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Pixel& pixel,
-                              Wavefront& wave) const {
+                              TileWavefront& wave) const {
   if (depth + 1 >= max_depth_) return false;
   const vec3 normal = towards(point.shading_normal, point.shading_normal, wo);
   const Rgb albedo = bsdf.diffuse_albedo();
@@ -140,7 +129,7 @@ bool HashCache::leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf&
 
 // What a ray finds, and where the path goes from there; false where it ends.
 bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
-                     Wavefront& wave) const {
+                     TileWavefront& wave) const {
   Pixel& pixel = pixels[walk.pixel];
   Rgb& radiance = walk.asked ? pixel.brought : pixel.radiance;
   if (walk.from_diffuse) wave.events[walk.last_event].before = pixel.brought;
@@ -157,10 +146,8 @@ bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const H
   const int samples = diffuse && !walk.asked ? params_.light_samples : 1;
   for (int i = 0; i < samples; ++i)
     if (const auto light =
-            sample_direct_light(context, point, bsdf, wo, pixel.sampler, diffuse ? MisMode::light : MisMode::power)) {
-      wave.gains.push_back({walk.pixel, walk.asked, walk.throughput * light->radiance / static_cast<float>(samples)});
-      wave.shadow_rays.push_back(light->shadow_ray);
-    }
+            sample_direct_light(context, point, bsdf, wo, pixel.sampler, diffuse ? MisMode::light : MisMode::power))
+      wave.paths.gain(radiance, walk.throughput * light->radiance / static_cast<float>(samples), light->shadow_ray);
   if (diffuse && !leave_diffuse(walk, point, bsdf, wo, depth, pixel, wave)) return false;
   const float u_lobe = pixel.sampler.get_1d();
   const BsdfSample scattered = bsdf.sample(wo, u_lobe, pixel.sampler.get_2d());
@@ -178,34 +165,8 @@ bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const H
   return true;
 }
 
-void HashCache::trace_tile(const RenderContext& context, std::vector<Pixel>& pixels, Wavefront& wave) const {
-  auto& [walks, rays, hits, gains, shadow_rays, events, last_events] = wave;
-  for (int depth = 0; !walks.empty(); ++depth) {
-    hits.resize(rays.size());
-    trace(context, rays, hits);
-    gains.clear();
-    shadow_rays.clear();
-    std::size_t going_on = 0;
-    for (std::size_t i = 0; i < walks.size(); ++i) {
-      Walk walk = walks[i];
-      Ray ray = rays[i];
-      const bool goes_on = meet(context, walk, ray, hits[i], depth, pixels, wave);
-      last_events[walk.pixel] = walk.last_event;
-      if (!goes_on) continue;
-      walks[going_on] = walk;
-      rays[going_on++] = ray;
-    }
-    walks.resize(going_on);
-    rays.resize(going_on);
-    for_unoccluded(context, shadow_rays, [&](std::size_t i) {
-      Pixel& pixel = pixels[gains[i].pixel];
-      (gains[i].asked ? pixel.brought : pixel.radiance) += gains[i].radiance;
-    });
-  }
-}
-
 // What each event's direction brought, over what the event carried. A channel that carried nothing tells nothing.
-void collect(const std::vector<Pixel>& pixels, const Wavefront& wave, std::vector<CachedValue>& values) {
+void collect(const std::vector<Pixel>& pixels, const TileWavefront& wave, std::vector<CachedValue>& values) {
   for (std::size_t p = 0; p < pixels.size(); ++p)
     for (std::uint32_t i = wave.last_events[p]; i != none; i = wave.events[i].previous) {
       const Event& event = wave.events[i];
@@ -220,21 +181,24 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
   {
     const auto timed = context.phases.measure("trace");
     parallel_for(pixels_.size(), 1, [&](std::size_t t) {
-      static thread_local Wavefront wave;  // for its memory
+      static thread_local TileWavefront wave;  // for its memory
       std::vector<Pixel>& pixels = pixels_[t];
       pixels.clear();
-      wave.walks.clear();
-      wave.rays.clear();
+      wave.paths.clear();
       wave.events.clear();
       for_pixels(tile_of(t, context.resolution), [&](ivec2 pixel) {
         const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
         Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
-        wave.rays.push_back(sample_camera_ray(context, pixel, sampler));
-        wave.walks.push_back({static_cast<std::uint32_t>(pixels.size())});
+        const Ray ray = sample_camera_ray(context, pixel, sampler);
+        wave.paths.start({static_cast<std::uint32_t>(pixels.size())}, ray);
         pixels.push_back({sampler});
       });
       wave.last_events.assign(pixels.size(), none);
-      trace_tile(context, pixels, wave);
+      wave.paths.run(context, 0, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
+        const bool goes_on = meet(context, walk, ray, hit, depth, pixels, wave);
+        wave.last_events[walk.pixel] = walk.last_event;
+        return goes_on;
+      });
       values_[t].clear();
       collect(pixels, wave, values_[t]);
     });

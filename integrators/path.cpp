@@ -1,7 +1,8 @@
 #include "integrators/path.h"
 
 #include "framework/core/parallel.h"
-#include "framework/transport/ray_tools.h"
+#include "integrators/emission.h"
+#include "integrators/wavefront.h"
 
 #include <vector>
 
@@ -25,24 +26,6 @@ struct Walk {
   float pdf_bsdf = 0;   // of the direction the ray was sampled with; 0: delta lobe or camera
 };
 
-// Light that a path gains if its shadow ray is free.
-struct Gain {
-  PathSample* path;
-  Rgb radiance;
-};
-
-// Adds the light that a ray meets at `point` (null: from the environment), weighed against light sampling at its origin.
-void add_emission(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point, MisMode mis) {
-  const Rgb emitted = point ? context.lights.emitted(*point, -ray.direction) : context.lights.environment(ray.direction);
-  if (is_black(emitted)) return;
-  float weight = 1;
-  if (walk.pdf_bsdf != 0)
-    weight = emission_weight(
-        mis, walk.pdf_bsdf,
-        point ? context.lights.pdf(ray.origin, ray.direction, *point) : context.lights.environment_pdf(ray.direction));
-  walk.path->radiance += walk.throughput * emitted * weight;
-}
-
 // Samples the direction in which a path goes on from a point with `depth` events before it; false where it ends.
 bool scatter(Walk& walk, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, int depth, int roulette_depth) {
   Sampler& sampler = walk.path->sampler;
@@ -60,65 +43,34 @@ bool scatter(Walk& walk, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, 
   return true;
 }
 
-// The paths under way; all stand before the same event.
-struct Wavefront {
-  std::vector<Walk> walks;
-  std::vector<Ray> rays;  // of the walks
-  std::vector<Hit> hits;
-  std::vector<Gain> gains;
-  std::vector<Ray> shadow_rays;  // of the gains
-};
-
 }  // namespace
 
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
                  bool count_emission, const PathEnd* end) {
-  static thread_local Wavefront wave;  // for its memory
-  auto& [walks, rays, hits, gains, shadow_rays] = wave;
-  walks.clear();
-  rays.clear();
-  for (PathSample& path : paths) {
-    walks.push_back({&path});
-    rays.push_back(path.ray);
-  }
-  for (bool first = true; !walks.empty(); ++depth, first = false) {
-    hits.resize(rays.size());
-    trace(context, rays, hits);
-    gains.clear();
-    shadow_rays.clear();
-    std::size_t going_on = 0;
-    for (std::size_t i = 0; i < walks.size(); ++i) {
-      Walk walk = walks[i];
-      Ray ray = rays[i];
-      if (first) walk.path->first_distance = hits[i] ? hits[i].t : infinity;
-      const bool counts = count_emission || !first;
-      if (!hits[i]) {
-        if (counts) add_emission(context, walk, ray, nullptr, settings.mis);
-        continue;
-      }
-      const SurfacePoint point = context.scene.surface_at(ray, hits[i]);
-      if (first) walk.path->first_normal = point.normal;
-      if (counts) add_emission(context, walk, ray, &point, settings.mis);
-      if (depth >= settings.max_depth) continue;
-      const Bsdf bsdf(context.scene, point);
-      const std::optional<Rgb> ended = end ? end->reflected(point, bsdf, -ray.direction, depth) : std::nullopt;
-      const MisMode mis = ended ? end->direct : settings.mis;
-      if (const auto light = sample_direct_light(context, point, bsdf, -ray.direction, walk.path->sampler, mis)) {
-        gains.push_back({walk.path, walk.throughput * light->radiance});
-        shadow_rays.push_back(light->shadow_ray);
-      }
-      if (ended) {
-        walk.path->radiance += walk.throughput * *ended;
-        continue;
-      }
-      if (!scatter(walk, ray, point, bsdf, depth, settings.roulette_depth)) continue;
-      walks[going_on] = walk;
-      rays[going_on++] = ray;
+  static thread_local Wavefront<Walk> wave;  // for its memory
+  wave.clear();
+  for (PathSample& path : paths) wave.start({&path}, path.ray);
+  const int first = depth;
+  wave.run(context, depth, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
+    PathSample& path = *walk.path;
+    if (depth == first) path.first_distance = hit ? hit.t : infinity;
+    const bool counts = count_emission || depth > first;
+    if (!hit) {
+      if (counts) path.radiance += met_emission(context, ray, nullptr, walk.pdf_bsdf, walk.throughput, settings.mis);
+      return false;
     }
-    walks.resize(going_on);
-    rays.resize(going_on);
-    for_unoccluded(context, shadow_rays, [&](std::size_t i) { gains[i].path->radiance += gains[i].radiance; });
-  }
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    if (depth == first) path.first_normal = point.normal;
+    if (counts) path.radiance += met_emission(context, ray, &point, walk.pdf_bsdf, walk.throughput, settings.mis);
+    if (depth >= settings.max_depth) return false;
+    const Bsdf bsdf(context.scene, point);
+    const std::optional<Rgb> ended = end ? end->reflected(point, bsdf, -ray.direction, depth) : std::nullopt;
+    const MisMode mis = ended ? end->direct : settings.mis;
+    if (const auto light = sample_direct_light(context, point, bsdf, -ray.direction, path.sampler, mis))
+      wave.gain(path.radiance, walk.throughput * light->radiance, light->shadow_ray);
+    if (ended) path.radiance += walk.throughput * *ended;
+    return !ended && scatter(walk, ray, point, bsdf, depth, settings.roulette_depth);
+  });
 }
 
 namespace {

@@ -1,0 +1,66 @@
+// Paths that are traced together, event by event, so that structures are asked for many rays at once.
+#pragma once
+
+#include "framework/transport/ray_tools.h"
+
+#include <vector>
+
+namespace etendue {
+
+// `Walk`: what a path under way carries to its next hit.
+template <class Walk>
+class Wavefront {
+ public:
+  void clear() {
+    walks_.clear();
+    rays_.clear();
+  }
+  void start(const Walk& walk, const Ray& ray) {
+    walks_.push_back(walk);
+    rays_.push_back(ray);
+  }
+
+  // Light that is gained if its shadow ray is free: added when all paths have met what they meet next. `to` must stay in place.
+  void gain(Rgb& to, const Rgb& radiance, const Ray& shadow_ray) {
+    gains_.push_back({&to, radiance});
+    shadow_rays_.push_back(shadow_ray);
+  }
+
+  // Calls meet(walk, ray, hit, depth) for each path in turn, which sends walk and ray on or returns false, until all have
+  // ended. Paths have `depth` scattering events before their first hits. What they gain has come in when they meet what is
+  // next.
+  template <class Meet>
+  void run(const RenderContext& context, int depth, const Meet& meet) {
+    for (; !walks_.empty(); ++depth) {
+      hits_.resize(rays_.size());
+      trace(context, rays_, hits_);
+      gains_.clear();
+      shadow_rays_.clear();
+      std::size_t going_on = 0;
+      for (std::size_t i = 0; i < walks_.size(); ++i) {
+        Walk walk = walks_[i];
+        Ray ray = rays_[i];
+        if (!meet(walk, ray, hits_[i], depth)) continue;
+        walks_[going_on] = walk;
+        rays_[going_on++] = ray;
+      }
+      walks_.resize(going_on);
+      rays_.resize(going_on);
+      for_unoccluded(context, shadow_rays_, [&](std::size_t i) { *gains_[i].to += gains_[i].radiance; });
+    }
+  }
+
+ private:
+  struct Gain {
+    Rgb* to;
+    Rgb radiance;
+  };
+
+  std::vector<Walk> walks_;
+  std::vector<Ray> rays_;  // of the walks
+  std::vector<Hit> hits_;
+  std::vector<Gain> gains_;
+  std::vector<Ray> shadow_rays_;  // of the gains
+};
+
+}  // namespace etendue
