@@ -19,9 +19,10 @@
 //
 // r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice
 // the median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what
-// is reflected and light leaks there under doors. It owes nothing to the photons that are gathered, so that it adds no bias
-// of its own. Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is
-// found once, by two paths per pixel.
+// is reflected and light leaks there under doors. With `clear_radius`, a disc that holds photons of a brighter place behind a
+// wall on the same floor ends at that wall, for the pixel and its neighbours. It owes nothing to the photons that are gathered,
+// so that it adds no bias of its own. Photons are emitted by power, or where they will be seen (integrators/photons.h); the
+// region seen is found once, by two paths per pixel.
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
 // paths, and noise that photons have no part in (edges, what glass mirrors) falls as fast as theirs. `photons_per_pixel` and
@@ -50,6 +51,7 @@ struct ProgressiveParams {
   float photons_per_pixel = 1;
   int neighbours = 20;
   float radius = 0;
+  bool clear_radius = true;
   std::string direct = "sample";
   std::string kernel = "epanechnikov";
   std::string emission = "power";
@@ -71,6 +73,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.integer("neighbours", p.neighbours, 0, 1000000, "photons",
             "of one iteration within the first radius; 0: 50 where surfaces that light reaches are diffuse, else 20");
   v.number("radius", p.radius, 0, 1e30, "m", "first radius of every pixel; 0: from the density of the photons");
+  v.flag("clear_radius", p.clear_radius, "where radius = 0: end discs at walls that hide a brighter part of the same floor");
   v.choice("direct", p.direct, {"sample", "photons"}, "direct light by sampling lights, or by photons like all else");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.choice("emission", p.emission, {"power", "importance", "visibility"},

@@ -333,6 +333,22 @@ TEST(ProgressivePhotons, MeasuredDiscsLoseNoLightAtEdges) {
     }
 }
 
+TEST(ProgressivePhotons, DiscsEndAtWallsThatHideBrightLight) {
+  // Two rooms on one floor, a wall of 4 cm between them; kernels narrower than that leak nothing.
+  const Scene scene = load_scene("builtin:keyhole");
+  const auto mean = [&](const char* name, const decltype(ParamValue::value)& value) {
+    RenderOptions options = options_for(8000, 16, {{name, {value, {}}}});
+    options.resolution = {48, 48};
+    const Image image = render(scene, "sppm", options).image;
+    dvec3 sum(0);
+    for (const dvec3& pixel : image.pixels) sum += pixel;
+    return sum.y / static_cast<double>(image.pixels.size());
+  };
+  const double narrow = mean("radius", 0.03), leaking = mean("clear_radius", false), clear = mean("clear_radius", true);
+  EXPECT_GT(leaking, 1.15 * narrow);
+  EXPECT_LT(std::abs(clear - narrow), 0.4 * (leaking - narrow));
+}
+
 TEST(ProgressivePhotons, ErrorFallsPassByPass) {
   // Light off the centre, all by photons: blur and noise both.
   const Scene scene = load_scene("builtin:lambert-sphere-off-centre");
