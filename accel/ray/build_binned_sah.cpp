@@ -177,9 +177,9 @@ class SideCentres {
 template <std::uint32_t capacity>
 class BinnedSplitter {
  public:
-  BinnedSplitter(std::vector<BuildItem>& items, const BinnedSahParams& params) : params_(params), count_(items.size()) {
-    resize_on_huge_pages(moved_, count_);
-    items_ = {items.data(), moved_.data()};
+  BinnedSplitter(std::vector<BuildItem>& items, const BinnedSahParams& params)
+      : params_(params), moved_(uninitialised_on_huge_pages<BuildItem>(items.size())), count_(items.size()) {
+    items_ = {items.data(), moved_.get()};
   }
 
   std::optional<Split> best(const ItemRange& range) {
@@ -305,7 +305,7 @@ class BinnedSplitter {
   }
 
   BinnedSahParams params_;
-  std::vector<BuildItem> moved_;
+  UninitialisedArray<BuildItem> moved_;
   std::array<BuildItem*, 2> items_;  // by the depth's last bit
   std::size_t count_;
 };

@@ -11,7 +11,6 @@
 
 #include <array>
 #include <bit>
-#include <memory>
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -99,7 +98,7 @@ class CornerRepeats {
  private:
   static constexpr std::uint8_t never = 127;
 
-  std::unique_ptr<std::uint8_t[]> distances_;
+  UninitialisedArray<std::uint8_t> distances_;
   std::size_t size_ = 0;  // triangles
 };
 

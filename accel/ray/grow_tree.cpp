@@ -1,8 +1,13 @@
 #include "accel/ray/grow_tree.h"
 
+#include "accel/ray/simd_bounds.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
 namespace etendue {
 
-std::vector<TreeNode> without_gaps(const std::vector<TreeNode>& places, std::uint32_t used) {
+std::vector<TreeNode> without_gaps(const TreeNode* places, std::uint32_t used) {
   std::vector<TreeNode> nodes;
   nodes.reserve(used);
   nodes.push_back(places[0]);
@@ -18,6 +23,22 @@ std::vector<TreeNode> without_gaps(const std::vector<TreeNode>& places, std::uin
       if (!nodes[first + i].is_leaf()) parents.push_back(first + i);
   }
   return nodes;
+}
+
+std::pair<Bounds, Bounds> extents(std::span<const BuildItem> items) {
+  using Extents = std::pair<Bounds, Bounds>;
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, items.size(), 1 << 13), Extents(),
+      [&](const auto& range, Extents sum) {
+        SimdBounds bounds(sum.first), centres(sum.second);
+        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+          const vec3 centre = items[i].bounds.centre();
+          bounds.extend(items[i].bounds);
+          centres.extend(Bounds{centre, centre});
+        }
+        return Extents(bounds.get(), centres.get());
+      },
+      [](const Extents& a, const Extents& b) { return Extents(united(a.first, b.first), united(a.second, b.second)); });
 }
 
 Split halve_items(std::span<BuildItem> items, const ItemRange& range) {

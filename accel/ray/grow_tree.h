@@ -59,18 +59,24 @@ inline bool must_halve(std::uint32_t size, std::uint32_t depth, const TreeLimits
 }
 
 // The nodes reachable from the first, in the same order, without the places between them that hold none.
-std::vector<TreeNode> without_gaps(const std::vector<TreeNode>& places, std::uint32_t used);
+std::vector<TreeNode> without_gaps(const TreeNode* places, std::uint32_t used);
 
 // Cuts a run of items at the median of their centres along the axis on which these spread most; ties go by id, so the cut
 // depends on the set alone.
 Split halve_items(std::span<BuildItem> items, const ItemRange& range);
 
+// The boxes around all items and around their centres.
+std::pair<Bounds, Bounds> extents(std::span<const BuildItem> items);
+
 template <Splitter S>
 class TreeGrower {
  public:
-  TreeGrower(S& splitter, std::uint32_t count, const TreeLimits& limits) : splitter_(splitter), count_(count), limits_(limits) {
+  TreeGrower(S& splitter, std::uint32_t count, const TreeLimits& limits)
+      : splitter_(splitter),
+        count_(count),
+        limits_(limits),
+        places_(uninitialised_on_huge_pages<TreeNode>(2 * static_cast<std::size_t>(count) - 1)) {
     CHECK_LT(count, 1u << 31);
-    resize_on_huge_pages(tree_.nodes, 2 * static_cast<std::size_t>(count) - 1);
     tree_.primitives.resize(count);
   }
 
@@ -78,7 +84,7 @@ class TreeGrower {
     run({{0, count_, bounds, centres, 0}, 0, 0});
     tasks_.wait();
     tree_.depth = depth_;
-    if (used_ < tree_.nodes.size()) tree_.nodes = without_gaps(tree_.nodes, used_);
+    tree_.nodes = without_gaps(places_.get(), used_);
     return std::move(tree_);
   }
 
@@ -108,7 +114,7 @@ class TreeGrower {
       used += 2;
       depth = std::max(depth, range.depth + 1);
       const std::uint32_t place = 2 * job.pair + 1, left = split->middle - range.begin;
-      tree_.nodes[job.place] = {range.bounds, place, 0};
+      places_[job.place] = {range.bounds, place, 0};
       hand_on({{split->middle, range.end, split->right, split->right_centres, range.depth + 1}, place + 1, job.pair + left},
               jobs);
       hand_on({{range.begin, split->middle, split->left, split->left_centres, range.depth + 1}, place, job.pair + 1}, jobs);
@@ -138,13 +144,14 @@ class TreeGrower {
   }
 
   void make_leaf(const ItemRange& range, std::uint32_t place) {
-    tree_.nodes[place] = {range.bounds, range.begin, range.size()};
+    places_[place] = {range.bounds, range.begin, range.size()};
     for (std::uint32_t i = range.begin; i < range.end; ++i) tree_.primitives[i] = splitter_.id(range, i);
   }
 
   S& splitter_;
   const std::uint32_t count_;
   const TreeLimits limits_;
+  UninitialisedArray<TreeNode> places_;
   BinaryTree tree_;
   std::atomic<std::uint32_t> used_ = 0, depth_ = 0;
   tbb::task_group tasks_;
@@ -153,11 +160,7 @@ class TreeGrower {
 template <Splitter S>
 BinaryTree grow_tree(S& splitter, std::span<const BuildItem> items, const TreeLimits& limits) {
   if (items.empty()) return {};
-  Bounds bounds, centres;
-  for (const BuildItem& item : items) {
-    bounds.extend(item.bounds);
-    centres.extend(item.bounds.centre());
-  }
+  const auto [bounds, centres] = extents(items);
   return TreeGrower<S>(splitter, static_cast<std::uint32_t>(items.size()), limits).grow(bounds, centres);
 }
 

@@ -9,8 +9,8 @@
 namespace etendue {
 
 struct LeafContents {
-  std::unique_ptr<uvec3[]> corners;  // of triangles: vertices, equal at the same position, unless there are repeats
-  std::unique_ptr<float[]> areas;
+  UninitialisedArray<uvec3> corners;  // of triangles: vertices, equal at the same position, unless there are repeats
+  UninitialisedArray<float> areas;
   CornerRepeats repeats{};  // or none
 
   static LeafContents uninitialised(std::size_t primitives) {

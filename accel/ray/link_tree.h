@@ -62,7 +62,7 @@ class TreeLinker {
     parallel_for(tasks.size(), 1, [&](std::size_t i) { link_below(tasks[i]); });
     for (std::size_t i = above.size(); i-- > 0;) unite(tree_.nodes[above[i]]);
     tree_.depth = depth_;
-    if (used_ < tree_.nodes.size()) tree_.nodes = without_gaps(tree_.nodes, used_);
+    if (used_ < tree_.nodes.size()) tree_.nodes = without_gaps(tree_.nodes.data(), used_);
     return std::move(tree_);
   }
 

@@ -22,7 +22,7 @@ FourUnsigned spread(FourUnsigned x) {
 // Stable radix sort by bits [32, 64), by blocks whose counts are summed up per digit.
 class RadixSort {
  public:
-  RadixSort(std::unique_ptr<std::uint64_t[]>& keys, std::size_t size)
+  RadixSort(UninitialisedArray<std::uint64_t>& keys, std::size_t size)
       : keys_(keys),
         moved_(uninitialised_on_huge_pages<std::uint64_t>(size)),
         size_(size),
@@ -59,8 +59,8 @@ class RadixSort {
     keys_.swap(moved_);
   }
 
-  std::unique_ptr<std::uint64_t[]>& keys_;
-  std::unique_ptr<std::uint64_t[]> moved_;
+  UninitialisedArray<std::uint64_t>& keys_;
+  UninitialisedArray<std::uint64_t> moved_;
   std::size_t size_, block_size_;
   std::vector<std::array<std::uint32_t, digits>> counts_;  // by block; then where its next key of a digit goes
 };
@@ -135,6 +135,7 @@ void MortonOrder::sort_equal_runs() {
     std::vector<std::uint64_t> run;  // the other bits, then the index
     for (std::size_t begin = begins[c], next; begin < begins[c + 1]; begin = next) {
       for (next = begin + 1; next < begins[c + 1] && same(begin, next);) ++next;
+      __builtin_prefetch(&points_[static_cast<std::uint32_t>(keys_[std::min<std::size_t>(next + 16, size_ - 1)])]);
       if (next - begin == 1) continue;
       run.resize(next - begin);
       for (std::size_t i = begin; i < next; ++i)

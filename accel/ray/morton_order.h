@@ -11,8 +11,6 @@
 #include "framework/core/huge_pages.h"
 #include "framework/core/parallel.h"
 
-#include <memory>
-
 namespace etendue {
 
 struct alignas(16) MortonPoint {
@@ -81,10 +79,10 @@ class MortonOrder {
   std::uint32_t lower(std::uint64_t key) const { return code_.lower(points_[static_cast<std::uint32_t>(key)].position); }
 
   std::vector<Chunk> chunks_;
-  std::unique_ptr<MortonPoint[]> points_;
+  UninitialisedArray<MortonPoint> points_;
   MortonCode code_;
   std::uint32_t size_ = 0;
-  std::unique_ptr<std::uint64_t[]> keys_;  // upper 32 bits of the code, index of the point
+  UninitialisedArray<std::uint64_t> keys_;  // upper 32 bits of the code, index of the point
 };
 
 // Sorts the items by the codes of their boxes' centres.

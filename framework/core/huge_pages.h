@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <type_traits>
 #include <vector>
 
 #if defined(__linux__)
@@ -62,12 +63,24 @@ void resize_on_huge_pages(std::vector<T>& values, std::size_t count) {
   values.resize(count);
 }
 
-// An array for work that writes each of its places before it reads it: plain types are left uninitialised.
+struct FreeUninitialised {
+  template <class T>
+  void operator()(T* values) const {
+    ::operator delete(values, std::align_val_t(alignof(T)));
+  }
+};
+
+// For work that writes each of its places before it reads it: the values of plain types are left uninitialised, so that the
+// threads which write them share the work of getting the memory.
 template <class T>
-std::unique_ptr<T[]> uninitialised_on_huge_pages(std::size_t count) {
-  auto values = std::make_unique_for_overwrite<T[]>(count);
-  wish_for_huge_pages(values.get(), count * sizeof(T));
-  return values;
+using UninitialisedArray = std::unique_ptr<T[], FreeUninitialised>;
+
+template <class T>
+UninitialisedArray<T> uninitialised_on_huge_pages(std::size_t count) {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+  auto* const values = static_cast<T*>(::operator new(count * sizeof(T), std::align_val_t(alignof(T))));
+  wish_for_huge_pages(values, count * sizeof(T));
+  return UninitialisedArray<T>(values);
 }
 
 }  // namespace etendue
