@@ -52,7 +52,7 @@ TEST(PhotonCache, WhiteFurnaceStaysWhite) {
   // Diffuse, plastic, glass and mirror in a unit environment: what is cached, carried and gathered each keeps its share.
   const Scene scene = load_scene("builtin:white-furnace");
   for (const auto& [fill, largest] : {std::pair("gather", 5e-3), std::pair("density", 1.5e-2)}) {
-    const RenderOptions options = options_for(16, {{"fill", fill}});
+    const RenderOptions options = options_for(16, {{"fill", fill}, {"edges", "disc"}});
     const Image image = render(scene, "photon-cache", options).image;
     EXPECT_LT(std::abs(bias(image, exact_image(scene, options.resolution))), largest) << fill;
   }
@@ -68,7 +68,7 @@ TEST(PhotonCache, DepthLimitTruncatesTheSeries) {
   const Scene scene = load_scene("builtin:lambert-sphere");
   for (const char* fill : {"gather", "density"})
     for (int depth = 1; depth <= 3; ++depth) {
-      const RenderOptions options = options_for(8, {{"fill", fill}, {"max_depth", std::int64_t{depth}}});
+      const RenderOptions options = options_for(8, {{"fill", fill}, {"edges", "disc"}, {"max_depth", std::int64_t{depth}}});
       const Image image = render(scene, "photon-cache", options).image;
       double mean = 0;
       for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
