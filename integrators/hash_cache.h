@@ -27,8 +27,8 @@ struct HashCacheParams {
   int max_depth = 0;
   int roulette_depth = 5;
   int light_samples = 2;
-  float finest = 4;
-  float enough = 64;
+  float finest = 3;
+  float enough = 40;
   float trace_on = 0.25f;
   std::string sampler = "sobol";
 };
