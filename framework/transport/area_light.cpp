@@ -51,29 +51,42 @@ struct SampleQuadric {
   AreaPoint operator()(const Disk& d, const vec2& rescaled) const { return SampleQuadric{rescaled}(d); }
 };
 
+// Normal to a triangle by its winding, as long as twice its area. In double: thin triangles leave little of the products.
+vec3 twice_area(const vec3& p0, const vec3& p1, const vec3& p2) {
+  return glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0));
+}
+
+AreaPoint sample_triangle_light(const Scene& scene, const Shape& shape, std::uint32_t primitive, const vec2& u) {
+  const Geometry& g = scene.objects[0].geometry;
+  const vec2 b = sample_triangle(u);
+  if (shape.has_normals) {  // they tell which side emits, at each point: the one that a ray would see
+    const SurfacePoint s = scene.surface_at(Ray{}, {.t = 0, .uv = b, .instance = 0, .primitive = primitive});
+    return {s.position, s.normal, primitive_area(g, primitive)};
+  }
+  const uvec3 v = g.triangles[primitive];
+  const vec3 &p0 = g.positions[v.x], &p1 = g.positions[v.y], &p2 = g.positions[v.z];
+  const vec3 across = twice_area(p0, p1, p2);
+  const float length = glm::length(across);
+  return {(1 - b.x - b.y) * p0 + b.x * p1 + b.y * p2, across * ((shape.flip_normal ? -1 : 1) / length), 0.5f * length};
+}
+
 }  // namespace
 
 float primitive_area(const Geometry& geometry, std::uint32_t primitive) {
   if (!geometry.is_triangle(primitive)) return quadric_area(geometry.quadric(primitive));
   const uvec3 v = geometry.triangles[primitive];
   const auto& p = geometry.positions;
-  return 0.5f * glm::length(glm::cross(p[v.y] - p[v.x], p[v.z] - p[v.x]));
+  return 0.5f * glm::length(twice_area(p[v.x], p[v.y], p[v.z]));
 }
 
 AreaPoint sample_area(const Scene& scene, const AreaLight& light, const vec2& u) {
   const Object& world = scene.objects[0];
   const Geometry& g = world.geometry;
-  AreaPoint point;
-  if (g.is_triangle(light.primitive)) {
-    // Through surface_at, so that the side that emits is the side a ray would see.
-    const Hit hit{.t = 0, .uv = sample_triangle(u), .instance = 0, .primitive = light.primitive};
-    const SurfacePoint s = scene.surface_at(Ray{}, hit);
-    point = {s.position, s.normal, 0};
-  } else {
-    point = std::visit(SampleQuadric{u}, g.quadric(light.primitive));
-    if (world.shape(light.primitive).flip_normal) point.normal = -point.normal;
-  }
-  point.area = primitive_area(g, light.primitive);
+  const Shape& shape = world.shape(light.primitive);
+  if (g.is_triangle(light.primitive)) return sample_triangle_light(scene, shape, light.primitive, u);
+  AreaPoint point = std::visit(SampleQuadric{u}, g.quadric(light.primitive));
+  if (shape.flip_normal) point.normal = -point.normal;
+  point.area = quadric_area(g.quadric(light.primitive));
   return point;
 }
 

@@ -37,6 +37,27 @@ float emission_pdf_of(const AreaLight& light, float chosen, float area, float co
   return chosen * std::max(cosine, 0.0f) * inv_pi / area;
 }
 
+// Of a light that was chosen with probability `chosen`. The answer is written where the caller gets it: to copy what has just
+// been written costs more than to compute it.
+std::optional<LightRay> emit_from_area(const Scene& scene, const AreaLight& light, float chosen, std::uint32_t id,
+                                       const vec2& u_position, vec2 u_direction) {
+  std::optional<LightRay> emitted;
+  const AreaPoint p = sample_area(scene, light, u_position);
+  if (p.area > 0) {
+    LightRay& ray = emitted.emplace();
+    // `choose` has used the light's number up; a two-sided light splits the direction's first number to pick its side.
+    const bool back = light.two_sided && u_direction.x < 0.5f;
+    if (light.two_sided) u_direction.x = back ? 2 * u_direction.x : 2 * u_direction.x - 1;
+    ray.normal = back ? -p.normal : p.normal;
+    ray.ray.origin = offset_origin(p.position, ray.normal);
+    ray.ray.direction = Frame::from_normal(ray.normal).to_world(sample_cosine_hemisphere(u_direction));
+    ray.power = light.radiance * (pi * p.area * (light.two_sided ? 2 : 1) / chosen);
+    ray.pdf = emission_pdf_of(light, chosen, p.area, glm::dot(ray.normal, ray.ray.direction));
+    ray.light = id;
+  }
+  return emitted;
+}
+
 struct LuminousPower {
   const Scene& scene;
   float radius;
@@ -62,11 +83,18 @@ struct LuminousPower {
   }
 };
 
-// Index of the first entry above u in a cumulative table that ends at 1; u is stretched back to [0, 1) within the entry.
+// Index of the first entry above u in a cumulative table that ends at 1; u is stretched back to [0, 1) within the entry. The
+// table is halved without a jump, whose way would be a coin's.
 std::size_t pick(const float* cumulative, std::size_t count, float& u) {
-  const std::size_t i = std::min<std::size_t>(std::upper_bound(cumulative, cumulative + count, u) - cumulative, count - 1);
-  const float before = i == 0 ? 0 : cumulative[i - 1], width = cumulative[i] - before;
-  u = width > 0 ? std::clamp((u - before) / width, 0.0f, 0x1.fffffep-1f) : 0;
+  std::size_t i = 0;
+  for (std::size_t left = count; left > 1;) {
+    const std::size_t half = left / 2;
+    i += half * static_cast<std::size_t>(cumulative[i + half - 1] <= u);
+    left -= half;
+  }
+  const auto is_inner = static_cast<std::size_t>(i > 0);
+  const float before = cumulative[i - is_inner] * static_cast<float>(is_inner), width = cumulative[i] - before;
+  u = width > 0 ? std::min(std::max(0.0f, (u - before) / width), 0x1.fffffep-1f) : 0;
   return i;
 }
 
@@ -254,21 +282,7 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
   const Light& light = scene_.lights[i];
   const auto id = static_cast<std::uint32_t>(i);
 
-  if (const auto* l = std::get_if<AreaLight>(&light)) {
-    const AreaPoint p = sample_area(scene_, *l, u_position);
-    if (!(p.area > 0)) return std::nullopt;
-    // `choose` has used the light's number up; a two-sided light splits the direction's first number to pick its side.
-    vec2 u = u_direction;
-    vec3 normal = p.normal;
-    if (l->two_sided) {
-      if (u.x < 0.5f) normal = -normal;
-      u.x = u.x < 0.5f ? 2 * u.x : 2 * u.x - 1;
-    }
-    const vec3 direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(u));
-    const Rgb power = l->radiance * (pi * p.area * (l->two_sided ? 2 : 1) / chosen);
-    const Ray ray{.origin = offset_origin(p.position, normal), .direction = direction};
-    return LightRay{ray, normal, power, emission_pdf_of(*l, chosen, p.area, glm::dot(normal, direction)), id, false, false};
-  }
+  if (const auto* l = std::get_if<AreaLight>(&light)) return emit_from_area(scene_, *l, chosen, id, u_position, u_direction);
   if (const auto* l = std::get_if<PointLight>(&light)) {
     const Ray ray{.origin = l->position, .direction = sample_unit_sphere(u_direction)};
     return LightRay{ray,  ray.direction, l->intensity * (4 * pi / chosen), emission_pdf(id, {}, ray.direction, {}), id,
