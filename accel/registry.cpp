@@ -141,15 +141,16 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }
 
-// What traces fastest: the widest that the machine's instructions serve, but sixteen children only for meshes (a few primitives
-// are two or three visits in any layout, and a narrower node is the cheaper visit).
+// What traces fastest: the widest that the machine's instructions serve, but sixteen children only for meshes and for what fits
+// in a few packs, which are tested whole (between them, some primitives are two or three visits in any layout, and a narrower
+// node is the cheaper visit).
 std::string resolved_layout(const std::string& layout, const Scene& scene) {
   if (layout != "auto") return layout;
-  constexpr std::uint32_t mesh = 4096;
-  const bool has_mesh = std::any_of(scene.objects.begin(), scene.objects.end(),
-                                    [](const Object& object) { return object.geometry.primitive_count() >= mesh; });
+  constexpr std::uint32_t few = 48, mesh = 4096;
+  std::uint32_t largest = 0;
+  for (const Object& object : scene.objects) largest = std::max(largest, object.geometry.primitive_count());
   const Isa isa = supported_isas().back();
-  return isa == Isa::avx512 && has_mesh ? "wide16" : isa >= Isa::avx2 ? "wide8" : "binary";
+  return isa == Isa::avx512 && (largest <= few || largest >= mesh) ? "wide16" : isa >= Isa::avx2 ? "wide8" : "binary";
 }
 
 // A row of the table for a builder; its instances' tree is of the same builder, and binary. `space(params)`: what it takes.

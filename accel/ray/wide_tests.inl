@@ -133,7 +133,11 @@ class LeafTest {
     const unsigned on_edge = sides.on_edge & pack.used();
     bool found = false;
     if (on_edge != 0) [[unlikely]] {
-      found = test_lanes(pack, on_edge, ray, hit);
+      // Signs that are not zero are right: two of them that differ tell a miss, as of triangles seen from their edge.
+      const Lanes zero = Lanes::set(0);
+      const unsigned negative = less(u, zero) | less(v, zero) | less(w, zero);
+      const unsigned positive = less(zero, u) | less(zero, v) | less(zero, w);
+      found = test_lanes(pack, on_edge & ~(negative & positive), ray, hit);
       if (any_hit && found) return true;
     }
     unsigned inside = sides.same & ~sides.on_edge & pack.used();

@@ -35,6 +35,27 @@ template <class Simd, int node_width, class Boxes>
   return true;
 }
 
+// Trees of one node over no more packs than this are tested whole: that takes less than to find out which packs to test.
+inline constexpr std::size_t few_packs = 4;
+
+template <class Tree>
+bool has_few_packs(const Tree& tree) {
+  return tree.nodes.size() == 1 && tree.packs.size() <= few_packs && tree.lists.empty();
+}
+
+// A traceable ray through such a tree.
+template <class Simd, bool any_hit, int node_width, class Pack, class Count>
+[[gnu::always_inline]] inline Hit trace_few(const WideView<node_width, Pack>& view, const Ray& ray, Count& count) {
+  count.node();
+  LeafTest<Simd, Pack, any_hit, Count> leaf_test;
+  leaf_test.prepare(ray, TriangleRay(ray.direction));
+  Hit hit;
+  hit.t = std::min(ray.t_max, std::numeric_limits<float>::max());
+  for (std::uint32_t i = 0; i < view.tree.packs.size(); ++i)
+    if (leaf_test.test(view, ray, WideRef(WideRef::Kind::pack, i), hit, count) && any_hit) break;
+  return any_hit ? hit : placed(hit);
+}
+
 // The nearest hit of a ray, or any one: then only Hit::primitive tells. All that the loop needs is local, so that it stays in
 // registers.
 template <class Simd, bool any_hit, int node_width, class Pack, class Count>
@@ -43,6 +64,7 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
   using Place = std::conditional_t<any_hit, WaitingAny, Waiting>;
   const auto& tree = view.tree;
   if (tree.nodes.empty() || !is_traceable(ray)) return {};
+  if (has_few_packs(tree)) return trace_few<Simd, any_hit>(view, ray, count);
   const SlabTerms<node_width> terms(ray);
   const NodeTest<Simd, node_width> node_test(terms);
   LeafTest<Simd, Pack, any_hit, Count> leaf_test;
