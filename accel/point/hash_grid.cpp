@@ -56,23 +56,23 @@ void HashGrid::find_separation() {
   }
 }
 
-bool HashGrid::collect(const Run& run, const vec3& p, float limit, std::size_t most, Neighbours& out) const {
-  return append_within(points_.data() + first_[run.first], points_.data() + first_[run.last + 1], p, limit, most, out);
+bool HashGrid::look_at(const Run& run, PointFinder& finder) const {
+  return finder.look(points_.data() + first_[run.first], points_.data() + first_[run.last + 1]);
 }
 
 bool HashGrid::find(const vec3& p, float r, std::size_t most, Neighbours& out) const {
   out.clear();
   if (points_.empty() || !can_find(p, r)) return true;
-  const float limit = r * r;
   const vec3 lower = glm::max(p - reach(r), bounds_.lower), upper = glm::min(p + reach(r), bounds_.upper);
   if (lower.x > upper.x || lower.y > upper.y || lower.z > upper.z) return true;
   const vec3 lower_cell = cell(lower), upper_cell = cell(upper);
   const uvec3 begin(lower_cell), end(upper_cell);
   const uvec3 extent = end - begin;
+  PointFinder finder(p, r * r, most, out);
   if (static_cast<std::uint64_t>(extent.x + 1) * (extent.y + 1) * (extent.z + 1) > mask_)
-    return append_within(points_.data(), points_.data() + points_.size(), p, limit, most, out);
+    return finder.look(points_.data(), points_.data() + points_.size());
   const std::uint32_t apart = std::max(extent.y, extent.z);
-  if (apart >= most_rows || extent.x >= separation_[apart]) return collect_joined(begin, end, p, limit, most, out);
+  if (apart >= most_rows || extent.x >= separation_[apart]) return look_at_joined(begin, end, finder);
   // Rows at the corners that the ball does not reach are left out, by distances in cells, less what rounding may err.
   const vec3 at = (p - bounds_.lower) * per_cell_size_;
   const float slack = 1e-6f * (max_component(glm::abs(at)) + max_component(upper_cell) + 1);
@@ -84,9 +84,9 @@ bool HashGrid::find(const vec3& p, float r, std::size_t most, Neighbours& out) c
   // Runs are looked up before any is read, so that the waits for the table overlap.
   std::array<std::pair<const PlacedPoint*, const PlacedPoint*>, most_runs> runs;
   std::size_t count = 0;
-  const auto collect_runs = [&] {
+  const auto look_at_runs = [&] {
     for (std::size_t i = 0; i < count; ++i)
-      if (!append_within(runs[i].first, runs[i].second, p, limit, most, out)) return false;
+      if (!finder.look(runs[i].first, runs[i].second)) return false;
     count = 0;
     return true;
   };
@@ -98,7 +98,7 @@ bool HashGrid::find(const vec3& p, float r, std::size_t most, Neighbours& out) c
     for (std::uint32_t z = begin.z; z <= end.z; ++z) {
       if (beyond(at.z, z) > left) continue;
       const std::uint32_t row = row_of(y, z), first = (row + begin.x) & mask_, last = (row + end.x) & mask_;
-      if (count + 2 > most_runs && !collect_runs()) return false;
+      if (count + 2 > most_runs && !look_at_runs()) return false;
       if (first <= last) {
         look_up(first, last);
       } else {  // around the table's end
@@ -107,11 +107,10 @@ bool HashGrid::find(const vec3& p, float r, std::size_t most, Neighbours& out) c
       }
     }
   }
-  return collect_runs();
+  return look_at_runs();
 }
 
-bool HashGrid::collect_joined(const uvec3& begin, const uvec3& end, const vec3& p, float limit, std::size_t most,
-                              Neighbours& out) const {
+bool HashGrid::look_at_joined(const uvec3& begin, const uvec3& end, PointFinder& finder) const {
   thread_local std::vector<Run> runs;
   runs.clear();
   for (std::uint32_t y = begin.y; y <= end.y; ++y)
@@ -130,11 +129,11 @@ bool HashGrid::collect_joined(const uvec3& begin, const uvec3& end, const vec3& 
     if (run.first <= joined.last + 1) {
       joined.last = std::max(joined.last, run.last);
     } else {
-      if (!collect(joined, p, limit, most, out)) return false;
+      if (!look_at(joined, finder)) return false;
       joined = run;
     }
   }
-  return collect(joined, p, limit, most, out);
+  return look_at(joined, finder);
 }
 
 void HashGrid::nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const {

@@ -24,7 +24,7 @@ class HashGrid {
   std::uint64_t bytes() const { return points_.size() * sizeof(PlacedPoint) + first_.size() * sizeof(std::uint32_t); }
 
  private:
-  static constexpr float points_per_cell = 8;
+  static constexpr float points_per_cell = 16;
   static constexpr std::uint32_t most_rows = 32;  // along y or z, for which separation_ is known
 
   struct Run {
@@ -34,9 +34,8 @@ class HashGrid {
   vec3 cell(const vec3& p) const;
   std::uint32_t row_of(std::uint32_t y, std::uint32_t z) const { return y * step_y_ + z * step_z_; }
   void find_separation();
-  bool collect(const Run& run, const vec3& p, float limit, std::size_t most, Neighbours& out) const;
-  bool collect_joined(const uvec3& begin, const uvec3& end, const vec3& p, float limit, std::size_t most,
-                      Neighbours& out) const;
+  bool look_at(const Run& run, PointFinder& finder) const;
+  bool look_at_joined(const uvec3& begin, const uvec3& end, PointFinder& finder) const;
 
   Bounds bounds_;
   float cell_size_ = 1, per_cell_size_ = 1;

@@ -5,6 +5,10 @@
 
 #include <array>
 
+#ifdef __SSE4_1__
+#include <smmintrin.h>
+#endif
+
 namespace etendue {
 
 inline float distance_squared(const vec3& point, const vec3& p) { return length_squared(point - p); }
@@ -34,25 +38,74 @@ struct PlacedPoint {
   std::uint32_t id;
 };
 
-// Appends the points of a run with squared distance <= limit; stops, with false, once `out` holds more than `most`. Distances
-// are rarely predictable, so they decide about an index, not about a jump.
-inline bool append_within(const PlacedPoint* begin, const PlacedPoint* end, const vec3& p, float limit, std::size_t most,
-                          Neighbours& out) {
-  constexpr std::ptrdiff_t chunk = 32;
-  std::array<Neighbour, chunk> found;
-  while (begin != end) {
-    const PlacedPoint* const stop = begin + std::min(end - begin, chunk);
-    std::size_t count = 0;
-    for (; begin != stop; ++begin) {
-      const float d2 = distance_squared(begin->position, p);
-      found[count] = {begin->id, d2};
-      count += d2 <= limit;
+// Finds those of the points it is shown that lie within a squared distance, up to one more than `most` of them. Distances are
+// rarely predictable, so they decide about an index, not about a jump; and `out`, which the last of them reach in the end,
+// grows by many at once.
+class PointFinder {
+ public:
+  PointFinder(const vec3& p, float limit, std::size_t most, Neighbours& out) : p_(p), limit_(limit), most_(most), out_(out) {}
+  ~PointFinder() { flush(); }
+  PointFinder(const PointFinder&) = delete;
+  PointFinder& operator=(const PointFinder&) = delete;
+
+  // Looks at a run of points; false once more than `most` have been found.
+  bool look(const PlacedPoint* begin, const PlacedPoint* end) {
+    while (begin != end) {
+      if (count_ + block > found_.size()) flush();
+      const PlacedPoint* const stop = begin + std::min<std::ptrdiff_t>(end - begin, block);
+      count_ = look_at_block(begin, stop, count_);
+      begin = stop;
+      if (out_.size() + count_ > most_) return false;
     }
-    out.insert(out.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count));
-    if (out.size() > most) return false;
+    return true;
   }
-  return true;
-}
+
+ private:
+  static constexpr std::size_t block = 64;
+
+  std::size_t look_at_block(const PlacedPoint* begin, const PlacedPoint* end, std::size_t count) {
+#ifdef __SSE4_1__
+    const __m128 px = _mm_set1_ps(p_.x), py = _mm_set1_ps(p_.y), pz = _mm_set1_ps(p_.z), limit = _mm_set1_ps(limit_);
+    for (; end - begin >= 4; begin += 4) {
+      __m128 x = _mm_loadu_ps(&begin[0].position.x), y = _mm_loadu_ps(&begin[1].position.x);
+      __m128 z = _mm_loadu_ps(&begin[2].position.x), ids = _mm_loadu_ps(&begin[3].position.x);
+      _MM_TRANSPOSE4_PS(x, y, z, ids);
+      x = _mm_sub_ps(x, px);
+      y = _mm_sub_ps(y, py);
+      z = _mm_sub_ps(z, pz);
+      const __m128 d2 = _mm_add_ps(_mm_add_ps(_mm_mul_ps(x, x), _mm_mul_ps(y, y)), _mm_mul_ps(z, z));
+      const auto near = static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(d2, limit)));
+      const __m128 low = _mm_unpacklo_ps(ids, d2), high = _mm_unpackhi_ps(ids, d2);  // Neighbours, two and two
+      _mm_storel_pi(reinterpret_cast<__m64*>(&found_[count]), low);
+      count += near & 1;
+      _mm_storeh_pi(reinterpret_cast<__m64*>(&found_[count]), low);
+      count += near >> 1 & 1;
+      _mm_storel_pi(reinterpret_cast<__m64*>(&found_[count]), high);
+      count += near >> 2 & 1;
+      _mm_storeh_pi(reinterpret_cast<__m64*>(&found_[count]), high);
+      count += near >> 3;
+    }
+#endif
+    for (; begin != end; ++begin) {
+      const float d2 = distance_squared(begin->position, p_);
+      found_[count] = {begin->id, d2};
+      count += d2 <= limit_;
+    }
+    return count;
+  }
+
+  void flush() {
+    out_.insert(out_.end(), found_.begin(), found_.begin() + static_cast<std::ptrdiff_t>(count_));
+    count_ = 0;
+  }
+
+  vec3 p_;
+  float limit_;
+  std::size_t most_;
+  Neighbours& out_;
+  std::size_t count_ = 0;
+  std::array<Neighbour, 256 + 1> found_;  // one more than fits: the last that is looked at, and not found
+};
 
 // The k nearest points so far, among those with squared distance <= limit: a heap in the caller's buffer with the farthest on
 // top.

@@ -76,17 +76,17 @@ std::uint32_t SortedGrid::row(float coordinate, int axis) const {
 bool SortedGrid::find(const vec3& p, float r, std::size_t most, Neighbours& out) const {
   out.clear();
   if (points_.empty() || !can_find(p, r)) return true;
-  const float limit = r * r;
   const vec3 lower = glm::max(p - reach(r), bounds_.lower), upper = glm::min(p + reach(r), bounds_.upper);
   if (lower.x > upper.x || lower.y > upper.y || lower.z > upper.z) return true;
   const std::uint32_t u_end = row(upper[u_], u_), v_begin = row(lower[v_], v_), v_end = row(upper[v_], v_);
   const auto rows_v = static_cast<std::uint32_t>(last_v_) + 1;
+  PointFinder finder(p, r * r, most, out);
   for (std::uint32_t u = row(lower[u_], u_); u <= u_end; ++u)
     for (std::uint32_t v = v_begin; v <= v_end; ++v) {
       const std::uint32_t* const first = first_.data() + std::size_t{u} * rows_v + v;
       const PlacedPoint* const end = points_.data() + first[1];
       const PlacedPoint* const begin = first_from(points_.data() + first[0], first[1] - first[0], along_, lower[along_]);
-      if (!append_within(begin, first_above(begin, end, along_, upper[along_]), p, limit, most, out)) return false;
+      if (!finder.look(begin, first_above(begin, end, along_, upper[along_]))) return false;
     }
   return true;
 }
