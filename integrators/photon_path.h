@@ -101,38 +101,40 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     const SurfacePoint point = context_.scene.surface_at(ray, hit);
     const vec3 from = -ray.direction;
     const bool receiver = receivers_(point.material);
+    const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
     if (receivers_.stores(point.material) && stores(history)) {
-      const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
       out.add(point.position, power, from, normal, history, scatterings);
       matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
     }
     if (scatterings >= pass_.max_scatterings) return matters;
 
-    const Bsdf bsdf(context_.scene, point);
-    if (receiver && !bsdf.has_specular() && !stores(photon_indirect)) return matters;
-    const vec2 u_choice = numbers.pair();  // survival, lobe
-    const auto survives = [&](const Rgb& weight) {
+    const auto survives = [&](float u, const Rgb& weight) {
       const Rgb scattered = power * weight;
       const float survival = std::min(1.0f, max_component(scattered) / max_component(power));
-      if (!(u_choice.x < survival)) return false;
+      if (!(u < survival)) return false;
       power = scattered / survival;
       return true;
     };
-    if (bsdf.is_diffuse() && point.shading_normal == point.normal) {
+    if (const auto* diffuse = std::get_if<Diffuse>(&context_.scene.materials[point.material]);
+        diffuse && point.shading_normal == point.normal) {
       // What the general case below comes to, with the weight known beforehand.
-      if (!survives(bsdf.diffuse_albedo())) return matters;
+      const TexturedRgb& colour = diffuse->reflectance;
+      const Rgb albedo = colour.is_constant() ? colour.constant : evaluate(context_.scene.textures[colour.texture], point.uv);
+      if (!stores(photon_indirect) || !survives(numbers.pair().x, albedo)) return matters;
       history = photon_indirect;
-      const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
       ray = spawn_ray(point, Frame::from_normal(normal).to_world(sample_cosine_hemisphere(numbers.pair())));
       continue;
     }
+    const Bsdf bsdf(context_.scene, point);
+    if (receiver && !bsdf.has_specular() && !stores(photon_indirect)) return matters;
+    const vec2 u_choice = numbers.pair();  // survival, lobe
     const BsdfSample sample = bsdf.sample(from, u_choice.y, numbers.pair(), TransportMode::importance);
     if (!sample) return matters;
     const bool carries = sample.specular || !receiver;
     if (!carries) history = photon_indirect;
     if (carries && history == photon_direct) history = photon_caustic;
     if (history == photon_indirect && !stores(photon_indirect)) return matters;
-    if (!survives(sample.weight)) return matters;
+    if (!survives(u_choice.x, sample.weight)) return matters;
     ray = spawn_ray(point, sample.wi);
   }
 }

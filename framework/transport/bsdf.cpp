@@ -50,10 +50,10 @@ struct RoughInterface {
 
 Bsdf::Bsdf(const Scene& scene, const SurfacePoint& point) : normal_(point.normal) {
   const Material& material = scene.materials[point.material];
-  has_specular_ = etendue::has_specular(material);
-  has_non_specular_ = etendue::has_non_specular(material);
   if (const auto* m = std::get_if<Diffuse>(&material)) {
     kind_ = Kind::diffuse;
+    has_specular_ = false;
+    has_non_specular_ = true;
     reflectance_ = resolve(scene, m->reflectance, point.uv);
   } else if (const auto* m = std::get_if<Conductor>(&material)) {
     kind_ = Kind::conductor;
@@ -77,6 +77,10 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& point) : normal_(point.normal
     const float average = fresnel_average(eta_);
     const float internal = 1 - (1 - average) / (eta_ * eta_);
     base_gain_ = reflectance_ / (eta_ * eta_ * (1.0f - reflectance_ * internal));
+  }
+  if (kind_ != Kind::diffuse) {
+    has_specular_ = etendue::has_specular(material);
+    has_non_specular_ = etendue::has_non_specular(material);
   }
   smooth_ = alpha_ == vec2(0);
   frame_ = shading_frame(point, alpha_.x != alpha_.y);
