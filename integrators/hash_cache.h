@@ -28,7 +28,7 @@ struct HashCacheParams {
   int roulette_depth = 5;
   int light_samples = 2;
   float finest = 3;
-  float enough = 40;
+  float enough = 20;
   float trace_on = 0.25f;
   std::string sampler = "sobol";
 };

@@ -39,7 +39,7 @@ struct HashGridOptions {
   vec3 eye{0};
   float pixel_angle = 0.001f;  // of a pixel: its width at distance 1
   float finest = 3;            // pixels
-  float enough = 40;           // values, at one sample per pixel
+  float enough = 20;           // values, at one sample per pixel
 };
 
 class HashGrid {
@@ -110,7 +110,7 @@ class HashGrid {
   HashGridOptions options_;
   vec3 origin_{0};
   std::array<float, deepest + 1> edge_;  // by level, metres
-  float size_ = 1, finest_ = 3, enough_ = 40;
+  float size_ = 1, finest_ = 3, enough_ = 20;
   std::vector<Shard> shards_;
 };
 
