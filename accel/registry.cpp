@@ -126,7 +126,8 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
         if constexpr (std::derived_from<Params, LbvhParams>)
           if (to_packs)
             if (const auto packs = build_lbvh_packs<typename Wide::LeafPack>(geometry, fine))
-              return Wide(geometry, packs->tree, packs->contents, CollapseOptions{.leaves_are_packs = true, .each_is_a_pack = true});
+              return Wide(geometry, packs->tree, packs->contents,
+                          CollapseOptions{.leaves_are_packs = true, .each_is_a_pack = true});
         std::optional<VertexIds> vertices;
         std::vector<BuildItem> items;
         tbb::parallel_invoke([&] { vertices.emplace(geometry); }, [&] { items = build_items(geometry); });
@@ -141,9 +142,9 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }
 
-// What traces fastest: the widest that the machine's instructions serve, but sixteen children only for meshes and for what fits
-// in a few packs, which are tested whole (between them, some primitives are two or three visits in any layout, and a narrower
-// node is the cheaper visit).
+// What traces fastest: the widest that the machine's instructions serve, but sixteen children only for meshes and for so few
+// triangles that they mostly fit in a few packs, which are tested whole (between them, some primitives are two or three visits
+// in any layout, and a narrower node is the cheaper visit).
 std::string resolved_layout(const std::string& layout, const Scene& scene) {
   if (layout != "auto") return layout;
   constexpr std::uint32_t few = 48, mesh = 4096;

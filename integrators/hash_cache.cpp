@@ -4,7 +4,7 @@
 #include "integrators/cache_points.h"
 #include "integrators/cache_progress.h"
 #include "integrators/emission.h"
-#include "integrators/hash_cache_grid.h"
+#include "integrators/path_space_grid.h"
 #include "integrators/path.h"
 #include "integrators/wavefront.h"
 
@@ -60,7 +60,7 @@ class HashCache final : public Integrator {
     const ivec2 size = context.resolution;
     const float pixel_angle = 2 * context.scene.camera.half_extent(size).x / static_cast<float>(size.x);
     const vec3 eye = context.scene.camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
-    grid_.emplace(context.scene.bounds(), HashGridOptions{eye, pixel_angle, params_.finest, params_.enough});
+    grid_.emplace(context.scene.bounds(), PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough});
     const ivec2 tiles = (size + tile - 1) / tile;
     pixels_.resize(static_cast<std::size_t>(tiles.x) * tiles.y);
     values_.resize(pixels_.size());
@@ -88,7 +88,7 @@ class HashCache final : public Integrator {
   HashCacheParams params_;
   SamplerKind sampler_;
   int max_depth_ = 0;
-  std::optional<HashGrid> grid_;
+  std::optional<PathSpaceGrid> grid_;
   std::vector<std::vector<Pixel>> pixels_;        // per tile
   std::vector<std::vector<CachedValue>> values_;  // likewise
   CachedLight cached_;

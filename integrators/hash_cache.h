@@ -2,7 +2,7 @@
 // [Binder2019], after [Keller2014]).
 //
 // Each camera path goes on by its lobes until it meets a diffuse surface. There the direct light is sampled, and the indirect
-// light is what a plane fitted to all that paths so far have brought home to the surface's cell says (hash_cache_grid.h), this
+// light is what a plane fitted to all that paths so far have brought home to the surface's cell says (path_space_grid.h), this
 // path's own contribution among it: one direction, cosine distributed, followed on. Where that meets a diffuse surface in turn,
 // it ends with that surface's cell as of the samples before, three times out of four; else, and where no cell has seen enough,
 // it is traced on, so that cells the camera does not see go on learning too. Values are divided by the albedo: textures stay

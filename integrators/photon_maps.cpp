@@ -23,11 +23,12 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   separate_caustics_ = params_.caustic_map == "on" || (params_.caustic_map == "auto" && caustics);
   holds_caustics_ = caustics && !separate_caustics_;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
-  if (params_.photons == 0) params_.photons = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
+  photons_ = params_.photons;
+  if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
   if (emission_ != PhotonEmission::power) mark_seen(context);
 }
 
-// As many as make the kernel over k of them 0.7 % of the scene's diagonal wide at the median of what pixels see.
+// As many as make the kernel's radius over k of them 0.7 % of the scene's diagonal, at the median of what pixels see.
 int PhotonMaps::enough_photons(const RenderContext& context) const {
   constexpr int pilots = 40000, near = 10, lines = 32;
   const auto timed = context.phases.measure("pilot");
@@ -58,7 +59,7 @@ void PhotonMaps::mark_seen(const RenderContext& context) {
   // fiftieth of the scene.
   const float whole = 0.02f * glm::length(context.scene.bounds().diagonal());
   const double area = seen_area(context, *receivers_, options);
-  const double photons = 0.5 * std::min(params_.photons, separate_caustics_ ? params_.caustic_photons : params_.photons);
+  const double photons = 0.5 * std::min(photons_, separate_caustics_ ? params_.caustic_photons : photons_);
   const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
   const bool gathers = use_.gather_rays > 0;
   const float reach = params_.radius > 0 ? params_.radius
@@ -92,9 +93,9 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
     return pass_of(count, key, use_.max_depth - (gathers && !holds_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
                    gathered_ ? gathered_.get() : seen_.get());
   };
-  Photons photons = trace(context, pass_for(params_.photons, hash_keys(0, pass))), places;
+  Photons photons = trace(context, pass_for(photons_, hash_keys(0, pass))), places;
   const bool precomputes = gathers && params_.precompute > 0;
-  if (precomputes) places = trace(context, pass_for(std::max(1, params_.photons / params_.precompute), hash_keys(0, pass, 1)));
+  if (precomputes) places = trace(context, pass_for(std::max(1, photons_ / params_.precompute), hash_keys(0, pass, 1)));
   const auto timed = context.phases.measure("build");
   build(context, global_, std::move(photons), parse_edges(params_.edges));
   if (precomputes)

@@ -102,6 +102,7 @@ class PhotonMaps {
 
   PhotonMapsParams params_;
   PhotonMapsUse use_;
+  int photons_ = 0;  // of the global map
   PhotonEmission emission_;
   bool separate_caustics_ = false;
   bool holds_caustics_ = false;             // the global map, to be seen directly

@@ -118,8 +118,7 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     if (const auto* diffuse = std::get_if<Diffuse>(&context_.scene.materials[point.material]);
         diffuse && point.shading_normal == point.normal) {
       // What the general case below comes to, with the weight known beforehand.
-      const TexturedRgb& colour = diffuse->reflectance;
-      const Rgb albedo = colour.is_constant() ? colour.constant : evaluate(context_.scene.textures[colour.texture], point.uv);
+      const Rgb albedo = evaluate(diffuse->reflectance, context_.scene.textures, point.uv);
       if (!stores(photon_indirect) || !survives(numbers.pair().x, albedo)) return matters;
       history = photon_indirect;
       ray = spawn_ray(point, Frame::from_normal(normal).to_world(sample_cosine_hemisphere(numbers.pair())));

@@ -19,10 +19,11 @@
 //
 // r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice
 // the median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what
-// is reflected and light leaks there under doors. With `clear_radius`, a disc that holds photons of a brighter place behind a
-// wall on the same floor ends at that wall, for the pixel and its neighbours. It owes nothing to the photons that are gathered,
-// so that it adds no bias of its own. Photons are emitted by power, or where they will be seen (integrators/photons.h); the
-// region seen is found once, by two paths per pixel.
+// is reflected and light leaks there under doors. It owes nothing to the photons that are gathered, so that it adds no bias
+// of its own. With `clear_radius`, a disc that holds photons of a brighter place hidden behind something that stands on the
+// same floor (a wall; or a glass, under its caustic) ends there, and so do those of neighbouring pixels where later paths see
+// other points. Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is found
+// once, by two paths per pixel.
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
 // paths, and noise that photons have no part in (edges, what glass mirrors) falls as fast as theirs. `photons_per_pixel` and

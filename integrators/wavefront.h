@@ -20,7 +20,8 @@ class Wavefront {
     rays_.push_back(ray);
   }
 
-  // Light that is gained if its shadow ray is free: added when all paths have met what they meet next. `to` must stay in place.
+  // Light that is gained if its shadow ray is free: added once every path has been through its present event. `to` must stay in
+  // place.
   void gain(Rgb& to, const Rgb& radiance, const Ray& shadow_ray) {
     gains_.push_back({&to, radiance});
     shadow_rays_.push_back(shadow_ray);

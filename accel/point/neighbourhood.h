@@ -38,9 +38,9 @@ struct PlacedPoint {
   std::uint32_t id;
 };
 
-// Finds those of the points it is shown that lie within a squared distance, up to one more than `most` of them. Distances are
-// rarely predictable, so they decide about an index, not about a jump; and `out`, which the last of them reach in the end,
-// grows by many at once.
+// Finds those of the points it is shown that lie within a squared distance, until more than `most` (by less than a block).
+// Distances are rarely predictable, so they decide about an index, not about a jump; and `out`, which the last of them reach in
+// the end, grows by many at once.
 class PointFinder {
  public:
   PointFinder(const vec3& p, float limit, std::size_t most, Neighbours& out) : p_(p), limit_(limit), most_(most), out_(out) {}

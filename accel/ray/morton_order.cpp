@@ -135,7 +135,7 @@ void MortonOrder::sort_equal_runs() {
     std::vector<std::uint64_t> run;  // the other bits, then the index
     for (std::size_t begin = begins[c], next; begin < begins[c + 1]; begin = next) {
       for (next = begin + 1; next < begins[c + 1] && same(begin, next);) ++next;
-      __builtin_prefetch(&points_[static_cast<std::uint32_t>(keys_[std::min<std::size_t>(next + 16, size_ - 1)])]);
+      __builtin_prefetch(&points_[static_cast<std::uint32_t>(keys_[std::min<std::size_t>(next + 16, begins[c + 1] - 1)])]);
       if (next - begin == 1) continue;
       run.resize(next - begin);
       for (std::size_t i = begin; i < next; ++i)

@@ -15,7 +15,7 @@ namespace {
 inline constexpr std::size_t small_tree = std::size_t{16} << 20;  // bytes that caches hold
 inline constexpr int runs_apart = 3;  // of packet_size rays, which go in streams after a packet near them did not pay
 
-// The larger side of the root's box.
+// The largest side of the root's box.
 template <int node_width>
 float size_of(const WideNode<node_width>& root) {
   vec3 size;

@@ -59,8 +59,8 @@ class NodeTest {
   Boxes origin_[3], reciprocal_[3];
 };
 
-// A ray against leaves, lowering `hit`. Any hit will do for `any_hit`: then Hit::primitive tells that
-// there is one, and nothing more.
+// A ray against leaves, lowering `hit`. Any hit will do for `any_hit`: then Hit::primitive tells that there is one, and nothing
+// more.
 template <class Simd, class Pack, bool any_hit, class Count>
 class LeafTest {
   using Lanes = typename Simd::template Floats<Pack::lanes>;

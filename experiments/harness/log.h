@@ -9,7 +9,8 @@
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
 //   animation   a scene in motion under several policies of change: keys of AnimationRecord
 //   claim       a claim as one measurement found it on one scene: keys of ClaimRecord
-//   rates       what theory says of convergence and what ratios are expected, all of the experiment (rate_law.h); the last such line counts
+//   rates       what theory says of convergence and what ratios are expected, all of the experiment (rate_law.h); the last such
+//               line counts
 //   search      point or ball structures over one set: keys of SearchRecord
 //   cell        the end of a cell: status "done" or "failed" (with error), image file and hash, expectation
 //

@@ -1,9 +1,8 @@
 // What is expected of one method's error over another's, as an experiment states it before it runs:
 //
 //   [[ratios]]
-//   method   = "irradiance-cache metric=split-sphere records=1000"  # of this name, with these parameters among those set;
-//   where
-//                                                                   # it selects several, each is a row
+//   # of this name, with these parameters among those set; each method that it selects is a row
+//   method   = "irradiance-cache metric=split-sphere records=1000"
 //   over     = "irradiance-cache metric=tabellion records=1000"     # likewise, but one method alone
 //   scene    = "builtin:edge"                # default: every scene (that has the region)
 //   region   = "smooth"                      # default: the whole image

@@ -15,6 +15,7 @@ namespace etendue {
 namespace {
 
 double mse_at_end(const Replicate& replicate, const std::string& region) {
+  if (replicate.last() == nullptr) throw Error("no checkpoint was logged");
   const CheckpointRecord& last = *replicate.last();
   const auto* metrics = &last.metrics;
   if (!region.empty()) {
@@ -58,6 +59,8 @@ FoundRatio find_ratio(const RatioClaim& claim, const SceneData& scene, const Con
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
     double whole[2];
     figures(all, whole);
+    if (std::all_of(below.begin(), below.end(), [](double mse) { return mse == 0; }))
+      throw Error("the other method has no error");
     if (!std::isfinite(whole[0]) || !std::isfinite(whole[1])) throw Error("an error below the reference's own noise");
     found.rmse = whole[0];
     found.ratio = whole[1];
@@ -154,7 +157,7 @@ std::vector<Group> expected_groups(const std::vector<FoundRatio>& ratios) {
 }  // namespace
 
 std::optional<bool> FoundRatio::side_as_expected() const {
-  if (!claim->expected || !ratio_interval || ratio_interval->contains(1)) return std::nullopt;
+  if (!claim->expected || *claim->expected == 1 || !ratio_interval || ratio_interval->contains(1)) return std::nullopt;
   return (ratio > 1) == (*claim->expected > 1);
 }
 

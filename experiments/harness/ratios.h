@@ -19,7 +19,7 @@ struct FoundRatio {
   std::optional<Interval> rmse_interval, ratio_interval;
   std::string problem;  // why there is no figure
 
-  // Whether the better one is as expected; empty where the interval holds 1, there is none, or nothing is expected.
+  // Whether the better one is as expected; empty where the interval holds 1, there is none, or neither is expected to be.
   std::optional<bool> side_as_expected() const;
 };
 
@@ -29,7 +29,7 @@ std::vector<FoundRatio> find_ratios(const ReportData& data);
 // Methods are named by the parameters in which they differ.
 Table ratios_table(const std::vector<FoundRatio>& ratios);
 
-// "4 of 6 expected ratios are on the side of 1 that was expected; the order of the methods is (not) as expected: …".
+// How many ratios are on the side of 1 that was expected, how many pairs of methods in the expected order, and the order found.
 std::string ratios_finding(const std::vector<FoundRatio>& ratios);
 
 }  // namespace etendue

@@ -16,15 +16,14 @@ void describe(Visitor& v, VeilParams& p) {
   v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
 }
 
-struct ThinPlateParams {
+struct ThinPlateParams : VeilParams {
   float thickness = 0.01f;
-  bool veil = true;
 };
 
 template <class Visitor>
 void describe(Visitor& v, ThinPlateParams& p) {
   v.number("thickness", p.thickness, 1e-4, 0.5, "m", "of the plate, two metres wide");
-  v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
+  describe(v, static_cast<VeilParams&>(p));
 }
 
 Scene make_edge(const VeilParams& params);    // a square patch: a density estimate keeps 1 - (acos x - x sqrt(1 - x^2)) / pi

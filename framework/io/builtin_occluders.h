@@ -7,28 +7,26 @@
 
 namespace etendue {
 
-struct BroadLightParams {
+struct BroadLightParams : VeilParams {
   float height = 1.3f;
-  bool veil = true;
 };
 
 template <class Visitor>
 void describe(Visitor& v, BroadLightParams& p) {
   v.number("height", p.height, 1.3, 100, "m",
            "of the light, which is 1.23 times as wide: the length on which irradiance changes");
-  v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
+  describe(v, static_cast<VeilParams&>(p));
 }
 
-struct TwoOccludersParams {
+struct TwoOccludersParams : VeilParams {
   float light = 1;
-  bool veil = true;
 };
 
 template <class Visitor>
 void describe(Visitor& v, TwoOccludersParams& p) {
   v.number("light", p.light, 0.1, 10, "of 1.8 m x 1.4 m",
-           "size of the light behind the plates: up to 2 parts of the floor are black, from 2.5 on none is");
-  v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
+           "size of the light behind the plates: up to size 2, some of the floor is black; from 2.5 on, none");
+  describe(v, static_cast<VeilParams&>(p));
 }
 
 Scene make_broad_light(const BroadLightParams& params);      // no occluder: smooth everywhere, for rates of convergence

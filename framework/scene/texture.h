@@ -35,4 +35,8 @@ struct TexturedRgb {
   bool is_constant() const { return texture == 0xffffffffu; }
 };
 
+inline Rgb evaluate(const TexturedRgb& colour, const std::vector<Texture>& textures, const vec2& uv) {
+  return colour.is_constant() ? colour.constant : evaluate(textures[colour.texture], uv);
+}
+
 }  // namespace etendue

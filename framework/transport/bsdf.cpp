@@ -8,10 +8,6 @@ namespace etendue {
 
 namespace {
 
-Rgb resolve(const Scene& scene, const TexturedRgb& colour, const vec2& uv) {
-  return colour.is_constant() ? colour.constant : evaluate(scene.textures[colour.texture], uv);
-}
-
 vec3 reflect_about_normal(const vec3& w) { return {-w.x, -w.y, w.z}; }
 vec3 reflect(const vec3& w, const vec3& h) { return 2 * glm::dot(w, h) * h - w; }
 
@@ -54,7 +50,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& point) : normal_(point.normal
     kind_ = Kind::diffuse;
     has_specular_ = false;
     has_non_specular_ = true;
-    reflectance_ = resolve(scene, m->reflectance, point.uv);
+    reflectance_ = etendue::evaluate(m->reflectance, scene.textures, point.uv);
   } else if (const auto* m = std::get_if<Conductor>(&material)) {
     kind_ = Kind::conductor;
     alpha_ = m->alpha;
@@ -73,7 +69,7 @@ Bsdf::Bsdf(const Scene& scene, const SurfacePoint& point) : normal_(point.normal
     kind_ = Kind::plastic;
     alpha_ = vec2(plastic.alpha);
     eta_ = plastic.eta;
-    reflectance_ = resolve(scene, plastic.reflectance, point.uv);
+    reflectance_ = etendue::evaluate(plastic.reflectance, scene.textures, point.uv);
     const float average = fresnel_average(eta_);
     const float internal = 1 - (1 - average) / (eta_ * eta_);
     base_gain_ = reflectance_ / (eta_ * eta_ * (1.0f - reflectance_ * internal));

@@ -35,16 +35,16 @@ struct CachedValue {
   Rgb value;
 };
 
-struct HashGridOptions {
+struct PathSpaceGridOptions {
   vec3 eye{0};
   float pixel_angle = 0.001f;  // of a pixel: its width at distance 1
   float finest = 3;            // pixels
   float enough = 20;           // values, at one sample per pixel
 };
 
-class HashGrid {
+class PathSpaceGrid {
  public:
-  HashGrid(const Bounds& bounds, const HashGridOptions& options);
+  PathSpaceGrid(const Bounds& bounds, const PathSpaceGridOptions& options);
 
   // To be called before the values of the sample `index` (from 0) of all pixels.
   void begin(std::uint32_t index);
@@ -73,7 +73,8 @@ class HashGrid {
     Moments& operator+=(const Moments& other);
     // About the centre of a cell of twice the edge, from where this one's lies at `centre`.
     Moments in_coarser(const vec2& centre) const;
-    Rgb fit(const vec2& at) const;
+    // `reach`: of the cell from its centre, along the axes of `at`.
+    Rgb fit(const vec2& at, const vec2& reach) const;
   };
   // Open addressing with linear probing; what a search passes by lies in the slots.
   struct Table {
@@ -107,7 +108,7 @@ class HashGrid {
   std::optional<Rgb> answer(const vec3& position, std::uint32_t tag, int level, float enough) const;
   void add_to(Shard& shard, std::span<const CachedValue* const> values) const;
 
-  HashGridOptions options_;
+  PathSpaceGridOptions options_;
   vec3 origin_{0};
   std::array<float, deepest + 1> edge_;  // by level, metres
   float size_ = 1, finest_ = 3, enough_ = 20;

@@ -1,5 +1,5 @@
 // The hash grid of path-space filtering.
-#include "integrators/hash_cache_grid.h"
+#include "integrators/path_space_grid.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
 
@@ -10,24 +10,26 @@ namespace {
 
 const Bounds room{vec3(0), vec3(1)};
 constexpr vec3 up{0, 1, 0};
+const vec3 aslant = glm::normalize(vec3(-1, 1, 0));
 
-// Values on the floor of the room, one per vector's turn.
+// Values on the floor of the room, or on the slope across it, one per vector's turn.
 template <class Value>
-std::vector<std::vector<CachedValue>> floor_values(std::uint32_t count, std::uint64_t seed, const Value& value) {
+std::vector<std::vector<CachedValue>> floor_values(std::uint32_t count, std::uint64_t seed, const Value& value,
+                                                   const vec3& normal = up) {
   std::vector<std::vector<CachedValue>> values(4);
   for (std::uint32_t i = 0; i < count; ++i) {
     Sampler sampler(SamplerKind::independent, seed, Stream::test, i, 0);
     const vec2 u = sampler.get_2d();
-    const vec3 position(u.x, 0, u.y);
-    values[i % 4].push_back({position, up, 0, value(position)});
+    const vec3 position(u.x, normal == up ? 0 : u.x, u.y);
+    values[i % 4].push_back({position, normal, 0, value(position)});
   }
   return values;
 }
 
-HashGridOptions eye_above(float finest_edge, float enough) { return {{0.5f, 1, 0.5f}, finest_edge, 1, enough}; }
+PathSpaceGridOptions eye_above(float finest_edge, float enough) { return {{0.5f, 1, 0.5f}, finest_edge, 1, enough}; }
 
-TEST(HashGrid, AnswersOnlyWhereEnoughWasSeen) {
-  HashGrid grid(room, eye_above(0.02f, 16));
+TEST(PathSpaceGrid, AnswersOnlyWhereEnoughWasSeen) {
+  PathSpaceGrid grid(room, eye_above(0.02f, 16));
   EXPECT_FALSE(grid.mean({0.5f, 0, 0.5f}, up, 0));
   grid.add(std::vector<std::vector<CachedValue>>{std::vector<CachedValue>(15, {{0.5f, 0, 0.5f}, up, 0, Rgb(2)})});
   EXPECT_FALSE(grid.mean({0.5f, 0, 0.5f}, up, 0));
@@ -39,8 +41,8 @@ TEST(HashGrid, AnswersOnlyWhereEnoughWasSeen) {
   EXPECT_FALSE(grid.smooth_mean({0.5f, 0, 0.5f}, -up, 0, vec2(0.5f)));
 }
 
-TEST(HashGrid, ConstantIsItsOwnMeanEverywhere) {
-  HashGrid grid(room, eye_above(0.02f, 16));
+TEST(PathSpaceGrid, ConstantIsItsOwnMeanEverywhere) {
+  PathSpaceGrid grid(room, eye_above(0.02f, 16));
   grid.add(floor_values(50000, 1, [](const vec3&) { return Rgb(0.5f, 1, 2); }));
   for (std::uint32_t i = 0; i < 500; ++i) {
     Sampler sampler(SamplerKind::sobol, 9, Stream::test, 0, i);
@@ -50,8 +52,8 @@ TEST(HashGrid, ConstantIsItsOwnMeanEverywhere) {
   }
 }
 
-TEST(HashGrid, NormalsSidesAndDepthsAreApart) {
-  HashGrid grid(room, eye_above(0.02f, 1));
+TEST(PathSpaceGrid, NormalsSidesAndDepthsAreApart) {
+  PathSpaceGrid grid(room, eye_above(0.02f, 1));
   const vec3 p{0.5f, 0, 0.5f};
   grid.add(std::vector<std::vector<CachedValue>>{
       {{p, up, 0, Rgb(1)}, {p, -up, 0, Rgb(2)}, {p, {1, 0, 0}, 0, Rgb(3)}, {p, up, 1, Rgb(4)}}});
@@ -63,9 +65,9 @@ TEST(HashGrid, NormalsSidesAndDepthsAreApart) {
 
 // A slope is answered as it is up to the floor's edge, beyond which nothing was seen: cells' means err there by a half of their
 // size, what the ridge leaves of that is little.
-TEST(HashGrid, FollowsASlopeToItsEnd) {
+TEST(PathSpaceGrid, FollowsASlopeToItsEnd) {
   for (const float x : {0.002f, 0.3f, 0.998f}) {
-    HashGrid grid(room, eye_above(0.1f, 400));
+    PathSpaceGrid grid(room, eye_above(0.1f, 400));
     grid.add(floor_values(100000, 2, [](const vec3& p) { return Rgb(1 + p.x); }));
     for (std::uint32_t i = 0; i < 200; ++i) {
       Sampler sampler(SamplerKind::sobol, 9, Stream::test, 1, i);
@@ -87,27 +89,29 @@ TEST(HashGrid, FollowsASlopeToItsEnd) {
 }
 
 // Where much falls to nothing within a cell, answers stay positive, and their mean is that of the values.
-TEST(HashGrid, KeepsTheMeanOfWhatNearlyVanishes) {
-  HashGrid grid(room, eye_above(0.3f, 1000));
+TEST(PathSpaceGrid, KeepsTheMeanOfWhatNearlyVanishes) {
   const auto peak = [](const vec3& p) { return Rgb(std::exp(-40 * p.x)); };
-  const auto values = floor_values(50000, 3, peak);
-  grid.add(values);
-  double given = 0, answered = 0;
-  for (const auto& some : values)
-    for (const CachedValue& value : some) {
-      const float answer = grid.smooth_mean(value.position, up, 0, vec2(0.5f)).value().x;
-      EXPECT_GE(answer, -1e-6f);
-      given += value.value.x;
-      answered += answer;
-    }
-  EXPECT_NEAR(answered / given, 1, 1e-3);
+  for (const vec3& normal : {up, aslant}) {
+    PathSpaceGrid grid(room, eye_above(0.3f, 1000));
+    const auto values = floor_values(50000, 3, peak, normal);
+    grid.add(values);
+    double given = 0, answered = 0;
+    for (const auto& some : values)
+      for (const CachedValue& value : some) {
+        const float answer = grid.smooth_mean(value.position, normal, 0, vec2(0.5f)).value().x;
+        EXPECT_GE(answer, -1e-6f);
+        given += value.value.x;
+        answered += answer;
+      }
+    EXPECT_NEAR(answered / given, 1, 1e-3);
+  }
 }
 
 // The error of a lookup falls with the cell's size, which shrinks as values come in.
-TEST(HashGrid, BlursWithinCellsThatShrink) {
+TEST(PathSpaceGrid, BlursWithinCellsThatShrink) {
   double before = infinity;
   for (const std::uint32_t count : {2000u, 32000u, 512000u}) {
-    HashGrid grid(room, eye_above(0.002f, 32));
+    PathSpaceGrid grid(room, eye_above(0.002f, 32));
     grid.add(floor_values(count, 2, [](const vec3& p) { return Rgb(1 + std::sin(6 * p.x)); }));
     double squares = 0;
     constexpr std::uint32_t lookups = 4000;
@@ -122,10 +126,10 @@ TEST(HashGrid, BlursWithinCellsThatShrink) {
   }
 }
 
-TEST(HashGrid, DependsOnNoThread) {
+TEST(PathSpaceGrid, DependsOnNoThread) {
   float first = 0;
   for (const int threads : {1, 2, 3}) {
-    HashGrid grid(room, eye_above(0.01f, 8));
+    PathSpaceGrid grid(room, eye_above(0.01f, 8));
     float sum = 0;
     with_threads(threads, [&] {
       for (std::uint32_t round = 0; round < 3; ++round) {

@@ -1,4 +1,4 @@
-#include "integrators/hash_cache_grid.h"
+#include "integrators/path_space_grid.h"
 
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
@@ -31,17 +31,23 @@ Frame plane_of(std::uint32_t tag) {
   return Frame::from_normal(glm::normalize(normal));
 }
 
+// How far a cell reaches from its centre along the plane's axes, in edges.
+vec2 reach_in(const Frame& plane) {
+  const auto half_extent = [](const vec3& axis) { return 0.5f * (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z)); };
+  return {half_extent(plane.tangent), half_extent(plane.bitangent)};
+}
+
 vec2 in_plane(const Frame& plane, const vec3& v) { return {glm::dot(v, plane.tangent), glm::dot(v, plane.bitangent)}; }
 
 vec3 squares(const vec2& v) { return {v.x * v.x, v.y * v.y, v.x * v.y}; }
 
 }  // namespace
 
-HashGrid::Moments HashGrid::Moments::of(const vec2& place, const Rgb& value) {
+PathSpaceGrid::Moments PathSpaceGrid::Moments::of(const vec2& place, const Rgb& value) {
   return {1, place, squares(place), value, place.x * value, place.y * value};
 }
 
-HashGrid::Moments& HashGrid::Moments::operator+=(const Moments& other) {
+PathSpaceGrid::Moments& PathSpaceGrid::Moments::operator+=(const Moments& other) {
   count += other.count;
   place += other.place;
   place_square += other.place_square;
@@ -51,7 +57,7 @@ HashGrid::Moments& HashGrid::Moments::operator+=(const Moments& other) {
   return *this;
 }
 
-HashGrid::Moments HashGrid::Moments::in_coarser(const vec2& centre) const {
+PathSpaceGrid::Moments PathSpaceGrid::Moments::in_coarser(const vec2& centre) const {
   const vec2 half = 0.5f * place;
   const vec3 mixed(2 * half.x * centre.x, 2 * half.y * centre.y, half.x * centre.y + half.y * centre.x);
   return {count,
@@ -64,35 +70,38 @@ HashGrid::Moments HashGrid::Moments::in_coarser(const vec2& centre) const {
 
 // The plane through the values' centre, no steeper than keeps it between nothing and twice their mean within the cell: so what
 // is too little in one place is not too much in another, and the mean over the values' places stays theirs.
-Rgb HashGrid::Moments::fit(const vec2& at) const {
+Rgb PathSpaceGrid::Moments::fit(const vec2& at, const vec2& reach) const {
   const float share = 1 / count;
   const Rgb mean = share * value;
   const vec2 centre = share * place;
   const vec3 spread = share * (place_square + ridge * vec3(1, 1, 0)) - squares(centre);
   const Rgb along_x = share * value_x - centre.x * mean, along_y = share * value_y - centre.y * mean;
-  const float scale = 1 / (spread.x * spread.y - spread.z * spread.z);
+  const float determinant = spread.x * spread.y - spread.z * spread.z;
+  if (!(determinant > 1e-6f * spread.x * spread.y)) return mean;  // on a line, but for rounding
+  const float scale = 1 / determinant;
   const Rgb slope_x = scale * (spread.y * along_x - spread.z * along_y);
   const Rgb slope_y = scale * (spread.x * along_y - spread.z * along_x);
-  const Rgb most = 0.5f * (glm::abs(slope_x) + glm::abs(slope_y)) + glm::abs(centre.x * slope_x + centre.y * slope_y);
-  const Rgb kept = glm::min(mean / glm::max(most, Rgb(1e-30f)), Rgb(1));
+  const Rgb most =
+      reach.x * glm::abs(slope_x) + reach.y * glm::abs(slope_y) + glm::abs(centre.x * slope_x + centre.y * slope_y);
+  const Rgb kept = glm::clamp(mean / glm::max(most, Rgb(1e-30f)), Rgb(0), Rgb(1));
   return mean + kept * ((at.x - centre.x) * slope_x + (at.y - centre.y) * slope_y);
 }
 
 // Where the key is, or the free slot where it would be.
-std::size_t HashGrid::Table::slot_of(const Key& key) const {
+std::size_t PathSpaceGrid::Table::slot_of(const Key& key) const {
   const std::size_t mask = slots.size() - 1;
   std::size_t i = hash(key.cell, key.tag) & mask;
   while (slots[i].cell != 0 && slots[i].key != key) i = (i + 1) & mask;
   return i;
 }
 
-const HashGrid::Moments* HashGrid::Table::find(const Key& key, float enough) const {
+const PathSpaceGrid::Moments* PathSpaceGrid::Table::find(const Key& key, float enough) const {
   if (cells.empty()) return nullptr;
   const Slot& slot = slots[slot_of(key)];
   return slot.cell != 0 && slot.count >= enough ? &cells[slot.cell - 1] : nullptr;
 }
 
-void HashGrid::Table::add(const Key& key, const Moments& moments) {
+void PathSpaceGrid::Table::add(const Key& key, const Moments& moments) {
   if (2 * (cells.size() + 1) > slots.size()) grow();
   Slot& slot = slots[slot_of(key)];
   if (slot.cell == 0) {
@@ -104,14 +113,14 @@ void HashGrid::Table::add(const Key& key, const Moments& moments) {
   cells[slot.cell - 1] += moments;
 }
 
-void HashGrid::Table::grow() {
+void PathSpaceGrid::Table::grow() {
   std::vector<Slot> old(std::max<std::size_t>(64, 2 * slots.size()));
   slots.swap(old);
   for (const Slot& slot : old)
     if (slot.cell != 0) slots[slot_of(slot.key)] = slot;
 }
 
-void HashGrid::Table::clear() {
+void PathSpaceGrid::Table::clear() {
   if (cells.empty()) return;
   std::fill(slots.begin(), slots.end(), Slot{});
   keys.clear();
@@ -119,7 +128,8 @@ void HashGrid::Table::clear() {
 }
 
 // The grid's origin is off the scene's corner by odd shares, so that no cell's face lies in an axis-parallel wall.
-HashGrid::HashGrid(const Bounds& bounds, const HashGridOptions& options) : options_(options), shards_(shard_count) {
+PathSpaceGrid::PathSpaceGrid(const Bounds& bounds, const PathSpaceGridOptions& options)
+    : options_(options), shards_(shard_count) {
   const Bounds box = bounds.empty() ? Bounds{vec3(-1), vec3(1)} : bounds;
   size_ = std::max(glm::length(box.diagonal()), 1e-6f);
   origin_ = box.lower - size_ * vec3(0.0137f, 0.0211f, 0.0173f);
@@ -127,31 +137,31 @@ HashGrid::HashGrid(const Bounds& bounds, const HashGridOptions& options) : optio
   begin(0);
 }
 
-void HashGrid::begin(std::uint32_t index) {
+void PathSpaceGrid::begin(std::uint32_t index) {
   const float samples = static_cast<float>(index) + 1;
   finest_ = options_.finest * std::pow(samples, -1.0f / 6);
   enough_ = options_.enough * std::pow(samples, 2.0f / 3);
 }
 
-HashGrid::Key HashGrid::key(const vec3& position, std::uint32_t tag, int level) const {
+PathSpaceGrid::Key PathSpaceGrid::key(const vec3& position, std::uint32_t tag, int level) const {
   return {glm::ivec3(glm::floor((position - origin_) / edge_[static_cast<std::size_t>(level)])), tag};
 }
 
-vec2 HashGrid::place_in(const Key& key, const Frame& plane, const vec3& position, int level) const {
+vec2 PathSpaceGrid::place_in(const Key& key, const Frame& plane, const vec3& position, int level) const {
   return in_plane(plane, (position - origin_) / edge_[static_cast<std::size_t>(level)] - (vec3(key.cell) + 0.5f));
 }
 
-int HashGrid::finest_level(const vec3& position) const {
+int PathSpaceGrid::finest_level(const vec3& position) const {
   const float wanted = finest_ * options_.pixel_angle * glm::length(position - options_.eye);
   return std::clamp(std::ilogb(size_ / std::max(wanted, 1e-30f)), coarsest, deepest);
 }
 
 // All that a lookup may ask about one coarsest cell lies in one shard.
-std::size_t HashGrid::shard_of(const vec3& position, std::uint32_t tag) const {
+std::size_t PathSpaceGrid::shard_of(const vec3& position, std::uint32_t tag) const {
   return hash(key(position, tag, coarsest).cell, tag) % shard_count;
 }
 
-void HashGrid::add(std::span<const std::vector<CachedValue>> values) {
+void PathSpaceGrid::add(std::span<const std::vector<CachedValue>> values) {
   // A counting sort by shard that keeps the order.
   std::vector<std::size_t> first{0};
   for (const auto& some : values) first.push_back(first.back() + some.size());
@@ -172,7 +182,7 @@ void HashGrid::add(std::span<const std::vector<CachedValue>> values) {
                [&](std::size_t s) { add_to(shards_[s], std::span(sorted).subspan(begin[s], begin[s + 1] - begin[s])); });
 }
 
-void HashGrid::add_to(Shard& shard, std::span<const CachedValue* const> values) const {
+void PathSpaceGrid::add_to(Shard& shard, std::span<const CachedValue* const> values) const {
   for (const CachedValue* value : values) {
     const int level = finest_level(value->position);
     const std::uint32_t tag = tag_of(value->normal, value->depth);
@@ -193,14 +203,14 @@ void HashGrid::add_to(Shard& shard, std::span<const CachedValue* const> values) 
   }
 }
 
-std::optional<Rgb> HashGrid::mean(const vec3& position, const vec3& normal, int depth) const {
+std::optional<Rgb> PathSpaceGrid::mean(const vec3& position, const vec3& normal, int depth) const {
   const std::uint32_t tag = tag_of(normal, depth);
   for (int level = finest_level(position); level >= coarsest; --level)
     if (const auto found = answer(position, tag, level, enough_)) return found;
   return std::nullopt;
 }
 
-std::optional<Rgb> HashGrid::smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const {
+std::optional<Rgb> PathSpaceGrid::smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const {
   const Frame frame = Frame::from_normal(normal);
   const vec3 offset = (u.x - 0.5f) * frame.tangent + (u.y - 0.5f) * frame.bitangent;
   const std::uint32_t tag = tag_of(normal, depth);
@@ -213,11 +223,12 @@ std::optional<Rgb> HashGrid::smooth_mean(const vec3& position, const vec3& norma
 }
 
 // What a point's cell says there, if it has seen enough.
-std::optional<Rgb> HashGrid::answer(const vec3& position, std::uint32_t tag, int level, float enough) const {
+std::optional<Rgb> PathSpaceGrid::answer(const vec3& position, std::uint32_t tag, int level, float enough) const {
   const Key at = key(position, tag, level);
   const Moments* cell = shards_[shard_of(position, tag)].levels[static_cast<std::size_t>(level)].find(at, enough);
   if (cell == nullptr) return std::nullopt;
-  return cell->fit(place_in(at, plane_of(tag), position, level));
+  const Frame plane = plane_of(tag);
+  return cell->fit(place_in(at, plane, position, level), reach_in(plane));
 }
 
 }  // namespace etendue
