@@ -28,7 +28,8 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   if (emission_ != PhotonEmission::power) mark_seen(context);
 }
 
-// As many as make the kernel's radius over k of them 0.7 % of the scene's diagonal, at the median of what pixels see.
+// As many as make the kernel's radius over k of them 0.7 % of the scene's diagonal, at the median of what pixels see; but not
+// so many that a small image waits for its map.
 int PhotonMaps::enough_photons(const RenderContext& context) const {
   constexpr int pilots = 40000, near = 10, lines = 32;
   const auto timed = context.phases.measure("pilot");
@@ -47,9 +48,9 @@ int PhotonMaps::enough_photons(const RenderContext& context) const {
   if (radii.empty() || !(diagonal > 0)) return fewest_photons;
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
-  const double k = params_.k > 0 ? params_.k : 50;
-  return static_cast<int>(
-      std::clamp<double>(pilots * k / near * square(*middle / (0.007f * diagonal)), fewest_photons, 10 * fewest_photons));
+  const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
+  const double most = std::clamp<double>(32 * pixels, fewest_photons, 10 * fewest_photons);
+  return static_cast<int>(std::clamp(pilots * k / near * square(*middle / (0.007f * diagonal)), double{fewest_photons}, most));
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {

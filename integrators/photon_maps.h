@@ -39,8 +39,9 @@ struct PhotonMapsParams {
 
 template <class Visitor>
 void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
-  v.integer("photons", p.photons, 0, 2000000000, "photons",
-            "emitted for the global map; 0: 200,000, for gather rays up to tenfold where few land on what the camera sees");
+  v.integer(
+      "photons", p.photons, 0, 2000000000, "photons",
+      "emitted for the global map; 0: 200,000, for gather rays up to tenfold and 32 a pixel where few land on what is seen");
   v.integer("caustic_photons", p.caustic_photons, 1, 2000000000, "photons", "emitted for the caustic map, where there is one");
   v.integer("k", p.k, 0, 1000000, "photons",
             "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed");

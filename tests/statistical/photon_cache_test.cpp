@@ -148,7 +148,7 @@ TEST(PhotonCache, EveryParameterChangesTheImage) {
 
 TEST(PhotonCache, PilotAsksForMorePhotonsWhereFewReachTheView) {
   RenderOptions options = options_for(1, {{"photons", std::int64_t{0}}, {"k", std::int64_t{2}}, {"samples", std::int64_t{8}}});
-  options.resolution = {16, 16};
+  options.resolution = {96, 96};
   const auto emitted = [&](const char* name) {
     reset_counters();
     render(load_scene(name), "photon-cache", options);
