@@ -188,6 +188,13 @@ std::string to_json_line(const RateRecord& record) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+bool RateRecord::concerns(const std::string& stated_scene, const std::string& region, const std::string& scene) const {
+  if (!stated_scene.empty() && stated_scene != scene) return false;
+  return region.empty() || std::any_of(regions.begin(), regions.end(), [&](const RegionChoice& choice) {
+           return choice.name == region && choice.of_scene(scene);
+         });
+}
+
 RateRecord read_rate_line(const std::string& line) {
   const Json json = Json::parse(line);
   RateRecord record;

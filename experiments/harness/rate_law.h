@@ -62,6 +62,8 @@ struct RateRecord {
   std::vector<RegionChoice> regions;
   std::vector<RatioClaim> ratios = {};
 
+  // Whether what is stated of a scene and a region (empty: of all) is of this scene.
+  bool concerns(const std::string& stated_scene, const std::string& region, const std::string& scene) const;
   bool empty() const { return laws.empty() && regions.empty() && ratios.empty(); }
   void merge(const RateRecord& other);  // adds what it does not hold
 };

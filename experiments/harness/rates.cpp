@@ -261,12 +261,7 @@ std::vector<FittedRate> fit_rates(const ReportData& data) {
   std::vector<FittedRate> rates;
   for (const RateLaw& law : data.log->rates.laws)
     for (const SceneData& scene : data.scenes) {
-      if (!law.scene.empty() && law.scene != scene.name) continue;
-      const auto& regions = data.log->rates.regions;
-      if (!law.region.empty() && std::none_of(regions.begin(), regions.end(), [&](const RegionChoice& region) {
-            return region.name == law.region && region.of_scene(scene.name);
-          }))
-        continue;
+      if (!data.log->rates.concerns(law.scene, law.region, scene.name)) continue;
       // One structure says it all: structures change only the time.
       std::vector<const Configuration*> selected;
       std::set<std::size_t> seen;

@@ -165,12 +165,7 @@ std::vector<FoundRatio> find_ratios(const ReportData& data) {
   std::vector<FoundRatio> ratios;
   for (const RatioClaim& claim : data.log->rates.ratios)
     for (const SceneData& scene : data.scenes) {
-      if (!claim.scene.empty() && claim.scene != scene.name) continue;
-      const auto& regions = data.log->rates.regions;
-      if (!claim.region.empty() && std::none_of(regions.begin(), regions.end(), [&](const RegionChoice& region) {
-            return region.name == claim.region && region.of_scene(scene.name);
-          }))
-        continue;
+      if (!data.log->rates.concerns(claim.scene, claim.region, scene.name)) continue;
       const auto over = selected(scene, claim.over);
       if (over.empty()) continue;
       for (const Configuration* method : selected(scene, claim.method))
