@@ -139,7 +139,8 @@ const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
 float PhotonMap::distance_to(int k, const GatherPoint& at, float r_max) const {
   if (photons_.empty() || k < 1) return r_max;
   static thread_local std::vector<float> counted;
-  for (float r = std::min(r_max, 0.25f * radius_);; r = std::min(r_max, 1.6f * r)) {
+  const float first = std::max(0.25f * radius_, std::numeric_limits<float>::min());  // from zero it would not grow
+  for (float r = std::min(r_max, first);; r = std::min(r_max, 1.6f * r)) {
     const Neighbours& found = within(at.position(), r);
     counted.clear();
     for (const auto& [id, distance_squared] : found)

@@ -383,11 +383,16 @@ LogWriter::~LogWriter() { close(file_); }
 void LogWriter::append(const std::vector<std::string>& lines) {
   std::string block;
   for (const std::string& line : lines) block += line + '\n';
+  const off_t before = lseek(file_, 0, SEEK_END);
   // A write to a file is cut short only by a full disk or a signal: go on from there, so that the block is whole or torn last.
   for (std::size_t written = 0; written < block.size();) {
     const ssize_t n = write(file_, block.data() + written, block.size() - written);
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) throw Error(Location{path_}, "cannot write the log: " + system_error());
+    if (n < 0) {
+      std::string why = system_error();
+      if (ftruncate(file_, before) != 0) why += "; nor can the torn line be cut off";  // or the next one would begin in it
+      throw Error(Location{path_}, "cannot write the log: " + why);
+    }
     written += static_cast<std::size_t>(n);
   }
   if (fsync(file_) != 0) throw Error(Location{path_}, "cannot flush the log to disk: " + system_error());

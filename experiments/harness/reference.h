@@ -27,6 +27,7 @@ struct ReferenceRequest {
   int threads = 1;
   std::function<void(const std::string&)> narrate;  // what is being done
   std::function<void(const std::string&)> status;   // how far it is; each line replaces the one before
+  std::string earlier{};  // a file that a run which goes on was measured against; of use if it is rendered, and whole
 };
 
 // Without a wish of the experiment's: a minute or two for a built-in scene. The report warns where the variance this leaves is

@@ -111,17 +111,18 @@ class Execution {
     const std::string& name = config_.scenes[s].name;
     const auto narrate = [this](const std::string& line) { observer_.narrate(line); };
     const auto status = [this](const std::string& line) { observer_.status(line); };
-    loaded.reference =
-        make_reference({loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status},
-                       ReferenceCache::standard(config_.path));
+    const auto& earlier = directory_.earlier().references;
+    const auto known = std::find_if(earlier.begin(), earlier.end(), [&](const ReferenceRecord& r) { return r.scene == name; });
+    const std::string begun_with = known == earlier.end() ? "" : (fs::path(plan_.directory) / known->file).string();
+    loaded.reference = make_reference(
+        {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status, begun_with},
+        ReferenceCache::standard(config_.path));
     const RenderedReference& rendered = loaded.reference.rendered;
     if (rendered.image.pixels.empty()) return;  // there is none, and its cells will say why
     const std::string file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
     // Once: a run that goes on ends with the log of one that was not stopped.
     const std::string line = to_json_line(reference_record(name, loaded.scene, rendered, file));
-    const auto& earlier = directory_.earlier().references;
-    if (std::none_of(earlier.begin(), earlier.end(), [&](const ReferenceRecord& r) { return to_json_line(r) == line; }))
-      directory_.append({line});
+    if (known == earlier.end() || to_json_line(*known) != line) directory_.append({line});
   }
 
   void compare_scene_structures(std::size_t s) {

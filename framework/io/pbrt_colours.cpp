@@ -110,8 +110,8 @@ std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) cons
   const float most = use == ColourUse::reflectance ? 1 : 1e30f;
   for (int c = 0; c < 3; ++c)
     if (!(colour[c] >= 0 && colour[c] <= most))
-      fail(name, fmt::format("has the component {}; expected {}", colour[c],
-                             use == ColourUse::reflectance ? "0 to 1" : "0 or more, and finite"));
+      fail(name,
+           fmt::format("has the component {}; expected {}", colour[c], use == ColourUse::reflectance ? "0 to 1" : "0 to 1e30"));
   return colour;
 }
 

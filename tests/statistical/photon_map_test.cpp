@@ -102,6 +102,17 @@ TEST(PhotonMap, DepthBoundAndHistorySelectPhotons) {
   EXPECT_EQ(sum(photon_caustic | photon_indirect, 1), 2);
 }
 
+TEST(PhotonMap, DistanceIsFoundFromTheSmallestRadiusOfTheSearch) {
+  Photons photons;
+  for (const float x : {1.0f, 2.0f, 3.0f}) photons.add({x, 0, 0}, Rgb(1), {0, 0, 1}, {0, 0, 1}, photon_direct, 0);
+  PhotonMap map;
+  map.build(std::move(photons), find_point_structure("brute", {}).make(),
+            {0, std::numeric_limits<float>::denorm_min(), Kernel::box, true});
+  const GatherPoint at = GatherPoint::irradiance(vec3(0), {0, 0, 1});
+  EXPECT_EQ(map.distance_to(2, at, 10), 2);
+  EXPECT_EQ(map.distance_to(4, at, 10), 10);
+}
+
 // --- Photon tracing.
 
 Photons photons_of(const Scene& scene, const PhotonPass& pass, int threads = 2) {

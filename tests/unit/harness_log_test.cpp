@@ -3,7 +3,9 @@
 #include "framework/core/error.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -122,6 +124,24 @@ TEST_F(Log, WritingGoesOnAfterARepair) {
   ASSERT_EQ(log.cells.size(), 2u);
   EXPECT_EQ(log.cells[1].cell.seed, 3u);
   EXPECT_EQ(log.checkpoints.size(), 4u);
+}
+
+TEST_F(Log, BlockCutShortByAFullDiskIsTakenBack) {
+  write_cell(1);
+  const std::string whole = content();
+  LogWriter writer(path_);
+  const std::vector<std::string> block{to_json_line(checkpoint(2, 1)), to_json_line(cell(2))};
+  const auto at_signal = std::signal(SIGXFSZ, SIG_IGN);  // too large a file is an error of the write then
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit full{whole.size() + 100, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  EXPECT_THROW(writer.append(block), Error);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, at_signal);
+  EXPECT_EQ(content(), whole);
+  writer.append(block);
+  EXPECT_EQ(read_log(path_).cells.size(), 2u);
 }
 
 TEST_F(Log, MalformedLineInsideIsAnErrorWithItsNumber) {

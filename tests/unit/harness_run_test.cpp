@@ -4,6 +4,7 @@
 #include "framework/io/exr.h"
 #include "tests/unit/harness_process.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <map>
 
@@ -27,7 +28,7 @@ std::map<std::string, std::string> results(const RunLog& log) {
   for (const CheckpointRecord& c : log.checkpoints) {
     std::string& line = text[c.cell.key()];
     line += std::to_string(c.iterations);
-    for (const auto& [name, value] : c.metrics) line += " " + name + "=" + std::to_string(value);
+    for (const auto& [name, value] : c.metrics) line += fmt::format(" {}={}", name, value);  // all digits
     for (const auto& [name, value] : c.counters) line += " " + name + "=" + std::to_string(value);
     line += "\n";
   }
@@ -101,6 +102,28 @@ TEST_F(Run, KilledRunResumesToTheSameResults) {
   EXPECT_EQ(again.status, 0);
   EXPECT_NE(again.err.find("16 of 16 cells are done already"), std::string::npos) << again.err;
   EXPECT_EQ(log_text("killed"), before) << "a finished run has nothing to add";
+}
+
+TEST_F(Run, GoesOnWithTheReferenceItBeganWith) {
+  const auto run_to = [&](const char* out) {
+    return run({"run", "small.toml", "--quick", "--threads", "1", "-o", "reference.samples=16", "--out", out}).status;
+  };
+  ASSERT_EQ(run_to("whole"), 0);
+  ASSERT_EQ(run_to("resumed"), 0);
+  // As if it had been killed before its last cell; meanwhile somebody made a better reference.
+  const std::string text = log_text("resumed");
+  const std::size_t last = text.find("\"type\":\"cell\"", text.size() / 2);
+  std::ofstream(directory_ / "resumed/runs.jsonl") << text.substr(0, text.find('\n', last) + 1);
+  for (const auto& entry : std::filesystem::directory_iterator(directory_ / "cache/etendue/references")) {
+    if (entry.path().extension() != ".exr") continue;
+    std::map<std::string, std::string> attributes;
+    Image image = read_exr(entry.path().string(), &attributes);
+    for (dvec3& pixel : image.pixels) pixel *= 2;
+    write_exr(entry.path().string(), image, attributes);
+  }
+  ASSERT_EQ(run_to("resumed"), 0);
+  EXPECT_EQ(results(log("resumed")), results(log("whole")));
+  EXPECT_EQ(log("resumed").cells.size(), 4u);
 }
 
 TEST_F(Run, InterruptEndsWith130AndResumes) {
