@@ -44,7 +44,7 @@ vec3 squares(const vec2& v) { return {v.x * v.x, v.y * v.y, v.x * v.y}; }
 }  // namespace
 
 PathSpaceGrid::Moments PathSpaceGrid::Moments::of(const vec2& place, const Rgb& value) {
-  return {1, place, squares(place), value, place.x * value, place.y * value};
+  return {1, place, squares(place), value, place.x * value, place.y * value, etendue::square(luminance(value))};
 }
 
 PathSpaceGrid::Moments& PathSpaceGrid::Moments::operator+=(const Moments& other) {
@@ -54,6 +54,7 @@ PathSpaceGrid::Moments& PathSpaceGrid::Moments::operator+=(const Moments& other)
   value += other.value;
   value_x += other.value_x;
   value_y += other.value_y;
+  square += other.square;
   return *this;
 }
 
@@ -65,7 +66,8 @@ PathSpaceGrid::Moments PathSpaceGrid::Moments::in_coarser(const vec2& centre) co
           0.25f * place_square + mixed + count * squares(centre),
           value,
           0.5f * value_x + centre.x * value,
-          0.5f * value_y + centre.y * value};
+          0.5f * value_y + centre.y * value,
+          square};
 }
 
 // The plane through the values' centre, no steeper than keeps it between nothing and twice their mean within the cell: so what
@@ -201,6 +203,17 @@ void PathSpaceGrid::add_to(Shard& shard, std::span<const CachedValue* const> val
     }
     fresh.clear();
   }
+}
+
+float PathSpaceGrid::scatter() const {
+  double sum = 0, count = 0;
+  for (const Shard& shard : shards_)
+    for (const Moments& cell : shard.levels[coarsest].cells) {
+      const float mean = luminance(cell.value) / cell.count;
+      if (mean > 0) sum += cell.count * safe_sqrt(cell.square / cell.count / etendue::square(mean) - 1);
+      count += cell.count;
+    }
+  return count > 0 ? static_cast<float>(sum / count) : 0;
 }
 
 std::optional<Rgb> PathSpaceGrid::mean(const vec3& position, const vec3& normal, int depth) const {

@@ -49,6 +49,9 @@ class PathSpaceGrid {
   // To be called before the values of the sample `index` (from 0) of all pixels.
   void begin(std::uint32_t index);
   void add(std::span<const std::vector<CachedValue>> values);
+  // How much values scatter about the mean of their coarsest cell: standard deviation over mean, the mean over all values so
+  // far.
+  float scatter() const;
   // The mean about a point; empty where no cell has seen enough.
   std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth) const;
   // The same without steps; empty where nothing was seen. `u`: uniform.
@@ -68,6 +71,7 @@ class PathSpaceGrid {
     vec2 place{0};
     vec3 place_square{0};  // xx, yy, xy
     Rgb value{0}, value_x{0}, value_y{0};
+    float square = 0;  // of the value's luminance
 
     static Moments of(const vec2& place, const Rgb& value);
     Moments& operator+=(const Moments& other);
