@@ -38,7 +38,6 @@ std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context,
       sample.radiance = paths[i].radiance;
       sample.distance = paths[i].first_distance;
       sample.normal = paths[i].first_normal;
-      sample.grain = paths[i].first_grain;
     }
   }
   return samples;
@@ -51,7 +50,6 @@ IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSe
   const auto direction = [](const HemisphereStrata& all, int i, const vec2& u) { return all.direction(i, u); };
   const auto samples = trace_hemisphere(context, settings.sampler, point, frame, depth, key, pass, strata, direction, radiance);
   IrradianceEstimate estimate = estimate_irradiance(strata, samples, frame);
-  estimate.shared_variance = photon_variance(strata, samples, frame);
   if (settings.gradients == Gradients::mesh || is_hessian(settings.metric))
     estimate_hessian(settings.metric, strata, samples, frame, settings.gradients == Gradients::mesh, estimate);
   return estimate;
@@ -93,9 +91,7 @@ void CacheLevels::insert(IrradianceRecords& records, const RecordHistory& histor
 IrradianceEstimate CacheLevels::estimate(const RenderContext& context, const HemisphereRadiance& radiance,
                                          const RecordHistory& history, int depth, std::uint32_t pass) const {
   if (settings_.at_point) return settings_.at_point(history.point, depth);
-  IrradianceEstimate out = sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance);
-  out.source = source_;
-  return out;
+  return sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance);
 }
 
 void CacheLevels::fill_to(const RenderContext& context, const HemisphereRadiance& radiance, std::size_t records) {
@@ -117,20 +113,19 @@ void CacheLevels::fill_to(const RenderContext& context, const HemisphereRadiance
   limit(0);
 }
 
-std::vector<RecordShape> CacheLevels::shapes() const {
-  std::vector<RecordShape> shapes;
+std::vector<RecordDisc> CacheLevels::discs() const {
+  std::vector<RecordDisc> discs;
   for (std::size_t level = 0; const IrradianceRecords* records = records_in(level); ++level)
     for (const IrradianceRecord& record : records->all())
-      shapes.push_back({record.position, record.normal, accuracy() * record.reach, record.squeeze});
-  return shapes;
+      discs.push_back({record.position, record.normal, accuracy() * record.reach});
+  return discs;
 }
 
-std::optional<Interpolated> CacheLevels::interpolate(int depth, const vec3& position, const vec3& normal,
-                                                     bool states_error) const {
+std::optional<Interpolated> CacheLevels::interpolate(int depth, const vec3& position, const vec3& normal) const {
   const IrradianceRecords* records = records_at(depth);
   if (!records) return std::nullopt;
   count(Counter::lookups);
-  return records->interpolate(position, normal, states_error);
+  return records->interpolate(position, normal);
 }
 
 }  // namespace etendue

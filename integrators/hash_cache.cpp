@@ -1,16 +1,15 @@
 #include "integrators/hash_cache.h"
 
-#include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "integrators/cache_points.h"
 #include "integrators/cache_progress.h"
 #include "integrators/emission.h"
-#include "integrators/file_cache.h"
 #include "integrators/path.h"
 #include "integrators/path_space_grid.h"
 #include "integrators/wavefront.h"
 
 #include <optional>
+#include <utility>
 
 namespace etendue {
 
@@ -23,6 +22,7 @@ constexpr std::uint32_t none = no_id;
 struct Pixel {
   Sampler sampler;
   Rgb radiance{0};
+  Rgb found{0};    // once the cache is asked: by the path since its last event was followed
   Rgb brought{0};  // indirect light at the surface the cache is asked about, by this path alone
   Rgb weight{0};   // of the cache's answer in the pixel; black: nothing is asked
   vec3 position{0}, normal{0};
@@ -30,20 +30,22 @@ struct Pixel {
   int depth = 0;
 };
 
-// A diffuse surface that a path left by one direction.
+// A diffuse surface that a path left by one direction. What that brings home is, from the last event back to the first:
+// value(event) = arrived(next) + carried(next) value(next), or what the path found to its end.
 struct Event {
   vec3 position, normal;
   int depth;
   std::uint32_t previous;
-  Rgb throughput;        // of what the path brings here; after the event
-  Rgb before{infinity};  // what it had brought home when it met what is next; infinite: nothing is next
+  Rgb carried;            // of this event's value to the one before: albedo, and all between the two
+  Rgb arrived{0};         // to the event before, before this one's value: light between the two, and this one's direct light
+  bool followed = false;  // the path met what is next, or nothing
 };
 
 struct Walk {
   std::uint32_t pixel;
-  Rgb throughput{1};  // to the camera; once the cache is asked, to the surface that it is asked about
+  Rgb throughput{1};  // to the camera; once the cache is asked, to the last event
   float eta_scale = 1, pdf_bsdf = 0;
-  bool asked = false, from_diffuse = false;  // from_diffuse: the light sample there has had all emission
+  bool asked = false, from_diffuse = false;
   std::uint32_t last_event = none;
 };
 
@@ -53,164 +55,166 @@ struct TileWavefront {
   std::vector<std::uint32_t> last_events;  // of the pixels
 };
 
-class HashCache final : public Integrator, public FileCache {
+class HashCache final : public Integrator {
  public:
   explicit HashCache(const HashCacheParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
 
   void prepare(RenderContext& context) override {
     max_depth_ = context.max_depth(params_.max_depth);
     const ivec2 size = context.resolution;
-    if (!grid_) make_grid(context);
-    first_ = samples_;
+    const float pixel_angle = 2 * context.scene.camera.half_extent(size).x / static_cast<float>(size.x);
+    const vec3 eye = context.scene.camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
+    grid_.emplace(context.scene.bounds(), PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough});
     const ivec2 tiles = (size + tile - 1) / tile;
     pixels_.resize(static_cast<std::size_t>(tiles.x) * tiles.y);
     values_.resize(pixels_.size());
-    cached_ = CachedLight(size, context.states_error);
+    cached_ = CachedLight(static_cast<std::size_t>(size.x) * size.y);
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
-
-  SavableCache* savable_cache() override { return this; }
-  std::optional<std::vector<RecordShape>> record_shapes() const override {
-    return grid_ ? grid_->cells() : std::vector<RecordShape>();
-  }
-  std::optional<Image> standard_error() const override { return cached_.standard_error(); }
 
   Expectation expectation() const override {
     return {Bias::consistent, -2.0 / 3, 0.03, "indirect light blurred within cells, which shrink [Binder2018]"};
   }
 
  private:
-  Identity identity() const override { return {"hash-cache", param_texts(params_), {"enough", "finest", "light_samples"}}; }
-  void write(ByteWriter& body) const override {
-    CHECK(grid_.has_value());
-    body.add(samples_);
-    grid_->write(body);
-  }
-  void read(const RenderContext& context, ByteReader& body) override;
-  void make_grid(const RenderContext& context);
   Tile tile_of(std::size_t number, ivec2 resolution) const {
     const int across = (resolution.x + tile - 1) / tile;
     const ivec2 begin = tile * ivec2(static_cast<int>(number) % across, static_cast<int>(number) / across);
     return {begin, glm::min(begin + tile, resolution)};
   }
-  // Depths that cells tell apart; that of a cell.
-  static int depths(int max_depth) { return max_depth > shared_above ? 1 : std::max(max_depth, 1); }
   int key_depth(int depth) const { return max_depth_ > shared_above ? 0 : depth; }
   bool meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
             TileWavefront& wave) const;
-  bool leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Pixel& pixel,
+  void meet_light(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point, Pixel& pixel,
+                  TileWavefront& wave) const;
+  bool goes_on(const Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel) const;
+  void leave_diffuse(Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
                      TileWavefront& wave) const;
 
   HashCacheParams params_;
   SamplerKind sampler_;
   int max_depth_ = 0;
+  float traced_on_ = 0;  // of paths where they could end, in this iteration
   std::optional<PathSpaceGrid> grid_;
-  std::uint32_t samples_ = 0, first_ = 0;         // per pixel, that the grid knows; of them from a file
   std::vector<std::vector<Pixel>> pixels_;        // per tile
   std::vector<std::vector<CachedValue>> values_;  // likewise
   CachedLight cached_;
 };
 
-void HashCache::make_grid(const RenderContext& context) {
-  const ivec2 size = context.resolution;
-  const float pixel_angle = 2 * context.scene.camera.half_extent(size).x / static_cast<float>(size.x);
-  const vec3 eye = context.scene.camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
-  grid_.emplace(context.scene.bounds(), PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough});
+// Light that a ray meets, weighed against the light sample where the ray left. At an event's end it is direct light of its
+// surface: no part of the event's value.
+void HashCache::meet_light(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point,
+                           Pixel& pixel, TileWavefront& wave) const {
+  const Rgb met = walk.throughput * met_emission(context, ray, point, walk.pdf_bsdf);
+  if (!walk.from_diffuse) {
+    (walk.asked ? pixel.found : pixel.radiance) += met;
+    return;
+  }
+  Event& event = wave.events[walk.last_event];
+  event.followed = true;
+  if (event.previous == none) {
+    pixel.radiance += pixel.weight * met;
+  } else {
+    event.arrived = pixel.found + event.carried * met;
+    pixel.found = Rgb(0);
+  }
 }
 
-void HashCache::read(const RenderContext& context, ByteReader& body) {
-  constexpr std::uint32_t most_samples = 1u << 30;  // so that adding iterations does not wrap
-  if (body.take(samples_); samples_ > most_samples) body.refuse("more iterations than can be");
-  make_grid(context);
-  grid_->read(body, depths(context.max_depth(params_.max_depth)));
+// Whether a path follows a direction from a diffuse surface. Where it does not, once the cache is asked, it ends with a cell's
+// mean.
+bool HashCache::goes_on(const Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+                        Pixel& pixel) const {
+  if (depth + 1 >= max_depth_ || is_black(walk.throughput * albedo)) return false;
+  if (!walk.asked || pixel.sampler.get_1d() < traced_on_) return true;
+  count(Counter::lookups);
+  const auto mean = grid_->mean(position, normal, key_depth(depth));
+  if (mean) pixel.found += walk.throughput * albedo * *mean;
+  return !mean;
 }
 
-// At a diffuse surface: asks the cache, or has it asked once this sample's paths are in. False where the path ends.
-bool HashCache::leave_diffuse(Walk& walk, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Pixel& pixel,
+// The first such surface of a path is what the cache will be asked about, once this sample's paths are in.
+void HashCache::leave_diffuse(Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
                               TileWavefront& wave) const {
-  if (depth + 1 >= max_depth_) return false;
-  const vec3 normal = towards(point.shading_normal, point.shading_normal, wo);
-  const Rgb albedo = bsdf.diffuse_albedo();
-  const vec2 u = pixel.sampler.get_2d();
-  const float u_on = pixel.sampler.get_1d();
   if (!walk.asked) {
     pixel.weight = walk.throughput * albedo;
-    pixel.position = point.position;
+    pixel.position = position;
     pixel.normal = normal;
-    pixel.u = u;
+    pixel.u = pixel.sampler.get_2d();
     pixel.depth = key_depth(depth);
-    walk.asked = true;
-    walk.throughput = Rgb(1);
-    if (is_black(pixel.weight)) return false;
-  } else {
-    walk.throughput *= albedo;
-    if (is_black(walk.throughput)) return false;
-    if (u_on >= params_.trace_on) {
-      count(Counter::lookups);
-      if (const auto mean = grid_->mean(point.position, normal, key_depth(depth))) {
-        pixel.brought += walk.throughput * *mean;
-        return false;
-      }
-    }
   }
-  wave.events.push_back({point.position, normal, key_depth(depth), walk.last_event, walk.throughput});
+  wave.events.push_back({position, normal, key_depth(depth), walk.last_event, walk.asked ? walk.throughput * albedo : Rgb(1)});
   walk.last_event = static_cast<std::uint32_t>(wave.events.size() - 1);
-  return true;
+  walk.asked = true;
 }
 
 // What a ray finds, and where the path goes from there; false where it ends.
 bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
                      TileWavefront& wave) const {
   Pixel& pixel = pixels[walk.pixel];
-  Rgb& radiance = walk.asked ? pixel.brought : pixel.radiance;
-  if (walk.from_diffuse) wave.events[walk.last_event].before = pixel.brought;
   if (!hit) {
-    if (!walk.from_diffuse) radiance += walk.throughput * met_emission(context, ray, nullptr, walk.pdf_bsdf);
+    meet_light(context, walk, ray, nullptr, pixel, wave);
     return false;
   }
   const SurfacePoint point = context.scene.surface_at(ray, hit);
-  if (!walk.from_diffuse) radiance += walk.throughput * met_emission(context, ray, &point, walk.pdf_bsdf);
+  meet_light(context, walk, ray, &point, pixel, wave);
   if (depth >= max_depth_) return false;
-  const vec3 wo = -ray.direction;
+  const vec3 wo = -ray.direction, normal = towards(point.shading_normal, point.shading_normal, wo);
   const Bsdf bsdf(context.scene, point);
   const bool diffuse = bsdf.is_diffuse();
+  const Rgb albedo = diffuse ? bsdf.diffuse_albedo() : Rgb(1);
+  const bool follows = !diffuse || goes_on(walk, point.position, normal, albedo, depth, pixel);
   const int samples = diffuse && !walk.asked ? params_.light_samples : 1;
   for (int i = 0; i < samples; ++i)
     if (const auto light =
-            sample_direct_light(context, point, bsdf, wo, pixel.sampler, diffuse ? MisMode::light : MisMode::power))
-      wave.paths.gain(radiance, walk.throughput * light->radiance / static_cast<float>(samples), light->shadow_ray);
-  if (diffuse && !leave_diffuse(walk, point, bsdf, wo, depth, pixel, wave)) return false;
+            sample_direct_light(context, point, bsdf, wo, pixel.sampler, follows ? MisMode::power : MisMode::light))
+      wave.paths.gain(walk.asked ? pixel.found : pixel.radiance,
+                      walk.throughput * light->radiance / static_cast<float>(samples), light->shadow_ray);
+  if (!follows) return false;
+  // What roulette looks at: once the cache is asked, what this event's value is worth to the one before. What it is worth to
+  // the pixel says nothing of its worth to the cell.
+  float worth = max_component(walk.throughput * albedo) * walk.eta_scale;
+  if (diffuse) {
+    leave_diffuse(walk, point.position, normal, albedo, depth, pixel, wave);
+    walk.throughput = Rgb(1);
+    walk.eta_scale = 1;
+  }
   const float u_lobe = pixel.sampler.get_1d();
   const BsdfSample scattered = bsdf.sample(wo, u_lobe, pixel.sampler.get_2d());
   if (!scattered) return false;
-  // A diffuse surface's albedo is in its throughput already.
-  if (!diffuse) walk.throughput *= scattered.weight;
+  // A diffuse surface's albedo is counted already.
+  if (!diffuse) {
+    walk.throughput *= scattered.weight;
+    if (scattered.transmitted) walk.eta_scale *= scattered.eta * scattered.eta;
+    worth = max_component(walk.throughput) * walk.eta_scale;
+  }
   walk.from_diffuse = diffuse;
-  if (scattered.transmitted) walk.eta_scale *= scattered.eta * scattered.eta;
   walk.pdf_bsdf = scattered.pdf_solid_angle;
   ray = spawn_ray(point, scattered.wi);
   if (depth + 1 < params_.roulette_depth) return true;
-  const float survival = std::min(0.95f, max_component(walk.throughput) * walk.eta_scale);
+  const float survival = std::min(0.95f, worth);
   if (!(pixel.sampler.get_1d() < survival)) return false;
   walk.throughput /= survival;
   return true;
 }
 
-// What each event's direction brought, over what the event carried. A channel that carried nothing tells nothing.
-void collect(const std::vector<Pixel>& pixels, const TileWavefront& wave, std::vector<CachedValue>& values) {
-  for (std::size_t p = 0; p < pixels.size(); ++p)
+// What each event's direction brought.
+void collect(std::vector<Pixel>& pixels, TileWavefront& wave, std::vector<CachedValue>& values) {
+  for (std::size_t p = 0; p < pixels.size(); ++p) {
+    Rgb value = pixels[p].found;
     for (std::uint32_t i = wave.last_events[p]; i != none; i = wave.events[i].previous) {
-      const Event& event = wave.events[i];
-      if (!(event.throughput.x > 0 && event.throughput.y > 0 && event.throughput.z > 0)) continue;
-      const Rgb value = glm::max(pixels[p].brought - event.before, Rgb(0)) / event.throughput;
+      Event& event = wave.events[i];
+      if (!event.followed) event.arrived = std::exchange(value, Rgb(0));
       if (is_finite(value)) values.push_back({event.position, event.normal, event.depth, value});
+      value = event.arrived + event.carried * value;
     }
+    pixels[p].brought = value;
+  }
 }
 
 void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
-  const std::uint32_t sample = first_ + index;
-  grid_->begin(sample);
+  grid_->begin(index);
+  traced_on_ = params_.trace_on * std::max(1.0f, grid_->scatter());
   {
     const auto timed = context.phases.measure("trace");
     parallel_for(pixels_.size(), 1, [&](std::size_t t) {
@@ -221,7 +225,7 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
       wave.events.clear();
       for_pixels(tile_of(t, context.resolution), [&](ivec2 pixel) {
         const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-        Sampler sampler(sampler_, context.seed, Stream::camera, key, sample);
+        Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
         const Ray ray = sample_camera_ray(context, pixel, sampler);
         wave.paths.start({static_cast<std::uint32_t>(pixels.size())}, ray);
         pixels.push_back({sampler});
@@ -239,22 +243,19 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
   {
     const auto timed = context.phases.measure("learn");
     grid_->add(values_);
-    samples_ = sample + 1;
   }
   const auto timed = context.phases.measure("gather");
-  cached_.begin(index, sample + 1.0);  // what the cache adds rests on all paths so far
+  cached_.begin(index, index + 1.0);  // what the cache adds rests on all paths so far
   parallel_for(pixels_.size(), 1, [&](std::size_t t) {
     auto next = pixels_[t].begin();
     for_pixels(tile_of(t, context.resolution), [&](ivec2 at) {
       const Pixel& pixel = *next++;
       Rgb cached(0);
-      float error = 0;
       if (!is_black(pixel.weight)) {
         count(Counter::lookups);
         cached = pixel.weight * grid_->smooth_mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
-        if (context.states_error) error = grid_->standard_error(pixel.position, pixel.normal, pixel.depth, pixel.weight);
       }
-      cached_.add(film, at, pixel.radiance, cached, error);
+      cached_.add(film, at, pixel.radiance, cached);
     });
   });
 }

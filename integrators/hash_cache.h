@@ -4,13 +4,17 @@
 // Each camera path goes on by its lobes until it meets a diffuse surface. There the direct light is sampled, and the indirect
 // light is what a plane fitted to all that paths so far have brought home to the surface's cell says (path_space_grid.h), this
 // path's own contribution among it: one direction, cosine distributed, followed on. Where that meets a diffuse surface in turn,
-// it ends with that surface's cell as of the samples before, three times out of four; else, and where no cell has seen enough,
-// it is traced on, so that cells the camera does not see go on learning too. Values are divided by the albedo: textures stay
-// sharp. There is nothing to set per scene: cells are sized by pixels, and shrink.
+// it ends with that surface's cell as of the samples before, but for a share of paths; these, and those that find no cell which
+// has seen enough, are traced on, so that cells the camera does not see go on learning too. Values are without the albedo:
+// textures stay sharp. There is nothing to set per scene: cells are sized by pixels, and shrink.
 //
-// A cache can be saved and loaded: with all that its cells have learnt it goes on for any view of the scene, as if the samples
-// behind it had been the first of this image, whose mean is that of the new ones alone. What decides which cells answer
-// (`enough`, `finest`) may differ then, and so may `light_samples`.
+// A path that ends with a cell takes that cell's error along, and so do all others that end there: with a share s traced on,
+// the n-th bounce rests on s^(n-1) of the paths. The image as a whole, and light that needs many bounces, then have the noise
+// of few paths, where light is rare. So s = `trace_on` times how much values scatter about their cells' means, over the scene
+// as a whole: what a cell itself has seen must not decide, or paths would end with means that are too low and go on from those
+// that are too high. Roulette weighs an event by what its value is worth to the event before, not to the pixel: its value
+// counts in full in its own cell. Light that a direction meets is weighed against the light sample it left behind, except where
+// a path ends with a cell and follows none.
 //
 // Consistent: a cell blurs what of indirect light is not even or sloping within its size (and over normals that differ by some
 // 20 degrees where it is larger than the curvature), coarser where few paths come; both vanish as cells shrink. What is sampled
@@ -33,7 +37,7 @@ struct HashCacheParams {
   int light_samples = 2;
   float finest = 3;
   float enough = 20;
-  float trace_on = 0.25f;
+  float trace_on = 0.15f;
   std::string sampler = "sobol";
 };
 
@@ -44,7 +48,8 @@ void describe(Visitor& v, HashCacheParams& p) {
   v.integer("light_samples", p.light_samples, 1, 1024, "shadow rays", "where the cache is asked, whose answer has less noise");
   v.number("finest", p.finest, 0.1, 1000, "pixels", "edge of the smallest cells of the first sample; later ones shrink");
   v.number("enough", p.enough, 1, 1e6, "values", "a cell answers that has seen so many at the first sample; later more");
-  v.number("trace_on", p.trace_on, 0, 1, "1", "paths that go on where they could end with a cell's mean");
+  v.number("trace_on", p.trace_on, 0, 1, "1",
+           "share of paths that go on where they could end with a cell, times the scatter of all values over cells' means");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

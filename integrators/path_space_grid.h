@@ -15,16 +15,11 @@
 // keeps it level where few values tell its slope). Where light falls off towards a corner, and all values lie on one side of
 // the point, their mean would be wrong in the first order of the cell's size; the plane is in the second.
 //
-// What the standard error of an answer is, cells say themselves: that of a plane by n values scattered as theirs are, and what
-// the plane leaves out, which is in the second order of the cell's size and so a third of the difference to what the cell of
-// twice the size says.
-//
 // Deviations: keys are compared in full, where [Binder2018] trusts a fingerprint; values are added in their given order within
 // shards of the table, one task each, where it adds atomically; so means do not depend on threads. [Binder2018] takes means.
 #pragma once
 
-#include "framework/integrator.h"
-#include "integrators/cache_file.h"
+#include "framework/core/vec.h"
 
 #include <array>
 #include <optional>
@@ -54,21 +49,13 @@ class PathSpaceGrid {
   // To be called before the values of the sample `index` (from 0) of all pixels.
   void begin(std::uint32_t index);
   void add(std::span<const std::vector<CachedValue>> values);
+  // How much values scatter about the mean of their coarsest cell: standard deviation over mean, the mean over all values so
+  // far.
+  float scatter() const;
   // The mean about a point; empty where no cell has seen enough.
   std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth) const;
   // The same without steps; empty where nothing was seen. `u`: uniform.
   std::optional<Rgb> smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const;
-  // Standard error of what smooth_mean answers about a point, weighted by channel; 0 where nothing answers.
-  float standard_error(const vec3& position, const vec3& normal, int depth, const Rgb& weight) const;
-
-  // The cells that answer now somewhere, as cubes.
-  std::vector<RecordShape> cells() const;
-
-  // All cells, by level from the coarsest: u64 number of them; of each: i32 cell[3]; u32 normal and depth; f32 number of
-  // values, place[2], its squares[3], value[3], value times place[2][3], squared luminance. `read` throws Error where the bytes
-  // hold what no cell can; the grid is as it was when they were written.
-  void write(ByteWriter& out) const;
-  void read(ByteReader& in, int depths);
 
  private:
   static constexpr int coarsest = 3, deepest = 24;  // levels
@@ -84,7 +71,7 @@ class PathSpaceGrid {
     vec2 place{0};
     vec3 place_square{0};  // xx, yy, xy
     Rgb value{0}, value_x{0}, value_y{0};
-    float power = 0;  // squares of the values' luminance
+    float square = 0;  // of the value's luminance
 
     static Moments of(const vec2& place, const Rgb& value);
     Moments& operator+=(const Moments& other);
@@ -92,8 +79,6 @@ class PathSpaceGrid {
     Moments in_coarser(const vec2& centre) const;
     // `reach`: of the cell from its centre, along the axes of `at`.
     Rgb fit(const vec2& at, const vec2& reach) const;
-    float variance() const;  // of the values' luminance
-    bool is_valid() const;   // could it be?
   };
   // Open addressing with linear probing; what a search passes by lies in the slots.
   struct Table {
@@ -124,9 +109,7 @@ class PathSpaceGrid {
   vec2 place_in(const Key& key, const Frame& plane, const vec3& position, int level) const;
   int finest_level(const vec3& position) const;
   std::size_t shard_of(const vec3& position, std::uint32_t tag) const;
-  const Moments* find(const vec3& position, std::uint32_t tag, int level, float enough) const;
   std::optional<Rgb> answer(const vec3& position, std::uint32_t tag, int level, float enough) const;
-  bool answered_within(const Shard& shard, const Key& at, int level) const;
   void add_to(Shard& shard, std::span<const CachedValue* const> values) const;
 
   PathSpaceGridOptions options_;

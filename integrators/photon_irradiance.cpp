@@ -11,7 +11,6 @@ PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap
       normal_(places.size()),
       irradiance_(places.size()),
       radius_(places.size()),
-      grain_(places.size()),
       reach_(map.radius()) {
   for (const std::uint16_t scatterings : map.photons().scatterings) longest_ = std::max<int>(longest_, scatterings);
   const std::vector<std::uint32_t> order = along_curve(places.position);
@@ -21,7 +20,6 @@ PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap
     const PhotonMap::Estimate found = map.measure(context, GatherPoint::irradiance(position_[i], normal_[i]));
     irradiance_[i] = found.radiance;
     radius_[i] = found.radius;
-    grain_[i] = found.grain;
   });
   query_->build(position_);
 }
@@ -32,7 +30,7 @@ std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const vec3& position
     query_->nearest(position, k, reach_, nearest);
     for (const Neighbour& n : nearest)
       if (glm::dot(normal_[n.id], normal) > 0.9f)
-        return Found{irradiance_[n.id], std::max(radius_[n.id], std::sqrt(n.distance_squared)), grain_[n.id]};
+        return Found{irradiance_[n.id], std::max(radius_[n.id], std::sqrt(n.distance_squared))};
     if (nearest.size() < k) break;
   }
   return std::nullopt;

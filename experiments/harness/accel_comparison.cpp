@@ -61,6 +61,14 @@ Scene part_of(const Scene& scene) {
   return part;
 }
 
+// Repetition by repetition the larger of two figures.
+std::vector<double> larger_of(std::span<const double> a, std::span<const double> b) {
+  std::vector<double> larger(std::min(a.size(), b.size()));
+  std::transform(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(larger.size()), b.begin(), larger.begin(),
+                 [](double x, double y) { return std::max(x, y); });
+  return larger;
+}
+
 class Comparison {
  public:
   Comparison(const Scene& scene, const std::vector<StructureChoice>& choices, const ComparisonOptions& options,
@@ -71,6 +79,7 @@ class Comparison {
       if (entry.name != "embree" || !entry.available) continue;
       embree_ = position_of({"embree", {}});
       robust_embree_ = position_of({"embree", {{"robust", {true, {}}}}});
+      coherent_embree_ = position_of({"embree", {{"batches", {std::string("coherent"), {}}}}});
     }
   }
 
@@ -252,6 +261,10 @@ class Comparison {
       };
       record.to_embree[k] = to(embree_);
       record.to_robust_embree[k] = to(robust_embree_);
+      if (embree_)
+        record.batched_to_embree[k] =
+            summarise(ratios(contender.batched_speeds[k], larger_of(contenders_[*embree_].batched_speeds[k],
+                                                                    contenders_[*coherent_embree_].batched_speeds[k])));
     }
   }
 
@@ -306,7 +319,7 @@ class Comparison {
   const std::size_t wanted_;  // contenders whose records are asked for, the first ones
   const ExactTracer exact_tracer_;
   std::vector<Contender> contenders_;
-  std::optional<std::size_t> embree_, robust_embree_;
+  std::optional<std::size_t> embree_, robust_embree_, coherent_embree_;
   RaysByKind rays_;
   ByRayKind<std::vector<std::optional<ExactHit>>> exact_;
   std::map<std::string, EpoCost> epo_;  // by structure; layouts share their builder's tree

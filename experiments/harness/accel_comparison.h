@@ -29,7 +29,8 @@ struct ComparisonOptions {
 //
 // There is a record for each choice, in order. What would not fit the budget (brute force on large meshes; a builder that a
 // trial on a thirty-second of the triangles shows to be too slow) is measured on fewer rays or not at all, and its note says
-// so. Embree is measured along, in both modes, for the ratios to it. `progress` gets a line per step.
+// so. Embree is measured along, in both modes and with both kinds of streams, for the ratios to it. `progress` gets a line per
+// step.
 std::vector<StructureRecord> compare_structures(const Scene& scene, const std::vector<StructureChoice>& choices,
                                                 const ComparisonOptions& options,
                                                 const std::function<void(const std::string&)>& progress);

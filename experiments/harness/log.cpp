@@ -110,7 +110,8 @@ struct KindFigure {
 constexpr KindFigure kind_figures[] = {{"_mrays_per_s", &StructureRecord::mrays_per_s},
                                        {"_batched_mrays_per_s", &StructureRecord::batched_mrays_per_s},
                                        {"_to_embree", &StructureRecord::to_embree},
-                                       {"_to_robust_embree", &StructureRecord::to_robust_embree}};
+                                       {"_to_robust_embree", &StructureRecord::to_robust_embree},
+                                       {"_batched_to_embree", &StructureRecord::batched_to_embree}};
 
 StructureRecord read_structure(const Json& j) {
   StructureRecord r;

@@ -88,6 +88,8 @@ struct StructureRecord {
   ByRayKind<Measured> mrays_per_s, batched_mrays_per_s;
   // Speed ray by ray over that of Embree, repetition by repetition: in its default mode, and with its watertight test.
   ByRayKind<Measured> to_embree, to_robust_embree;
+  // Of batches over Embree's streams, told that rays are coherent or not, whichever is faster with rays of the kind.
+  ByRayKind<Measured> batched_to_embree;
 
   const Measured& speed(RayKind kind) const { return mrays_per_s[index_of(kind)]; }
   Measured& speed(RayKind kind) { return mrays_per_s[index_of(kind)]; }

@@ -120,7 +120,10 @@ std::vector<Method> all_accels(const Location& where) {
     if (entry.name == "binned-sah")
       for (const char* layout : {"wide4", "wide8"}) add("layout", std::string(layout));
     if (entry.name == "binned-sah" || entry.name == "sbvh" || entry.name == "ploc") add("layout", std::string("wide16"));
-    if (entry.name == "embree") add("robust", true);
+    if (entry.name == "embree") {
+      add("robust", true);
+      add("batches", std::string("coherent"));
+    }
   }
   return methods;
 }

@@ -25,7 +25,8 @@ void validate_accel(Method& method);
 // hits, so images do not depend on it.
 Method default_accel();
 
-// Every structure that is built in, as it is by default; the better trees in wide layouts as well, Embree watertight too.
+// Every structure that is built in, as it is by default; the better trees in wide layouts as well, Embree watertight too, and told
+// that rays are coherent.
 std::vector<Method> all_accels(const Location& where);
 
 // Names, tables { name, parameters… }, or an array of both; each label once. `accels = "all"` is all_accels.

@@ -160,6 +160,33 @@ TEST(RayStructures, AdaptersAreRightByDoublePrecision) {
   }
 }
 
+TEST(RayStructures, AdaptersAnswerManyRaysAtOnceRightly) {
+  std::vector<Variant> adapters;
+  for (const RayEntry& entry : ray_structures()) {
+    if (!is_adapter(entry.name) || !entry.available) continue;
+    adapters.push_back({entry.name, most_robust(entry)});
+    if (entry.name != "embree") continue;
+    for (const char* batches : {"single", "coherent"}) {
+      adapters.push_back(adapters.back());
+      adapters.back().params["batches"] = {std::string(batches), {}};
+    }
+  }
+  for (const Variant& adapter : adapters)
+    for (const RayCase& c : cases_of_ordinary_scale()) {
+      SCOPED_TRACE(to_text(adapter) + ", " + c.name);
+      const auto structure = make(adapter, c.scene);
+      const std::vector<Ray> rays = general_rays(c.scene, 1001, 4);  // the last stream is not a full one
+      std::vector<Hit> hits(rays.size());
+      const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
+      structure->closest(rays, hits);
+      structure->occluded(rays, std::span(occluded.get(), rays.size()));
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_TRUE(is_right(c.scene, rays[i], hits[i], exact_closest(c.scene, rays[i]))) << describe_ray(rays[i]);
+        ASSERT_EQ(occluded[i], static_cast<bool>(hits[i])) << describe_ray(rays[i]);
+      }
+    }
+}
+
 TEST(RayStructures, NoRayLeavesAClosedMeshThroughItsEdges) {
   const Scene scene = scene_of(closed_sphere(20, 40));
   std::vector<Ray> rays = aimed_rays(scene, 3000, 5);

@@ -80,6 +80,7 @@ TEST_F(Log, RecordsAreReadBackExactly) {
   structure.batched_mrays_per_s[index_of(RayKind::gather)] = {4, 3, 5};
   structure.to_embree[index_of(RayKind::photon)] = {1.25, 1.125, 1.5};
   structure.to_robust_embree[index_of(RayKind::primary)] = {1.5, 1.5, 1.5};
+  structure.batched_to_embree[index_of(RayKind::shadow)] = {1.25, 1.0, 1.5};
   structure.epo_cost = 0.75;
   structure.checked = 100;
   structure.threads = 3;

@@ -41,6 +41,19 @@ TEST(PathSpaceGrid, AnswersOnlyWhereEnoughWasSeen) {
   EXPECT_FALSE(grid.smooth_mean({0.5f, 0, 0.5f}, -up, 0, vec2(0.5f)));
 }
 
+TEST(PathSpaceGrid, ScatterIsThatOfValuesWithinCells) {
+  PathSpaceGrid grid(room, eye_above(0.02f, 16));
+  EXPECT_EQ(grid.scatter(), 0);
+  // Two places, one a hundred times as bright: of values 0 and 4, and of 400 throughout.
+  std::vector<CachedValue> values;
+  for (int i = 0; i < 100; ++i) {
+    values.push_back({{0.1f, 0, 0.1f}, up, 0, Rgb(i % 4 == 0 ? 4.0f : 0.0f)});
+    values.push_back({{0.9f, 0, 0.9f}, up, 0, Rgb(400)});
+  }
+  grid.add(std::vector<std::vector<CachedValue>>{values});
+  EXPECT_NEAR(grid.scatter(), 0.5f * std::sqrt(3.0f), 1e-3f);
+}
+
 TEST(PathSpaceGrid, ConstantIsItsOwnMeanEverywhere) {
   PathSpaceGrid grid(room, eye_above(0.02f, 16));
   grid.add(floor_values(50000, 1, [](const vec3&) { return Rgb(0.5f, 1, 2); }));
