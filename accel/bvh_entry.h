@@ -68,6 +68,7 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
         const BinaryTree tree = build(std::move(items), limits, &geometry);
         CollapseOptions collapse = options;
         collapse.leaves_are_packs = to_packs && static_cast<int>(tree.depth) < limits.max_depth;
+        collapse.each_is_a_pack = collapse.leaves_are_packs && geometry.quadrics.empty();
         return Wide(*vertices, tree, collapse);
       },
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });

@@ -6,6 +6,7 @@
 #include "accel/ray/wide_tree.h"
 
 #include <atomic>
+#include <bit>
 
 namespace etendue {
 
@@ -69,11 +70,14 @@ class PackCutter {
   bool may_split(const Job& job) const {
     return job.size() > static_cast<std::uint32_t>(limits_.leaf_size) && static_cast<int>(job.depth) < limits_.max_depth;
   }
-  bool is_pack(const Job& job, std::uint32_t end_of_part) const {
-    if (job.size() > Pack::lanes) return false;
-    if constexpr (shares_vertices)
-      return std::popcount(contents_.repeats.first_seen(job.begin, job.size(), end_of_part)) <= Pack::slots;
-    return true;
+  // The corners of a leaf that is a pack: where vertices are shared, one for each vertex. A bit per corner.
+  std::optional<std::uint64_t> corners_of_pack(const Job& job, std::uint32_t end_of_part) const {
+    if (job.size() > Pack::lanes) return std::nullopt;
+    if constexpr (shares_vertices) {
+      const std::uint64_t first = contents_.repeats.first_seen(job.begin, job.size(), end_of_part);
+      return std::popcount(first) <= Pack::slots ? std::optional(first) : std::nullopt;
+    }
+    return (std::uint64_t{1} << 3 * job.size()) - 1;
   }
 
   // Replaces a job by those of its two sides, the right one first.
@@ -113,13 +117,13 @@ class PackCutter {
     while (!jobs.empty()) {
       const Job job = jobs.back();
       jobs.pop_back();
-      const bool packed = is_pack(job, part.root.end);
-      if (!packed && may_split(job)) {
+      const std::optional<std::uint64_t> corners = corners_of_pack(job, part.root.end);
+      if (!corners && may_split(job)) {
         split(nodes, jobs, job);
         continue;
       }
-      if (!packed) all_are_packs_ = false;
-      nodes[job.node] = {bounds(job), job.begin, job.size()};
+      if (!corners) all_are_packs_ = false;
+      nodes[job.node] = {bounds(job, corners.value_or(0)), job.begin, job.size()};
       part.depth = std::max(part.depth, job.depth);
     }
     unite(nodes, nodes);
@@ -159,14 +163,15 @@ class PackCutter {
     for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry_.positions[v[corner]]);
   }
 
-  Bounds bounds(const Job& job) const {
+  // Around some corners of a run.
+  Bounds bounds(const Job& job, std::uint64_t corners) const {
+    const std::uint32_t* const vertices = &contents_.corners[job.begin].x;
     FourFloats lower = FourFloats{} + infinity, upper = -lower;
-    for (std::uint32_t i = job.begin; i < job.end; ++i)
-      for (int corner = 0; corner < 3; ++corner) {
-        const FourFloats p = four(geometry_.positions[contents_.corners[i][corner]]);
-        lower = smaller(p, lower);
-        upper = larger(p, upper);
-      }
+    for (; corners != 0; corners &= corners - 1) {
+      const FourFloats p = four(geometry_.positions[vertices[std::countr_zero(corners)]]);
+      lower = smaller(p, lower);
+      upper = larger(p, upper);
+    }
     lower += 0.0f;  // no negative zero (build_items)
     upper += 0.0f;
     return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};

@@ -28,12 +28,12 @@ class CollapsePlan {
         leaf_cost_(options.leaf_cost),
         joins_leaves_(!options.leaves_are_packs),
         each_is_a_pack_(options.each_is_a_pack),
-        nodes_(tree.nodes.size()),
-        shares_(tree.nodes.size()) {
+        nodes_(uninitialised_on_huge_pages<Node>(tree.nodes.size())),
+        shares_(uninitialised_on_huge_pages<Shares>(tree.nodes.size())) {
     count_primitives();
     const std::uint32_t task_size = 2048;
     std::vector<std::uint32_t> roots, above;
-    for (std::uint32_t n = 0; n < nodes_.size(); ++n)
+    for (std::uint32_t n = 0; n < tree.nodes.size(); ++n)
       if (nodes_[n].count > task_size) above.push_back(n);
     const auto add_root = [&](std::uint32_t n) {
       if (nodes_[n].count <= task_size) roots.push_back(n);
@@ -107,7 +107,7 @@ class CollapsePlan {
   };
 
   void count_primitives() {
-    for (std::size_t n = nodes_.size(); n-- > 0;) {
+    for (std::size_t n = tree_.nodes.size(); n-- > 0;) {
       const TreeNode& node = tree_.nodes[n];
       if (node.is_leaf()) {
         nodes_[n].first = node.first;
@@ -126,24 +126,25 @@ class CollapsePlan {
       bool children_done;
     };
     std::vector<Visit> visits{{root, false}};
-    std::vector<Costs> done;
+    std::vector<Costs> done(1);
+    std::size_t size = 0;
     while (!visits.empty()) {
       const Visit visit = visits.back();
       visits.pop_back();
       const TreeNode& node = tree_.nodes[visit.node];
       if (node.is_leaf()) {
-        done.push_back(plan_leaf(visit.node));
+        if (size == done.size()) done.emplace_back();
+        plan_leaf(visit.node, done[size++]);
       } else if (visit.children_done) {
-        const Costs right = done.back();
-        done.pop_back();
-        done.back() = plan_inner(visit.node, done.back(), right);
+        --size;
+        plan_inner(visit.node, done[size - 1], done[size], done[size - 1]);
       } else {
         visits.push_back({visit.node, true});
         visits.push_back({node.first + 1, false});
         visits.push_back({node.first, false});
       }
     }
-    return done.back();
+    return done.front();
   }
 
   // The few nodes above the subtrees that were tasks.
@@ -153,35 +154,35 @@ class CollapsePlan {
     for (std::size_t i = 0; i < roots.size(); ++i) known[roots[i]] = of_roots[i];
     for (auto n = above.rbegin(); n != above.rend(); ++n)
       if (const TreeNode& node = tree_.nodes[*n]; !node.is_leaf())
-        known[*n] = plan_inner(*n, known.at(node.first), known.at(node.first + 1));
+        plan_inner(*n, known.at(node.first), known.at(node.first + 1), known[*n]);
   }
 
-  Costs plan_leaf(std::uint32_t n) {
+  void plan_leaf(std::uint32_t n, Costs& costs) {
     Node& node = nodes_[n];
     const float area = tree_.nodes[n].bounds.half_area();
     node.content = 0;
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) node.content += contents_.areas[i];
-    Costs costs;
+    costs = Costs();
     const float cost = leaf_cost(n);
     costs.fits = cost < infinity;
     node.cost = costs.cost[0] = area * (costs.fits ? cost : static_cast<float>(node.count));
-    return costs;
   }
 
-  Costs plan_inner(std::uint32_t n, const Costs& left, const Costs& right) {
+  // `costs` may be those of a side.
+  void plan_inner(std::uint32_t n, const Costs& left, const Costs& right, Costs& costs) {
     const TreeNode& binary = tree_.nodes[n];
     Node& node = nodes_[n];
     Shares& shares = shares_[n];
     const float area = binary.bounds.half_area();
     node.content = nodes_[binary.first].content + nodes_[binary.first + 1].content;
-    Costs costs;
-    costs.slots = std::min(node_width, left.slots + right.slots);
+    const bool both_fit = left.fits && right.fits;
     alignas(16) float shared[node_width];
     alignas(16) std::int32_t share[node_width];
     share_slots(left, right, shared, share);
+    costs.slots = std::min(node_width, left.slots + right.slots);
     costs.cost[0] = area + shared[costs.slots - 1];
     shares[0] = static_cast<std::int8_t>(share[costs.slots - 1]);
-    costs.fits = joins_leaves_ && left.fits && right.fits && node.count <= leaf_size_;
+    costs.fits = joins_leaves_ && both_fit && node.count <= leaf_size_;
     if (costs.fits) {
       const float cost = leaf_cost(n);
       costs.fits = cost < infinity;
@@ -201,7 +202,6 @@ class CollapsePlan {
     costs.slots = useful;
     std::fill(costs.cost.begin() + useful, costs.cost.end(), infinity);
     std::fill(shares.begin() + useful, shares.end(), as_fewer);
-    return costs;
   }
 
   // The least cost of both sides in i + 1 slots, and the left one's part of these. Lanes are slots, and rows of the right
@@ -275,8 +275,8 @@ class CollapsePlan {
   const std::uint32_t leaf_size_;
   const float leaf_cost_;
   const bool joins_leaves_, each_is_a_pack_;
-  std::vector<Node> nodes_;
-  std::vector<Shares> shares_;
+  UninitialisedArray<Node> nodes_;
+  UninitialisedArray<Shares> shares_;
 };
 
 }  // namespace etendue

@@ -1,27 +1,38 @@
 #include "accel/ray/grow_tree.h"
 
 #include "accel/ray/simd_bounds.h"
+#include "framework/core/parallel.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
 namespace etendue {
 
-std::vector<TreeNode> without_gaps(const TreeNode* places, std::uint32_t used) {
-  std::vector<TreeNode> nodes;
-  nodes.reserve(used);
-  nodes.push_back(places[0]);
-  std::vector<std::uint32_t> parents{0};  // in `nodes`, their children still in `places`
-  if (places[0].is_leaf()) parents.clear();
-  while (!parents.empty()) {
-    TreeNode& parent = nodes[parents.back()];
-    parents.pop_back();
-    const auto first = static_cast<std::uint32_t>(nodes.size());
-    const std::uint32_t place = std::exchange(parent.first, first);
-    for (std::uint32_t i = 0; i < 2; ++i) nodes.push_back(places[place + i]);
-    for (std::uint32_t i = 2; i-- > 0;)
-      if (!nodes[first + i].is_leaf()) parents.push_back(first + i);
+std::vector<TreeNode> without_gaps(const TreeNode* places, const PairMarks& used) {
+  std::vector<std::uint32_t> before(used.words());  // pairs before each word
+  std::uint32_t pairs = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    before[i] = pairs;
+    pairs += static_cast<std::uint32_t>(std::popcount(used.word(i)));
   }
+  const auto moved = [&](TreeNode node) {
+    if (node.is_leaf()) return node;
+    const std::uint32_t pair = node.first / 2;
+    const std::uint64_t earlier = used.word(pair / 64) & ((std::uint64_t{1} << pair % 64) - 1);
+    node.first = 2 * (before[pair / 64] + static_cast<std::uint32_t>(std::popcount(earlier))) + 1;
+    return node;
+  };
+  std::vector<TreeNode> nodes;
+  resize_on_huge_pages(nodes, 2 * std::size_t{pairs} + 1);
+  nodes[0] = moved(places[0]);
+  parallel_for(before.size(), 64, [&](std::size_t i) {
+    TreeNode* to = &nodes[2 * std::size_t{before[i]} + 1];
+    for (std::uint64_t rest = used.word(i); rest != 0; rest &= rest - 1) {
+      const TreeNode* const from = &places[2 * (64 * i + static_cast<std::size_t>(std::countr_zero(rest))) + 1];
+      *to++ = moved(from[0]);
+      *to++ = moved(from[1]);
+    }
+  });
   return nodes;
 }
 

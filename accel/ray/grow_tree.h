@@ -58,8 +58,21 @@ inline bool must_halve(std::uint32_t size, std::uint32_t depth, const TreeLimits
   return size > leaf_size && balanced_depth >= limits.max_depth - static_cast<int>(depth);
 }
 
-// The nodes reachable from the first, in the same order, without the places between them that hold none.
-std::vector<TreeNode> without_gaps(const TreeNode* places, std::uint32_t used);
+// Which pairs of places hold nodes: bits that any thread may set.
+class PairMarks {
+ public:
+  explicit PairMarks(std::size_t pairs) : words_((pairs + 63) / 64) {}
+
+  void mark(std::uint32_t pair) { words_[pair / 64].fetch_or(std::uint64_t{1} << pair % 64, std::memory_order_relaxed); }
+  std::size_t words() const { return words_.size(); }
+  std::uint64_t word(std::size_t i) const { return words_[i].load(std::memory_order_relaxed); }
+
+ private:
+  std::vector<std::atomic<std::uint64_t>> words_;
+};
+
+// The first node and those of the marked pairs, in the same order, without the places between them that hold none.
+std::vector<TreeNode> without_gaps(const TreeNode* places, const PairMarks& used);
 
 // Cuts a run of items at the median of their centres along the axis on which these spread most; ties go by id, so the cut
 // depends on the set alone.
@@ -75,7 +88,8 @@ class TreeGrower {
       : splitter_(splitter),
         count_(count),
         limits_(limits),
-        places_(uninitialised_on_huge_pages<TreeNode>(2 * static_cast<std::size_t>(count) - 1)) {
+        places_(uninitialised_on_huge_pages<TreeNode>(2 * static_cast<std::size_t>(count) - 1)),
+        used_(count) {
     CHECK_LT(count, 1u << 31);
     tree_.primitives.resize(count);
   }
@@ -89,7 +103,7 @@ class TreeGrower {
   }
 
  private:
-  static constexpr std::uint32_t task_size = 4096;
+  static constexpr std::uint32_t task_size = 1024;
 
   struct Job {
     ItemRange range;
@@ -100,7 +114,7 @@ class TreeGrower {
   // Grows the subtree of a job, handing large subtrees to other tasks.
   void run(const Job& root) {
     std::vector<Job> jobs{root};
-    std::uint32_t used = root.place == 0, depth = 0;
+    std::uint32_t depth = 0;
     while (!jobs.empty()) {
       const Job job = jobs.back();
       jobs.pop_back();
@@ -111,7 +125,7 @@ class TreeGrower {
         depth = std::max(depth, range.depth);
         continue;
       }
-      used += 2;
+      used_.mark(job.pair);
       depth = std::max(depth, range.depth + 1);
       const std::uint32_t place = 2 * job.pair + 1, left = split->middle - range.begin;
       places_[job.place] = {range.bounds, place, 0};
@@ -119,7 +133,6 @@ class TreeGrower {
               jobs);
       hand_on({{range.begin, split->middle, split->left, split->left_centres, range.depth + 1}, place, job.pair + 1}, jobs);
     }
-    used_ += used;
     std::uint32_t deepest = depth_;
     while (depth > deepest && !depth_.compare_exchange_weak(deepest, depth)) {
     }
@@ -152,8 +165,9 @@ class TreeGrower {
   const std::uint32_t count_;
   const TreeLimits limits_;
   UninitialisedArray<TreeNode> places_;
+  PairMarks used_;
   BinaryTree tree_;
-  std::atomic<std::uint32_t> used_ = 0, depth_ = 0;
+  std::atomic<std::uint32_t> depth_ = 0;
   tbb::task_group tasks_;
 };
 

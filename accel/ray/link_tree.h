@@ -38,7 +38,8 @@ concept CutSource = requires(S& s, const Run& run, std::uint32_t position) {
 template <CutSource S>
 class TreeLinker {
  public:
-  TreeLinker(S& source, std::uint32_t count, const TreeLimits& limits) : source_(source), count_(count), limits_(limits) {
+  TreeLinker(S& source, std::uint32_t count, const TreeLimits& limits)
+      : source_(source), count_(count), limits_(limits), marks_(count) {
     CHECK_LT(count, 1u << 31);
     resize_on_huge_pages(tree_.nodes, 2 * static_cast<std::size_t>(count) - 1);
     tree_.primitives.resize(count);
@@ -62,7 +63,7 @@ class TreeLinker {
     parallel_for(tasks.size(), 1, [&](std::size_t i) { link_below(tasks[i]); });
     for (std::size_t i = above.size(); i-- > 0;) unite(tree_.nodes[above[i]]);
     tree_.depth = depth_;
-    if (used_ < tree_.nodes.size()) tree_.nodes = without_gaps(tree_.nodes.data(), used_);
+    if (used_ < tree_.nodes.size()) tree_.nodes = without_gaps(tree_.nodes.data(), marks_);
     return std::move(tree_);
   }
 
@@ -88,6 +89,7 @@ class TreeLinker {
       return false;
     const std::uint32_t place = 2 * job.pair + 1;
     tree_.nodes[job.place].first = place;
+    marks_.mark(job.pair);
     children[0] = {{run.begin, cut->middle, run.depth + 1, cut->left_handle}, place, job.pair + 1};
     children[1] = {{cut->middle, run.end, run.depth + 1, cut->right_handle}, place + 1, job.pair + cut->middle - run.begin};
     return true;
@@ -140,6 +142,7 @@ class TreeLinker {
   S& source_;
   const std::uint32_t count_;
   const TreeLimits limits_;
+  PairMarks marks_;
   BinaryTree tree_;
   std::atomic<std::uint32_t> used_ = 0, depth_ = 0;
 };

@@ -5,6 +5,10 @@
 #include <array>
 #include <bit>
 
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
 namespace etendue {
 
 namespace {
@@ -19,7 +23,10 @@ FourUnsigned spread(FourUnsigned x) {
   return (x | x << 2) & 0x49249249;
 }
 
-// Stable radix sort by bits [32, 64), by blocks whose counts are summed up per digit.
+// The bits by which keys are first sorted.
+constexpr int radix_shift = 31;
+
+// Stable radix sort by bits [31, 64), by blocks whose counts are summed up per digit.
 class RadixSort {
  public:
   RadixSort(UninitialisedArray<std::uint64_t>& keys, std::size_t size)
@@ -28,7 +35,7 @@ class RadixSort {
         size_(size),
         block_size_(std::max(grain, (size + max_blocks - 1) / max_blocks)),
         counts_((size + block_size_ - 1) / block_size_) {
-    for (const int shift : {32, 43, 54}) pass(shift);
+    for (const int shift : {radix_shift, 42, 53}) pass(shift);
   }
 
  private:
@@ -65,9 +72,45 @@ class RadixSort {
   std::vector<std::array<std::uint32_t, digits>> counts_;  // by block; then where its next key of a digit goes
 };
 
+// The keys of the points that count, in their order.
+struct KeyWriter {
+  const MortonPoint* points;
+  std::size_t begin, end;
+  MortonCode code;
+  std::uint64_t index_mask;
+  std::uint64_t* keys;
+
+  void write() {
+    for (std::size_t i = begin; i < end; ++i)
+      if (points[i].counts != 0) *keys++ = (2 * code(points[i].position) & ~index_mask) | i;
+  }
+
+#if defined(__x86_64__)
+  // By an instruction that spreads bits as a mask says.
+  [[gnu::target("bmi2")]] void write_with_pdep() {
+    constexpr std::uint64_t every_third = 0x2492492492492492;  // of a key: one bit above those of the code
+    for (std::size_t i = begin; i < end; ++i) {
+      if (points[i].counts == 0) continue;
+      const FourUnsigned cell = code.cell(points[i].position);
+      const std::uint64_t bits =
+          _pdep_u64(cell[0], 4 * every_third) | _pdep_u64(cell[1], 2 * every_third) | _pdep_u64(cell[2], every_third);
+      *keys++ = (bits & ~index_mask) | i;
+    }
+  }
+  // Where it is quick.
+  static bool has_pdep() {
+    static const bool has = __builtin_cpu_supports("bmi2") && !__builtin_cpu_is("znver1") && !__builtin_cpu_is("znver2");
+    return has;
+  }
+#else
+  void write_with_pdep() { write(); }
+  static bool has_pdep() { return false; }
+#endif
+};
+
 // The first of the places in (begin, end) whose value, by `value_at`, is `bound` or more; values rise, the last is no less.
-template <class Value, class ValueAt>
-std::uint32_t first_from(std::uint32_t begin, std::uint32_t end, Value bound, const ValueAt& value_at) {
+template <class ValueAt>
+std::uint32_t first_from(std::uint32_t begin, std::uint32_t end, std::uint64_t bound, const ValueAt& value_at) {
   std::uint32_t below = begin;
   for (std::uint32_t count = end - begin; count > 1;) {
     const std::uint32_t half = count / 2;
@@ -77,8 +120,8 @@ std::uint32_t first_from(std::uint32_t begin, std::uint32_t end, Value bound, co
   return below + 1;
 }
 
-// What the first code with the highest bit that differs is no less than.
-std::uint32_t bound_between(std::uint32_t first, std::uint32_t last) { return last & ~(std::bit_floor(first ^ last) - 1); }
+// What the first value with the highest bit that differs is no less than.
+std::uint64_t bound_between(std::uint64_t first, std::uint64_t last) { return last & ~(std::bit_floor(first ^ last) - 1); }
 
 }  // namespace
 
@@ -90,15 +133,13 @@ MortonCode::MortonCode(const Bounds& points) : origin_(four(0.5f * points.lower)
   if (!(scale_ < infinity)) scale_ = 0;
 }
 
-// Of x and y the upper 11 bits, of z the upper 10, side by side.
-std::uint32_t MortonCode::upper(const vec3& point) const {
-  const FourUnsigned bits = spread(cell(point) >> FourUnsigned{10, 10, 11, 0});
-  return bits[0] << 1 | bits[1] | bits[2] << 2;
-}
-
-std::uint32_t MortonCode::lower(const vec3& point) const {
-  const FourUnsigned bits = spread(cell(point) & FourUnsigned{0x3ff, 0x3ff, 0x7ff, 0});
-  return bits[0] << 2 | bits[1] << 1 | bits[2];
+// The upper 32 bits hold of x and y the upper 11 bits, of z the upper 10, the lower 31 the others.
+std::uint64_t MortonCode::operator()(const vec3& point) const {
+  const FourUnsigned all = cell(point), upper = spread(all >> FourUnsigned{10, 10, 11, 0}),
+                     lower = spread(all & FourUnsigned{0x3ff, 0x3ff, 0x7ff, 0});
+  const std::uint64_t upper_bits = upper[0] << 1 | upper[1] | upper[2] << 2,
+                      lower_bits = lower[0] << 2 | lower[1] << 1 | lower[2];
+  return upper_bits << 31 | lower_bits;
 }
 
 void MortonOrder::sort() {
@@ -109,52 +150,92 @@ void MortonOrder::sort() {
   }
   code_ = MortonCode(bounds);
   keys_ = uninitialised_on_huge_pages<std::uint64_t>(size_);
+  if (size_ == 0) return;
+  index_mask_ = std::bit_ceil(chunks_.back().end) - 1;
   parallel_for(chunks_.size(), 1, [&](std::size_t c) {
     const Chunk& chunk = chunks_[c];
-    const MortonCode code = code_;
-    std::uint64_t* key = keys_.get() + chunk.size;
-    for (std::size_t i = chunk.begin; i < chunk.end; ++i) {
-      if (points_[i].counts == 0) continue;
-      *key++ = std::uint64_t{code.upper(points_[i].position)} << 32 | i;
-    }
+    KeyWriter writer{points_.get(), chunk.begin, chunk.end, code_, index_mask_, keys_.get() + chunk.size};
+    if (KeyWriter::has_pdep())
+      writer.write_with_pdep();
+    else
+      writer.write();
   });
   RadixSort(keys_, size_);
   sort_equal_runs();
 }
 
-// By the other bits, where the upper 32 are equal.
 void MortonOrder::sort_equal_runs() {
-  const auto same = [this](std::size_t a, std::size_t b) { return keys_[a] >> 32 == keys_[b] >> 32; };
-  std::vector<std::size_t> begins{0};  // about a chunk apart, at the beginnings of runs
-  for (std::size_t i = chunk_size; i < size_; i += chunk_size) {
+  const std::uint64_t* const keys = keys_.get();
+  const auto same = [=](std::size_t a, std::size_t b) { return keys[a] >> radix_shift == keys[b] >> radix_shift; };
+  std::vector<std::uint32_t> begins{0};  // about a chunk apart, at the beginnings of runs
+  for (std::uint32_t i = chunk_size; i < size_; i += chunk_size) {
     while (i < size_ && same(i - 1, i)) ++i;
     begins.push_back(i);
   }
   begins.push_back(size_);
   parallel_for(begins.size() - 1, 1, [&](std::size_t c) {
-    std::vector<std::uint64_t> run;  // the other bits, then the index
-    for (std::size_t begin = begins[c], next; begin < begins[c + 1]; begin = next) {
-      for (next = begin + 1; next < begins[c + 1] && same(begin, next);) ++next;
-      __builtin_prefetch(&points_[static_cast<std::uint32_t>(keys_[std::min<std::size_t>(next + 16, begins[c + 1] - 1)])]);
-      if (next - begin == 1) continue;
-      run.resize(next - begin);
-      for (std::size_t i = begin; i < next; ++i)
-        run[i - begin] = std::uint64_t{lower(keys_[i])} << 32 | static_cast<std::uint32_t>(keys_[i]);
-      std::sort(run.begin(), run.end());
-      const std::uint64_t upper = keys_[begin] >> 32 << 32;
-      for (std::size_t i = begin; i < next; ++i) keys_[i] = upper | static_cast<std::uint32_t>(run[i - begin]);
+    const std::uint32_t end = begins[c + 1];
+    for (std::uint32_t i = begins[c] + 1; i < end; ++i) {
+      __builtin_prefetch(&points_[index(std::min(i + 16, size_ - 1))]);
+      if (in_order(i)) continue;
+      std::uint32_t begin = i - 1;
+      while (begin > begins[c] && same(begin - 1, i)) --begin;
+      while (i < end && same(begin, i)) ++i;
+      sort_run(begin, i);
     }
   });
 }
 
+// Whether a place's code is above that of the place before it, or of the same point: the halves of a rectangle share a centre.
+bool MortonOrder::in_order(std::uint32_t place) const {
+  const std::uint64_t before = keys_[place - 1], key = keys_[place];
+  if (key > (before | index_mask_)) [[likely]]
+    return true;
+  return (key | index_mask_) == (before | index_mask_) && points_[index(place - 1)].position == points_[index(place)].position;
+}
+
+// What radix sort left equal.
+void MortonOrder::sort_run(std::uint32_t begin, std::uint32_t end) {
+  std::uint64_t* const keys = keys_.get();
+  constexpr std::uint32_t few = 16;
+  if (end - begin > few) {
+    std::sort(keys + begin, keys + end);
+  } else {
+    for (std::uint32_t i = begin + 1; i < end; ++i) {
+      const std::uint64_t key = keys[i];
+      std::uint32_t place = i;
+      for (; place > begin && keys[place - 1] > key; --place) keys[place] = keys[place - 1];
+      keys[place] = key;
+    }
+  }
+  for (std::uint32_t first = begin, next; first < end; first = next) {
+    for (next = first + 1; next < end && (keys[first] | index_mask_) == (keys[next] | index_mask_);) ++next;
+    if (next - first > 1) sort_by_rest(first, next);
+  }
+}
+
+// What differs in the rest of the code at most.
+void MortonOrder::sort_by_rest(std::uint32_t begin, std::uint32_t end) {
+  std::uint64_t* const keys = keys_.get();
+  if (end - begin == 2) {
+    if (rest(begin) > rest(begin + 1)) std::swap(keys[begin], keys[begin + 1]);
+    return;
+  }
+  std::vector<std::uint64_t> run(end - begin);  // the rest, then the index
+  for (std::uint32_t i = begin; i < end; ++i) run[i - begin] = rest(i) << 32 | index(i);
+  std::sort(run.begin(), run.end());
+  const std::uint64_t code = keys[begin] & ~index_mask_;
+  for (std::uint32_t i = begin; i < end; ++i) keys[i] = code | static_cast<std::uint32_t>(run[i - begin]);
+}
+
 std::uint32_t MortonOrder::cut(std::uint32_t begin, std::uint32_t end) const {
   const std::uint64_t* const keys = keys_.get();
-  const auto first = static_cast<std::uint32_t>(keys[begin] >> 32), last = static_cast<std::uint32_t>(keys[end - 1] >> 32);
-  if (first != last)
-    return first_from(begin, end, std::uint64_t{bound_between(first, last)} << 32, [=](std::uint32_t i) { return keys[i]; });
-  const std::uint32_t low_first = lower(keys[begin]), low_last = lower(keys[end - 1]);
-  if (low_first == low_last) return begin + (end - begin) / 2;
-  return first_from(begin, end, bound_between(low_first, low_last), [&](std::uint32_t i) { return lower(keys[i]); });
+  const std::uint64_t first = keys[begin], last = keys[end - 1];
+  if ((first | index_mask_) != (last | index_mask_))
+    return first_from(begin, end, bound_between(first, last), [=](std::uint32_t i) { return keys[i]; });
+  const std::uint64_t first_rest = rest(begin), last_rest = rest(end - 1);
+  if (first_rest == last_rest) return begin + (end - begin) / 2;
+  return first_from(begin, end, bound_between(first_rest, last_rest), [&](std::uint32_t i) { return rest(i); });
 }
 
 MortonOrder sort_by_morton_code(std::vector<BuildItem>& items) {

@@ -1,9 +1,10 @@
 // Points along a space-filling curve: sorted by their Morton codes ([Morton1966]; for trees first by [Lauterbach2009]).
 //
 // A code has 63 bits, 21 per axis, of a cube around the points: the first cut is then across the longest axis, whatever the
-// scene's shape. The sort is a radix sort by the upper 32 bits; only runs that are equal in these are sorted by the other 31.
-// Equal codes keep the order of the points. Parallel (oneTBB), with the same result at any thread count, since a stable order
-// is unique.
+// scene's shape. A key of 64 bits is a point's index below as many bits of its code as find room. The sort is a radix sort by
+// the upper 33 bits of the keys; runs that are equal in these are sorted by the others, and by the rest of the code where that
+// is not enough. Equal codes keep the order of the points. Parallel (oneTBB), with the same result at any thread count, since a
+// stable order is unique.
 #pragma once
 
 #include "accel/ray/binary_tree.h"
@@ -24,14 +25,14 @@ class MortonCode {
   MortonCode() = default;
   explicit MortonCode(const Bounds& points);
 
-  std::uint32_t upper(const vec3& point) const;  // bits 31 to 62
-  std::uint32_t lower(const vec3& point) const;  // bits 0 to 30
+  std::uint64_t operator()(const vec3& point) const;
 
- private:
+  // By axis, of 2^21.
   FourUnsigned cell(const vec3& point) const {
     return (FourUnsigned) __builtin_convertvector((0.5f * four(point) - origin_) * scale_, FourInts);
   }
 
+ private:
   FourFloats origin_{};
   float scale_ = 0;
 };
@@ -60,7 +61,7 @@ class MortonOrder {
 
   std::uint32_t size() const { return size_; }  // of the points that count
   // Of the point at a place in the order.
-  std::uint32_t index(std::uint32_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
+  std::uint32_t index(std::uint32_t place) const { return static_cast<std::uint32_t>(keys_[place] & index_mask_); }
   // Where the highest bit in which the codes of a run of two or more differ changes: the first place behind. The middle of a
   // run of equal codes.
   std::uint32_t cut(std::uint32_t begin, std::uint32_t end) const;
@@ -76,13 +77,18 @@ class MortonOrder {
 
   void sort();
   void sort_equal_runs();
-  std::uint32_t lower(std::uint64_t key) const { return code_.lower(points_[static_cast<std::uint32_t>(key)].position); }
+  bool in_order(std::uint32_t place) const;
+  void sort_run(std::uint32_t begin, std::uint32_t end);
+  void sort_by_rest(std::uint32_t begin, std::uint32_t end);
+  // The bits of a place's code that are not in its key.
+  std::uint64_t rest(std::uint32_t place) const { return 2 * code_(points_[index(place)].position) & index_mask_; }
 
   std::vector<Chunk> chunks_;
   UninitialisedArray<MortonPoint> points_;
   MortonCode code_;
   std::uint32_t size_ = 0;
-  UninitialisedArray<std::uint64_t> keys_;  // upper 32 bits of the code, index of the point
+  std::uint64_t index_mask_ = 0;            // of the bits of a key that are an index; the others are the code's upper ones
+  UninitialisedArray<std::uint64_t> keys_;  // by place in the order
 };
 
 // Sorts the items by the codes of their boxes' centres.

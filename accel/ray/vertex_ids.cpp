@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <cstring>
 
 namespace etendue {
 
@@ -13,16 +14,22 @@ VertexIds::VertexIds(const Geometry& geometry) : geometry_(&geometry) {
   const std::size_t size = std::bit_ceil(count + count / 2);
   std::vector<std::uint32_t> table(size, no_id);
   first_equal_.resize(count);
+  const auto equal = [&](std::uint32_t a, std::uint32_t b) {
+    return std::memcmp(&geometry.positions[a], &geometry.positions[b], sizeof(vec3)) == 0;
+  };
   for (std::uint32_t vertex = 0; vertex < count; ++vertex) {
     const auto bits = std::bit_cast<std::array<std::uint32_t, 3>>(geometry.positions[vertex]);
     std::uint64_t hash = bits[0] * 0x9e3779b97f4a7c15u;
     hash = ((hash >> 32) ^ bits[1]) * 0x9e3779b97f4a7c15u;
     hash = ((hash >> 32) ^ bits[2]) * 0x9e3779b97f4a7c15u;
+    // Whether a vertex is new is a toss-up, so no branch depends on it: it is compared with itself then.
     std::size_t slot = (hash >> 20) & (size - 1);
-    while (table[slot] != no_id && std::bit_cast<std::array<std::uint32_t, 3>>(geometry.positions[table[slot]]) != bits)
-      slot = (slot + 1) & (size - 1);
-    if (table[slot] == no_id) table[slot] = vertex;
-    first_equal_[vertex] = table[slot];
+    std::uint32_t first = table[slot] == no_id ? vertex : table[slot];
+    while (!equal(first, vertex)) [[unlikely]] {
+        slot = (slot + 1) & (size - 1);
+        first = table[slot] == no_id ? vertex : table[slot];
+      }
+    first_equal_[vertex] = table[slot] = first;
   }
 }
 

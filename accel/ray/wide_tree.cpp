@@ -1,8 +1,11 @@
 #include "accel/ray/wide_tree.h"
 
 #include "accel/ray/collapse_plan.h"
+#include "accel/ray/ranks.h"
 
 #include <array>
+#include <bit>
+#include <memory>
 
 namespace etendue {
 
@@ -17,31 +20,94 @@ class Collapse {
       : geometry_(geometry), contents_(contents), tree_(tree), plan_(geometry, tree, contents, options) {}
 
   Tree run() {
-    out_.nodes.reserve(tree_.primitives.size() / (4 * node_width) + 1);
-    add_node();
     if (plan_.is_leaf(0)) {
-      cost_ = tree_.nodes[0].bounds.half_area();
-      set_child(0, 0, 0, leaf(0));
-      out_.depth = 1;
+      Piece root;
+      root.cost = tree_.nodes[0].bounds.half_area();
+      root.depth = 1;
+      add_node(root);
+      set_child(root.nodes[0], 0, 0, leaf(root, 0));
+      join(root, {}, {});
     } else {
       emit();
     }
     fill_packs();
-    const float root_area = tree_.nodes[0].bounds.half_area();
-    if (root_area > 0 && std::isfinite(cost_)) out_.sah_cost = cost_ / root_area;
     return std::move(out_);
   }
 
  private:
-  std::uint32_t add_node() {
-    WideNode<node_width>& node = out_.nodes.emplace_back();
-    for (int plane = 0; plane < 6; ++plane) std::fill_n(node.planes[plane], node_width, plane % 2 == 0 ? infinity : -infinity);
-    std::fill_n(node.children, node_width, WideRef(WideRef::Kind::node, 0));
-    return static_cast<std::uint32_t>(out_.nodes.size() - 1);
+  using Node = WideNode<node_width>;
+
+  struct Job {
+    std::uint32_t at, binary, depth;  // `at` in its piece
+  };
+
+  // Wide nodes that one thread makes, depth first, numbered within the piece; the first is its root.
+  struct Piece {
+    std::vector<Node> nodes;
+    std::vector<std::uint32_t> packs, lists;  // the binary nodes whose primitives they hold
+    double cost = 0;                          // of nodes and leaves, times the root's area
+    std::uint32_t depth = 0;
+    // In the tree: of what follows the piece's root, and of its leaves.
+    std::uint32_t next_node = 1, first_pack = 0, first_list = 0;
+  };
+
+  static constexpr std::uint32_t task_size = 8192;  // primitives, at most, of a subtree that is a piece of its own
+
+  // The upper nodes, then the subtrees below them.
+  void emit() {
+    Piece top;
+    std::vector<Job> roots;
+    add_node(top);
+    emit(top, {0, 0, 1}, &roots);
+    std::vector<Piece> below(roots.size());
+    parallel_for(roots.size(), 1, [&](std::size_t i) {
+      const std::size_t primitives = plan_.primitives(roots[i].binary).size();
+      below[i].nodes.reserve(primitives / (3 * node_width) + 1);
+      below[i].packs.reserve(primitives / 4 + 1);
+      add_node(below[i]);
+      emit(below[i], {0, roots[i].binary, roots[i].depth}, nullptr);
+    });
+    join(top, roots, below);
   }
 
-  void set_child(std::uint32_t at, int slot, std::uint32_t binary, WideRef child) {
-    WideNode<node_width>& node = out_.nodes[at];
+  // What is small goes to `tasks` where there are any.
+  void emit(Piece& piece, const Job& root, std::vector<Job>* tasks) const {
+    std::vector<Job> jobs{root};
+    std::vector<std::uint32_t> children;
+    while (!jobs.empty()) {
+      const Job job = jobs.back();
+      jobs.pop_back();
+      if (tasks != nullptr && plan_.primitives(job.binary).size() <= task_size) {
+        tasks->push_back(job);
+        continue;
+      }
+      piece.cost += tree_.nodes[job.binary].bounds.half_area();
+      piece.depth = std::max(piece.depth, job.depth);
+      plan_.children(job.binary, children);
+      sort_by_promise(children);
+      const std::size_t waiting = jobs.size();
+      for (std::size_t slot = 0; slot < children.size(); ++slot) {
+        const std::uint32_t binary = children[slot];
+        if (plan_.is_leaf(binary)) {
+          set_child(piece.nodes[job.at], slot, binary, leaf(piece, binary));
+        } else {
+          const std::uint32_t child = add_node(piece);
+          set_child(piece.nodes[job.at], slot, binary, {WideRef::Kind::node, child});
+          jobs.push_back({child, binary, job.depth + 1});
+        }
+      }
+      std::reverse(jobs.begin() + static_cast<std::ptrdiff_t>(waiting), jobs.end());
+    }
+  }
+
+  static std::uint32_t add_node(Piece& piece) {
+    Node& node = piece.nodes.emplace_back();
+    for (int plane = 0; plane < 6; ++plane) std::fill_n(node.planes[plane], node_width, plane % 2 == 0 ? infinity : -infinity);
+    std::fill_n(node.children, node_width, WideRef(WideRef::Kind::node, 0));
+    return static_cast<std::uint32_t>(piece.nodes.size() - 1);
+  }
+
+  void set_child(Node& node, std::size_t slot, std::uint32_t binary, WideRef child) const {
     const Bounds& b = tree_.nodes[binary].bounds;
     for (int axis = 0; axis < 3; ++axis) {
       node.planes[2 * axis][slot] = b.lower[axis];
@@ -50,55 +116,73 @@ class Collapse {
     node.children[slot] = child;
   }
 
-  // All wide nodes, depth first.
-  void emit() {
-    struct Job {
-      std::uint32_t at, binary, depth;
-    };
-    std::vector<Job> jobs{{0, 0, 1}};
-    std::vector<std::uint32_t> children;
-    while (!jobs.empty()) {
-      const Job job = jobs.back();
-      jobs.pop_back();
-      cost_ += tree_.nodes[job.binary].bounds.half_area();
-      out_.depth = std::max(out_.depth, job.depth);
-      plan_.children(job.binary, children);
-      sort_by_promise(children);
-      const std::size_t waiting = jobs.size();
-      for (std::size_t slot = 0; slot < children.size(); ++slot) {
-        const std::uint32_t binary = children[slot];
-        if (plan_.is_leaf(binary)) {
-          set_child(job.at, static_cast<int>(slot), binary, leaf(binary));
-        } else {
-          const std::uint32_t child = add_node();
-          set_child(job.at, static_cast<int>(slot), binary, {WideRef::Kind::node, child});
-          jobs.push_back({child, binary, job.depth + 1});
-        }
-      }
-      std::reverse(jobs.begin() + static_cast<std::ptrdiff_t>(waiting), jobs.end());
+  // What differs in the last bits of its promise only stays in order.
+  void sort_by_promise(std::vector<std::uint32_t>& children) const {
+    static_assert(node_width <= Ranks::most);
+    std::array<std::uint32_t, node_width> keys, unsorted;
+    for (std::uint32_t i = 0; i < children.size(); ++i) {
+      keys[i] = (std::bit_cast<std::uint32_t>(plan_.promise(children[i])) & ~(node_width - 1u)) | i;  // none is negative
+      unsorted[i] = children[i];
     }
+    const Ranks ranks(keys.data(), children.size());
+    for (std::uint32_t i = 0; i < children.size(); ++i) children[ranks[i]] = unsorted[i];
   }
 
-  void sort_by_promise(std::vector<std::uint32_t>& children) {
-    keys_.clear();
-    for (const std::uint32_t n : children) keys_.emplace_back(plan_.promise(n), n);
-    std::sort(keys_.begin(), keys_.end());
-    std::transform(keys_.begin(), keys_.end(), children.begin(), [](const auto& key) { return key.second; });
+  WideRef leaf(Piece& piece, std::uint32_t binary) const {
+    piece.cost += static_cast<double>(plan_.primitives(binary).size()) * tree_.nodes[binary].bounds.half_area();
+    const bool is_pack = plan_.is_pack(binary);
+    std::vector<std::uint32_t>& leaves = is_pack ? piece.packs : piece.lists;
+    leaves.push_back(binary);
+    return {is_pack ? WideRef::Kind::pack : WideRef::Kind::list, static_cast<std::uint32_t>(leaves.size() - 1)};
   }
 
-  WideRef leaf(std::uint32_t binary) {
+  // The pieces one after the other; the root of each below the top has its place there.
+  void join(Piece& top, std::span<const Job> roots, std::span<Piece> below) {
+    std::size_t nodes = top.nodes.size(), packs = top.packs.size(), lists = top.lists.size();
+    for (Piece& piece : below) {
+      piece.next_node = static_cast<std::uint32_t>(nodes);
+      piece.first_pack = static_cast<std::uint32_t>(packs);
+      piece.first_list = static_cast<std::uint32_t>(lists);
+      nodes += piece.nodes.size() - 1;
+      packs += piece.packs.size();
+      lists += piece.lists.size();
+      top.cost += piece.cost;
+      top.depth = std::max(top.depth, piece.depth);
+    }
+    out_.nodes.resize(nodes);
+    packed_.resize(packs);
+    copy(top, 0);
+    parallel_for(below.size(), 1, [&](std::size_t i) { copy(below[i], roots[i].at); });
+    for (const std::uint32_t binary : top.lists) add_list(binary);
+    for (const Piece& piece : below)
+      for (const std::uint32_t binary : piece.lists) add_list(binary);
+    out_.depth = top.depth;
+    const float root_area = tree_.nodes[0].bounds.half_area();
+    if (root_area > 0 && std::isfinite(top.cost)) out_.sah_cost = top.cost / root_area;
+  }
+
+  void copy(const Piece& piece, std::uint32_t root) {
+    for (std::size_t i = 0; i < piece.nodes.size(); ++i) {
+      Node node = piece.nodes[i];
+      for (WideRef& child : node.children) child = moved(child, piece);
+      std::construct_at(&out_.nodes[i == 0 ? root : piece.next_node + i - 1], node);
+    }
+    std::copy(piece.packs.begin(), piece.packs.end(), packed_.begin() + piece.first_pack);
+  }
+
+  static WideRef moved(WideRef child, const Piece& piece) {
+    if (child.is_pack()) return {WideRef::Kind::pack, piece.first_pack + child.index()};
+    if (child.is_leaf()) return {WideRef::Kind::list, piece.first_list + child.index()};
+    return {WideRef::Kind::node, child.index() == 0 ? 0 : piece.next_node + child.index() - 1};  // 0: an empty slot
+  }
+
+  void add_list(std::uint32_t binary) {
     const auto run = plan_.primitives(binary);
-    cost_ += static_cast<double>(run.size()) * tree_.nodes[binary].bounds.half_area();
-    if (plan_.is_pack(binary)) {
-      packed_.push_back(binary);
-      return {WideRef::Kind::pack, static_cast<std::uint32_t>(packed_.size() - 1)};
-    }
     std::vector<std::uint32_t> ids(run.begin(), run.end());
     std::sort(ids.begin(), ids.end());
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
     out_.lists.push_back({static_cast<std::uint32_t>(out_.list_ids.size()), static_cast<std::uint32_t>(ids.size())});
     out_.list_ids.insert(out_.list_ids.end(), ids.begin(), ids.end());
-    return {WideRef::Kind::list, static_cast<std::uint32_t>(out_.lists.size() - 1)};
   }
 
   void fill_packs() {
@@ -107,13 +191,21 @@ class Collapse {
     parallel_for(packed_.size(), 256, [&](std::size_t i) {
       plan_.prefetch(packed_[std::min(i + 8, last)]);
       prefetch_vertices(packed_[std::min(i + 2, last)]);
-      fill(out_.packs[i], packed_[i]);
+      fill(*std::construct_at(&out_.packs[i]), packed_[i]);
     });
   }
 
   // (GCC leaves a call out that has no other effect.)
   [[gnu::always_inline]] void prefetch_vertices(std::uint32_t binary) const {
-    for (const uvec3& triangle : plan_.corners(binary))
+    const auto corners = plan_.corners(binary);
+    if (contents_.repeats) {
+      const std::ptrdiff_t place = corners.data() - &contents_.corners[0];
+      std::uint64_t first =
+          contents_.repeats.first_seen(place, static_cast<std::uint32_t>(corners.size()), tree_.primitives.size());
+      for (; first != 0; first &= first - 1) __builtin_prefetch(&geometry_.positions[(&corners[0].x)[std::countr_zero(first)]]);
+      return;
+    }
+    for (const uvec3& triangle : corners)
       for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry_.positions[triangle[corner]]);
   }
 
@@ -150,9 +242,7 @@ class Collapse {
   const LeafContents& contents_;
   const BinaryTree& tree_;
   const CollapsePlan<node_width, Pack> plan_;
-  double cost_ = 0;                                    // of the wide tree, times the root's area
-  std::vector<std::pair<float, std::uint32_t>> keys_;  // of sort_by_promise
-  std::vector<std::uint32_t> packed_;                  // by pack: the binary node whose primitives it holds
+  std::vector<std::uint32_t> packed_;  // by pack: the binary node whose primitives it holds
   Tree out_;
 };
 

@@ -46,12 +46,24 @@ struct WideList {
   std::uint32_t first, count;  // in WideTree::list_ids
 };
 
+// For arrays whose values are constructed in place after a resize, by the threads that know them.
+template <class T>
+struct UnconstructedOnHugePages : HugePageAllocator<T> {
+  using value_type = T;
+
+  UnconstructedOnHugePages() = default;
+  template <class U>
+  UnconstructedOnHugePages(const UnconstructedOnHugePages<U>&) {}
+
+  static void construct(T*) {}
+};
+
 template <int node_width, class Pack>
 struct WideTree {
   using LeafPack = Pack;
 
-  std::vector<WideNode<node_width>, HugePageAllocator<WideNode<node_width>>> nodes;  // 0 is the root; empty over no primitive
-  std::vector<Pack, HugePageAllocator<Pack>> packs;
+  std::vector<WideNode<node_width>, UnconstructedOnHugePages<WideNode<node_width>>> nodes;  // 0: root; empty over no primitive
+  std::vector<Pack, UnconstructedOnHugePages<Pack>> packs;
   std::vector<WideList> lists;
   std::vector<std::uint32_t> list_ids;
   std::uint32_t depth = 0;  // edges to the deepest leaf
