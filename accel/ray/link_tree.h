@@ -30,7 +30,7 @@ concept CutSource = requires(S& s, const Run& run, std::uint32_t position) {
   { s.best(run) } -> std::same_as<std::optional<Cut>>;
   // A cut into runs of equal length (or lengths that differ by one).
   { s.halve(run) } -> std::same_as<Cut>;
-  // Called once for each leaf, before `item`.
+  // Called before `item` is asked for what is in a run: of each leaf, and of runs that may become one.
   {s.settle(run)};
   { s.item(position) } -> std::same_as<const BuildItem&>;
 };
@@ -79,9 +79,10 @@ class TreeLinker {
   bool split(const Job& job, Job* children) {
     const Run& run = job.run;
     if (run.size() == 1 || static_cast<int>(run.depth) == limits_.max_depth) return false;
-    if (limits_.packs != nullptr &&
-        limits_.packs->takes(run.size(), [&](std::uint32_t i) { return source_.item(run.begin + i).id; }))
-      return false;
+    if (limits_.packs != nullptr && run.size() <= limits_.packs->lanes()) {
+      source_.settle(run);
+      if (limits_.packs->takes(run.size(), [&](std::uint32_t i) { return source_.item(run.begin + i).id; })) return false;
+    }
     std::optional<Cut> cut;
     if (must_halve(run.size(), run.depth, limits_))
       cut = source_.halve(run);
