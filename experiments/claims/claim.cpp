@@ -14,7 +14,7 @@ std::span<const Measurement> measurements() {
   static const std::vector<Measurement> all = [] {
     std::vector<Measurement> rows;
     for (const auto& group : {builder_measurements(), traversal_measurements(), change_measurements(), space_measurements(),
-                              object_measurements(), image_measurements(), sampling_measurements()})
+                              object_measurements(), image_measurements(), sampling_measurements(), content_measurements()})
       rows.insert(rows.end(), group.begin(), group.end());
     return rows;
   }();

@@ -65,5 +65,6 @@ std::vector<Measurement> space_measurements();      // trees of boxes against ce
 std::vector<Measurement> object_measurements();     // cylinders, rotated objects, few objects
 std::vector<Measurement> image_measurements();      // whole images: seconds, tasks
 std::vector<Measurement> sampling_measurements();   // directions, caches
+std::vector<Measurement> content_measurements();   // what a scene is spared that lacks a thing
 
 }  // namespace etendue

@@ -40,6 +40,7 @@ int accel_command(const AccelCommand& command);
 
 struct InspectCommand {
   std::string scene;
+  bool measure = false;  // time what the scene is spared
   bool json = false;
 };
 int inspect_command(const InspectCommand& command);
@@ -56,7 +57,7 @@ struct ReportCommand {
 };
 int report_command(const ReportCommand& command);
 
-int list_command(const std::string& what);  // "": everything
+int list_command(const std::string& what);  // one list, or one name of any; "": everything
 
 // Typed values of the command line; they throw Error naming the option.
 std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high);

@@ -99,9 +99,9 @@ void ConsoleRunObserver::cell_finished(const CellRecord& cell, const CheckpointR
     return;
   }
   const auto error = last->metrics.find("relmse");
-  const std::string text = fmt::format("{}{}{} iterations, {}", head,
+  const std::string text = fmt::format("{}{}{} iteration{}, {}", head,
                                        error == last->metrics.end() ? "" : fmt::format("relmse {:.3g}, ", error->second),
-                                       last->iterations, format_seconds(last->time_s));
+                                       last->iterations, last->iterations == 1 ? "" : "s", format_seconds(last->time_s));
   if (console_.interactive())
     draw(1, "");
   else

@@ -1,5 +1,7 @@
 // `etendue inspect`: what a scene holds, and what of the machinery it needs.
+#include "experiments/claims/claim.h"
 #include "experiments/command/commands.h"
+#include "experiments/command/console.h"
 #include "framework/core/units.h"
 #include "framework/io/load_scene.h"
 #include "framework/scene/needs.h"
@@ -29,9 +31,29 @@ Contents count_contents(const Scene& scene) {
   return contents;
 }
 
+// What the scene is spared that lacks a thing: time with it over time without, as experiments/contents.toml measures it.
+struct Spared {
+  std::string name, text;
+  Measured factor;
+};
+
+std::vector<Spared> measure_spared(const std::string& scene) {
+  Console console;
+  std::vector<Spared> spared;
+  MeasureTask task{.scene = scene, .resolution = 128, .repetitions = 9};
+  for (const char* name : {"contents-in-rays", "contents-in-images"}) {
+    const Measurement& measurement = find_measurement(name, {});
+    task.progress = [&](double share) { console.status(fmt::format("{} {:.0f} %", measurement.summary, 100 * share)); };
+    for (const auto& [quantity, factor] : measurement.run(task).figures)
+      spared.push_back({quantity, measurement.quantity(quantity)->text, factor});
+  }
+  console.clear_status();
+  return spared;
+}
+
 Json vector_json(const vec3& v) { return Json::array({v.x, v.y, v.z}); }
 
-std::string to_json(const std::string& name, const Scene& scene, const SceneNeeds& needs) {
+std::string to_json(const std::string& name, const Scene& scene, const SceneNeeds& needs, const std::vector<Spared>& spared) {
   const Contents contents = count_contents(scene);
   const Bounds bounds = scene.bounds();
   Json json{{"scene", name},
@@ -53,11 +75,14 @@ std::string to_json(const std::string& name, const Scene& scene, const SceneNeed
   json["needs"] = Json::array();
   for (const auto& line : needs.lines(scene))
     json["needs"].push_back({{"what", line.what}, {"needed", line.needed}, {"why", line.why}});
+  for (const Spared& s : spared)
+    json["spared"].push_back(
+        {{"what", s.name}, {"factor", s.factor.median}, {"low", s.factor.low}, {"high", s.factor.high}, {"of", s.text}});
   json["warnings"] = scene.warnings;
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string to_lines(const std::string& name, const Scene& scene, const SceneNeeds& needs) {
+std::string to_lines(const std::string& name, const Scene& scene, const SceneNeeds& needs, const std::vector<Spared>& spared) {
   const Contents contents = count_contents(scene);
   const Bounds bounds = scene.bounds();
   std::string text = fmt::format("{}  ({:016x})\n", name, scene.hash());
@@ -81,6 +106,10 @@ std::string to_lines(const std::string& name, const Scene& scene, const SceneNee
   text += "needs\n";
   for (const auto& line : needs.lines(scene))
     text += fmt::format("  {:<4}{:<20} {}\n", line.needed ? "yes" : "no", line.what, line.why);
+  if (!spared.empty()) text += "spared (CPU time with it over without; median and quartiles)\n";
+  for (const Spared& s : spared)
+    text +=
+        fmt::format("  {:<12} {:.3f}x ({:.3f} to {:.3f})  {}\n", s.name, s.factor.median, s.factor.low, s.factor.high, s.text);
   if (!scene.warnings.empty()) text += "warnings\n";
   for (const std::string& warning : scene.warnings) text += fmt::format("  {}\n", warning);
   return text;
@@ -91,10 +120,12 @@ std::string to_lines(const std::string& name, const Scene& scene, const SceneNee
 int inspect_command(const InspectCommand& command) {
   const Scene scene = load_scene(command.scene);
   const SceneNeeds needs = scene_needs(scene);
+  exit_on_interrupt("\ninterrupted\n");
+  const std::vector<Spared> spared = command.measure ? measure_spared(command.scene) : std::vector<Spared>{};
   if (command.json)
-    fmt::print("{}\n", to_json(command.scene, scene, needs));
+    fmt::print("{}\n", to_json(command.scene, scene, needs, spared));
   else
-    fmt::print("{}", to_lines(command.scene, scene, needs));
+    fmt::print("{}", to_lines(command.scene, scene, needs, spared));
   return 0;
 }
 

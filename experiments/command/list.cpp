@@ -3,123 +3,137 @@
 #include "accel/registry.h"
 #include "experiments/claims/claim.h"
 #include "experiments/claims/claim_scenes.h"
-#include "experiments/stress/stress_figures.h"
 #include "experiments/command/commands.h"
+#include "experiments/stress/stress_figures.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
 #include "framework/scene/motion.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
-#include <functional>
+#include <vector>
 
 namespace etendue {
 
 namespace {
 
-void print_name(const std::string& name, const std::string& summary) { fmt::print("  {:<34} {}\n", name, summary); }
+// A name that an experiment or the command line may write.
+struct Entry {
+  std::string name, summary;
+  std::vector<ParamInfo> params = {};
+  std::vector<Quantity> quantities = {};
+};
+using Entries = std::vector<Entry>;
 
-void print_params(const std::vector<ParamInfo>& params) {
-  for (const ParamInfo& info : params)
+void print_entry(const Entry& entry) {
+  fmt::print("  {:<34} {}\n", entry.name, entry.summary);
+  for (const Quantity& quantity : entry.quantities) fmt::print("      {:<24} {}\n", quantity.name, quantity.text);
+  for (const ParamInfo& info : entry.params) {
+    const bool plain = info.unit.empty() || info.unit == "1";  // a number without a unit
     fmt::print("      {:<24} {:<14} {}{}{}: {}\n", info.name, info.default_value.empty() ? "\"\"" : info.default_value,
-               info.range, info.unit.empty() ? "" : " ", info.unit, info.help);
-}
-
-void list_scenes() {
-  for (const BuiltinScene& scene : builtin_scenes()) {
-    print_name("builtin:" + scene.name, scene.summary);
-    print_params(scene.params);
-  }
-  print_name("builtin:NAME?key=value,…", "with parameters");
-  print_name("FILE.pbrt", "a scene");
-  print_name("FILE.obj, .ply, .smf", "a bare mesh, with a camera and a light of its own");
-}
-
-void list_integrators() {
-  for (const IntegratorEntry& entry : integrators()) {
-    print_name(entry.name, entry.summary);
-    print_params(entry.params);
+               info.range, plain ? "" : " ", plain ? "" : info.unit, info.help);
   }
 }
 
-void list_accels() {
-  for (const RayEntry& entry : ray_structures()) {
-    print_name(entry.name, entry.summary + (entry.available ? "" : " (absent: its library was not found when this was built)"));
-    print_params(entry.params);
-  }
+Entries scene_entries() {
+  Entries entries;
+  for (const BuiltinScene& scene : builtin_scenes()) entries.push_back({"builtin:" + scene.name, scene.summary, scene.params});
+  entries.push_back({"builtin:NAME?key=value,…", "with parameters"});
+  entries.push_back({"FILE.pbrt", "a scene"});
+  entries.push_back({"FILE.obj, .ply, .smf", "a bare mesh, with a camera and a light of its own"});
+  return entries;
 }
 
-void list_metrics() {
-  for (const Metric& metric : metrics()) print_name(std::string(metric.name), std::string(metric.formula));
+Entries accel_entries() {
+  Entries entries;
+  for (const RayEntry& entry : ray_structures())
+    entries.push_back({entry.name,
+                       entry.summary + (entry.available ? "" : " (absent: its library was not found when this was built)"),
+                       entry.params});
+  return entries;
 }
 
-void list_points() {
-  for (const PointEntry& entry : point_structures()) print_name(entry.name, entry.summary);
-}
-
-void list_balls() {
-  for (const BallEntry& entry : ball_structures()) print_name(entry.name, entry.summary);
-}
-
-void list_motions() {
-  for (const MotionEntry& entry : motions()) {
-    print_name(entry.name, entry.summary);
-    print_params(entry.params);
-  }
-}
-
-void list_policies() {
-  for (const ChangePolicyEntry& entry : change_policies()) {
-    print_name(entry.name, entry.summary);
-    print_params(entry.params);
-  }
+Entries metric_entries() {
+  Entries entries;
+  for (const Metric& metric : metrics()) entries.push_back({std::string(metric.name), std::string(metric.formula)});
+  return entries;
 }
 
 // With their figures, and the scenes that only claims ask for.
-void list_measurements() {
-  for (const Measurement& measurement : measurements()) {
-    print_name(measurement.name, measurement.summary);
-    for (const Quantity& quantity : measurement.quantities) fmt::print("      {:<24} {}\n", quantity.name, quantity.text);
-  }
-  for (const ClaimScene& scene : claim_scenes()) {
-    print_name("claim:" + scene.name, scene.summary);
-    print_params(scene.params);
-  }
+Entries measurement_entries() {
+  Entries entries;
+  for (const Measurement& measurement : measurements())
+    entries.push_back({measurement.name, measurement.summary, {}, measurement.quantities});
+  for (const ClaimScene& scene : claim_scenes()) entries.push_back({"claim:" + scene.name, scene.summary, scene.params});
+  return entries;
 }
 
-void list_figures() {
-  for (const StressFigure& figure : stress_figures()) print_name(figure.name, figure.text);
+Entries figure_entries() {
+  Entries entries;
+  for (const StressFigure& figure : stress_figures()) entries.push_back({figure.name, figure.text});
+  return entries;
+}
+
+template <class Row>
+Entries entries_of(const Row& rows) {
+  Entries entries;
+  for (const auto& row : rows) {
+    entries.push_back({row.name, row.summary});
+    if constexpr (requires { row.params; }) entries.back().params = row.params;
+  }
+  return entries;
 }
 
 struct Section {
   std::string name, title;
-  std::function<void()> print;
+  Entries entries;
 };
+
+std::vector<Section> list_sections() {
+  return {{"scenes", "scenes", scene_entries()},
+          {"integrators", "integrators (with each parameter: default, range, unit)", entries_of(integrators())},
+          {"accels", "ray structures (with each parameter: default, range, unit)", accel_entries()},
+          {"metrics", "metrics (x: image, r: reference)", metric_entries()},
+          {"points", "point structures: which photons lie near?", entries_of(point_structures())},
+          {"balls", "ball structures: which records cover a point?", entries_of(ball_structures())},
+          {"motions", "motions, of experiments on change over time", entries_of(motions())},
+          {"policies", "policies: what becomes of a tree when its scene moves", entries_of(change_policies())},
+          {"measurements", "measurements, of experiments on claims (and their scenes)", measurement_entries()},
+          {"figures", "figures of images, of the catalogue of failures", figure_entries()}};
+}
+
+// What goes by that name, wherever it stands; false if nothing does.
+bool list_name(const std::vector<Section>& sections, const std::string& name) {
+  bool found = false;
+  for (const Section& section : sections)
+    for (const Entry& entry : section.entries) {
+      if (entry.name != name) continue;
+      fmt::print("{}\n", section.title);
+      print_entry(entry);
+      found = true;
+    }
+  return found;
+}
 
 }  // namespace
 
 int list_command(const std::string& what) {
-  const Section sections[] = {{"scenes", "scenes", list_scenes},
-                              {"integrators", "integrators (with each parameter: default, range, unit)", list_integrators},
-                              {"accels", "ray structures (with each parameter: default, range, unit)", list_accels},
-                              {"metrics", "metrics (x: image, r: reference)", list_metrics},
-                              {"points", "point structures: which photons lie near?", list_points},
-                              {"balls", "ball structures: which records cover a point?", list_balls},
-                              {"motions", "motions, of experiments on change over time", list_motions},
-                              {"policies", "policies: what becomes of a tree when its scene moves", list_policies},
-                              {"measurements", "measurements, of experiments on claims (and their scenes)", list_measurements},
-                              {"figures", "figures of images, of the catalogue of failures", list_figures}};
+  const std::vector<Section> sections = list_sections();
   std::vector<std::string> names;
   bool found = false;
   for (const Section& section : sections) {
     names.push_back(section.name);
     if (!what.empty() && what != section.name) continue;
     if (what.empty()) fmt::print("{}{}\n", found ? "\n" : "", section.title);
-    section.print();
+    for (const Entry& entry : section.entries) print_entry(entry);
     found = true;
   }
-  if (!found) throw Error(Location{"list"}, unknown_name("list", what, names));
-  return 0;
+  if (found || list_name(sections, what)) return 0;
+  std::vector<std::string> all = names;
+  for (const Section& section : sections)
+    for (const Entry& entry : section.entries) all.push_back(entry.name);
+  if (nearest_names(what, all).empty()) all = names;
+  throw Error(Location{"list"}, unknown_name("list or name", what, all));
 }
 
 }  // namespace etendue

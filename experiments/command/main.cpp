@@ -9,10 +9,31 @@
 #include <cstdio>
 #include <functional>
 #include <new>
+#include <sstream>
 
 namespace etendue {
 
 namespace {
+
+// Help whose descriptions are wrapped beside their options.
+class WrappedHelp : public CLI::Formatter {
+ public:
+  WrappedHelp() { column_width(36); }
+  std::string make_option_desc(const CLI::Option* option) const override {
+    constexpr std::size_t width = 84;
+    std::istringstream words(CLI::Formatter::make_option_desc(option));
+    std::string text;
+    std::size_t length = 0;
+    for (std::string word; words >> word; length += word.size() + 1) {
+      if (length > 0 && length + word.size() > width) {
+        text += '\n';
+        length = 0;
+      }
+      text += (length > 0 ? " " : "") + word;
+    }
+    return text;
+  }
+};
 
 class CommandLine {
  public:
@@ -20,7 +41,7 @@ class CommandLine {
     render_.started = started;
     app_.set_version_flag("--version", version_text());
     app_.allow_extras();
-    app_.get_formatter()->column_width(44);
+    app_.formatter(std::make_shared<WrappedHelp>());
     add_run();
     add_render();
     add_accel();
@@ -85,21 +106,27 @@ class CommandLine {
   void add_render() {
     CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
     c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf")->required()->type_name("");
-    text(c, "-i,--integrator", render_.integrator, "NAME", "default path, with --load-cache that of the cache; see `etendue list integrators`");
+    text(c, "-i,--integrator", render_.integrator, "NAME",
+         "default path, with --load-cache that of the cache; see `etendue list integrators`");
     text(c, "--accel", render_.accel, "NAME", "default: binned-sah in the layout that suits; see `etendue list accels`");
     text(c, "--spp", render_.spp, "N", "iterations: samples per pixel, photon passes; default 64");
-    text(c, "--time", render_.time, "30s", "the image is there by then, preparation included (a longer preparation is finished first)");
+    text(c, "--time", render_.time, "30s",
+         "the image is there by then, preparation included (a longer preparation is finished first)");
     text(c, "--error", render_.error, "0.01", "until relmse is that small (within --time, default 10min)");
     text(c, "--seed", render_.seed, "N", "default 1");
     repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");
     text(c, "-o", render_.output, "FILE", ".exr or .png; default: named after scene and integrator, none with --json");
-    repeated(c, "--aov", render_.aovs, "NAME",
-             "another image beside the output, FILE.NAME.exr: records (where a cache's lie, and how far they serve), standard-error "
-             "(of each pixel, as the method itself estimates it); repeatable");
-    text(c, "--save-cache", render_.save_cache, "FILE", "the cache as the last iteration left it (irradiance-cache, radiance-cache), for other views of the scene");
+    repeated(
+        c, "--aov", render_.aovs, "NAME",
+        "another image beside the output, FILE.NAME.exr: records (where a cache's lie, and how far they serve), standard-error "
+        "(of each pixel, as the method itself estimates it); repeatable");
+    text(c, "--save-cache", render_.save_cache, "FILE",
+         "the cache as the last iteration left it (irradiance-cache, radiance-cache), for other views of the scene");
     text(c, "--load-cache", render_.load_cache, "FILE",
-         "begin with a saved cache: its integrator and parameters, where not given; what it does not cover is added. The same view and "
-         "seed with refine=false: the same image to the bit; with refine it goes on where it stood. Refused if the scene (but for "
+         "begin with a saved cache: its integrator and parameters, where not given; what it does not cover is added. The same "
+         "view and "
+         "seed with refine=false: the same image to the bit; with refine it goes on where it stood. Refused if the scene (but "
+         "for "
          "the camera), a parameter its records depend on, or the version differs");
     c->add_flag("--json", render_.json, "figures as JSON on stdout");
     text(c, "--threads", render_.threads, "N", "default: all of the machine's");
@@ -117,13 +144,16 @@ class CommandLine {
     text(c, "--repetitions", accel_.repetitions, "N", "interleaved builds and timings, of which the median counts; default 3");
     text(c, "--check", accel_.check, "1e7",
          "rays aimed at vertices and edges, at four scales and offsets, judged in double precision; default none");
-    text(c, "--budget", accel_.budget, "10s", "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
+    text(c, "--budget", accel_.budget, "10s",
+         "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
     text(c, "--threads", accel_.threads, "N", "of the parallel builds; default: all of the machine's");
   }
 
   void add_small_commands() {
     CLI::App* c = add("inspect", "what a scene holds and what it needs", [this] { return inspect_command(inspect_); });
     c->add_option("SCENE", inspect_.scene, "builtin:NAME or a file")->required()->type_name("");
+    c->add_flag("--measure", inspect_.measure,
+                "time what the scene is spared: the same scene with each thing that it lacks, over without (some seconds)");
     c->add_flag("--json", inspect_.json, "as JSON");
     c = add("compare", "every metric of an image against a reference", [this] { return compare_command(compare_); });
     c->add_option("IMAGE", compare_.image, ".exr")->required()->type_name("");
@@ -134,8 +164,10 @@ class CommandLine {
     c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
     text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
     c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
-    c->add_option("WHAT", list_,
-                  "scenes, integrators, accels, metrics, points, balls, motions, policies or measurements or figures; default all")
+    c->add_option(
+         "WHAT", list_,
+         "scenes, integrators, accels, metrics, points, balls, motions, policies, measurements or figures; or one name, "
+         "such as sppm; default all")
         ->type_name("");
   }
 

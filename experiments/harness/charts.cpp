@@ -254,15 +254,13 @@ Figure front_figure(const ReportData& data, const SceneData& scene, const std::s
   std::sort(front.points.begin(), front.points.end(), [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
   chart.series.insert(chart.series.begin(), std::move(front));  // below the marks
 
-  // Each configuration is named once: amid its points on the front, else at its last.
+  // What has a part of the front is named amid it; the legend names the others.
   for (const std::size_t c : present) {
-    std::vector<const FrontPoint*> own, on_front;
-    for (const FrontPoint& point : points) {
-      if (point.configuration != c) continue;
-      own.push_back(&point);
-      if (point.on_front) on_front.push_back(&point);
-    }
-    const FrontPoint& at = on_front.empty() ? *own.back() : *on_front[on_front.size() / 2];
+    std::vector<const FrontPoint*> on_front;
+    for (const FrontPoint& point : points)
+      if (point.configuration == c && point.on_front) on_front.push_back(&point);
+    if (on_front.empty()) continue;
+    const FrontPoint& at = *on_front[on_front.size() / 2];
     chart.labels.push_back({at.time_s, at.error, label(data, scene.configurations[c])});
   }
 

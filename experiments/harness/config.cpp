@@ -198,17 +198,16 @@ void refuse_keys(const ConfigNode& root, const char* beside, std::initializer_li
       throw Error(found->second.key_where, fmt::format("{}: of no use beside {}; expected only one of them", key, beside));
 }
 
-ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
-  const fs::path directory = fs::path(path).parent_path();
-  ExperimentConfig config;
-  config.path = path;
-  config.title = fs::path(path).stem().string();
+// The keys that say which kind of experiment it is; null where absent.
+struct ExperimentKeys {
+  const ConfigNode *scenes, *accels, *methods, *budget, *dynamic, *points, *balls, *claims, *timing, *regions, *rates, *ratios,
+      *stress;
+};
+
+// What any experiment may say; of the other keys, where they stand.
+ExperimentKeys read_keys(const ConfigNode& root, const fs::path& directory, ExperimentConfig& config) {
   TableReader reader(root, "experiment");
-  const auto* scenes = reader.find("scenes");
-  const auto* accels = reader.find("accels");
-  const auto* methods = reader.find("integrators");
   const auto* seeds = reader.find("seeds");
-  const auto* budget = reader.find("budget");
   const auto* reference = reader.find("reference");
   if (const auto* n = reader.find("title")) config.title = read_text(*n, "title");
   if (const auto* n = reader.find("resolution")) config.resolution = read_resolution(*n);
@@ -216,11 +215,6 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   if (const auto* n = reader.find("structures")) config.structures = read_structures(*n);
   std::vector<std::string> all_metrics;
   for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
-  const auto* dynamic = reader.find("dynamic");
-  const auto *points = reader.find("points"), *balls = reader.find("balls");
-  const auto *claims = reader.find("claims"), *timing = reader.find("timing");
-  const auto *regions = reader.find("regions"), *rates = reader.find("rates"), *ratios = reader.find("ratios");
-  const auto* stress = reader.find("stress");
   const auto* wanted = reader.find("metrics");
   config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
   config.table_formats = {"md", "csv", "tex"};
@@ -232,66 +226,89 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   }
   if (const auto* quick = reader.find("quick"); quick && !quick->table())
     wrong_type(*quick, "quick", "a table of keys to replace");
+  const ExperimentKeys keys{reader.find("scenes"),  reader.find("accels"),  reader.find("integrators"), reader.find("budget"),
+                            reader.find("dynamic"), reader.find("points"),  reader.find("balls"),       reader.find("claims"),
+                            reader.find("timing"),  reader.find("regions"), reader.find("rates"),       reader.find("ratios"),
+                            reader.find("stress")};
   reader.finish();
-
   config.seeds = read_seeds(seeds);
-  if (budget) config.budget = read_budget(*budget);
+  if (keys.budget) config.budget = read_budget(*keys.budget);
   config.reference = read_reference(reference, directory);
-  if (dynamic) {
-    refuse_keys(root, "[dynamic], which renders nothing",
-                {"integrators", "structures", "budget", "reference", "metrics", "resolution", "regions", "rates", "ratios"});
-    config.animation = read_animation(*dynamic);
-    config.accels = read_builders(accels);
-  } else {
-    config.accels = accels ? read_accels(*accels) : std::vector<Method>{default_accel()};
-  }
-  if (claims) {
-    refuse_keys(root, "[[claims]], which name what they measure",
-                {"scenes", "accels", "integrators", "seeds", "structures", "dynamic", "budget", "reference", "metrics",
-                 "resolution", "regions", "rates", "ratios", "points", "balls"});
-    config.claims = read_claims(*claims, timing);
-    config.hash = result_hash(root);
-    return config;
-  }
-  if (stress) {
-    refuse_keys(root, "[[stress]], which names scenes and methods",
-                {"scenes", "accels", "integrators", "structures", "dynamic", "reference", "metrics", "timing", "regions",
-                 "rates", "ratios", "points", "balls"});
-    config.stress = read_stress(*stress);
-    if (!config.budget.samples || config.budget.time_s || config.budget.error)
-      throw Error(stress->key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
-    config.hash = result_hash(root);
-    return config;
-  }
-  if (timing) throw Error(timing->key_where, "timing: of no use without [[claims]]");
-  if (points || balls) {
-    const std::string beside = points ? "[points]" : "[balls]";
-    refuse_keys(root, (beside + ", which renders nothing").c_str(),
-                {"integrators", "accels", "structures", "dynamic", "budget", "reference", "metrics", "resolution", "threads",
-                 "regions", "rates", "ratios"});
-    if (points) refuse_keys(root, "[points]", {"balls"});
-    config.search = read_search(points ? *points : *balls, balls != nullptr);
-    if (scenes) config.scenes = read_scenes(*scenes, directory);
-    if (config_sets(config).empty())
-      throw Error(Location{path}, fmt::format("nothing to search; expected scenes = [\"builtin:cornell-box\", …]{}",
-                                              points ? " or points.contrasts" : ""));
-    config.hash = result_hash(root);
-    return config;
-  }
-  if (methods) config.integrators = read_integrators(*methods);
-  if (!scenes) throw Error(Location{path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
-  config.scenes = read_scenes(*scenes, directory);
+  return keys;
+}
+
+void interpret_claims(const ConfigNode& root, const ExperimentKeys& keys, ExperimentConfig& config) {
+  refuse_keys(root, "[[claims]], which name what they measure",
+              {"scenes", "accels", "integrators", "seeds", "structures", "dynamic", "budget", "reference", "metrics",
+               "resolution", "regions", "rates", "ratios", "points", "balls"});
+  config.claims = read_claims(*keys.claims, keys.timing);
+}
+
+void interpret_stress(const ConfigNode& root, const ExperimentKeys& keys, ExperimentConfig& config) {
+  refuse_keys(root, "[[stress]], which names scenes and methods",
+              {"scenes", "accels", "integrators", "structures", "dynamic", "reference", "metrics", "timing", "regions", "rates",
+               "ratios", "points", "balls"});
+  config.stress = read_stress(*keys.stress);
+  if (!config.budget.samples || config.budget.time_s || config.budget.error)
+    throw Error(keys.stress->key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
+}
+
+void interpret_search(const ConfigNode& root, const ExperimentKeys& keys, const fs::path& directory, ExperimentConfig& config) {
+  const std::string beside = keys.points ? "[points]" : "[balls]";
+  refuse_keys(root, (beside + ", which renders nothing").c_str(),
+              {"integrators", "accels", "structures", "dynamic", "budget", "reference", "metrics", "resolution", "threads",
+               "regions", "rates", "ratios"});
+  if (keys.points) refuse_keys(root, "[points]", {"balls"});
+  config.search = read_search(keys.points ? *keys.points : *keys.balls, keys.balls != nullptr);
+  if (keys.scenes) config.scenes = read_scenes(*keys.scenes, directory);
+  if (config_sets(config).empty())
+    throw Error(Location{config.path}, fmt::format("nothing to search; expected scenes = [\"builtin:cornell-box\", …]{}",
+                                                   keys.points ? " or points.contrasts" : ""));
+}
+
+// Scenes by structures by methods; or scenes that move.
+void interpret_matrix(const ExperimentKeys& keys, const fs::path& directory, ExperimentConfig& config) {
+  const Location where{config.path};
+  if (keys.methods) config.integrators = read_integrators(*keys.methods);
+  if (!keys.scenes) throw Error(where, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
+  config.scenes = read_scenes(*keys.scenes, directory);
   std::vector<std::string> scene_names;
   for (const SceneChoice& scene : config.scenes) scene_names.push_back(scene.name);
-  if (regions) config.regions = read_regions(*regions, scene_names);
-  if (rates) config.rates = read_rates(*rates, {scene_names, config.integrators, config.regions, config.metrics});
-  if (ratios) config.ratios = read_ratios(*ratios, {scene_names, config.integrators, config.regions, config.metrics});
-  if (!methods && !config.structures && !dynamic)
-    throw Error(Location{path}, "no integrators; expected [[integrators]] tables (or structures = true, or [dynamic])");
-  if (methods && !budget) throw Error(Location{path}, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");
+  if (keys.regions) config.regions = read_regions(*keys.regions, scene_names);
+  const RateContext context{scene_names, config.integrators, config.regions, config.metrics};
+  if (keys.rates) config.rates = read_rates(*keys.rates, context);
+  if (keys.ratios) config.ratios = read_ratios(*keys.ratios, context);
+  if (!keys.methods && !config.structures && !keys.dynamic)
+    throw Error(where, "no integrators; expected [[integrators]] tables (or structures = true, or [dynamic])");
+  if (keys.methods && !keys.budget) throw Error(where, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");
   if (config.reference.kind == ReferenceChoice::Kind::file && config.scenes.size() > 1)
     throw Error(config.reference.where,
                 fmt::format("reference: one file for {} scenes; expected one scene", config.scenes.size()));
+}
+
+ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
+  const fs::path directory = fs::path(path).parent_path();
+  ExperimentConfig config;
+  config.path = path;
+  config.title = fs::path(path).stem().string();
+  const ExperimentKeys keys = read_keys(root, directory, config);
+  if (keys.dynamic) {
+    refuse_keys(root, "[dynamic], which renders nothing",
+                {"integrators", "structures", "budget", "reference", "metrics", "resolution", "regions", "rates", "ratios"});
+    config.animation = read_animation(*keys.dynamic);
+    config.accels = read_builders(keys.accels);
+  } else {
+    config.accels = keys.accels ? read_accels(*keys.accels) : std::vector<Method>{default_accel()};
+  }
+  if (keys.timing && !keys.claims && !keys.stress) throw Error(keys.timing->key_where, "timing: of no use without [[claims]]");
+  if (keys.claims)
+    interpret_claims(root, keys, config);
+  else if (keys.stress)
+    interpret_stress(root, keys, config);
+  else if (keys.points || keys.balls)
+    interpret_search(root, keys, directory, config);
+  else
+    interpret_matrix(keys, directory, config);
   config.hash = result_hash(root);
   return config;
 }

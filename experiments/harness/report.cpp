@@ -172,9 +172,11 @@ std::vector<std::string> write_report(const std::vector<std::string>& directorie
   content.experiments = find_experiments(directories);
 
   Output out(output.empty() ? fs::path(".") : fs::path(output));
-  for (const Table& table : content.tables)
+  for (const Table& table : content.tables) {
+    if (table.rows.empty() && table.name != "failures") continue;  // that there are none is an answer there
     for (const std::string& format : options.table_formats)
       out.write("tables/" + table.name + "." + format, formatted(table, format));
+  }
   for (const Figure& figure : file_figures(data)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   for (const Figure& figure : rate_figures(content.rates)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   out.write("report.html", report_page(data, content));

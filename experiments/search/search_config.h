@@ -3,9 +3,11 @@
 //   [points]     over photons of the scenes, and over squares with a dense spot
 //   structures   names, or "all" (default)
 //   counts       of points; default 10, 100, … 1,000,000
-//   neighbours   points that a query is to find: k of `nearest`, and by its distance the radius of `within`; default 1, 10, 50,
-//   500 contrasts    of density of the spot to what lies about it, 1 for none; default [], no such set queries      a batch,
-//   fewer where a structure is slow; default 4000 repetitions  of building and of each batch; default 7
+//   neighbours   points that a query is to find: k of `nearest`, and by its distance the radius of `within`;
+//                default 1, 10, 50, 500
+//   contrasts    of density of the spot to what lies about it, 1 for none; default [], no such set
+//   queries      a batch, fewer where a structure is slow; default 4000
+//   repetitions  of building and of each batch; default 7
 //
 //   [balls]      over records where a camera sees the scenes
 //   structures, counts (default 10 to 100,000), queries, repetitions

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 namespace etendue {
 namespace {
@@ -157,12 +158,15 @@ TEST(ClaimsExperiment, HoldsEveryClaimOnce) {
 }
 
 TEST(ClaimsExperiment, UsesEveryMeasurement) {
-  const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/claims.toml");
-  for (const Measurement& measurement : measurements()) {
-    bool used = false;
+  std::set<const Measurement*> used;
+  for (const char* file : {"claims.toml", "contents.toml"}) {
+    const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/" + file);
+    ASSERT_TRUE(config.claims.has_value()) << file;
     for (const Claim& claim : config.claims->rows)
-      for (const ClaimMeasure& measure : claim.measures) used = used || measure.measurement == &measurement;
-    EXPECT_TRUE(used) << measurement.name << " exists for no claim";
+      for (const ClaimMeasure& measure : claim.measures) used.insert(measure.measurement);
+  }
+  for (const Measurement& measurement : measurements()) {
+    EXPECT_TRUE(used.contains(&measurement)) << measurement.name << " exists for no claim";
   }
 }
 

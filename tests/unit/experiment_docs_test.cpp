@@ -1,0 +1,77 @@
+// docs/experiment-file.md names every key that the parser takes, and no other.
+#include "tests/unit/harness_process.h"
+#include "tests/places.h"
+#include "tests/unit/experiment_text.h"
+
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace etendue {
+namespace {
+
+using Keys = std::set<std::string>;
+
+// Of each section, by its heading: the first column of its table.
+std::map<std::string, Keys> documented_keys() {
+  std::map<std::string, Keys> sections;
+  std::istringstream lines(read_text_file(std::string(project_folder) + "docs/experiment-file.md"));
+  std::string section;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("## ")) section = line.substr(3);
+    if (line.starts_with("| `")) sections[section].insert(line.substr(3, line.find('`', 3) - 3));
+  }
+  return sections;
+}
+
+// What the parser says it knows where it meets a key like no other.
+Keys parsed_keys(const std::string& experiment) {
+  const std::string what = config_error(experiment);
+  constexpr std::string_view before = "unknown key 'zzzzzzzz'; available:";
+  const auto at = what.find(before);
+  EXPECT_NE(at, std::string::npos) << experiment << "\n" << what;
+  if (at == std::string::npos) return {};
+  std::istringstream words(what.substr(at + before.size()));
+  Keys keys;
+  for (std::string word; words >> word;) keys.insert(word);
+  return keys;
+}
+
+TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
+  const std::string z = "zzzzzzzz = 1", base = "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\n",
+                    path = "[[integrators]]\nname = \"path\"\n",
+                    claim = "[[claims]]\nid = 1\nclaim = \"c\"\nsource = \"s\"\nclaimed = \"c\"\n",
+                    measure =
+                        "[[claims.measures]]\nname = \"duplicates\"\nscenes = [\"builtin:cornell-box\"]\n"
+                        "expect = { bvh = [1, 1] }\n",
+                    row =
+                        "budget = { samples = 1 }\n[[stress]]\nid = 1\nfailure = \"f\"\nsource = \"s\"\n"
+                        "scene = \"builtin:edge\"\nfigure = \"bias\"\nfails = [1, 2]\nholds = [0, 0.5]\n"
+                        "method = { name = \"path\" }\n";
+  const std::map<std::string, std::string> experiments{
+      {"The file", base + z},
+      {"budget", "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1, " + z + " }\n"},
+      {"reference", base + "reference = { samples = 16, " + z + " }\n"},
+      {"structures", base + "structures = { " + z + " }\n"},
+      {"outputs", base + "outputs = { " + z + " }\n"},
+      {"regions", base + path + "[[regions]]\n" + z},
+      {"rates", base + path + "[[rates]]\nmethod = \"path\"\n" + z},
+      {"ratios", base + path + "[[ratios]]\nmethod = \"path\"\nover = \"path\"\n" + z},
+      {"dynamic", "scenes = [\"builtin:cornell-box\"]\n[dynamic]\n" + z},
+      {"points", "scenes = [\"builtin:cornell-box\"]\n[points]\n" + z},
+      {"balls", "scenes = [\"builtin:cornell-box\"]\n[balls]\n" + z},
+      {"claims", claim + z + "\n" + measure},
+      {"claims.measures", claim + measure + z},
+      {"timing", "timing = { " + z + " }\n" + claim + measure},
+      {"stress", row + z},
+      {"stress.remedies", row + "[[stress.remedies]]\nname = \"n\"\nchange = {}\n" + z}};
+  const std::map<std::string, Keys> documented = documented_keys();
+  for (const auto& [section, keys] : documented) EXPECT_TRUE(experiments.contains(section)) << section;
+  for (const auto& [section, experiment] : experiments) {
+    ASSERT_TRUE(documented.contains(section)) << section;
+    EXPECT_EQ(documented.at(section), parsed_keys(experiment)) << section;
+  }
+}
+
+}  // namespace
+}  // namespace etendue
