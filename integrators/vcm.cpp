@@ -45,6 +45,7 @@ class Vcm final : public Integrator {
   Vcm(const VcmParams& params, Setting setting) : params_(params), setting_(setting) {
     settings_.connect = setting != Setting::light_trace;
     settings_.roulette_depth = params.roulette_depth;
+    settings_.wall_test = params.wall_test;
     settings_.correlation = params.mis == "correlation-aware";
     settings_.sampler = parse_sampler(params.sampler);
   }

@@ -13,8 +13,11 @@
 // light through delta lobes, seen through delta lobes; from an area light it finds that by chance alone.
 // vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
 // memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
-// pass. It is one radius for the whole image, since weights along light paths are made of it. No side test: merges across a
-// corner make up for what is lost beyond it, and a BSDF refuses what comes from behind.
+// pass. It is one radius for the whole image, since weights along light paths are made of it; hence discs cannot end at walls
+// that hide a brighter part of the same floor, as those of progressive photon mapping do. Instead each merge asks for itself
+// (`wall_test`): something in the way, and it counts for nothing. That leaves the weights as they are, which stand for whole
+// discs: what the discs lose at walls is of the order of r, as at all borders of a surface, and vanishes with it. No side test:
+// merges across a corner make up for what is lost beyond it, and a BSDF refuses what comes from behind.
 // Merges that share a camera path are not independent; weights that know of it (mis = "correlation-aware") are those of
 // integrators/vcm_correlation.h, the same but for these factors.
 // light-trace is unbiased in scenes without specular surfaces. Where there are any, they stay black, and so does what is seen
@@ -52,6 +55,7 @@ struct VcmParams : BdptParams {
   float radius = 0;
   int neighbours = 4;
   float alpha = 0.75f;
+  bool wall_test = true;
   std::string mis = "balance";
   std::string structure = "hash-grid";
 };
@@ -62,6 +66,7 @@ void describe(Visitor& v, VcmParams& p) {
   v.number("radius", p.radius, 0, 1e30, "m", "within which vertices are merged, at first; 0: from the light paths' density");
   v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
+  v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");
   v.choice("mis", p.mis, {"balance", "correlation-aware"}, "how strategies are weighed against each other");
   v.choice("structure", p.structure, point_structure_names, "what finds the vertices to merge with");
 }

@@ -32,8 +32,7 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
         if (depth + 1 + light.events > settings_.max_depth) break;
         connect(vertex, light, radiance);
       }
-      if (settings_.merge_radius > 0)
-        radiance += path.throughput * merges_.radiance(point, bsdf, vertex.wo, path.mis, depth, trail_);
+      if (settings_.merge_radius > 0) merge(vertex, radiance);
     }
     if (!scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::radiance, trail_.vertices)) return;
   }
@@ -133,6 +132,16 @@ void CameraPaths::connect(const Vertex& v, const LightVertex& light, Rgb& radian
   }
   gains_.push_back({&radiance, v.path.throughput * camera_scattered * light_scattered * light.power * (weight / distance2)});
   shadow_rays_.push_back(shadow_ray(v.point, wi, distance));
+}
+
+void CameraPaths::merge(const Vertex& v, Rgb& radiance) {
+  conditional_.clear();
+  radiance += v.path.throughput * merges_.radiance(v.point, v.bsdf, v.wo, v.path.mis, v.depth, trail_, conditional_);
+  for (const VcmMerges::Conditional& merge : conditional_) {
+    if (merge.rise && !unoccluded(context_, *merge.rise)) continue;
+    gains_.push_back({&radiance, v.path.throughput * merge.radiance});
+    shadow_rays_.push_back(merge.way);
+  }
 }
 
 void CameraPaths::finish() {

@@ -37,6 +37,7 @@ class CameraPaths {
   Rgb met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth);
   void next_event(const Vertex& vertex, Sampler& sampler, Rgb& radiance);
   void connect(const Vertex& vertex, const LightVertex& light, Rgb& radiance);
+  void merge(const Vertex& vertex, Rgb& radiance);
 
   const RenderContext& context_;
   const VcmSettings& settings_;
@@ -46,6 +47,7 @@ class CameraPaths {
   PathDensities densities_;
   std::vector<Gain> gains_;
   std::vector<Ray> shadow_rays_;  // of the gains
+  std::vector<VcmMerges::Conditional> conditional_;
 };
 
 }  // namespace etendue

@@ -1,6 +1,7 @@
 #include "integrators/vcm_merges.h"
 
 #include "framework/core/parallel.h"
+#include "framework/scene/offset.h"
 #include "integrators/photons.h"
 
 namespace etendue {
@@ -9,6 +10,10 @@ namespace {
 
 // Below this cosine the light's own foreshortening is not divided out again, lest a rounding error be.
 constexpr float least_cosine = 1e-3f;
+
+// Of the distance between point and vertex: how far from their surfaces, which may curve, the way between them is (along the
+// normal, and to where the vertex's light came from, since nothing is in the way there), and what is left out at its ends.
+constexpr float lift = 0.05f, ends = 0.01f;
 
 }  // namespace
 
@@ -33,14 +38,30 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
   count(Counter::photons_stored, positions_.size());
 }
 
+VcmMerges::Conditional VcmMerges::between(const vec3& position, const vec3& normal, const vec3& offset, const vec3& wo,
+                                          const Rgb& radiance) {
+  const float distance = glm::length(offset), height = glm::dot(offset, normal), above = lift * distance;
+  const vec3 from = offset_origin(position, normal) + above * normal;
+  const auto ray = [](const vec3& origin, const vec3& way) {
+    const float length = glm::length(way);
+    return Ray{origin, ends * length, way / std::max(length, 1e-30f), (1 - ends) * length};
+  };
+  const vec3 free = glm::dot(wo, normal) < 0 ? normal : wo;  // light that came through the surface lies on its other side
+  if (height >= -above) return {radiance, ray(from, position + offset + above * free - from), std::nullopt};
+  const vec3 vertex = offset_origin(position + offset, free);
+  return {radiance, ray(from, offset - height * normal), ray(vertex, (above - height) * normal)};
+}
+
 Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera, int depth,
-                        const CameraTrail& trail) const {
+                        const CameraTrail& trail, std::vector<Conditional>& conditional) const {
   static thread_local Neighbours neighbours;
   query_->within(point.position, settings_.merge_radius, neighbours);
   count(Counter::photons_gathered, neighbours.size());
   const float connect = settings_.mis_connect();
   static thread_local PathDensities densities;
   densities.count_strategies(static_cast<float>(settings_.paths), settings_.merge_area());
+  const vec3 normal = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
+  const float share = 1 / settings_.mis_merge();
   Rgb sum(0);
   for (const Neighbour& neighbour : neighbours) {
     const Photon& photon = photons_[neighbour.id];
@@ -58,9 +79,14 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
       weight = mis_balance(photon.vcm * connect + photon.vm * light_reverse, camera.merged(connect, camera_reverse));
     }
     const float cosine = std::max(std::abs(glm::dot(photon.wo, point.normal)), least_cosine);
-    sum += photon.power * scattered * (weight / cosine);
+    const Rgb merged = photon.power * scattered * (share * weight / cosine);
+    const vec3 offset = positions_[neighbour.id] - point.position;
+    if (settings_.wall_test && offset != vec3(0))
+      conditional.push_back(between(point.position, normal, offset, photon.wo, merged));
+    else
+      sum += merged;
   }
-  return sum / settings_.mis_merge();
+  return sum;
 }
 
 float VcmMerges::usual_distance(const RenderContext& context, const LightPaths& light_paths, std::span<const vec3> points,

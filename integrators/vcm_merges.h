@@ -4,6 +4,7 @@
 #include "integrators/vcm_light_paths.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace etendue {
@@ -20,10 +21,18 @@ class VcmMerges {
   void build(const RenderContext& context, const LightPaths& light_paths, const VcmSettings& settings,
              const std::string& structure);
 
-  // Radiance towards wo from a surface that a camera path reaches with `depth` events before it, divided among the strategies.
-  // A kernel of constant height: the weights stand for it.
+  // A merge of no effect where a wall stands between the point and the vertex. A vertex below the tangent plane is reached
+  // round an edge or a curve, if at all: it rises to the plane first.
+  struct Conditional {
+    Rgb radiance;
+    Ray way;
+    std::optional<Ray> rise;
+  };
+
+  // Radiance towards wo from a surface that a camera path reaches with `depth` events before it, divided among the strategies;
+  // what depends on walls is appended to `conditional` instead. A kernel of constant height: the weights stand for it.
   Rgb radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera, int depth,
-               const CameraTrail& trail) const;
+               const CameraTrail& trail, std::vector<Conditional>& conditional) const;
 
   // The median over points of the distance to the k-th nearest vertex; 0 where there are fewer.
   static float usual_distance(const RenderContext& context, const LightPaths& light_paths, std::span<const vec3> points,
@@ -36,6 +45,8 @@ class VcmMerges {
     float vcm, vm;
     std::int32_t events;
   };
+
+  static Conditional between(const vec3& position, const vec3& normal, const vec3& offset, const vec3& wo, const Rgb& radiance);
 
   VcmSettings settings_;
   std::vector<vec3> positions_;

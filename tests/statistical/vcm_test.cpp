@@ -63,6 +63,23 @@ TEST(Vcm, LosesAndLeaksLittleAtEdges) {
     expect_exact_mean(scene, "vcm", 4, 0.015, 10000);
 }
 
+// Two rooms on one floor, a wall of 4 cm between them; the rest of the light stays behind it.
+TEST(Vcm, RefusesMergesThroughWalls) {
+  const Scene scene = load_scene("builtin:keyhole");
+  const auto mean = [&](const char* name, const decltype(ParamValue::value)& value) {
+    RenderOptions options;
+    options.resolution = {48, 48};
+    options.params[name] = {value, {}};
+    const Image image = render(scene, "vcm", options).image;
+    dvec3 sum(0);
+    for (const dvec3& pixel : image.pixels) sum += pixel;
+    return sum.y / static_cast<double>(image.pixels.size());
+  };
+  const double narrow = mean("radius", 0.03), leaking = mean("wall_test", false), clear = mean("wall_test", true);
+  EXPECT_GT(leaking, 1.25 * narrow);
+  EXPECT_LT(std::abs(clear - narrow), 0.2 * (leaking - narrow));
+}
+
 // k reflections of the integrating sphere: L (1 - rho^k).
 TEST(Vcm, DepthLimitTruncatesTheSeries) {
   const Scene scene = load_scene("builtin:lambert-sphere");
@@ -116,6 +133,7 @@ TEST(Vcm, EveryParameterChangesTheImage) {
       {"neighbours", std::int64_t{9}},
       {"alpha", 0.5},
       {"mis", "correlation-aware"},
+      {"wall_test", false},
   };
   for (const auto& [name, value] : changes) EXPECT_NE(hash(name, value), plain) << name;
   EXPECT_THROW(hash("structure", "hashgrid"), Error);
