@@ -6,6 +6,7 @@
 #pragma once
 
 #include "accel/ray/wide_packet.inl"
+#include "accel/ray/wide_shadow_stream.inl"
 #include "accel/ray/wide_stream.inl"
 #include "accel/ray/wide_traversal.inl"
 
@@ -44,11 +45,12 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
     return;
   }
   const float size = size_of(view.tree.nodes[0]);
-  WideStream<Simd, node_width, Pack, any_hit> stream(view);
+  using Stream = std::conditional_t<any_hit, WideShadowStream<Simd, node_width, Pack>, WideStream<Simd, node_width, Pack>>;
+  Stream stream(view, rays);
   const bool is_small = view.tree.bytes() < small_tree;
   int unpacked = 0;  // of runs_apart, still to come
   for (std::size_t begin = 0; begin < rays.size();) {
-    for (; begin < rays.size() && stream.size() + packet_size <= stream_size; begin += packet_size) {
+    for (; begin < rays.size() && stream.size() + packet_size <= Stream::most; begin += packet_size) {
       const std::span<const Ray> some = rays.subspan(begin, std::min<std::size_t>(packet_size, rays.size() - begin));
       if (unpacked > 0) {
         --unpacked;
@@ -63,7 +65,7 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
         if (singly)
           answer(begin + i, trace<Simd, false>(view, some[i], CountNothing()));
         else if (is_traceable(some[i]))
-          stream.add(some[i], begin + i);
+          stream.add(begin + i);
         else
           answer(begin + i, Hit{});
       }

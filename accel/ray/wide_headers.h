@@ -8,6 +8,7 @@
 #include "framework/scene/intersect.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <optional>
 #include <type_traits>

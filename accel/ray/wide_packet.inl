@@ -147,7 +147,7 @@ class WidePacket {
         direction[axis][i] = ray.direction[axis];
       }
       t_min_[i] = ray.t_min;
-      hits_[i].t = std::min(ray.t_max, std::numeric_limits<float>::max());
+      hits_[i].t = farthest_hit(ray);
     }
     for (int axis = 0; axis < 3; ++axis)
       for (int i = 0; i < packet_size; ++i) reciprocal_[axis][i] = 1 / direction[axis][i];

@@ -12,17 +12,19 @@
 namespace etendue {
 namespace {
 
-// Rays that share their visits: enough for neighbours in the tree to meet, few enough to stay in the second cache.
-inline constexpr std::size_t stream_size = 2048;
-
-template <class Simd, int node_width, class Pack, bool any_hit>
+template <class Simd, int node_width, class Pack>
 class WideStream {
   using View = WideView<node_width, Pack>;
   using Boxes = typename Simd::template Floats<node_width>;
 
  public:
-  explicit WideStream(const View& view)
+  // Rays that share their visits: enough for neighbours in the tree to meet, few enough to stay in the second cache.
+  static constexpr std::size_t most = 2048;
+
+  // `rays`: the batch, of which some will be added.
+  WideStream(const View& view, std::span<const Ray> rays)
       : view_(view),
+        rays_(rays),
         travellers_(space().travellers),
         ids_(space().ids),
         nears_(space().nears),
@@ -32,10 +34,8 @@ class WideStream {
     travellers_.clear();
   }
 
-  // Takes a ray in, up to stream_size until the next run.
-  void add(const Ray& ray, std::size_t index) {
-    travellers_.emplace_back(ray, view_.extent, static_cast<std::uint32_t>(index));
-  }
+  // Takes a ray in, up to `most` until the next run.
+  void add(std::size_t index) { travellers_.emplace_back(rays_[index], view_.extent, static_cast<std::uint32_t>(index)); }
 
   std::size_t size() const { return travellers_.size(); }
 
@@ -46,7 +46,7 @@ class WideStream {
     reserve(travellers_.size());
     for (std::uint32_t i = 0; i < travellers_.size(); ++i) {
       ids_[i] = i;
-      if constexpr (!any_hit) nears_[i] = travellers_[i].slab.t_min;
+      nears_[i] = travellers_[i].slab.t_min;
     }
     const auto count = static_cast<std::uint32_t>(travellers_.size());
     jobs_.assign(1, {WideRef(WideRef::Kind::node, 0), 0, count, count, 0});
@@ -77,7 +77,7 @@ class WideStream {
     Hit hit;
 
     Traveller(const Ray& r, float extent, std::uint32_t i) : slab(r), index(i), limit(r, extent), ray(r) {
-      hit.t = std::min(r.t_max, std::numeric_limits<float>::max());
+      hit.t = farthest_hit(r);
       far = before_padding(limit, hit.t);
     }
   };
@@ -106,83 +106,53 @@ class WideStream {
   void reserve(std::size_t size) {
     if (ids_.size() >= size + 16) return;
     ids_.resize(2 * size + 16);
-    if constexpr (!any_hit) nears_.resize(ids_.size());
+    nears_.resize(ids_.size());
   }
 
   // Lists the rays that meet each child, one list after another beyond all that are still needed.
   void visit(const Job& job) {
     const WideNode<node_width>& node = view_.tree.nodes[job.place.index()];
-    unsigned any = test_all(node, job);
-    if constexpr (any_hit) {
-      const unsigned leaves = any & Simd::leaves(node);
-      if (leaves != 0) test_leaves(node, job, leaves);
-      any &= ~leaves;
-    }
+    const unsigned any = test_all(node, job);
     reserve(job.free + static_cast<std::size_t>(std::popcount(any)) * job.count);
     const std::size_t before = jobs_.size();
     std::uint32_t free = job.free;
     for (unsigned rest = any; rest != 0; rest &= rest - 1) {
       const int child = std::countr_zero(rest);
       const std::uint32_t* const ids = ids_.data() + job.first;
-      std::uint32_t count;
-      float nearest = 0;
-      if constexpr (any_hit)
-        count = Simd::collect(met_.data(), ids, job.count, child, ids_.data() + free);
-      else
-        count = Simd::template collect<node_width>(met_.data(), ids, entries_.data(), job.count, child, ids_.data() + free,
-                                                   nears_.data() + free, nearest);
+      float nearest;
+      const std::uint32_t count = Simd::template collect<node_width>(met_.data(), ids, entries_.data(), job.count, child,
+                                                                     ids_.data() + free, nears_.data() + free, nearest);
       jobs_.push_back({node.children[child], free, count, 0, nearest});
       free += count;
     }
     for (std::size_t i = before; i < jobs_.size(); ++i) jobs_[i].free = free;
-    if constexpr (!any_hit)
-      std::sort(jobs_.begin() + static_cast<std::ptrdiff_t>(before), jobs_.end(),
-                [](const Job& a, const Job& b) { return a.near > b.near; });
+    std::sort(jobs_.begin() + static_cast<std::ptrdiff_t>(before), jobs_.end(),
+              [](const Job& a, const Job& b) { return a.near > b.near; });
   }
 
   // Writes for each ray of a list which children it meets (and where it enters them); answers which are met by any.
   [[gnu::flatten]] unsigned test_all(const WideNode<node_width>& node, const Job& job) {
     if (met_.size() < job.count + 16) {
       met_.resize(2 * job.count + 16);
-      if constexpr (!any_hit) entries_.resize(node_width * met_.size());
+      entries_.resize(node_width * met_.size());
     }
     unsigned any = 0;
     for (std::uint32_t i = 0; i < job.count; ++i) {
       const Traveller& traveller = travellers_[ids_[job.first + i]];
       Boxes near;
       any |= met_[i] = NodeTest<Simd, node_width>(traveller.slab).met(node, Boxes::set(traveller.far), near);
-      if constexpr (!any_hit) near.store_anywhere(entries_.data() + i * node_width);
+      near.store_anywhere(entries_.data() + i * node_width);
     }
     for (std::uint32_t i = job.count; i < (job.count + 15) / 16 * 16; ++i) met_[i] = 0;
     return any;
   }
 
-  // Any hit: each ray's leaves in turn, while its terms are at hand; that done, a ray that is hit meets nothing.
-  [[gnu::flatten]] void test_leaves(const WideNode<node_width>& node, const Job& job, unsigned leaves) {
-    for (unsigned rest = leaves; rest != 0; rest &= rest - 1) prefetch(view_.tree, node.children[std::countr_zero(rest)]);
-    for (std::uint32_t i = 0; i < job.count; ++i) {
-      unsigned met = met_[i] & leaves;
-      if (met == 0) continue;
-      Traveller& traveller = travellers_[ids_[job.first + i]];
-      LeafTest<Simd, Pack, any_hit, CountNothing> test;
-      prepare(test, traveller);
-      CountNothing nothing;
-      do {
-        const int child = std::bit_width(met) - 1;
-        met ^= 1u << child;
-        if (!test.test(view_, traveller.ray, node.children[child], traveller.hit, nothing)) continue;
-        traveller.far = -infinity;
-        met_[i] = met = 0;
-      } while (met != 0);
-    }
-  }
-
-  // Nearest hits: a leaf's rays in turn.
+  // A leaf's rays in turn.
   [[gnu::flatten]] void test_leaf(const Job& job) {
     for (std::uint32_t i = job.first; i < job.first + job.count; ++i) {
       Traveller& traveller = travellers_[ids_[i]];
       if (nears_[i] > traveller.far * slab_pad) continue;
-      LeafTest<Simd, Pack, any_hit, CountNothing> test;
+      LeafTest<Simd, Pack, false, CountNothing> test;
       prepare(test, traveller);
       CountNothing nothing;
       if (test.test(view_, traveller.ray, job.place, traveller.hit, nothing))
@@ -190,7 +160,7 @@ class WideStream {
     }
   }
 
-  [[gnu::always_inline]] static void prepare(LeafTest<Simd, Pack, any_hit, CountNothing>& test, Traveller& traveller) {
+  [[gnu::always_inline]] static void prepare(LeafTest<Simd, Pack, false, CountNothing>& test, Traveller& traveller) {
     if (!traveller.has_shear) {
       traveller.shear = TriangleRay(traveller.ray.direction);
       traveller.has_shear = true;
@@ -199,6 +169,7 @@ class WideStream {
   }
 
   const View& view_;
+  const std::span<const Ray> rays_;
   std::vector<Traveller>& travellers_;
   // Lists of rays: who they are, and where they enter the list's box.
   std::vector<std::uint32_t>& ids_;

@@ -59,6 +59,23 @@ class NodeTest {
   Boxes origin_[3], reciprocal_[3];
 };
 
+// No hit is farther: t is infinite where 1 / det is.
+inline float farthest_hit(const Ray& ray) { return std::min(ray.t_max, std::numeric_limits<float>::max()); }
+
+// What the triangle test takes from a ray: the origin along the axes of `shear`.
+struct LeafTerms {
+  TriangleRay shear;
+  float origin[3];
+  float t_min, t_max;
+
+  LeafTerms() = default;
+  explicit LeafTerms(const Ray& ray)
+      : shear(ray.direction),
+        origin{ray.origin[shear.kx], ray.origin[shear.ky], ray.origin[shear.kz]},
+        t_min(ray.t_min),
+        t_max(farthest_hit(ray)) {}
+};
+
 // A ray against leaves, lowering `hit`. Any hit will do for `any_hit`: then Hit::primitive tells that there is one, and nothing
 // more.
 template <class Simd, class Pack, bool any_hit, class Count>
@@ -68,13 +85,29 @@ class LeafTest {
  public:
   // To be called before the first test. `shear` is of the ray's direction.
   [[gnu::always_inline]] void prepare(const Ray& ray, const TriangleRay& shear) {
+    prepare(shear, ray.origin[shear.kx], ray.origin[shear.ky], ray.origin[shear.kz]);
+  }
+  [[gnu::always_inline]] void prepare(const TriangleRay& shear, float origin_x, float origin_y, float origin_z) {
     shear_ = shear;
-    sheared_origin_[0] = Lanes::set(ray.origin[shear.kx]);
-    sheared_origin_[1] = Lanes::set(ray.origin[shear.ky]);
-    sheared_origin_[2] = Lanes::set(ray.origin[shear.kz]);
+    sheared_origin_[0] = Lanes::set(origin_x);
+    sheared_origin_[1] = Lanes::set(origin_y);
+    sheared_origin_[2] = Lanes::set(origin_z);
     shear_x_ = Lanes::set(shear.sx);
     shear_y_ = Lanes::set(shear.sy);
     shear_z_ = Lanes::set(shear.sz);
+  }
+
+  // Whether a leaf has any hit, found with no branch on what the ray meets in a pack.
+  template <class View>
+  [[gnu::always_inline]] static bool occluded(const View& view, const Ray& ray, const LeafTerms& terms, WideRef leaf) {
+    LeafTest test;
+    test.prepare(terms.shear, terms.origin[0], terms.origin[1], terms.origin[2]);
+    if (leaf.is_pack()) [[likely]]
+      return test.occluded_pack(view.tree.packs[leaf.index()], ray, terms);
+    Hit hit;
+    hit.t = terms.t_max;
+    Count nothing;
+    return test.test(view, ray, leaf, hit, nothing);
   }
 
   template <class View>
@@ -122,28 +155,58 @@ class LeafTest {
     return c;
   }
 
-  // intersect_triangle of framework/scene/intersect.h with a triangle in each lane, in its order of operations.
-  [[gnu::always_inline]] bool test_pack(const Pack& pack, const Ray& ray, Hit& hit, Count& count) const {
-    if constexpr (!std::is_same_v<Count, CountNothing>)
-      count.primitives(static_cast<std::uint32_t>(Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id)));
-    const Corners c = corners(pack);
-    const Lanes(&x)[3] = c.x, (&y)[3] = c.y, (&z)[3] = c.z;
-    const Lanes u = x[2] * y[1] - y[2] * x[1], v = x[0] * y[2] - y[0] * x[2], w = x[1] * y[0] - y[1] * x[0];
-    const Sides sides = Simd::sides(u, v, w);
-    const unsigned on_edge = sides.on_edge & pack.used();
-    bool found = false;
-    if (on_edge != 0) [[unlikely]] {
+  // intersect_triangle of framework/scene/intersect.h with a triangle in each lane, in its order of operations: first the edge
+  // functions, then the distances.
+  struct Edges {
+    Lanes u, v, w;
+    unsigned inside, on_edge;  // triangles that the ray's line meets; those for which only double precision can tell
+
+    [[gnu::always_inline]] Edges(const Lanes (&x)[3], const Lanes (&y)[3], unsigned used)
+        : u(x[2] * y[1] - y[2] * x[1]), v(x[0] * y[2] - y[0] * x[2]), w(x[1] * y[0] - y[1] * x[0]) {
+      const Sides sides = Simd::sides(u, v, w);
+      inside = sides.same & ~sides.on_edge & used;
+      on_edge = sides.on_edge & used;
+      if (on_edge == 0) [[likely]]
+        return;
       // Signs that are not zero are right: two of them that differ tell a miss, as of triangles seen from their edge.
       const Lanes zero = Lanes::set(0);
       const unsigned negative = less(u, zero) | less(v, zero) | less(w, zero);
       const unsigned positive = less(zero, u) | less(zero, v) | less(zero, w);
-      found = test_lanes(pack, on_edge & ~(negative & positive), ray, hit);
+      on_edge &= ~(negative & positive);
+    }
+  };
+
+  [[gnu::always_inline]] Lanes distances(const Edges& e, const Lanes (&z)[3], const Lanes& reciprocal) const {
+    return (e.u * (shear_z_ * z[0]) + e.v * (shear_z_ * z[1]) + e.w * (shear_z_ * z[2])) * reciprocal;
+  }
+
+  [[gnu::always_inline]] bool occluded_pack(const Pack& pack, const Ray& ray, const LeafTerms& terms) const {
+    const Corners c = corners(pack);
+    const Edges e(c.x, c.y, pack.used());
+    const Lanes t = distances(e, c.z, Lanes::set(1) / (e.u + e.v + e.w));
+    unsigned inside = e.inside & less(Lanes::set(terms.t_min), t) & less_equal(t, Lanes::set(terms.t_max));
+    if (e.on_edge != 0) [[unlikely]] {
+      Hit hit;
+      hit.t = terms.t_max;
+      inside |= static_cast<unsigned>(test_lanes(pack, e.on_edge, ray, hit));
+    }
+    return inside != 0;
+  }
+
+  [[gnu::always_inline]] bool test_pack(const Pack& pack, const Ray& ray, Hit& hit, Count& count) const {
+    if constexpr (!std::is_same_v<Count, CountNothing>)
+      count.primitives(static_cast<std::uint32_t>(Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id)));
+    const Corners c = corners(pack);
+    const Edges e(c.x, c.y, pack.used());
+    bool found = false;
+    if (e.on_edge != 0) [[unlikely]] {
+      found = test_lanes(pack, e.on_edge, ray, hit);
       if (any_hit && found) return true;
     }
-    unsigned inside = sides.same & ~sides.on_edge & pack.used();
+    unsigned inside = e.inside;
     if (inside == 0) return found;
-    const Lanes reciprocal = Lanes::set(1) / (u + v + w);
-    const Lanes t = (u * (shear_z_ * z[0]) + v * (shear_z_ * z[1]) + w * (shear_z_ * z[2])) * reciprocal;
+    const Lanes reciprocal = Lanes::set(1) / (e.u + e.v + e.w);
+    const Lanes t = distances(e, c.z, reciprocal);
     inside &= less(Lanes::set(ray.t_min), t) & less_equal(t, Lanes::set(hit.t));
     if (inside == 0) return found;
     if constexpr (any_hit) {
@@ -157,8 +220,8 @@ class LeafTest {
       if (distance[std::countr_zero(rest)] < distance[best]) best = std::countr_zero(rest);
     if (!closer(distance[best], pack.ids[best], hit)) return found;
     alignas(64) float b1[Pack::lanes], b2[Pack::lanes];
-    (v * reciprocal).store(b1);
-    (w * reciprocal).store(b2);
+    (e.v * reciprocal).store(b1);
+    (e.w * reciprocal).store(b2);
     hit.t = distance[best];
     hit.uv = {b1[best], b2[best]};
     hit.primitive = pack.ids[best];

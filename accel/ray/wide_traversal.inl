@@ -50,7 +50,7 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
   LeafTest<Simd, Pack, any_hit, Count> leaf_test;
   leaf_test.prepare(ray, TriangleRay(ray.direction));
   Hit hit;
-  hit.t = std::min(ray.t_max, std::numeric_limits<float>::max());
+  hit.t = farthest_hit(ray);
   for (std::uint32_t i = 0; i < view.tree.packs.size(); ++i)
     if (leaf_test.test(view, ray, WideRef(WideRef::Kind::pack, i), hit, count) && any_hit) break;
   return any_hit ? hit : placed(hit);
@@ -68,15 +68,18 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
   const SlabTerms<node_width> terms(ray);
   const NodeTest<Simd, node_width> node_test(terms);
   LeafTest<Simd, Pack, any_hit, Count> leaf_test;
-  bool leaf_test_prepared = false;  // at the first leaf: many rays see none
   const TraversalLimit limit_beyond(ray, view.extent);
   Hit hit;
-  hit.t = std::min(ray.t_max, std::numeric_limits<float>::max());  // t is infinite where 1 / det is: no hit
+  hit.t = farthest_hit(ray);
   Boxes far = Boxes::set(before_padding(limit_beyond, hit.t));
   TraversalStack<Place, 256> stack(tree.depth * (node_width - 1) + node_width);
   Place* const bottom = stack.begin();
   Place* top = bottom;
-  WideRef place(WideRef::Kind::node, 0);
+  WideRef place;
+  count.node();
+  if (!step_down(tree.nodes[0], node_test, far, place, top)) return {};
+  prefetch(tree, place);
+  leaf_test.prepare(ray, TriangleRay(ray.direction));  // while the next node is waited for; many rays meet nothing at all
   for (;;) {
     if (!place.is_leaf()) {
       count.node();
@@ -86,10 +89,6 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
         continue;
       }
     } else {
-      if (!leaf_test_prepared) {
-        leaf_test.prepare(ray, TriangleRay(ray.direction));
-        leaf_test_prepared = true;
-      }
       if (leaf_test.test(view, ray, place, hit, count)) {
         if constexpr (any_hit) return hit;
         far = Boxes::set(before_padding(limit_beyond, hit.t));
