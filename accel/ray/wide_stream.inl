@@ -1,10 +1,9 @@
-// Many rays through a wide tree together, for one instruction set; included like wide_tests.inl.
+// The nearest hits of many rays through a wide tree together, for one instruction set; included like wide_tests.inl.
 //
 // A node is visited once for all rays of the batch that meet it, which are then told apart by the children they meet
 // ([Barringer2014]). One ray's visit does not wait for another's, so the processor overlaps them where a single ray would wait
 // for its own last step; and a node's or a pack's cache lines are fetched once. Children are taken by the nearest entry of any
-// of their rays; for any hit by their promise, and leaves at once, as the order is of no account. Answers are those of single
-// rays, to the bit.
+// of their rays. Answers are those of single rays, to the bit. Shadow rays go by wide_shadow_stream.inl.
 #pragma once
 
 #include "accel/ray/wide_tests.inl"
