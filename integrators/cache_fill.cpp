@@ -59,6 +59,7 @@ CacheLevels::CacheLevels(const RenderContext& context, const CacheSettings& sett
                          bool one_level)
     : settings_(settings) {
   start(context, std::move(pixels), one_level, settings.accuracy);
+  RecordLevels::overture(settings.overture);
   Bounds whole = context.scene.bounds();
   if (whole.empty()) whole = bounds();
   if (!whole.empty()) settings_.scene_size = glm::length(whole.diagonal());
@@ -90,16 +91,29 @@ void CacheLevels::insert(IrradianceRecords& records, const RecordHistory& histor
 
 IrradianceEstimate CacheLevels::estimate(const RenderContext& context, const HemisphereRadiance& radiance,
                                          const RecordHistory& history, int depth, std::uint32_t pass) const {
-  if (settings_.at_point) return settings_.at_point(history.point, depth);
-  return sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance);
+  const auto sampled = [&] { return sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance); };
+  if (!settings_.at_point) return sampled();
+  IrradianceEstimate exact = settings_.at_point(history.point, depth);
+  if (settings_.judges_by_rays) {
+    const IrradianceEstimate seen = sampled();
+    exact.inverse_distance = seen.inverse_distance;
+    exact.nearest = seen.nearest;
+    exact.hessian = seen.hessian;
+    exact.geometric = seen.geometric;
+  }
+  return exact;
 }
 
 void CacheLevels::fill_to(const RenderContext& context, const HemisphereRadiance& radiance, std::size_t records) {
   float coarse = coarsest, fine = finest, accuracy = settings_.accuracy;
+  const auto fill_at = [&](float tried) {
+    settings_.accuracy = tried;
+    clear(context);
+    fill(context, radiance, tried);
+  };
   limit(records + 1);  // one more than asked for shows that an accuracy is too fine
   for (int step = 0; step < 20; ++step) {
-    clear(context);
-    fill(context, radiance, accuracy);
+    fill_at(accuracy);
     if (size() <= records && size() >= records - records / 50) break;
     (size() > records ? fine : coarse) = accuracy;
     if (coarse / fine < 1.0005f) break;
@@ -107,8 +121,7 @@ void CacheLevels::fill_to(const RenderContext& context, const HemisphereRadiance
   }
   if (size() > records) {
     limit(records);
-    clear(context);
-    fill(context, radiance, coarse);
+    fill_at(coarse);
   }
   limit(0);
 }

@@ -16,7 +16,8 @@ struct CacheSettings {
   CacheMetric metric = CacheMetric::bounded_split_sphere;
   Gradients gradients = Gradients::both;
   bool clamping = true;
-  float accuracy = 0.2f;     // at which the spacings hold
+  bool overture = true;
+  float accuracy = 0.2f;     // at which the spacings hold; with a number of records given they hold at that which is found
   float min_spacing = 1.5f;  // pixels
   float max_spacing = 0.1f;  // scene diagonals
   float scene_size = 1;      // metres
@@ -25,7 +26,8 @@ struct CacheSettings {
   HemisphereStrata strata;
   SamplerKind sampler = SamplerKind::sobol;
   std::string structure = "cells";
-  PointIrradiance at_point;  // in place of hemispheres; none: hemispheres are sampled
+  PointIrradiance at_point;     // in place of hemispheres; none: hemispheres are sampled
+  bool judges_by_rays = false;  // with `at_point`: hemispheres say how far a record serves, and that what it holds
 };
 
 // A direction in stratum i by u, about the z axis.

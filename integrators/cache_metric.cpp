@@ -30,10 +30,8 @@ Reach metric_reach(CacheMetric metric, const IrradianceEstimate& estimate, const
       return bounded_split_sphere_reach(estimate, context);
     case CacheMetric::tabellion:
       return tabellion_reach(estimate, context);
-    case CacheMetric::radiometric_hessian: {
-      const double brightness = luminance(estimate.irradiance);
-      return hessian_reach(estimate.hessian * (brightness > 0 ? 1 / brightness : 0), frame, context);
-    }
+    case CacheMetric::radiometric_hessian:  // of absolute error ([Jarosz2012])
+      return hessian_reach(estimate.hessian * std::numbers::inv_pi, frame, context);
     case CacheMetric::geometric_hessian:
       return hessian_reach(estimate.geometric * std::numbers::inv_pi, frame, context);
     case CacheMetric::occlusion_hessian:

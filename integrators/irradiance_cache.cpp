@@ -113,12 +113,16 @@ void IrradianceCache::prepare(RenderContext& context) {
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
   CacheSettings settings = cache_settings(params_, sampler_, params_.structure);
   by_closed_form_ = params_.fill == "closed-form";
-  if (by_closed_form_) fill_by_closed_form(context, settings);
+  if (by_closed_form_ || params_.fill == "exact-values") fill_by_closed_form(context, settings);
   if (params_.refine && params_.records == 0) settings.overlap = CacheProgress::overlap;
   if (params_.records > 0 || by_closed_form_) settings.stretch = gap_stretch;
-  // Records that are loaded keep the spacings of their accuracy where nothing will cover what a coarser one leaves open.
-  else if (loaded_ && !params_.refine)
+  // Records that are loaded keep the spacings of their accuracy where nothing will cover what a coarser one leaves open, and
+  // where it was found for a number of records.
+  if (loaded_ && params_.records > 0)
+    settings.accuracy = saved_.accuracy;
+  else if (loaded_ && !params_.refine && !by_closed_form_)
     settings.accuracy = std::min(settings.accuracy, saved_.accuracy);
+  settings.overture = params_.overture;
   const ivec2 size = context.resolution;
   std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
   parallel_pixels(size, [&](ivec2 pixel) {
@@ -143,14 +147,17 @@ void IrradianceCache::prepare(RenderContext& context) {
 
 void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const {
   if (!context.scene.closed_form)
-    throw Error(fmt::format("irradiance-cache: fill = closed-form: the image of {} is not known; expected an exact scene",
+    throw Error(fmt::format("irradiance-cache: fill = {}: the image of {} is not known; expected an exact scene", params_.fill,
                             context.scene.name));
-  if (!params_.cache_direct) throw Error("irradiance-cache: fill = closed-form holds all light; expected cache_direct = true");
+  if (!params_.cache_direct)
+    throw Error(fmt::format("irradiance-cache: fill = {} holds all light; expected cache_direct = true", params_.fill));
+  settings.at_point = [&context](const CachePoint& point, int) { return closed_form_irradiance(context, point); };
+  settings.judges_by_rays = !by_closed_form_;
+  if (settings.judges_by_rays) return;
   const CacheMetric metric = cache_metric(params_.metric);
   if (metric == CacheMetric::geometric_hessian || metric == CacheMetric::tabellion || metric == CacheMetric::split_sphere)
     throw Error(
         fmt::format("irradiance-cache: fill = closed-form has no hemispheres, by which metric = {} judges", params_.metric));
-  settings.at_point = [&context](const CachePoint& point, int) { return closed_form_irradiance(context, point); };
 }
 
 // What is done before the first iteration. Points of a view for which the cache was filled already are not looked at again, so

@@ -22,6 +22,9 @@
 // judges by the distances that a hemisphere saw is not to be had (the geometric Hessian, the split sphere, Tabellion's metric),
 // and the occlusion Hessian is without its floor; the Hessian metrics judge by the true one. There are no extra samples.
 //
+// With `fill = "exact-values"` records hold the same exact answer and gradients, but hemispheres are sampled as ever and say
+// how far a record serves: every metric as it is, without the noise of what records hold. It needs the same scenes.
+//
 // With `fill = "records"` the paths of a hemisphere end at the first surface that the records so far cover, which answer for
 // all further bounces; with "paths" they are traced to their end.
 //
@@ -48,6 +51,7 @@ namespace etendue {
 struct IrradianceCacheParams : CacheParams {
   IrradianceCacheParams() { samples = 768; }
   int records = 0;
+  bool overture = true;
   std::string fill = "records";
   bool cache_direct = false;
   int max_depth = 0;
@@ -60,8 +64,11 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
   describe_cache(v, p);
   v.integer("records", p.records, 0, 10000000, "records",
             "this many: the accuracy is found by bisection; 0: as many as it takes");
-  v.choice("fill", p.fill, {"records", "paths", "closed-form"},
-           "what gives a hemisphere's light its further bounces; closed-form: no hemispheres, records hold the exact answer");
+  v.flag("overture", p.overture,
+         "pixels are looked at on coarse grids first; off: row by row, so that records lie where those before them end");
+  v.choice("fill", p.fill, {"records", "paths", "closed-form", "exact-values"},
+           "what gives a hemisphere's light its further bounces; closed-form: no hemispheres, records hold the exact answer; "
+           "exact-values: that too, but hemispheres say how far they serve");
   v.flag("cache_direct", p.cache_direct, "records hold direct light too, as far as rays can find it; no light samples there");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, ball_structure_names, "what finds the records");

@@ -5,9 +5,10 @@
 // That error has the unit of an area; here it is (accuracy^2 c D)^2 with D the scene's diagonal, so that spacings go with the
 // accuracy as in the other metrics.
 //
-// Relative to what the record holds, or, for the geometric metric, to the irradiance pi of unit radiance. Where the
-// surroundings are black, or nearly, the occlusion Hessian falls back on a small share of the geometric one: what is black now
-// may uncover light a step on.
+// Relative to what the record holds ([Schwarzhaupt2012]), or, for the metrics of [Jarosz2012], to the irradiance pi of unit
+// radiance: the radiometric one is of absolute error, so that twice the light makes more records. Where the surroundings are
+// black, or nearly, the occlusion Hessian falls back on a small share of the geometric one: what is black now may uncover light
+// a step on.
 #include "integrators/cache_metric.h"
 #include "integrators/irradiance_hessian.h"
 
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double calibration = 0.7;       // c: as many records as the bounded split sphere makes in a Cornell box, about
 constexpr double geometric_share = 1e-3;  // of the geometric Hessian, in the fall-back
-constexpr double longest_ellipse = 4;     // ratio of its axes
+constexpr double longest_ellipse = 2;     // ratio of its axes ([Schwarzhaupt2012])
 
 }  // namespace
 

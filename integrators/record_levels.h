@@ -5,6 +5,9 @@
 // over seeds is that of the records' places too): a batch is computed in parallel, then inserted in its order. Points
 // of one batch do not see each other; the few records more cost nothing but room. As clamping shortens what records reach, a
 // last pass looks at every pixel again. Thus the records do not depend on threads.
+//
+// Without the overture pixels are looked at row by row, one after the other, each seeing all records before it: as an image
+// that is rendered asks for them ([Ward1988]). A record then lies where those before it end, at the rim of what it is to serve.
 #pragma once
 
 #include "framework/core/counters.h"
@@ -63,6 +66,7 @@ class RecordLevels {
 
   // Without records. `pixels`: what their centres see.
   void start(const RenderContext& context, std::vector<CachePoint> pixels, bool one_level, float accuracy);
+  void overture(bool plays) { overture_ = plays; }
   // No more than `limit` records from now on (0: any number), and those that are made twice are sampled once.
   void limit(std::size_t limit);
   // Those that serve points of a depth, and those of a level; null where there are none.
@@ -91,11 +95,14 @@ class RecordLevels {
   template <class Wanted>
   void fill_where(const RenderContext& context, const HemisphereRadiance& radiance, const Wanted& wanted);
   void cover(const RenderContext& context, const HemisphereRadiance& radiance, std::vector<Query> queue, double passes);
+  // In the queue's order, `together` points at a time.
+  void cover_in_order(const RenderContext& context, const HemisphereRadiance& radiance, std::span<const Query> queue,
+                      double passes, std::size_t together);
   History sample(const RenderContext& context, const HemisphereRadiance& radiance, const Query& query, double passes) const;
   void add_passes(const RenderContext& context, const HemisphereRadiance& radiance, History& history, double passes) const;
 
   float accuracy_ = 1;
-  bool one_level_ = true;
+  bool one_level_ = true, overture_ = true;
   Bounds bounds_;
   std::vector<CachePoint> pixels_;
   std::vector<Level> levels_;
@@ -160,7 +167,7 @@ void RecordLevels<Estimate, Records>::fill(const RenderContext& context, const H
   // Every step-th pixel, but for those that the coarser pass has been to.
   const std::uint64_t drawn = hash_keys(context.seed, static_cast<std::uint32_t>(Stream::prefill));
   const int left = static_cast<int>(drawn % coarsest_grid), up = static_cast<int>((drawn >> 32) % coarsest_grid);
-  for (int step = coarsest_grid; step >= 1; step /= 2)
+  for (int step = overture_ ? coarsest_grid : 0; step >= 1; step /= 2)
     fill_where(context, radiance, [=](int x, int y) {
       const auto on_grid = [=](int size) { return (x + left) % size == 0 && (y + up) % size == 0; };
       return on_grid(step) && (step == coarsest_grid || !on_grid(2 * step));
@@ -181,7 +188,10 @@ void RecordLevels<Estimate, Records>::fill_where(const RenderContext& context, c
   std::vector<Query> queue;
   for (std::size_t i = 0; i < pixels_.size(); ++i)
     if (open[i]) queue.push_back({key_salt_ == 0 ? i : hash_keys(i, key_salt_), &pixels_[i]});
-  cover(context, radiance, std::move(queue), 1);
+  if (overture_)
+    cover(context, radiance, std::move(queue), 1);
+  else
+    cover_in_order(context, radiance, queue, 1, 1);
 }
 
 template <class Estimate, class Records>
@@ -190,13 +200,19 @@ void RecordLevels<Estimate, Records>::cover(const RenderContext& context, const 
   const std::uint64_t drawn = mix_bits(context.seed);
   std::sort(queue.begin(), queue.end(),
             [=](const Query& a, const Query& b) { return mix_bits(a.key ^ drawn) < mix_bits(b.key ^ drawn); });
+  cover_in_order(context, radiance, queue, passes, batch_size);
+}
+
+template <class Estimate, class Records>
+void RecordLevels<Estimate, Records>::cover_in_order(const RenderContext& context, const HemisphereRadiance& radiance,
+                                                     std::span<const Query> queue, double passes, std::size_t together) {
   std::vector<Query> batch;
-  std::vector<History> made(batch_size);
+  std::vector<History> made(together);
   for (std::size_t next = 0; next < queue.size();) {
-    const std::size_t room = limit_ > 0 ? limit_ - std::min(limit_, size()) : batch_size;
+    const std::size_t room = limit_ > 0 ? limit_ - std::min(limit_, size()) : together;
     if (room == 0) return;
     batch.clear();
-    for (; next < queue.size() && batch.size() < std::min(room, batch_size); ++next)
+    for (; next < queue.size() && batch.size() < std::min(room, together); ++next)
       if (!covered(*queue[next].point)) batch.push_back(queue[next]);
     parallel_for(batch.size(), 1, [&](std::size_t i) { made[i] = sample(context, radiance, batch[i], passes); });
     for (std::size_t i = 0; i < batch.size(); ++i) {

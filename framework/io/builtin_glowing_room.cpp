@@ -134,21 +134,21 @@ struct Rectangle {
 };
 
 // The ceiling is a square panel in its middle and what is left around it.
-std::vector<Rectangle> walls(float panel) {
+std::vector<Rectangle> walls(float panel, float glow) {
   const Rgb white(0.73f), red(0.63f, 0.1f, 0.08f), green(0.16f, 0.45f, 0.12f);
   constexpr float w = 1, h = 2, d = 2.6f;
   const vec3 x(2 * w, 0, 0), y(0, h, 0), z(0, 0, d), corner(-w, 0, -1);
-  std::vector<Rectangle> all{{corner, z, x, 0.3f * white, white},
-                             {corner, x, y, 0.4f * white, white},
-                             {corner + z, y, x, 0.6f * white, white},
-                             {corner, y, z, 0.5f * red, red},
-                             {corner + x, z, y, 0.5f * green, green}};
+  std::vector<Rectangle> all{{corner, z, x, 0.3f * glow * white, white},
+                             {corner, x, y, 0.4f * glow * white, white},
+                             {corner + z, y, x, 0.6f * glow * white, white},
+                             {corner, y, z, 0.5f * glow * red, red},
+                             {corner + x, z, y, 0.5f * glow * green, green}};
   const auto ceiling = [&](float x0, float x1, float z0, float z1, const Rgb& emitted) {
     if (x0 < x1 && z0 < z1) all.push_back({{x0, h, z0}, {x1 - x0, 0, 0}, {0, 0, z1 - z0}, emitted, white});
   };
   constexpr float middle = d / 2 - 1;
   const float half = panel / 2, near = middle + half, far = middle - half;
-  const Rgb dim = 0.5f * white;
+  const Rgb dim = 0.5f * glow * white;
   ceiling(-half, half, far, near, 6 / (panel * panel) * white);
   ceiling(-w, w, -1, far, dim);
   ceiling(-w, w, near, d - 1, dim);
@@ -158,23 +158,23 @@ std::vector<Rectangle> walls(float panel) {
 }
 
 // A box on the floor, turned about the vertical through its middle.
-std::vector<Rectangle> box_faces(int box, const vec3& middle, const vec3& half, float degrees) {
+std::vector<Rectangle> box_faces(int box, const vec3& middle, const vec3& half, float degrees, float glow) {
   const Rgb white(0.73f);
   const float angle = degrees * pi / 180;
   const vec3 a = half.x * vec3(std::cos(angle), 0, -std::sin(angle)), c = half.z * vec3(std::sin(angle), 0, std::cos(angle)),
              y(0, 2 * half.y, 0);
-  std::vector<Rectangle> faces{{middle - a - c + y, 2.0f * c, 2.0f * a, 0.4f * white, white, box}};
+  std::vector<Rectangle> faces{{middle - a - c + y, 2.0f * c, 2.0f * a, 0.4f * glow * white, white, box}};
   for (const auto& [out, along] : {std::pair{a, -c}, {-a, c}, {c, a}, {-c, -a}})
-    faces.push_back({middle + out - along, 2.0f * along, y, 0.2f * white, white, box});
+    faces.push_back({middle + out - along, 2.0f * along, y, 0.2f * glow * white, white, box});
   return faces;
 }
 
 }  // namespace
 
 Scene make_glowing_room(const GlowingRoomParams& params) {
-  std::vector<Rectangle> rectangles = walls(params.panel);
-  for (const Rectangle& r : box_faces(0, {-0.38f, 0, -0.35f}, {0.28f, 0.6f, 0.28f}, 18)) rectangles.push_back(r);
-  for (const Rectangle& r : box_faces(1, {0.4f, 0, 0.3f}, {0.28f, 0.28f, 0.28f}, -17)) rectangles.push_back(r);
+  std::vector<Rectangle> rectangles = walls(params.panel, params.walls);
+  for (const Rectangle& r : box_faces(0, {-0.38f, 0, -0.35f}, {0.28f, 0.6f, 0.28f}, 18, params.walls)) rectangles.push_back(r);
+  for (const Rectangle& r : box_faces(1, {0.4f, 0, 0.3f}, {0.28f, 0.28f, 0.28f}, -17, params.walls)) rectangles.push_back(r);
   // Half way between the boxes' middles.
   const dvec3 across = glm::normalize(dvec3(0.78, 0, 0.65));
   auto room = std::make_shared<GlowingRoom>(Plane{across, glm::dot(across, dvec3(0.01, 0, -0.025))});

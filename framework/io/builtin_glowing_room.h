@@ -10,11 +10,13 @@ namespace etendue {
 
 struct GlowingRoomParams {
   float panel = 1;
+  float walls = 1;
 };
 
 template <class Visitor>
 void describe(Visitor& v, GlowingRoomParams& p) {
   v.number("panel", p.panel, 0.05, 2, "m", "side of the bright square of the ceiling, of the same power at any size");
+  v.number("walls", p.walls, 0, 10, "1", "times their glow: of all but that square, the boxes' too");
 }
 
 Scene make_glowing_room(const GlowingRoomParams& params);

@@ -63,7 +63,7 @@ TEST(ClosedForms, OfLightWithoutVeilMatchPathTracing) {
 }
 
 TEST(ClosedForms, OfGlowingRoomMatchesPathTracing) {
-  for (const char* name : {"builtin:glowing-room", "builtin:glowing-room?panel=2"}) {
+  for (const char* name : {"builtin:glowing-room", "builtin:glowing-room?panel=2,walls=0.5"}) {
     const Scene scene = load_scene(name);
     ASSERT_TRUE(scene.closed_form);
     RenderOptions options;

@@ -300,6 +300,7 @@ TEST(IrradianceCache, EveryParameterChangesTheImage) {
       {"gradients", "none"},
       {"gradients", "rotation"},
       {"max_depth", std::int64_t{2}},
+      {"overture", false},
       {"sampler", "independent"},
       {"gradients", "mesh"},
       {"cache_direct", true},

@@ -200,6 +200,20 @@ TEST(HessianReach, GrowsAsTheFourthRootAndTakesTheEllipse) {
   const auto distance = [&](const vec3& d) { return std::sqrt(length_squared(d) + square(glm::dot(d, ellipse.squeeze))); };
   EXPECT_NEAR(distance(narrow) / ellipse.length, 1, 1e-4);
   EXPECT_NEAR(distance(wide) / ellipse.length, 1, 1e-4);
+  EXPECT_NEAR(hessian_reach({1, 0, 1e-6}, frame, context).length / one.length, 2, 1e-5) << "no longer than twice its width";
+}
+
+TEST(RadiometricReach, IsOfAbsoluteErrorAndTheOcclusionHessiansOfRelative) {
+  const Frame frame = Frame::from_normal(up);
+  const MetricContext context{.accuracy = 0.2f, .scene_size = 10};
+  const auto reach = [&](CacheMetric metric, float light) {
+    IrradianceEstimate estimate;
+    estimate.irradiance = Rgb(light);
+    estimate.hessian = {light, 0, light};
+    return metric_reach(metric, estimate, frame, context).length;
+  };
+  EXPECT_NEAR(reach(CacheMetric::radiometric_hessian, 1) / reach(CacheMetric::radiometric_hessian, 16), 2, 1e-5);
+  EXPECT_NEAR(reach(CacheMetric::occlusion_hessian, 1) / reach(CacheMetric::occlusion_hessian, 16), 1, 1e-5);
 }
 
 TEST(OcclusionReach, BlackSurroundingsFallBackOnGeometry) {
