@@ -1,11 +1,17 @@
 // Wide layouts on each instruction set that the machine has: the same bits as the binary layout.
 #include "accel/ray/build_binned_sah.h"
+#include "accel/ray/build_lbvh.h"
+#include "accel/ray/build_ploc.h"
 #include "accel/ray/bvh.h"
+#include "accel/ray/pack_test.h"
 #include "accel/ray/wide_bvh.h"
+#include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
 #include <memory>
 
 namespace etendue::testing {
@@ -94,6 +100,48 @@ TEST(WideLayouts, CollapseKeepsEveryPrimitiveOnce) {
         if (id != no_id) found.push_back(id);
     std::sort(found.begin(), found.end());
     EXPECT_EQ(found, geometry.valid_primitives()) << c.name;
+  }
+}
+
+// Builds to packs, with every leaf tested.
+template <class Params>
+BinaryTree expect_packs(const Geometry& geometry, BinaryTree (*build)(std::vector<BuildItem>, const Params&)) {
+  const VertexIds vertices(geometry);
+  const PackTest packs = PackTest::of<SharedPack>(vertices);
+  Params params;
+  params.leaf_size = Wide16Bvh::tree_leaf_size;
+  params.packs = &packs;
+  if constexpr (requires { params.primitive_cost; }) params.primitive_cost = 0;
+  BinaryTree tree = build(build_items(geometry), params);
+  EXPECT_LT(tree.depth, static_cast<std::uint32_t>(params.max_depth));
+  for (const TreeNode& node : tree.nodes)
+    EXPECT_TRUE(!node.is_leaf() || packs.takes(node.count, [&](std::uint32_t i) { return tree.primitives[node.first + i]; }));
+  return tree;
+}
+
+TEST(WideLayouts, BuildersToPacksMakeLeavesThatPacksTake) {
+  const Geometry geometry = closed_sphere(40, 80);
+  expect_packs(geometry, build_binned_sah);
+  expect_packs(geometry, build_lbvh);
+  expect_packs(geometry, build_ploc);
+}
+
+TEST(WideLayouts, NodesAndPacksAreTheSameAtAnyThreadCount) {
+  const Geometry geometry = closed_sphere(120, 240);  // more than one piece
+  std::vector<WideTree<16, SharedPack>> trees;
+  for (const int threads : {1, 2, 3})
+    with_threads(threads, [&] {
+      trees.push_back(collapse<16, SharedPack>(VertexIds(geometry), expect_packs(geometry, build_binned_sah),
+                                               {.leaves_are_packs = true, .each_is_a_pack = true}));
+    });
+  for (const auto& tree : trees) {
+    EXPECT_EQ(tree.sah_cost, trees[0].sah_cost);
+    EXPECT_EQ(tree.depth, trees[0].depth);
+    ASSERT_EQ(tree.nodes.size(), trees[0].nodes.size());
+    ASSERT_EQ(tree.packs.size(), trees[0].packs.size());
+    EXPECT_EQ(std::memcmp(tree.nodes.data(), trees[0].nodes.data(), tree.nodes.size() * sizeof(tree.nodes[0])), 0);
+    for (std::size_t i = 0; i < tree.packs.size(); ++i)
+      ASSERT_TRUE(std::ranges::equal(tree.packs[i].ids, trees[0].packs[i].ids)) << "pack " << i;
   }
 }
 
