@@ -98,8 +98,8 @@ int run_command(const RunCommand& command) {
   console.clear_status();
   fmt::print("{}", summary.table);
   print_files(summary.report_files, console);
-  console.line(fmt::format("{} cells done, {} failed, {} done before; {}", summary.done, summary.failed, summary.skipped,
-                           plan.directory));
+  console.line(fmt::format("{} cell{} done, {} failed, {} done before; {}", summary.done, summary.done == 1 ? "" : "s",
+                           summary.failed, summary.skipped, plan.directory));
   if (summary.disagreements > 0) console.warning(fmt::format("{} answers of structures are wrong", summary.disagreements));
   return summary.failed > 0 || summary.disagreements > 0 ? 1 : 0;
 }

@@ -103,6 +103,24 @@ TEST(ClaimVariants, MeasurementsAgreeAndGiveEveryQuantityOnce) {
     }
 }
 
+// What a scene has it is not spared; what is added to it changes no ray's answer.
+TEST(ClaimVariants, ContentsAreAddedWhereTheSceneLacksThem) {
+  const auto names = [](const char* measurement, const char* scene) {
+    const MeasureResult result = find_measurement(measurement, {}).run({scene, 16, 1});
+    EXPECT_EQ(result.disagreements, 0u) << measurement << " on " << scene;
+    std::set<std::string> found;
+    for (const auto& [name, factor] : result.figures) {
+      EXPECT_GT(factor.median, 0) << name;
+      found.insert(name);
+    }
+    return found;
+  };
+  EXPECT_EQ(names("contents-in-rays", "builtin:cornell-box"), (std::set<std::string>{"quadrics", "planes", "instances"}));
+  EXPECT_EQ(names("contents-in-rays", "builtin:cornell-spheres"), (std::set<std::string>{"planes", "instances"}));
+  EXPECT_EQ(names("contents-in-images", "builtin:cornell-spheres"),
+            (std::set<std::string>{"environment", "textures", "normals", "lens"}));
+}
+
 TEST(CacheModel, CountsTheMissesOfTheLeastRecentlyUsed) {
   alignas(64) static char memory[64 * 5];
   CacheModel cache(4 * 64, 4);  // one set
