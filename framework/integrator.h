@@ -54,6 +54,7 @@ struct RenderContext {
   // Structures by name, so that integrators need not know accel/. Throw Error on an unknown name.
   std::function<std::unique_ptr<PointQuery>(const std::string& name)> make_points;
   std::function<std::unique_ptr<BallQuery>(const std::string& name, const Bounds& bounds)> make_balls;
+  bool states_error = false;  // standard_error() will be asked for: what it takes is kept
 
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
   int max_depth(int requested) const { return requested > 0 ? requested : scene.max_depth.value_or(64); }
@@ -69,10 +70,17 @@ struct Expectation {
   std::string note;          // what the bias comes from, with its source
 };
 
-// A record of a cache as it is shown: it serves surfaces that face as it does, within a radius.
-struct RecordDisc {
+// A record of a cache as it is shown: it serves surfaces that face as it does, within an ellipse or a cube about it.
+struct RecordShape {
   vec3 position, normal;
-  float radius = 0;  // metres
+  float radius = 0;   // metres: the longer semi-axis, or half the edge of the cube
+  vec3 squeeze{0};    // of an ellipse: displacement d counts as sqrt(d.d + (d.squeeze)^2)
+  bool cube = false;  // along the world's axes
+
+  bool covers(const vec3& point) const {
+    const vec3 d = point - position;
+    return cube ? max_component(glm::abs(d)) <= radius : glm::dot(d, d) + square(glm::dot(d, squeeze)) <= radius * radius;
+  }
 };
 
 // A cache that outlives its image.
@@ -97,9 +105,9 @@ class Integrator {
 
   // Only of methods that have them, prepared or not.
   virtual SavableCache* savable_cache() { return nullptr; }
-  virtual std::optional<std::vector<RecordDisc>> record_discs() const { return std::nullopt; }
+  virtual std::optional<std::vector<RecordShape>> record_shapes() const { return std::nullopt; }
   // What the method itself takes the standard error of each pixel to be after its iterations so far (its luminance, in all
-  // channels); bias that it knows of counts as error.
+  // channels); bias that it knows of counts as error. To be asked for under RenderContext::states_error alone.
   virtual std::optional<Image> standard_error() const { return std::nullopt; }
 };
 

@@ -9,7 +9,7 @@ namespace etendue {
 namespace {
 
 constexpr std::string_view magic = "etncache";
-constexpr std::uint32_t format = 1;
+constexpr std::uint32_t format = 2;
 constexpr std::size_t prologue_bytes = magic.size() + sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t);
 
 std::uint64_t checksum(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
@@ -82,7 +82,7 @@ CacheFile open_cache_file(std::string_view bytes, const Location& where) {
   return file;
 }
 
-void check_cache_key(const CacheKey& found, const CacheKey& wanted, std::initializer_list<std::string_view> free,
+void check_cache_key(const CacheKey& found, const CacheKey& wanted, std::span<const std::string_view> free,
                      const Location& where) {
   if (found.integrator != wanted.integrator)
     throw Error(where, fmt::format("a cache of integrator '{}', not of '{}'", found.integrator, wanted.integrator));

@@ -3,7 +3,7 @@
 // All numbers are little-endian; text is a u32 length and its bytes, without an end mark.
 //
 //   8 bytes   "etncache"
-//   u32       format, 1
+//   u32       format, 2
 //   u64       bytes of the whole file
 //   u64       XXH3 of all bytes that follow
 //   text      version of the program
@@ -26,6 +26,7 @@
 #include <cstring>
 #include <initializer_list>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -119,7 +120,7 @@ struct CacheFile {
 CacheFile open_cache_file(std::string_view bytes, const Location& where);
 
 // Throws Error unless the file was made for this key; parameters named in `free` may differ.
-void check_cache_key(const CacheKey& found, const CacheKey& wanted, std::initializer_list<std::string_view> free,
+void check_cache_key(const CacheKey& found, const CacheKey& wanted, std::span<const std::string_view> free,
                      const Location& where);
 
 }  // namespace etendue

@@ -38,6 +38,7 @@ std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context,
       sample.radiance = paths[i].radiance;
       sample.distance = paths[i].first_distance;
       sample.normal = paths[i].first_normal;
+      sample.grain = paths[i].first_grain;
     }
   }
   return samples;
@@ -50,6 +51,7 @@ IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSe
   const auto direction = [](const HemisphereStrata& all, int i, const vec2& u) { return all.direction(i, u); };
   const auto samples = trace_hemisphere(context, settings.sampler, point, frame, depth, key, pass, strata, direction, radiance);
   IrradianceEstimate estimate = estimate_irradiance(strata, samples, frame);
+  estimate.shared_variance = photon_variance(strata, samples, frame);
   if (settings.gradients == Gradients::mesh || is_hessian(settings.metric))
     estimate_hessian(settings.metric, strata, samples, frame, settings.gradients == Gradients::mesh, estimate);
   return estimate;
@@ -91,7 +93,11 @@ void CacheLevels::insert(IrradianceRecords& records, const RecordHistory& histor
 
 IrradianceEstimate CacheLevels::estimate(const RenderContext& context, const HemisphereRadiance& radiance,
                                          const RecordHistory& history, int depth, std::uint32_t pass) const {
-  const auto sampled = [&] { return sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance); };
+  const auto sampled = [&] {
+    IrradianceEstimate out = sample_hemisphere(context, settings_, history.point, depth, history.key, pass, radiance);
+    out.source = source_;
+    return out;
+  };
   if (!settings_.at_point) return sampled();
   IrradianceEstimate exact = settings_.at_point(history.point, depth);
   if (settings_.judges_by_rays) {
@@ -126,19 +132,20 @@ void CacheLevels::fill_to(const RenderContext& context, const HemisphereRadiance
   limit(0);
 }
 
-std::vector<RecordDisc> CacheLevels::discs() const {
-  std::vector<RecordDisc> discs;
+std::vector<RecordShape> CacheLevels::shapes() const {
+  std::vector<RecordShape> shapes;
   for (std::size_t level = 0; const IrradianceRecords* records = records_in(level); ++level)
     for (const IrradianceRecord& record : records->all())
-      discs.push_back({record.position, record.normal, accuracy() * record.reach});
-  return discs;
+      shapes.push_back({record.position, record.normal, accuracy() * record.reach, record.squeeze});
+  return shapes;
 }
 
-std::optional<Interpolated> CacheLevels::interpolate(int depth, const vec3& position, const vec3& normal) const {
+std::optional<Interpolated> CacheLevels::interpolate(int depth, const vec3& position, const vec3& normal,
+                                                     bool states_error) const {
   const IrradianceRecords* records = records_at(depth);
   if (!records) return std::nullopt;
   count(Counter::lookups);
-  return records->interpolate(position, normal);
+  return records->interpolate(position, normal, states_error);
 }
 
 }  // namespace etendue

@@ -53,9 +53,12 @@ class CacheLevels final : public RecordLevels<IrradianceEstimate, IrradianceReco
   // As fill, anew, with at most `records` records, and at least 98 % of them where the metric's bounds permit.
   void fill_to(const RenderContext& context, const HemisphereRadiance& radiance, std::size_t records);
 
-  std::vector<RecordDisc> discs() const;
+  // Of the noise that estimates share from now on (IrradianceEstimate::source).
+  void set_source(std::uint32_t source) { source_ = source; }
+
+  std::vector<RecordShape> shapes() const;
   // Empty where no record serves.
-  std::optional<Interpolated> interpolate(int depth, const vec3& position, const vec3& normal) const;
+  std::optional<Interpolated> interpolate(int depth, const vec3& position, const vec3& normal, bool states_error = false) const;
 
  private:
   IrradianceRecords make_records(const RenderContext& context) const override;
@@ -64,6 +67,7 @@ class CacheLevels final : public RecordLevels<IrradianceEstimate, IrradianceReco
                               int depth, std::uint32_t pass) const override;
 
   CacheSettings settings_;
+  std::uint32_t source_ = 0;
 };
 
 }  // namespace etendue

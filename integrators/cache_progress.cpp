@@ -1,5 +1,6 @@
 #include "integrators/cache_progress.h"
 
+#include "framework/core/check.h"
 #include "framework/core/rng.h"
 
 #include <algorithm>
@@ -75,21 +76,24 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
   const std::size_t i = static_cast<std::size_t>(pixel.y) * film.resolution().x + pixel.x;
   dvec3& sum = sums_[i];
   const double t = iteration_ + 1.0;
-  Scatter& scatter = scatter_[i];
-  const double step = luminance(sampled + cached) - scatter.mean;
-  scatter.mean += step / t;
-  scatter.squares += step * (luminance(sampled + cached) - scatter.mean);
-  scatter.cached_error += weight_ * cached_error;
+  if (!scatter_.empty()) {
+    Scatter& scatter = scatter_[i];
+    const double step = luminance(sampled + cached) - scatter.mean;
+    scatter.mean += step / t;
+    scatter.squares += step * (luminance(sampled + cached) - scatter.mean);
+    scatter.cached_error += weight_ * cached_error;
+  }
   const dvec3 mean_before = weights_before_ > 0 ? (t - 1) / weights_before_ * sum : dvec3(0);
   sum += weight_ * dvec3(cached);
   film.add(pixel, sampled + Rgb(t / (weights_before_ + weight_) * sum - mean_before), iteration_);
 }
 
-Image CachedLight::standard_error(ivec2 resolution) const {
-  Image image(resolution);
+Image CachedLight::standard_error() const {
+  CHECK_EQ(scatter_.size(), sums_.size());  // it is kept under RenderContext::states_error alone
+  Image image(resolution_);
   const double n = iteration_ + 1.0, weights = weights_before_ + weight_;
   if (!(weights > 0)) return image;
-  for (std::size_t i = 0; i < std::min(scatter_.size(), image.pixels.size()); ++i) {
+  for (std::size_t i = 0; i < scatter_.size(); ++i) {
     const double of_mean = n > 1 ? scatter_[i].squares / (n * (n - 1)) : 0, cached = scatter_[i].cached_error / weights;
     image.pixels[i] = dvec3(std::sqrt(of_mean + cached * cached));
   }

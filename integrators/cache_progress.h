@@ -39,7 +39,11 @@ struct CacheProgress {
 // iterations answered and finer ones leave open would be lost by as much as their weights differ.
 class CachedLight {
  public:
-  explicit CachedLight(std::size_t pixels = 0) : sums_(pixels, dvec3(0)), scatter_(pixels) {}
+  // `states_error`: keeps what standard_error() takes.
+  explicit CachedLight(ivec2 resolution = ivec2(0), bool states_error = false)
+      : resolution_(resolution), sums_(static_cast<std::size_t>(resolution.x) * resolution.y, dvec3(0)) {
+    if (states_error) scatter_.resize(sums_.size());
+  }
 
   void begin(std::uint32_t iteration, double weight);
   // Once per pixel and iteration, from any thread; `sampled` is the part of which each iteration weighs the same,
@@ -47,7 +51,7 @@ class CachedLight {
   void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, float cached_error = 0);
   // Of the pixels' luminance, in all channels. The scatter of samples falls with their number (for one sample it is not known);
   // the cache's error is that of records which serve again and again, so that its mean over iterations stands.
-  Image standard_error(ivec2 resolution) const;
+  Image standard_error() const;
 
  private:
   struct Scatter {
@@ -55,6 +59,7 @@ class CachedLight {
     double cached_error = 0;       // weighted sum
   };
 
+  ivec2 resolution_;
   std::vector<dvec3> sums_;  // weighted
   std::vector<Scatter> scatter_;
   std::uint32_t iteration_ = 0;

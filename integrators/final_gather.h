@@ -28,8 +28,9 @@ struct FinalGather {
   // Of a point with `depth` events before it; `key` tells it from all others of this iteration.
   Rgb operator()(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, std::uint64_t key,
                  std::uint32_t iteration) const;
-  // Photons seen along a ray that meets `hit`, with `depth` events behind it, through whatever carries.
-  Rgb along(Ray ray, Hit hit, int depth, Sampler& sampler) const;
+  // Photons seen along a ray that meets `hit`, with `depth` events behind it, through whatever carries. `grain`: area per
+  // photon where the ray met them at once; 0 where it did not.
+  Rgb along(Ray ray, Hit hit, int depth, Sampler& sampler, float* grain = nullptr) const;
 
  private:
   PhotonMap::Estimate reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int max_scatterings) const;

@@ -1,9 +1,11 @@
 #include "integrators/hash_cache.h"
 
+#include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "integrators/cache_points.h"
 #include "integrators/cache_progress.h"
 #include "integrators/emission.h"
+#include "integrators/file_cache.h"
 #include "integrators/path.h"
 #include "integrators/path_space_grid.h"
 #include "integrators/wavefront.h"
@@ -55,34 +57,49 @@ struct TileWavefront {
   std::vector<std::uint32_t> last_events;  // of the pixels
 };
 
-class HashCache final : public Integrator {
+class HashCache final : public Integrator, public FileCache {
  public:
   explicit HashCache(const HashCacheParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
 
   void prepare(RenderContext& context) override {
     max_depth_ = context.max_depth(params_.max_depth);
     const ivec2 size = context.resolution;
-    const float pixel_angle = 2 * context.scene.camera.half_extent(size).x / static_cast<float>(size.x);
-    const vec3 eye = context.scene.camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
-    grid_.emplace(context.scene.bounds(), PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough});
+    if (!grid_) make_grid(context);
+    first_ = samples_;
     const ivec2 tiles = (size + tile - 1) / tile;
     pixels_.resize(static_cast<std::size_t>(tiles.x) * tiles.y);
     values_.resize(pixels_.size());
-    cached_ = CachedLight(static_cast<std::size_t>(size.x) * size.y);
+    cached_ = CachedLight(size, context.states_error);
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
+
+  SavableCache* savable_cache() override { return this; }
+  std::optional<std::vector<RecordShape>> record_shapes() const override {
+    return grid_ ? grid_->cells() : std::vector<RecordShape>();
+  }
+  std::optional<Image> standard_error() const override { return cached_.standard_error(); }
 
   Expectation expectation() const override {
     return {Bias::consistent, -2.0 / 3, 0.03, "indirect light blurred within cells, which shrink [Binder2018]"};
   }
 
  private:
+  Identity identity() const override { return {"hash-cache", param_texts(params_), {"enough", "finest", "light_samples"}}; }
+  void write(ByteWriter& body) const override {
+    CHECK(grid_.has_value());
+    body.add(samples_);
+    grid_->write(body);
+  }
+  void read(const RenderContext& context, ByteReader& body) override;
+  void make_grid(const RenderContext& context);
   Tile tile_of(std::size_t number, ivec2 resolution) const {
     const int across = (resolution.x + tile - 1) / tile;
     const ivec2 begin = tile * ivec2(static_cast<int>(number) % across, static_cast<int>(number) / across);
     return {begin, glm::min(begin + tile, resolution)};
   }
+  // Depths that cells tell apart; that of a cell.
+  static int depths(int max_depth) { return max_depth > shared_above ? 1 : std::max(max_depth, 1); }
   int key_depth(int depth) const { return max_depth_ > shared_above ? 0 : depth; }
   bool meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
             TileWavefront& wave) const;
@@ -97,10 +114,25 @@ class HashCache final : public Integrator {
   int max_depth_ = 0;
   float traced_on_ = 0;  // of paths where they could end, in this iteration
   std::optional<PathSpaceGrid> grid_;
+  std::uint32_t samples_ = 0, first_ = 0;         // per pixel, that the grid knows; of them from a file
   std::vector<std::vector<Pixel>> pixels_;        // per tile
   std::vector<std::vector<CachedValue>> values_;  // likewise
   CachedLight cached_;
 };
+
+void HashCache::make_grid(const RenderContext& context) {
+  const ivec2 size = context.resolution;
+  const float pixel_angle = 2 * context.scene.camera.half_extent(size).x / static_cast<float>(size.x);
+  const vec3 eye = context.scene.camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
+  grid_.emplace(context.scene.bounds(), PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough});
+}
+
+void HashCache::read(const RenderContext& context, ByteReader& body) {
+  constexpr std::uint32_t most_samples = 1u << 30;  // so that adding iterations does not wrap
+  if (body.take(samples_); samples_ > most_samples) body.refuse("more iterations than can be");
+  make_grid(context);
+  grid_->read(body, depths(context.max_depth(params_.max_depth)));
+}
 
 // Light that a ray meets, weighed against the light sample where the ray left. At an event's end it is direct light of its
 // surface: no part of the event's value.
@@ -213,7 +245,8 @@ void collect(std::vector<Pixel>& pixels, TileWavefront& wave, std::vector<Cached
 }
 
 void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
-  grid_->begin(index);
+  const std::uint32_t sample = first_ + index;
+  grid_->begin(sample);
   traced_on_ = params_.trace_on * std::max(1.0f, grid_->scatter());
   {
     const auto timed = context.phases.measure("trace");
@@ -225,7 +258,7 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
       wave.events.clear();
       for_pixels(tile_of(t, context.resolution), [&](ivec2 pixel) {
         const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-        Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
+        Sampler sampler(sampler_, context.seed, Stream::camera, key, sample);
         const Ray ray = sample_camera_ray(context, pixel, sampler);
         wave.paths.start({static_cast<std::uint32_t>(pixels.size())}, ray);
         pixels.push_back({sampler});
@@ -243,19 +276,22 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
   {
     const auto timed = context.phases.measure("learn");
     grid_->add(values_);
+    samples_ = sample + 1;
   }
   const auto timed = context.phases.measure("gather");
-  cached_.begin(index, index + 1.0);  // what the cache adds rests on all paths so far
+  cached_.begin(index, sample + 1.0);  // what the cache adds rests on all paths so far
   parallel_for(pixels_.size(), 1, [&](std::size_t t) {
     auto next = pixels_[t].begin();
     for_pixels(tile_of(t, context.resolution), [&](ivec2 at) {
       const Pixel& pixel = *next++;
       Rgb cached(0);
+      float error = 0;
       if (!is_black(pixel.weight)) {
         count(Counter::lookups);
         cached = pixel.weight * grid_->smooth_mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
+        if (context.states_error) error = grid_->standard_error(pixel.position, pixel.normal, pixel.depth, pixel.weight);
       }
-      cached_.add(film, at, pixel.radiance, cached);
+      cached_.add(film, at, pixel.radiance, cached, error);
     });
   });
 }

@@ -16,6 +16,10 @@
 // counts in full in its own cell. Light that a direction meets is weighed against the light sample it left behind, except where
 // a path ends with a cell and follows none.
 //
+// A cache can be saved and loaded: with all that its cells have learnt it goes on for any view of the scene, as if the samples
+// behind it had been the first of this image, whose mean is that of the new ones alone. What decides which cells answer
+// (`enough`, `finest`) may differ then, and so may `light_samples`.
+//
 // Consistent: a cell blurs what of indirect light is not even or sloping within its size (and over normals that differ by some
 // 20 degrees where it is larger than the curvature), coarser where few paths come; both vanish as cells shrink. What is sampled
 // is averaged over all samples of a pixel, what the cache adds with weights that grow with their number, since each lookup

@@ -65,11 +65,28 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
   return out;
 }
 
+float photon_variance(const HemisphereStrata& strata, std::span<const HemisphereSample> samples, const Frame& frame) {
+  const float scale = pi / static_cast<float>(strata.count());  // a stratum's projected solid angle
+  double variance = 0;
+  for (const HemisphereSample& s : samples) {
+    if (!(s.grain > 0)) continue;
+    const float facing = std::abs(glm::dot(s.direction, s.normal)), above = glm::dot(s.direction, frame.normal);
+    const float footprint = scale * square(s.distance) / std::max(facing * above, 1e-4f);
+    variance += square(scale * luminance(s.radiance)) * static_cast<double>(s.grain) / std::max(footprint, 1e-30f);
+  }
+  return static_cast<float>(variance);
+}
+
 void IrradianceEstimate::average_in(const IrradianceEstimate& next, int passes) {
   const float share = 1 / static_cast<float>(passes);
   const auto mix = [share](auto& mean, const auto& value) { mean += share * (value - mean); };
   mix(irradiance, next.irradiance);
   variance = square(1 - share) * variance + square(share) * next.variance;
+  if (next.source == source)
+    shared_variance = square((1 - share) * std::sqrt(shared_variance) + share * std::sqrt(next.shared_variance));
+  else
+    shared_variance = square(1 - share) * shared_variance + square(share) * next.shared_variance;
+  source = next.source;
   mix(inverse_distance, next.inverse_distance);
   nearest = std::min(nearest, next.nearest);
   mix(rotation, next.rotation);

@@ -17,6 +17,7 @@ struct HemisphereSample {
   float distance = infinity;  // to what was seen
   vec3 direction{0};          // unit, world; where it was sampled
   vec3 normal{0};             // geometric, of what was seen; 0 where nothing was
+  float grain = 0;            // as PathSample::first_grain
 };
 
 struct HemisphereStrata {
@@ -43,6 +44,9 @@ struct IrradianceEstimate {
   float nearest = infinity;    // least distance
   // Of the irradiance's luminance, from the differences of neighbouring strata, whose real contrast counts as noise too.
   float variance = 0;
+  // Likewise, but of noise that estimates from one `source` share, however many there are.
+  float shared_variance = 0;
+  std::uint32_t source = 0;
   // Column c belongs to channel c, world space: at normal n' and displacement d (in the tangent plane) the irradiance is
   // E_c + dot(cross(n, n'), rotation[c]) + dot(d, translation[c]) to first order.
   mat3 rotation{0}, translation{0};
@@ -54,6 +58,11 @@ struct IrradianceEstimate {
   // Becomes the mean of `passes` equal estimates, of which `next` is the last.
   void average_in(const IrradianceEstimate& next, int passes);
 };
+
+// Variance of the irradiance's luminance that one map of photons makes, in which the rays of a hemisphere, and of its
+// neighbours, end. A stratum sees as many photons as its footprint holds at what photons each take up there (grain), and their
+// number is Poisson distributed, whether or not the kernels of neighbouring rays share them.
+float photon_variance(const HemisphereStrata& strata, std::span<const HemisphereSample> samples, const Frame& frame);
 
 // `samples`: one per stratum, in order.
 IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span<const HemisphereSample> samples,

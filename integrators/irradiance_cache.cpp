@@ -8,7 +8,8 @@
 #include "integrators/cache_progress.h"
 #include "integrators/closed_form_irradiance.h"
 #include "integrators/emission.h"
-#include "integrators/irradiance_cache_file.h"
+#include "integrators/file_cache.h"
+#include "integrators/record_file.h"
 #include "integrators/sample_shares.h"
 
 #include <fmt/format.h>
@@ -19,10 +20,6 @@ namespace {
 
 constexpr int roulette_depth = 5;
 constexpr float gap_stretch = 4;  // of accuracy, where a number of records must do
-
-std::uint64_t view_of(const RenderContext& context) {
-  return hash_keys(context.scene.hash(), context.resolution.x, context.resolution.y, context.seed);
-}
 
 // Paths end where the cache covers.
 class CacheEnd final : public PathEnd {
@@ -54,7 +51,7 @@ struct CameraSample {
   CachePoint wanted_rough;    // likewise, of rough surfaces
 };
 
-class IrradianceCache final : public Integrator, public SavableCache {
+class IrradianceCache final : public Integrator, public FileCache {
  public:
   IrradianceCache(const IrradianceCacheParams& params, const std::optional<RoughExtension>& rough)
       : params_(params), extension_(rough), sampler_(parse_sampler(params.sampler)), progress_{params.accuracy, params.refine} {
@@ -65,18 +62,18 @@ class IrradianceCache final : public Integrator, public SavableCache {
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
   Expectation expectation() const override;
   SavableCache* savable_cache() override { return this; }
-  std::string save(const RenderContext& context) const override;
-  void load(const RenderContext& context, std::string_view bytes, const Location& where) override;
-  std::optional<std::vector<RecordDisc>> record_discs() const override {
-    std::vector<RecordDisc> discs;
-    if (cache_) discs = cache_->discs();
-    if (rough_) rough_->add_discs(discs);
-    return discs;
+  std::optional<std::vector<RecordShape>> record_shapes() const override {
+    std::vector<RecordShape> shapes;
+    if (cache_) shapes = cache_->shapes();
+    if (rough_) rough_->add_shapes(shapes);
+    return shapes;
   }
-  std::optional<Image> standard_error() const override { return cached_.standard_error(resolution_); }
+  std::optional<Image> standard_error() const override { return cached_.standard_error(); }
 
  private:
-  CacheKey key(const RenderContext& context) const;
+  Identity identity() const override;
+  void write(ByteWriter& body) const override;
+  void read(const RenderContext& context, ByteReader& body) override;
   void fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const;
   void fill_before(const RenderContext& context);
   Rgb kept_by_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen) const;
@@ -100,10 +97,8 @@ class IrradianceCache final : public Integrator, public SavableCache {
   std::optional<RoughCache> rough_;
   CachedLight cached_;
   SampleShares shares_;
-  ivec2 resolution_{0};
-  std::uint32_t first_stage_ = 0;  // of the refinement, in the first iteration
-  SavedIrradianceCache saved_;     // where the refinement stands; its levels only until they are used
-  bool loaded_ = false;            // and not prepared yet
+  CacheStanding standing_;
+  std::vector<std::vector<RecordHistory>> saved_;  // by level, until they are used
 };
 
 void IrradianceCache::prepare(RenderContext& context) {
@@ -118,10 +113,10 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (params_.records > 0 || by_closed_form_) settings.stretch = gap_stretch;
   // Records that are loaded keep the spacings of their accuracy where nothing will cover what a coarser one leaves open, and
   // where it was found for a number of records.
-  if (loaded_ && params_.records > 0)
-    settings.accuracy = saved_.accuracy;
-  else if (loaded_ && !params_.refine && !by_closed_form_)
-    settings.accuracy = std::min(settings.accuracy, saved_.accuracy);
+  if (standing_.loaded() && params_.records > 0)
+    settings.accuracy = standing_.accuracy();
+  else if (standing_.loaded() && !params_.refine && !by_closed_form_)
+    settings.accuracy = std::min(settings.accuracy, standing_.accuracy());
   settings.overture = params_.overture;
   const ivec2 size = context.resolution;
   std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
@@ -129,8 +124,7 @@ void IrradianceCache::prepare(RenderContext& context) {
     seen[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] = find_cache_point(context, pixel, cached_below_, sampler_);
   });
   if (params_.fill == "records") kept_ = kept_by_limit(context, settings, seen);
-  cached_ = CachedLight(seen.size());
-  resolution_ = size;
+  cached_ = CachedLight(size, context.states_error);
   wanted_.assign(seen.size(), {});
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), max_depth_ > shared_above);
   radiance_ = [this, &context](std::span<PathSample> paths, int depth) {
@@ -142,7 +136,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (rough_ && !rough_->active()) rough_.reset();
   if (rough_) wanted_rough_.assign(wanted_.size(), {});
   fill_before(context);
-  shares_ = SampleShares(size, by_closed_form_ ? 0 : params_.extra_samples, params_.refine ? first_stage_ : 0);
+  shares_ = SampleShares(size, by_closed_form_ ? 0 : params_.extra_samples, params_.refine ? standing_.first_round() : 0);
 }
 
 void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const {
@@ -160,64 +154,45 @@ void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSet
         fmt::format("irradiance-cache: fill = closed-form has no hemispheres, by which metric = {} judges", params_.metric));
 }
 
-// What is done before the first iteration. Points of a view for which the cache was filled already are not looked at again, so
-// that a cache that is not refined is the same, loaded or fresh.
+// What is done before the first iteration.
 void IrradianceCache::fill_before(const RenderContext& context) {
-  const std::uint64_t view = view_of(context);
-  const std::uint32_t filled = params_.refine ? 0 : CacheProgress::overture_rounds + 1;
-  first_stage_ = std::max(loaded_ ? saved_.rounds : 0, filled);
-  if (loaded_) {
-    const bool same_view = view == saved_.view;
-    if (!same_view) saved_.key_salt = view;
-    cache_->resume(context, std::move(saved_.levels), saved_.accuracy, saved_.key_salt);
-    if (rough_) rough_->resume(context, saved_.accuracy, saved_.key_salt, params_.refine);
-    float accuracy = saved_.accuracy;
-    if (params_.records == 0)
-      accuracy = params_.refine ? accuracy_at(std::max(first_stage_, 1u) - 1) : std::min(accuracy, params_.accuracy);
-    if (!same_view || accuracy != saved_.accuracy) {
-      cache_->fill(context, radiance_, accuracy);
-      if (rough_) rough_->fill(context, radiance_, accuracy);
-    }
+  standing_.begin(context, params_.refine);
+  if (standing_.loaded()) {
+    cache_->resume(context, std::move(saved_), standing_.accuracy(), standing_.key_salt());
+    if (rough_) rough_->resume(context, standing_.accuracy(), standing_.key_salt(), params_.refine);
+    const float accuracy = params_.records > 0 ? standing_.accuracy() : standing_.accuracy_wanted(progress_);
+    if (!standing_.needs_filling(accuracy)) return;
+    cache_->fill(context, radiance_, accuracy);
+    if (rough_) rough_->fill(context, radiance_, accuracy);
   } else if (params_.records > 0) {
     cache_->fill_to(context, radiance_, static_cast<std::size_t>(params_.records));
   } else if (!params_.refine) {
     cache_->fill(context, radiance_, params_.accuracy);
     if (rough_) rough_->fill(context, radiance_, params_.accuracy);
   }
-  saved_.view = view;
-  saved_.rounds = first_stage_;
-  loaded_ = false;
 }
 
-CacheKey IrradianceCache::key(const RenderContext& context) const {
-  CacheKey key{"irradiance-cache", context.scene.content_hash(), context.scene.name, param_texts(params_)};
-  if (extension_) key.integrator = extension_->integrator, key.params = extension_->params;
-  key.params["max_depth"] = std::to_string(context.max_depth(params_.max_depth));
-  return key;
-}
-
-std::string IrradianceCache::save(const RenderContext& context) const {
-  CHECK(cache_ != nullptr);
-  SavedIrradianceCache saved{saved_.view, saved_.key_salt, saved_.rounds, cache_->accuracy(), {}};
-  const std::string body = write_irradiance_cache(saved, cache_->histories());
-  if (!extension_) return make_cache_file(key(context), body);
-  ByteWriter both;
-  both.add(std::string_view(body));
-  if (rough_) rough_->write(both);
-  return make_cache_file(key(context), both.bytes);
-}
-
-void IrradianceCache::load(const RenderContext& context, std::string_view bytes, const Location& where) {
-  const CacheFile file = open_cache_file(bytes, where);
+FileCache::Identity IrradianceCache::identity() const {
   // A given number of records was found from the accuracy on.
   const std::string_view free_accuracy = params_.records > 0 ? "structure" : "accuracy";
-  check_cache_key(file.key, key(context), {free_accuracy, "extra_samples", "lobe_samples", "refine", "structure"}, where);
+  Identity own{"irradiance-cache", {}, {free_accuracy, "extra_samples", "lobe_samples", "refine", "structure"}};
+  own.params = extension_ ? extension_->params : param_texts(params_);
+  if (extension_) own.integrator = extension_->integrator;
+  return own;
+}
+
+void IrradianceCache::write(ByteWriter& body) const {
+  CHECK(cache_ != nullptr);
+  standing_.write(body, cache_->accuracy());
+  write_levels(body, cache_->histories());
+  if (rough_) rough_->write(body);
+}
+
+void IrradianceCache::read(const RenderContext& context, ByteReader& body) {
   const bool one_level = context.max_depth(params_.max_depth) > shared_above;
-  ByteReader both(file.body, where);
-  const std::string diffuse = extension_ ? both.take<std::string>() : std::string(file.body);
-  saved_ = read_irradiance_cache(diffuse, one_level, where);
-  if (rough_) rough_->read(context, both, one_level);
-  loaded_ = true;
+  standing_.read(body);
+  saved_ = read_levels(body, one_level, IrradianceEstimate{});
+  if (rough_) rough_->read(context, body, one_level);
 }
 
 // Records that answer for a path's further bounces hold light of as many events as they are allowed, of which the path has had
@@ -271,11 +246,11 @@ void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) 
 }
 
 void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
-  const std::uint32_t stage = first_stage_ + index;
+  const std::uint32_t stage = standing_.first_round() + index;
   const std::uint32_t round = params_.refine ? stage : index;  // of random numbers: none are drawn again after loading
   if (params_.refine) {
     refine(context, stage);
-    saved_.rounds = stage + 1;
+    standing_.reached(stage + 1);
   }
   const auto timed = context.phases.measure("gather");
   const float next_accuracy = params_.records > 0 ? infinity : progress_.accuracy_after(stage);
@@ -334,7 +309,8 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
     met_light = found_light;
     bool found = false, rough_misses = false;
     if (cached && depth < cached_below_) {
-      const auto record = cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo));
+      const auto record =
+          cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo), context.states_error);
       if (record) {
         const Rgb reflected = throughput * base_reflectance(context.scene, point, bsdf, wo) * inv_pi;
         out.cached += reflected * record->irradiance;
@@ -347,8 +323,11 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
     if (found && !bsdf.has_specular()) return out;
     if (rough_ && rough_->answers(point.material) && depth < cached_below_) {
       // The BSDF's sample only finds lights from here on, against which the light sample was weighed.
-      const auto reflected = rough_->reflected(point, bsdf, wo, depth, sampler);
-      if (reflected) out.cached += throughput * reflected->radiance;
+      const auto reflected = rough_->reflected(point, bsdf, wo, depth, sampler, context.states_error);
+      if (reflected) {
+        out.cached += throughput * reflected->radiance;
+        out.cached_error += luminance(throughput) * reflected->standard_error;
+      }
       only_emission = reflected.has_value();
       rough_misses = !reflected;
       if (!out.wanted_rough && !(reflected && reflected->error < next_accuracy))

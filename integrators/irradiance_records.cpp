@@ -1,37 +1,8 @@
 #include "integrators/irradiance_records.h"
 
+#include "integrators/error_of_mean.h"
+
 namespace etendue {
-
-namespace {
-
-// The error of a weighted mean of what records say: from their own variances, or from how far they disagree where that tells of
-// more (gradients have noise too, and interpolation errs in each record by itself), and from what they all leave out.
-class ErrorOfMean {
- public:
-  void add(float weight, float said, float variance, float error) {
-    const double w = weight;
-    weights_ += w;
-    squared_weights_ += w * w;
-    said_ += w * said;
-    squares_ += w * said * said;
-    noise_ += w * w * variance;
-    remainder_ += w * 0.5 * error * error * said;
-  }
-
-  float standard_error() const {
-    const double mean = said_ / weights_, spread = std::max(0.0, squares_ / weights_ - mean * mean);
-    const double share = squared_weights_ / (weights_ * weights_);  // 1 / n of n equal weights
-    // With less than two records' worth of weights their spread says nothing, and may not be made much of.
-    const double scatter = spread * share / std::max(1 - share, 0.5);
-    const double noise = noise_ / (weights_ * weights_), remainder = remainder_ / weights_;
-    return static_cast<float>(std::sqrt(std::max(noise, scatter) + remainder * remainder));
-  }
-
- private:
-  double weights_ = 0, squared_weights_ = 0, said_ = 0, squares_ = 0, noise_ = 0, remainder_ = 0;
-};
-
-}  // namespace
 
 IrradianceRecord make_record(const vec3& position, const vec3& normal, const IrradianceEstimate& estimate, Gradients gradients,
                              CacheMetric metric, const MetricContext& context) {
@@ -42,6 +13,7 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
                           .irradiance = estimate.irradiance,
                           .squeeze = reach.squeeze,
                           .variance = estimate.variance,
+                          .shared_variance = estimate.shared_variance,
                           .least = reach.least};
   if (gradients != Gradients::none) record.rotation = estimate.rotation;
   if (gradients >= Gradients::both) {
@@ -106,7 +78,7 @@ Rgb IrradianceRecords::extrapolate(const IrradianceRecord& record, const vec3& p
   return glm::max(here, Rgb(0));
 }
 
-std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position, const vec3& normal) const {
+std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position, const vec3& normal, bool states_error) const {
   static thread_local Neighbours found;
   balls_->covering(position, found);
   Rgb sum(0);
@@ -125,12 +97,12 @@ std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position,
     const Rgb here = extrapolate(record, position, normal);
     sum += w * here;
     weights += w;
-    error_of_mean.add(w, luminance(here), record.variance, e);
+    if (states_error) error_of_mean.add(w, luminance(here), record.variance, record.shared_variance, e);
   }
   if (weights > 0) return Interpolated{sum / weights, least, error_of_mean.standard_error()};
   if (!best) return std::nullopt;
   const Rgb alone = extrapolate(*best, position, normal);
-  error_of_mean.add(1, luminance(alone), best->variance, least);
+  if (states_error) error_of_mean.add(1, luminance(alone), best->variance, best->shared_variance, least);
   return Interpolated{alone, least, error_of_mean.standard_error()};
 }
 

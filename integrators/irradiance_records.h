@@ -37,7 +37,8 @@ struct IrradianceRecord {
   Rgb irradiance;
   mat3 rotation{0}, translation{0};  // as in IrradianceEstimate
   vec3 squeeze{0};                   // as in Reach
-  float variance = 0;                // of the irradiance's luminance
+  float variance = 0;                // of the irradiance's luminance, as in IrradianceEstimate
+  float shared_variance = 0;         // likewise
   float least = 0;                   // as in Reach
 
   // To at most `length` along every axis, or to the least it may have.
@@ -50,10 +51,8 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
 
 struct Interpolated {
   Rgb irradiance;
-  float error;  // least e of the records that serve: a point is covered at every accuracy above it
-  // Of the irradiance's luminance: the noise of the records that serve, or their disagreement where that tells of more, and
-  // what they all leave out, for which stands e^2 / 2 of what each says: the second order where e is the first ([Ward1988]).
-  float standard_error = 0;
+  float error;               // least e of the records that serve: a point is covered at every accuracy above it
+  float standard_error = 0;  // of the irradiance's luminance, where it was asked for (error_of_mean.h)
 };
 
 enum class CacheWeight : std::uint8_t { ward, tabellion };
@@ -75,7 +74,7 @@ class IrradianceRecords {
   void insert(IrradianceRecord record);
   bool covered(const vec3& position, const vec3& normal) const;
   // Empty where no record serves.
-  std::optional<Interpolated> interpolate(const vec3& position, const vec3& normal) const;
+  std::optional<Interpolated> interpolate(const vec3& position, const vec3& normal, bool states_error = false) const;
 
   const std::vector<IrradianceRecord>& all() const { return records_; }
 

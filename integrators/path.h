@@ -45,6 +45,7 @@ struct PathSample {
   Rgb radiance{0};                  // arriving along the ray
   float first_distance = infinity;  // to the first hit, in lengths of the ray's direction
   vec3 first_normal{0};             // geometric, there
+  float first_grain = 0;            // area there per photon that the radiance is made of; 0: it is not
 };
 
 // Where paths may end early: at surfaces whose indirect light something else knows.

@@ -12,6 +12,13 @@ namespace {
 constexpr std::size_t shard_count = 128;
 constexpr float ridge = 16;  // values, an edge away from the centre, that tell of no slope
 
+// Variance of what a point is told, over that of a cell's values by their number. On each axis its own cell is asked with
+// probability 1 - a, a its distance from the centre in edges, else the next one, and each answers by its plane about the middle
+// of where it is asked: (1 - a)^2 + a^2 for the means and 6 a^2 (1 - a)^2 for the slopes, over a in [0, 1/2].
+constexpr double of_smooth_planes = 32.0 / 45;
+constexpr float parent_excess = 1.0f / 3;  // an error of second order is this part of what it exceeds it by at twice the size
+constexpr std::uint32_t no_normal = (3 * 7 + 3) * 7 + 3;  // among tags
+
 std::uint64_t hash(const glm::ivec3& cell, std::uint32_t tag) {
   const auto bits = [](int x) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)); };
   return mix_bits(mix_bits(bits(cell.x) | bits(cell.y) << 32) ^ (bits(cell.z) | std::uint64_t{tag} << 32));
@@ -38,6 +45,13 @@ vec2 reach_in(const Frame& plane) {
 }
 
 vec2 in_plane(const Frame& plane, const vec3& v) { return {glm::dot(v, plane.tangent), glm::dot(v, plane.bitangent)}; }
+
+// Reads and writes in one order: `io` is a ByteWriter's add or a ByteReader's take.
+template <class Io, class Key, class Moments>
+void transfer(const Io& io, Key& at, Moments& cell) {
+  io(at.cell.x), io(at.cell.y), io(at.cell.z), io(at.tag), io(cell.count), io(cell.place.x), io(cell.place.y);
+  io(cell.place_square), io(cell.value), io(cell.value_x), io(cell.value_y), io(cell.square);
+}
 
 vec3 squares(const vec2& v) { return {v.x * v.x, v.y * v.y, v.x * v.y}; }
 
@@ -237,11 +251,100 @@ std::optional<Rgb> PathSpaceGrid::smooth_mean(const vec3& position, const vec3& 
 
 // What a point's cell says there, if it has seen enough.
 std::optional<Rgb> PathSpaceGrid::answer(const vec3& position, std::uint32_t tag, int level, float enough) const {
-  const Key at = key(position, tag, level);
-  const Moments* cell = shards_[shard_of(position, tag)].levels[static_cast<std::size_t>(level)].find(at, enough);
+  const Moments* cell = find(position, tag, level, enough);
   if (cell == nullptr) return std::nullopt;
   const Frame plane = plane_of(tag);
-  return cell->fit(place_in(at, plane, position, level), reach_in(plane));
+  return cell->fit(place_in(key(position, tag, level), plane, position, level), reach_in(plane));
+}
+
+const PathSpaceGrid::Moments* PathSpaceGrid::find(const vec3& position, std::uint32_t tag, int level, float enough) const {
+  return shards_[shard_of(position, tag)].levels[static_cast<std::size_t>(level)].find(key(position, tag, level), enough);
+}
+
+float PathSpaceGrid::Moments::variance() const {
+  return std::max(0.0f, square / count - etendue::square(luminance(value) / count));
+}
+
+float PathSpaceGrid::standard_error(const vec3& position, const vec3& normal, int depth, const Rgb& weight) const {
+  const std::uint32_t tag = tag_of(normal, depth);
+  const float scale = luminance(weight);
+  for (int level = finest_level(position); level >= coarsest; --level) {
+    const Moments* cell = find(position, tag, level, level > coarsest ? enough_ : 1);
+    if (cell == nullptr) continue;
+    const double noise = of_smooth_planes * cell->variance() / cell->count;
+    double left_out = 0;
+    if (level > coarsest)
+      left_out = parent_excess * luminance(*answer(position, tag, level, 1) - *answer(position, tag, level - 1, 1));
+    return scale * static_cast<float>(std::sqrt(noise + left_out * left_out));
+  }
+  return 0;
+}
+
+std::vector<RecordShape> PathSpaceGrid::cells() const {
+  std::vector<RecordShape> shapes;
+  for (const Shard& shard : shards_)
+    for (int level = deepest; level >= coarsest; --level) {
+      const Table& table = shard.levels[static_cast<std::size_t>(level)];
+      for (std::size_t i = 0; i < table.cells.size(); ++i) {
+        const Key& at = table.keys[i];
+        const float edge = edge_[static_cast<std::size_t>(level)];
+        const vec3 centre = origin_ + edge * (vec3(at.cell) + 0.5f);
+        if (table.cells[i].count < enough_ || level > finest_level(centre)) continue;
+        if (level < finest_level(centre) && answered_within(shard, at, level)) continue;
+        shapes.push_back({centre, plane_of(at.tag).normal, 0.5f * edge, vec3(0), true});
+      }
+    }
+  return shapes;
+}
+
+// Do finer cells answer all over this one, as far as anything was seen there?
+bool PathSpaceGrid::answered_within(const Shard& shard, const Key& at, int level) const {
+  const Table& finer = shard.levels[static_cast<std::size_t>(level) + 1];
+  bool any = false;
+  for (int child = 0; child < 8; ++child) {
+    const Key below{at.cell * 2 + glm::ivec3(child & 1, child >> 1 & 1, child >> 2), at.tag};
+    if (finer.find(below, 1) == nullptr) continue;
+    if (finer.find(below, enough_) == nullptr) return false;
+    any = true;
+  }
+  return any;
+}
+
+void PathSpaceGrid::write(ByteWriter& out) const {
+  for (std::size_t level = coarsest; level <= deepest; ++level) {
+    std::uint64_t count = 0;
+    for (const Shard& shard : shards_) count += shard.levels[level].cells.size();
+    out.add(count);
+    for (const Shard& shard : shards_)
+      for (std::size_t i = 0; i < shard.levels[level].cells.size(); ++i) {
+        Key at = shard.levels[level].keys[i];
+        Moments cell = shard.levels[level].cells[i];
+        transfer([&](const auto& value) { out.add(value); }, at, cell);
+      }
+  }
+}
+
+void PathSpaceGrid::read(ByteReader& in, int depths) {
+  constexpr std::size_t cell_bytes = 4 * 4 + 16 * 4;
+  for (int level = coarsest; level <= deepest; ++level)
+    for (std::size_t left = in.take_count(cell_bytes); left > 0; --left) {
+      Key at;
+      Moments cell;
+      transfer([&](auto& value) { in.take(value); }, at, cell);
+      const bool inside =
+          glm::all(glm::greaterThanEqual(at.cell, glm::ivec3(0))) && glm::all(glm::lessThan(at.cell, glm::ivec3(2 << level)));
+      const std::uint32_t longest = 7 * 7 * 7 * static_cast<std::uint32_t>(depths);
+      if (!inside || at.tag >= longest || at.tag % (7 * 7 * 7) == no_normal || !cell.is_valid())
+        in.refuse("a cell holds what none can");
+      const std::size_t shard = hash(at.cell >> (level - coarsest), at.tag) % shard_count;
+      shards_[shard].levels[static_cast<std::size_t>(level)].add(at, cell);
+    }
+}
+
+bool PathSpaceGrid::Moments::is_valid() const {
+  const bool finite = std::isfinite(count) && std::isfinite(place.x) && std::isfinite(place.y) && is_finite(place_square) &&
+                      is_finite(value) && is_finite(value_x) && is_finite(value_y) && std::isfinite(square);
+  return finite && count >= 1 && square >= 0 && glm::all(glm::greaterThanEqual(value, Rgb(0)));
 }
 
 }  // namespace etendue

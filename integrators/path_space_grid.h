@@ -15,11 +15,16 @@
 // keeps it level where few values tell its slope). Where light falls off towards a corner, and all values lie on one side of
 // the point, their mean would be wrong in the first order of the cell's size; the plane is in the second.
 //
+// What the standard error of an answer is, cells say themselves: that of a plane by n values scattered as theirs are, and what
+// the plane leaves out, which is in the second order of the cell's size and so a third of the difference to what the cell of
+// twice the size says.
+//
 // Deviations: keys are compared in full, where [Binder2018] trusts a fingerprint; values are added in their given order within
 // shards of the table, one task each, where it adds atomically; so means do not depend on threads. [Binder2018] takes means.
 #pragma once
 
-#include "framework/core/vec.h"
+#include "framework/integrator.h"
+#include "integrators/cache_file.h"
 
 #include <array>
 #include <optional>
@@ -56,6 +61,17 @@ class PathSpaceGrid {
   std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth) const;
   // The same without steps; empty where nothing was seen. `u`: uniform.
   std::optional<Rgb> smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const;
+  // Standard error of what smooth_mean answers about a point, weighted by channel; 0 where nothing answers.
+  float standard_error(const vec3& position, const vec3& normal, int depth, const Rgb& weight) const;
+
+  // The cells that answer now somewhere, as cubes.
+  std::vector<RecordShape> cells() const;
+
+  // All cells, by level from the coarsest: u64 number of them; of each: i32 cell[3]; u32 normal and depth; f32 number of
+  // values, place[2], its squares[3], value[3], value times place[2][3], squared luminance. `read` throws Error where the bytes
+  // hold what no cell can; the grid is as it was when they were written.
+  void write(ByteWriter& out) const;
+  void read(ByteReader& in, int depths);
 
  private:
   static constexpr int coarsest = 3, deepest = 24;  // levels
@@ -79,6 +95,8 @@ class PathSpaceGrid {
     Moments in_coarser(const vec2& centre) const;
     // `reach`: of the cell from its centre, along the axes of `at`.
     Rgb fit(const vec2& at, const vec2& reach) const;
+    float variance() const;  // of the values' luminance
+    bool is_valid() const;   // could it be?
   };
   // Open addressing with linear probing; what a search passes by lies in the slots.
   struct Table {
@@ -109,7 +127,9 @@ class PathSpaceGrid {
   vec2 place_in(const Key& key, const Frame& plane, const vec3& position, int level) const;
   int finest_level(const vec3& position) const;
   std::size_t shard_of(const vec3& position, std::uint32_t tag) const;
+  const Moments* find(const vec3& position, std::uint32_t tag, int level, float enough) const;
   std::optional<Rgb> answer(const vec3& position, std::uint32_t tag, int level, float enough) const;
+  bool answered_within(const Shard& shard, const Key& at, int level) const;
   void add_to(Shard& shard, std::span<const CachedValue* const> values) const;
 
   PathSpaceGridOptions options_;

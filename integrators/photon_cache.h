@@ -21,6 +21,10 @@
 // passes of a record see independent maps but for those it was made with; for `density` in every iteration, with new records on
 // it.
 //
+// A cache can be saved and loaded as irradiance-cache's can (record_file.h): what its hemispheres gathered is what took time;
+// the maps are traced again, for what no record answers. Where `density` makes new records in every iteration there is nothing
+// to keep.
+//
 // By default a pilot decides how many photons the global map has (integrators/photon_maps.h): one map is all there is for the
 // first hundred iterations, and its scatter the image's.
 //

@@ -85,16 +85,17 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   const KernelDisc disc = find_disc(*query_, at.position(), options_.k, radius_, neighbours);
   count(Counter::photons_gathered, disc.count);
   const float radius = std::sqrt(disc.radius_squared);
+  const float grain = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;
   if (disc.count == 0 || !(disc.radius_squared > 0)) return {Rgb(0), radius};
   const std::span<const Neighbour> near(neighbours.data(), disc.count);
-  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius};
+  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius, grain};
   std::optional<VisibleDomain> domain;
   if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), radius);
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
     if (at.counts(photons_, id, options_.side_test) && (!domain || domain->contains(photons_.position[id] - at.position())))
       sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
-  return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius};
+  return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius, grain};
 }
 
 // Of few photons no hull says where the surface ends: there the whole disc stands.

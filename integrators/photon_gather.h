@@ -100,6 +100,7 @@ class PhotonMap {
   struct Estimate {
     Rgb radiance{0};
     float radius = 0;  // metres; 0: there are no photons
+    float grain = 0;   // area per photon, m^2
   };
 
   // Radiance towards wo that photons of the given histories, with at most `max_scatterings` events behind them, make the

@@ -11,6 +11,7 @@ PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap
       normal_(places.size()),
       irradiance_(places.size()),
       radius_(places.size()),
+      grain_(places.size()),
       reach_(map.radius()) {
   for (const std::uint16_t scatterings : map.photons().scatterings) longest_ = std::max<int>(longest_, scatterings);
   const std::vector<std::uint32_t> order = along_curve(places.position);
@@ -20,6 +21,7 @@ PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap
     const PhotonMap::Estimate found = map.measure(context, GatherPoint::irradiance(position_[i], normal_[i]));
     irradiance_[i] = found.radiance;
     radius_[i] = found.radius;
+    grain_[i] = found.grain;
   });
   query_->build(position_);
 }
@@ -30,7 +32,7 @@ std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const vec3& position
     query_->nearest(position, k, reach_, nearest);
     for (const Neighbour& n : nearest)
       if (glm::dot(normal_[n.id], normal) > 0.9f)
-        return Found{irradiance_[n.id], std::max(radius_[n.id], std::sqrt(n.distance_squared))};
+        return Found{irradiance_[n.id], std::max(radius_[n.id], std::sqrt(n.distance_squared)), grain_[n.id]};
     if (nearest.size() < k) break;
   }
   return std::nullopt;

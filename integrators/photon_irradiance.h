@@ -24,6 +24,7 @@ class PhotonIrradiance {
   struct Found {
     Rgb irradiance;    // W/m^2
     float resolution;  // metres: the kernel's radius, or the way to the photon that answers if that is longer
+    float grain;       // area per photon, m^2
   };
   // On the side of unit `normal`.
   std::optional<Found> at(const vec3& position, const vec3& normal) const;
@@ -34,7 +35,7 @@ class PhotonIrradiance {
   std::unique_ptr<PointQuery> query_;
   std::vector<vec3> position_, normal_;
   std::vector<Rgb> irradiance_;
-  std::vector<float> radius_;
+  std::vector<float> radius_, grain_;
   float reach_;
   int longest_ = 0;
 };

@@ -12,8 +12,6 @@
 //
 // A cache can be saved and loaded, as irradiance_cache.h says; `lobe_samples` too may differ then.
 //
-// What it takes its standard error to be leaves out the noise of the records of rough surfaces.
-//
 // Consistent with `refine` but for the order of the harmonics: incident radiance is known no finer than some pi / n, which
 // blurs what lobes reflect by up to `left_out`. Biased without: by interpolation and the records' noise. Depth: as
 // irradiance_cache.h.

@@ -1,6 +1,7 @@
 #include "integrators/radiance_cache_records.h"
 
 #include "framework/core/check.h"
+#include "integrators/error_of_mean.h"
 #include "integrators/spherical_harmonics.h"
 
 #include <array>
@@ -87,7 +88,7 @@ RadianceEstimate estimate_radiance(int order, const HemisphereStrata& strata, st
   const auto local = [](float theta, float phi) {
     return vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
   };
-  double inverse_distance = 0;
+  double inverse_distance = 0, half_squares = 0;
   for (int k = 0; k < strata.phi; ++k)
     for (int j = 0; j < strata.theta; ++j) {
       const HemisphereSample& here = samples[static_cast<std::size_t>(j) * strata.phi + k];
@@ -104,10 +105,14 @@ RadianceEstimate estimate_radiance(int order, const HemisphereStrata& strata, st
           along(middle, harmonics.at(local(upper, middle)), step * (sector * std::sin(upper) * std::cos(upper)));
       }
       const HemisphereSample& before = samples[static_cast<std::size_t>(j) * strata.phi + (k + strata.phi - 1) % strata.phi];
+      half_squares += 0.5 * square(luminance(here.radiance - before.radiance));
       const Rgb step = (here.radiance - before.radiance) / std::min(here.distance, before.distance);
       if (!is_black(step)) along(edge + 0.5f * pi, harmonics.at(local(0.5f * (upper + lower), edge)), step * (lower - upper));
     }
   out.inverse_distance = static_cast<float>(inverse_distance / strata.count());
+  // Noise that is alike and independent in all directions has the variance per stratum times its solid angle in every
+  // coefficient; mirrored below the horizon, twice that in the even ones, which alone are not zero.
+  out.variance = 2 * solid_angle * static_cast<float>(half_squares / strata.count());
   return out;
 }
 
@@ -115,6 +120,7 @@ void RadianceEstimate::average_in(const RadianceEstimate& next, int passes) {
   const float share = 1 / static_cast<float>(passes);
   for (std::size_t i = 0; i < coefficients.size(); ++i) coefficients[i] += share * (next.coefficients[i] - coefficients[i]);
   inverse_distance += share * (next.inverse_distance - inverse_distance);
+  variance = square(1 - share) * variance + square(share) * next.variance;
 }
 
 void RadianceRecords::insert(const vec3& position, const vec3& normal, const RadianceEstimate& estimate,
@@ -122,7 +128,7 @@ void RadianceRecords::insert(const vec3& position, const vec3& normal, const Rad
   const std::size_t count = static_cast<std::size_t>(order_) * order_;
   CHECK_EQ(estimate.coefficients.size(), 3 * count);
   const auto id = static_cast<std::uint32_t>(records_.size());
-  Record record{position, Frame::from_normal(normal), infinity};
+  Record record{position, Frame::from_normal(normal), infinity, estimate.variance};
   if (estimate.inverse_distance > 0) record.reach = 1 / estimate.inverse_distance;
   // No farther than where the irradiance would be extrapolated to 0; a gradient that still would is shortened.
   const ShLobe lobe = diffuse_lobe(order_, normal);
@@ -146,8 +152,8 @@ void RadianceRecords::insert(const vec3& position, const vec3& normal, const Rad
   records_.push_back(record);
 }
 
-void RadianceRecords::add_discs(std::vector<RecordDisc>& discs) const {
-  for (const Record& record : records_) discs.push_back({record.position, record.frame.normal, accuracy_ * record.reach});
+void RadianceRecords::add_shapes(std::vector<RecordShape>& shapes) const {
+  for (const Record& record : records_) shapes.push_back({record.position, record.frame.normal, accuracy_ * record.reach});
 }
 
 float RadianceRecords::error(const Record& record, const vec3& position, const vec3& normal) const {
@@ -178,7 +184,7 @@ std::optional<float> RadianceRecords::interpolate(const vec3& position, const ve
     const float e = error(record, position, normal);
     if (!(e < answers_)) continue;
     if (weights == 0) std::fill(coefficients.begin(), coefficients.end(), Rgb(0));
-    const float w = 1 / std::max(e, 1e-4f) - 1 / answers_;
+    const float w = weight(e);
     const vec3 offset = position - record.position;
     const float x = w * glm::dot(offset, record.frame.tangent), y = w * glm::dot(offset, record.frame.bitangent);
     const Rgb* at = &coefficients_[3 * stride * n.id];
@@ -190,6 +196,25 @@ std::optional<float> RadianceRecords::interpolate(const vec3& position, const ve
   if (!(weights > 0)) return std::nullopt;
   for (Rgb& c : coefficients) c /= weights;
   return least;
+}
+
+float RadianceRecords::standard_error(const vec3& position, const vec3& normal, std::span<const Rgb> lobe,
+                                      float lobe_square) const {
+  static thread_local Neighbours found;
+  balls_->covering(position, found);
+  const std::size_t stride = static_cast<std::size_t>(order_) * order_;
+  ErrorOfMean error_of_mean;
+  for (const Neighbour& n : found) {
+    const Record& record = records_[n.id];
+    const float e = error(record, position, normal);
+    if (!(e < answers_)) continue;
+    const vec3 offset = position - record.position;
+    const float x = glm::dot(offset, record.frame.tangent), y = glm::dot(offset, record.frame.bitangent);
+    const Rgb* at = &coefficients_[3 * stride * n.id];
+    const Rgb said = dot(lobe, at) + x * dot(lobe, at + stride) + y * dot(lobe, at + 2 * stride);
+    error_of_mean.add(weight(e), luminance(said), lobe_square * record.variance, 0, e);
+  }
+  return error_of_mean.standard_error();
 }
 
 }  // namespace etendue

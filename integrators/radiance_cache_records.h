@@ -30,6 +30,9 @@ ShLobe diffuse_lobe(int order, const vec3& normal);
 struct RadianceEstimate {
   std::vector<Rgb> coefficients;  // n^2 values, then as many derivatives along the tangent, then along the bitangent
   float inverse_distance = 0;     // mean over the hemisphere, of 1 / distance
+  // Of the luminance of what a lobe reflects, per sum of the squares of its coefficients; from the differences of neighbouring
+  // strata, whose real contrast counts as noise too.
+  float variance = 0;
 
   // Becomes the mean of `passes` equal estimates, of which `next` is the last.
   void average_in(const RadianceEstimate& next, int passes);
@@ -59,15 +62,20 @@ class RadianceRecords {
   // The first coefficients of the radiance at a point, as many as asked for: the weighted mean of what the records extrapolate
   // to. The least error of those that serve (a point is covered at every accuracy above it); empty where none does.
   std::optional<float> interpolate(const vec3& position, const vec3& normal, std::span<Rgb> coefficients) const;
-  void add_discs(std::vector<RecordDisc>& discs) const;
+  // Standard error of the luminance that a lobe of these coefficients reflects there, if their squares sum to `lobe_square`:
+  // from what each record says by itself (error_of_mean.h).
+  float standard_error(const vec3& position, const vec3& normal, std::span<const Rgb> lobe, float lobe_square) const;
+  void add_shapes(std::vector<RecordShape>& shapes) const;
 
  private:
   struct Record {
     vec3 position;
     Frame frame;
     float reach;
+    float variance;  // as of RadianceEstimate
   };
   float error(const Record& record, const vec3& position, const vec3& normal) const;  // infinite: refused
+  float weight(float error) const { return 1 / std::max(error, 1e-4f) - 1 / answers_; }
 
   std::vector<Record> records_;
   std::vector<Rgb> coefficients_;  // of all records, 3 n^2 each

@@ -32,14 +32,22 @@ int lobe_order(float alpha, float left_out) {
   return order;
 }
 
+float lobe_square(float alpha, int order) {
+  double sum = 0;
+  for (int degree = 0; degree < order; ++degree) sum += (2 * degree + 1) * square(lobe_share(alpha, degree));
+  return static_cast<float>(sum / (8 * std::numbers::pi));
+}
+
 void RoughCache::choose_orders(const Scene& scene) {
   order_ = 0;
   orders_.clear();
+  lobe_squares_.clear();
   for (const Material& material : scene.materials) {
     const float alpha = least_alpha(material);
     // The diffuse base of a plastic takes the three bands of irradiance.
     const int order = alpha > 0 ? std::max(lobe_order(alpha, settings_.left_out), 3) : 0;
     orders_.push_back(order <= settings_.highest_order ? order : 0);
+    lobe_squares_.push_back(lobe_square(alpha, orders_.back()));
     order_ = std::max(order_, orders_.back());
   }
 }
@@ -81,12 +89,12 @@ RadianceEstimate RoughCache::estimate(const RenderContext& context, const Hemisp
 }
 
 std::optional<RoughCache::Reflected> RoughCache::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
-                                                           int depth, Sampler& sampler) const {
+                                                           int depth, Sampler& sampler, bool states_error) const {
   const RadianceRecords* records = records_at(depth);
   if (!records) return std::nullopt;
   count(Counter::lookups);
   const int order = orders_[point.material];
-  static thread_local std::vector<Rgb> coefficients;
+  static thread_local std::vector<Rgb> coefficients, lobe;
   static thread_local std::vector<float> harmonics;
   coefficients.resize(static_cast<std::size_t>(order) * order);
   harmonics.resize(coefficients.size());
@@ -97,7 +105,8 @@ std::optional<RoughCache::Reflected> RoughCache::reflected(const SurfacePoint& p
   const float turn = sampler.get_1d();
   const vec2 shift = sampler.get_2d();
   const auto wrapped = [](float x) { return std::min(x - std::floor(x), 0x1.fffffep-1f); };
-  Rgb sum(0);
+  if (states_error) lobe.assign(coefficients.size(), Rgb(0));
+  Rgb sum(0), weights(0);
   for (int k = 0; k < settings_.lobe_samples; ++k) {
     const float place = static_cast<float>(k) / static_cast<float>(settings_.lobe_samples);
     const vec2 u(wrapped(shift.x + place), wrapped(shift.y + 0.61803399f * static_cast<float>(k)));
@@ -107,12 +116,22 @@ std::optional<RoughCache::Reflected> RoughCache::reflected(const SurfacePoint& p
     Rgb incident(0);
     for (std::size_t i = 0; i < coefficients.size(); ++i) incident += harmonics[i] * coefficients[i];
     sum += s.weight * incident;
+    weights += s.weight;
+    if (states_error)
+      for (std::size_t i = 0; i < lobe.size(); ++i) lobe[i] += harmonics[i] * s.weight;
   }
-  return Reflected{glm::max(sum / static_cast<float>(settings_.lobe_samples), Rgb(0)), *error};
+  Reflected out{glm::max(sum / static_cast<float>(settings_.lobe_samples), Rgb(0)), *error};
+  if (states_error) {
+    const float share = 1 / static_cast<float>(settings_.lobe_samples);
+    for (Rgb& l : lobe) l *= share;
+    const float square_of_lobe = square(share * luminance(weights)) * lobe_squares_[point.material];
+    out.standard_error = records->standard_error(point.position, normal, lobe, square_of_lobe);
+  }
+  return out;
 }
 
-void RoughCache::add_discs(std::vector<RecordDisc>& discs) const {
-  for (std::size_t level = 0; const RadianceRecords* records = records_in(level); ++level) records->add_discs(discs);
+void RoughCache::add_shapes(std::vector<RecordShape>& shapes) const {
+  for (std::size_t level = 0; const RadianceRecords* records = records_in(level); ++level) records->add_shapes(shapes);
 }
 
 }  // namespace etendue

@@ -33,6 +33,9 @@ struct RoughCacheSettings {
 
 // Share of a GGX lobe's amplitude that harmonics of a degree see.
 double lobe_share(float alpha, int degree);
+// Sum of the squares of a lobe's even coefficients below an order, for a lobe that reflects all light: those of degree l share
+// (2 l + 1) / 4 pi, of which even ones have half on the mean over directions.
+float lobe_square(float alpha, int order);
 // The least order that leaves out no more than that share.
 int lobe_order(float alpha, float left_out);
 
@@ -45,7 +48,7 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
   // Has the scene materials to cache at all?
   bool active() const { return order_ > 0; }
 
-  // Its part of a file (cache_file.h), to its end. `read` throws Error where that holds what no cache of the scene can; the
+  // Its part of a file (record_file.h). `read` throws Error where that holds what no cache of the scene can; the
   // records wait for `resume`, which follows `prepare`. Without `refine` they keep the spacings of their accuracy.
   void write(ByteWriter& out) const;
   void read(const RenderContext& context, ByteReader& in, bool one_level);
@@ -55,12 +58,13 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
 
   struct Reflected {
     Rgb radiance;
-    float error;  // least of the records that serve
+    float error;               // least of the records that serve
+    float standard_error = 0;  // of the radiance's luminance, where it was asked for
   };
   // What a surface scatters of the light that does not come straight from lights; empty where no record serves.
-  std::optional<Reflected> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
-                                     Sampler& sampler) const;
-  void add_discs(std::vector<RecordDisc>& discs) const;
+  std::optional<Reflected> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Sampler& sampler,
+                                     bool states_error) const;
+  void add_shapes(std::vector<RecordShape>& shapes) const;
 
  private:
   void choose_orders(const Scene& scene);
@@ -72,6 +76,7 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
   RoughCacheSettings settings_;
   int order_ = 0;                            // of the records: the highest that a material needs
   std::vector<int> orders_;                  // by material; 0: not cached
+  std::vector<float> lobe_squares_;          // by material: sum of the squares of its lobe's even coefficients, of unit weight
   float max_spacing_ = 0;                    // metres
   std::vector<std::vector<History>> saved_;  // by level, until they are used
 };

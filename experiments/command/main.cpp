@@ -121,11 +121,13 @@ class CommandLine {
         "another image beside the output, FILE.NAME.exr: records (where a cache's lie, and how far they serve), standard-error "
         "(of each pixel, as the method itself estimates it); repeatable");
     text(c, "--save-cache", render_.save_cache, "FILE",
-         "the cache as the last iteration left it (irradiance-cache, radiance-cache), for other views of the scene");
+         "the cache as the last iteration left it (irradiance-cache, radiance-cache, photon-cache, "
+         "hash-cache), for other views of the scene");
     text(c, "--load-cache", render_.load_cache, "FILE",
          "begin with a saved cache: its integrator and parameters, where not given; what it does not cover is added. The same "
          "view and "
-         "seed with refine=false: the same image to the bit; with refine it goes on where it stood. Refused if the scene (but "
+         "seed with refine=false: the same image to the bit; with refine, and hash-cache always, it goes on where it stood. "
+         "Refused if the scene (but "
          "for "
          "the camera), a parameter its records depend on, or the version differs");
     c->add_flag("--json", render_.json, "figures as JSON on stdout");

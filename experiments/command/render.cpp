@@ -162,7 +162,7 @@ void write_outputs(const Rendered& r, Integrator& integrator, const RenderContex
     attempt([&] {
       write_image(
           r, result, aov_path(r.output, aov),
-          aov == records_aov ? draw_records(result.image, context, *integrator.record_discs()) : *integrator.standard_error());
+          aov == records_aov ? draw_records(result.image, context, *integrator.record_shapes()) : *integrator.standard_error());
     });
   if (failure) std::rethrow_exception(failure);
 }
@@ -270,6 +270,7 @@ int render_command(const RenderCommand& command) {
       integrator.savable_cache()->load(context, r.cache_to_load, Location{command.load_cache});
       r.cache_to_load = {};
     };
+  task.confidence = std::find(command.aovs.begin(), command.aovs.end(), standard_error_aov) != command.aovs.end();
   task.finished = [&](Integrator& integrator, RenderContext& context, const CellResult& result) {
     console.clear_status();
     write_outputs(r, integrator, context, result);

@@ -20,11 +20,16 @@ constexpr std::size_t magic_bytes = 8;  // with which every cache file begins
 
 template <class Has>
 void require(const Method& integrator, const std::string& option, const char* lack, const Has& has) {
-  if (has(*find_integrator(integrator.name, integrator.where).make(integrator.params))) return;
+  const IntegratorEntry& asked = find_integrator(integrator.name, integrator.where);
+  if (has(*asked.make(integrator.params))) return;
+  // A method may have it with other parameters alone.
+  const bool by_parameters = has(*asked.make({}));
   std::string names;
   for (const IntegratorEntry& entry : integrators())
     if (has(*entry.make({}))) names += (names.empty() ? "" : ", ") + entry.name;
-  throw Error(Location{option}, fmt::format("integrator '{}' {}; those that do: {}", integrator.name, lack, names));
+  throw Error(Location{option},
+              fmt::format("integrator '{}' {}; those that do{}: {}", by_parameters ? integrator.label() : integrator.name, lack,
+                          by_parameters ? ", as they are by default" : "", names));
 }
 
 }  // namespace
@@ -64,7 +69,7 @@ void require_savable(const Method& integrator, const std::string& option) {
 }
 
 void require_records(const Method& integrator, const std::string& option) {
-  require(integrator, option, "has no records to show", [](Integrator& i) { return i.record_discs().has_value(); });
+  require(integrator, option, "has no records to show", [](Integrator& i) { return i.record_shapes().has_value(); });
 }
 
 void require_standard_error(const Method& integrator, const std::string& option) {

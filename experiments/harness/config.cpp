@@ -120,6 +120,12 @@ ReferenceChoice read_reference(const ConfigNode* node, const fs::path& directory
   throw Error(file->where, fmt::format("reference: no file '{}' beside the experiment or in the working directory", name));
 }
 
+bool read_flag(const ConfigNode& node, const std::string& key) {
+  const auto* flag = std::get_if<bool>(&node.value);
+  if (!flag) wrong_type(node, key, "true or false");
+  return *flag;
+}
+
 std::vector<std::string> read_names(const ConfigNode& node, const std::string& key, const std::string& kind,
                                     const std::vector<std::string>& valid) {
   std::vector<std::string> names;
@@ -217,6 +223,7 @@ ExperimentKeys read_keys(const ConfigNode& root, const fs::path& directory, Expe
   for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
   const auto* wanted = reader.find("metrics");
   config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
+  if (const auto* n = reader.find("confidence")) config.confidence = read_flag(*n, "confidence");
   config.table_formats = {"md", "csv", "tex"};
   if (const auto* outputs = reader.find("outputs")) {
     TableReader output_reader(*outputs, "outputs");

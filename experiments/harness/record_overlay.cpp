@@ -29,9 +29,9 @@ SeenPoint see(const RenderContext& context, const vec2& film) {
 
 class RadiusColours {
  public:
-  explicit RadiusColours(std::span<const RecordDisc> records) {
+  explicit RadiusColours(std::span<const RecordShape> records) {
     std::vector<float> radii;
-    for (const RecordDisc& record : records)
+    for (const RecordShape& record : records)
       if (record.radius > 0) radii.push_back(record.radius);
     if (radii.empty()) return;
     const auto at = [&](double share) {
@@ -57,7 +57,7 @@ class RadiusColours {
 
 class Overlay {
  public:
-  Overlay(const RenderContext& context, std::span<const RecordDisc> records)
+  Overlay(const RenderContext& context, std::span<const RecordShape> records)
       : context_(context), records_(records), colours_(records), size_(context.resolution) {}
 
   Image draw(const Image& image) {
@@ -72,18 +72,18 @@ class Overlay {
  private:
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * size_.x + x; }
 
+  static float reach(const RecordShape& record) { return record.radius * (record.cube ? std::sqrt(3.0f) : 1.0f); }
   bool covers(std::uint32_t id, const SeenPoint& point) const {
-    const RecordDisc& record = records_[id];
-    return point.surface && length_squared(point.position - record.position) <= square(record.radius) &&
-           glm::dot(point.normal, record.normal) > faces;
+    const RecordShape& record = records_[id];
+    return point.surface && record.covers(point.position) && glm::dot(point.normal, record.normal) > faces;
   }
 
   void find_covering() {
     Bounds bounds;
-    for (const RecordDisc& record : records_) bounds.extend(record.position);
+    for (const RecordShape& record : records_) bounds.extend(record.position);
     const auto balls = context_.make_balls("octree", bounds);
     for (std::size_t i = 0; i < records_.size(); ++i)
-      balls->insert(records_[i].position, records_[i].radius, static_cast<std::uint32_t>(i));
+      balls->insert(records_[i].position, reach(records_[i]), static_cast<std::uint32_t>(i));
     seen_.resize(out_.pixels.size());
     covering_.resize(out_.pixels.size());
     parallel_pixels(size_, [&](ivec2 pixel) {
@@ -103,7 +103,8 @@ class Overlay {
            glm::dot(a.normal, b.normal) > faces;
   }
 
-  // The innermost pixels of a disc, beside one of the same surface that is outside. Of several rims the smallest disc's shows.
+  // The innermost pixels of a record, beside one of the same surface that is outside. Of several rims the smallest record's
+  // shows. Cubes lie side by side: the one before draws what parts them.
   void draw_rims() {
     parallel_pixels(size_, [&](ivec2 pixel) {
       const SeenPoint& point = seen_[index(pixel.x, pixel.y)];
@@ -114,7 +115,7 @@ class Overlay {
         const SeenPoint& other = seen_[index(beside.x, beside.y)];
         if (!same_surface(point, other)) continue;
         for (const std::uint32_t id : covering_[index(pixel.x, pixel.y)])
-          if (!covers(id, other)) radius = std::min(radius, records_[id].radius);
+          if (!covers(id, other) && !(records_[id].cube && step.x + step.y < 0)) radius = std::min(radius, records_[id].radius);
       }
       if (std::isfinite(radius)) blend(pixel, colours_.of(radius), rim_strength);
     });
@@ -122,7 +123,8 @@ class Overlay {
 
   void draw_centres() {
     const int half = std::max(size_.x, size_.y) >= 200 ? 1 : 0;
-    for (const RecordDisc& record : records_) {
+    for (const RecordShape& record : records_) {
+      if (record.cube) continue;  // its centre lies on no surface
       const auto connection = context_.scene.camera.connect(size_, record.position, vec2(0.5f));
       if (!connection) continue;
       const SeenPoint point = see(context_, connection->film);
@@ -143,7 +145,7 @@ class Overlay {
   }
 
   const RenderContext& context_;
-  std::span<const RecordDisc> records_;
+  std::span<const RecordShape> records_;
   RadiusColours colours_;
   ivec2 size_;
   Image out_;
@@ -153,7 +155,7 @@ class Overlay {
 
 }  // namespace
 
-Image draw_records(const Image& image, const RenderContext& context, std::span<const RecordDisc> records) {
+Image draw_records(const Image& image, const RenderContext& context, std::span<const RecordShape> records) {
   CHECK(image.size == context.resolution);
   return Overlay(context, records).draw(image);
 }

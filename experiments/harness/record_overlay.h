@@ -1,9 +1,10 @@
-// The records of a cache, drawn over the dimmed picture they were made for: the rim of the disc in which each serves, and its
-// centre. Colour tells the radius: red the smallest, over yellow and green to blue, the largest, by equal steps of its
-// logarithm between the 5th and the 95th of a hundred records.
+// The records of a cache, drawn over the dimmed picture they were made for: the rim of the disc, ellipse or cube in which
+// each serves, and its centre, but a cube's. Colour tells the radius (the longer semi-axis, half the edge): red the smallest,
+// over yellow and green to blue, the largest, by equal steps of its logarithm between the 5th and the 95th of a hundred
+// records.
 //
-// A pixel shows the discs that cover the very point its centre sees, on surfaces that face as their records do; so records that
-// something hides do not show. Seen in mirrors and through glass they are not drawn.
+// A pixel shows the records that cover the very point its centre sees, on surfaces that face as their records do; so records
+// that something hides do not show. Seen in mirrors and through glass they are not drawn.
 #pragma once
 
 #include "framework/integrator.h"
@@ -13,6 +14,6 @@
 namespace etendue {
 
 // `image` at the context's resolution.
-Image draw_records(const Image& image, const RenderContext& context, std::span<const RecordDisc> records);
+Image draw_records(const Image& image, const RenderContext& context, std::span<const RecordShape> records);
 
 }  // namespace etendue

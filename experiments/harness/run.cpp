@@ -195,11 +195,23 @@ class Execution {
     const LoadedScene& loaded = *scenes_[cell.scene];
     if (!loaded.reference.failure.empty()) throw Error(loaded.reference.failure);
     const Budget& budget = config_.budget;
-    return compute_({loaded.scene, loaded.needs, config_.accels[cell.accel], config_.integrators[cell.integrator],
-                     cell.name.seed, loaded.resolution, budget, plan_.threads, &loaded.reference.rendered.image,
-                     config_.metrics, loaded.regions, wants_images(cell.name), [&](std::uint64_t iterations, double time_s) {
-                       observer_.cell_progress(budget.progress(iterations, time_s), iterations, time_s);
-                     }});
+    CellTask task{loaded.scene,
+                  loaded.needs,
+                  config_.accels[cell.accel],
+                  config_.integrators[cell.integrator],
+                  cell.name.seed,
+                  loaded.resolution,
+                  budget,
+                  plan_.threads,
+                  &loaded.reference.rendered.image,
+                  config_.metrics,
+                  loaded.regions,
+                  wants_images(cell.name),
+                  [&](std::uint64_t iterations, double time_s) {
+                    observer_.cell_progress(budget.progress(iterations, time_s), iterations, time_s);
+                  }};
+    task.confidence = config_.confidence;
+    return compute_(task);
   }
 
   // Bias and variance are found from the images of several seeds.

@@ -76,6 +76,7 @@ class CellRunner {
         phases_,
         [](const std::string& name) { return find_point_structure(name, {}).make(); },
         [](const std::string& name, const Bounds& bounds) { return find_ball_structure(name, {}).make(bounds); }};
+    context.states_error = task_.confidence;
     if (task_.before_prepare) task_.before_prepare(*integrator, context);
     integrator->prepare(context);
     iterate(*integrator, context);
@@ -134,7 +135,8 @@ class CellRunner {
     Image image = film_.mean();
     if (task_.reference) {
       record.metrics = measure(image, *task_.reference, task_.metrics);
-      if (const auto stated = integrator.standard_error()) record.confidence = confidence_of(image, *stated, *task_.reference);
+      if (const auto stated = task_.confidence ? integrator.standard_error() : std::nullopt)
+        record.confidence = confidence_of(image, *stated, *task_.reference);
       for (const Region& region : task_.regions)
         record.regions[region.name] = measure(crop(image, region), crop(*task_.reference, region), task_.metrics);
       if (!task_.regions.empty()) count_records(integrator, record);
@@ -145,12 +147,12 @@ class CellRunner {
 
   // Of a cache, how many records lie in each region: those on its border belong to what lies beside it too.
   void count_records(const Integrator& integrator, CheckpointRecord& record) const {
-    const auto discs = integrator.record_discs();
-    if (!discs) return;
+    const auto shapes = integrator.record_shapes();
+    if (!shapes) return;
     for (const Region& region : task_.regions)
       record.regions[region.name]["records"] =
-          static_cast<double>(std::count_if(discs->begin(), discs->end(), [&](const auto& disc) {
-            const auto seen = task_.scene.camera.connect(task_.resolution, disc.position, vec2(0.5f));
+          static_cast<double>(std::count_if(shapes->begin(), shapes->end(), [&](const auto& shape) {
+            const auto seen = task_.scene.camera.connect(task_.resolution, shape.position, vec2(0.5f));
             return seen && region.holds(ivec2(seen->film), task_.resolution);
           }));
   }

@@ -35,6 +35,7 @@ struct CellTask {
   // Before the integrator is prepared (on the clock), and after its last iteration (off it).
   std::function<void(Integrator&, RenderContext&)> before_prepare = {};
   std::function<void(Integrator&, RenderContext&, const CellResult&)> finished = {};
+  bool confidence = false;  // held against the reference: what the method takes its error to be
 };
 
 struct CellResult {

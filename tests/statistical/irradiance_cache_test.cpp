@@ -1,5 +1,4 @@
 // Irradiance gradients against differentiated closed forms; the cache against closed forms, its own order and threads.
-#include "experiments/harness/confidence.h"
 #include "framework/core/sampler.h"
 #include "framework/io/builtin_exact.h"
 #include "integrators/cache_points.h"
@@ -370,24 +369,6 @@ TEST(IrradianceEstimate, StatesTheVarianceOfItsNoise) {
   }
   const double mean = sum / estimates;
   EXPECT_NEAR(stated / (squares - estimates * mean * mean), 1, 0.08);  // its standard error: 2.2 %
-}
-
-TEST(IrradianceCache, TruthLiesWithinItsStatedError) {
-  const Scene scene = load_scene("builtin:lambert-sphere-off-centre");
-  testing::SceneContext scope(scene, {32, 32}, 3);
-  const Image exact = exact_image(scene, {32, 32});
-  for (const bool refine : {true, false}) {
-    const auto integrator =
-        find_integrator("irradiance-cache", {}).make({{"refine", {refine, {}}}, {"sampler", {std::string("independent"), {}}}});
-    Film film({32, 32});
-    integrator->prepare(scope.context);
-    for (std::uint32_t i = 0; i < 24; ++i) integrator->iteration(scope.context, i, film);
-    const auto confidence = confidence_of(film.mean(), *integrator->standard_error(), exact);
-    EXPECT_GT(confidence.at("within_1"), 0.6) << refine;
-    EXPECT_LT(confidence.at("within_1"), 0.95) << refine;
-    EXPECT_GT(confidence.at("within_2"), 0.9) << refine;
-    EXPECT_LT(confidence.at("stated"), 2 * confidence.at("true")) << refine;
-  }
 }
 
 }  // namespace

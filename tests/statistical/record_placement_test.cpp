@@ -18,11 +18,11 @@ ParamMap cheap(std::int64_t records) {
           {"cache_direct", {true, {}}}};
 }
 
-std::vector<RecordDisc> discs_of(const ParamMap& params, int threads = 1) {
+std::vector<RecordShape> discs_of(const ParamMap& params, int threads = 1) {
   SceneContext scene(load_scene("builtin:glowing-room"), {48, 48});
   const auto integrator = find_integrator("irradiance-cache", {}).make(params);
   with_threads(threads, [&] { integrator->prepare(scene.context); });
-  return *integrator->record_discs();
+  return *integrator->record_shapes();
 }
 
 TEST(RecordPlacement, SpacingsHoldAtTheAccuracyThatIsFound) {
@@ -33,7 +33,7 @@ TEST(RecordPlacement, SpacingsHoldAtTheAccuracyThatIsFound) {
   const auto farthest = [&](double spacing) {
     params["max_spacing"] = {spacing, {}};
     float radius = 0;
-    for (const RecordDisc& disc : discs_of(params)) radius = std::max(radius, disc.radius);
+    for (const RecordShape& disc : discs_of(params)) radius = std::max(radius, disc.radius);
     return radius / diagonal;
   };
   EXPECT_GT(farthest(1), 0.08f);
@@ -43,7 +43,7 @@ TEST(RecordPlacement, SpacingsHoldAtTheAccuracyThatIsFound) {
 TEST(RecordPlacement, RowByRowEachRecordLiesOutsideThoseBefore) {
   ParamMap params = cheap(150);
   params["overture"] = {false, {}};
-  const auto outside = [](const std::vector<RecordDisc>& discs) {
+  const auto outside = [](const std::vector<RecordShape>& discs) {
     std::size_t served = 0;
     for (std::size_t i = 0; i < discs.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
@@ -52,10 +52,10 @@ TEST(RecordPlacement, RowByRowEachRecordLiesOutsideThoseBefore) {
                   glm::length(discs[i].position - discs[j].position) < 0.999f * discs[j].radius;
     return served;
   };
-  const std::vector<RecordDisc> rows = discs_of(params);
+  const std::vector<RecordShape> rows = discs_of(params);
   EXPECT_GE(rows.size(), 147u);
   EXPECT_EQ(outside(rows), 0u);
-  const std::vector<RecordDisc> threads = discs_of(params, 3);
+  const std::vector<RecordShape> threads = discs_of(params, 3);
   ASSERT_EQ(threads.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(threads[i].position, rows[i].position);
   EXPECT_GT(outside(discs_of(cheap(150))), 0u) << "records of one batch do not see each other";
@@ -65,9 +65,9 @@ TEST(RecordPlacement, ExactValuesAreJudgedAsNoisyOnesAre) {
   ParamMap params = cheap(150);
   params["metric"] = {std::string("split-sphere"), {}};
   params["fill"] = {std::string("paths"), {}};
-  const std::vector<RecordDisc> noisy = discs_of(params);
+  const std::vector<RecordShape> noisy = discs_of(params);
   params["fill"] = {std::string("exact-values"), {}};
-  const std::vector<RecordDisc> exact = discs_of(params);
+  const std::vector<RecordShape> exact = discs_of(params);
   ASSERT_EQ(exact.size(), noisy.size());
   for (std::size_t i = 0; i < exact.size(); ++i) {
     EXPECT_EQ(exact[i].position, noisy[i].position);

@@ -22,7 +22,7 @@ Seen seen_through(const RenderContext& context, const vec2& film) {
   return {point.position, glm::dot(point.normal, ray.direction) > 0 ? -point.normal : point.normal};
 }
 
-std::size_t drawn(const RenderContext& context, const std::vector<RecordDisc>& records) {
+std::size_t drawn(const RenderContext& context, const std::vector<RecordShape>& records) {
   const Image overlay = draw_records(Image(size), context, records);
   return static_cast<std::size_t>(
       std::count_if(overlay.pixels.begin(), overlay.pixels.end(), [](const dvec3& p) { return p != dvec3(0); }));
@@ -31,9 +31,9 @@ std::size_t drawn(const RenderContext& context, const std::vector<RecordDisc>& r
 TEST(RecordOverlay, DrawsCentreAndRim) {
   SceneContext scope(load_scene("builtin:cornell-box"), size);
   const RenderContext& context = scope.context;
-  const vec2 film(40.5f, 12.5f);  // on the back wall
+  const vec2 film(40.5f, 12.5f);  // on the ceiling
   const Seen centre = seen_through(context, film), beside = seen_through(context, film + vec2(6, 0));
-  const RecordDisc record{centre.position, centre.normal, glm::length(beside.position - centre.position) * (1 + 1e-3f)};
+  const RecordShape record{centre.position, centre.normal, glm::length(beside.position - centre.position) * (1 + 1e-3f)};
   const Image overlay = draw_records(Image(size), context, std::vector{record});
   for (const ivec2 step : {ivec2(0, 0), ivec2(6, 0), ivec2(-6, 0)}) {
     const ivec2 pixel = ivec2(film) + step;
@@ -43,6 +43,28 @@ TEST(RecordOverlay, DrawsCentreAndRim) {
     const ivec2 pixel = ivec2(film) + step;
     EXPECT_EQ(overlay.at(pixel.x, pixel.y), dvec3(0)) << step.x;
   }
+}
+
+TEST(RecordOverlay, DrawsEllipsesAndCubes) {
+  SceneContext scope(load_scene("builtin:cornell-box"), size);
+  const RenderContext& context = scope.context;
+  const vec2 film(40.5f, 22.5f);  // on the back wall
+  const Seen centre = seen_through(context, film), beside = seen_through(context, film + vec2(6, 0));
+  const vec3 way = beside.position - centre.position;
+  const float radius = glm::length(way) * (1 + 1e-3f);
+  // Half as wide along the way as across it: sqrt(1 + squeeze^2) = 2.
+  const RecordShape ellipse{centre.position, centre.normal, radius, std::sqrt(3.0f) * glm::normalize(way)};
+  const Image drawn_ellipse = draw_records(Image(size), context, std::vector{ellipse});
+  for (const ivec2 step : {ivec2(3, 0), ivec2(-3, 0), ivec2(0, 6), ivec2(0, -6)})
+    EXPECT_NE(drawn_ellipse.at(40 + step.x, 22 + step.y), dvec3(0)) << step.x << " " << step.y;
+  for (const ivec2 step : {ivec2(6, 0), ivec2(-6, 0), ivec2(0, 3)})
+    EXPECT_EQ(drawn_ellipse.at(40 + step.x, 22 + step.y), dvec3(0)) << step.x << " " << step.y;
+  const RecordShape cube{centre.position, centre.normal, radius, vec3(0), true};
+  const Image drawn_cube = draw_records(Image(size), context, std::vector{cube});
+  for (const ivec2 step : {ivec2(6, 0), ivec2(6, -5), ivec2(-5, 6), ivec2(0, 6)})
+    EXPECT_NE(drawn_cube.at(40 + step.x, 22 + step.y), dvec3(0)) << step.x << " " << step.y;
+  for (const ivec2 step : {ivec2(0, 0), ivec2(3, 3), ivec2(8, 0), ivec2(-6, 0), ivec2(0, -6)})
+    EXPECT_EQ(drawn_cube.at(40 + step.x, 22 + step.y), dvec3(0)) << step.x << " " << step.y;
 }
 
 TEST(RecordOverlay, HiddenRecordsDoNotShow) {
