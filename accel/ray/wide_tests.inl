@@ -204,7 +204,7 @@ class LeafTest {
       if (any_hit && found) return true;
     }
     unsigned inside = e.inside;
-    if (inside == 0) return found;
+    if (!any_hit && inside == 0) return found;  // any hit: one branch less that nothing predicts
     const Lanes reciprocal = Lanes::set(1) / (e.u + e.v + e.w);
     const Lanes t = distances(e, c.z, reciprocal);
     inside &= less(Lanes::set(ray.t_min), t) & less_equal(t, Lanes::set(hit.t));
