@@ -231,8 +231,11 @@ void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, fl
   const auto at_receiver = [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth,
                                float distance) {
     const int remaining = max_depth_ - depth - 1;
-    Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light) +
-                   maps_.caustics(context, point, bsdf, wo, remaining);
+    const Rgb caustics = maps_.caustics(context, point, bsdf, wo, remaining);
+    Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light) + caustics;
+    // Of photons that stay; of those that are new in every iteration the samples' scatter tells.
+    if (context.states_error && !params_.retrace && params_.k > 0)
+      sample.cached_error += luminance(throughput * caustics) * std::sqrt(kernel_noise / static_cast<float>(params_.k));
     const bool cached = remaining >= 1 && is_cached(bsdf);
     bool found = false;
     if (cached) {

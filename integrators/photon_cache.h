@@ -25,6 +25,9 @@
 // the maps are traced again, for what no record answers. Where `density` makes new records in every iteration there is nothing
 // to keep.
 //
+// What it takes its standard error to be leaves out the kernel's blur. Without `retrace` it has the caustic map's noise at a
+// point, which is too much where a pixel is wider than a kernel, and none with `k` = 0.
+//
 // By default a pilot decides how many photons the global map has (integrators/photon_maps.h): one map is all there is for the
 // first hundred iterations, and its scatter the image's.
 //
