@@ -10,11 +10,11 @@
 //
 // A path that ends with a cell takes that cell's error along, and so do all others that end there: with a share s traced on,
 // the n-th bounce rests on s^(n-1) of the paths. The image as a whole, and light that needs many bounces, then have the noise
-// of few paths, where light is rare. So s = `trace_on` times how much values scatter about their cells' means, over the scene
-// as a whole: what a cell itself has seen must not decide, or paths would end with means that are too low and go on from those
-// that are too high. Roulette weighs an event by what its value is worth to the event before, not to the pixel: its value
-// counts in full in its own cell. Light that a direction meets is weighed against the light sample it left behind, except where
-// a path ends with a cell and follows none.
+// of few paths, where light is rare. So s = `trace_on` times how much values scatter about their cells' means (1 at least),
+// over the scene as a whole: what a cell itself has seen must not decide, or paths would end with means that are too low and go
+// on from those that are too high. Roulette weighs an event by what its value is worth to the event before, not to the pixel:
+// its value counts in full in its own cell. Light that a direction meets is weighed against the light sample it left behind,
+// except where a path ends with a cell and follows none.
 //
 // A cache can be saved and loaded: with all that its cells have learnt it goes on for any view of the scene, as if the samples
 // behind it had been the first of this image, whose mean is that of the new ones alone. What decides which cells answer
@@ -41,7 +41,7 @@ struct HashCacheParams {
   int light_samples = 2;
   float finest = 3;
   float enough = 20;
-  float trace_on = 0.15f;
+  float trace_on = 0.05f;
   std::string sampler = "sobol";
 };
 
@@ -53,7 +53,9 @@ void describe(Visitor& v, HashCacheParams& p) {
   v.number("finest", p.finest, 0.1, 1000, "pixels", "edge of the smallest cells of the first sample; later ones shrink");
   v.number("enough", p.enough, 1, 1e6, "values", "a cell answers that has seen so many at the first sample; later more");
   v.number("trace_on", p.trace_on, 0, 1, "1",
-           "share of paths that go on where they could end with a cell, times the scatter of all values over cells' means");
+           "share of paths that go on where they could end with a cell, times the scatter of all values over cells' means "
+           "where that is "
+           "above 1");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

@@ -65,7 +65,8 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
   v.integer("records", p.records, 0, 10000000, "records",
             "this many: the accuracy is found by bisection; 0: as many as it takes");
   v.flag("overture", p.overture,
-         "pixels are looked at on coarse grids first; off: row by row, so that records lie where those before them end");
+         "pixels are looked at on coarse grids first; off: row by row on one thread, so that records lie where "
+         "those before them end");
   v.choice("fill", p.fill, {"records", "paths", "closed-form", "exact-values"},
            "what gives a hemisphere's light its further bounces; closed-form: no hemispheres, records hold the exact answer; "
            "exact-values: that too, but hemispheres say how far they serve");

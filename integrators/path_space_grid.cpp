@@ -262,7 +262,8 @@ const PathSpaceGrid::Moments* PathSpaceGrid::find(const vec3& position, std::uin
 }
 
 float PathSpaceGrid::Moments::variance() const {
-  return std::max(0.0f, square / count - etendue::square(luminance(value) / count));
+  if (count < 2) return square / count;  // of one value nothing is known: it may all be error
+  return std::max(0.0f, square / count - etendue::square(luminance(value) / count)) * count / (count - 1);
 }
 
 float PathSpaceGrid::standard_error(const vec3& position, const vec3& normal, int depth, const Rgb& weight) const {
@@ -273,8 +274,10 @@ float PathSpaceGrid::standard_error(const vec3& position, const vec3& normal, in
     if (cell == nullptr) continue;
     const double noise = of_smooth_planes * cell->variance() / cell->count;
     double left_out = 0;
-    if (level > coarsest)
-      left_out = parent_excess * luminance(*answer(position, tag, level, 1) - *answer(position, tag, level - 1, 1));
+    if (level > coarsest) {
+      const auto here = answer(position, tag, level, 1), above = answer(position, tag, level - 1, 1);
+      if (here && above) left_out = parent_excess * luminance(*here - *above);
+    }
     return scale * static_cast<float>(std::sqrt(noise + left_out * left_out));
   }
   return 0;

@@ -86,12 +86,11 @@ void write_levels(ByteWriter& out, const std::vector<std::span<const History>>& 
 // of as many values as the file's have.
 template <class Estimate>
 std::vector<std::vector<RecordHistoryOf<Estimate>>> read_levels(ByteReader& in, bool one_level, const Estimate& empty) {
-  constexpr std::size_t most_levels = 1 << 16;
   RecordHistoryOf<Estimate> blank{{}, 0, empty, 0};
   ByteWriter one;
   transfer_history([&](const auto& value) { one.add(value); }, blank);
   const std::size_t count = in.take_count(sizeof(std::uint64_t));
-  if (count > (one_level ? 1 : most_levels)) in.refuse("more levels than depths");
+  if (count > static_cast<std::size_t>(one_level ? 1 : shared_above + 1)) in.refuse("more levels than depths");
   std::vector<std::vector<RecordHistoryOf<Estimate>>> levels;
   for (std::size_t i = 0; i < count; ++i) {
     auto& histories = levels.emplace_back(in.take_count(one.bytes.size()), blank);

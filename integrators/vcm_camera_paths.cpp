@@ -7,7 +7,7 @@ namespace etendue {
 namespace {
 
 // From off one surface to off the other. A ray moved off its start alone would meet the other surface too early where it grazes
-// that (between a wall and a door ajar a third of all connections were lost so).
+// that, as between a wall and a door ajar.
 Ray ray_between(const SurfacePoint& from, const SurfacePoint& to, const vec3& wi) {
   const vec3 origin = ray_origin(from, wi), way = ray_origin(to, -wi) - origin;
   const float distance = glm::length(way);
@@ -154,6 +154,8 @@ void CameraPaths::merge(const Vertex& v, Rgb& radiance) {
     gains_.push_back({&radiance, v.path.throughput * merge.radiance});
     shadow_rays_.push_back(merge.way);
   }
+  constexpr std::size_t most_kept = 1 << 16;  // a wide radius finds thousands of them
+  if (gains_.size() > most_kept) finish();
 }
 
 void CameraPaths::finish() {

@@ -26,6 +26,7 @@ std::vector<TreeNode> without_gaps(const TreeNode* places, const PairMarks& used
   resize_on_huge_pages(nodes, 2 * std::size_t{pairs} + 1);
   nodes[0] = moved(places[0]);
   parallel_for(before.size(), 64, [&](std::size_t i) {
+    if (used.word(i) == 0) return;
     TreeNode* to = &nodes[2 * std::size_t{before[i]} + 1];
     for (std::uint64_t rest = used.word(i); rest != 0; rest &= rest - 1) {
       const TreeNode* const from = &places[2 * (64 * i + static_cast<std::size_t>(std::countr_zero(rest))) + 1];

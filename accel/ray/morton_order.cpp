@@ -1,6 +1,7 @@
 #include "accel/ray/morton_order.h"
 
 #include "accel/ray/four_floats.h"
+#include "framework/core/check.h"
 
 #include <array>
 #include <bit>
@@ -151,6 +152,7 @@ void MortonOrder::sort() {
   code_ = MortonCode(bounds);
   keys_ = uninitialised_on_huge_pages<std::uint64_t>(size_);
   if (size_ == 0) return;
+  CHECK_LT(chunks_.back().end, std::size_t{1} << 31);  // or an index would reach into what is sorted by
   index_mask_ = std::bit_ceil(chunks_.back().end) - 1;
   parallel_for(chunks_.size(), 1, [&](std::size_t c) {
     const Chunk& chunk = chunks_[c];

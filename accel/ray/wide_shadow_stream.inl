@@ -3,7 +3,8 @@
 // As in wide_stream.inl, a node is visited once for all rays that meet it ([Barringer2014]). Any hit will do, so no order of
 // visits is kept: the leaves among a node's children are tested at once, leaf by leaf, as a list of pairs of leaf and ray, one
 // after another and with no branch on how a test ends. Nothing predicts that; without it the processor overlaps the tests, and
-// all lines of the leaves are asked for beforehand. Some tests of rays that an earlier pair has found occluded cost less.
+// all lines of the leaves are asked for beforehand. To test some rays again that an earlier
+// pair has found occluded costs less than a branch would.
 #pragma once
 
 #include "accel/ray/wide_tests.inl"
@@ -122,6 +123,7 @@ class WideShadowStream {
       const int child = std::countr_zero(rest);
       std::uint32_t* const ids = space_.ids.data();
       const std::uint32_t count = Simd::collect(space_.met.data(), ids + job.first, job.count, child, ids + free);
+      if (count == 0) continue;  // the leaves have answered all
       space_.jobs.push_back({node.children[child].index(), free, count, 0});
       free += count;
     }

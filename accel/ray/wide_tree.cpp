@@ -2,7 +2,9 @@
 
 #include "accel/ray/collapse_plan.h"
 #include "accel/ray/ranks.h"
+#include "framework/core/check.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <memory>
@@ -149,6 +151,7 @@ class Collapse {
       top.cost += piece.cost;
       top.depth = std::max(top.depth, piece.depth);
     }
+    CHECK_LT(std::max({nodes, packs, lists}), std::size_t{1} << 30);  // what a WideRef can name
     out_.nodes.resize(nodes);
     packed_.resize(packs);
     copy(top, 0);
@@ -195,7 +198,7 @@ class Collapse {
     });
   }
 
-  // (GCC leaves a call out that has no other effect.)
+  // Inline always: GCC leaves a call out that has no other effect.
   [[gnu::always_inline]] void prefetch_vertices(std::uint32_t binary) const {
     const auto corners = plan_.corners(binary);
     if (contents_.repeats) {

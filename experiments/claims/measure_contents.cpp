@@ -129,9 +129,13 @@ std::vector<const Content*> absent(std::span<const Content> contents, const Scen
   return kept;
 }
 
-// Rays that the plane below stops have another answer, and should.
-bool agree(const Hit& bare, const Hit& with) {
-  return with.instance == plane_instance || (bare.t == with.t && bare.primitive == with.primitive);
+// Rays that what was added stops have another answer, and should.
+bool is_added(const Scene& bare, const Hit& hit) {
+  return hit && (hit.instance == plane_instance || hit.instance >= bare.instances.size() ||
+                 hit.primitive >= bare.objects[bare.instances[hit.instance].object].geometry.primitive_count());
+}
+bool agree(const Scene& scene, const Hit& bare, const Hit& with) {
+  return is_added(scene, with) || (bare.t == with.t && bare.primitive == with.primitive);
 }
 
 MeasureResult measure_in_rays(const MeasureTask& task) {
@@ -145,10 +149,12 @@ MeasureResult measure_in_rays(const MeasureTask& task) {
   for (const Scene& scene : scenes) structures.push_back(make_structure(scene, accel.name, accel.params));
   MeasureResult result;
   for (const auto& structure : structures)
-    for (const Ray& ray : rays.closest) result.disagreements += !agree(structures[0]->closest(ray), structure->closest(ray));
+    for (const Ray& ray : rays.closest)
+      result.disagreements += !agree(bare, structures[0]->closest(ray), structure->closest(ray));
   std::vector<std::vector<double>> seconds(structures.size());
   for (int repetition = 0; repetition < task.repetitions; ++repetition) {
-    for (std::size_t i = 0; i < structures.size(); ++i) {
+    for (std::size_t turn = 0; turn < structures.size(); ++turn) {
+      const std::size_t i = (turn + static_cast<std::size_t>(repetition)) % structures.size();  // none is always first
       const double begin = cpu_seconds();
       trace_rays(*structures[i], rays);
       seconds[i].push_back(cpu_seconds() - begin);
@@ -183,8 +189,12 @@ MeasureResult measure_in_images(const MeasureTask& task) {
   std::vector<std::vector<double>> with(contents.size());
   for (int repetition = 0; repetition < task.repetitions; ++repetition) {
     for (const Content* content : contents) without[content->method];
-    for (auto& [method, seconds] : without) seconds.push_back(render_seconds(bare, method, task));
+    const auto bare_ones = [&] {
+      for (auto& [method, seconds] : without) seconds.push_back(render_seconds(bare, method, task));
+    };
+    if (repetition % 2 == 0) bare_ones();
     for (std::size_t i = 0; i < contents.size(); ++i) with[i].push_back(render_seconds(scenes[i], contents[i]->method, task));
+    if (repetition % 2 == 1) bare_ones();
     task.progress((repetition + 1.0) / task.repetitions);
   }
   for (std::size_t i = 0; i < contents.size(); ++i)

@@ -37,14 +37,18 @@ struct Spared {
   Measured factor;
 };
 
-std::vector<Spared> measure_spared(const std::string& scene) {
+std::vector<Spared> measure_spared(const std::string& scene, const Bounds& bounds) {
+  if (bounds.empty()) throw Error("--measure: nothing to time in a scene without shapes of finite extent");
   Console console;
   std::vector<Spared> spared;
   MeasureTask task{.scene = scene, .resolution = 128, .repetitions = 9};
   for (const char* name : {"contents-in-rays", "contents-in-images"}) {
     const Measurement& measurement = find_measurement(name, {});
     task.progress = [&](double share) { console.status(fmt::format("{} {:.0f} %", measurement.summary, 100 * share)); };
-    for (const auto& [quantity, factor] : measurement.run(task).figures)
+    const MeasureResult result = measurement.run(task);
+    if (result.disagreements > 0)
+      throw Error(fmt::format("--measure: {} rays are answered otherwise once something is added", result.disagreements));
+    for (const auto& [quantity, factor] : result.figures)
       spared.push_back({quantity, measurement.quantity(quantity)->text, factor});
   }
   console.clear_status();
@@ -121,7 +125,7 @@ int inspect_command(const InspectCommand& command) {
   const Scene scene = load_scene(command.scene);
   const SceneNeeds needs = scene_needs(scene);
   exit_on_interrupt("\ninterrupted\n");
-  const std::vector<Spared> spared = command.measure ? measure_spared(command.scene) : std::vector<Spared>{};
+  const std::vector<Spared> spared = command.measure ? measure_spared(command.scene, scene.bounds()) : std::vector<Spared>{};
   if (command.json)
     fmt::print("{}\n", to_json(command.scene, scene, needs, spared));
   else

@@ -125,11 +125,8 @@ class CommandLine {
          "hash-cache), for other views of the scene");
     text(c, "--load-cache", render_.load_cache, "FILE",
          "begin with a saved cache: its integrator and parameters, where not given; what it does not cover is added. The same "
-         "view and "
-         "seed with refine=false: the same image to the bit; with refine, and hash-cache always, it goes on where it stood. "
-         "Refused if the scene (but "
-         "for "
-         "the camera), a parameter its records depend on, or the version differs");
+         "view and seed with refine=false: the same image to the bit; with refine, and hash-cache always, it goes on where it "
+         "stood. Refused if the scene (but for the camera), a parameter its records depend on, or the version differs");
     c->add_flag("--json", render_.json, "figures as JSON on stdout");
     text(c, "--threads", render_.threads, "N", "default: all of the machine's");
     text(c, "--resolution", render_.resolution, "WxH", "default: the scene's");

@@ -261,7 +261,7 @@ class Comparison {
       };
       record.to_embree[k] = to(embree_);
       record.to_robust_embree[k] = to(robust_embree_);
-      if (embree_)
+      if (embree_ && !scene_.has_instances())  // which Embree is asked for ray by ray (embree.h)
         record.batched_to_embree[k] =
             summarise(ratios(contender.batched_speeds[k], larger_of(contenders_[*embree_].batched_speeds[k],
                                                                     contenders_[*coherent_embree_].batched_speeds[k])));

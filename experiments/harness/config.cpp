@@ -247,14 +247,14 @@ ExperimentKeys read_keys(const ConfigNode& root, const fs::path& directory, Expe
 void interpret_claims(const ConfigNode& root, const ExperimentKeys& keys, ExperimentConfig& config) {
   refuse_keys(root, "[[claims]], which name what they measure",
               {"scenes", "accels", "integrators", "seeds", "structures", "dynamic", "budget", "reference", "metrics",
-               "resolution", "regions", "rates", "ratios", "points", "balls"});
+               "confidence", "resolution", "regions", "rates", "ratios", "points", "balls"});
   config.claims = read_claims(*keys.claims, keys.timing);
 }
 
 void interpret_stress(const ConfigNode& root, const ExperimentKeys& keys, ExperimentConfig& config) {
   refuse_keys(root, "[[stress]], which names scenes and methods",
-              {"scenes", "accels", "integrators", "structures", "dynamic", "reference", "metrics", "timing", "regions", "rates",
-               "ratios", "points", "balls"});
+              {"scenes", "accels", "integrators", "structures", "dynamic", "reference", "metrics", "confidence", "timing",
+               "regions", "rates", "ratios", "points", "balls"});
   config.stress = read_stress(*keys.stress);
   if (!config.budget.samples || config.budget.time_s || config.budget.error)
     throw Error(keys.stress->key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
@@ -263,8 +263,8 @@ void interpret_stress(const ConfigNode& root, const ExperimentKeys& keys, Experi
 void interpret_search(const ConfigNode& root, const ExperimentKeys& keys, const fs::path& directory, ExperimentConfig& config) {
   const std::string beside = keys.points ? "[points]" : "[balls]";
   refuse_keys(root, (beside + ", which renders nothing").c_str(),
-              {"integrators", "accels", "structures", "dynamic", "budget", "reference", "metrics", "resolution", "threads",
-               "regions", "rates", "ratios"});
+              {"integrators", "accels", "structures", "dynamic", "budget", "reference", "metrics", "confidence", "resolution",
+               "threads", "regions", "rates", "ratios"});
   if (keys.points) refuse_keys(root, "[points]", {"balls"});
   config.search = read_search(keys.points ? *keys.points : *keys.balls, keys.balls != nullptr);
   if (keys.scenes) config.scenes = read_scenes(*keys.scenes, directory);
@@ -301,7 +301,8 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
   const ExperimentKeys keys = read_keys(root, directory, config);
   if (keys.dynamic) {
     refuse_keys(root, "[dynamic], which renders nothing",
-                {"integrators", "structures", "budget", "reference", "metrics", "resolution", "regions", "rates", "ratios"});
+                {"integrators", "structures", "budget", "reference", "metrics", "confidence", "resolution", "regions", "rates",
+                 "ratios"});
     config.animation = read_animation(*keys.dynamic);
     config.accels = read_builders(keys.accels);
   } else {

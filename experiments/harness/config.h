@@ -10,17 +10,19 @@
 //   reference   "auto" (default: the closed form where the scene has one, else cached or rendered), "exact", { samples = N }
 //               or { file = "ref.exr" }
 //   metrics     default: all
-//   confidence  true: hold what methods take their own error to be against the truth, where there is a closed form
-//   (confidence.h) resolution  [w, h]; default: the scene's threads     default: the machine's; `--threads` wins structures
-//   true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene dynamic     {
-//   frames, motions, policies, … }: instead of integrators, scenes that move (animation.h) points, balls  tables: instead of
-//   integrators, what finds points or balls (experiments/search/search_config.h) claims      [[claims]] and timing: instead of
-//   all that, claims and what measures them (experiments/claims/claims_config.h) regions     [[regions]]: parts of a scene's
-//   image that every checkpoint judges by themselves (regions.h) rates       [[rates]]: at which exponent theory says errors
-//   fall there (rate_law.h); the report fits and compares ratios      [[ratios]]: what one method's error is expected to be
-//   over another's (ratio_claim.h); the report finds them stress      [[stress]] tables: methods on the scenes that break them
-//   (experiments/stress/stress_config.h) outputs     { tables = ["md", "csv", "tex"] } quick       any of the keys above, put
-//   in their place by `--quick`
+//   confidence  true: hold what methods take their own error to be against a closed form (confidence.h)
+//   resolution  [w, h]; default: the scene's
+//   threads     default: the machine's; `--threads` wins
+//   structures  true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene
+//   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (animation.h)
+//   points, balls  tables: instead of integrators, what finds points or balls (experiments/search/search_config.h)
+//   claims      [[claims]] and timing: instead of all that, claims and what measures them (experiments/claims/claims_config.h)
+//   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
+//   rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and compares
+//   ratios      [[ratios]]: what one method's error is expected to be over another's (ratio_claim.h); the report finds them
+//   stress      [[stress]] tables: methods on the scenes that break them (experiments/stress/stress_config.h)
+//   outputs     { tables = ["md", "csv", "tex"] }
+//   quick       any of the keys above, put in their place by `--quick`
 #pragma once
 
 #include "experiments/claims/claims_config.h"

@@ -65,12 +65,20 @@ BatchStatistics run_batches(const ReferenceRequest& request, const Method& metho
   return statistics;
 }
 
+// To what a file holds: a run is measured against the same bits whether it rendered its reference or found it in the cache.
+// (By way of an array, as GCC 12 leaves out a conversion to float and back where it vectorises.)
+void round_as_stored(Image& image) {
+  const std::vector<vec3> stored(image.pixels.begin(), image.pixels.end());
+  std::copy(stored.begin(), stored.end(), image.pixels.begin());
+}
+
 std::optional<Reference> from_cache(const ReferenceRequest& request, const ReferenceCache& cache) {
   // What an experiment is measured against must not depend on what others left in the cache: at least as good as it would
   // render.
   const std::uint64_t samples = request.choice.samples > 0 ? request.choice.samples : default_reference_samples;
   auto found = cache.find(request.scene, request.resolution, samples);
   if (!found) return std::nullopt;
+  round_as_stored(found->image);  // one that was reduced is finer
   return Reference{std::move(*found), {}};
 }
 
@@ -84,13 +92,6 @@ std::optional<Reference> from_earlier(const ReferenceRequest& request) {
   } catch (const Error&) {
     return std::nullopt;  // lost or damaged
   }
-}
-
-// To what a file holds: a run is measured against the same bits whether it rendered its reference or found it in the cache.
-// (By way of an array, as GCC 12 leaves out a conversion to float and back where it vectorises.)
-void round_as_stored(Image& image) {
-  const std::vector<vec3> stored(image.pixels.begin(), image.pixels.end());
-  std::copy(stored.begin(), stored.end(), image.pixels.begin());
 }
 
 bool has_delta_light(const Scene& scene) {

@@ -111,9 +111,14 @@ class Execution {
     const std::string& name = config_.scenes[s].name;
     const auto narrate = [this](const std::string& line) { observer_.narrate(line); };
     const auto status = [this](const std::string& line) { observer_.status(line); };
-    const auto& earlier = directory_.earlier().references;
-    const auto known = std::find_if(earlier.begin(), earlier.end(), [&](const ReferenceRecord& r) { return r.scene == name; });
-    const std::string begun_with = known == earlier.end() ? "" : (fs::path(plan_.directory) / known->file).string();
+    const RunLog& earlier = directory_.earlier();
+    const auto known = std::find_if(earlier.references.begin(), earlier.references.end(),
+                                    [&](const ReferenceRecord& r) { return r.scene == name; });
+    // By a reference that was refused nothing has been measured.
+    const bool measured = std::any_of(earlier.cells.begin(), earlier.cells.end(),
+                                      [&](const CellRecord& c) { return c.cell.scene == name && c.status == "done"; });
+    const bool begun = measured && known != earlier.references.end();
+    const std::string begun_with = begun ? (fs::path(plan_.directory) / known->file).string() : "";
     loaded.reference = make_reference(
         {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status, begun_with},
         ReferenceCache::standard(config_.path));
@@ -122,7 +127,7 @@ class Execution {
     const std::string file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
     // Once: a run that goes on ends with the log of one that was not stopped.
     const std::string line = to_json_line(reference_record(name, loaded.scene, rendered, file));
-    if (known == earlier.end() || to_json_line(*known) != line) directory_.append({line});
+    if (known == earlier.references.end() || to_json_line(*known) != line) directory_.append({line});
   }
 
   void compare_scene_structures(std::size_t s) {
@@ -210,7 +215,7 @@ class Execution {
                   [&](std::uint64_t iterations, double time_s) {
                     observer_.cell_progress(budget.progress(iterations, time_s), iterations, time_s);
                   }};
-    task.confidence = config_.confidence;
+    task.confidence = config_.confidence && loaded.scene.closed_form.has_value();
     return compute_(task);
   }
 

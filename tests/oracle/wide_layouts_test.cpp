@@ -79,8 +79,8 @@ TEST(WideLayouts, EveryInstructionSetGivesTheBitsOfTheBinaryLayout) {
     single.leaf_size = 1;
     const BinaryTree tree = build_binned_sah(build_items(geometry), single);
     const Bvh binary(geometry, build_binned_sah(build_items(geometry), {}));
-    std::vector<Ray> rays = bundles(c.scene, 24, 7);  // first, so that they go together
-    for (const Ray& ray : general_rays(c.scene, 2000, 5)) rays.push_back(ray);
+    std::vector<Ray> rays = bundles(c.scene, 24, 7);                            // first, so that they go together
+    for (const Ray& ray : general_rays(c.scene, 4500, 5)) rays.push_back(ray);  // more than a stream holds
     for (const Ray& ray : aimed_rays(c.scene, 300, 6)) rays.push_back(ray);
     ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide4Bvh>(geometry, tree, binary, rays));
     ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide8Bvh>(geometry, tree, binary, rays));
@@ -114,6 +114,9 @@ BinaryTree expect_packs(const Geometry& geometry, BinaryTree (*build)(std::vecto
   if constexpr (requires { params.primitive_cost; }) params.primitive_cost = 0;
   BinaryTree tree = build(build_items(geometry), params);
   EXPECT_LT(tree.depth, static_cast<std::uint32_t>(params.max_depth));
+  EXPECT_TRUE(std::any_of(tree.nodes.begin(), tree.nodes.end(), [&](const TreeNode& node) {
+    return node.is_leaf() && node.count > static_cast<std::uint32_t>(params.leaf_size);
+  })) << "packs were not asked for";
   for (const TreeNode& node : tree.nodes)
     EXPECT_TRUE(!node.is_leaf() || packs.takes(node.count, [&](std::uint32_t i) { return tree.primitives[node.first + i]; }));
   return tree;

@@ -32,6 +32,11 @@ StatedImage render_stated(const Scene& scene, const StatedCase& c, std::uint64_t
   return {film.mean(), states ? *integrator->standard_error() : Image(size)};
 }
 
+void PrintTo(const StatedCase& c, std::ostream* out) {
+  *out << c.integrator << " on " << c.scene;
+  for (const auto& [name, value] : c.params) *out << ' ' << name << '=' << value;
+}
+
 class StatedErrors : public ::testing::TestWithParam<StatedCase> {};
 INSTANTIATE_TEST_SUITE_P(
     Caches, StatedErrors,

@@ -112,8 +112,10 @@ TEST_F(Run, GoesOnWithTheReferenceItBeganWith) {
   ASSERT_EQ(run_to("resumed"), 0);
   // As if it had been killed before its last cell; meanwhile somebody made a better reference.
   const std::string text = log_text("resumed");
-  const std::size_t last = text.find("\"type\":\"cell\"", text.size() / 2);
-  std::ofstream(directory_ / "resumed/runs.jsonl") << text.substr(0, text.find('\n', last) + 1);
+  const std::string cell = "\"type\":\"cell\"";
+  const std::size_t last_but_one = text.rfind(cell, text.rfind(cell) - 1);
+  std::ofstream(directory_ / "resumed/runs.jsonl") << text.substr(0, text.find('\n', last_but_one) + 1);
+  ASSERT_EQ(log("resumed").cells.size(), 3u);
   for (const auto& entry : std::filesystem::directory_iterator(directory_ / "cache/etendue/references")) {
     if (entry.path().extension() != ".exr") continue;
     std::map<std::string, std::string> attributes;
@@ -124,6 +126,18 @@ TEST_F(Run, GoesOnWithTheReferenceItBeganWith) {
   ASSERT_EQ(run_to("resumed"), 0);
   EXPECT_EQ(results(log("resumed")), results(log("whole")));
   EXPECT_EQ(log("resumed").cells.size(), 4u);
+}
+
+TEST_F(Run, WhatARefusedReferenceLeftIsNeverMeasuredAgainst) {
+  std::ofstream(directory_ / "hidden.toml") << "scenes = [\"builtin:mirror?view=both\"]\nintegrators = [\"path\"]\n"
+                                               "resolution = [16, 16]\nbudget = { samples = 1 }\n"
+                                               "reference = { samples = 16 }\n";
+  for (int time = 0; time < 2; ++time) {
+    EXPECT_EQ(run({"run", "hidden.toml", "--threads", "1"}).status, 1);
+    const RunLog hidden = log("out/hidden");
+    ASSERT_EQ(hidden.cells.size(), 1u);
+    EXPECT_EQ(hidden.cells[0].status, "failed") << time;
+  }
 }
 
 TEST_F(Run, InterruptEndsWith130AndResumes) {

@@ -161,6 +161,8 @@ struct Coverage {
   double exponent;
   std::size_t pixels;
 };
+void PrintTo(const Coverage& c, std::ostream* out) { *out << c.name; }
+
 class RateFitCoverage : public ::testing::TestWithParam<Coverage> {};
 
 TEST_P(RateFitCoverage, IntervalsHoldTheTruthAsOftenAsTheyPromise) {

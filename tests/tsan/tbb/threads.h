@@ -85,7 +85,7 @@ class blocked_range {
   Index begin() const { return begin_; }
   Index end() const { return end_; }
 
-  // Parts of this one: no more than a few, each of `grain` indices or more.
+  // Parts of this one: no more than a few, each of about `grain` indices or more.
   std::size_t parts() const {
     constexpr std::size_t most = 64;
     const auto size = static_cast<std::size_t>(begin_ < end_ ? end_ - begin_ : 0);
