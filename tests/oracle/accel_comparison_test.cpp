@@ -2,6 +2,7 @@
 #include "experiments/harness/accel_comparison.h"
 
 #include "accel/ray/exact.h"
+#include "accel/registry.h"
 #include "experiments/harness/accel_check.h"
 #include "experiments/harness/accel_rays.h"
 #include "framework/io/load_scene.h"
@@ -200,6 +201,20 @@ TEST(AccelCheck, LeaksAreCountedInEveryFrame) {
                 0.02 * static_cast<double>(hit));
     EXPECT_NEAR(static_cast<double>(wrong_occlusions(tracer, leaking, rays, exact)), static_cast<double>(hit_rightwards),
                 0.02 * static_cast<double>(hit));
+  }
+}
+
+// Rays through the tip of a mesh's open corner, where the nearest hit is within rounding of a triangle.
+TEST(AccelCheck, WhatBlocksARayIsJudgedLikeItsNearestHit) {
+  const Scene scene = load_scene("builtin:glass-caustic");
+  const ExactTracer tracer(scene);
+  const auto structure = find_ray_structure("binned-sah", {}).make(scene, {});
+  for (const std::uint64_t at : {128271u, 188934u}) {
+    const std::vector<Ray> ray = etendue::aimed_rays(scene, at, 1);
+    const auto exact = exact_hits(tracer, ray);
+    EXPECT_TRUE(structure->occluded(ray[0]));
+    EXPECT_EQ(wrong_hits(tracer, *structure, ray, exact), 0u);
+    EXPECT_EQ(wrong_occlusions(tracer, *structure, ray, exact), 0u);
   }
 }
 
