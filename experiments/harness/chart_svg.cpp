@@ -33,7 +33,7 @@ std::vector<LegendEntry> legend_entries(std::span<const Chart> panels, const Plo
   return entries;
 }
 
-constexpr std::size_t legend_length = 46;  // characters
+constexpr std::size_t legend_length = 96;  // characters: a method with the parameters that tell it from others
 
 std::string swatch(ChartSeries series, double x, double y) {
   using Draw = ChartSeries::Draw;
