@@ -179,7 +179,21 @@ RTCIntersectContext new_context(RTCIntersectContextFlags flags) {
 // A ray of a stream which Embree skips (t_min above t_max).
 Ray skipped_ray() { return {vec3(0), 1, vec3(0, 0, 1), 0}; }
 
-constexpr std::size_t stream_size = 256;  // rays handed to Embree in one call: their 20 KiB stay in the first-level cache
+// `ask` hands Embree one stream after the other, of what `convert` makes of the rays; `take` is given each ray's answer.
+template <class Asked, class Ask, class Take>
+void in_streams(std::span<const Ray> rays, RTCIntersectContextFlags flags, Asked (*convert)(const Ray&), const Ask& ask,
+                const Take& take) {
+  constexpr std::size_t stream_size = 256;  // their 20 KiB stay in the first-level cache
+  Asked stream[stream_size];
+  for (std::size_t begin = 0; begin < rays.size(); begin += stream_size) {
+    const std::size_t size = std::min(stream_size, rays.size() - begin);
+    for (std::size_t i = 0; i < size; ++i)
+      stream[i] = convert(is_within_embree(rays[begin + i]) ? rays[begin + i] : skipped_ray());
+    RTCIntersectContext context = new_context(flags);
+    ask(&context, stream, static_cast<unsigned>(size));
+    for (std::size_t i = 0; i < size; ++i) take(begin + i, stream[i]);
+  }
+}
 
 }  // namespace
 
@@ -279,15 +293,11 @@ void Embree::closest(std::span<const Ray> rays, std::span<Hit> hits) const {
     for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = closest(rays[i]);
     return;
   }
-  RTCRayHit stream[stream_size];
-  for (std::size_t begin = 0; begin < rays.size(); begin += stream_size) {
-    const std::size_t size = std::min(stream_size, rays.size() - begin);
-    for (std::size_t i = 0; i < size; ++i)
-      stream[i] = to_ray_hit(is_within_embree(rays[begin + i]) ? rays[begin + i] : skipped_ray());
-    RTCIntersectContext context = new_context(state_->stream_flags);
-    rtcIntersect1M(state_->root(), &context, stream, static_cast<unsigned>(size), sizeof(RTCRayHit));
-    for (std::size_t i = 0; i < size; ++i) hits[begin + i] = state_->to_hit(stream[i]);
-  }
+  const auto ask = [&](RTCIntersectContext* context, RTCRayHit* stream, unsigned size) {
+    rtcIntersect1M(state_->root(), context, stream, size, sizeof(RTCRayHit));
+  };
+  in_streams(rays, state_->stream_flags, to_ray_hit, ask,
+             [&](std::size_t i, const RTCRayHit& answer) { hits[i] = state_->to_hit(answer); });
 }
 
 void Embree::occluded(std::span<const Ray> rays, std::span<bool> occluded) const {
@@ -295,15 +305,11 @@ void Embree::occluded(std::span<const Ray> rays, std::span<bool> occluded) const
     for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = this->occluded(rays[i]);
     return;
   }
-  RTCRay stream[stream_size];
-  for (std::size_t begin = 0; begin < rays.size(); begin += stream_size) {
-    const std::size_t size = std::min(stream_size, rays.size() - begin);
-    for (std::size_t i = 0; i < size; ++i)
-      stream[i] = to_embree(is_within_embree(rays[begin + i]) ? rays[begin + i] : skipped_ray());
-    RTCIntersectContext context = new_context(state_->stream_flags);
-    rtcOccluded1M(state_->root(), &context, stream, static_cast<unsigned>(size), sizeof(RTCRay));
-    for (std::size_t i = 0; i < size; ++i) occluded[begin + i] = stream[i].tfar < 0;
-  }
+  const auto ask = [&](RTCIntersectContext* context, RTCRay* stream, unsigned size) {
+    rtcOccluded1M(state_->root(), context, stream, size, sizeof(RTCRay));
+  };
+  in_streams(rays, state_->stream_flags, to_embree, ask,
+             [&](std::size_t i, const RTCRay& answer) { occluded[i] = answer.tfar < 0; });
 }
 
 RayStructureStats Embree::stats() const { return {static_cast<std::uint64_t>(state_->allotted.bytes.load()), 0, 0, 0, 0}; }

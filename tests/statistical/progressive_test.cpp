@@ -1,5 +1,6 @@
 // The progressive photon mappers against closed forms.
 #include "framework/structure_names.h"
+#include "tests/block_agreement.h"
 #include "tests/render_scene.h"
 
 #include <gtest/gtest.h>
@@ -94,9 +95,7 @@ TEST(ProgressivePhotons, DiscsEndAtWallsThatHideBrightLight) {
     RenderOptions options = options_for(8000, 16, {{name, {value, {}}}});
     options.resolution = {48, 48};
     const Image image = render(scene, "sppm", options).image;
-    dvec3 sum(0);
-    for (const dvec3& pixel : image.pixels) sum += pixel;
-    return sum.y / static_cast<double>(image.pixels.size());
+    return testing::block_means(image, 48).front().y;  // of the whole image
   };
   const double narrow = mean("radius", 0.03), leaking = mean("clear_radius", false), clear = mean("clear_radius", true);
   EXPECT_GT(leaking, 1.15 * narrow);

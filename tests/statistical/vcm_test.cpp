@@ -1,5 +1,6 @@
 // Vertex connection and merging against closed forms: paths that only merging finds among them.
 #include "experiments/harness/closed_form.h"
+#include "tests/block_agreement.h"
 #include "tests/render_scene.h"
 
 #include <gtest/gtest.h>
@@ -71,9 +72,7 @@ TEST(Vcm, RefusesMergesThroughWalls) {
     options.resolution = {48, 48};
     options.params[name] = {value, {}};
     const Image image = render(scene, "vcm", options).image;
-    dvec3 sum(0);
-    for (const dvec3& pixel : image.pixels) sum += pixel;
-    return sum.y / static_cast<double>(image.pixels.size());
+    return testing::block_means(image, 48).front().y;  // of the whole image
   };
   const double narrow = mean("radius", 0.03), leaking = mean("wall_test", false), clear = mean("wall_test", true);
   EXPECT_GT(leaking, 1.25 * narrow);
