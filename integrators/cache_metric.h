@@ -4,9 +4,10 @@
 //   bounded-split-sphere  kept between a least and a largest spacing, and no farther than the gradient can be extrapolated
 //                         ([Ward1992], [Tabellion2004] for the bounds in pixels)
 //   tabellion             least distance, between 1.5 and 10 pixels, and a normal's turn by 10 degrees at most
-//   ([Tabellion2004]) radiometric-hessian   second derivatives of patches fixed in space ([Jarosz2012]) geometric-hessian the
-//   same with their absolute values, all of unit radiance ([Jarosz2012]) occlusion-hessian     second derivatives of the mesh
-//   of samples, so that occlusion counts ([Schwarzhaupt2012])
+//                         ([Tabellion2004])
+//   radiometric-hessian   second derivatives of patches fixed in space ([Jarosz2012])
+//   geometric-hessian     the same with their absolute values, all of unit radiance ([Jarosz2012])
+//   occlusion-hessian     second derivatives of the mesh of samples, so that occlusion counts ([Schwarzhaupt2012])
 //
 // All are stated as a reach: at accuracy a a record serves within a times its reach (an ellipse for Hessians).
 #pragma once
