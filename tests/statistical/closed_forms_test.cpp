@@ -3,7 +3,7 @@
 #include "framework/io/builtin_exact.h"
 #include "framework/io/builtin_specular.h"
 #include "framework/transport/fresnel.h"
-#include "tests/render_scene.h"
+#include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -31,21 +31,10 @@ void expect_exact_mean(const Case& c) {
   RenderOptions options;
   options.params = c.params;
   options.iterations = c.iterations;
-  const Image exact = integrate_closed_form(scene, options.resolution);
-  constexpr int seeds = 8;
-  double sum = 0, squares = 0;
-  for (int seed = 1; seed <= seeds; ++seed) {
-    options.seed = static_cast<std::uint64_t>(seed);
-    const auto rendered = render(scene, c.integrator, options);
-    EXPECT_EQ(rendered.non_finite, 0u) << c.scene;
-    const double b = bias(rendered.image, exact);
-    sum += b;
-    squares += b * b;
-  }
-  const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
-  ::testing::Test::RecordProperty(c.scene, std::to_string(mean) + " +- " + std::to_string(deviation));
-  EXPECT_LT(std::abs(mean), 7.1 * deviation + c.allowed)
-      << c.scene << " " << c.integrator << ": " << mean << " +- " << deviation;
+  const auto b = testing::bias_over_seeds(scene, c.integrator, options, 8, integrate_closed_form(scene, options.resolution));
+  ::testing::Test::RecordProperty(c.scene, std::to_string(b.mean) + " +- " + std::to_string(b.deviation));
+  EXPECT_LT(std::abs(b.mean), 7.1 * b.deviation + c.allowed)
+      << c.scene << " " << c.integrator << ": " << b.mean << " +- " << b.deviation;
 }
 
 TEST(ClosedForms, OfCavitiesMatchPathTracing) {

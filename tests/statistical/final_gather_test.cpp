@@ -6,6 +6,7 @@
 #include "integrators/path.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
+#include "tests/white_plane.h"
 
 #include <gtest/gtest.h>
 
@@ -13,17 +14,11 @@ namespace etendue {
 namespace {
 
 using testing::exact_image;
+using testing::origin;
 using testing::render;
 using testing::RenderOptions;
 using testing::SceneContext;
-
-const SurfacePoint origin{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
-
-Scene white_plane() {
-  SceneBuilder builder("white plane");
-  builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
-  return builder.finish();
-}
+using testing::white_plane;
 
 TEST(IncidentDirections, DensityIntegratesToOneAndIsTheOneThatIsSampled) {
   const SceneContext plane(white_plane());

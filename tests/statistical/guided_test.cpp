@@ -1,5 +1,5 @@
 // Path guiding against closed forms; its image must not depend on threads.
-#include "tests/render_scene.h"
+#include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -23,20 +23,9 @@ void expect_mean_exact(const std::string& scene_name, const ParamMap& params) {
   options.params = params;
   options.iterations = 14;
   options.resolution = {20, 20};
-  const Image exact = exact_image(scene, options.resolution);
-  constexpr int seeds = 8;
-  double sum = 0, squares = 0;
-  for (int seed = 1; seed <= seeds; ++seed) {
-    options.seed = static_cast<std::uint64_t>(seed);
-    const auto rendered = render(scene, "guided", options);
-    EXPECT_EQ(rendered.non_finite, 0u) << scene_name;
-    const double b = bias(rendered.image, exact);
-    sum += b;
-    squares += b * b;
-  }
-  const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
+  const auto b = testing::bias_over_seeds(scene, "guided", options, 8);
   // 12 such tests, 8 seeds each: Student's t of 7 degrees of freedom at 1e-3 (Sidak) is 6.2. The 4e-5 is single precision's.
-  EXPECT_LT(std::abs(mean), 6.2 * deviation + 4e-5) << scene_name << ": bias " << mean << " +- " << deviation;
+  EXPECT_LT(std::abs(b.mean), 6.2 * b.deviation + 4e-5) << scene_name << ": bias " << b.mean << " +- " << b.deviation;
 }
 
 TEST(Guided, MatchesEveryClosedForm) {
@@ -58,13 +47,7 @@ TEST(Guided, SameBitsAtAnyThreadCount) {
   RenderOptions options;
   options.iterations = 8;
   options.params = eager();
-  std::uint64_t first = 0;
-  for (const int threads : {1, 2, 3}) {
-    options.threads = threads;
-    const std::uint64_t hash = render(load_scene("builtin:cornell-spheres"), "guided", options).hash;
-    if (threads == 1) first = hash;
-    EXPECT_EQ(hash, first) << threads;
-  }
+  testing::expect_same_bits_at_any_thread_count(load_scene("builtin:cornell-spheres"), "guided", options);
 }
 
 TEST(Guided, EveryParameterChangesTheImage) {

@@ -1,5 +1,6 @@
 // Path-space filtering against closed forms and path tracing; its image must not depend on threads.
 #include "tests/block_agreement.h"
+#include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -36,17 +37,7 @@ TEST(HashCache, MatchesClosedForms) {
   }
 }
 
-TEST(HashCache, DepthLimitTruncatesTheSeries) {
-  const Scene scene = load_scene("builtin:lambert-sphere");
-  for (int depth = 1; depth <= 3; ++depth) {
-    RenderOptions options;
-    options.params["max_depth"] = {std::int64_t{depth}, {}};
-    const auto image = render(scene, "hash-cache", options).image;
-    double mean = 0;
-    for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
-    EXPECT_NEAR(mean * static_cast<double>(pi) / (1 - std::pow(0.5, depth)), 1, 6e-3) << depth;
-  }
-}
+TEST(HashCache, DepthLimitTruncatesTheSeries) { testing::expect_truncated_series("hash-cache", {}, 6e-3); }
 
 TEST(HashCache, MakesThePathTracersImage) {
   for (const char* scene : {"builtin:cornell-box", "builtin:cornell-spheres", "builtin:glossy-cornell-box"})
@@ -72,13 +63,7 @@ TEST(HashCache, BeatsPathTracingInTheGlossyBox) {
 TEST(HashCache, SameBitsAtAnyThreadCount) {
   RenderOptions options;
   options.iterations = 4;
-  std::uint64_t first = 0;
-  for (const int threads : {1, 2, 3}) {
-    options.threads = threads;
-    const std::uint64_t hash = render(load_scene("builtin:cornell-spheres"), "hash-cache", options).hash;
-    if (threads == 1) first = hash;
-    EXPECT_EQ(hash, first) << threads;
-  }
+  testing::expect_same_bits_at_any_thread_count(load_scene("builtin:cornell-spheres"), "hash-cache", options);
 }
 
 TEST(HashCache, EveryParameterChangesTheImage) {

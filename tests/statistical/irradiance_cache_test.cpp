@@ -3,7 +3,7 @@
 #include "framework/io/builtin_exact.h"
 #include "integrators/cache_points.h"
 #include "integrators/irradiance_records.h"
-#include "tests/render_scene.h"
+#include "tests/image_checks.h"
 #include "tests/scene_context.h"
 
 #include <gtest/gtest.h>
@@ -239,51 +239,21 @@ RenderOptions options_for(std::int64_t samples, std::uint32_t iterations) {
 
 TEST(IrradianceCache, MatchesClosedFormsWithinItsDeclaredBias) {
   for (const char* name : {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre", "builtin:furnace"}) {
-    const Scene scene = load_scene(name);
-    RenderOptions options = options_for(256, 4);
-    const Image exact = exact_image(scene, options.resolution);
-    constexpr int seeds = 6;
-    double sum = 0, squares = 0, bound = 0;
-    for (int seed = 1; seed <= seeds; ++seed) {
-      options.seed = static_cast<std::uint64_t>(seed);
-      const auto rendered = render(scene, "irradiance-cache", options);
-      EXPECT_EQ(rendered.non_finite, 0u);
-      const double b = bias(rendered.image, exact);
-      sum += b;
-      squares += b * b;
-      bound = rendered.expectation.bias_bound;
-      // Pixel by pixel too: the irradiance is smooth, so interpolation is good everywhere.
-      EXPECT_LT(relmse(rendered.image, exact), 1e-3) << name;
-    }
-    const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
-    EXPECT_LT(std::abs(mean), bound + 4 * deviation) << name;
-    EXPECT_LT(std::abs(mean), 0.004 + 4 * deviation) << name << ": far below what is declared for rooms with edges";
+    const auto b = testing::bias_over_seeds(load_scene(name), "irradiance-cache", options_for(256, 4), 6);
+    EXPECT_LT(std::abs(b.mean), b.bound + 4 * b.deviation) << name;
+    EXPECT_LT(std::abs(b.mean), 0.004 + 4 * b.deviation) << name << ": far below what is declared for rooms with edges";
+    // Pixel by pixel too: the irradiance is smooth, so interpolation is good everywhere.
+    EXPECT_LT(b.largest_relmse, 1e-3) << name;
   }
 }
 
 TEST(IrradianceCache, DepthLimitTruncatesTheSeries) {
-  const Scene scene = load_scene("builtin:lambert-sphere");
-  for (int depth = 1; depth <= 3; ++depth) {
-    RenderOptions options = options_for(512, 4);
-    options.params["max_depth"] = {std::int64_t{depth}, {}};
-    const Image image = render(scene, "irradiance-cache", options).image;
-    double mean = 0;
-    for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
-    EXPECT_NEAR(mean * static_cast<double>(pi) / (1 - std::pow(0.5, depth)), 1, 4e-3) << depth;
-  }
+  testing::expect_truncated_series("irradiance-cache", options_for(512, 4), 4e-3);
 }
 
 TEST(IrradianceCache, SameBitsAtAnyThreadCount) {
-  for (const char* scene : {"builtin:cornell-spheres", "builtin:lambert-sphere"}) {
-    RenderOptions options = options_for(32, 2);
-    std::uint64_t first = 0;
-    for (const int threads : {1, 2, 3}) {
-      options.threads = threads;
-      const std::uint64_t hash = render(load_scene(scene), "irradiance-cache", options).hash;
-      if (threads == 1) first = hash;
-      EXPECT_EQ(hash, first) << scene << " " << threads;
-    }
-  }
+  for (const char* scene : {"builtin:cornell-spheres", "builtin:lambert-sphere"})
+    testing::expect_same_bits_at_any_thread_count(load_scene(scene), "irradiance-cache", options_for(32, 2));
 }
 
 TEST(IrradianceCache, EveryParameterChangesTheImage) {

@@ -1,6 +1,6 @@
 // The path tracer, the light tracer and the bidirectional one against every closed form.
 #include "integrators/path.h"
-#include "tests/render_scene.h"
+#include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -18,21 +18,10 @@ void expect_mean_exact(const std::string& scene_name, const std::string& integra
   RenderOptions options;
   options.params = params;
   options.iterations = iterations;
-  const Image exact = exact_image(scene, options.resolution);
-  constexpr int seeds = 8;
-  double sum = 0, squares = 0;
-  for (int seed = 1; seed <= seeds; ++seed) {
-    options.seed = static_cast<std::uint64_t>(seed);
-    const auto rendered = render(scene, integrator, options);
-    EXPECT_EQ(rendered.non_finite, 0u) << scene_name;
-    const double b = bias(rendered.image, exact);
-    sum += b;
-    squares += b * b;
-  }
-  const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
+  const auto b = testing::bias_over_seeds(scene, integrator, options, 8);
   // 34 such tests, 8 seeds each: Student's t of 7 degrees of freedom at 1e-3 (Sidak) is 7.1. The 2e-5 is single precision's.
-  EXPECT_LT(std::abs(mean), 7.1 * deviation + 2e-5)
-      << scene_name << " " << integrator << ": bias " << mean << " +- " << deviation;
+  EXPECT_LT(std::abs(b.mean), 7.1 * b.deviation + 2e-5)
+      << scene_name << " " << integrator << ": bias " << b.mean << " +- " << b.deviation;
 }
 
 constexpr const char* exact_scenes[] = {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre",
@@ -114,13 +103,7 @@ TEST(PathTracer, SameBitsAtAnyThreadCount) {
   for (const char* integrator : {"path", "light-trace", "bdpt"}) {
     RenderOptions options;
     options.iterations = 2;
-    std::uint64_t first = 0;
-    for (const int threads : {1, 2, 3}) {
-      options.threads = threads;
-      const std::uint64_t hash = render(load_scene("builtin:cornell-spheres"), integrator, options).hash;
-      if (threads == 1) first = hash;
-      EXPECT_EQ(hash, first) << integrator << " " << threads;
-    }
+    testing::expect_same_bits_at_any_thread_count(load_scene("builtin:cornell-spheres"), integrator, options);
   }
 }
 

@@ -4,12 +4,14 @@
 #include "integrators/kernel_domain.h"
 #include "integrators/photon_gather.h"
 #include "tests/scene_context.h"
+#include "tests/white_plane.h"
 
 #include <gtest/gtest.h>
 
 namespace etendue {
 namespace {
 
+using testing::origin;
 using testing::SceneContext;
 
 constexpr Kernel kernels[] = {Kernel::box, Kernel::cone, Kernel::epanechnikov, Kernel::gaussian};
@@ -32,8 +34,6 @@ struct Floor {
     return b.finish();
   }
 };
-
-const SurfacePoint origin{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
 
 // Photons of one per square metre and watt, where `lit`, relative to full even light.
 class LitFloor {

@@ -2,18 +2,22 @@
 #include "framework/scene/builder.h"
 #include "framework/structure_names.h"
 #include "integrators/photon_gather.h"
-#include "tests/render_scene.h"
+#include "tests/image_checks.h"
 #include "tests/scene_context.h"
+#include "tests/white_plane.h"
 
 #include <gtest/gtest.h>
 
 namespace etendue {
 namespace {
 
+using testing::bias_over_seeds;
 using testing::exact_image;
+using testing::origin;
 using testing::render;
 using testing::RenderOptions;
 using testing::SceneContext;
+using testing::white_plane;
 
 constexpr Kernel kernels[] = {Kernel::box, Kernel::cone, Kernel::epanechnikov, Kernel::gaussian};
 
@@ -73,14 +77,6 @@ TEST(NearestPhotons, DensityIsUnbiasedForEveryKernelAndItsVarianceIsKnown) {
   const double mean = sum[0] / trials, variance = squares[0] / trials - mean * mean;
   EXPECT_NEAR(variance * (k - 2) / 0.81, 1, 0.1);
 }
-
-Scene white_plane() {
-  SceneBuilder builder("white plane");
-  builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
-  return builder.finish();
-}
-
-const SurfacePoint origin{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
 
 TEST(PhotonMap, DepthBoundAndHistorySelectPhotons) {
   const SceneContext plane(white_plane());
@@ -158,26 +154,6 @@ TEST(PhotonTracing, HistoriesPartitionThePhotons) {
 
 // --- The integrator.
 
-struct BiasEstimate {
-  double mean = 0, deviation = 0, bound = 0;
-};
-
-BiasEstimate bias_over_seeds(const Scene& scene, RenderOptions options, int seeds) {
-  const Image exact = exact_image(scene, options.resolution);
-  double sum = 0, squares = 0, bound = 0;
-  for (int seed = 1; seed <= seeds; ++seed) {
-    options.seed = static_cast<std::uint64_t>(seed);
-    const auto rendered = render(scene, "photon-map", options);
-    EXPECT_EQ(rendered.non_finite, 0u);
-    const double b = bias(rendered.image, exact);
-    sum += b;
-    squares += b * b;
-    bound = rendered.expectation.bias_bound;
-  }
-  const double mean = sum / seeds;
-  return {mean, std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1)), bound};
-}
-
 RenderOptions options_for(std::int64_t photons, std::uint32_t iterations, ParamMap more = {}) {
   RenderOptions options;
   options.params = std::move(more);
@@ -193,7 +169,7 @@ TEST(PhotonMapping, MatchesClosedFormsWithinItsDeclaredBias) {
                                    {{"k", {std::int64_t{0}, {}}}},
                                    {{"emission", {std::string("importance"), {}}}},
                                    {{"emission", {std::string("visibility"), {}}}}}) {
-      const auto b = bias_over_seeds(load_scene(name), options_for(8000, 1, params), 6);
+      const auto b = bias_over_seeds(load_scene(name), "photon-map", options_for(8000, 1, params), 6);
       EXPECT_LT(std::abs(b.mean), b.bound + 4 * b.deviation) << name;
       EXPECT_LT(std::abs(b.mean), 0.003 + 4 * b.deviation) << name << ": no edge, so far below what is declared";
     }
@@ -214,22 +190,14 @@ TEST(PhotonMapping, SphereHasNoKernelBiasAtAnyRadius) {
       RenderOptions options =
           options_for(6000, 1, {{"k", {std::int64_t{0}, {}}}, {"radius", {radius, {}}}, {"kernel", {std::string(kernel), {}}}});
       options.resolution = {16, 16};
-      const auto b = bias_over_seeds(scene, options, 6);
+      const auto b = bias_over_seeds(scene, "photon-map", options, 6);
       EXPECT_LT(std::abs(b.mean), 6 * b.deviation) << kernel << " " << radius;
     }
 }
 
 TEST(PhotonMapping, DepthLimitTruncatesTheSeries) {
-  const Scene scene = load_scene("builtin:lambert-sphere");
   for (const std::int64_t rays : {0, 2})
-    for (int depth = 1; depth <= 3; ++depth) {
-      RenderOptions options = options_for(40000, 2, {{"final_gather", {rays, {}}}});
-      options.params["max_depth"] = {std::int64_t{depth}, {}};
-      const Image image = render(scene, "photon-map", options).image;
-      double mean = 0;
-      for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
-      EXPECT_NEAR(mean * std::numbers::pi / (1 - std::pow(0.5, depth)), 1, 0.02) << depth << " " << rays;
-    }
+    testing::expect_truncated_series("photon-map", options_for(40000, 2, {{"final_gather", {rays, {}}}}), 0.02);
 }
 
 TEST(PhotonMapping, SameBitsAtAnyThreadCount) {
@@ -242,13 +210,7 @@ TEST(PhotonMapping, SameBitsAtAnyThreadCount) {
     RenderOptions options = options_for(10000, 2, variant);
     options.params["retrace"] = {true, {}};
     options.params["caustic_photons"] = {std::int64_t{10000}, {}};
-    std::uint64_t first = 0;
-    for (const int threads : {1, 2, 3}) {
-      options.threads = threads;
-      const std::uint64_t hash = render(scene, "photon-map", options).hash;
-      if (threads == 1) first = hash;
-      EXPECT_EQ(hash, first) << threads;
-    }
+    testing::expect_same_bits_at_any_thread_count(scene, "photon-map", options);
   }
 }
 
@@ -293,7 +255,7 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
 
 TEST(PhotonMapping, WhiteFurnaceStaysWhite) {
   // Every path leaves for the environment; what the glass and the mirror send on lands on the others as caustics.
-  const auto b = bias_over_seeds(load_scene("builtin:white-furnace"),
+  const auto b = bias_over_seeds(load_scene("builtin:white-furnace"), "photon-map",
                                  options_for(40000, 8, {{"caustic_photons", {std::int64_t{40000}, {}}}}), 6);
   EXPECT_LT(std::abs(b.mean), 0.01 + 4 * b.deviation);
 }

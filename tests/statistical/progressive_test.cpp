@@ -1,38 +1,19 @@
 // The progressive photon mappers against closed forms.
 #include "framework/structure_names.h"
 #include "tests/block_agreement.h"
-#include "tests/render_scene.h"
+#include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
 
 namespace etendue {
 namespace {
 
+using testing::bias_over_seeds;
 using testing::exact_image;
 using testing::render;
 using testing::RenderOptions;
 
 constexpr const char* methods[] = {"ppm", "sppm", "ppm-memoryless", "appm", "cppm"};
-
-struct BiasEstimate {
-  double mean = 0, deviation = 0, bound = 0;
-};
-
-BiasEstimate bias_over_seeds(const Scene& scene, const char* method, RenderOptions options, int seeds) {
-  const Image exact = exact_image(scene, options.resolution);
-  double sum = 0, squares = 0, bound = 0;
-  for (int seed = 1; seed <= seeds; ++seed) {
-    options.seed = static_cast<std::uint64_t>(seed);
-    const auto rendered = render(scene, method, options);
-    EXPECT_EQ(rendered.non_finite, 0u);
-    const double b = bias(rendered.image, exact);
-    sum += b;
-    squares += b * b;
-    bound = rendered.expectation.bias_bound;
-  }
-  const double mean = sum / seeds;
-  return {mean, std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1)), bound};
-}
 
 RenderOptions options_for(std::int64_t photons, std::uint32_t iterations, ParamMap more = {}) {
   RenderOptions options;
@@ -142,16 +123,7 @@ TEST(ProgressivePhotons, WhiteFurnaceStaysWhite) {
 TEST(ProgressivePhotons, SameBitsAtAnyThreadCount) {
   for (const char* name : {"builtin:cornell-spheres", "builtin:glossy-cornell-box"}) {
     const Scene scene = load_scene(name);
-    for (const char* method : methods) {
-      RenderOptions options = options_for(10000, 3);
-      std::uint64_t first = 0;
-      for (const int threads : {1, 2, 3}) {
-        options.threads = threads;
-        const std::uint64_t hash = render(scene, method, options).hash;
-        if (threads == 1) first = hash;
-        EXPECT_EQ(hash, first) << name << " " << method << " " << threads;
-      }
-    }
+    for (const char* method : methods) testing::expect_same_bits_at_any_thread_count(scene, method, options_for(10000, 3));
   }
 }
 

@@ -1,5 +1,6 @@
 // Radiance caching against closed forms and path tracing; its image must not depend on threads.
 #include "tests/block_agreement.h"
+#include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -25,18 +26,11 @@ TEST(RadianceCache, MatchesClosedForms) {
 }
 
 TEST(RadianceCache, DepthLimitTruncatesTheSeries) {
-  const Scene scene = load_scene("builtin:lambert-sphere");
-  for (int depth = 1; depth <= 3; ++depth) {
-    RenderOptions options;
-    options.iterations = 8;
-    options.resolution = {16, 16};
-    options.params = params_of({{"samples", "128"}});
-    options.params["max_depth"] = {std::int64_t{depth}, {}};
-    const auto image = render(scene, "radiance-cache", options).image;
-    double mean = 0;
-    for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
-    EXPECT_NEAR(mean * static_cast<double>(pi) / (1 - std::pow(0.5, depth)), 1, 1e-2) << depth;
-  }
+  RenderOptions options;
+  options.iterations = 8;
+  options.resolution = {16, 16};
+  options.params = params_of({{"samples", "128"}});
+  testing::expect_truncated_series("radiance-cache", options, 1e-2);
 }
 
 TEST(RadianceCache, MakesThePathTracersImage) {
@@ -64,13 +58,7 @@ TEST(RadianceCache, SameBitsAtAnyThreadCount) {
   options.iterations = 1;
   options.resolution = {20, 20};
   options.params = params_of({{"samples", "64"}});
-  std::uint64_t first = 0;
-  for (const int threads : {1, 2, 3}) {
-    options.threads = threads;
-    const std::uint64_t hash = render(load_scene("builtin:glossy-cornell-box?alpha=0.6"), "radiance-cache", options).hash;
-    if (threads == 1) first = hash;
-    EXPECT_EQ(hash, first) << threads;
-  }
+  testing::expect_same_bits_at_any_thread_count(load_scene("builtin:glossy-cornell-box?alpha=0.6"), "radiance-cache", options);
 }
 
 TEST(RadianceCache, EveryParameterChangesTheImageButTheStructure) {

@@ -5,6 +5,7 @@
 #include "integrators/adaptive_bandwidth.h"
 #include "integrators/chi_squared_radius.h"
 #include "integrators/radius_policy.h"
+#include "tests/white_plane.h"
 
 #include <gtest/gtest.h>
 
@@ -14,13 +15,8 @@
 namespace etendue {
 namespace {
 
-const SurfacePoint origin{vec3(0), {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, vec2(0), 0, no_id};
-
-Scene white_plane() {
-  SceneBuilder builder("white plane");
-  builder.mesh(quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), builder.material(Diffuse{Rgb(1)}));
-  return builder.finish();
-}
+using testing::origin;
+using testing::white_plane;
 
 int poisson(Pcg32& random, double mean) {
   int count = 0;
