@@ -1,24 +1,16 @@
 #include "experiments/claims/claim_record.h"
 
-#include "framework/core/check.h"
+#include "experiments/harness/json_line.h"
 
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 namespace etendue {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double endless = std::numeric_limits<double>::infinity();
 constexpr const char* kind_names[] = {"factor", "time", "plain"};
-
-double finite(double x) {
-  CHECK(std::isfinite(x));
-  return x;
-}
 
 Json to_json(const ClaimFigure& figure) {
   Json json{{"quantity", figure.quantity},
@@ -68,7 +60,7 @@ std::string to_json_line(const ClaimRecord& r) {
     if (std::isfinite(stress->holds_low)) json["stress"]["holds_low"] = stress->holds_low;
     if (std::isfinite(stress->holds_high)) json["stress"]["holds_high"] = stress->holds_high;
   }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return dump(json);
 }
 
 ClaimRecord read_claim_line(const std::string& line) {

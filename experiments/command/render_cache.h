@@ -15,8 +15,8 @@ std::string read_cache_bytes(const std::string& path);
 // given. Throws Error where the file is not a whole cache, or of another integrator.
 void complete_from_cache(std::string_view bytes, const std::string& path, Method& integrator);
 
-// Throw Error, with the names of those that do, where an integrator keeps no cache, has no records to show, or
-// knows no error of its own.
+// Throw Error, with the names of those that do, where an integrator keeps no cache, has no records to show, or knows no error
+// of its own.
 void require_savable(const Method& integrator, const std::string& option);
 void require_records(const Method& integrator, const std::string& option);
 void require_standard_error(const Method& integrator, const std::string& option);

@@ -1,22 +1,8 @@
 #include "experiments/harness/animation_record.h"
 
-#include "framework/core/check.h"
-
-#include <cmath>
-#include <nlohmann/json.hpp>
+#include "experiments/harness/json_line.h"
 
 namespace etendue {
-
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-const std::vector<double>& finite(const std::vector<double>& values) {
-  for (const double value : values) CHECK(std::isfinite(value));
-  return values;
-}
-
-}  // namespace
 
 std::string to_json_line(const AnimationRecord& r) {
   Json policies = Json::array();
@@ -40,7 +26,7 @@ std::string to_json_line(const AnimationRecord& r) {
                   {"changed", finite(r.changed)},
                   {"rebuilt_sah_cost", finite(r.rebuilt_sah_cost)},
                   {"policies", std::move(policies)}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return dump(json);
 }
 
 AnimationRecord read_animation_line(const std::string& line) {

@@ -1,18 +1,16 @@
 #include "experiments/harness/rate_law.h"
 
+#include "experiments/harness/json_line.h"
 #include "framework/core/counters.h"
 #include "framework/core/error.h"
 
 #include <fmt/format.h>
 #include <algorithm>
 #include <charconv>
-#include <nlohmann/json.hpp>
 
 namespace etendue {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::vector<std::string> words(const std::string& text) {
   std::vector<std::string> parts;
@@ -185,7 +183,7 @@ std::string to_json_line(const RateRecord& record) {
   }
   Json json{{"type", "rates"}, {"laws", std::move(laws)}, {"regions", std::move(regions)}};
   for (const RatioClaim& ratio : record.ratios) json["ratios"].push_back(to_json(ratio));
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return dump(json);
 }
 
 bool RateRecord::concerns(const std::string& stated_scene, const std::string& region, const std::string& scene) const {

@@ -1,22 +1,8 @@
 #include "experiments/search/search_record.h"
 
-#include "framework/core/check.h"
-
-#include <cmath>
-#include <nlohmann/json.hpp>
+#include "experiments/harness/json_line.h"
 
 namespace etendue {
-
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-double finite(double x) {
-  CHECK(std::isfinite(x));
-  return x;
-}
-
-}  // namespace
 
 std::string to_json_line(const SearchRecord& r) {
   Json figures = Json::array();
@@ -44,7 +30,7 @@ std::string to_json_line(const SearchRecord& r) {
                   {"checked", r.checked},
                   {"disagreements", r.disagreements},
                   {"figures", std::move(figures)}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return dump(json);
 }
 
 SearchRecord read_search_line(const std::string& line) {
