@@ -8,18 +8,18 @@
 //
 // Both unknowns are estimated from the pixel's photons so far, each reflecting the luminance l_j:
 //
-//   c             the mean of r^2 sum_j (l_j K_j)^2: photons are a Poisson process, so this sum is the variance of sum_j l_j
-//   K_j laplacian(L)  the mean of sum_j l_j laplacian(W_h)(d_j) with the triweight W_h(d) = 4 / (pi h^2) (1 - x)^3, x = d^2 /
-//   h^2,
+//   c             the mean of r^2 sum_j (l_j K_j)^2, K_j the kernel at photon j: photons are a Poisson process, so that this
+//                 sum is the variance of sum_j l_j K_j
+//   laplacian(L)  the mean of sum_j l_j laplacian(W_h)(d_j), W_h(d) = 4 / (pi h^2) (1 - x)^3 the triweight, x = d^2 / h^2,
 //                 for which laplacian(W_h) = 48 / (pi h^4) (1 - x) (3 x - 1); less its own variance where it is squared
 //
-// h = r_1 n^(-1/10), the best rate for second derivatives, bounds r_n from above, and so does 0.15 r_1 n^(-1/6) from below.
-// The bounds alone make it consistent; between them MSE ~ n^(-2/3), with the best factor. A gather uses what earlier passes
-// say, so that its radius owes nothing to its own photons.
+// h = r_1 n^(-1/10), the best rate for second derivatives, bounds r_n from above, and so does 0.15 r_1 n^(-1/6) from below. The
+// bounds alone make it consistent; between them MSE ~ n^(-2/3), with the best factor. A gather uses the estimates of earlier
+// passes, so that its radius does not depend on its own photons.
 //
 // Deviations: the paper estimates the Laplacian along the surface's derivatives by finite differences of a kernel of bounded
-// support; here the kernel is differentiated. Both are blind to what h does not resolve; at edges, where part of the disc is
-// off the surface, the estimate is large and the radius becomes small, as it should.
+// support; here the kernel is differentiated. Neither sees features smaller than h; at edges, where part of the disc is off the
+// surface, the estimate is large and the radius becomes small, as it should.
 #pragma once
 
 #include "integrators/radius_policy.h"
@@ -56,7 +56,7 @@ class AdaptiveBandwidth {
  private:
   struct Pixel {
     float first;                                         // r_1
-    float passes = 0;                                    // that gathered
+    float passes = 0;                                    // in which the pixel gathered
     float c = 0, laplacian = 0, laplacian_variance = 0;  // sums over the passes
   };
 

@@ -15,7 +15,7 @@
 //
 // A file is refused, with the reason, when it is of another format or program version, cut short or damaged, or when it was
 // made for another scene, integrator or parameters that decide what a record holds. The checksum finds every flipped bit; even
-// so no length is believed before it has been held against the bytes there are.
+// so, each length is checked against the bytes that are left before it is used.
 #pragma once
 
 #include "framework/core/error.h"
@@ -82,7 +82,7 @@ class ByteReader {
 
 using ParamTexts = std::map<std::string, std::string>;
 
-// Every value as the command line would read it again, to the bit.
+// Writes every value as text that the command line reads back to the same bits.
 class ParamTextVisitor {
  public:
   ParamTexts texts;

@@ -1,7 +1,7 @@
 // Irradiance records over what the camera sees: how hemispheres are sampled for them, and levels of them (record_levels.h).
 //
-// A given number of records is met by bisecting the accuracy. What a point's hemisphere saw does not depend on it, so that each
-// point is sampled once, however often the overture is played.
+// A given number of records is met by bisecting the accuracy. What a point's hemisphere sees does not depend on the accuracy,
+// so each point is sampled once, however often the placement of records is repeated.
 #pragma once
 
 #include "integrators/irradiance_records.h"
@@ -33,8 +33,9 @@ struct CacheSettings {
 // A direction in stratum i by u, about the z axis.
 using StratumDirection = vec3 (*)(const HemisphereStrata& strata, int i, const vec2& u);
 
-// One ray in each stratum of the hemisphere over a point; black where it goes below the surface. Pass `pass` of `key`: passes
-// of different keys or numbers are independent. The samples are this thread's, until it traces the next hemisphere.
+// Traces one ray in each stratum of the hemisphere over a point; a sample is black where its ray would go below the surface.
+// Passes of different `key` or number `pass` are independent. The span refers to a buffer of this thread, valid until the
+// thread traces its next hemisphere.
 std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context, SamplerKind kind, const CachePoint& point,
                                                    const Frame& frame, int depth, std::uint64_t key, std::uint32_t pass,
                                                    const HemisphereStrata& strata, StratumDirection direction,
@@ -50,10 +51,11 @@ class CacheLevels final : public RecordLevels<IrradianceEstimate, IrradianceReco
   // `pixels`: what their centres see.
   CacheLevels(const RenderContext& context, const CacheSettings& settings, std::vector<CachePoint> pixels, bool one_level);
 
-  // As fill, anew, with at most `records` records, and at least 98 % of them where the metric's bounds permit.
+  // Like fill, from the start, with at most `records` records, and at least 98 % of that number where the metric's bounds
+  // permit.
   void fill_to(const RenderContext& context, const HemisphereRadiance& radiance, std::size_t records);
 
-  // Of the noise that estimates share from now on (IrradianceEstimate::source).
+  // Names the noise that estimates share from now on (IrradianceEstimate::source).
   void set_source(std::uint32_t source) { source_ = source; }
 
   std::vector<RecordShape> shapes() const;

@@ -1,4 +1,4 @@
-// What caches of irradiance have in common for their users, whatever fills them.
+// Parameters that all caches of irradiance share, whatever fills their records.
 #pragma once
 
 #include "integrators/cache_fill.h"

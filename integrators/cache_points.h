@@ -33,18 +33,18 @@ CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, 
 
 enum class Follow { arrives, ends, goes_on };
 
-// Follows the centre of a pixel, with less than `deepest` events, to where judge(point, bsdf) says that it arrives. From a
-// cached surface it goes on through its coat alone.
+// Follows the ray through the centre of a pixel, with less than `deepest` events, to the surface at which judge(point, bsdf)
+// says that it arrives. From a cached surface it goes on only through the coat.
 CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
                         const std::function<Follow(const SurfacePoint&, const Bsdf&)>& judge);
 
-// Follows the centre of a pixel to a cached surface with less than `deepest` events before it: through all other surfaces, or
-// through those that are no `receivers`.
+// Follows the ray through the centre of a pixel to a cached surface with less than `deepest` events before it: past all other
+// surfaces, or past those that are no `receivers`.
 CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
                             const Receivers* receivers = nullptr);
 
-// What the diffuse part reflects of uniform light towards wo. A coated base, f = g T(wo) T(wi) / pi, is evaluated along the
-// normal and T(wi) replaced by its cosine-weighted mean.
+// The share of uniform incident light that the diffuse part reflects towards wo. A coated base, f = g T(wo) T(wi) / pi, is
+// evaluated along the normal and T(wi) replaced by its cosine-weighted mean.
 Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo);
 
 }  // namespace etendue

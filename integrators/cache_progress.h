@@ -1,11 +1,11 @@
-// How a cache is refined as iterations go on, and the mean of what it adds to an image meanwhile.
+// The schedule by which a cache is refined over the iterations, and the mean of what it adds to the image meanwhile.
 //
-// Iterations 0 to 4 fill it, each more finely than the one before: an overture that a budget of time can cut short. With
-// t = 1 + max(0, iteration - 4) / 50 the accuracy falls from there as t^(-1/6), so that records grow as t^(1/3), and passes per
-// record grow as t^(2/3): of all splits of a constant effort per iteration this lets the squares of interpolation error
-// (t^(-2/3) with gradients) and of the records' noise fall alike. Beyond the overture t rises in steps, ten to its doubling
-// or, where that is less, as far as one pass more, and records change at steps alone: to find anew how far all of them reach
-// costs as much as tracing some passes.
+// Iterations 0 to 4 fill it, each more finely than the one before: an overture, which gives an image early even if the time is
+// short. With t = 1 + max(0, iteration - 4) / 50 the accuracy falls from there as t^(-1/6), so that records grow as t^(1/3),
+// and passes per record grow as t^(2/3): with a constant effort per iteration this lets the squared interpolation error
+// (t^(-2/3) with gradients) and the variance of the records fall at the same rate. Beyond the overture t rises in steps, ten
+// per doubling, and from 22 passes on so that each step adds one pass. Records change only at steps, because recomputing the
+// reach of all of them costs as much as tracing some passes.
 #pragma once
 
 #include "framework/image/film.h"
@@ -19,7 +19,7 @@ struct CacheProgress {
   bool refines = true;
 
   static constexpr std::uint32_t overture_rounds = 4;
-  static constexpr float overlap = 1.25f;  // at most, as far as the accuracy asked for allows (irradiance_records.h)
+  static constexpr float overlap = 1.25f;  // at most, within the requested accuracy (irradiance_records.h)
 
   double time_at(std::uint32_t iteration) const;
   double time_after(double time) const;  // that of the next step
@@ -30,13 +30,13 @@ struct CacheProgress {
   float accuracy_after(std::uint32_t iteration) const;  // of the refinement that comes next
   // Of what the cache adds in an iteration: its error falls as the square of the accuracy.
   double weight_at(std::uint32_t iteration) const;
-  // Does this pixel ask for records? Few do in each iteration: slivers shall not have many.
+  // Does this pixel ask for records? Few pixels do in each iteration, so that narrow slivers do not get many.
   bool asks(std::uint64_t pixel, std::uint32_t iteration) const;
 };
 
-// The part of each pixel that a cache adds: a mean over iterations of different weights, in a film that has equal ones. Light
-// that is found in place of the cache, where no record serves, belongs to that part: else what coarse records of the first
-// iterations answered and finer ones leave open would be lost by as much as their weights differ.
+// The part of each pixel that a cache adds: a weighted mean over iterations, in a film that weights them equally. Light found
+// in place of the cache, where no record serves, belongs to this part. Otherwise light would be lost where coarse records of
+// the first iterations answer and finer ones of later, heavier iterations leave a gap.
 class CachedLight {
  public:
   // `states_error`: keeps what standard_error() takes.
@@ -46,11 +46,12 @@ class CachedLight {
   }
 
   void begin(std::uint32_t iteration, double weight);
-  // Once per pixel and iteration, from any thread; `sampled` is the part of which each iteration weighs the same,
-  // `cached_error` the standard error of `cached`, of its luminance.
+  // To be called once per pixel and iteration, from any thread. `sampled` is the part that counts the same in every iteration;
+  // `cached_error` is the standard error of the luminance of `cached`.
   void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, float cached_error = 0);
-  // Of the pixels' luminance, in all channels. The scatter of samples falls with their number (for one sample it is not known);
-  // the cache's error is that of records which serve again and again, so that its mean over iterations stands.
+  // Of the pixels' luminance, the same in all channels. The error of the sampled part falls with the number of samples (with
+  // one sample it is unknown). The cached part comes from the same records in every iteration, so its error is the mean over
+  // iterations and does not fall with their number.
   Image standard_error() const;
 
  private:

@@ -1,9 +1,9 @@
-// A camera path through all that carries (see integrators/photons.h), to the receivers it meets.
+// A camera path past all surfaces that carry light (see integrators/photons.h) to the receivers it meets.
 //
 // At a receiver the path ends, unless a delta lobe (a smooth coat's) is sampled there: it carries the path on. Of a rough lobe
-// that carries the path follows the core where the flanks are gathered by the caller, else all of it. Returned is the light
-// that needs no photons: emission the path meets, and what light sampling finds at rough lobes that carry, the two weighed
-// against each other where both may find it.
+// that carries, the path follows the core if the caller gathers the flanks, else all of it. Returned is the light that needs no
+// photons: emission the path meets, and what light sampling finds at rough lobes that carry, weighted against each other where
+// both can find it.
 #pragma once
 
 #include "framework/transport/ray_tools.h"

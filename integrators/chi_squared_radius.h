@@ -2,20 +2,20 @@
 //
 // Where photons are evenly distributed, no kernel has bias at any radius. So the radius stays, and pass after pass the photons
 // are counted in 12 parts of equal area (two rings of six sectors). Once there are n_min of them the counts are tested for
-// evenness at 95 %. If that is refused, the radius shrinks: to the inner ring where that passes by itself (r^2 / 2), else by
-// r^2 -> 0.8 r^2; the counts start anew, and n_min grows by beta, so that a test always has photons enough to see less. n_min
-// is 12 at first: for parts of equal probability the statistic is near its limit from n >= 10 and n^2 / parts >= 10 on
-// ([Koehler1980]).
+// evenness at 95 %. If the test rejects evenness, the radius shrinks: to the inner ring where that passes on its own (r^2 / 2),
+// else by r^2 -> 0.8 r^2. The counts then restart and n_min grows by the factor beta, so that later tests have enough photons
+// to detect smaller differences. n_min is 12 at first: for parts of equal probability the statistic is near its limit from n >=
+// 10 and n^2 / parts >= 10 on ([Koehler1980]).
 //
-// With the paper's beta = 1.5625 r^2 ~ n^(-1/3) where every test refuses, the best rate in smooth regions; but edges, where
-// tests refuse until the disc no longer reaches them, wait long. The default of 1.1 lets the radius follow the tests.
+// With the paper's beta = 1.5625, r^2 ~ n^(-1/3) where every test rejects, the best rate in smooth regions; but at edges, where
+// tests reject until the disc no longer reaches the edge, the radius shrinks slowly. With the default of 1.1 it follows the
+// tests closely.
 //
 // hypothesis "even" is the paper's first: the density is constant. "odd" is its other one: counts of opposite sectors are added
-// before, as a kernel is blind to what one side has more than the other has less; slopes pass, but an edge through the very
-// middle does too.
+// first, because a kernel has no bias from a linear slope. Slopes then pass, but so does an edge through the exact centre.
 //
-// Consistent, where unevenness persists as it is refused sooner or later: a curvature that stands out from a noise of
-// n^-1/2 r^-1 has r^2 ~ n^(-1/3), hence MSE ~ n^(-2/3); ~ n^-1 where all is even.
+// Consistent, since persistent unevenness is rejected sooner or later: a curvature that exceeds a noise of n^-1/2 r^-1 leads to
+// r^2 ~ n^(-1/3), hence MSE ~ n^(-2/3); MSE ~ n^-1 where the light is even.
 #pragma once
 
 #include "integrators/radius_policy.h"
@@ -50,7 +50,7 @@ class ChiSquaredRadius {
   GatherDisc disc(const GatherSite& site) const { return GatherDisc(pixels_[site.pixel].radius); }
   void update(std::size_t pixel, std::uint32_t pass, const Observed& observed);
 
-  // Is the unevenness of the first `rings_tested` rings within what chance makes of even ones in 95 %?
+  // Is the unevenness of the first `rings_tested` rings within what even light would show in 95 % of cases?
   static bool looks_even(const std::array<std::uint32_t, parts>& counts, int rings_tested, bool odd);
 
  private:

@@ -1,22 +1,25 @@
-// How much of the kernel's discs is surface, measured along with the photons: against loss at edges, where one ray must do.
+// How much of a kernel's discs is covered by the surface, measured while photons are gathered: it corrects the loss of light at
+// edges with about one ray per pass.
 //
-// A density estimate divides by the whole disc though part of it may be off the surface: next to nothing is left of a table's
-// edge or its legs where photons are few and discs wide. integrators/kernel_domain.h finds the part that is there point by
-// point, with some hundred rays. A progressive method looks at a pixel again in every pass, so here a few random probes a pass
-// do: rays through points of the disc, distributed as the kernel, down to the surface. The pixel's image is then the ratio of
-// totals over all passes,
+// A density estimate divides by the whole disc although part of it may be off the surface: where photons are few and discs
+// wide, a table's edges and legs lose nearly all their light. integrators/kernel_domain.h finds the covered part at each point
+// with some hundred rays. A progressive method returns to a pixel in every pass, so a few random probes per pass suffice: rays
+// through points of the disc, distributed as the kernel, down to the surface. The pixel's image is then the ratio of totals
+// over all passes,
 //
 //   sum of what photons make  *  sum of weights / sum of weights times the share of probes that met a surface,
 //
-// with the luminance of the path's throughput for weight: on even light, without bias but for that of a ratio, which falls as
-// 1 / passes, at any radii, however they change ([Hey2002] has the area by geometry, [Cochran1977] the ratio of totals).
+// weighted by the luminance of the path's throughput. On even light its only bias is that of a ratio, which falls as 1 /
+// passes, whatever the radii and however they change ([Hey2002] computes the area geometrically; ratio of totals:
+// [Cochran1977]).
 //
-// Photons count within 0.2 r of the tangent plane alone, and so do the surfaces that probes meet, by the kernel at their own
-// distance over the cosine; of surfaces above each other the upper one is met. What photons cannot lie on or the side test
-// refuses does not count. Light from behind a wall on the same floor leaks as before.
+// Only photons within 0.2 r of the tangent plane count, and likewise only surfaces that probes meet within it, weighted by the
+// kernel at their distance over the cosine; of stacked surfaces a probe meets the upper one. Surfaces that hold no photons or
+// that the side test rejects do not count. Light from behind a wall on the same floor still leaks.
 //
-// Probes are points of one low-discrepancy sequence a pixel: 16 in its first pass, then one; where part of the disc was found
-// missing four, two from the 64th on; where 32 have found all of it, one in every 16th pass.
+// The probes of a pixel are points of one low-discrepancy sequence: 16 in the first pass, then one per pass. Where part of the
+// disc was found missing there are four per pass, and two from the 64th pass on; where 32 probes found all of it, one in every
+// 16th pass.
 #pragma once
 
 #include "integrators/photon_gather.h"
@@ -39,10 +42,10 @@ class DiscCoverage {
   }
   // The kernel's disc of one gather, with the weight that its photons have in the image.
   void measure(const RenderContext& context, std::size_t slot, const GatherPoint& at, float radius, float weight);
-  // What the photons' sum over all passes is to be multiplied by.
+  // The factor by which the photons' sum over all passes must be multiplied.
   double correction(std::size_t slot) const;
 
-  // Of the kernel's integral, by one point of the disc chosen with `u`.
+  // Estimates the covered share of the kernel's integral by one point of the disc, chosen with `u`.
   float probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u) const;
 
  private:

@@ -1,4 +1,4 @@
-// Light that a path meets by itself, weighed against light sampling at the vertex before.
+// Emission that a path hits by BSDF sampling, weighted against light sampling at the vertex before.
 #pragma once
 
 #include "framework/transport/direct_light.h"

@@ -6,7 +6,7 @@
 // photons: with density p in cells of useful share P that is the integral of P / p, least for p ~ sqrt(P), where it is (sum of
 // volume sqrt(P))^2. Pilots come in four rounds, each guided by the tree of those before, so that rare regions are found by the
 // first and explored by the next ones. Samples are warped by the tree's conditional distributions: a stratified sequence stays
-// one. A tenth of the density is uniform: photons are rare and strong where none was useful, but none is missing.
+// one. A tenth of the density is uniform: where no pilot was useful photons are rare and strong, but never missing.
 //
 // Guiding emission by where photons are useful is [Grittmann2018], which learns directions of emission per light; the density
 // over the numbers instead, a tree in primary sample space as in [Guo2018], serves every kind of light and finds what links
@@ -22,14 +22,14 @@ class EmissionGuide {
  public:
   struct Pilot {
     EmissionNumbers numbers{};
-    float weight = 1;  // over the density it was drawn with
+    float weight = 1;  // one over the density it was drawn with
     bool useful = false;
   };
 
-  // Reorders the pilots. Of none: uniform.
+  // Reorders the pilots. Without pilots the density is uniform.
   explicit EmissionGuide(std::span<Pilot> pilots);
 
-  // Moves uniform numbers to where the density is; returns it.
+  // Warps uniform numbers to the density; returns the density there.
   float warp(EmissionNumbers& numbers) const;
 
  private:

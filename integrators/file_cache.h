@@ -1,5 +1,5 @@
-// A cache that can be saved and loaded, whatever it holds: key, refusals and the frame of the file (cache_file.h) are the same
-// for all; a method adds what of its parameters decides what the cache holds, and the bytes of that.
+// A cache that can be saved and loaded, whatever it holds: the key, the checks and the frame of the file (cache_file.h) are the
+// same for all. A method adds the parameters that determine what its cache holds, and the bytes of its content.
 #pragma once
 
 #include "framework/integrator.h"

@@ -10,8 +10,7 @@ namespace etendue {
 
 namespace {
 
-constexpr int tile = 16;           // pixels a side of what is traced together
-constexpr int tiles_a_band = 256;  // whose records are kept at once
+constexpr std::size_t tiles_a_band = 256;  // whose records are kept at once
 
 class Guided final : public Integrator {
  public:
@@ -36,7 +35,8 @@ class Guided final : public Integrator {
   }
 
  private:
-  void trace_tile(const RenderContext& context, int number, std::uint32_t index, Film& film, std::vector<GuideRecord>& records);
+  void trace_tile(const RenderContext& context, const Tile& tile, std::uint32_t index, Film& film,
+                  std::vector<GuideRecord>& records);
 
   GuidedParams params_;
   SamplerKind sampler_;
@@ -51,15 +51,14 @@ void Guided::iteration(RenderContext& context, std::uint32_t index, Film& film) 
     const auto timed = context.phases.measure("learn");
     tree_->refine(ImageBlocks::block_samples(ImageBlocks::block_of(index - 1)));
   }
-  const ivec2 tiles = (context.resolution + tile - 1) / tile;
-  const int count = tiles.x * tiles.y;
-  for (int first = 0; first < count; first += tiles_a_band) {
-    const auto some = static_cast<std::size_t>(std::min(tiles_a_band, count - first));
+  const std::size_t count = path_tile_count(context.resolution);
+  for (std::size_t first = 0; first < count; first += tiles_a_band) {
+    const std::size_t some = std::min(tiles_a_band, count - first);
     {
       const auto timed = context.phases.measure("trace");
       parallel_for(some, 1, [&](std::size_t i) {
         records_[i].clear();
-        trace_tile(context, first + static_cast<int>(i), index, film, records_[i]);
+        trace_tile(context, path_tile(context.resolution, first + i), index, film, records_[i]);
       });
     }
     const auto timed = context.phases.measure("learn");
@@ -68,22 +67,14 @@ void Guided::iteration(RenderContext& context, std::uint32_t index, Film& film) 
   blocks_->end_sample(index, film);
 }
 
-void Guided::trace_tile(const RenderContext& context, int number, std::uint32_t index, Film& film,
+void Guided::trace_tile(const RenderContext& context, const Tile& tile, std::uint32_t index, Film& film,
                         std::vector<GuideRecord>& records) {
-  const int across = (context.resolution.x + tile - 1) / tile;
-  const ivec2 begin = tile * ivec2(number % across, number / across);
-  const Tile pixels{begin, glm::min(begin + tile, context.resolution)};
   static thread_local std::vector<PathSample> paths;
   paths.clear();
-  for_pixels(pixels, [&](ivec2 pixel) {
-    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-    Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
-    const Ray ray = sample_camera_ray(context, pixel, sampler);
-    paths.push_back({ray, sampler});
-  });
+  for_pixels(tile, [&](ivec2 pixel) { paths.push_back(camera_path(context, pixel, sampler_, index)); });
   trace_guided_paths(context, paths, settings_, *tree_, records);
   auto path = paths.begin();
-  for_pixels(pixels, [&](ivec2 pixel) {
+  for_pixels(tile, [&](ivec2 pixel) {
     film.add(pixel, path->radiance, index);  // counts what is not finite
     blocks_->add(pixel, (path++)->radiance);
   });

@@ -4,14 +4,15 @@
 // of the light that the block before has seen, and trains the next. The first block is path tracing. All samples count towards
 // the image, blocks by the inverse of their variance (image_blocks.h). What paths do is in guided_paths.h.
 //
-// Deviations from [Mueller2017]: the first block has 2 samples, for a variance to be known; blocks go on doubling as long as
-// the caller asks; a place divides at 4,000 records, not 12,000; light samples are taken, and the tree learns what they leave
-// to it; the tree knows normals, and learns radiance times cosine from a cache's help (sd_tree.h); roulette asks the cache. Of
-// [Mueller2019]: the stochastic spatial filter, the learnt share of BSDF sampling (by one sum per candidate) and the
-// combination; not its directional filter.
+// Deviations from [Mueller2017]: the first block has 2 samples, so that its variance is known; blocks go on doubling as long as
+// the caller asks; a spatial leaf divides at 4,000 records, not 12,000; light is sampled directly too, and the tree learns what
+// that leaves to BSDF and guide; the tree distinguishes normals, and learns radiance times cosine with the help of a cache
+// (sd_tree.h); roulette uses that cache. From [Mueller2019]: the stochastic spatial filter, the learnt share of BSDF sampling
+// (by one sum per candidate) and the combination of blocks; not its directional filter.
 //
 // Unbiased up to the depth limit, but for what image_blocks.h says of the weights (combination = mean or last: exactly).
-// Limits: no product with glossy lobes, where all stays with the BSDF; in easily lit scenes it is slower than path tracing.
+// Limits: there is no product with glossy lobes, which are sampled by the BSDF alone; in scenes with easy light it is slower
+// than path tracing.
 #pragma once
 
 #include "framework/integrator.h"

@@ -1,9 +1,9 @@
 // A density over directions learnt from samples: the directional quadtree of [Mueller2017], section 3.
 //
-// The sphere is mapped to the unit square by (cos theta, phi), which keeps areas, so that a density over the square is one over
-// solid angle up to 4 pi. A quadrant that holds more than a share rho of the whole flux is divided, others are merged, down to
-// a depth; within a leaf the density is constant. Sums are kept in every inner node, so that evaluating and sampling walk down
-// once. Sampling warps the square ([McCool1997]): stratified numbers stay stratified.
+// The sphere is mapped to the unit square by (cos theta, phi), which preserves area, so that a density over the square is 4 pi
+// times that over solid angle. A quadrant that holds more than a share rho of the whole flux is divided, others are merged,
+// down to a depth; within a leaf the density is constant. Sums are kept in every inner node, so that evaluating and sampling
+// walk down once. Sampling warps the square ([McCool1997]): stratified numbers stay stratified.
 #pragma once
 
 #include "framework/core/vec.h"
@@ -29,7 +29,7 @@ class DirectionTree {
   // Adds flux that arrives from a direction.
   void add(const vec2& square, float flux);
 
-  // Over the square: mean 1. A tree without flux is uniform.
+  // Density over the square, with mean 1. A tree without flux is uniform.
   float density(const vec2& square) const;
   float pdf_solid_angle(const vec3& direction) const { return density(square_from_direction(direction)) / (4 * pi); }
   struct Sample {
@@ -38,7 +38,7 @@ class DirectionTree {
   };
   Sample sample(vec2 u) const;
 
-  // An empty tree divided as this one's flux asks for.
+  // A tree without flux, subdivided where this one's flux requires it.
   DirectionTree refined(float rho) const;
 
  private:

@@ -17,7 +17,6 @@ namespace etendue {
 
 namespace {
 
-constexpr int tile = 16;
 constexpr std::uint32_t none = no_id;
 
 // A camera sample: what it found itself, and what it asks the cache for.
@@ -66,8 +65,7 @@ class HashCache final : public Integrator, public FileCache {
     const ivec2 size = context.resolution;
     if (!grid_) make_grid(context);
     first_ = samples_;
-    const ivec2 tiles = (size + tile - 1) / tile;
-    pixels_.resize(static_cast<std::size_t>(tiles.x) * tiles.y);
+    pixels_.resize(path_tile_count(size));
     values_.resize(pixels_.size());
     cached_ = CachedLight(size, context.states_error);
   }
@@ -93,11 +91,8 @@ class HashCache final : public Integrator, public FileCache {
   }
   void read(const RenderContext& context, ByteReader& body) override;
   void make_grid(const RenderContext& context);
-  Tile tile_of(std::size_t number, ivec2 resolution) const {
-    const int across = (resolution.x + tile - 1) / tile;
-    const ivec2 begin = tile * ivec2(static_cast<int>(number) % across, static_cast<int>(number) / across);
-    return {begin, glm::min(begin + tile, resolution)};
-  }
+  void trace_tile(const RenderContext& context, std::size_t number, std::uint32_t sample);
+  void add_tile(const RenderContext& context, std::size_t number, Film& film);
   // Depths that cells tell apart; that of a cell.
   static int depths(int max_depth) { return max_depth > shared_above ? 1 : std::max(max_depth, 1); }
   int key_depth(int depth) const { return max_depth_ > shared_above ? 0 : depth; }
@@ -244,34 +239,51 @@ void collect(std::vector<Pixel>& pixels, TileWavefront& wave, std::vector<Cached
   }
 }
 
+// Traces the camera paths of a tile, without what the cache will answer.
+void HashCache::trace_tile(const RenderContext& context, std::size_t number, std::uint32_t sample) {
+  static thread_local TileWavefront wave;  // for its memory
+  std::vector<Pixel>& pixels = pixels_[number];
+  pixels.clear();
+  wave.paths.clear();
+  wave.events.clear();
+  for_pixels(path_tile(context.resolution, number), [&](ivec2 pixel) {
+    const PathSample path = camera_path(context, pixel, sampler_, sample);
+    wave.paths.start({static_cast<std::uint32_t>(pixels.size())}, path.ray);
+    pixels.push_back({path.sampler});
+  });
+  wave.last_events.assign(pixels.size(), none);
+  wave.paths.run(context, 0, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
+    const bool goes_on = meet(context, walk, ray, hit, depth, pixels, wave);
+    wave.last_events[walk.pixel] = walk.last_event;
+    return goes_on;
+  });
+  values_[number].clear();
+  collect(pixels, wave, values_[number]);
+}
+
+// Adds the tile's pixels to the film, each with the cache's answer where it asks for one.
+void HashCache::add_tile(const RenderContext& context, std::size_t number, Film& film) {
+  auto next = pixels_[number].begin();
+  for_pixels(path_tile(context.resolution, number), [&](ivec2 at) {
+    const Pixel& pixel = *next++;
+    Rgb cached(0);
+    float error = 0;
+    if (!is_black(pixel.weight)) {
+      count(Counter::lookups);
+      cached = pixel.weight * grid_->smooth_mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
+      if (context.states_error) error = grid_->standard_error(pixel.position, pixel.normal, pixel.depth, pixel.weight);
+    }
+    cached_.add(film, at, pixel.radiance, cached, error);
+  });
+}
+
 void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
   const std::uint32_t sample = first_ + index;
   grid_->begin(sample);
   traced_on_ = params_.trace_on * std::max(1.0f, grid_->scatter());
   {
     const auto timed = context.phases.measure("trace");
-    parallel_for(pixels_.size(), 1, [&](std::size_t t) {
-      static thread_local TileWavefront wave;  // for its memory
-      std::vector<Pixel>& pixels = pixels_[t];
-      pixels.clear();
-      wave.paths.clear();
-      wave.events.clear();
-      for_pixels(tile_of(t, context.resolution), [&](ivec2 pixel) {
-        const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-        Sampler sampler(sampler_, context.seed, Stream::camera, key, sample);
-        const Ray ray = sample_camera_ray(context, pixel, sampler);
-        wave.paths.start({static_cast<std::uint32_t>(pixels.size())}, ray);
-        pixels.push_back({sampler});
-      });
-      wave.last_events.assign(pixels.size(), none);
-      wave.paths.run(context, 0, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
-        const bool goes_on = meet(context, walk, ray, hit, depth, pixels, wave);
-        wave.last_events[walk.pixel] = walk.last_event;
-        return goes_on;
-      });
-      values_[t].clear();
-      collect(pixels, wave, values_[t]);
-    });
+    parallel_for(pixels_.size(), 1, [&](std::size_t number) { trace_tile(context, number, sample); });
   }
   {
     const auto timed = context.phases.measure("learn");
@@ -280,20 +292,7 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
   }
   const auto timed = context.phases.measure("gather");
   cached_.begin(index, sample + 1.0);  // what the cache adds rests on all paths so far
-  parallel_for(pixels_.size(), 1, [&](std::size_t t) {
-    auto next = pixels_[t].begin();
-    for_pixels(tile_of(t, context.resolution), [&](ivec2 at) {
-      const Pixel& pixel = *next++;
-      Rgb cached(0);
-      float error = 0;
-      if (!is_black(pixel.weight)) {
-        count(Counter::lookups);
-        cached = pixel.weight * grid_->smooth_mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
-        if (context.states_error) error = grid_->standard_error(pixel.position, pixel.normal, pixel.depth, pixel.weight);
-      }
-      cached_.add(film, at, pixel.radiance, cached, error);
-    });
-  });
+  parallel_for(pixels_.size(), 1, [&](std::size_t number) { add_tile(context, number, film); });
 }
 
 }  // namespace

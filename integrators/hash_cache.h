@@ -1,28 +1,28 @@
-// Path-space filtering through a hash grid: indirect light that neighbouring paths have found is shared ([Binder2018],
+// Path-space filtering through a hash grid: paths share the indirect light that their neighbours have found ([Binder2018],
 // [Binder2019], after [Keller2014]).
 //
-// Each camera path goes on by its lobes until it meets a diffuse surface. There the direct light is sampled, and the indirect
-// light is what a plane fitted to all that paths so far have brought home to the surface's cell says (path_space_grid.h), this
-// path's own contribution among it: one direction, cosine distributed, followed on. Where that meets a diffuse surface in turn,
-// it ends with that surface's cell as of the samples before, but for a share of paths; these, and those that find no cell which
-// has seen enough, are traced on, so that cells the camera does not see go on learning too. Values are without the albedo:
-// textures stay sharp. There is nothing to set per scene: cells are sized by pixels, and shrink.
+// Each camera path follows its lobes until it meets a diffuse surface. Direct light is sampled there. Indirect light is read
+// from the surface's cell (path_space_grid.h): a plane fitted to all values that paths have contributed to the cell, among them
+// this path's own, found by following one cosine-distributed direction. Where that direction meets another diffuse surface, the
+// path usually ends with the value that this surface's cell had before the current sample. A share of the paths, and those that
+// find no cell with enough values, are traced on, so that cells the camera does not see keep learning. Values exclude the
+// albedo, so textures stay sharp. Nothing must be set per scene: cells are sized by pixels, and shrink.
 //
-// A path that ends with a cell takes that cell's error along, and so do all others that end there: with a share s traced on,
-// the n-th bounce rests on s^(n-1) of the paths. The image as a whole, and light that needs many bounces, then have the noise
-// of few paths, where light is rare. So s = `trace_on` times how much values scatter about their cells' means (1 at least),
-// over the scene as a whole: what a cell itself has seen must not decide, or paths would end with means that are too low and go
-// on from those that are too high. Roulette weighs an event by what its value is worth to the event before, not to the pixel:
-// its value counts in full in its own cell. Light that a direction meets is weighed against the light sample it left behind,
-// except where a path ends with a cell and follows none.
+// A path that ends with a cell inherits that cell's error, and so do all others that end there: with a share s traced on, the
+// n-th bounce rests on s^(n-1) of the paths. Where light is rare, the image as a whole and light of many bounces then have the
+// noise of few paths. So s = `trace_on` times the relative scatter of values about their cells' means (at least 1), taken over
+// the whole scene: if each cell decided by its own values, paths would end with means that are too low and go on from those
+// that are too high. Roulette compares an event's value with the event before, not with the pixel, because the value counts in
+// full in its own cell. Light that a direction meets is weighted against the light sample at its origin, except where a path
+// ends with a cell and follows no direction.
 //
-// A cache can be saved and loaded: with all that its cells have learnt it goes on for any view of the scene, as if the samples
-// behind it had been the first of this image, whose mean is that of the new ones alone. What decides which cells answer
-// (`enough`, `finest`) may differ then, and so may `light_samples`.
+// A cache can be saved and loaded. It then continues for any view of the scene as if its earlier samples had been the first of
+// this image, whose mean is over the new ones alone. The parameters that decide which cells answer (`enough`, `finest`) may
+// differ, and so may `light_samples`.
 //
-// Consistent: a cell blurs what of indirect light is not even or sloping within its size (and over normals that differ by some
-// 20 degrees where it is larger than the curvature), coarser where few paths come; both vanish as cells shrink. What is sampled
-// is averaged over all samples of a pixel, what the cache adds with weights that grow with their number, since each lookup
+// Consistent: a cell blurs indirect light that is not linear within its size (and over normals that differ by some 20 degrees,
+// where it is larger than the radius of curvature), more where few paths come; this vanishes as cells shrink. Sampled light is
+// the mean over all samples of a pixel. What the cache adds is weighted by the number of samples so far, since each lookup
 // rests on all paths before it: the larger cells of the first samples soon count for little. Rough lobes of any width are
 // followed by path tracing, so that a glossy surface has the noise of one bounce. Depth: values hold light of a bounded number
 // of events, so that cells are kept per depth where the limit is at most 16, shared where it is above (a path may then be too

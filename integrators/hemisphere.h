@@ -2,8 +2,8 @@
 //
 // M x N strata of equal cosine-weighted solid angle: sin^2(theta) in M steps, phi in N. Gradients cost nothing beyond the
 // samples: rotation from their angles, translation from the differences between neighbouring strata, each taken to lie at the
-// nearer of the two distances. One deviation: where [Ward1992] has the tangent of the sampled angle, whose variance grows
-// without bound towards the horizon, stands its mean over the stratum.
+// nearer of the two distances. One deviation: the tangent of the sampled angle in [Ward1992], whose variance grows without
+// bound towards the horizon, is replaced by its mean over the stratum.
 #pragma once
 
 #include "framework/core/vec.h"
@@ -42,9 +42,10 @@ struct IrradianceEstimate {
   Rgb irradiance{0};
   float inverse_distance = 0;  // mean over the samples, of 1 / distance
   float nearest = infinity;    // least distance
-  // Of the irradiance's luminance, from the differences of neighbouring strata, whose real contrast counts as noise too.
+  // Of the irradiance's luminance, from the differences of neighbouring strata: their real contrast counts as noise too, so
+  // this is an upper estimate.
   float variance = 0;
-  // Likewise, but of noise that estimates from one `source` share, however many there are.
+  // Likewise, of the noise that all estimates from one `source` have in common, which does not average out between them.
   float shared_variance = 0;
   std::uint32_t source = 0;
   // Column c belongs to channel c, world space: at normal n' and displacement d (in the tangent plane) the irradiance is
@@ -59,9 +60,9 @@ struct IrradianceEstimate {
   void average_in(const IrradianceEstimate& next, int passes);
 };
 
-// Variance of the irradiance's luminance that one map of photons makes, in which the rays of a hemisphere, and of its
-// neighbours, end. A stratum sees as many photons as its footprint holds at what photons each take up there (grain), and their
-// number is Poisson distributed, whether or not the kernels of neighbouring rays share them.
+// Variance of the irradiance's luminance due to the photon map in which the rays of a hemisphere, and of its neighbours, end. A
+// stratum sees as many photons as its footprint holds at the area per photon there (grain); their number is Poisson
+// distributed, whether or not the kernels of neighbouring rays share them.
 float photon_variance(const HemisphereStrata& strata, std::span<const HemisphereSample> samples, const Frame& frame);
 
 // `samples`: one per stratum, in order.

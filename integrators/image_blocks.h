@@ -1,10 +1,10 @@
-// One image out of blocks of samples whose variances differ: what a method needs that samples better as it learns.
+// One image from blocks of samples of different variance, for methods whose sampling improves as they learn.
 //
 // Block b holds 2, 4, 8, ... samples of each pixel. Blocks are added with weights inverse to the variance of one sample of
 // theirs ([Mueller2019], section 10.5.1: one weight per image, not per pixel). Deviation: the variance is relative, that of a
 // square of 8 x 8 pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest
-// pixels would decide. It comes from the same samples, which leaves a bias of the order of one over pixels times samples: far
-// below the noise, and vanishing. A running block of one sample takes the weight of the block before.
+// pixels would decide. It is estimated from the same samples, which leaves a bias of the order of 1 / (pixels times samples):
+// far below the noise, and vanishing. A running block of one sample takes the weight of the block before.
 #pragma once
 
 #include "framework/image/film.h"

@@ -1,9 +1,9 @@
-// Where indirect light comes from, told by the photons about a point: a density for gather rays ([Jensen1995]).
+// Where indirect light comes from, estimated from the photons around a point: a density for gather rays ([Jensen1995]).
 //
-// The hemisphere is laid out on the unit square by the inverse of the concentric map, so that even light is an even density
-// there; the nearest photons add what the point reflects of them to an 8 x 8 grid, each to a square as wide as two of its
-// cells. Photons of histories that gather rays do not look for (direct, caustic) are left out. The density is zero in cells
-// without a photon: mix it with the BSDF's.
+// The hemisphere is mapped to the unit square by the inverse of the concentric map, so that uniform light has a uniform density
+// there. Each of the nearest photons adds the light that the point reflects of it to an 8 x 8 grid, over a square two cells
+// wide. Photons of histories that gather rays do not look for (direct, caustic) are left out. The density is zero in cells
+// without a photon, so it must be mixed with the BSDF's.
 #pragma once
 
 #include "integrators/photon_gather.h"

@@ -8,6 +8,7 @@
 #include "integrators/cache_progress.h"
 #include "integrators/closed_form_irradiance.h"
 #include "integrators/emission.h"
+#include "integrators/end_in_cache.h"
 #include "integrators/file_cache.h"
 #include "integrators/record_file.h"
 #include "integrators/sample_shares.h"
@@ -21,27 +22,7 @@ namespace {
 constexpr int roulette_depth = 5;
 constexpr float gap_stretch = 4;  // of accuracy, where a number of records must do
 
-// Paths end where the cache covers.
-class CacheEnd final : public PathEnd {
- public:
-  CacheEnd(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept)
-      : cache_(cache), depth_(depth), kept_(kept) {
-    direct = cache_direct ? MisMode::bsdf : MisMode::light;
-  }
-
-  std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const override {
-    // Under a depth limit that counts, only one event on: the shares of events beyond it are not powers of the first's.
-    if (!bsdf.is_diffuse() || (kept_ != Rgb(1) && depth > depth_ + 1)) return std::nullopt;
-    const auto found = cache_.interpolate(depth_, point.position, towards(point.shading_normal, point.normal, wo));
-    if (!found) return std::nullopt;
-    return bsdf.diffuse_albedo() * found->irradiance * kept_ * inv_pi;
-  }
-
- private:
-  const CacheLevels& cache_;
-  int depth_;  // of the level that answers
-  Rgb kept_;
-};
+PathSettings paths_to(int max_depth) { return {max_depth, roulette_depth, MisMode::power}; }
 
 // What a camera sample brings.
 struct CameraSample {
@@ -49,6 +30,16 @@ struct CameraSample {
   float cached_error = 0;     // standard error of the cache's, of its luminance
   CachePoint wanted;          // the first point that the next accuracy leaves uncovered
   CachePoint wanted_rough;    // likewise, of rough surfaces
+};
+
+// A camera path at a surface where a cache may answer.
+struct Visit {
+  const SurfacePoint& point;
+  const Bsdf& bsdf;
+  vec3 wo;
+  int depth;       // events before it
+  float distance;  // of the path from the camera, metres
+  Rgb throughput;
 };
 
 class IrradianceCache final : public Integrator, public FileCache {
@@ -76,11 +67,12 @@ class IrradianceCache final : public Integrator, public FileCache {
   void read(const RenderContext& context, ByteReader& body) override;
   void fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const;
   void fill_before(const RenderContext& context);
-  Rgb kept_by_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen) const;
   float accuracy_at(std::uint32_t index) const {
     return params_.records > 0 ? cache_->accuracy() : progress_.accuracy_at(index);
   }
   void refine(const RenderContext& context, std::uint32_t index);
+  bool add_irradiance(const RenderContext& context, const Visit& at, float next_accuracy, CameraSample& out) const;
+  bool add_rough(const RenderContext& context, const Visit& at, Sampler& sampler, float next_accuracy, CameraSample& out) const;
   CameraSample camera_sample(const RenderContext& context, Ray ray, Sampler& sampler, float next_accuracy) const;
 
   IrradianceCacheParams params_;
@@ -123,14 +115,13 @@ void IrradianceCache::prepare(RenderContext& context) {
   parallel_pixels(size, [&](ivec2 pixel) {
     seen[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] = find_cache_point(context, pixel, cached_below_, sampler_);
   });
-  if (params_.fill == "records") kept_ = kept_by_limit(context, settings, seen);
+  if (params_.fill == "records") kept_ = kept_below_limit(context, settings, seen, paths_to(max_depth_), params_.cache_direct);
   cached_ = CachedLight(size, context.states_error);
   wanted_.assign(seen.size(), {});
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), max_depth_ > shared_above);
   radiance_ = [this, &context](std::span<PathSample> paths, int depth) {
-    const CacheEnd end(*cache_, depth - 1, params_.cache_direct, kept_);
-    trace_paths(context, paths, depth, {max_depth_, roulette_depth, MisMode::power}, params_.cache_direct,
-                params_.fill == "records" ? &end : nullptr);
+    const EndInCache end(*cache_, depth - 1, params_.cache_direct, kept_);
+    trace_paths(context, paths, depth, paths_to(max_depth_), params_.cache_direct, params_.fill == "records" ? &end : nullptr);
   };
   if (rough_) rough_->prepare(context, cached_below_, max_depth_ > shared_above);
   if (rough_ && !rough_->active()) rough_.reset();
@@ -195,40 +186,6 @@ void IrradianceCache::read(const RenderContext& context, ByteReader& body) {
   if (rough_) rough_->read(context, body, one_level);
 }
 
-// Records that answer for a path's further bounces hold light of as many events as they are allowed, of which the path has had
-// some. The share of the last event hardly varies over a scene (it is that of the slowest to fade of all distributions of
-// light), so that its mean over a few points, with the same random numbers for both limits, takes it away.
-Rgb IrradianceCache::kept_by_limit(const RenderContext& context, const CacheSettings& settings,
-                                   std::span<const CachePoint> seen) const {
-  constexpr std::size_t points = 64;
-  if (max_depth_ > shared_above) return Rgb(1);
-  std::vector<std::uint64_t> pixels;
-  for (std::size_t i = 0; i < seen.size(); ++i)
-    if (seen[i].depth == 0) pixels.push_back(i);
-  const std::size_t some = std::min(points, pixels.size());
-  std::partial_sort(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(some), pixels.end(),
-                    [](std::uint64_t a, std::uint64_t b) { return mix_bits(a) < mix_bits(b); });
-  std::vector<dvec3> whole(some), less(some);
-  parallel_for(2 * some, 1, [&](std::size_t i) {
-    const std::uint64_t pixel = pixels[i / 2];
-    const int limit = max_depth_ - static_cast<int>(i % 2);
-    const auto radiance = [&](std::span<PathSample> paths, int depth) {
-      trace_paths(context, paths, depth, {limit, roulette_depth, MisMode::power}, params_.cache_direct);
-    };
-    const IrradianceEstimate e = sample_hemisphere(context, settings, seen[pixel], 1, hash_keys(pixel, 2u), 0, radiance);
-    (i % 2 == 0 ? whole : less)[i / 2] = dvec3(e.irradiance);
-  });
-  dvec3 sum(0), sum_less(0);
-  for (std::size_t i = 0; i < some; ++i) {
-    sum += whole[i];
-    sum_less += less[i];
-  }
-  Rgb kept(1);
-  for (int c = 0; c < 3; ++c)
-    if (sum[c] > 0) kept[c] = static_cast<float>(std::clamp(sum_less[c] / sum[c], 0.0, 1.0));
-  return kept;
-}
-
 void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) {
   const auto timed = context.phases.measure("prefill");
   const float accuracy = accuracy_at(index);
@@ -281,6 +238,34 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
   shares_.end_iteration();
 }
 
+// What records say of a cached surface; false where none covers it.
+bool IrradianceCache::add_irradiance(const RenderContext& context, const Visit& at, float next_accuracy,
+                                     CameraSample& out) const {
+  const vec3 normal = towards(at.point.shading_normal, at.point.normal, at.wo);
+  const auto record = cache_->interpolate(at.depth, at.point.position, normal, context.states_error);
+  if (record) {
+    const Rgb reflected = at.throughput * base_reflectance(context.scene, at.point, at.bsdf, at.wo) * inv_pi;
+    out.cached += reflected * record->irradiance;
+    out.cached_error += luminance(reflected) * record->standard_error;
+  }
+  if (!out.wanted && !(record && record->error < next_accuracy))
+    out.wanted = cache_point(context, at.point, at.wo, at.distance, at.depth);
+  return record.has_value();
+}
+
+// The same of a rough surface, by its radiance cache.
+bool IrradianceCache::add_rough(const RenderContext& context, const Visit& at, Sampler& sampler, float next_accuracy,
+                                CameraSample& out) const {
+  const auto reflected = rough_->reflected(at.point, at.bsdf, at.wo, at.depth, sampler, context.states_error);
+  if (reflected) {
+    out.cached += at.throughput * reflected->radiance;
+    out.cached_error += luminance(at.throughput) * reflected->standard_error;
+  }
+  if (!out.wanted_rough && !(reflected && reflected->error < next_accuracy))
+    out.wanted_rough = cache_point(context, at.point, at.wo, at.distance, at.depth);
+  return reflected.has_value();
+}
+
 CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ray, Sampler& sampler,
                                             float next_accuracy) const {
   // Light samples at a cached surface: all of its direct light, or only that of lights no ray can find.
@@ -307,31 +292,14 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
     const bool cached = is_cached(bsdf);
     *found_light += throughput * direct_light(context, point, bsdf, wo, sampler, cached ? cached_mode : MisMode::power);
     met_light = found_light;
-    bool found = false, rough_misses = false;
-    if (cached && depth < cached_below_) {
-      const auto record =
-          cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo), context.states_error);
-      if (record) {
-        const Rgb reflected = throughput * base_reflectance(context.scene, point, bsdf, wo) * inv_pi;
-        out.cached += reflected * record->irradiance;
-        out.cached_error += luminance(reflected) * record->standard_error;
-      }
-      found = record.has_value();
-      if (!out.wanted && !(record && record->error < next_accuracy))
-        out.wanted = cache_point(context, point, wo, distance, depth);
-    }
+    const Visit visit{point, bsdf, wo, depth, distance, throughput};
+    const bool found = cached && depth < cached_below_ && add_irradiance(context, visit, next_accuracy, out);
     if (found && !bsdf.has_specular()) return out;
+    bool rough_misses = false;
     if (rough_ && rough_->answers(point.material) && depth < cached_below_) {
       // The BSDF's sample only finds lights from here on, against which the light sample was weighed.
-      const auto reflected = rough_->reflected(point, bsdf, wo, depth, sampler, context.states_error);
-      if (reflected) {
-        out.cached += throughput * reflected->radiance;
-        out.cached_error += luminance(throughput) * reflected->standard_error;
-      }
-      only_emission = reflected.has_value();
-      rough_misses = !reflected;
-      if (!out.wanted_rough && !(reflected && reflected->error < next_accuracy))
-        out.wanted_rough = cache_point(context, point, wo, distance, depth);
+      only_emission = add_rough(context, visit, sampler, next_accuracy, out);
+      rough_misses = !only_emission;
     }
 
     const float u_lobe = sampler.get_1d();

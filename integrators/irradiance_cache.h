@@ -32,11 +32,11 @@
 // Where the limit is above 16 all depths share them, and a path seen through c carrying events may be c events too long; where
 // records answer for records, light may be so too.
 //
-// A cache can be saved and loaded (record_file.h). Loaded records serve any view of the same scene, and what they do
-// not cover gets new ones. The refinement goes on where it stood: after N iterations saved, iteration i refines as N + i would,
-// but for what was noted since the last refinement, which is not saved. Loaded for the same view, resolution and seed without
-// `refine`, a cache gives the same image as a fresh one, to the bit. `accuracy` (without `records`), `extra_samples`, `refine`
-// and `structure` may differ; all other parameters decide what records hold, and must agree.
+// A cache can be saved and loaded (record_file.h). Loaded records serve any view of the same scene; what they do not cover gets
+// new ones. The refinement goes on where it stood: after N iterations saved, iteration i refines as N + i would, but for what
+// was noted since the last refinement, which is not saved. Loaded for the same view, resolution and seed without `refine`, a
+// cache gives the same image as a fresh one, to the bit. `accuracy` (without `records`), `extra_samples`, `refine` and
+// `structure` may differ; all other parameters decide what records hold, and must agree.
 //
 // Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
 #pragma once

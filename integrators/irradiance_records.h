@@ -6,15 +6,15 @@
 //
 // to a point p with normal n ([Ward1988]'s weight, less its value at the rim so that records fade in and out without a step
 // ([Krivanek2009])); a is the accuracy asked for. [Tabellion2004] weighs by 1 - e / a, with e the greater of the two terms and
-// the normal's in units of ten degrees. A record that lies in front of the point (on the side its normal looks to) has seen
-// other surroundings and is refused. Sums run in the order of ids, so a lookup depends on the set of records alone.
+// the normal's in units of ten degrees. A record in front of the point (on the side its normal faces) has seen other
+// surroundings and is rejected. Sums run in the order of ids, so a lookup depends only on the set of records.
 //
-// With a number of records given, not an accuracy, there is none to spare for a point in a gap between them: there the record
-// of the least error below `stretch` times the accuracy answers alone.
+// Where the number of records is given rather than the accuracy, gaps between records cannot be filled with more of them: there
+// the record of least error answers alone, if that is below `stretch` times the accuracy.
 //
-// While a cache is refined beyond the accuracy asked for, records answer as far as `overlap` times what they cover (in place of
-// a above): so gaps that open are answered until there are records in them, and more records have a say everywhere, which
-// lessens their noise.
+// While a cache is refined beyond the requested accuracy, records answer up to `overlap` times the accuracy at which they cover
+// (in place of a above). So gaps that open are answered until they hold records, and everywhere more records are averaged,
+// which lowers their noise.
 #pragma once
 
 #include "framework/query.h"
@@ -27,7 +27,8 @@
 
 namespace etendue {
 
-// `both`: translation from the walls between strata; `mesh`: from the mesh of the samples (see irradiance_hessian.h).
+// `both`: rotation, and translation by the walls between strata; `mesh`: from the mesh of the samples (see
+// irradiance_hessian.h).
 enum class Gradients : std::uint8_t { none, rotation, both, mesh };
 
 struct IrradianceRecord {
@@ -41,7 +42,7 @@ struct IrradianceRecord {
   float shared_variance = 0;         // likewise
   float least = 0;                   // as in Reach
 
-  // To at most `length` along every axis, or to the least it may have.
+  // Shortens the reach to at most `length` along every axis, but not below `least`.
   void shorten(float length);
 };
 
@@ -59,7 +60,7 @@ enum class CacheWeight : std::uint8_t { ward, tabellion };
 
 class IrradianceRecords {
  public:
-  // `clamp`: how much longer a reach may be than a neighbour's per length of the way between them; 0: any.
+  // `clamp`: by how much reaches of neighbours may differ, per distance between them; 0: by any amount.
   IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, float clamp = 0, CacheWeight weight = CacheWeight::ward,
                     float stretch = 1, float overlap = 1)
       : balls_(std::move(balls)),
@@ -70,7 +71,7 @@ class IrradianceRecords {
         clamps_(clamp > 0),
         weight_(weight) {}
 
-  // With clamping, also shortens what older records reach, so that some of what was covered may no longer be.
+  // With clamping, also shortens the reach of older records, so that points they covered may no longer be covered.
   void insert(IrradianceRecord record);
   bool covered(const vec3& position, const vec3& normal) const;
   // Empty where no record serves.
@@ -82,13 +83,13 @@ class IrradianceRecords {
   // Infinite: refused, or not below the stretched accuracy.
   float error(const IrradianceRecord& record, const vec3& position, const vec3& normal) const;
 
-  // The record's irradiance as its gradients have it at a point.
+  // The record's irradiance, extrapolated to a point by its gradients.
   static Rgb extrapolate(const IrradianceRecord& record, const vec3& position, const vec3& normal);
 
   std::vector<IrradianceRecord> records_;
   std::unique_ptr<BallQuery> balls_;
   ReachTree reaches_;
-  float accuracy_, answers_, farthest_;  // what is covered; what records answer together; what the nearest answers alone
+  float accuracy_, answers_, farthest_;  // e below which points are covered; records answer together; the nearest answers alone
   bool clamps_;
   CacheWeight weight_;
 };

@@ -1,15 +1,16 @@
-// The part of a kernel's disc that is there: against the loss of light at edges and its leaking through walls.
+// The part of a kernel's disc that the surface covers: remedies for the loss of light at edges and its leaking through walls.
 //
 // A density estimate divides photons by the whole disc's area although, within r of an edge, part of the disc is off the
 // surface (at distance x r from a straight edge a box kernel keeps 1 - (acos x - x sqrt(1 - x^2)) / pi, at the edge one half),
 // and it counts photons behind walls. Both remedies count photons in a part D of the disc alone and divide by the kernel's
 // integral over D; where D is covered by the surface, even light is estimated without bias.
 //
-// VisibleDomain is what the point sees of its own surface, by rays: geometry-aware areas are [Hey2002]'s remedy, a kernel cut
-// at visibility [Herzog2007]'s. In 16 directions a ray along the tangent plane finds walls, and probes down to the surface find
-// its end, within r / 64. D is the polygon through what they reach, or the full sector where two neighbours reach r. A straight
-// edge is met exactly, and light does not leak past walls on the same floor. A gap in the surface short of what is reached is
-// not seen, nor are steps lower than r / 5; of a surface that curves away by more than that, D is the nearer part.
+// VisibleDomain is the part of its own surface that the point sees, found by rays: geometry-aware areas are [Hey2002]'s remedy,
+// a kernel cut at visibility [Herzog2007]'s. In 16 directions a ray along the tangent plane finds walls, and probes down to the
+// surface find its end, within r / 64. D is the polygon through what they reach, or the full sector where two neighbours reach
+// r. A straight edge is found exactly, and light does not leak past walls on the same floor. Gaps in the surface nearer than
+// the point reached are missed, and so are steps lower than r / 5; of a surface that curves away by more than that, D is the
+// nearer part.
 //
 // PhotonHull is the convex hull of the photons themselves: no rays. Only photons strictly inside of it are counted: given the
 // hull, they are uniform in it, so that their number over its area is unbiased for any convex piece of surface ([Efron1965],

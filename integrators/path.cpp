@@ -1,6 +1,5 @@
 #include "integrators/path.h"
 
-#include "framework/core/parallel.h"
 #include "integrators/emission.h"
 #include "integrators/wavefront.h"
 
@@ -14,6 +13,32 @@ Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sample
   const vec2 film = vec2(pixel) + sampler.get_2d();
   const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
   return context.scene.camera.ray(context.resolution, film, lens);
+}
+
+PathSample camera_path(const RenderContext& context, ivec2 pixel, SamplerKind kind, std::uint32_t index) {
+  const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+  Sampler sampler(kind, context.seed, Stream::camera, key, index);
+  const Ray ray = sample_camera_ray(context, pixel, sampler);
+  return {ray, sampler};
+}
+
+namespace {
+
+constexpr int tile_side = 16;
+
+ivec2 path_tiles(ivec2 resolution) { return (resolution + tile_side - 1) / tile_side; }
+
+}  // namespace
+
+std::size_t path_tile_count(ivec2 resolution) {
+  const ivec2 tiles = path_tiles(resolution);
+  return static_cast<std::size_t>(tiles.x) * tiles.y;
+}
+
+Tile path_tile(ivec2 resolution, std::size_t number) {
+  const int across = path_tiles(resolution).x;
+  const ivec2 begin = tile_side * ivec2(static_cast<int>(number) % across, static_cast<int>(number) / across);
+  return {begin, glm::min(begin + tile_side, resolution)};
 }
 
 namespace {
@@ -75,9 +100,6 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
 
 namespace {
 
-// Pixels a side of a tile whose paths are traced together: enough rays for a batch to pay, enough tiles for many threads.
-constexpr int path_tile = 16;
-
 class Path final : public Integrator {
  public:
   explicit Path(const PathParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
@@ -88,15 +110,11 @@ class Path final : public Integrator {
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
     const auto timed = context.phases.measure("trace");
-    parallel_tiles(context.resolution, path_tile, [&](const Tile& tile) {
+    parallel_for(path_tile_count(context.resolution), 1, [&](std::size_t number) {
+      const Tile tile = path_tile(context.resolution, number);
       static thread_local std::vector<PathSample> paths;
       paths.clear();
-      for_pixels(tile, [&](ivec2 pixel) {
-        const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-        Sampler sampler(sampler_, context.seed, Stream::camera, key, index);
-        const Ray ray = sample_camera_ray(context, pixel, sampler);
-        paths.push_back({ray, sampler});
-      });
+      for_pixels(tile, [&](ivec2 pixel) { paths.push_back(camera_path(context, pixel, sampler_, index)); });
       trace_paths(context, paths, 0, settings_, true);
       auto path = paths.begin();
       for_pixels(tile, [&](ivec2 pixel) { film.add(pixel, (path++)->radiance, index); });

@@ -1,10 +1,11 @@
 // Unidirectional path tracing with next-event estimation and multiple importance sampling ([Kajiya1986], [Veach1995]).
 //
-// Unbiased up to the depth limit. Depth counts scattering events on the whole path; Russian roulette begins at
-// `roulette_depth` and survives with the largest component of the throughput. The paths of a tile go on event by event, so that
-// the structure is asked for many rays at once; the image is that of one path after the other, to the bit.
+// Unbiased up to the depth limit. Depth counts scattering events on the whole path; Russian roulette begins at `roulette_depth`
+// and survives with the largest component of the throughput. The paths of a tile advance together, event by event, so that the
+// ray structure gets many rays at once; the image has the same bits as if each path were traced alone.
 #pragma once
 
+#include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
 #include "framework/integrator.h"
 #include "framework/transport/direct_light.h"
@@ -38,35 +39,42 @@ struct PathSettings {
   MisMode mis = MisMode::power;
 };
 
-// A path: its first ray, the numbers that it draws, and what comes of it.
+// A path: its first ray, its random numbers, and the result.
 struct PathSample {
   Ray ray;
   Sampler sampler;
   Rgb radiance{0};                  // arriving along the ray
   float first_distance = infinity;  // to the first hit, in lengths of the ray's direction
   vec3 first_normal{0};             // geometric, there
-  float first_grain = 0;            // area there per photon that the radiance is made of; 0: it is not
+  float first_grain = 0;            // area per photon at the first hit, where the radiance is made of photons; else 0
 };
 
 // Where paths may end early: at surfaces whose indirect light something else knows.
 class PathEnd {
  public:
   virtual ~PathEnd() = default;
-  // What a surface reflects towards wo but for its direct light, after `depth` scattering events; empty: the path goes on.
+  // What a surface reflects towards wo apart from direct light, after `depth` scattering events; empty: the path goes on.
   virtual std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const = 0;
-  // How its direct light is sampled there: `light` for all of it; `bsdf` where `reflected` has all but that of lights that no
-  // ray can find.
+  // How direct light is sampled at such a surface: `light` for all of it; `bsdf` if `reflected` includes it but for lights that
+  // no ray can hit.
   MisMode direct = MisMode::light;
 };
 
-// Traces paths together, event by event, so that their rays are asked in batches; what comes of each is what would by itself.
-// They already have `depth` scattering events behind them. With `count_emission` false, light that a first hit (or the
-// environment a first ray escapes to) emits is left out: the caller has sampled it.
+// Traces paths together, event by event, so that their rays are traced in batches; each gives the same result as alone. They
+// already have `depth` scattering events behind them. With `count_emission` false, light that a first hit (or the environment a
+// first ray escapes to) emits is left out: the caller has sampled it.
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
                  bool count_emission, const PathEnd* end = nullptr);
 
 // A camera ray for a pixel, jittered over it (and over the lens where it is open).
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);
+// The camera path of a pixel's sample `index`, before its first hit.
+PathSample camera_path(const RenderContext& context, ivec2 pixel, SamplerKind kind, std::uint32_t index);
+
+// Square tiles, whose camera paths are traced together. 16 pixels a side: enough rays for a batch to pay, enough tiles for many
+// threads. They are numbered row by row.
+std::size_t path_tile_count(ivec2 resolution);
+Tile path_tile(ivec2 resolution, std::size_t number);
 
 IntegratorEntry path_entry();
 

@@ -10,7 +10,6 @@ namespace etendue {
 namespace {
 
 constexpr std::size_t shard_count = 128;
-constexpr float ridge = 16;  // values, an edge away from the centre, that tell of no slope
 
 // Variance of what a point is told, over that of a cell's values by their number. On each axis its own cell is asked with
 // probability 1 - a, a its distance from the centre in edges, else the next one, and each answers by its plane about the middle
@@ -47,61 +46,13 @@ vec2 reach_in(const Frame& plane) {
 vec2 in_plane(const Frame& plane, const vec3& v) { return {glm::dot(v, plane.tangent), glm::dot(v, plane.bitangent)}; }
 
 // Reads and writes in one order: `io` is a ByteWriter's add or a ByteReader's take.
-template <class Io, class Key, class Moments>
-void transfer(const Io& io, Key& at, Moments& cell) {
+template <class Io, class Key>
+void transfer(const Io& io, Key& at, PlaneMoments& cell) {
   io(at.cell.x), io(at.cell.y), io(at.cell.z), io(at.tag), io(cell.count), io(cell.place.x), io(cell.place.y);
   io(cell.place_square), io(cell.value), io(cell.value_x), io(cell.value_y), io(cell.square);
 }
 
-vec3 squares(const vec2& v) { return {v.x * v.x, v.y * v.y, v.x * v.y}; }
-
 }  // namespace
-
-PathSpaceGrid::Moments PathSpaceGrid::Moments::of(const vec2& place, const Rgb& value) {
-  return {1, place, squares(place), value, place.x * value, place.y * value, etendue::square(luminance(value))};
-}
-
-PathSpaceGrid::Moments& PathSpaceGrid::Moments::operator+=(const Moments& other) {
-  count += other.count;
-  place += other.place;
-  place_square += other.place_square;
-  value += other.value;
-  value_x += other.value_x;
-  value_y += other.value_y;
-  square += other.square;
-  return *this;
-}
-
-PathSpaceGrid::Moments PathSpaceGrid::Moments::in_coarser(const vec2& centre) const {
-  const vec2 half = 0.5f * place;
-  const vec3 mixed(2 * half.x * centre.x, 2 * half.y * centre.y, half.x * centre.y + half.y * centre.x);
-  return {count,
-          half + count * centre,
-          0.25f * place_square + mixed + count * squares(centre),
-          value,
-          0.5f * value_x + centre.x * value,
-          0.5f * value_y + centre.y * value,
-          square};
-}
-
-// The plane through the values' centre, no steeper than keeps it between nothing and twice their mean within the cell: so what
-// is too little in one place is not too much in another, and the mean over the values' places stays theirs.
-Rgb PathSpaceGrid::Moments::fit(const vec2& at, const vec2& reach) const {
-  const float share = 1 / count;
-  const Rgb mean = share * value;
-  const vec2 centre = share * place;
-  const vec3 spread = share * (place_square + ridge * vec3(1, 1, 0)) - squares(centre);
-  const Rgb along_x = share * value_x - centre.x * mean, along_y = share * value_y - centre.y * mean;
-  const float determinant = spread.x * spread.y - spread.z * spread.z;
-  if (!(determinant > 1e-6f * spread.x * spread.y)) return mean;  // on a line, but for rounding
-  const float scale = 1 / determinant;
-  const Rgb slope_x = scale * (spread.y * along_x - spread.z * along_y);
-  const Rgb slope_y = scale * (spread.x * along_y - spread.z * along_x);
-  const Rgb most =
-      reach.x * glm::abs(slope_x) + reach.y * glm::abs(slope_y) + glm::abs(centre.x * slope_x + centre.y * slope_y);
-  const Rgb kept = glm::clamp(mean / glm::max(most, Rgb(1e-30f)), Rgb(0), Rgb(1));
-  return mean + kept * ((at.x - centre.x) * slope_x + (at.y - centre.y) * slope_y);
-}
 
 // Where the key is, or the free slot where it would be.
 std::size_t PathSpaceGrid::Table::slot_of(const Key& key) const {
@@ -111,13 +62,13 @@ std::size_t PathSpaceGrid::Table::slot_of(const Key& key) const {
   return i;
 }
 
-const PathSpaceGrid::Moments* PathSpaceGrid::Table::find(const Key& key, float enough) const {
+const PlaneMoments* PathSpaceGrid::Table::find(const Key& key, float enough) const {
   if (cells.empty()) return nullptr;
   const Slot& slot = slots[slot_of(key)];
   return slot.cell != 0 && slot.count >= enough ? &cells[slot.cell - 1] : nullptr;
 }
 
-void PathSpaceGrid::Table::add(const Key& key, const Moments& moments) {
+void PathSpaceGrid::Table::add(const Key& key, const PlaneMoments& moments) {
   if (2 * (cells.size() + 1) > slots.size()) grow();
   Slot& slot = slots[slot_of(key)];
   if (slot.cell == 0) {
@@ -204,7 +155,7 @@ void PathSpaceGrid::add_to(Shard& shard, std::span<const CachedValue* const> val
     const std::uint32_t tag = tag_of(value->normal, value->depth);
     const Key at = key(value->position, tag, level);
     const vec2 place = place_in(at, plane_of(tag), value->position, level);
-    shard.fresh[static_cast<std::size_t>(level)].add(at, Moments::of(place, value->value));
+    shard.fresh[static_cast<std::size_t>(level)].add(at, PlaneMoments::of(place, value->value));
   }
   for (std::size_t level = deepest; level >= coarsest; --level) {
     Table& fresh = shard.fresh[level];
@@ -222,7 +173,7 @@ void PathSpaceGrid::add_to(Shard& shard, std::span<const CachedValue* const> val
 float PathSpaceGrid::scatter() const {
   double sum = 0, count = 0;
   for (const Shard& shard : shards_)
-    for (const Moments& cell : shard.levels[coarsest].cells) {
+    for (const PlaneMoments& cell : shard.levels[coarsest].cells) {
       const float mean = luminance(cell.value) / cell.count;
       if (mean > 0) sum += cell.count * safe_sqrt(cell.square / cell.count / etendue::square(mean) - 1);
       count += cell.count;
@@ -251,26 +202,21 @@ std::optional<Rgb> PathSpaceGrid::smooth_mean(const vec3& position, const vec3& 
 
 // What a point's cell says there, if it has seen enough.
 std::optional<Rgb> PathSpaceGrid::answer(const vec3& position, std::uint32_t tag, int level, float enough) const {
-  const Moments* cell = find(position, tag, level, enough);
+  const PlaneMoments* cell = find(position, tag, level, enough);
   if (cell == nullptr) return std::nullopt;
   const Frame plane = plane_of(tag);
   return cell->fit(place_in(key(position, tag, level), plane, position, level), reach_in(plane));
 }
 
-const PathSpaceGrid::Moments* PathSpaceGrid::find(const vec3& position, std::uint32_t tag, int level, float enough) const {
+const PlaneMoments* PathSpaceGrid::find(const vec3& position, std::uint32_t tag, int level, float enough) const {
   return shards_[shard_of(position, tag)].levels[static_cast<std::size_t>(level)].find(key(position, tag, level), enough);
-}
-
-float PathSpaceGrid::Moments::variance() const {
-  if (count < 2) return square / count;  // of one value nothing is known: it may all be error
-  return std::max(0.0f, square / count - etendue::square(luminance(value) / count)) * count / (count - 1);
 }
 
 float PathSpaceGrid::standard_error(const vec3& position, const vec3& normal, int depth, const Rgb& weight) const {
   const std::uint32_t tag = tag_of(normal, depth);
   const float scale = luminance(weight);
   for (int level = finest_level(position); level >= coarsest; --level) {
-    const Moments* cell = find(position, tag, level, level > coarsest ? enough_ : 1);
+    const PlaneMoments* cell = find(position, tag, level, level > coarsest ? enough_ : 1);
     if (cell == nullptr) continue;
     const double noise = of_smooth_planes * cell->variance() / cell->count;
     double left_out = 0;
@@ -321,7 +267,7 @@ void PathSpaceGrid::write(ByteWriter& out) const {
     for (const Shard& shard : shards_)
       for (std::size_t i = 0; i < shard.levels[level].cells.size(); ++i) {
         Key at = shard.levels[level].keys[i];
-        Moments cell = shard.levels[level].cells[i];
+        PlaneMoments cell = shard.levels[level].cells[i];
         transfer([&](const auto& value) { out.add(value); }, at, cell);
       }
   }
@@ -332,7 +278,7 @@ void PathSpaceGrid::read(ByteReader& in, int depths) {
   for (int level = coarsest; level <= deepest; ++level)
     for (std::size_t left = in.take_count(cell_bytes); left > 0; --left) {
       Key at;
-      Moments cell;
+      PlaneMoments cell;
       transfer([&](auto& value) { in.take(value); }, at, cell);
       const bool inside =
           glm::all(glm::greaterThanEqual(at.cell, glm::ivec3(0))) && glm::all(glm::lessThan(at.cell, glm::ivec3(2 << level)));
@@ -342,12 +288,6 @@ void PathSpaceGrid::read(ByteReader& in, int depths) {
       const std::size_t shard = hash(at.cell >> (level - coarsest), at.tag) % shard_count;
       shards_[shard].levels[static_cast<std::size_t>(level)].add(at, cell);
     }
-}
-
-bool PathSpaceGrid::Moments::is_valid() const {
-  const bool finite = std::isfinite(count) && std::isfinite(place.x) && std::isfinite(place.y) && is_finite(place_square) &&
-                      is_finite(value) && is_finite(value_x) && is_finite(value_y) && std::isfinite(square);
-  return finite && count >= 1 && square >= 0 && glm::all(glm::greaterThanEqual(value, Rgb(0)));
 }
 
 }  // namespace etendue

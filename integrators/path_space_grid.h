@@ -2,22 +2,23 @@
 // normal and depth.
 //
 // Cells are cubes of a nested grid, size 2^-level of the scene. The finest level at a point is the one whose cells are not
-// smaller than `finest` pixels at the point's distance from the eye; what is added there is added to all coarser cells about
-// it. The finest cell about a point answers that has seen enough. Enough grows with the samples per pixel as n^(2/3), and the
-// finest cells' edges shrink as n^(-1/6), so that cells shrink and their means settle: consistent, with squared bias and
-// variance both falling as n^(-2/3) on smooth surfaces.
+// smaller than `finest` pixels at the point's distance from the eye; a value added there is also added to all coarser cells
+// around it. The finest cell around a point that has enough values answers. Enough grows with the samples per pixel as n^(2/3),
+// and the finest cells' edges shrink as n^(-1/6), so that cells shrink and their means settle: consistent, with squared bias
+// and variance both falling as n^(-2/3) on smooth surfaces.
 //
-// What is seen in the image is asked for smoothly: the point is moved at random in its tangent plane by up to half a cell,
-// which turns steps between cells into noise that averages out. Where that leads off the surface, or to where too little was
-// seen, the point's own cell answers; and where none has seen enough yet, the coarsest, since few values say more than one.
+// Points seen in the image are looked up with jitter: the point is moved at random in its tangent plane by up to half a cell,
+// which turns steps between cells into noise that averages out. Where that leads off the surface, or to a cell with too few
+// values, the point's own cell answers; where no cell has enough values yet, the coarsest one, since a few values are better
+// than one.
 //
 // A cell answers with the plane that fits its values best (least squares, as local linear regression does [Fan1993]; a ridge
 // keeps it level where few values tell its slope). Where light falls off towards a corner, and all values lie on one side of
 // the point, their mean would be wrong in the first order of the cell's size; the plane is in the second.
 //
-// What the standard error of an answer is, cells say themselves: that of a plane by n values scattered as theirs are, and what
-// the plane leaves out, which is in the second order of the cell's size and so a third of the difference to what the cell of
-// twice the size says.
+// Cells estimate the standard error of their answers: the error of a plane fitted to n values of the observed scatter, and the
+// error of the fit itself, which is of second order in the cell's size and so a third of the difference to the answer of the
+// cell of twice the size.
 //
 // Deviations: keys are compared in full, where [Binder2018] trusts a fingerprint; values are added in their given order within
 // shards of the table, one task each, where it adds atomically; so means do not depend on threads. [Binder2018] takes means.
@@ -25,6 +26,7 @@
 
 #include "framework/integrator.h"
 #include "integrators/cache_file.h"
+#include "integrators/plane_moments.h"
 
 #include <array>
 #include <optional>
@@ -35,7 +37,7 @@ namespace etendue {
 
 struct CachedValue {
   vec3 position;
-  vec3 normal;  // on the side that is looked at
+  vec3 normal;  // on the side that is seen
   int depth;    // key as it stands
   Rgb value;
 };
@@ -54,8 +56,7 @@ class PathSpaceGrid {
   // To be called before the values of the sample `index` (from 0) of all pixels.
   void begin(std::uint32_t index);
   void add(std::span<const std::vector<CachedValue>> values);
-  // How much values scatter about the mean of their coarsest cell: standard deviation over mean, the mean over all values so
-  // far.
+  // Relative scatter of values within their coarsest cell: standard deviation over mean, averaged over all values so far.
   float scatter() const;
   // The mean about a point; empty where no cell has seen enough.
   std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth) const;
@@ -81,23 +82,6 @@ class PathSpaceGrid {
     std::uint32_t tag;  // normal and depth
     bool operator==(const Key&) const = default;
   };
-  // Sums over values and where they lie: in the tangent plane about the cell's centre, in edges.
-  struct Moments {
-    float count = 0;
-    vec2 place{0};
-    vec3 place_square{0};  // xx, yy, xy
-    Rgb value{0}, value_x{0}, value_y{0};
-    float square = 0;  // of the value's luminance
-
-    static Moments of(const vec2& place, const Rgb& value);
-    Moments& operator+=(const Moments& other);
-    // About the centre of a cell of twice the edge, from where this one's lies at `centre`.
-    Moments in_coarser(const vec2& centre) const;
-    // `reach`: of the cell from its centre, along the axes of `at`.
-    Rgb fit(const vec2& at, const vec2& reach) const;
-    float variance() const;  // of the values' luminance
-    bool is_valid() const;   // could it be?
-  };
   // Open addressing with linear probing; what a search passes by lies in the slots.
   struct Table {
     struct Slot {
@@ -107,10 +91,10 @@ class PathSpaceGrid {
     };
     std::vector<Slot> slots;
     std::vector<Key> keys;
-    std::vector<Moments> cells;
+    std::vector<PlaneMoments> cells;
 
-    const Moments* find(const Key& key, float enough) const;
-    void add(const Key& key, const Moments& moments);
+    const PlaneMoments* find(const Key& key, float enough) const;
+    void add(const Key& key, const PlaneMoments& moments);
     void clear();
 
    private:
@@ -127,7 +111,7 @@ class PathSpaceGrid {
   vec2 place_in(const Key& key, const Frame& plane, const vec3& position, int level) const;
   int finest_level(const vec3& position) const;
   std::size_t shard_of(const vec3& position, std::uint32_t tag) const;
-  const Moments* find(const vec3& position, std::uint32_t tag, int level, float enough) const;
+  const PlaneMoments* find(const vec3& position, std::uint32_t tag, int level, float enough) const;
   std::optional<Rgb> answer(const vec3& position, std::uint32_t tag, int level, float enough) const;
   bool answered_within(const Shard& shard, const Key& at, int level) const;
   void add_to(Shard& shard, std::span<const CachedValue* const> values) const;

@@ -1,9 +1,10 @@
-// A cache of irradiance that photons fill: what stands between a photon map and the camera in place of a final gather
-// ([Jensen1996], [Christensen1999]; records, metrics and gradients as in integrators/irradiance_cache.h).
+// A cache of irradiance filled from a photon map, in place of a final gather for each camera sample ([Jensen1996],
+// [Christensen1999]; records, metrics and gradients as in integrators/irradiance_cache.h).
 //
-// The camera path follows what carries light to each receiver it meets (integrators/camera_walk.h). Direct light is sampled
-// there, caustics are those of the caustic map, which exists where the scene needs it (integrators/photon_maps.h); indirect
-// light is interpolated between records on diffuse surfaces and the diffuse base under a smooth coat. Records are filled by
+// The camera path passes surfaces that carry light to each receiver it meets (integrators/camera_walk.h). Direct light is
+// sampled there, caustics are those of the caustic map, which exists where the scene needs it (integrators/photon_maps.h);
+// indirect light is interpolated between records on diffuse surfaces and the diffuse base under a smooth coat. Records are
+// filled by
 //
 //   gather    a stratified hemisphere of rays, each of which ends at its first receiver in the global map's density. The first
 //             hits' distances give all metrics and gradients of the other caches, the photons all further bounces: a ray costs
@@ -25,8 +26,8 @@
 // the maps are traced again, for what no record answers. Where `density` makes new records in every iteration there is nothing
 // to keep.
 //
-// What it takes its standard error to be leaves out the kernel's blur. Without `retrace` it has the caustic map's noise at a
-// point, which is too much where a pixel is wider than a kernel, and none with `k` = 0.
+// The standard error it states leaves out the kernel's blur. Without `retrace` it includes the caustic map's noise at a point,
+// which is too much where a pixel is wider than a kernel, and none with `k` = 0.
 //
 // By default a pilot decides how many photons the global map has (integrators/photon_maps.h): one map is all there is for the
 // first hundred iterations, and its scatter the image's.

@@ -1,12 +1,12 @@
 // Irradiance computed beforehand at places where photons landed, so that a gather ray looks up one value instead of k photons
 // ([Christensen1999]).
 //
-// It is held where photons of another pass landed, on the side they came from. (A photon that holds the irradiance about itself
-// answers wherever others are far: counted it makes that too bright, by 2.6 % of a wall whose light comes in through a door,
-// and left out too dark. Of the map's photons those of another pass know nothing.) A look-up answers with the irradiance of the
-// nearest place, or of one of the eight nearest, whose normal is within 25 degrees; where none is within the map's radius, and
-// at surfaces that are not matt, the photons are asked as ever. What it adds to the map's bias is a step function for a smooth
-// one, at gather rays' ends alone, where it averages out.
+// The places are where photons of another pass landed, on the side they came from. (Photons of the map itself would not do:
+// each would answer where others are far, and the irradiance there is too bright if that photon is counted, by 2.6 % on a wall
+// lit through a door, and too dark if it is not. Photons of another pass are independent of the map.) A look-up answers with
+// the irradiance of the nearest place, or of one of the eight nearest, whose normal is within 25 degrees; where none is within
+// the map's radius, and at surfaces that are not diffuse, the photons themselves are gathered. It adds the bias of a step
+// function in place of a smooth one, only at the ends of gather rays, where it averages out.
 #pragma once
 
 #include "integrators/photon_gather.h"
@@ -17,18 +17,18 @@ namespace etendue {
 
 class PhotonIrradiance {
  public:
-  // Of a map's photons, at the places of others that are independent of them.
+  // Computes the irradiance from a map's photons at `places`, photons that are independent of them.
   PhotonIrradiance(const RenderContext& context, const PhotonMap& map, const Photons& places,
                    std::unique_ptr<PointQuery> query);
 
   struct Found {
     Rgb irradiance;    // W/m^2
-    float resolution;  // metres: the kernel's radius, or the way to the photon that answers if that is longer
+    float resolution;  // metres: the kernel's radius, or the distance to the place that answers if that is longer
     float grain;       // area per photon, m^2
   };
   // On the side of unit `normal`.
   std::optional<Found> at(const vec3& position, const vec3& normal) const;
-  // Most events that photons have behind them: less are asked for nowhere but under a depth limit.
+  // Largest number of events before a photon landed.
   int longest() const { return longest_; }
 
  private:

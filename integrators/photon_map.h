@@ -1,7 +1,7 @@
-// Photon mapping ([Jensen1996], [Jensen2001]): photons traced from the lights once, their density gathered from the camera.
+// Photon mapping ([Jensen1996], [Jensen2001]): photons are traced from the lights once, and camera paths gather their density.
 //
-// The camera path follows what carries light (see integrators/photons.h) to each receiver R it meets. There, with C for an
-// event that carries:
+// The camera path passes surfaces that carry light (see integrators/photons.h) to each receiver R it meets. There, with C for
+// an event that carries:
 //
 //   direct      L R C* E           next-event estimation, one light sample
 //   caustic     L C+ R C* E        the caustic map: photons of its own, whose paths end at their first receiver

@@ -1,15 +1,15 @@
-// The global map of photons and the caustic map beside it, as all methods need them that trace maps whole ([Jensen1996]).
+// The global photon map and the caustic map beside it, for all methods that keep whole maps ([Jensen1996]).
 //
 // The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a rough lobe that carries; without it the
 // global map holds the caustic photons too. The global map is seen directly, and then holds indirect photons only; or at the
 // ends of rays from the receivers that are seen, and then holds direct, caustic and indirect photons.
 //
-// With `photons` = 0 a pilot pass decides how many the global map has for gather rays: where little of the light gets to what
-// is seen, few photons make up all that gather rays find there. Their scatter is then that of the whole image, and kernels over
-// them reach far beyond edges and under doors.
+// With `photons` = 0 a pilot pass decides how many photons the global map has for gather rays. Where little of the light
+// reaches what is seen, gather rays would otherwise find only a few photons: their noise would be that of the whole image, and
+// their kernels would reach far beyond edges and under doors.
 //
-// With an emission other than by power, camera paths (and gather rays) mark where each map is going to be looked at: within
-// twice what k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no
+// With an emission other than by power, camera paths (and gather rays) mark where each map will be looked up: within twice the
+// radius that k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no
 // light elsewhere, that is the largest radius of the search, too.
 #pragma once
 
@@ -61,7 +61,7 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");
 }
 
-// How the maps are going to be looked at.
+// How the maps will be used.
 struct PhotonMapsUse {
   int gather_rays = 0;  // from a receiver that is seen; 0: the global map is seen directly
   int max_depth = 64;
@@ -70,7 +70,7 @@ struct PhotonMapsUse {
 
 class PhotonMaps {
  public:
-  // Throws Error for what no single parameter shows; `method` is named there.
+  // Throws Error for wrong combinations of parameters, with the name of the `method`.
   PhotonMaps(const PhotonMapsParams& params, const std::string& method);
 
   // Finds where photons matter; traces nothing yet.
@@ -81,7 +81,7 @@ class PhotonMaps {
 
   const Receivers& receivers() const { return *receivers_; }
   const PhotonMap& global() const { return global_; }
-  // Caustics that a receiver shows, but for those that are in `seen_directly`.
+  // Caustics at a receiver, apart from those that are part of `seen_directly`.
   Rgb caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                int max_scatterings) const;
   // The global map's light where it is seen directly.

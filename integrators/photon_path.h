@@ -1,8 +1,8 @@
 // One photon's path: emitted, traced, stored where receivers catch it. For integrators/photons.cpp and its emissions.
 //
 // The path is a function of the numbers it draws, the same ones in the same places whatever it meets: five for the light, its
-// point and the direction, then two for lobe and survival and two for the direction at each event. So an emission can choose
-// the numbers: independently, by a guide, or by a chain that changes those of a path before.
+// point and the direction, then two for lobe and survival and two for the direction at each event. So the numbers can be chosen
+// independently, by a guide, or by a Markov chain that changes those of an earlier path.
 #pragma once
 
 #include "framework/core/counters.h"
@@ -20,8 +20,8 @@ namespace etendue {
 inline constexpr int emission_dimensions = 5;
 using EmissionNumbers = std::array<float, emission_dimensions>;
 
-// What the paths of one key draw their numbers from: the pass's sampler emits, independent numbers scatter. After one diffuse
-// event a sequence of low discrepancy no longer evens out what a kernel finds, and its numbers are dearer.
+// The source of numbers for the paths of one key: the pass's sampler for emission, independent numbers for scattering. After
+// one diffuse event a low-discrepancy sequence no longer lowers the variance within a kernel, and its numbers cost more.
 class PathNumbers {
  public:
   PathNumbers(const RenderContext& context, const PhotonPass& pass, std::uint64_t key)

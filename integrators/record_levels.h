@@ -2,9 +2,9 @@
 //
 // In an overture over pixel centres on grids of 256, 128, ... 1 pixels, each pass looks for points that no record covers and
 // takes them in an order drawn by hash, in batches of 64 (the seed draws the order and where the grids lie, so that the scatter
-// over seeds is that of the records' places too): a batch is computed in parallel, then inserted in its order. Points
-// of one batch do not see each other; the few records more cost nothing but room. As clamping shortens what records reach, a
-// last pass looks at every pixel again. Thus the records do not depend on threads.
+// over seeds is that of the records' places too): a batch is computed in parallel, then inserted in its order. Points of one
+// batch do not see each other; the few records more cost nothing but room. As clamping shortens what records reach, a last pass
+// looks at every pixel again. Thus the records do not depend on threads.
 //
 // Without the overture pixels are looked at row by row, one after the other, each seeing all records before it: as an image
 // that is rendered asks for them ([Ward1988]). A record then lies where those before it end, at the rim of what it is to serve.

@@ -48,8 +48,8 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
   // Has the scene materials to cache at all?
   bool active() const { return order_ > 0; }
 
-  // Its part of a file (record_file.h). `read` throws Error where that holds what no cache of the scene can; the
-  // records wait for `resume`, which follows `prepare`. Without `refine` they keep the spacings of their accuracy.
+  // Its part of a file (record_file.h). `read` throws Error where that holds what no cache of the scene can; the records wait
+  // for `resume`, which follows `prepare`. Without `refine` they keep the spacings of their accuracy.
   void write(ByteWriter& out) const;
   void read(const RenderContext& context, ByteReader& in, bool one_level);
   void resume(const RenderContext& context, float accuracy, std::uint64_t key_salt, bool refine);

@@ -19,9 +19,8 @@ namespace etendue {
 
 class SampleShares {
  public:
-  // `extra`: samples beyond one per pixel, at most on the mean over an iteration's pixels, each of
-  // which takes whole ones; 0: none. `first`: number of the first sample
-  // of each pixel, in units of the most that an iteration takes.
+  // `extra`: samples beyond one per pixel, at most on the mean over an iteration's pixels, each of which takes whole ones; 0:
+  // none. `first`: number of the first sample of each pixel, in units of the most that an iteration takes.
   explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0);
 
   static constexpr std::uint32_t most = 32;  // samples of a pixel in an iteration
