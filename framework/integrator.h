@@ -1,4 +1,4 @@
-// What an integrator is, and what it is given.
+// The contract of an integrator, and the context it works in.
 #pragma once
 
 #include "framework/core/params.h"
@@ -54,7 +54,7 @@ struct RenderContext {
   // Structures by name, so that integrators need not know accel/. Throw Error on an unknown name.
   std::function<std::unique_ptr<PointQuery>(const std::string& name)> make_points;
   std::function<std::unique_ptr<BallQuery>(const std::string& name, const Bounds& bounds)> make_balls;
-  bool states_error = false;  // standard_error() will be asked for: what it takes is kept
+  bool states_error = false;  // standard_error() will be called: keep what it needs
 
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
   int max_depth(int requested) const { return requested > 0 ? requested : scene.max_depth.value_or(64); }
@@ -107,7 +107,7 @@ class Integrator {
   virtual SavableCache* savable_cache() { return nullptr; }
   virtual std::optional<std::vector<RecordShape>> record_shapes() const { return std::nullopt; }
   // What the method itself takes the standard error of each pixel to be after its iterations so far (its luminance, in all
-  // channels); bias that it knows of counts as error. To be asked for under RenderContext::states_error alone.
+  // channels); bias that it knows of counts as error. Only to be called where RenderContext::states_error is set.
   virtual std::optional<Image> standard_error() const { return std::nullopt; }
 };
 

@@ -44,15 +44,15 @@ struct Hit {
   explicit operator bool() const { return primitive != no_id; }
 };
 
-// What a structure tells of itself.
+// What a structure reports about itself.
 struct RayStructureStats {
   std::uint64_t bytes = 0;  // all that the structure holds beyond the geometry it was built over
   std::uint64_t nodes = 0;
   std::uint64_t depth = 0;
   std::uint64_t references = 0;   // primitive references in leaves (more than primitives when a structure duplicates)
-  double sah_cost = 0;            // expected work of a random ray: node visit 1, primitive test 1; 0: not defined
+  double sah_cost = 0;            // expected cost of a random ray, 1 per node visit and primitive test; 0: not defined
   std::string_view layout = "-";  // how a tree lies in memory; "-" for structures that have one form only
-  std::string fallback = {};      // what stands here instead of what was asked for, and why; empty: it is what was asked for
+  std::string fallback = {};      // what was built in place of the structure asked for, and why; empty: nothing replaced it
 };
 
 // Work of one traversal, filled by the counting variant only.
@@ -67,7 +67,7 @@ class RayQuery {
   // The nearest hit with t in (t_min, t_max], or one with no primitive. NaN or infinite rays miss.
   virtual Hit closest(const Ray& ray) const = 0;
   virtual bool occluded(const Ray& ray) const = 0;
-  // Many rays at once, each answered as by itself; as long spans as rays.
+  // Many rays at once; each gets the answer it would get alone. The two spans have the same length.
   virtual void closest(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
   virtual void occluded(std::span<const Ray> rays, std::span<bool> occluded) const = 0;
   // As closest and occluded, adding the nodes visited and primitives tested (0 where a structure cannot tell).
@@ -75,7 +75,7 @@ class RayQuery {
   virtual bool occluded_counted(const Ray& ray, TraversalCounters& counters) const = 0;
   virtual RayStructureStats stats() const = 0;
 
-  // Of a structure that stands for another: RayStructureStats::fallback.
+  // Set where this structure replaces another one: RayStructureStats::fallback.
   std::string fallback;
 };
 
@@ -129,7 +129,7 @@ struct Neighbour {
 };
 using Neighbours = std::vector<Neighbour>;  // a caller's buffer: cleared by each query, its capacity kept
 
-// Once built, any number of threads may ask at once.
+// Once built, any number of threads may query it at once.
 class PointQuery {
  public:
   virtual ~PointQuery() = default;
@@ -165,8 +165,8 @@ class PointAdapter final : public PointQuery {
   S structure_;
 };
 
-// Many readers or one writer: any number of threads may call `covering` at once while none is in `insert`, and what one sees
-// are the insertions that happened before. Answers depend on the set of balls alone, not on the order in which they came.
+// Many readers or one writer: any number of threads may call `covering` at once while none is in `insert`, and each sees all
+// insertions that happened before. Answers depend on the set of balls alone, not on the order of insertion.
 class BallQuery {
  public:
   virtual ~BallQuery() = default;

@@ -5,9 +5,9 @@
 // Equally near neighbours go to the lowest place: then the first cluster of those that have the least distance of all is chosen
 // back by the one it chooses, so every round merges a pair at least. A round that merges too few (coincident boxes, boxes that
 // grow geometrically) merges places 2k and 2k + 1 instead, so the rounds stay O(log n) on any input. Subtrees that are dearer
-// than a leaf of their primitives become one, as in the paper. Where a subtree is deeper than max_depth allows,
-// its lower parts are replaced by halves in the order of the curve (link_tree.h). Distances are exact, and places follow from
-// counts alone, so the tree is the same at any thread count.
+// than a leaf of their primitives become one, as in the paper. Where a subtree is deeper than max_depth allows, its lower parts
+// are replaced by halves in the order of the curve (link_tree.h). Distances are exact, and places follow from counts alone, so
+// the tree is the same at any thread count.
 #pragma once
 
 #include "accel/ray/binary_tree.h"

@@ -3,8 +3,8 @@
 // As in wide_stream.inl, a node is visited once for all rays that meet it ([Barringer2014]). Any hit will do, so no order of
 // visits is kept: the leaves among a node's children are tested at once, leaf by leaf, as a list of pairs of leaf and ray, one
 // after another and with no branch on how a test ends. Nothing predicts that; without it the processor overlaps the tests, and
-// all lines of the leaves are asked for beforehand. To test some rays again that an earlier
-// pair has found occluded costs less than a branch would.
+// all lines of the leaves are asked for beforehand. To test some rays again that an earlier pair has found occluded costs less
+// than a branch would.
 #pragma once
 
 #include "accel/ray/wide_tests.inl"

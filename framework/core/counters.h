@@ -1,4 +1,4 @@
-// Work counters: figures no clock's noise touches. Thread-local when counting, summed when read.
+// Counters of work, which unlike times have no noise. Each thread counts on its own; reading sums over the threads.
 #pragma once
 
 #include <array>

@@ -31,7 +31,7 @@ struct HugePageAllocator {
     void* const memory = std::aligned_alloc(page, (bytes + page - 1) / page * page);
     if (memory == nullptr) throw std::bad_alloc();
 #if defined(__linux__)
-    madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: small pages do as well
+    madvise(memory, bytes, MADV_HUGEPAGE);  // advice only: small pages work as well
 #endif
     return static_cast<T*>(memory);
   }
@@ -44,8 +44,8 @@ struct HugePageAllocator {
   friend bool operator==(const HugePageAllocator&, const HugePageAllocator&) { return true; }
 };
 
-// Asks for huge pages under memory that has not been touched yet, if it is large: a builder's arrays are written once, and
-// getting thousands of small pages takes a tenth of its time.
+// Asks for huge pages under memory that has not been touched yet, if it is large: a builder writes its arrays once, and mapping
+// thousands of small pages would take a tenth of its time.
 inline void wish_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #if defined(__linux__)
   constexpr std::uintptr_t page = 2 << 20;
@@ -55,7 +55,7 @@ inline void wish_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] 
 #endif
 }
 
-// Resizes a new vector.
+// Resizes an empty vector, its memory on huge pages.
 template <class T>
 void resize_on_huge_pages(std::vector<T>& values, std::size_t count) {
   values.reserve(count);
@@ -70,8 +70,8 @@ struct FreeUninitialised {
   }
 };
 
-// For work that writes each of its places before it reads it: the values of plain types are left uninitialised, so that the
-// threads which write them share the work of getting the memory.
+// An array for work that writes each element before it reads it: values of plain types are left uninitialised, so that the
+// threads that first write them share the cost of mapping the memory.
 template <class T>
 using UninitialisedArray = std::unique_ptr<T[], FreeUninitialised>;
 

@@ -1,4 +1,4 @@
-// Random numbers that are functions of what they are for, never of the thread that asks.
+// Random numbers that depend on what they are used for, never on the thread that draws them.
 #pragma once
 
 #include <bit>

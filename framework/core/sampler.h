@@ -20,8 +20,8 @@ std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed);
 // Second dimension of the Sobol sequence (the first is the bit reversal).
 std::uint32_t sobol_second_dimension(std::uint32_t index);
 
-// One pair of dimensions of `sobol`: what its hash makes of the points of the sequence. Samplers of many points of one sequence
-// would come by the same hashes over and over.
+// One pair of dimensions of `sobol` with its scrambling. Code that needs many points of one sequence keeps the pairs, where a
+// Sampler per point would compute the same hashes again and again.
 class SobolPair {
  public:
   SobolPair() = default;
@@ -29,7 +29,7 @@ class SobolPair {
       : shuffle_(static_cast<std::uint32_t>(hash)),
         first_(static_cast<std::uint32_t>(mix_bits(hash))),
         second_(static_cast<std::uint32_t>(mix_bits(hash) >> 32)) {}
-  // Of the n-th pair that a Sampler of these keys draws.
+  // The n-th pair that a Sampler with these keys draws.
   SobolPair(std::uint64_t seed, Stream stream, std::uint64_t pixel, std::uint32_t n);
 
   vec2 point(std::uint32_t index) const;

@@ -31,11 +31,11 @@ class Film {
 
   ivec2 resolution() const { return sum_.size; }
 
-  // One sample of a pixel. A pixel belongs to one thread at a time. A non-finite value counts as zero, is counted, and the
+  // Adds one sample to a pixel. A pixel belongs to one thread at a time. A non-finite value is added as zero and counted; the
   // first few are kept for replay.
   void add(ivec2 pixel, const Rgb& value, std::uint32_t iteration);
 
-  // What a pixel shall hold in place of its samples so far, for methods whose image is not their mean.
+  // Replaces a pixel's samples so far by one value, for methods whose image is not the mean of samples.
   void set(ivec2 pixel, const dvec3& value);
 
   Image mean() const;

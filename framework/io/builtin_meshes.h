@@ -16,8 +16,8 @@ void describe(Visitor& v, MeshParams& params) {
   v.integer("triangles", params.triangles, 100, 50'000'000, "triangles", "of the ball, to within a percent");
 }
 
-// The ball, half a metre across, on the field of a stadium that is `size` times as wide: nearly all triangles lie in nearly no
-// part of the space.
+// The ball, half a metre across, on the field of a stadium that is `size` times as wide: nearly all triangles lie in a tiny
+// part of space.
 struct StadiumParams {
   int triangles = 100'000;
   float size = 100;

@@ -45,8 +45,8 @@ double irradiance_of(const dvec3& point, const Span2& part, double height) {
                              {part.lower.x, height, part.upper.y}});
 }
 
-// Of a level light behind at most two level plates, for unit radiance: the plates' shadows on the light's plane, seen from the
-// point, are rectangles, and their union is taken from the light by inclusion and exclusion.
+// Irradiance from a horizontal light of unit radiance behind at most two horizontal plates. Seen from the point, the plates
+// cover rectangles of the light's plane, whose union is subtracted from the light by inclusion and exclusion.
 double shadowed_irradiance(const dvec3& point, const Plate& light, std::span<const Plate> occluders) {
   const Span2 whole{dvec2(light.lower), dvec2(light.upper)};
   const auto shadow = [&](const Plate& plate) {

@@ -1,9 +1,9 @@
-// A scene of rectangles whose radiance is known: one list makes both the geometry and the closed form, so that what hides what
-// is the same in both.
+// A scene of rectangles whose radiance is known. One list defines both the geometry and the closed form, so that they agree on
+// what hides what.
 //
 // Rectangles are black unless a radiance is given, and a mirror shows what lies before it. Where light must count as indirect
 // (irradiance caches, maps of caustic photons) a *veil* stands before it: a pane of index 1. It changes no image, but shadow
-// rays end on it, so that light comes through it to those alone who trace rays or photons.
+// rays end on it: only traced rays and photons find light through it.
 #pragma once
 
 #include "framework/scene/builder.h"
@@ -22,7 +22,7 @@ class ExactStage {
   // The front of a rectangle with corners a, b, c, d faces cross(b - a, d - a), and there it reflects what is known; an empty
   // function is black. Its back is black in the closed form: no light may reach it.
   void reflector(const MeshData& quad, std::uint32_t material, Radiance front);
-  // The same, but that it emits too; of its front all that leaves is known.
+  // The same, but it also emits; `front` is then all radiance that leaves it.
   void glowing_reflector(const MeshData& quad, std::uint32_t material, const Rgb& emitted, Radiance front);
   // Emits on its front; reflects nothing unless of another material, and then no light may reach it.
   void emitter(const MeshData& quad, const Rgb& radiance) { emitter(quad, radiance, black_); }

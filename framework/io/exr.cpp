@@ -48,8 +48,8 @@ std::array<const char*, 3> find_channels(const Imf::ChannelList& channels) {
   return found;
 }
 
-// How many times smaller than its pixels a codec can make an image. Deflate reaches 1 : 1032; the last figure is a bound for
-// the rest, whose flat areas cost next to nothing.
+// The highest compression ratio that a codec can reach. Deflate reaches 1 : 1032; the last figure is a bound for the rest,
+// whose flat areas cost next to nothing.
 std::int64_t most_packed(Imf::Compression compression) {
   switch (compression) {
     case Imf::NO_COMPRESSION:
@@ -65,7 +65,7 @@ std::int64_t most_packed(Imf::Compression compression) {
   }
 }
 
-// No allocation on the word of a header that the file cannot keep. A pixel takes two bytes at least.
+// Checks the size a header states against the file's length before anything is allocated. A pixel takes at least two bytes.
 ivec2 checked_size(const Imf::Header& header, std::size_t file_bytes) {
   const Imath::Box2i window = header.dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1,

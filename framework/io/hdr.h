@@ -1,4 +1,5 @@
-// Radiance pictures (.hdr): RGBE, run-length encoded or flat. Read here, as this stb never returns from a truncated one.
+// Radiance pictures (.hdr): RGBE, run-length encoded or flat. Decoded here because the stb of Debian 12 never returns from a
+// truncated file.
 #pragma once
 
 #include "framework/io/image_file.h"

@@ -59,8 +59,8 @@ void decode(const Word* words, Encoding encoding, std::vector<Rgb>& texels) {
     texels[i] = {table[words[3 * i]], table[words[3 * i + 1]], table[words[3 * i + 2]]};
 }
 
-// No allocation on the word of a header that the file cannot keep: deflate packs at most 1 : 1032, JPEG of one colour about as
-// far.
+// Checks the size a header states against the file's length before anything is allocated: deflate packs at most 1 : 1032, and a
+// JPEG of one colour about as much.
 void check_size(int width, int height, std::size_t bytes) {
   const std::int64_t pixels = std::int64_t{width} * height;
   if (pixels < 1 || pixels > (std::int64_t{1} << 27) || pixels > static_cast<std::int64_t>(bytes) * 10000)

@@ -9,7 +9,7 @@
 
 namespace etendue {
 
-// How the numbers of an image of whole numbers stand for light. Files of floats (HDR, EXR) are linear whatever is asked.
+// How the integers of an image file encode light. Files of floats (HDR, EXR) are always linear.
 enum class Encoding : std::uint8_t { srgb, linear };
 
 // Linear RGB, row 0 at the top.

@@ -13,7 +13,7 @@ struct TriangleMesh {
   std::vector<vec3> positions, normals;
   std::vector<vec2> uvs;
   std::vector<uvec3> triangles;
-  std::vector<std::string> warnings;  // what was in the file and is not here
+  std::vector<std::string> warnings;  // what the file holds that was left out
 };
 
 // Makes every normal unit. A zero or non-finite one becomes the area-weighted mean of the geometric normals around its vertex,

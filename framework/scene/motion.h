@@ -21,7 +21,7 @@ namespace etendue {
 class Motion {
  public:
   virtual ~Motion() = default;
-  // At frame 0. Motions of objects split vertices that objects share; triangles stay in their order.
+  // The geometry at frame 0. Motions of objects split vertices that objects share; triangles stay in their order.
   virtual const Geometry& rest() const = 0;
   // Takes a geometry from the frame before to `frame` (1, 2, …, in order; the first starts from rest()) and gives the ids of
   // the primitives that moved, ascending.
@@ -40,7 +40,7 @@ struct MotionEntry {
   std::function<std::unique_ptr<Motion>(const MotionTask&, const ParamMap&)> make;
 };
 
-// A row of the table for a class that is made of a task and parameters.
+// A row of the table, for a class constructed from a task and its parameters.
 template <class M, class Params>
 MotionEntry motion_entry(const char* name, const char* summary) {
   const auto make = [name](const MotionTask& task, const ParamMap& map) -> std::unique_ptr<Motion> {
@@ -58,8 +58,8 @@ MotionEntry twist_entry();
 MotionEntry explode_entry();
 MotionEntry scatter_entry();
 
-// What stands where a quadric is said to be: its centre, or a cylinder's base.
+// The point that places a quadric: its centre, or a cylinder's base.
 const vec3& anchor(const Quadric& quadric);
-Bounds bounds_of(const Geometry& geometry);  // of all that is valid; a point where nothing is
+Bounds bounds_of(const Geometry& geometry);  // of the valid primitives; a single point if there are none
 
 }  // namespace etendue

@@ -201,7 +201,7 @@ class Scatter final : public ObjectMotion {
   }
 
  private:
-  // So many different objects, all choices alike: a shuffle stopped early.
+  // Draws that many different objects, all choices equally likely: a shuffle stopped early.
   std::vector<std::size_t> choose(int frame) const {
     std::vector<std::size_t> objects(parts().size());
     if (objects.empty()) return {};

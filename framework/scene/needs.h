@@ -1,4 +1,4 @@
-// What a scene needs, computed once; everything asks it, so that a scene pays only for what it contains.
+// What a scene needs, computed once. All code consults it, so that a scene pays only for what it contains.
 #pragma once
 
 #include "framework/scene/scene.h"

@@ -41,7 +41,7 @@ struct Instance {
   Transform to_world;
 };
 
-// Infinite, outside every structure. `flip` is not needed: give the normal.
+// Infinite, and so outside every ray structure: tested on its own. The normal (unit) tells the outer side.
 struct InfinitePlane {
   vec3 point{0};
   vec3 normal{0, 0, 1};
@@ -82,7 +82,7 @@ struct Scene {
 
   bool has_instances() const { return instances.size() > 1; }
   Bounds bounds() const;                 // of everything but planes
-  std::uint64_t triangle_count() const;  // instances counted each
+  std::uint64_t triangle_count() const;  // of every instance
   std::uint64_t hash() const;            // of all that changes an image (XXH3)
   std::uint64_t content_hash() const;    // the same without camera, resolution and max_depth
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const;

@@ -24,7 +24,7 @@ struct AreaSample {
 };
 AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const vec3& position, const vec2& u);
 
-// Density of the above for a point that a ray along unit wi found; the same on both sides of a one-sided light.
+// Density with which sample_area_towards finds `point`, which lies along unit wi; the same on both sides of a one-sided light.
 float area_pdf_towards(const Scene& scene, const AreaLight& light, const vec3& position, const vec3& wi,
                        const SurfacePoint& point);
 

@@ -36,9 +36,9 @@ struct DirectLight {
   float pdf_solid_angle;  // of the light sample; 0: a light that no ray can hit
 };
 
-// One light sample; none where no light can come of it. With MisMode::light its mean is the whole direct light. Draws a 2-D
-// number whatever happens. Directions of a BSDF density below `followed_above` (1/sr) are for light samples alone: the caller
-// follows no BSDF sample there.
+// One light sample; none where no light can come of it. With MisMode::light its mean is the whole direct light. It always draws
+// one 2-D number. Directions of a BSDF density below `followed_above` (1/sr) are left to light samples: the caller follows no
+// BSDF sample there.
 std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
                                                const vec3& wo, Sampler& sampler, MisMode mode, float followed_above = 0);
 

@@ -8,7 +8,7 @@ namespace etendue {
 
 namespace {
 
-// Of the disk that light from infinity enters through, before the scene's centre, in radii of the scene.
+// Distance from the scene's centre to the disk through which light from infinity enters, in radii of the scene.
 constexpr float disk_distance = 1.01f;
 
 vec3 to_light_space(const EnvironmentLight& light, const vec3& direction) {
@@ -37,8 +37,8 @@ float emission_pdf_of(const AreaLight& light, float chosen, float area, float co
   return chosen * std::max(cosine, 0.0f) * inv_pi / area;
 }
 
-// Of a light that was chosen with probability `chosen`. The answer is written where the caller gets it: to copy what has just
-// been written costs more than to compute it.
+// Emits from a light that was chosen with probability `chosen`. The ray is constructed in the return value: copying it right
+// after it was written would cost more than computing it.
 std::optional<LightRay> emit_from_area(const Scene& scene, const AreaLight& light, float chosen, std::uint32_t id,
                                        const vec2& u_position, vec2 u_direction) {
   std::optional<LightRay> emitted;
@@ -83,8 +83,8 @@ struct LuminousPower {
   }
 };
 
-// Index of the first entry above u in a cumulative table that ends at 1; u is stretched back to [0, 1) within the entry. The
-// table is halved without a jump, whose way would be a coin's.
+// Index of the first entry above u in a cumulative table that ends at 1; u is rescaled to [0, 1) within the entry. Bisection
+// without a branch, which would be mispredicted every other time.
 std::size_t pick(const float* cumulative, std::size_t count, float& u) {
   std::size_t i = 0;
   for (std::size_t left = count; left > 1;) {
@@ -100,7 +100,7 @@ std::size_t pick(const float* cumulative, std::size_t count, float& u) {
 
 }  // namespace
 
-// Rows weighed by sin(theta), then texels within a row.
+// Chooses a row (its texels weighted by sin theta), then a texel within the row.
 struct LightSampler::ImageDistribution {
   ivec2 size{0};
   std::vector<float> rows;     // cumulative
@@ -158,7 +158,7 @@ LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
   for (const Light& light : scene.lights) power.push_back(std::visit(LuminousPower{scene, scene_radius_}, light));
   double total = 0;
   for (const double p : power) total += p;
-  if (!(total > 0)) return;  // nothing shines: as if there were no lights
+  if (!(total > 0)) return;  // no light has power: as if there were none
   double sum = 0;
   for (const double p : power) {
     const double share = p / total;

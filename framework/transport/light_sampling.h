@@ -39,8 +39,8 @@ class LightSampler {
   bool empty() const { return probability_.empty(); }
 
   std::optional<LightSample> sample(const vec3& position, float u_light, const vec2& u) const;
-  // The same with the light chosen by u.x, which is then stretched over it: points that are even over the square are so over
-  // all lights together (a third to a fifth of the variance under a rectangle of two triangles).
+  // The same, but u.x also chooses the light and is then rescaled to [0, 1): points that are stratified over the square are
+  // stratified over all lights together (under a rectangle of two triangles, a third to a fifth of the variance).
   std::optional<LightSample> sample(const vec3& position, vec2 u) const;
   // Density with which `sample` would have found `point` on an emitting surface, seen from `position` along unit wi.
   float pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const;
@@ -66,7 +66,7 @@ class LightSampler {
  private:
   struct ImageDistribution;  // piecewise-constant 2-D density of an environment image
 
-  std::size_t choose(float& u) const;  // stretches u over the chosen light
+  std::size_t choose(float& u) const;  // rescales u within the chosen light to [0, 1)
   std::optional<LightSample> sample_light(std::size_t i, const vec3& position, const vec2& u) const;
   vec3 sample_environment(const EnvironmentLight& light, std::size_t index, const vec2& u) const;  // towards it
   std::optional<LightRay> emit_from_infinity(std::uint32_t light, const vec2& u_position, const vec2& u_direction) const;

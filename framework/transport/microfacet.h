@@ -1,6 +1,6 @@
 // The GGX distribution of normals with Smith's height-correlated masking ([Walter2007], [Heitz2014]), sampled by visible
-// normals
-// ([Heitz2018]). Local directions, z along the macroscopic normal; wo.z > 0 and the half vector's z > 0 throughout.
+// normals ([Heitz2018]).
+// Directions are local, z along the macroscopic normal; wo.z > 0 and the half vector's z > 0 throughout.
 #pragma once
 
 #include "framework/core/vec.h"

@@ -9,7 +9,7 @@
 
 namespace etendue {
 
-// Where rays that leave a surface point to the side of `direction` start.
+// Origin of rays that leave a surface point to the side of `direction`.
 inline vec3 ray_origin(const SurfacePoint& point, const vec3& direction) {
   return offset_origin(point.position, glm::dot(direction, point.normal) < 0 ? -point.normal : point.normal);
 }
@@ -24,7 +24,7 @@ inline Hit trace(const RenderContext& context, const Ray& ray) {
   return context.rays.closest(ray);
 }
 
-// Many rays at once, which structures may answer faster than one by one; as many hits as rays.
+// Many rays at once, which structures may answer faster than one by one. There are as many hits as rays.
 inline void trace(const RenderContext& context, std::span<const Ray> rays, std::span<Hit> hits) {
   count(Counter::rays, rays.size());
   context.rays.closest(rays, hits);

@@ -15,8 +15,8 @@ inline vec2 cos_sin_within_eighth(float angle) {
   return {cosine, sine};
 }
 
-// Concentric map of [Shirley1997]; uniform on the unit disk. The two pairs of wedges differ by the order of the coordinates
-// alone, and are told apart without a jump, whose way would be a coin's.
+// Concentric map of [Shirley1997]; uniform on the unit disk. The two pairs of wedges differ only by the order of the
+// coordinates, which are swapped without a branch: it could not be predicted.
 inline vec2 sample_unit_disk(const vec2& u) {
   const vec2 p = 2.0f * u - 1.0f;
   const std::uint32_t steep = -static_cast<std::uint32_t>(std::abs(p.y) >= std::abs(p.x));
