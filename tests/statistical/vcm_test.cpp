@@ -1,5 +1,6 @@
 // Vertex connection and merging against closed forms: paths that only merging finds among them.
 #include "experiments/harness/closed_form.h"
+#include "framework/scene/builder.h"
 #include "tests/block_agreement.h"
 #include "tests/render_scene.h"
 
@@ -39,6 +40,32 @@ void expect_exact_mean(const char* scene_name, const char* integrator, std::uint
 
 TEST(Bidirectional, MatchesCausticsOfPointLightsSeenDirectly) {
   for (const char* scene : {"builtin:mirror", "builtin:water"}) expect_exact_mean(scene, "bdpt", 64, 2e-5);
+}
+
+// A closed slot whose walls all shine alike: everywhere the sum of albedo^k over k events. Connections across it graze, or are
+// short; aimed at the light vertex itself, not at a point off its surface, all of them ended at the wall that they led to
+// (minus 5 % with three events).
+TEST(Bidirectional, LosesNoConnectionsInANarrowFurnace) {
+  constexpr float albedo = 0.8f, exact = 1 + albedo + albedo * albedo + albedo * albedo * albedo;
+  SceneBuilder b("slot");
+  const vec3 corner(4);
+  MeshData walls = box(corner, corner + vec3(1, 0.1f, 1));
+  for (uvec3& triangle : walls.triangles) std::swap(triangle.y, triangle.z);  // seen from inside
+  b.mesh(walls, b.material(Diffuse{Rgb(albedo)}), Rgb(1));
+  b.camera(corner + vec3(0.5f, 0.05f, 0.9f), corner + vec3(0.5f, 0.05f, 0), 60, {16, 16});
+  b.max_depth(3);
+  const Scene scene = b.finish();
+  std::vector<double> errors;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    RenderOptions options;
+    options.resolution = {16, 16};
+    options.iterations = 48;
+    options.seed = seed;
+    errors.push_back(testing::block_means(render(scene, "bdpt", options).image, 16).front().y / exact - 1);
+  }
+  const double error = sample_sd(errors) / std::sqrt(8.0);
+  EXPECT_LT(std::abs(mean(errors)), 5.4 * error);  // Student's t at 1e-3
+  EXPECT_LT(error, 1e-3);
 }
 
 TEST(Vcm, MatchesClosedForms) {
