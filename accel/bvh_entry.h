@@ -20,7 +20,7 @@
 
 namespace etendue {
 
-// What a builder takes, and how its trees are to lie in memory.
+// The parameters of a builder, and of the layout of its trees in memory.
 template <class BuilderParams>
 struct BvhParams : BuilderParams {
   std::string layout = "binary";
@@ -74,9 +74,9 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
       [&](std::vector<BuildItem> items) { return build(std::move(items), single, nullptr); });
 }
 
-// What traces fastest: the widest that the machine's instructions serve, but sixteen children only for meshes and for so few
-// triangles that they mostly fit in a few packs, which are tested whole (between them, some primitives are two or three visits
-// in any layout, and a narrower node is the cheaper visit).
+// The layout that traces fastest: the widest that the machine's instructions support, but sixteen children only for meshes, and
+// for triangles so few that they mostly fit in a few packs, which are tested whole. (For numbers between, any layout needs two
+// or three visits, which cost less with narrower nodes.)
 inline std::string resolved_layout(const std::string& layout, const Scene& scene) {
   if (layout != "auto") return layout;
   constexpr std::uint32_t few = 48, mesh = 4096;
@@ -86,7 +86,8 @@ inline std::string resolved_layout(const std::string& layout, const Scene& scene
   return isa == Isa::avx512 && (largest <= few || largest >= mesh) ? "wide16" : isa >= Isa::avx2 ? "wide8" : "binary";
 }
 
-// A row of the table for a builder; its instances' tree is of the same builder, and binary. `space(params)`: what it takes.
+// A row of the table for a builder. The tree over instances has the same builder and the binary layout. `space(params)`: the
+// builder's BuilderSpace.
 template <class BuilderParams, class Space>
 RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
                    BinaryTree (*build_tree)(std::vector<BuildItem>, const BuilderParams&, const Geometry*)) {
@@ -141,7 +142,7 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
   return entry;
 }
 
-// A builder that sees boxes only, and what it takes per primitive.
+// A row for a builder that sees boxes only, with the space it takes per primitive.
 template <class BuilderParams, BinaryTree (*build)(std::vector<BuildItem>, const BuilderParams&)>
 RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primitive) {
   return bvh_entry<BuilderParams>(

@@ -1,9 +1,9 @@
 // The memory budget of a ray structure: what it may take at any time, its build included, beyond the scene itself.
 //
-// Three looks are taken. Before the build an estimate from the number of primitives (memory_need.h) refuses what cannot fit;
-// during it, structures whose size follows from the shape of the scene, not from its count, tell a watch how far they have
-// grown; after it the bytes are what they are. What does not fit gives way to the next of a ladder of leaner structures, and
-// RayStructureStats::fallback says so, or is an error, as configured.
+// The budget is checked three times. Before the build, an estimate from the number of primitives (memory_need.h) rejects what
+// cannot fit. During it, structures whose size depends on the shape of the scene report to a watch how far they have grown.
+// After it, the actual bytes are compared. A structure that does not fit is replaced by the next in a ladder of leaner ones,
+// and RayStructureStats::fallback says so; or it is an error, as configured.
 #pragma once
 
 #include "framework/core/params.h"
@@ -17,7 +17,7 @@
 
 namespace etendue {
 
-// Bytes. `peak`: at most while it is built, what is kept included.
+// Bytes. `peak`: the most held during the build, including what is kept.
 struct MemoryNeed {
   std::uint64_t kept = 0, peak = 0;
 };
@@ -57,11 +57,11 @@ class MemoryWatch {
   explicit MemoryWatch(std::uint64_t limit) : limit_(limit) {}
 
   bool allows(std::uint64_t bytes) const { return bytes <= limit_ && kept_ <= limit_ - bytes; }
-  // To be asked from any thread by whatever is being built, with all that it holds: throws OverMemory.
+  // Called from any thread by a structure under construction, with all bytes that it holds. Throws OverMemory.
   void check(std::uint64_t bytes) const {
     if (!allows(bytes)) throw OverMemory();
   }
-  // Not from several threads: a part is done and holds so much for good.
+  // A part is finished and keeps so many bytes. Not from several threads at once.
   void keep(std::uint64_t bytes) { kept_ += bytes; }
 
  private:
@@ -71,11 +71,11 @@ class MemoryWatch {
 struct MemoryRung {
   std::string name;
   MemoryNeed need;
-  std::function<std::unique_ptr<RayQuery>(MemoryWatch*)> build;  // without limit where there is no watch
+  std::function<std::unique_ptr<RayQuery>(MemoryWatch*)> build;  // a null watch: no limit
 };
 
-// Builds the first rung, which is what was asked for, or the first that fits; the last one whether it fits or not. With
-// `over_memory` = "error" throws Error at `where`, naming the scene, if the first does not fit.
+// Builds the first rung, the structure asked for, or else the first that fits; the last one in any case. With `over_memory` =
+// "error" throws Error at `where`, naming the scene, if the first does not fit.
 std::unique_ptr<RayQuery> build_within(const MemoryParams& params, const Location& where, const std::string& scene,
                                        std::span<const MemoryRung> rungs);
 

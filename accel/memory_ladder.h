@@ -5,8 +5,8 @@
 
 namespace etendue {
 
-// `entry` built within the parameter `memory`, or what stands in for it: itself in the leanest layout, trees in that layout by
-// builders that take less, and at last brute force that reads the primitives in place and keeps next to nothing.
+// Builds `entry` within the parameter `memory`, or a replacement: first itself in the leanest layout, then trees in that layout
+// by builders that take less memory, and at last brute force that reads the primitives in place and keeps next to nothing.
 std::unique_ptr<RayQuery> make_within_memory(const RayEntry& entry, const Scene& scene, const ParamMap& map);
 
 }  // namespace etendue

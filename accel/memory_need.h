@@ -1,9 +1,10 @@
-// What ray structures take, estimated from the number of primitives before anything is built: nodes, leaves, and the working
-// space of their builders.
+// The memory that ray structures need (nodes, leaves, and the working space of their builders), estimated from the number of
+// primitives before anything is built.
 //
-// Arrays of known length are counted as such; what depends on the shape of the scene (how full leaves are, how many cells a
-// triangle touches) at the upper end of what scenes show, so that an estimate seldom falls short: then the watch during the
-// build and the look after it remain (memory_budget.h). tests/oracle/memory_budget_test.cpp holds the estimates to the bytes.
+// Arrays of known length are counted exactly. Quantities that depend on the shape of the scene (how full leaves are, how many
+// cells a triangle touches) are taken from the upper end of what scenes show, so that an estimate is seldom too low; where it
+// is, the checks during and after the build remain (memory_budget.h). tests/oracle/memory_budget_test.cpp holds the estimates
+// to the bytes.
 #pragma once
 
 #include "accel/memory_budget.h"

@@ -26,8 +26,8 @@ auto make_over(const MakeBottom& make_bottom, const Object& object) {
     return make_bottom(object.geometry);
 }
 
-// A whole scene with no more around the structure than it needs: a second level only over instances, planes only where there
-// are any. `make_bottom(geometry)` builds over one object, `make_top(items)` the tree over instances.
+// A structure over a whole scene, with only the parts that the scene needs: a second level only over instances, a test of
+// planes only where there are any. `make_bottom(geometry)` builds over one object, `make_top(items)` the tree over instances.
 template <class MakeBottom, class MakeTop>
 std::unique_ptr<RayQuery> over_scene(const Scene& scene, MemoryWatch* watch, const MakeBottom& make_bottom,
                                      const MakeTop& make_top) {
@@ -45,7 +45,7 @@ WithMemory<Params> read_with_memory(const ParamMap& map, const char* name) {
   return read_params<WithMemory<Params>>(map, name);
 }
 
-// The parameters as a structure takes them that is built under a watch, perhaps null.
+// Parameters for a structure built under a watch, which may be null.
 template <class Params>
 Params read_watched(const ParamMap& map, const char* name, const MemoryWatch* watch) {
   Params params = read_with_memory<Params>(map, name);

@@ -21,8 +21,8 @@ using TreeBuilder = std::function<BinaryTree(std::vector<BuildItem>)>;
 struct RayEntry {
   std::string name, summary;
   std::vector<ParamInfo> params = {};
-  // Builds over a whole scene: one level where it has no instances, two where it has; planes outside the tree. What exceeds the
-  // parameter `memory` gives way to a leaner structure, which says so (memory_budget.h).
+  // Builds over a whole scene: one level where it has no instances, two where it has; planes outside the tree. A structure that
+  // exceeds the parameter `memory` is replaced by a leaner one, which says so (memory_budget.h).
   std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&)> make = {};
   bool available = true;  // false where the library it adapts was not built in
   // Where the structure is a tree of boxes: its builder's binary tree over one geometry, before any layout. Empty elsewhere.
@@ -30,9 +30,9 @@ struct RayEntry {
   // Likewise the builder alone, over any boxes, for trees that change over time. These lie in the binary layout: another one in
   // the map is an error.
   std::function<TreeBuilder(const ParamMap&)> builder = {};
-  // As `make`, but deaf to `memory`; what grows asks the watch, if there is one.
+  // Like `make`, but ignores `memory`; the structure reports its growth to the watch, if there is one.
   std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&, MemoryWatch*)> build = {};
-  // What it is likely to take, at the upper end (memory_need.h).
+  // An upper estimate of the memory it takes (memory_need.h).
   std::function<MemoryNeed(const Scene&, const ParamMap&)> need = {};
 };
 
@@ -46,8 +46,8 @@ struct BallEntry {
   std::function<std::unique_ptr<BallQuery>(const Bounds&)> make;
 };
 
-// Whether the structure, named by its label (its name, then perhaps parameters), is another library's. Those have tests of
-// their own and give up rays at edges: their disagreements are reported, and held against nobody.
+// Whether the structure, named by its label (its name, then perhaps parameters), is another library's. Those use their own
+// triangle tests and may miss rays at edges: their disagreements are reported but do not count as failures.
 bool is_adapter(std::string_view label);
 
 std::span<const RayEntry> ray_structures();

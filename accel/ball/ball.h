@@ -11,7 +11,8 @@ struct Ball {
   std::uint32_t id;
 };
 
-// Others (not finite, negative, NaN) cover nothing and are not kept. An infinite radius covers everything.
+// Balls with a centre that is not finite, or a negative or NaN radius, cover nothing and are not kept. An infinite radius
+// covers everything.
 inline bool is_ball(const vec3& centre, float radius) { return is_finite(centre) && radius >= 0; }
 
 inline void add_if_covering(const Ball& ball, const vec3& p, Neighbours& out) {

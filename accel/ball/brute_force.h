@@ -1,4 +1,4 @@
-// Every ball for every query: the measure of the other ball structures.
+// Brute force: tests every ball in every query. The reference for the other ball structures.
 #pragma once
 
 #include "accel/ball/ball.h"

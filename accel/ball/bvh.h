@@ -4,7 +4,7 @@
 // A ball descends to the child whose box grows least by it. A node that overflows is cut in two where, of all cuts along the
 // three axes, the margins of the two boxes add up to least ([Beckmann1990]); the margin, the sum of a box's edges, is defined
 // for flat and for huge boxes where an area is zero or overflows. Boxes are wider than their balls by what rounding may err.
-// Balls with radii above 1e30 are asked one by one.
+// Balls with radii above 1e30 are tested one by one.
 #pragma once
 
 #include "accel/ball/ball.h"

@@ -1,13 +1,13 @@
-// Cells that list every ball which touches them: an octree that is cut where that tells balls apart, so that a query goes down
-// to one cell and looks at its list alone.
+// Cells that list every ball which touches them: an octree, subdivided where that separates balls, so that a query descends to
+// one cell and reads only its list.
 //
-// Dear to fill, most so where radii are alike, and cheap to ask: for balls that are asked for many times more often than they
-// are inserted. A cell is cut when its list is longer than `width` balls, unless they would fill most of its eighths or are
-// wider than it; so a ball is listed in some ten cells of about its own size, whatever the sizes of others beside it.
+// Expensive to fill, most of all where radii are alike, and cheap to query: for balls that are queried many times more often
+// than inserted. A cell is cut when its list is longer than `width` balls, unless they would fill most of its eighths or are
+// wider than it; so a ball is listed in about ten cells of its own size, whatever the sizes of others near it.
 //
 // Cells are counted in steps of one grid of 2^20 along each axis of the bounds. The step of a coordinate is found by monotone
 // float operations, for queries and for the faces of a ball's box alike, which makes answers exact without slack. What lies
-// beyond the bounds is in the outermost cells: right, but only as fast as their lists are short.
+// beyond the bounds is in the outermost cells: answers stay correct, but get slow as these lists grow.
 #pragma once
 
 #include "accel/ball/ball.h"

@@ -1,9 +1,10 @@
 // Hash grids of balls, one for each size ([Teschner2003]'s hashed cells; levels as [Eitz2007]): the cells of level l have the
-// edge 2^l, and a ball is listed in every cell that it touches on the level whose edge is one to two diameters. That are at
+// edge 2^l, and a ball is listed in every cell that it touches on the level whose edge is one to two diameters. These are at
 // most eight cells, and a query looks into one cell of each level that holds a ball.
 //
-// Insertion costs constant time, whatever lies where; lookup goes with the number of sizes in use and the balls that share a
-// cell. Cells carry their own coordinates, so none is mistaken for another. Balls with radii above 1e30 are asked one by one.
+// Insertion takes constant time for any distribution; the time of a lookup grows with the number of levels in use and of balls
+// that share a cell. Cells carry their own coordinates, so none is mistaken for another. Balls with radii above 1e30 are tested
+// one by one.
 #pragma once
 
 #include "accel/ball/ball.h"

@@ -1,4 +1,4 @@
-// Every point for every query: the measure of the other point structures.
+// Brute force: tests every point in every query. The reference for the other point structures.
 #pragma once
 
 #include "accel/point/neighbourhood.h"

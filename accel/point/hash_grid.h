@@ -2,9 +2,9 @@
 //
 // The hash is linear, (x + a y + b z) modulo the table's size, so that the cells of a row along x lie side by side: a query
 // reads one run of points for each row it touches. Cells that share an entry cost a query points from elsewhere, which fail the
-// test of distance. What must not be is that two rows of one query overlap in the table, for their points would be found twice.
-// Whether rows do depends on their difference alone: the build finds out how long rows may be at which number of rows, and
-// queries beyond that join their runs first.
+// test of distance. Two rows of one query must not overlap in the table, or their points would be found twice. Whether they do
+// depends only on their difference: the build computes how long rows may be for a given number of rows, and queries beyond that
+// first merge their runs.
 //
 // A query may use any radius; the cell size is chosen at the build from the points' density (`points_per_cell` in a cell that
 // holds any), and a query that covers the table scans all points. Queries outside the points' bounds reach in by their radius.

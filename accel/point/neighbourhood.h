@@ -1,4 +1,4 @@
-// What every point and ball structure agrees on, so that their answers are equal to the bit.
+// The rules that every point and ball structure follows, so that their answers are the same bits.
 #pragma once
 
 #include "framework/query.h"
@@ -16,7 +16,7 @@ inline float distance_squared(const vec3& point, const vec3& p) { return length_
 // Queries that are not finite, and negative or NaN radii, find nothing; and nothing finds points that are not finite.
 inline bool can_find(const vec3& p, float r) { return is_finite(p) && r >= 0; }
 
-// Above r by what rounding allows: no point with a float distance^2 <= r^2 lies farther than this along any axis.
+// r enlarged by the rounding error: no point with a float distance^2 <= r^2 lies farther than this along any axis.
 inline float reach(float r) { return r * (1 + 8 * std::numeric_limits<float>::epsilon()) + 1e-22f; }
 
 inline bool is_nearer(const Neighbour& a, const Neighbour& b) {
@@ -38,9 +38,9 @@ struct PlacedPoint {
   std::uint32_t id;
 };
 
-// Finds those of the points it is shown that lie within a squared distance, until more than `most` (by less than a block).
-// Distances are rarely predictable, so they decide about an index, not about a jump; and `out`, which the last of them reach in
-// the end, grows by many at once.
+// Finds those of the points it is shown that lie within a squared distance, until more than `most` (by less than a block). The
+// comparison of distances is hardly predictable, so it advances an index instead of a branch; found points are collected and
+// appended to `out` in blocks.
 class PointFinder {
  public:
   PointFinder(const vec3& p, float limit, std::size_t most, Neighbours& out) : p_(p), limit_(limit), most_(most), out_(out) {}
@@ -48,7 +48,7 @@ class PointFinder {
   PointFinder(const PointFinder&) = delete;
   PointFinder& operator=(const PointFinder&) = delete;
 
-  // Looks at a run of points; false once more than `most` have been found.
+  // Tests a run of points; false once more than `most` have been found.
   bool look(const PlacedPoint* begin, const PlacedPoint* end) {
     while (begin != end) {
       if (count_ + block > found_.size()) flush();
@@ -114,7 +114,7 @@ class NearestSoFar {
   NearestSoFar(std::size_t k, float limit, Neighbours& out) : k_(k), limit_(limit), out_(out) { out_.clear(); }
 
   bool full() const { return out_.size() == k_; }
-  // Points farther than this cannot be among them; one at just this distance can, if its id is low.
+  // Points farther than this cannot be among them; one at exactly this distance can, if its id is lower.
   float worst() const { return limit_; }
 
   void add(std::uint32_t id, float distance_squared) {
@@ -150,8 +150,8 @@ class NearestSoFar {
 inline constexpr std::size_t no_limit = std::numeric_limits<std::size_t>::max();
 
 // `nearest` for structures that find by radius: balls of growing radius until one holds enough; then the nearest are all inside
-// it. The first is small, as clusters may be much denser than the mean; the next ones are as large as the density met so far
-// asks for. One that holds many times too much (a dense cluster, seen from afar) is given up for one in between.
+// it. The first is small, as clusters may be much denser than the average; the next radii follow from the density found so far.
+// A ball that holds far too many points (a dense cluster, seen from afar) is abandoned for one in between.
 //
 // `find(p, r, most, out)` is `within` that may stop, with false, once it has found more than `most`. `count`: of all points;
 // `bounds` of these; `step`: the first radius, above 0.

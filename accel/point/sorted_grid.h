@@ -2,9 +2,9 @@
 // cell is thus a row through the bounds, whose points a query finds by two binary searches, which leave no more of the row than
 // its radius covers. Rows lie in a table of offsets; nothing is hashed, so no row holds points from elsewhere.
 //
-// The rows are as wide as the points' density asks for (`points_per_cell` in a cube of that edge that holds any), but no more
-// of them than twice the points. Any radius may be asked for; what covers all rows scans all points. Coordinates should stay
-// below 1e18. The build is parallel: a counting sort into rows, then each row by itself.
+// The width of the rows follows from the points' density (`points_per_cell` in a cube of that edge, if not empty), but there
+// are at most twice as many rows as points. Queries may have any radius; one that covers all rows scans all points. Coordinates
+// should stay below 1e18. The build is parallel: a counting sort into rows, then each row by itself.
 #pragma once
 
 #include "accel/point/neighbourhood.h"

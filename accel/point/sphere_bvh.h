@@ -1,5 +1,5 @@
-// Bounding volume hierarchy over photon spheres, asked by points ([Evangelou2021]): a photon lies within r of p where p lies in
-// the sphere of radius r around the photon.
+// Bounding volume hierarchy over photon spheres, queried by points ([Evangelou2021]): a photon lies within r of p where p lies
+// in the sphere of radius r around the photon.
 //
 // Rule for the radius: the box of spheres of equal radius r is the box of their centres grown by r. So the tree holds boxes of
 // centres alone, and a query grows them by its own radius as it goes; one tree serves every radius, exactly. A node is visited
@@ -27,7 +27,7 @@ class SphereBvh {
   static constexpr std::uint32_t width = 8;
 
   struct alignas(32) Leaf {
-    float position[3][width];  // NaN where there is no point: found by nobody
+    float position[3][width];  // NaN where there is no point: never found
     std::uint32_t id[width];
   };
   // The boxes of up to eight children; NaN where there is none.

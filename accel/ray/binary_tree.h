@@ -47,11 +47,11 @@ struct BinaryTree {
 
 class PackTest;
 
-// What all builders keep to.
+// Limits that all builders respect.
 struct TreeLimits {
   int leaf_size = 4;                // primitives, at most; only a leaf at max_depth, or of a pack, may hold more
   int max_depth = 64;               // edges from the root; a node there becomes a leaf
-  const PackTest* packs = nullptr;  // where set, what these take is a leaf too
+  const PackTest* packs = nullptr;  // where set, runs that it accepts are leaves too
 };
 
 template <class Visitor>
@@ -67,7 +67,7 @@ void describe(Visitor& v, TreeLimits& limits) {
   describe_max_depth(v, limits);
 }
 
-// What builders by the surface area heuristic keep to beside.
+// Further parameters of builders by the surface area heuristic.
 struct SahParams : TreeLimits {
   // Four triangles are tested at once (triangle_block.h), so each costs well less than a visit of a node.
   float primitive_cost = 0.35f;

@@ -1,5 +1,5 @@
-// Brute force: every primitive for every ray. No box can lose a hit here, which makes it the measure of the other structures
-// (and viable itself for a handful of primitives).
+// Brute force: every primitive for every ray. Without boxes that could lose a hit, it is the reference for the other
+// structures, and fast enough for a handful of primitives.
 #pragma once
 
 #include "accel/ray/counting.h"

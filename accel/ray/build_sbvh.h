@@ -19,8 +19,8 @@ struct SbvhParams : SahParams {
   int bins = 32;
   float alpha = 1e-3f;
   float duplication = 0.5f;
-  const MemoryWatch* watch = nullptr;       // hears of every reference added, as so many bytes:
-  std::uint64_t bytes_per_reference = 220;  // at the peak of a build, whatever is made of the tree
+  const MemoryWatch* watch = nullptr;       // told of every added reference, counted as
+  std::uint64_t bytes_per_reference = 220;  // bytes, the peak of a build in any layout
 };
 
 template <class Visitor>

@@ -26,7 +26,7 @@ class Cgal {
 
   Hit closest(const Ray& ray) const;
   bool occluded(const Ray& ray) const;
-  // Primitives are counted; of the nodes it visits CGAL tells nothing.
+  // Primitives are counted; CGAL does not report the nodes it visits.
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const;
   bool occluded_counted(const Ray& ray, TraversalCounters& counters) const;
   RayStructureStats stats() const;

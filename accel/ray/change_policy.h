@@ -1,4 +1,4 @@
-// What a tree does when its boxes move (dynamic_tree.h), by name.
+// How a tree is updated when its boxes move (dynamic_tree.h), by name.
 #pragma once
 
 #include "framework/core/params.h"

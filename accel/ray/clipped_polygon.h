@@ -9,9 +9,10 @@
 
 namespace etendue {
 
-// By how much a structure that cuts space enlarges what it lists. A ray and the triangle that the watertight test says it hits
-// can lie apart by some epsilon of the coordinates involved; 16 of the largest (an extent is at most twice as large) keep the
-// hit in a cell that the ray visits. Origins far outside are covered by the padding of distances (traversal_limit.h).
+// By how much a structure that subdivides space enlarges its cells when it lists what touches them. A ray and the triangle that
+// the watertight test says it hits can lie apart by some epsilon of the coordinates involved; 16 of the largest (an extent is
+// at most twice as large) keep the hit in a cell that the ray visits. Origins far outside are covered by the padding of
+// distances (traversal_limit.h).
 inline double cell_slack(const Bounds& b) {
   double largest = 0;
   for (int axis = 0; axis < 3; ++axis) largest = std::max<double>({largest, std::abs(b.lower[axis]), std::abs(b.upper[axis])});
@@ -56,7 +57,7 @@ class ClippedPolygon {
   // A convex polygon gains one vertex at most per plane; rounding can bend it, so there is room to spare.
   static constexpr std::size_t most_vertices = 24;
 
-  // Keeps where sign * (coordinate - plane) >= 0.
+  // Keeps the part with sign * (coordinate - plane) >= 0.
   void keep(int axis, double plane, double sign) {
     const auto old = vertices_;
     const std::size_t old_count = std::exchange(count_, 0);

@@ -1,4 +1,5 @@
-// Intersection in double precision over a whole scene: the arbiter of what structures answer, and the oracle's oracle.
+// Intersection in double precision over a whole scene: decides whether the answers of structures, and of brute force, are
+// right.
 //
 // Triangles are tested by the signs of three volumes, one per edge: an edge shared by two triangles gets exactly opposite
 // values in them, so no ray slips through between. Instances are inverted in double from their matrix.
@@ -23,7 +24,7 @@ struct ExactHit {
 // The nearest surface with t in (t_min, t_max], by brute force.
 std::optional<ExactHit> exact_closest(const Scene& scene, const Ray& ray);
 
-// Is `answer` what a structure working in single precision may say of this ray, `exact` being exact_closest of it?
+// Is `answer` an acceptable result in single precision for this ray, where `exact` is its exact_closest?
 //
 //   - A miss is right if there is no exact hit.
 //   - A hit is right if its point lies on the primitive it names, give or take rounding, and nothing is met clearly before it.

@@ -1,4 +1,4 @@
-// Four floats side by side, by the compiler's vectors: x, y and z of a point, and a lane of no account.
+// Four floats in one of the compiler's vectors: x, y and z of a point, and a lane that does not count.
 #pragma once
 
 #include "framework/core/vec.h"

@@ -23,7 +23,7 @@ namespace etendue {
 struct GridParams {
   float density = 5;
   int max_cells = 1 << 24;
-  const MemoryWatch* watch = nullptr;  // asked before cells and references are allotted
+  const MemoryWatch* watch = nullptr;  // checked before cells and references are allocated
 };
 
 template <class Visitor>
@@ -68,7 +68,7 @@ class Grid {
   double sah_cost_ = 0;
 };
 
-// A ray on its way from cell to cell.
+// The walk of a ray from cell to cell.
 class Grid::Walk {
  public:
   Walk(const Grid& grid, const Ray& ray, const SlabRay& slab, float entry) : grid_(grid), slab_(slab), passed_(entry) {

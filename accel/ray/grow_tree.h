@@ -1,8 +1,8 @@
-// Growing a tree from the root down: what all top-down builders share.
+// Growing a tree from the root down, shared by all top-down builders.
 //
-// A splitter decides where a run of items is cut; everything else stands here once: limits, leaves, tasks and the final order
-// of the nodes. The work is iterative within a task, so its depth costs no call stack. Runs of at least `task_size` items
-// become tasks of their own (oneTBB).
+// A splitter decides where a run of items is cut. Limits, leaves, tasks and the final order of the nodes are handled here. The
+// work is iterative within a task, so its depth costs no call stack. Runs of at least `task_size` items become tasks of their
+// own (oneTBB).
 //
 // The tree is the same at any thread count because a node's place follows from the splits above it alone: a subtree of n items
 // has n - 1 pairs of children at most, so its first pair and its n decide where every pair below may lie, depth first. Trees of
@@ -42,7 +42,7 @@ struct Split {
 
 template <class S>
 concept Splitter = requires(S& s, const ItemRange& range, std::uint32_t position) {
-  // Cuts the run where the splitter thinks best, or answers that a leaf is better. Never called for a single item.
+  // The best cut of the run, or none if a leaf is better. Never called for a single item.
   { s.best(range) } -> std::same_as<std::optional<Split>>;
   // Cuts it into two runs of equal length (or lengths that differ by one), whatever the items.
   { s.halve(range) } -> std::same_as<Split>;
@@ -50,7 +50,7 @@ concept Splitter = requires(S& s, const ItemRange& range, std::uint32_t position
   { s.id(range, position) } -> std::same_as<std::uint32_t>;
 };
 
-// Where the depth left only just suffices for halving, halving it is: so max_depth bounds the tree without large leaves,
+// True where the remaining depth just suffices for a balanced subtree: so max_depth bounds the tree without large leaves,
 // unless even a balanced tree would be deeper.
 inline bool must_halve(std::uint32_t size, std::uint32_t depth, const TreeLimits& limits) {
   const auto leaf_size = static_cast<std::uint32_t>(limits.leaf_size);

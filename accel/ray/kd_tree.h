@@ -1,10 +1,11 @@
 // kd-tree by the surface area heuristic: space is cut in two by axis-parallel planes, and each leaf lists what touches it
 // ([Wald2006]; iterative traversal of [Havran2000]).
 //
-// Planes are judged by the boxes of what is left of the triangles in a node ("perfect splits"): a triangle cut by a plane is
+// Planes are chosen by the boxes of the parts of triangles that lie in a node ("perfect splits"): a triangle cut by a plane is
 // clipped to either side, and listed only where some of it remains. Large nodes try the planes between bins ([Hunt2006]), small
-// ones every face of a box; so a level costs O(n) and the tree O(n log n). A cut must be cheaper than a leaf; cuts that leave a
-// side empty count 0.8. The depth is bounded by 8 + 1.3 log2 n ([Havran2000]), the references by 32 per primitive.
+// ones every face of a box; so a level costs O(n) and the tree O(n log n). A cut must be cheaper than a leaf; the cost of cuts
+// that leave a side empty is multiplied by 0.8. The depth is bounded by 8 + 1.3 log2 n ([Havran2000]), the references by 32 per
+// primitive.
 //
 // No hit is lost at a plane: boxes are enlarged by cell_slack, both sides of a plane are visited where the padded distances do
 // not exclude it, and the walk ends only beyond traversal_limit.h, so ties go to the lowest id. A primitive of several leaves
@@ -24,7 +25,7 @@ struct KdTreeParams {
   float primitive_cost = 1;
   int max_depth = 0;
   int bins = 32;
-  const MemoryWatch* watch = nullptr;  // asked at every cut
+  const MemoryWatch* watch = nullptr;  // checked at every cut
 };
 
 template <class Visitor>

@@ -20,9 +20,9 @@ class LeafBlocks {
   // `geometry` must outlive this.
   explicit LeafBlocks(const Geometry& geometry) : geometry_(&geometry) {}
 
-  // Adds the primitives of one leaf and says where they lie.
+  // Adds the primitives of one leaf and returns where they lie.
   Run add(std::span<const std::uint32_t> ids);
-  // For trees that change: blocks without primitives, and what one of them is to hold (TriangleBlock::width ids at most).
+  // For trees that change: makes blocks without primitives, and fills one of them (with at most TriangleBlock::width ids).
   void resize(std::size_t blocks) { blocks_.resize(blocks); }
   void set(std::uint32_t block, std::span<const std::uint32_t> ids);
 

@@ -1,5 +1,5 @@
-// What lies behind the primitives of a tree, in their order in it: in the order of a tree's leaves, what is next needed then
-// lies next, while to look triangles up one by one costs more than all else in making packs of them.
+// The vertices behind the primitives of a tree, copied in the order of its leaves: packs are then made from consecutive memory.
+// Looking triangles up one by one would cost more than everything else in making packs.
 #pragma once
 
 #include "accel/ray/binary_tree.h"

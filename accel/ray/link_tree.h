@@ -1,4 +1,4 @@
-// Growing a tree whose cuts are known before its boxes are: what builders from a sorted order or from merged pairs share.
+// Growing a tree whose cuts are known before its boxes: shared by builders from a sorted order or from merged pairs.
 //
 // Cuts are taken from the root down, boxes are then united from the leaves up. The first few cuts are made by one thread, as
 // they cost no pass over items; the subtrees below go to tasks (oneTBB). Nodes are numbered as in grow_tree.h, so the tree is

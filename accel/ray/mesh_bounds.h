@@ -1,5 +1,5 @@
-// One bounding box per mesh, and every primitive of the meshes whose box the ray meets: what a renderer does before it has an
-// acceleration structure ([Rubin1980], with the one level that a model comes with).
+// One bounding box per mesh, and a test of every primitive in the meshes whose box the ray meets: the first step beyond brute
+// force ([Rubin1980], with the single level that a model's meshes give).
 //
 // A mesh is a Shape of the object: a file's mesh with its material, or one quadric. Its primitives lie together and are tested
 // four at a time. Work grows with the primitives of the meshes that are met, so a scene of one large mesh costs what brute
@@ -22,7 +22,7 @@ class MeshBounds {
   bool occluded(const Ray& ray) const { return occluded_with(ray, CountNothing{}); }
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const { return closest_with(ray, CountWork{counters}); }
   bool occluded_counted(const Ray& ray, TraversalCounters& counters) const { return occluded_with(ray, CountWork{counters}); }
-  // A node is a mesh's box. The cost is that of testing all boxes, which lie in the box of all.
+  // Nodes are the meshes' boxes. The SAH cost includes testing every box, since all lie in the box of the whole.
   RayStructureStats stats() const;
 
  private:

@@ -21,7 +21,7 @@ struct OctreeParams {
   int leaf_size = 8;
   int max_depth = 16;
   float primitive_cost = 0.15f;
-  const MemoryWatch* watch = nullptr;  // asked at every cut
+  const MemoryWatch* watch = nullptr;  // checked at every cut
 };
 
 template <class Visitor>

@@ -1,4 +1,4 @@
-// Tells builders which runs of primitives a pack takes, so that they need not cut these only for a collapse to join them again.
+// Tells builders which runs of primitives fit into a pack, so that they do not divide runs which the collapse would join again.
 #pragma once
 
 #include "accel/ray/vertex_ids.h"

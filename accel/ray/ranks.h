@@ -1,5 +1,5 @@
-// Where each of up to sixteen different numbers comes in their rising order, by counting those below it: no branch depends on
-// the numbers.
+// The rank of each of up to sixteen different numbers in ascending order, found by counting those below it: no branch depends
+// on the numbers.
 #pragma once
 
 #include "accel/ray/four_floats.h"

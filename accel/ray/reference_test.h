@@ -2,9 +2,9 @@
 // so cells hold ids and the geometry is read when a ray comes.
 //
 // Up to four triangles that the ray has not met before are gathered into a block and tested together, with the same bits as
-// everywhere (triangle_block.h). What has been met before is told by mailboxes ([Amanatides1987]); they stand in a small table
-// in the ray's own frame instead of with the primitives, so threads share nothing, and a primitive whose box another took over
-// is tested again, which changes no result.
+// everywhere (triangle_block.h). Mailboxes ([Amanatides1987]) remember what the ray has met. They lie in a small table on the
+// ray's stack instead of with the primitives, so threads share nothing; a primitive whose entry was overwritten is tested
+// again, which changes no result.
 #pragma once
 
 #include "accel/ray/triangle_block.h"

@@ -47,8 +47,8 @@ struct SlabCut {
   Bounds left_bounds, right_bounds;
 };
 
-// The bins of an axis at a time, and room to sweep them; made once for many nodes, as to fill all takes longer than a small
-// node.
+// The bins of one axis at a time, with room for the sweep. Reused for many nodes, because initialising them takes longer than a
+// small node.
 class SlabBins {
  public:
   SlabBin& operator[](std::uint32_t slab) { return bins_[slab]; }

@@ -1,6 +1,6 @@
 // The cheapest cut of a handful of boxes by the surface area heuristic: every position on three axes, as build_sah.h, but
 // sorted anew by a network ([Batcher1968]) that sorts all three axes at once. Most nodes of a tree hold so few primitives that
-// this costs less than to clear bins for them.
+// this costs less than clearing bins for them.
 #pragma once
 
 #include "accel/ray/binary_tree.h"

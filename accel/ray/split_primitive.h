@@ -9,9 +9,9 @@ struct SplitParts {
   Bounds left, right;
 };
 
-// `item.bounds` holds the part of the primitive in question, and straddles the plane; so the parts lie within it. The parts of
-// a triangle are padded by the rounding of its edges' intersections with the plane, so that together they miss none of its
-// points. `geometry` null: the item is its box.
+// `item.bounds` is the box of the part of the primitive to be split, and straddles the plane; both results lie within it. The
+// parts of a triangle are padded by the rounding of its edges' intersections with the plane, so that together they miss none of
+// its points. `geometry` null: the item is its box.
 SplitParts split_primitive(const Geometry* geometry, const BuildItem& item, int axis, float plane);
 
 }  // namespace etendue

@@ -1,8 +1,8 @@
 // The stack of an iterative traversal, as deep as the tree it is for.
 //
-// Trees of ordinary depth use a fixed array in the caller's frame. Deeper ones borrow from a pool of the thread, which grows
-// once and is kept, so no query allocates in the steady state. Traversals nest (a top level calls bottom levels), hence the
-// pool hands out one block per nesting.
+// Trees of ordinary depth use a fixed array on the stack. Deeper ones borrow from a pool of the thread, which grows once and is
+// kept, so that queries do not allocate in the long run. Traversals nest (a top level calls bottom levels), hence the pool
+// hands out one block per nesting.
 #pragma once
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 // lane.
 //
 // The operations and their order are those of intersect_triangle, so each lane gives the same bits as the scalar test. Where an
-// edge function is zero and that test turns to double precision, the whole block is done by it.
+// edge function is zero, so that the scalar test falls back to double precision, the whole block is tested by it.
 #pragma once
 
 #include "framework/scene/intersect.h"
