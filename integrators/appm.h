@@ -1,8 +1,8 @@
 // Adaptive progressive photon mapping ([Kaplanyan2013]).
 //
-// Each pixel's radius is the one that its variance and its curvature, as estimated so far, ask for: wide where light is even,
-// narrow at shadows, caustics and edges. See integrators/adaptive_bandwidth.h for the rule, its rate (MSE ~ n^(-2/3) in smooth
-// regions) and its bounds, and integrators/progressive.h for the rest.
+// Each pixel's radius balances the variance and the curvature estimated so far: wide where light is even, narrow at shadows,
+// caustics and edges. See integrators/adaptive_bandwidth.h for the rule, its rate (MSE ~ n^(-2/3) in smooth regions) and its
+// bounds, and integrators/progressive.h for the rest.
 #pragma once
 
 #include "integrators/progressive.h"

@@ -1,7 +1,7 @@
 // Chi-squared progressive photon mapping ([Lin2020]).
 //
-// A pixel's radius shrinks when a test finds its photons uneven, and not before: see integrators/chi_squared_radius.h for the
-// rule and its rate (MSE ~ n^(-2/3) where light is uneven, n^-1 where not), and integrators/progressive.h for the rest.
+// A pixel's radius shrinks only when a test finds its photons uneven: see integrators/chi_squared_radius.h for the rule and its
+// rate (MSE ~ n^(-2/3) where light is uneven, n^-1 where not), and integrators/progressive.h for the rest.
 #pragma once
 
 #include "integrators/progressive.h"

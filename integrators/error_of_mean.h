@@ -1,7 +1,7 @@
-// The error of a weighted mean of what records say: from their own variances, or from how far they disagree where that tells of
-// more (gradients have noise too, and interpolation errs in each record by itself); from noise that all share, of which more
-// records take nothing away; and from what they all leave out, for which stands e^2 / 2 of what each says: the second order
-// where e, a record's error, is the first ([Ward1988]).
+// The standard error of a weighted mean of records. It has three parts: the records' own variances, or their scatter where that
+// is larger (gradients have noise too, and each record has its own interpolation error); noise that all share, which more
+// records do not lower; and the second-order error of interpolation common to all, taken as e^2 / 2 of each value, e being the
+// record's first-order error ([Ward1988]).
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class ErrorOfMean {
     if (!(weights_ > 0)) return 0;
     const double mean = said_ / weights_, spread = std::max(0.0, squares_ / weights_ - mean * mean);
     const double share = squared_weights_ / (weights_ * weights_);  // 1 / n of n equal weights
-    // With less than two records' worth of weights their spread says nothing, and may not be made much of.
+    // With weights worth less than two records the spread is no estimate; it must not be scaled up.
     const double scatter = spread * share / std::max(1 - share, 0.5);
     const double noise = noise_ / (weights_ * weights_), shared = shared_ / weights_, remainder = remainder_ / weights_;
     return static_cast<float>(std::sqrt(std::max(noise, scatter) + shared * shared + remainder * remainder));

@@ -11,17 +11,17 @@
 // and a map states which of the three it holds, so that nothing is counted twice.
 //
 // A rough lobe that carries has *flanks*: directions whose density is below the peak of the narrowest lobe that would be
-// gathered. Kernels resolve those as well as they do receivers, whereas a camera path that follows the lobe goes there now and
-// then only, and may find there what is a thousand times as bright (light through a door, say). So where asked for, photons are
-// stored on such surfaces too; camera paths follow the lobe's core and gather its flanks. That is a partition by the direction
-// alone, as [Jensen1996] has one by materials; weights of both strategies everywhere are those of integrators/vcm.h.
+// gathered. Kernels resolve the flanks as well as they resolve receivers, whereas a camera path that follows the lobe rarely
+// goes there, and may then find light a thousand times as bright (through a door, say). So on request photons are stored on
+// such surfaces too; camera paths follow the lobe's core and gather its flanks. This partition is by direction alone, as that
+// of [Jensen1996] is by material; integrators/vcm.h weights both strategies everywhere.
 //
 // Photon i of a pass is a function of (seed, pass, i) alone. Chunks of fixed size are traced in parallel and joined in order,
 // so the arrays are the same, bit for bit, at any number of threads. Russian roulette follows [Jensen2001]: a photon survives
 // with the largest component of its power it would keep, and keeps that component.
 //
 // Photons are emitted in proportion to the lights' power, or where they matter (PhotonEmission): a VisibleRegion tells where
-// they are going to be gathered.
+// they will be gathered.
 //
 //   power        all of the same power, wherever they go
 //   importance   by a guide over the numbers of emission, learned from a quarter of the paths: integrators/emission_guide.h.
@@ -43,7 +43,7 @@ namespace etendue {
 using PhotonHistory = std::uint8_t;
 inline constexpr PhotonHistory photon_direct = 1, photon_caustic = 2, photon_indirect = 4, photon_any = 7;
 
-// The geometric normal of the side a photon came from, in 1/127, and its history.
+// The geometric normal of the side a photon came from, in steps of 1/127, and its history.
 struct PhotonSide {
   std::int8_t x = 0, y = 0, z = 0;
   PhotonHistory history = 0;
@@ -86,7 +86,7 @@ Photons joined(std::span<const Photons> parts);
 // Ids in the order of a Morton curve through 2048 x 2048 x 1024 cells of the points' bounds, ties by id.
 std::vector<std::uint32_t> along_curve(std::span<const vec3> points);
 
-// What becomes of the flanks of a rough lobe that carries.
+// How the flanks of a rough lobe that carries are treated.
 enum class Flanks : std::uint8_t { followed, gathered };
 
 // Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe carries.
@@ -94,7 +94,7 @@ class Receivers {
  public:
   Receivers(const Scene& scene, float narrow, Flanks flanks = Flanks::followed);
   bool operator()(std::uint32_t material) const { return kinds_[material] == Kind::receives; }
-  // Has it a rough lobe that carries, whose flanks are gathered?
+  // Does the material have a rough lobe that carries, whose flanks are gathered?
   bool has_flanks(std::uint32_t material) const { return kinds_[material] == Kind::flanks; }
   bool stores(std::uint32_t material) const { return kinds_[material] != Kind::carries; }
   // Is there a rough lobe that carries?

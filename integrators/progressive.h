@@ -1,34 +1,34 @@
-// What the progressive photon mappers share: passes of fresh photons, each gathered at the points the camera sees.
+// Shared by the progressive photon mappers: passes of new photons, each gathered at the points the camera sees.
 //
-// Iteration i traces a camera path per pixel through what carries to its receivers (integrators/camera_walk.h) and a pass of
-// photons; at each receiver it takes
+// Iteration i traces a camera path per pixel, past surfaces that carry light, to its receivers (integrators/camera_walk.h), and
+// a pass of photons. At each receiver it takes
 //
 //   direct              next-event estimation, one light sample (direct = "sample"), or photons
 //   caustic, indirect   the pass's photons within the radius r_i that the method's policy gives (integrators/radius_policy.h)
 //
 // and emission as the camera path meets it: the same partition of paths as integrators/photon_map.h, with one map for caustic
-// and indirect photons. The image is the mean over the iterations, the photons' share divided by what of the kernels' discs
-// was surface (integrators/disc_coverage.h; edges = "disc": as published, by the whole discs). Sampling the direct light is the
-// default since photons are worst at it: a pass gives its n photons per kernel, relative variance 4 / (3 n) and a blurred
-// shadow, where one shadow ray gives a sharp one with a fraction of the variance, and the photons that remain are fewer and
-// smoother ([Jensen2001] divides the light so).
+// and indirect photons. The image is the mean over the iterations, the photons' part divided by the share of the kernels' discs
+// that surface covers (integrators/disc_coverage.h; edges = "disc": by the whole discs, as published). Sampling the direct
+// light is the default since photons are worst at it: a pass gives its n photons per kernel, relative variance 4 / (3 n) and a
+// blurred shadow, where one shadow ray gives a sharp one with a fraction of the variance, and the photons that remain are fewer
+// and smoother ([Jensen2001] divides the light so).
 //
 // Photons are gathered at receivers and, with flanks = "gathered" where rough lobes carry the camera path on, in their flanks
-// (integrators/photons.h), which have a radius of their own per pixel. That is the default of cppm, whose radii shrink at once
+// (integrators/photons.h), which have a radius of their own per pixel. That is the default of cppm, whose radii shrink quickly
 // where light leaks from behind a wall on the same floor; with radii that shrink slowly the leaks outweigh the noise.
 //
-// r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice
-// the median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what
-// is reflected and light leaks there under doors. It owes nothing to the photons that are gathered, so that it adds no bias
-// of its own. With `clear_radius`, a disc that holds photons of a brighter place hidden behind something that stands on the
-// same floor (a wall; or a glass, under its caustic) ends there, and so do those of neighbouring pixels where later paths see
-// other points. Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is found
-// once, by two paths per pixel.
+// r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice the
+// median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what is
+// reflected and light leaks there under doors. It is independent of the photons that are gathered, and so adds no bias of its
+// own. With `clear_radius`, a disc that would hold photons of a brighter place hidden behind something on the same floor (a
+// wall; or a glass, beside its caustic) ends there, and so do those of neighbouring pixels, since later paths see other points.
+// Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is found once, by two paths
+// per pixel.
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
-// paths, and noise that photons have no part in (edges, what glass mirrors) falls as fast as theirs. `photons_per_pixel` and
-// `neighbours` = 0 look at the scene: where all surfaces that light reaches are diffuse, camera paths bring little noise, and a
-// pass of more photons in somewhat wider kernels makes more of each path.
+// paths, and noise that does not come from photons (edges, reflections in glass) falls as fast as theirs. `photons_per_pixel`
+// and `neighbours` = 0 depend on the scene: where all surfaces that light reaches are diffuse, camera paths have little noise,
+// so a pass has more photons and somewhat wider kernels.
 //
 // Consistent as long as the policy's radius vanishes. At finite radii: blur and, with edges = "disc", loss within r of edges
 // (half of the photons' share at the edge itself).
@@ -103,7 +103,7 @@ struct VisiblePoints {
   }
 };
 
-// Photons, maps and camera paths: all that does not ask for a radius.
+// Photons, maps and camera paths: everything that does not depend on the radius.
 class ProgressivePasses {
  public:
   ProgressivePasses(const ProgressiveParams& params, VisiblePoints points);
@@ -134,7 +134,7 @@ class ProgressivePasses {
   }
 
   const VisiblePoints& points() const { return points_; }
-  // What a pixel's receivers are gathered by is one state of the policy; the flanks of lobes on the way there are another.
+  // A pixel has one state of the policy for its receivers, and another for the flanks of lobes on the way there.
   std::uint32_t kinds() const { return receivers_->narrow_lobes() && params_.flanks == "gathered" ? 2 : 1; }
   std::size_t states(const RenderContext& context) const {
     return static_cast<std::size_t>(context.resolution.x) * context.resolution.y * points_.per_pixel() * kinds();
@@ -162,7 +162,7 @@ class ProgressivePasses {
   int max_depth_ = 0;
   std::unique_ptr<Receivers> receivers_;
   float widest_ = infinity;              // radius
-  std::unique_ptr<VisibleRegion> seen_;  // null where nobody asks
+  std::unique_ptr<VisibleRegion> seen_;  // null where it is not needed
 };
 
 // A method: the passes and its policy, made of the initial radii.

@@ -1,20 +1,19 @@
 // Radiance caching in spherical harmonics ([Krivanek2005]): an irradiance cache that rough surfaces can use.
 //
-// No more than a surface needs: a diffuse one is answered from records of irradiance, as irradiance_cache.h says in full; a
-// metal or plastic from records of incident radiance in spherical harmonics (rough_cache.h), if its lobe is so wide that
-// `order` bands leave out no more than `left_out` of it: with the defaults from a roughness of 0.48 on, with ten bands from
-// 0.24. All else (delta lobes, dielectrics, narrower lobes) is followed to the next surface, which the cache then answers: a
-// narrow lobe leaves little noise to take away, and records that resolved it would cost more than following it. Direct light is
-// sampled, by light samples alone at diffuse surfaces, by them and the BSDF's at rough ones ([Veach1995]).
+// Each surface uses the simplest cache that serves it. Diffuse surfaces use records of irradiance (irradiance_cache.h). A metal
+// or plastic uses records of incident radiance in spherical harmonics (rough_cache.h), if its lobe is so wide that `order`
+// bands leave out no more than `left_out` of it: with the defaults from a roughness of 0.48 on, with ten bands from 0.24. All
+// else (delta lobes, dielectrics, narrower lobes) is followed to the next surface, where the cache answers: sampling a narrow
+// lobe adds little noise, and records that resolve it would cost more than following it. Direct light is sampled, by light
+// samples alone at diffuse surfaces, by them and the BSDF's at rough ones ([Veach1995]).
 //
 // Both kinds of record are filled, refined and averaged alike (cache_progress.h); with `refine` off they are made before the
 // first iteration and stay as they are.
 //
 // A cache can be saved and loaded, as irradiance_cache.h says; `lobe_samples` too may differ then.
 //
-// Consistent with `refine` but for the order of the harmonics: incident radiance is known no finer than some pi / n, which
-// blurs what lobes reflect by up to `left_out`. Biased without: by interpolation and the records' noise. Depth: as
-// irradiance_cache.h.
+// Consistent with `refine` except for the order n of the harmonics: incident radiance is resolved only to about pi / n, which
+// blurs reflections by up to `left_out`. Biased without: by interpolation and the records' noise. Depth: as irradiance_cache.h.
 #pragma once
 
 #include "framework/integrator.h"

@@ -5,11 +5,12 @@
 // direction) is a vector of coefficients, and the answer is the lobe times the weighted mean of what records extrapolate to.
 //
 // Deviations from [Krivanek2005]. Coefficients are in world axes: turning a lobe costs nothing, so that neither radiance nor
-// gradients are ever rotated. Below the horizon stands the mirror image of what is above, so that no step at the horizon rings
-// and all coefficients go to the half that is looked at. Gradients follow the walls between strata as the surroundings shift
-// ([Krivanek2005a], after [Ward1992]), with the harmonic in place of the cosine, for strata of equal solid angle.
+// gradients are ever rotated. Radiance below the horizon is set to the mirror image of that above: without a step at the
+// horizon there is no ringing, and all coefficients serve the visible half. Gradients follow the walls between strata as the
+// surroundings shift ([Krivanek2005a], after [Ward1992]), with the harmonic in place of the cosine, for strata of equal solid
+// angle.
 //
-// Interpolation, reach, refusal of records in front and neighbour clamping are those of irradiance records.
+// Interpolation, reach, rejection of records in front and neighbour clamping are those of irradiance records.
 #pragma once
 
 #include "framework/integrator.h"
@@ -24,13 +25,13 @@ namespace etendue {
 // Coefficients of a lobe, or of radiance; index as in spherical_harmonics.h.
 using ShLobe = std::vector<Rgb>;
 
-// The lobe whose answer is irradiance over pi: that of a white diffuse surface, up to l = 6.
+// The lobe of a white diffuse surface, up to l = 6: its product with a record is irradiance over pi.
 ShLobe diffuse_lobe(int order, const vec3& normal);
 
 struct RadianceEstimate {
   std::vector<Rgb> coefficients;  // n^2 values, then as many derivatives along the tangent, then along the bitangent
   float inverse_distance = 0;     // mean over the hemisphere, of 1 / distance
-  // Of the luminance of what a lobe reflects, per sum of the squares of its coefficients; from the differences of neighbouring
+  // Variance of the luminance that a lobe reflects, per sum of its squared coefficients; from the differences of neighbouring
   // strata, whose real contrast counts as noise too.
   float variance = 0;
 

@@ -1,9 +1,9 @@
-// How the radius of a progressive gather goes on from pass to pass.
+// How the radius of a progressive gather changes from pass to pass.
 //
 // A progressive photon mapper renders pass after pass of fresh photons, estimates each pixel's radiance by a kernel of radius
-// r_i in pass i, and shows the mean of the estimates. Their variance averages out; their bias goes with r_i^2, so that the
-// radius must shrink, slowly enough for the mean's variance, of order sum r_i^-2 / n^2, to vanish too. What differs between the
-// methods is the rule for r_i alone:
+// r_i in pass i, and shows the mean of the estimates. The variance averages out. The bias is proportional to r_i^2, so the
+// radius must shrink, but slowly enough that the mean's variance, of order sum r_i^-2 / n^2, vanishes too. The methods differ
+// only in the rule for r_i:
 //
 //   FixedRadius        r_i = r_1                                            the noise goes, the bias stays
 //   NearestRadius      the k-th nearest photon of the pass itself           [Jensen1996]; likewise
@@ -29,7 +29,7 @@ namespace etendue {
 // r_1 per pixel, from the density of a pilot pass (integrators/progressive.h).
 using InitialRadii = std::vector<float>;
 
-// Where and when a radius is asked for.
+// Where, and in which pass, a radius is needed.
 struct GatherSite {
   std::size_t pixel;
   std::uint32_t pass;  // from 0
@@ -37,7 +37,7 @@ struct GatherSite {
   const GatherPoint& at;
 };
 
-// The kernel's radius, and that of the photons the policy wants to see, at least as large.
+// The kernel's radius, and the radius, at least as large, within which the policy observes photons.
 struct GatherDisc {
   float radius, reach;
 

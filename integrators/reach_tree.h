@@ -1,8 +1,8 @@
-// Octree over records by which neighbour clamping finds the few that matter ([Krivanek2006]).
+// Octree over records with which neighbour clamping finds the few records it concerns ([Krivanek2006]).
 //
-// Clamping asks for the least of reach_j + slope |p - p_j| over all records, and for the records whose reach is longer than a
-// new one's plus the way to it. Nodes keep the box of their records and their least and longest reach, so both are answered by
-// branch and bound, exactly as by going through all pairs.
+// Clamping needs the least of reach_j + slope |p - p_j| over all records, and the records whose reach is longer than a new
+// one's plus slope times the distance to it. Nodes keep the box of their records and their least and longest reach, so both are
+// answered by branch and bound, exactly as by going through all pairs.
 #pragma once
 
 #include "framework/core/vec.h"
@@ -19,7 +19,7 @@ class ReachTree {
   void insert(const vec3& position, float reach, std::uint32_t id);
   // The least of `reach` and of what the records allow at a position.
   float limit(const vec3& position, float reach) const;
-  // shorten(id, length) for every record longer than length = reach + the distance to it; its reach here is then that length.
+  // shorten(id, length) for every record longer than length = reach + slope * distance, whose reach becomes that length.
   template <class Shorten>
   void shorten_around(const vec3& position, float reach, const Shorten& shorten) {
     if (!nodes_.empty()) shorten_node(0, position, reach, shorten);
@@ -50,7 +50,7 @@ class ReachTree {
   void insert_into(std::uint32_t node, const Entry& entry, int depth);
   void limit_node(std::uint32_t node, const vec3& position, float& limit) const;
 
-  // Distances to boxes are rounded: less a little, so that no record is missed.
+  // Distances to boxes are rounded, so they are reduced a little: no record is missed.
   template <class Shorten>
   void shorten_node(std::uint32_t index, const vec3& position, float reach, const Shorten& shorten) {
     if (!(nodes_[index].longest > reach + slope_ * distance_to(nodes_[index].bounds, position))) return;

@@ -1,5 +1,5 @@
-// What a file of a cache of records holds after its key (cache_file.h), whatever the records are (record_levels.h): the
-// histories from which they are made again, and where the refinement stood.
+// The part of a cache file after its key (cache_file.h), for all kinds of records (record_levels.h): the histories from which
+// records are made again, and the state of the refinement.
 //
 //   u64  view: hash of scene, camera, resolution and seed for which it was filled last
 //   u64  key salt (RecordLevels::resume)
@@ -9,7 +9,8 @@
 //   u64  number of levels; of each: u64 number of records; of each:
 //          f32 position[3], normal[3], geometric normal[3], pixel width; i32 depth; u64 key; i32 passes; their mean
 //
-// A kind of record adds what its mean is: which fields `transfer` reads and writes, and whether they hold what they can.
+// For each kind of record, `transfer` defines the fields of the mean that are read and written, and a check whether their
+// values are possible.
 #pragma once
 
 #include "integrators/cache_file.h"
@@ -32,14 +33,14 @@ class CacheStanding {
   float accuracy() const { return accuracy_; }  // when it was saved
   std::uint64_t key_salt() const { return key_salt_; }
 
-  // Goes on from the rounds that are behind it; those of the overture are, where nothing is refined.
+  // Continues after the rounds done so far; without refinement those of the overture count as done.
   void begin(const RenderContext& context, bool refines);
   std::uint32_t first_round() const { return first_round_; }
   void reached(std::uint32_t rounds) { rounds_ = rounds; }
-  // The accuracy that loaded records shall have before the next round.
+  // The accuracy that loaded records must have before the next round.
   float accuracy_wanted(const CacheProgress& progress) const;
-  // Is there anything that loaded records may not cover? What is covered is not looked at again, so that a cache that is not
-  // refined is the same, loaded or fresh.
+  // Is there anything that loaded records may not cover? What is covered is not visited again, so that a cache without
+  // refinement is the same whether loaded or new.
   bool needs_filling(float accuracy) const { return !same_view_ || accuracy != accuracy_; }
 
  private:

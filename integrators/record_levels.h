@@ -1,13 +1,13 @@
-// Records by level, filled and refined so that what the camera sees is covered ([Ward1988]'s overture), whatever they hold.
+// Records by level, filled and refined so that they cover what the camera sees ([Ward1988]'s overture), whatever they hold.
 //
 // In an overture over pixel centres on grids of 256, 128, ... 1 pixels, each pass looks for points that no record covers and
-// takes them in an order drawn by hash, in batches of 64 (the seed draws the order and where the grids lie, so that the scatter
-// over seeds is that of the records' places too): a batch is computed in parallel, then inserted in its order. Points of one
-// batch do not see each other; the few records more cost nothing but room. As clamping shortens what records reach, a last pass
-// looks at every pixel again. Thus the records do not depend on threads.
+// takes them in an order drawn by hash, in batches of 64 (order and offset of the grids depend on the seed, so that the scatter
+// over seeds includes that of the records' places): a batch is computed in parallel, then inserted in its order. Points of one
+// batch do not see each other's records; the few superfluous ones cost only memory. As clamping shortens reaches, a last pass
+// visits every pixel again. Thus the records do not depend on threads.
 //
-// Without the overture pixels are looked at row by row, one after the other, each seeing all records before it: as an image
-// that is rendered asks for them ([Ward1988]). A record then lies where those before it end, at the rim of what it is to serve.
+// Without the overture pixels are visited row by row, each seeing all earlier records: the order in which rendering an image
+// needs them ([Ward1988]). A record then lies where those before it end, at the edge of the area it is to serve.
 #pragma once
 
 #include "framework/core/counters.h"
@@ -23,7 +23,7 @@ namespace etendue {
 // Radiance arriving along the first rays of paths with `depth` events behind them.
 using HemisphereRadiance = std::function<void(std::span<PathSample> paths, int depth)>;
 
-// What a record was made of.
+// What a record is made from.
 template <class Estimate>
 struct RecordHistoryOf {
   CachePoint point;
@@ -45,8 +45,9 @@ class RecordLevels {
   void clear(const RenderContext& context);
   // Covers all pixels at an accuracy with records added to those there are.
   void fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy);
-  // Every record is brought to `passes` passes over its hemisphere (a fraction is met by as many more records) and judged anew;
-  // then `wanted` points, keyed by their index and `round`, are covered at `accuracy` where they are not yet.
+  // Every record is brought to `passes` passes over its hemisphere (a fractional number by giving that share of the records one
+  // pass more), and its reach is recomputed; then `wanted` points, keyed by their index and `round`, are covered at `accuracy`
+  // where they are not yet.
   void refine(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy, double passes,
               std::span<const CachePoint> wanted, std::uint32_t round);
   // Records made earlier, in their order, in place of those there are. A `key_salt` other than 0 keeps the random numbers of
@@ -58,7 +59,8 @@ class RecordLevels {
   float accuracy() const { return accuracy_; }
 
  protected:
-  // What differs between kinds of records: an empty set, at accuracy() within bounds(); a record of it; a pass.
+  // The three steps that depend on the kind of record: making an empty set, at accuracy() within bounds(); inserting a record;
+  // tracing a pass.
   virtual Records make_records(const RenderContext& context) const = 0;
   virtual void insert(Records& records, const History& history) const = 0;
   virtual Estimate estimate(const RenderContext& context, const HemisphereRadiance& radiance, const History& history, int depth,
@@ -67,7 +69,7 @@ class RecordLevels {
   // Without records. `pixels`: what their centres see.
   void start(const RenderContext& context, std::vector<CachePoint> pixels, bool one_level, float accuracy);
   void overture(bool plays) { overture_ = plays; }
-  // No more than `limit` records from now on (0: any number), and those that are made twice are sampled once.
+  // Makes no more than `limit` records from now on (0: any number); one that is made again reuses its samples.
   void limit(std::size_t limit);
   // Those that serve points of a depth, and those of a level; null where there are none.
   const Records* records_at(int depth) const { return records_in(level(depth)); }

@@ -1,14 +1,14 @@
-// Where rough metals and plastics are answered from records of incident radiance (radiance_cache_records.h), filled and refined
-// beside a cache of irradiance.
+// A cache for rough metals and plastics: records of incident radiance (radiance_cache_records.h), filled and refined beside a
+// cache of irradiance.
 //
 // Which materials, and in how many bands: a GGX lobe seen from above is (1 + (theta / 2 alpha)^2)^-2 about the mirror direction
 // ([Walter2007], the half vector turned by half the angle), so that harmonics of degree l see a share x K_1(x), x = 2 alpha l,
 // of it (the Hankel transform of that; K_1 is a modified Bessel function). A material of roughness alpha takes the first order
-// whose share is below `left_out`; one that needs more than `highest_order` is too narrow to be cached. From grazing directions
-// a lobe is narrower in one of its two directions.
+// whose share is below `left_out`; one that needs more than `highest_order` is too narrow to be cached. Seen at grazing angles,
+// a lobe is narrower across than this.
 //
-// A lobe is projected anew for each camera sample by `lobe_samples` samples of the BSDF, so that no table limits what materials
-// there may be. Records are made, refined and judged as those of irradiance are (record_levels.h).
+// For each camera sample the lobe is projected by `lobe_samples` samples of the BSDF, so that materials are not limited to
+// those in a table. Records are made, refined and spaced as those of irradiance are (record_levels.h).
 #pragma once
 
 #include "integrators/cache_file.h"
@@ -43,7 +43,7 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
  public:
   explicit RoughCache(const RoughCacheSettings& settings) : settings_(settings) {}
 
-  // Light is cached at surfaces with less than `deepest` events before them; `one_level`: whatever their number.
+  // Light is cached at surfaces with less than `deepest` events before them; `one_level`: records of all depths are shared.
   void prepare(const RenderContext& context, int deepest, bool one_level);
   // Has the scene materials to cache at all?
   bool active() const { return order_ > 0; }
@@ -61,7 +61,7 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
     float error;               // least of the records that serve
     float standard_error = 0;  // of the radiance's luminance, where it was asked for
   };
-  // What a surface scatters of the light that does not come straight from lights; empty where no record serves.
+  // Indirect light that a surface scatters; empty where no record serves.
   std::optional<Reflected> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, Sampler& sampler,
                                      bool states_error) const;
   void add_shapes(std::vector<RecordShape>& shapes) const;

@@ -1,14 +1,14 @@
-// How many camera samples each pixel takes in an iteration: more where those before scattered.
+// How many camera samples each pixel takes in an iteration: more where earlier ones scattered.
 //
-// Where a cache gives smooth light, what is left of noise stands at outlines and in penumbrae. A pixel of an iteration takes
-// one sample, and beyond it shares in proportion to its relative standard deviation sigma: of all splits of a number of samples
-// n_i the sum of sigma_i^2 / n_i is least for n_i ~ sigma_i. It is taken over the samples so far of the pixel and its eight
-// neighbours, since an outline that only just enters a pixel is first seen beside it.
+// Where a cache gives smooth light, the remaining noise is at outlines and in penumbrae. Each pixel takes one sample per
+// iteration; further samples are shared out in proportion to the relative standard deviation sigma, because for a given total
+// the sum of sigma_i^2 / n_i is least for n_i ~ sigma_i. Sigma is estimated from the samples so far of the pixel and its eight
+// neighbours, since an outline that just enters a pixel is often seen first beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
 // has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does). That
-// is so of independent samples. The points of a low-discrepancy sequence owe those before them what they left out, which makes
-// a bias that goes as iterations add up.
+// holds for independent samples. The points of a low-discrepancy sequence depend on those before them, which causes a bias that
+// vanishes with iterations.
 #pragma once
 
 #include "framework/core/parallel.h"

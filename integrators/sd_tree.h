@@ -1,19 +1,19 @@
-// A cache of incident radiance to sample from: the spatio-directional tree of [Mueller2017].
+// A cache of incident radiance for sampling directions: the spatio-directional tree of [Mueller2017].
 //
-// A binary tree over space, its axes taken in turn, holds in each leaf a quadtree over directions (guided_directions.h). While
-// light paths of one training block are sampled from what the block before it has learnt, they are recorded for the next.
-// Between blocks leaves divide that saw more than a threshold of records, and quadtrees are refined.
+// A binary tree over space, its axes taken in turn, holds in each leaf a quadtree over directions (guided_directions.h). Paths
+// of one training block are sampled from what the previous block has learnt, and recorded for the next. Between blocks, leaves
+// with more records than a threshold are divided and quadtrees are refined.
 //
 // Deviations: there are six such trees, for the six axes that a normal (on the side the path comes from) may be nearest to; a
-// leaf that held a floor and a ceiling would send half of its samples into either. Hence directions are learnt in proportion to
-// radiance times cosine, which is what a diffuse surface samples best. And what a path finds at its next surface, if that is
-// diffuse, is the light sample there plus the mean of what such surfaces in that leaf scattered in the block before: the cache
-// closes the path, as in [Dahm2017], without the noise of all that follows. That is wrong by what varies within a leaf, and
-// does no harm but to the guide.
+// leaf that held both a floor and a ceiling would waste half of its samples at each. So directions can be learnt in proportion
+// to radiance times cosine, which is best for a diffuse surface. And the radiance recorded from a diffuse next surface is the
+// light sample there plus the mean that such surfaces in its leaf scattered in the previous block: the cache closes the path,
+// as in [Dahm2017], without the noise of all further bounces. The error of that mean within a leaf affects only the guide, not
+// the image.
 //
-// What each leaf also learns is how much to trust itself, on diffuse surfaces and on others: the share of directions that the
-// BSDF samples is the one among `bsdf_shares` of least cross-entropy between the mixture and the integrand ([Mueller2019],
-// section 10.5.3; there by gradient descent, here by a sum per candidate, which no order of samples changes but by rounding).
+// Each leaf also learns the share of directions to sample by the BSDF, for diffuse surfaces and for others: of the candidates
+// `bsdf_shares` the one of least cross-entropy between the mixture and the integrand ([Mueller2019], section 10.5.3; there by
+// gradient descent, here by a sum per candidate, which does not depend on the order of samples).
 //
 // Records come in spans whose order is given: they are sorted by leaf, and each leaf adds its own in that order. So trees do
 // not depend on threads.
@@ -30,12 +30,12 @@ struct GuideRecord {
   vec3 position;
   vec3 normal;                // on the side the path came from
   vec3 direction;             // unit, towards where the light came from
-  float radiance;             // estimate of what no light sample had at the event
+  float radiance;             // estimate of the light that the event's light sample did not include
   float gathered;             // the path's own estimate of it, without help from a cache
   float scattered;            // of f |cos|; 0: no direction was found
   float albedo;               // of a diffuse surface; 0 for others
   float pdf;                  // of the direction, as it was sampled
-  float pdf_bsdf, pdf_guide;  // of which that is the mixture; in solid angle
+  float pdf_bsdf, pdf_guide;  // the densities mixed in `pdf`; over solid angle
 };
 
 struct SdTreeOptions {
@@ -48,13 +48,13 @@ struct SdTreeOptions {
 
 inline constexpr std::array<float, 6> bsdf_shares{0.05f, 0.1f, 0.3f, 0.5f, 0.7f, 0.9f};
 
-// What is sampled from, at one place.
+// The distributions to sample from at one place.
 class Guide {
  public:
   // Share of directions to take from the BSDF of a diffuse surface, or of another; 1 where nothing was learnt.
   float bsdf_share(bool diffuse) const { return shares_[diffuse]; }
   const DirectionTree& directions() const { return directions_; }
-  // Indirect radiance that a diffuse surface here scatters per albedo: the mean of what the block before saw; < 0: not known.
+  // Indirect radiance that a diffuse surface here scatters per albedo: the mean over the previous block; < 0: not known.
   float indirect() const { return indirect_; }
 
  private:

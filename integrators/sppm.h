@@ -1,19 +1,19 @@
 // Progressive photon mapping ([Hachisuka2008]) and stochastic progressive photon mapping ([Hachisuka2009]).
 //
 // The radius follows shared statistics (SharedStatistics in integrators/radius_policy.h): of the photons found in a pass a
-// share alpha is kept, and the radius shrinks so that the density stays. `sppm` sees a new point per pixel in every iteration
+// share alpha is kept, and the radius shrinks so that the density is kept. `sppm` sees a new point per pixel in every iteration
 // and shares the statistics between all points of a pixel. `ppm` sees `points` fixed ones per pixel, each with statistics of
 // its own; iteration i serves point i mod points. (They are traced again rather than kept, which costs a camera path, not the
 // method.)
 //
-// r_n^2 ~ n^(alpha-1), so MSE ~ n^-min(alpha, 2 (1 - alpha)) in smooth regions. sppm is consistent. ppm is so for what its
-// points see alone: between them, and where a dielectric's choice fell once and for all, the image keeps the error of sampling
-// each pixel `points` times.
+// r_n^2 ~ n^(alpha-1), so MSE ~ n^-min(alpha, 2 (1 - alpha)) in smooth regions. sppm is consistent. ppm is consistent only for
+// what its fixed points see: the error of sampling each pixel `points` times stays, and so does each random choice at a
+// dielectric.
 //
 // By default sppm has more photons a pass in diffuse scenes than elsewhere (integrators/progressive.h).
 //
-// As published both gather with a box kernel and take direct light from photons too (`kernel`, `direct`); r_1 is the user's
-// there (`radius`).
+// As published, both gather with a box kernel, take direct light from photons too (`kernel`, `direct`), and leave r_1 to the
+// user (`radius`).
 #pragma once
 
 #include "integrators/progressive.h"

@@ -1,4 +1,4 @@
-// Camera paths: the light they meet, next events, and what joins them to light paths.
+// Camera paths: emission they meet, next-event estimation, and connections to light paths and merges with them.
 #pragma once
 
 #include "integrators/vcm_light_paths.h"
@@ -6,7 +6,7 @@
 
 namespace etendue {
 
-// Traces camera paths one after the other; the shadow rays of all are asked for together at the end.
+// Traces camera paths one after the other; the shadow rays of all are traced together at the end.
 class CameraPaths {
  public:
   CameraPaths(const RenderContext& context, const VcmSettings& settings, const LightPaths& light_paths, const VcmMerges& merges)

@@ -1,9 +1,9 @@
-// Weights for vertex connection and merging that know of correlation ([Grittmann2021]).
+// Weights for vertex connection and merging that account for correlation ([Grittmann2021]).
 //
 // All merges at one camera vertex share the camera's part of their paths, so that n photons there are not n independent paths:
-// where the camera's part is the improbable one they stand or fall together, and the balance heuristic, which counts them n
-// times, takes the path from strategies that would sample it with less variance. The correlation-aware heuristic scales the
-// density of a merge at vertex i by
+// where the camera's part is the improbable one, either all or none of them contribute. The balance heuristic, which counts
+// them as n samples, then takes weight from strategies that would sample the path with less variance. The correlation-aware
+// heuristic scales the density of a merge at vertex i by
 //
 //   rho_i = c_i / (c_i + l_i - c_i l_i)
 //
@@ -13,7 +13,7 @@
 // disc that a cone of one degree about the camera ray cuts out at the first vertex, as in the authors' implementation. All
 // strategies of a path see the same factors, so that the weights sum to one.
 //
-// rho depends on both parts at once, so that no partial sums will do ([Georgiev2012b]): each part keeps the densities of its
+// rho depends on both parts at once, so partial sums ([Georgiev2012b]) do not suffice: each part keeps the densities of its
 // vertices, and a weight costs time in proportion to the path's length. Deviation: light from the environment counts with its
 // density over area and direction together, as theirs does; delta lobes, which have no density, with 1.
 #pragma once

@@ -1,4 +1,4 @@
-// Merging: what the light vertices within a radius of a camera vertex send through it, as photons do.
+// Merging: light vertices within a radius of a camera vertex are gathered there like photons.
 #pragma once
 
 #include "integrators/vcm_light_paths.h"
@@ -17,12 +17,12 @@ struct CameraTrail {
 
 class VcmMerges {
  public:
-  // Over all vertices of the light paths, along a space-filling curve. `structure` finds them.
+  // Sorts all vertices of the light paths along a space-filling curve and builds `structure` over them.
   void build(const RenderContext& context, const LightPaths& light_paths, const VcmSettings& settings,
              const std::string& structure);
 
-  // A merge of no effect where a wall stands between the point and the vertex. A vertex below the tangent plane is reached
-  // round an edge or a curve, if at all: it rises to the plane first.
+  // A merge that counts only if no wall stands between the point and the vertex. A vertex below the tangent plane can only be
+  // reached round an edge or a curve, so for the test it is first raised to the plane.
   struct Conditional {
     Rgb radiance;
     Ray way;

@@ -1,9 +1,9 @@
-// The partial sums from which vertex connection and merging weighs its strategies ([Georgiev2012b]).
+// The partial sums from which vertex connection and merging computes the weights of its strategies ([Georgiev2012b]).
 //
 // A path of k scattering events can be sampled in many ways: the camera's part meets the light by itself (hit), or is joined to
 // a point of the light (next event), or to a vertex of the light's part (connection); the light's part is joined to the lens
 // (splat); or the ends of both parts fall within a radius r of each other (merge). By the balance heuristic ([Veach1995]) each
-// sample is weighed by n_i p_i / sum n_j p_j. The sum over all ways to sample the same path is kept along both parts in three
+// sample is weighted by n_i p_i / sum n_j p_j. The sum over all ways to sample the same path is kept along both parts in three
 // numbers a vertex, so that a weight costs the same however long the path is.
 //
 // Every density is per area where it belongs to a vertex ("area") and per solid angle where it belongs to a direction.
@@ -38,7 +38,7 @@ struct MisPartials {
   // To the next vertex: from solid angle there to area here. The first vertex of a light path takes no distance: at_light has
   // it.
   void arrive(float distance_squared, float cos_in) {
-    cos_in = std::max(cos_in, 1e-7f);  // 0 where a ray just touches, which would make 0 / 0 of the absent strategies
+    cos_in = std::max(cos_in, 1e-7f);  // 0 where a ray grazes the surface: absent strategies would give 0 / 0
     vcm *= distance_squared / cos_in;
     vc /= cos_in;
     vm /= cos_in;

@@ -1,4 +1,4 @@
-// What light paths and camera paths of vertex connection and merging have in common: their settings, and how they go on.
+// Shared by the light paths and camera paths of vertex connection and merging: settings, and how a path continues.
 #pragma once
 
 #include "framework/core/sampler.h"
@@ -16,7 +16,7 @@ struct VcmSettings {
   std::uint32_t paths = 1;  // light paths an iteration
   SamplerKind sampler = SamplerKind::sobol;
   float merge_radius = 0;    // m; 0: no merging
-  bool wall_test = true;     // merges that a wall divides count for nothing
+  bool wall_test = true;     // merges across a wall do not count
   bool correlation = false;  // weights by integrators/vcm_correlation.h, not by partial sums
 
   // n pi r^2 of the merges that each vertex could have been made by, and its inverse ([Georgiev2012b] eq. 20).

@@ -23,9 +23,9 @@ class VisibleRegion {
   void mark(const vec3& position, float radius) { mark(position, radius, 0xff); }
   // Unit normal, on the side photons must have come from.
   void mark(const vec3& position, float radius, const vec3& normal) { mark(position, radius, octants_facing(normal)); }
-  // Of a photon, and the normal of the side it came from.
+  // Does a photon matter here, on the side with this normal?
   bool contains(const vec3& position, const vec3& normal) const;
-  // Share of the cells that has a mark.
+  // Share of the cells that are marked.
   double share() const;
 
  private:
@@ -49,10 +49,11 @@ struct SeenOptions {
   bool side_test = true;  // else photons on every side matter
 };
 
-// Area of receivers that is seen, in m^2: the pixels' footprints at the ends of these paths.
+// Area of receivers that the camera sees, in m^2: the sum of the pixels' footprints at the ends of these paths.
 double seen_area(const RenderContext& context, const Receivers& receivers, const SeenOptions& options);
 
-// What they see, within `reach` of it; with `gather_rays` > 0, what that many rays by the BSDF from there see instead.
+// The region within `reach` of what these paths see; with `gather_rays` > 0, of what that many BSDF-sampled rays from there
+// see.
 std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const Receivers& receivers, const SeenOptions& options,
                                          float reach, int gather_rays = 0);
 
