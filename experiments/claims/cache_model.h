@@ -1,5 +1,5 @@
-// A cache counted instead of clocked: sets of lines of 64 bytes, the least recently used of a set replaced. Virtual machines
-// hide the processor's own counters of misses; this one sees the addresses that a traversal touches, and nothing else.
+// A model of a processor's cache that counts misses: sets of lines of 64 bytes, replacing the least recently used of a set.
+// Virtual machines hide the processor's own counters; this model sees only the addresses that a traversal touches.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ class CacheModel {
  private:
   static constexpr std::size_t line_bytes = 64;
 
-  // The first of a set is the most recent.
+  // The first line of a set is the most recently used.
   void touch_line(std::uint64_t line) {
     ++accesses_;
     std::uint64_t* set = &lines_[line % sets_ * ways_];

@@ -1,7 +1,7 @@
-// Claims, and what measures them.
+// Claims, and the measurements that test them.
 //
-// A claim states figures; a measurement gives figures of one scene. A claim asks of some of them that they lie in an interval;
-// how the two are compared is verdict.h. What only a claim needs, a variant of the product or a scene, lives in this folder.
+// A claim states figures; a measurement gives figures of one scene. A claim expects some of them to lie in an interval;
+// verdict.h compares the two. Variants of the product's code and scenes that only claims need are in this folder.
 #pragma once
 
 #include "experiments/claims/claim_record.h"
@@ -22,7 +22,7 @@ struct Quantity {
   std::string text;  // what it is, for a table
 };
 
-// What a claim expects of a quantity; an end may be infinite.
+// The interval that a claim expects of a quantity; an end may be infinite.
 struct Expected {
   double low = 0, high = 0;
 };
@@ -65,6 +65,6 @@ std::vector<Measurement> space_measurements();      // trees of boxes against ce
 std::vector<Measurement> object_measurements();     // cylinders, rotated objects, few objects
 std::vector<Measurement> image_measurements();      // whole images: seconds, tasks
 std::vector<Measurement> sampling_measurements();   // directions, caches
-std::vector<Measurement> content_measurements();   // what a scene is spared that lacks a thing
+std::vector<Measurement> content_measurements();    // what a scene is spared that lacks a thing
 
 }  // namespace etendue

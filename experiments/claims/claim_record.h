@@ -12,19 +12,19 @@
 
 namespace etendue {
 
-// What is no effect: of a factor 1, of a time in seconds an endless one, of a plain figure nothing.
+// Tells which value means "no effect": 1 for a factor, infinity for a time in seconds, none for a plain figure.
 enum class FigureKind : std::uint8_t { factor, time, plain };
 
 struct ClaimFigure {
   std::string quantity, text;
   FigureKind kind = FigureKind::factor;
   Measured value;
-  bool judged = false;  // by the expected interval; else the figure stands beside, to be read
+  bool judged = false;  // by the expected interval; else the figure is only shown
   double expected_low = 0, expected_high = 0;
 };
 
-// Of a row of the catalogue of failures (experiments/stress): its first figure is the method's as it fails, the others are
-// those of its remedies, by which name they go.
+// Of a row of the catalogue of failures (experiments/stress): its first figure is the failing method's, the others are those of
+// its remedies, with their names.
 struct StressNote {
   double holds_low = 0, holds_high = 0;  // the figure of a method that does not fail
   std::vector<std::string> methods;      // of the figures

@@ -1,4 +1,4 @@
-// Scenes of the make that the claims' sources had, beside the built-in ones: "claim:NAME?key=value,…".
+// Scenes like those of the claims' sources, in addition to the built-in ones: "claim:NAME?key=value,…".
 #pragma once
 
 #include "framework/core/params.h"

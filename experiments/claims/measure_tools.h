@@ -1,4 +1,4 @@
-// What measurements share: rays of a render, work in turns, ratios with their quartiles.
+// Shared by measurements: rays recorded from a render, work timed in turns, ratios with their quartiles.
 #pragma once
 
 #include "accel/registry.h"
@@ -23,7 +23,7 @@ std::unique_ptr<RayQuery> make_structure(const Scene& scene, const std::string& 
 ParamMap text_param(const char* key, const std::string& value);
 ParamMap whole_param(const char* key, std::int64_t value);
 
-// Answers are kept where the compiler must suppose them read.
+// Stores answers where the compiler must assume that they are read.
 template <class T>
 void keep_answer(const T& value) {
   asm volatile("" : : "g"(&value) : "memory");
@@ -38,7 +38,7 @@ void trace_rays(const Structure& structure, const ClaimRays& rays) {
   keep_answer(sum);
 }
 
-// As many of them, evenly spread, as take about so long; 64 of each kind at least. For what would take minutes.
+// As many of them, evenly spread, as take about so long, at least 64 of each kind; for variants that would take minutes.
 template <class Structure>
 ClaimRays affordable_sample(const Structure& structure, const ClaimRays& rays, double seconds) {
   constexpr std::size_t least = 64;
@@ -52,7 +52,7 @@ ClaimRays affordable_sample(const Structure& structure, const ClaimRays& rays, d
   return {of(rays.closest), of(rays.shadow)};
 }
 
-// Seconds of each work in each repetition, after one that does not count; all take turns, and the first turn goes round.
+// Seconds of each task in each repetition, after one warm-up. Tasks take turns, and each repetition starts with the next one.
 using Times = std::vector<std::vector<double>>;
 Times take_turns(const MeasureTask& task, const std::vector<std::function<void()>>& works);
 

@@ -1,5 +1,5 @@
-// What a renderer does before it has a structure: one primitive after another by the scalar tests, or, with boxes, those of the
-// meshes whose box the ray meets. The product's `brute` and `bounds` test four triangles at once; the sources' did not.
+// Ray tracing without a structure: scalar tests of one primitive after another, or, with boxes, only of the meshes whose box
+// the ray meets. The product's `brute` and `bounds` test four triangles at once; the sources' did not.
 #pragma once
 
 #include "experiments/claims/traversal_variants.h"
@@ -54,7 +54,7 @@ class NaiveLoop {
   std::vector<Mesh> meshes_;
 };
 
-// And the first tree that it gets: recursive, a box at a time, a primitive at a time. For closest hits.
+// A simple tree: recursive traversal, one box and one primitive at a time. For closest hits.
 class NaiveTree {
  public:
   NaiveTree(const Geometry& geometry, BinaryTree tree)

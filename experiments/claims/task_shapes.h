@@ -1,4 +1,4 @@
-// An image as tasks: into what pieces it may be cut, how long the pieces take, and how they fall to workers.
+// An image as tasks: ways to divide it, the cost of each task, and the time until a number of workers have done all.
 //
 // A sample is a primary ray and a few diffuse bounces. Workers take tasks from one queue, in order.
 #pragma once
@@ -33,7 +33,7 @@ class TaskRenderer {
 
   // Nodes and primitives that each sample's rays meet; by pixel, sample innermost.
   std::vector<std::uint64_t> costs() const;
-  // When the last of so many workers is done, in units of cost.
+  // When the last of `workers` is done, in units of cost.
   double makespan(const std::vector<ImageTask>& tasks, const std::vector<std::uint64_t>& costs, int workers) const;
   double ideal(const std::vector<std::uint64_t>& costs, int workers) const;
 

@@ -31,7 +31,7 @@ class ScalarSlab {
   float t_min_;
 };
 
-// As textbooks have it: a loop over the axes that swaps near and far and leaves at the first axis that misses.
+// As in textbooks: a loop over the axes that swaps near and far and returns at the first axis that misses.
 class LoopSlab {
  public:
   explicit LoopSlab(const Ray& ray) : origin_(ray.origin), reciprocal_(1.0f / ray.direction), t_min_(ray.t_min) {}
@@ -130,7 +130,7 @@ class PackedNodes {
   std::uint32_t count(Ref ref) const { return nodes_[ref].count; }
   Ref left(Ref ref) const { return nodes_[ref].first; }
   Ref right(Ref ref) const { return nodes_[ref].first + 1; }
-  // What a cache sees of a test of the node's box, and of a look at its links.
+  // The memory that a test of the node's box touches, and that reading its links touches.
   template <class Touch>
   void touch_box(Ref ref, const Touch& touch) const {
     touch(&nodes_[ref].bounds, sizeof(Bounds));
@@ -144,8 +144,8 @@ class PackedNodes {
   std::vector<TreeNode> nodes_;
 };
 
-// As a class diagram has them: allocated one by one while the tree is built, depth first, with what the traversal never asks
-// for in front and pointers to parent and children; a leaf owns a list of its primitives.
+// As in a class diagram: allocated one by one while the tree is built, depth first, with fields that traversal never reads in
+// front and pointers to parent and children; a leaf owns a list of its primitives.
 class LinkedNodes {
  public:
   struct Node {
@@ -249,7 +249,7 @@ class Walker {
     return c;
   }
 
-  // Small, as a teacher would write it.
+  // A plain recursion, as in lecture notes.
   void descend(Ref ref) {
     look(ref);
     if (nodes_.is_leaf(ref)) {

@@ -1,16 +1,16 @@
-// What a measurement says of a claim. The one rule, from the quartiles of the measured figure and the interval claimed:
+// The verdict on a claim, by one rule, from the quartiles of the measured figure and the claimed interval:
 //
 //   confirmed  the quartiles meet the claimed interval (at an end that is no effect at all they must lie beyond it)
 //   weaker     an effect of the claimed direction, but less than claimed
 //   stronger   more than claimed
 //   refuted    no effect beyond the spread, or the opposite one
 //   undecided  the spread reaches from no effect into the claimed interval
-//   depends    several figures or scenes, and they do not say the same
+//   depends    several figures or scenes, whose verdicts differ
 //
 // A claim of no direction (a count, or of little effect: an interval around none) is confirmed where the median lies in its
 // interval, undecided where only the quartiles meet it, refuted otherwise.
 //
-// No effect is a factor of 1; of a time, an endless one: a shorter time than claimed is a stronger claim's.
+// "No effect" is a factor of 1, and for a time, infinity: a shorter time than claimed is "stronger".
 #pragma once
 
 #include "experiments/claims/claim_record.h"

@@ -1,4 +1,4 @@
-// What a person at the terminal sees: narration and a progress bar on stderr; stdout is left to data.
+// Output for people at a terminal: narration and a progress bar on stderr; stdout is left to data.
 #pragma once
 
 #include "experiments/harness/run.h"

@@ -1,8 +1,8 @@
-// The rays on which structures are compared: what two renders of the scene asked of its structure, recorded once.
+// The rays on which structures are compared, recorded once from two renders of the scene.
 //
 // A path tracer (one sample per pixel, at most five scattering events) gives primary, diffuse and shadow rays; a photon map's
 // photon pass gives photon rays, its final gathering (16 rays from each of a sixteenth of the pixels) gather rays. They run on
-// one thread, so that rays stand in the order in which a renderer's thread asks: of paths tile by tile, event by event.
+// one thread, so that rays have the order in which a renderer's thread traces them: paths tile by tile, event by event.
 #pragma once
 
 #include "experiments/harness/ray_kind.h"
@@ -12,9 +12,9 @@ namespace etendue {
 
 using RaysByKind = ByRayKind<std::vector<Ray>>;
 
-// About resolution^2 rays of each kind, or as many as the scene gives; of more, runs of 64 successive rays are kept, spread
-// evenly over the render. A scene without lights is lit by a constant environment, so that shadow and photon rays exist. The
-// same scene gives the same rays, whatever `tracer` finds them.
+// About resolution^2 rays of each kind, or as many as there are; from more, runs of 64 successive rays are kept, spread evenly
+// over the render. A scene without lights gets a constant environment, so that shadow and photon rays exist. The rays depend
+// only on the scene, not on the `tracer`.
 RaysByKind record_rays(const Scene& scene, const RayQuery& tracer, int resolution);
 
 // Of `rays` at most `count`, in runs of 64 successive ones spread evenly over them.

@@ -1,4 +1,4 @@
-// Clocks of the comparison of structures: how long rays take, and what a handful of repetitions says.
+// Timing for the comparison of structures: how long rays take, and statistics of a few repetitions.
 #pragma once
 
 #include "experiments/harness/log.h"
@@ -15,7 +15,8 @@ double seconds_of(const std::function<void()>& work);
 // The median of repetitions with their quartiles; of none, zeros.
 Measured summarise(std::span<const double> values);
 
-// Repetition by repetition a[i] / b[i], as far as both go; the machine's moods, which touch neighbours in time alike, cancel.
+// a[i] / b[i] for each repetition that both have; changes in the machine's speed, which affect repetitions close in time alike,
+// cancel.
 std::vector<double> ratios(std::span<const double> a, std::span<const double> b);
 
 // Millions of rays a second on this thread: ray by ray through the interface (one indirect call a ray), or through the calls
@@ -33,7 +34,7 @@ bool ask_occluded(const Query& structure, std::span<const Ray> rays, std::span<b
   return false;
 }
 
-// How many of `rays` a structure traces within `seconds`, by a trial of the first few; all of them, or fewer.
+// How many of `rays`, at most all, a structure can trace within `seconds`, estimated from the first few.
 std::size_t affordable_rays(const RayQuery& structure, RayKind kind, std::span<const Ray> rays, double seconds);
 
 }  // namespace etendue

@@ -7,8 +7,8 @@
 //   motions      names or tables { name, parameters… } (framework/scene/motion.h); default wave, twist, explode and scatter
 //   policies     names or tables (accel/ray/change_policy.h); default refit, rebuild and hybrid
 //
-// `accels` are then the builders. A cell is one (scene, builder, motion, seed); its policies share each frame and take turns,
-// so that a machine that slows down slows all of them.
+// `accels` are then the builders. A cell is one (scene, builder, motion, seed). Its policies take turns in each frame, so that
+// a machine that slows down slows all of them.
 #pragma once
 
 #include "experiments/harness/animation_record.h"

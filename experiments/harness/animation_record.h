@@ -1,4 +1,4 @@
-// What the log holds of an animation: one line a cell, of all policies, which take each frame in turn.
+// What the log holds of an animation: one line per cell, with all policies, which take turns in each frame.
 #pragma once
 
 #include "experiments/harness/cell_name.h"

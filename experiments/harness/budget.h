@@ -18,7 +18,7 @@ struct CheckpointLadder {
   static CheckpointLadder parse(const std::string& text);
 };
 
-// Every limit that is given holds; the first one reached ends the cell.
+// Limits of a cell: the first one reached ends it.
 struct Budget {
   std::optional<double> time_s;          // structure, preparation and iterations
   std::optional<std::uint64_t> samples;  // iterations
@@ -30,14 +30,15 @@ struct Budget {
   double progress(std::uint64_t iterations, double time_s) const;
 };
 
-// Walks a budget. Times are those of the cell's own clock, on which nothing but the method runs.
+// Decides when a cell ends and when it is measured. Times are those of the cell's own clock, which runs only while the method
+// does.
 class BudgetSchedule {
  public:
   explicit BudgetSchedule(const Budget& budget);
 
-  // Whether no further iteration may start, the last one having taken so long. A time budget ends before an iteration that
-  // would overrun it, predicted by the median of the last three: one that the machine delayed must not end a cell early. The
-  // first iteration always runs.
+  // Whether the cell ends here, given how long the last iteration took. A time budget ends before an iteration that would
+  // overrun it, predicted by the median of the last three, so that one slow iteration does not end the cell early. The first
+  // iteration always runs.
   bool finished(std::uint64_t iterations, double time_s, double last_iteration_s);
 
   // Whether a rung of the ladder has been reached since the last one; several rungs in one iteration are one checkpoint.

@@ -1,4 +1,4 @@
-// Which cell of an experiment: labels are what charts print.
+// The name of a cell of an experiment.
 #pragma once
 
 #include <compare>
@@ -7,7 +7,7 @@
 
 namespace etendue {
 
-// Names that say which cell: labels are what charts print ("binned-sah", "photon-map photons=200000").
+// The labels are those that charts print ("binned-sah", "photon-map photons=200000").
 struct CellName {
   std::string scene, accel, integrator;
   std::uint64_t seed = 0;

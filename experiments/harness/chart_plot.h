@@ -18,7 +18,7 @@ struct PixelBox {
   }
 };
 
-// About how wide text of this size is set; no font is at hand to ask.
+// Estimated width of text in pixels, since no font is available.
 double text_width(std::string_view text, double size);
 
 struct PlotFrame {

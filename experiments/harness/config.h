@@ -85,7 +85,7 @@ struct ExperimentConfig {
   std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs, rates or ratios
 };
 
-// What an experiment on points or balls searches; empty for others.
+// The sets of an experiment on points or balls; empty for other experiments.
 std::vector<SearchSet> config_sets(const ExperimentConfig& config);
 
 struct ConfigOptions {

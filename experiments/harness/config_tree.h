@@ -1,4 +1,4 @@
-// A TOML file as plain values that know where they stand, and `-o key=value` overrides on top of it.
+// A TOML file as plain values with their places in the file, and the `-o key=value` overrides of it.
 #pragma once
 
 #include "framework/core/error.h"
@@ -28,7 +28,7 @@ struct ConfigNode {
 // "a boolean", "an integer", "a number", "text", "an array", "a table".
 const char* type_name(const ConfigNode& node);
 
-// Throw Error with file:line:col on anything that is not TOML 1.0. Dates and times have no use here and are errors too.
+// Throw Error with file:line:col on anything that is not TOML 1.0. Dates and times are errors too.
 ConfigNode parse_config(std::string_view text, const std::string& path);
 ConfigNode read_config_file(const std::string& path);
 
@@ -39,7 +39,7 @@ void apply_override(ConfigNode& root, const std::string& assignment);
 // The values alone, in one order and one spelling: equal text means an equal experiment.
 std::string canonical_text(const ConfigNode& node);
 
-// Reads one table key by key; `finish` throws on the first key that nobody asked for.
+// Reads one table key by key; `finish` throws on the first key that was not read.
 class TableReader {
  public:
   // `owner` names the table in messages: "experiment", "budget".

@@ -69,22 +69,22 @@ struct CellRecord {
   double mse_exponent = 0;
   double bias_bound = 0;  // relative bias of the mean that the method declares
   std::string note;
-  std::string fallback = {};  // what stood in for the structure, and why; empty: nothing did
+  std::string fallback = {};  // what replaced the structure, and why; empty: nothing did
   std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept
 };
 
 struct StructureRecord {
   std::string scene, structure, layout, manifest;
   std::string note;      // what was left out of the measurement, and why; empty: nothing
-  std::string fallback;  // what was measured in the place of the structure, and why; empty: the structure itself
+  std::string fallback;  // what was measured instead of the structure, and why; empty: the structure itself
   std::uint64_t triangles = 0, bytes = 0, nodes = 0, depth = 0;
-  std::uint64_t checked = 0, disagreements = 0;  // rays whose answers were judged, and answers found wrong
+  std::uint64_t checked = 0, disagreements = 0;  // rays whose answers were checked, and wrong answers
   int threads = 1;                               // of parallel_build_s
   Measured build_s, parallel_build_s;            // the first on one thread
   double sah_cost = 0, epo_cost = 0;
   std::uint64_t epo_triangles = 0;  // that epo_cost was computed from
   double nodes_per_ray = 0, primitives_per_ray = 0;
-  // On one thread, asked ray by ray, and through the calls that take many.
+  // Millions of rays a second on one thread, ray by ray and in batches.
   ByRayKind<Measured> mrays_per_s, batched_mrays_per_s;
   // Speed ray by ray over that of Embree, repetition by repetition: in its default mode, and with its watertight test.
   ByRayKind<Measured> to_embree, to_robust_embree;

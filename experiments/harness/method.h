@@ -21,12 +21,12 @@ struct Method {
 void validate_integrator(Method& method);
 void validate_accel(Method& method);
 
-// What renders use unless told: binned SAH in the layout that suits scene and machine. Every structure and layout finds the same
+// The default of renders: binned SAH, in the layout that suits scene and machine. Every structure and layout finds the same
 // hits, so images do not depend on it.
 Method default_accel();
 
-// Every structure that is built in, as it is by default; the better trees in wide layouts as well, Embree watertight too, and told
-// that rays are coherent.
+// Every structure that is built in, with default parameters; also the better trees in wide layouts, and Embree in its
+// watertight mode and with streams flagged as coherent.
 std::vector<Method> all_accels(const Location& where);
 
 // Names, tables { name, parameters… }, or an array of both; each label once. `accels = "all"` is all_accels.

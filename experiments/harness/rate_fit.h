@@ -7,9 +7,9 @@
 //   bias2     sum_{i != j} w_i w_j G_ij / sum_{i != j} w_i w_j    = (mean - r)^2 - s^2 / R, free of the seeds' variance
 //   variance  mse - bias2
 //
-// A curve is fitted by weighted least squares in logarithms: log y = log A + e log x, or log y = log (A x^e + P). Weights are
-// 1 / (v + median v), v the jackknife variance of a point's log y ([Efron1993] ch. 11): ten seeds do not know v well enough to
-// trust it alone. Intervals are a bootstrap over seeds: whole trajectories are drawn, because the checkpoints of one are
+// A curve is fitted by weighted least squares in logarithms: log y = log A + e log x, or log y = log (A x^e + P). Weights are 1
+// / (v + median v), v the jackknife variance of a point's log y ([Efron1993] ch. 11): ten seeds do not give v precisely enough
+// to be used alone. Intervals are a bootstrap over seeds: whole trajectories are drawn, because the checkpoints of one are
 // autocorrelated; the weights stay as they were.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What theory says of a method's error in a region of a scene, as an experiment states it before it runs:
+// A law that theory gives for a method's error in a region of a scene, as an experiment states it before it runs:
 //
 //   [[rates]]
 //   method   = "photon-map final_gather=4"  # of this name, with these parameters among those the experiment sets
@@ -13,8 +13,8 @@
 //   exponent = "-2/3"                       # e by theory
 //   source   = "[Knaus2011] section 5"      # whose theory
 //
-// The log keeps the laws, the ratios (ratio_claim.h) and the regions they speak of in one line; the last one counts, so that a
-// window may be moved without running anything anew.
+// The log keeps the laws, the ratios (ratio_claim.h) and their regions in one line. The last such line counts, so that a window
+// can be moved without running anything again.
 #pragma once
 
 #include "experiments/harness/config_tree.h"

@@ -1,4 +1,5 @@
-// The laws of an experiment held to its log: points gathered by region, method and metric, fitted, and compared with theory.
+// The laws of an experiment compared with its log: points collected by region, method and metric, fitted, and compared with
+// theory.
 #pragma once
 
 #include "experiments/harness/rate_fit.h"

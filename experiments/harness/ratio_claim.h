@@ -1,4 +1,4 @@
-// What is expected of one method's error over another's, as an experiment states it before it runs:
+// The ratio expected of one method's error to another's, as an experiment states it before it runs:
 //
 //   [[ratios]]
 //   # of this name, with these parameters among those set; each method that it selects is a row
@@ -9,7 +9,7 @@
 //   expected = 4.1                           # RMSE of the one over that of the other; default: none
 //   source   = "[Schwarzhaupt2012] figure 1" # whose figure that is; wherever there is one
 //
-// Kept in the log with the laws of rates (rate_law.h), and changed as they are without running anything anew.
+// Kept in the log with the laws of rates (rate_law.h); like these, they can be changed without running anything again.
 #pragma once
 
 #include "experiments/harness/config_tree.h"

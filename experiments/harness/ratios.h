@@ -1,5 +1,5 @@
-// The ratios of an experiment found in its log: RMSE of one method over another's at the ends of their runs, less the
-// reference's own noise, with 95 % bootstrap intervals over the seeds that both have.
+// The ratios of an experiment, measured from its log: RMSE of one method over another's at the ends of their runs, with the
+// reference's own noise subtracted, and 95 % bootstrap intervals over the seeds that both have.
 #pragma once
 
 #include "experiments/harness/report_data.h"

@@ -16,7 +16,7 @@ std::string format_interval(double low, double high);  // "1.1–1.4"; "-0.1 to 
 // All the digits a double needs to be read back.
 std::string format_exact(double value);
 
-// Columns a terminal needs for UTF-8 text (one per code point, which is true of all that a report writes itself).
+// Columns a terminal needs for UTF-8 text (one per code point, which holds for all text that a report writes itself).
 std::size_t display_width(std::string_view text);
 std::string padded(std::string_view text, std::size_t width, bool right);
 // At most `width` code points, the last one an ellipsis where text was cut.

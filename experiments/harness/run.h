@@ -36,18 +36,18 @@ struct RunPlan {
 // Reads and checks everything that can be checked without running. Throws Error.
 RunPlan plan_run(const RunOptions& options);
 
-// Who watches a run.
+// Receives the progress of a run.
 class RunObserver {
  public:
   virtual ~RunObserver() = default;
   virtual void narrate(const std::string& line) = 0;
-  virtual void status(const std::string& line) = 0;  // of the moment: the next one replaces it
+  virtual void status(const std::string& line) = 0;  // transient: the next one replaces it
   virtual void cell_started(const CellName& cell, std::size_t position, std::size_t count) = 0;  // position from 0
   virtual void cell_progress(double share, std::uint64_t iterations, double time_s) = 0;
   virtual void cell_finished(const CellRecord& cell, const CheckpointRecord* last) = 0;
 };
 
-// What several kinds of experiments begin with, and tell the observer.
+// Shared first steps of several kinds of experiments, reported to the observer.
 Scene load_choice(const SceneChoice& choice, RunObserver& observer);  // its warnings; throws Error
 void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& observer);
 

@@ -1,5 +1,5 @@
-// One cell: build, prepare, iterate within the budget, measure at checkpoints. The only budget loop there is; `run` and
-// `render` both go through it.
+// One cell: build, prepare, iterate within the budget, measure at checkpoints. This is the only budget loop; `run` and `render`
+// both use it.
 #pragma once
 
 #include "experiments/harness/budget.h"
@@ -30,7 +30,7 @@ struct CellTask {
   std::vector<std::string> metrics = {};  // names
   std::vector<Region> regions = {};       // whose metrics are measured beside the image's
   bool keep_images = false;               // of every checkpoint
-  // Told about ten times a second, off the clock.
+  // Called about ten times a second, off the clock.
   std::function<void(std::uint64_t iterations, double time_s)> progress = {};
   // Before the integrator is prepared (on the clock), and after its last iteration (off it).
   std::function<void(Integrator&, RenderContext&)> before_prepare = {};

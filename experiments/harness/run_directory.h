@@ -42,7 +42,7 @@ class RunDirectory {
   std::unique_ptr<LogWriter> writer_;
 };
 
-// What --dry-run and a report of progress need to know without touching anything; an empty log where there is none.
+// Reads the log without touching the directory, for --dry-run and reports of progress; an empty log where there is none.
 RunLog read_directory_log(const std::string& path);
 
 }  // namespace etendue

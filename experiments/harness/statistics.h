@@ -1,4 +1,5 @@
-// What may be said of an experiment's figures: averages, quantiles, intervals, rates, fronts, and bias against variance.
+// Statistics of an experiment's figures: averages, quantiles, intervals, rates, Pareto fronts, and the split of error into bias
+// and variance.
 //
 // Errors are positive and spread over decades, so they are averaged and interpolated in logarithms; a signed figure (bias) is
 // averaged as it is. Seeds are the independent replicates: checkpoints of one run are autocorrelated, so every bootstrap
@@ -95,8 +96,8 @@ struct SlopeFit {
 };
 std::optional<SlopeFit> fit_slope(std::span<const double> x, const std::vector<std::vector<double>>& y, double offset);
 
-// When a falling curve first meets `target`. What never arrives is censored at its last time, not dropped; what is below it at
-// the first checkpoint arrived at some unknown time before.
+// When a falling curve first meets `target`. A curve that never arrives is censored at its last time, not dropped; one below
+// the target at its first checkpoint arrived at some unknown earlier time.
 struct Arrival {
   enum class Kind : std::uint8_t { at, before, never } kind = Kind::never;
   double time = 0;  // at: interpolated; before: of the first checkpoint; never: of the last

@@ -21,8 +21,8 @@ Figure ray_cost_figure(const ReportData& data, const SceneData& scene);
 std::vector<Figure> structure_sweep_figures(const ReportData& data);
 Figure structures_over_scenes_figure(const ReportData& data);
 
-// Which structure costs least in all (built once, then `rays` rays traced) from which number of rays on: the first from 0, by
-// ascending number. Of equals the one that traces faster.
+// The structure of least total cost (one build and `rays` traced rays) from a number of rays on; ascending, the first from 0.
+// Of equals the one that traces faster.
 struct Choice {
   const StructureRecord* record = nullptr;
   double from_rays = 0;

@@ -8,7 +8,7 @@
 
 namespace etendue {
 
-// What a reader sees, what a program reads ("" where nothing was measured), and what a column is sorted by.
+// A cell as readers see it, as programs read it ("" where nothing was measured), and as its column is sorted.
 struct TableCell {
   std::string text = "–";
   std::string raw;

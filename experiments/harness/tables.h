@@ -36,7 +36,7 @@ Table failures_table(const ReportData& data);
 Table manifest_table(const ReportData& data);
 std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images = {});
 
-// What `etendue run` prints at its end: per scene the errors at equal time, the verdict, and what to be wary of.
+// What `etendue run` prints at its end: per scene the errors at equal time, the verdict, and warnings.
 std::string summary_table(const RunLog& log);
 
 }  // namespace etendue

@@ -1,5 +1,5 @@
-// What a log lets one say in words: who leads on each scene and by how much, which structure is fastest, and what should keep a
-// reader from believing it. Every sentence is computed; none is written in advance for a method.
+// Findings of a log in words: which method leads on each scene and by how much, which structure is fastest, and reasons for
+// doubt. Every sentence is computed; none is written in advance for a method.
 #pragma once
 
 #include "experiments/harness/report_data.h"
@@ -34,7 +34,7 @@ std::string describe(const Estimate& estimate);
 // "1.20 s", "≤ 0.10 s" (below the target at the first checkpoint) or "> 60 s, 3 of 10" (never, and how many seeds arrived).
 std::string describe(const ArrivalMedian& arrival);
 
-// Of the smallest mean squared error drawn for a scene, the share that the reference's own variance makes up; 0 where unknown.
+// The reference's own variance as a share of the smallest mean squared error drawn for a scene; 0 where unknown.
 double floor_share(const SceneData& scene);
 inline constexpr double floor_share_limit = 0.01;
 

@@ -1,5 +1,5 @@
-// Times what finds points or balls: medians of repetitions in which the structures take turns, on one thread, and every answer
-// of the timed queries compared among the structures.
+// Times point and ball structures: medians of repetitions in which the structures take turns, on one thread. The answers of all
+// timed queries are compared between the structures.
 #pragma once
 
 #include "experiments/search/search_config.h"

@@ -1,4 +1,4 @@
-// The part of an experiment that compares what finds points or balls.
+// The part of an experiment that compares point or ball structures.
 //
 //   [points]     over photons of the scenes, and over squares with a dense spot
 //   structures   names, or "all" (default)

@@ -31,8 +31,8 @@ struct SearchPlot {
   std::vector<StructureCurve> curves;
 };
 
-// Every measure over the count; the queries over the number asked for, and all over the variation, both at the largest count
-// that has them. Several seeds: the median of their medians, and the extremes of their quartiles.
+// Every measure over the count; queries also over the number of neighbours, and all measures over the variation, both at the
+// largest count that has them. With several seeds: the median of their medians, and the extremes of their quartiles.
 std::vector<SearchPlot> search_plots(const RunLog& log);
 
 // Where `overtaking` begins to be faster than `overtaken`: log-log linear between two abscissas.

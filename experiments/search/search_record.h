@@ -1,5 +1,5 @@
-// What the log holds of an experiment on point or ball structures: one line a cell, which is one set at one size, of all
-// structures, which take turns.
+// What the log holds of an experiment on point or ball structures: one line per cell, which is one set at one size, with all
+// structures.
 #pragma once
 
 #include "experiments/harness/cell_name.h"

@@ -1,4 +1,4 @@
-// Points and balls as renderers have them, and where they ask for them.
+// Sets of points and balls as renderers have them, with the places of their queries.
 #pragma once
 
 #include "framework/scene/scene.h"

@@ -1,4 +1,4 @@
-// The part of an experiment that holds methods to the scenes that break them.
+// The part of an experiment that runs methods on the scenes that break them.
 //
 //   [[stress]]
 //   id, failure, source   which failure, in words, and who described it or what computes it

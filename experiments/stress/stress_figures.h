@@ -1,6 +1,5 @@
-// What is measured of an image where a method fails. Ratios are of a pixel's mean over channels to the truth's, over the pixels
-// in which the truth is at least a thousandth of its largest value; of the darkest, nine tenths: those that an even light
-// fills.
+// Figures measured of an image where a method fails. Ratios are of a pixel's mean over channels to the truth's, over pixels in
+// which the truth is at least a thousandth of its largest value (for `darkest`, nine tenths: the evenly lit ones).
 #pragma once
 
 #include "framework/core/error.h"

@@ -1,4 +1,4 @@
-// What a report says of methods on the scenes that break them. The one rule, from the median over seeds of the row's figure:
+// The report's verdicts on methods on the scenes that break them, by one rule, from the median over seeds of the row's figure:
 //
 //   fails as expected   the method's figure lies in the interval that the failure is expected to bring it to
 //   holds               it lies in the interval of a method that does not fail
