@@ -10,19 +10,22 @@
 // i (modulo their number); each light path is joined to the lens.
 //
 // bdpt is unbiased. What it cannot sample (and no other method without merging can) is light from a point, spot or directional
-// light through delta lobes, seen through delta lobes; from an area light it finds such paths only by chance. vcm is
-// consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without memory
-// ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot pass. It
-// is one radius for the whole image, since weights along light paths are made of it; hence discs cannot end at walls that hide
-// a brighter part of the same floor, as those of progressive photon mapping do. Instead each merge asks for itself
-// (`wall_test`): something in the way, and it counts for nothing. That leaves the weights as they are, which stand for whole
-// discs: what the discs lose at walls is of the order of r, as at all borders of a surface, and vanishes with it. No side test:
-// merges across a corner make up for what is lost beyond it, and a BSDF refuses what comes from behind. Merges that share a
-// camera path are not independent; weights that know of it (mis = "correlation-aware") are those of
-// integrators/vcm_correlation.h, the same but for these factors. light-trace is unbiased in scenes without specular surfaces.
-// Where there are any, they stay black, and so does what is seen through them: the paths it can sample are light that the
-// camera sees directly, and those whose last surface before the camera is not specular. It shares neither direct-light sampling
-// nor camera-side scattering with the path tracer.
+// light through delta lobes, seen through delta lobes; from an area light it finds such paths only by chance.
+//
+// vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
+// memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
+// pass. There is one radius for the whole image, since weights along light paths depend on it. Hence discs cannot end at walls
+// that hide a brighter part of the same floor, as those of progressive photon mapping do; instead each merge is tested by a
+// shadow ray (`wall_test`) and does not count if something is in the way. The weights, which assume whole discs, stay as they
+// are: the light lost at walls is of the order of r, as at all borders of a surface, and vanishes with it. There is no side
+// test: merges across a corner make up for what is lost beyond it, and a BSDF rejects light from behind.
+//
+// Merges that share a camera path are not independent. Weights that account for this (mis = "correlation-aware") are those of
+// integrators/vcm_correlation.h, the same but for these factors.
+//
+// light-trace is unbiased in scenes without specular surfaces. Specular surfaces stay black, and so does what is seen through
+// them: the paths it can sample are light that the camera sees directly, and those whose last surface before the camera is not
+// specular. It shares neither direct-light sampling nor camera-side scattering with the path tracer.
 //
 // Memory: 112 bytes a vertex of all light paths of an iteration (vcm: and 64 more; correlation-aware: and 56 more), 28 a splat.
 #pragma once
