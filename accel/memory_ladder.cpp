@@ -6,7 +6,7 @@ namespace etendue {
 
 namespace {
 
-// The structure itself, then what stands in for it, leaner and leaner.
+// The structure itself, then its replacements, each leaner than the one before.
 std::vector<MemoryRung> memory_rungs(const RayEntry& asked, const Scene& scene, const ParamMap& map, bool leaner) {
   const ParamValue wide16{std::string("wide16"), {}}, yes{true, {}};
   std::vector<MemoryRung> rungs;

@@ -38,8 +38,8 @@ namespace etendue {
 
 namespace {
 
-// Its trees hold parts of primitives, as they lie now: they cannot change over time. Few scenes use up a large duplication;
-// those that do meet the watch.
+// Its trees hold parts of primitives at their present places, so they cannot change over time. Few scenes use up a large
+// duplication; for those that do there is the watch.
 RayEntry sbvh_entry() {
   const auto space = [](const SbvhParams& params) { return BuilderSpace{124, 1 + std::min(params.duplication, 0.5f)}; };
   RayEntry entry = bvh_entry<SbvhParams>("sbvh", "bounding volume hierarchy by surface area, cuts through primitives too",

@@ -69,8 +69,8 @@ CacheLevels::CacheLevels(const RenderContext& context, const CacheSettings& sett
 
 IrradianceRecords CacheLevels::make_records(const RenderContext& context) const {
   const CacheWeight weight = settings_.metric == CacheMetric::tabellion ? CacheWeight::tabellion : CacheWeight::ward;
-  // The split sphere's radius is a mean distance, which grows by no more than the way ([Krivanek2006]). What Hessians allow has
-  // no such bound; there it is what a record serves, at the usual accuracy, that may grow by the way.
+  // The split sphere's radius is a mean distance, which grows by no more than the distance moved ([Krivanek2006]). Radii from
+  // Hessians have no such bound; there the radius that a record serves at the usual accuracy may grow by the distance.
   const float clamp = is_hessian(settings_.metric) ? 1 / usual_accuracy : 1;
   return {context.make_balls(settings_.structure, bounds()),
           accuracy(),
@@ -117,7 +117,7 @@ void CacheLevels::fill_to(const RenderContext& context, const HemisphereRadiance
     clear(context);
     fill(context, radiance, tried);
   };
-  limit(records + 1);  // one more than asked for shows that an accuracy is too fine
+  limit(records + 1);  // one too many shows that an accuracy is too fine
   for (int step = 0; step < 20; ++step) {
     fill_at(accuracy);
     if (size() <= records && size() >= records - records / 50) break;

@@ -16,7 +16,7 @@ constexpr double steps_per_doubling = 10;
 constexpr double pass_by_pass = 22;  // passes, from which on a step is one of them
 
 double passes_of(double time) { return std::pow(time, 2.0 / 3); }
-// A trifle above, so that passes_of gives no less.
+// Slightly larger, so that passes_of(time_of(passes)) is not less than passes.
 double time_of(double passes) { return std::pow(passes + 1e-6, 1.5); }
 
 double time_of_step(double step) { return std::exp2(step / steps_per_doubling); }
@@ -67,7 +67,7 @@ void CachedLight::begin(std::uint32_t iteration, double weight) {
   weight_ = weight;
 }
 
-// The film takes the differences of t times the weighted mean.
+// The film averages equally, so it is given what makes its mean the weighted one.
 void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, float cached_error) {
   if (!is_finite(sampled + cached)) {
     film.add(pixel, sampled + cached, iteration_);  // which counts it
@@ -89,7 +89,7 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
 }
 
 Image CachedLight::standard_error() const {
-  CHECK_EQ(scatter_.size(), sums_.size());  // it is kept under RenderContext::states_error alone
+  CHECK_EQ(scatter_.size(), sums_.size());  // kept only under RenderContext::states_error
   Image image(resolution_);
   const double n = iteration_ + 1.0, weights = weights_before_ + weight_;
   if (!(weights > 0)) return image;

@@ -20,7 +20,7 @@ float chi_squared_limit(int degrees) {
   }
 }
 
-// Sector of 60 degrees that (u, v) lies in, counted from the positive u axis. Without branches, as photons lie anywhere.
+// Sector of 60 degrees that (u, v) lies in, counted from the positive u axis. Without branches, which could not be predicted.
 int sector_of(float u, float v) {
   constexpr float tan_60 = 1.7320508f;
   const bool lower = v < 0;

@@ -22,7 +22,7 @@ class TangentPlane {
       : context_(context), point_(point), frame_(Frame::from_normal(point.normal)), step_(step) {}
 
   struct Value {
-    dvec2 at;  // where the rounded ray really falls
+    dvec2 at;  // where the rounded ray actually lands
     dvec3 irradiance;
   };
   std::optional<Value> at(int x, int y) const {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int photons_for_directions = 128;
 
-// A direction and f |cos| over its density; black where it comes to nothing.
+// A direction and f |cos| over its density; black where nothing is reflected.
 struct Scattered {
   vec3 wi{0};
   Rgb weight{0};

@@ -11,7 +11,7 @@ constexpr std::uint32_t none = no_id;
 constexpr float least_survival = 0.1f;  // so that an error of the cache costs little
 constexpr float roulette_slack = 3;     // roulette begins where a path is worth a third of what it promised
 
-// An event of a path under way, kept until it is known what came of it.
+// An event of a path, kept until the radiance that it found is known.
 struct Event {
   GuideRecord record;  // but its radiance
   Rgb throughput;      // after the event, before roulette
@@ -107,14 +107,14 @@ void add_direct_light(const RenderContext& context, const Walk& walk, const Surf
   wave.gain(walk.path->radiance, walk.throughput * light->radiance, light->shadow_ray);
 }
 
-// Whether a path is worth going on with: by what the cache expects it to find still, over what it promised where it met the
-// first diffuse surface; where the cache knows nothing, by the throughput of BSDF sampling.
+// Survival probability: the light that the cache expects the path to find from here, over the light it was expected to find at
+// its first diffuse surface; where the cache knows nothing, the throughput of BSDF sampling.
 float survival(Walk& walk, float expected) {
   if (!(walk.promise > 0)) return std::min(0.95f, max_component(walk.unguided) * walk.eta_scale);
   return expected < 0 ? 1 : std::clamp(roulette_slack * expected / walk.promise, least_survival, 1.0f);
 }
 
-// The direction in which a path goes on; false where it ends.
+// Samples the direction in which a path continues; false where it ends.
 bool scatter(const RenderContext& context, Walk& walk, Ray& ray, const SurfacePoint& point, const Mixture& mixture, int depth,
              const PathSettings& settings, std::vector<Event>& events) {
   const vec3 wo = -ray.direction;
@@ -154,11 +154,11 @@ bool scatter(const RenderContext& context, Walk& walk, Ray& ray, const SurfacePo
   return true;
 }
 
-// What came back to each event: what the path gained since, over what it carried when it left. Where it met a surface that the
-// cache knows, the cache tells what that surface scatters of indirect light, and the path only what else came from there.
+// Makes a record of each event: the radiance that the path gained after it, over its throughput there. Where the next surface
+// is in the cache, its indirect light is taken from the cache and only the rest from the path.
 void record(const PathSample& path, std::uint32_t last, const std::vector<Event>& events, std::vector<GuideRecord>& records) {
   const std::size_t begin = records.size();
-  Rgb until = path.radiance;  // when the event after this one sent the path on
+  Rgb until = path.radiance;  // of the path when it left the next event
   for (std::uint32_t i = last; i != none; i = events[i].previous) {
     const Event& event = events[i];
     const auto since = [&](const Rgb& radiance) {
@@ -176,7 +176,7 @@ void record(const PathSample& path, std::uint32_t last, const std::vector<Event>
   std::reverse(records.begin() + static_cast<std::ptrdiff_t>(begin), records.end());
 }
 
-// What a path meets tells the event before what the cache knows of it.
+// Stores with the event before what the cache knows of the surface that the path has reached.
 void ask_cache(Walk& walk, const Mixture& mixture, std::vector<Event>& events) {
   if (walk.last_event == none || !mixture.bsdf.is_diffuse()) return;
   Event& event = events[walk.last_event];

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint32_t none = no_id;
 
-// A camera sample: what it found itself, and what it asks the cache for.
+// A camera sample: the light it found itself, and its lookup in the cache.
 struct Pixel {
   Sampler sampler;
   Rgb radiance{0};
@@ -31,8 +31,8 @@ struct Pixel {
   int depth = 0;
 };
 
-// A diffuse surface that a path left by one direction. What that brings home is, from the last event back to the first:
-// value(event) = arrived(next) + carried(next) value(next), or what the path found to its end.
+// A diffuse surface that a path left in one direction. The values of events follow from the last back to the first:
+// value(event) = arrived(next) + carried(next) value(next), or the light found up to the path's end.
 struct Event {
   vec3 position, normal;
   int depth;
@@ -129,8 +129,8 @@ void HashCache::read(const RenderContext& context, ByteReader& body) {
   grid_->read(body, depths(context.max_depth(params_.max_depth)));
 }
 
-// Light that a ray meets, weighed against the light sample where the ray left. At an event's end it is direct light of its
-// surface: no part of the event's value.
+// Emission that a ray meets, weighted against the light sample at the ray's origin. For a ray from an event it is direct light
+// of that surface, which is not part of the event's value.
 void HashCache::meet_light(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point,
                            Pixel& pixel, TileWavefront& wave) const {
   const Rgb met = walk.throughput * met_emission(context, ray, point, walk.pdf_bsdf);
@@ -148,8 +148,8 @@ void HashCache::meet_light(const RenderContext& context, const Walk& walk, const
   }
 }
 
-// Whether a path follows a direction from a diffuse surface. Where it does not, once the cache is asked, it ends with a cell's
-// mean.
+// Whether a path follows a direction from a diffuse surface. If not, and the path is beyond its lookup, it ends with a cell's
+// value.
 bool HashCache::goes_on(const Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
                         Pixel& pixel) const {
   if (depth + 1 >= max_depth_ || is_black(walk.throughput * albedo)) return false;
@@ -160,7 +160,7 @@ bool HashCache::goes_on(const Walk& walk, const vec3& position, const vec3& norm
   return !mean;
 }
 
-// The first such surface of a path is what the cache will be asked about, once this sample's paths are in.
+// The first such surface of a path is where the cache will be looked up, once the paths of this sample are added.
 void HashCache::leave_diffuse(Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
                               TileWavefront& wave) const {
   if (!walk.asked) {
@@ -175,7 +175,7 @@ void HashCache::leave_diffuse(Walk& walk, const vec3& position, const vec3& norm
   walk.asked = true;
 }
 
-// What a ray finds, and where the path goes from there; false where it ends.
+// Handles what a ray meets and samples how the path continues; false where it ends.
 bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
                      TileWavefront& wave) const {
   Pixel& pixel = pixels[walk.pixel];
@@ -198,8 +198,8 @@ bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const H
       wave.paths.gain(walk.asked ? pixel.found : pixel.radiance,
                       walk.throughput * light->radiance / static_cast<float>(samples), light->shadow_ray);
   if (!follows) return false;
-  // What roulette looks at: once the cache is asked, what this event's value is worth to the one before. What it is worth to
-  // the pixel says nothing of its worth to the cell.
+  // Roulette goes by the weight of this event's value in that of the event before, once there is one: the weight in the pixel
+  // says nothing about that in the cell.
   float worth = max_component(walk.throughput * albedo) * walk.eta_scale;
   if (diffuse) {
     leave_diffuse(walk, point.position, normal, albedo, depth, pixel, wave);
@@ -225,7 +225,7 @@ bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const H
   return true;
 }
 
-// What each event's direction brought.
+// Computes the value of each event.
 void collect(std::vector<Pixel>& pixels, TileWavefront& wave, std::vector<CachedValue>& values) {
   for (std::size_t p = 0; p < pixels.size(); ++p) {
     Rgb value = pixels[p].found;

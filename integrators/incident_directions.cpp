@@ -44,7 +44,7 @@ vec3 IncidentDirections::sample(vec2 u) const {
   std::size_t cell = 0;
   float left = u.x * total_;
   while (cell + 1 < weight_.size() && left >= weight_[cell]) left -= weight_[cell++];
-  while (weight_[cell] == 0) --cell;  // rounding has led beyond the last photon
+  while (weight_[cell] == 0) --cell;  // rounding went beyond the last photon
   u.x = std::clamp(left / weight_[cell], 0.0f, 0x1.fffffep-1f);
   const vec2 square = (vec2(cell % side, cell / side) + u) / static_cast<float>(side);
   return frame_.to_world(sample_cosine_hemisphere(square));

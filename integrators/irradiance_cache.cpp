@@ -20,13 +20,13 @@ namespace etendue {
 namespace {
 
 constexpr int roulette_depth = 5;
-constexpr float gap_stretch = 4;  // of accuracy, where a number of records must do
+constexpr float gap_stretch = 4;  // of accuracy, where the number of records is given
 
 PathSettings paths_to(int max_depth) { return {max_depth, roulette_depth, MisMode::power}; }
 
-// What a camera sample brings.
+// The result of a camera sample.
 struct CameraSample {
-  Rgb sampled{0}, cached{0};  // by paths and light samples; by the cache, or by paths in its place
+  Rgb sampled{0}, cached{0};  // by paths and light samples; by the cache, or by paths where it does not answer
   float cached_error = 0;     // standard error of the cache's, of its luminance
   CachePoint wanted;          // the first point that the next accuracy leaves uncovered
   CachePoint wanted_rough;    // likewise, of rough surfaces
@@ -103,8 +103,8 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (by_closed_form_ || params_.fill == "exact-values") fill_by_closed_form(context, settings);
   if (params_.refine && params_.records == 0) settings.overlap = CacheProgress::overlap;
   if (params_.records > 0 || by_closed_form_) settings.stretch = gap_stretch;
-  // Records that are loaded keep the spacings of their accuracy where nothing will cover what a coarser one leaves open, and
-  // where it was found for a number of records.
+  // Loaded records keep the spacings of their own accuracy if it was found for a number of records, or if no new records will
+  // fill the gaps that a coarser accuracy would leave.
   if (standing_.loaded() && params_.records > 0)
     settings.accuracy = standing_.accuracy();
   else if (standing_.loaded() && !params_.refine && !by_closed_form_)
@@ -164,7 +164,7 @@ void IrradianceCache::fill_before(const RenderContext& context) {
 }
 
 FileCache::Identity IrradianceCache::identity() const {
-  // A given number of records was found from the accuracy on.
+  // With a given number of records, `accuracy` is where the search for it began, so it must agree.
   const std::string_view free_accuracy = params_.records > 0 ? "structure" : "accuracy";
   Identity own{"irradiance-cache", {}, {free_accuracy, "extra_samples", "lobe_samples", "refine", "structure"}};
   own.params = extension_ ? extension_->params : param_texts(params_);
@@ -238,7 +238,7 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
   shares_.end_iteration();
 }
 
-// What records say of a cached surface; false where none covers it.
+// Adds the light that a cached surface reflects by its records; false where none covers it.
 bool IrradianceCache::add_irradiance(const RenderContext& context, const Visit& at, float next_accuracy,
                                      CameraSample& out) const {
   const vec3 normal = towards(at.point.shading_normal, at.point.normal, at.wo);

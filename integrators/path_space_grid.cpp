@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t shard_count = 128;
 
-// Variance of what a point is told, over that of a cell's values by their number. On each axis its own cell is asked with
+// Variance of an answer, relative to the variance of a cell's values over their number. On each axis its own cell is asked with
 // probability 1 - a, a its distance from the centre in edges, else the next one, and each answers by its plane about the middle
 // of where it is asked: (1 - a)^2 + a^2 for the means and 6 a^2 (1 - a)^2 for the slopes, over a in [0, 1/2].
 constexpr double of_smooth_planes = 32.0 / 45;
@@ -200,7 +200,7 @@ std::optional<Rgb> PathSpaceGrid::smooth_mean(const vec3& position, const vec3& 
   return answer(position, tag, coarsest, 1);
 }
 
-// What a point's cell says there, if it has seen enough.
+// The answer of a point's cell, if it has enough values.
 std::optional<Rgb> PathSpaceGrid::answer(const vec3& position, std::uint32_t tag, int level, float enough) const {
   const PlaneMoments* cell = find(position, tag, level, enough);
   if (cell == nullptr) return std::nullopt;
@@ -246,7 +246,7 @@ std::vector<RecordShape> PathSpaceGrid::cells() const {
   return shapes;
 }
 
-// Do finer cells answer all over this one, as far as anything was seen there?
+// Do finer cells answer everywhere in this one, wherever values were seen?
 bool PathSpaceGrid::answered_within(const Shard& shard, const Key& at, int level) const {
   const Table& finer = shard.levels[static_cast<std::size_t>(level) + 1];
   bool any = false;

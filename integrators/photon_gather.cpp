@@ -98,7 +98,7 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius, grain};
 }
 
-// Of few photons no hull says where the surface ends: there the whole disc stands.
+// The hull of a few photons does not tell where the surface ends: then the whole disc is used.
 Rgb PhotonMap::over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const {
   constexpr std::size_t fewest = 8;
   static thread_local std::vector<Rgb> reflected;

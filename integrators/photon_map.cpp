@@ -8,7 +8,7 @@ namespace etendue {
 
 namespace {
 
-// What one camera sample carries along.
+// The state of one camera sample.
 struct CameraSample {
   std::uint64_t pixel;
   std::uint32_t iteration;

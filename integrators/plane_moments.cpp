@@ -4,7 +4,7 @@ namespace etendue {
 
 namespace {
 
-constexpr float ridge = 16;  // values, an edge away from the centre, that tell of no slope
+constexpr float ridge = 16;  // values without slope, one edge away from the centre
 
 vec3 squares(const vec2& v) { return {v.x * v.x, v.y * v.y, v.x * v.y}; }
 
@@ -37,8 +37,8 @@ PlaneMoments PlaneMoments::in_coarser(const vec2& centre) const {
           square};
 }
 
-// The plane through the values' centre, no steeper than keeps it between nothing and twice their mean within the cell: so what
-// is too little in one place is not too much in another, and the mean over the values' places stays theirs.
+// The plane through the values' centre. Its slope is limited so that it stays between zero and twice the mean within the cell;
+// limiting the slope, rather than clamping the result, keeps the mean over the values' places.
 Rgb PlaneMoments::fit(const vec2& at, const vec2& reach) const {
   const float share = 1 / count;
   const Rgb mean = share * value;

@@ -12,10 +12,10 @@ float median(std::vector<float> values) {
   return *middle;
 }
 
-// Where photons hide from the point behind a wall on the same floor, and more of them than even light would have there, the
-// disc is to end at the wall's far side: how wide that is, or infinity where the light that leaks into the wide disc is less
-// than twice the noise that the narrow one would have after 64 passes. Not less than a fifth of the radius, or too few photons
-// would be left.
+// The radius at which the disc must end so that no light leaks from behind a wall on the same floor, where photons hidden from
+// the point are more than even light would have there: the distance to the wall's far side, but at least a fifth of the radius,
+// or too few photons would be left. Infinity where the light that leaks into the wide disc is less than twice the noise that
+// the narrow one would have after 64 passes.
 float clear_radius(const RenderContext& context, const PhotonMap& map, const GatherPoint& at, float radius) {
   constexpr float lift = 0.05f;  // above the surface, of the distance: it may curve
   float far_side = radius, seen = 0, hidden = 0;

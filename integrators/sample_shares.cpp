@@ -62,7 +62,7 @@ void SampleShares::end_iteration() {
   for (std::size_t i = 0; i < next_.size(); ++i) next_[i] += count_[i];
   if (moments_.empty()) return;
   measure();
-  // What exceeds the most that a pixel takes goes to the others; whole samples are taken.
+  // Samples beyond a pixel's largest number go to the others; numbers are whole.
   double per_deviation = 0;
   const double extras = static_cast<double>(extra_) * static_cast<double>(count_.size());
   for (int round = 0; round < 4; ++round) {

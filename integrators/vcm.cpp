@@ -11,7 +11,7 @@ namespace {
 
 enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
 
-// Pixels a side of a tile whose shadow rays are asked for together.
+// Pixels a side of a tile whose shadow rays are traced together.
 constexpr int tile_of_paths = 8;
 // Points a side of the grid at which the pilot pass looks for light vertices, and its number among the iterations.
 constexpr int pilot_grid = 32;

@@ -60,7 +60,8 @@ void CameraPaths::follow(const SubPath& path, float distance_squared, float cos_
   trail.push_back({context_.scene.camera.pdf(context_.resolution, path.ray.direction) * cos_in / distance_squared, 0});
 }
 
-// Light at the end of the path, after `depth` events: all of what is seen directly, since nothing else samples that.
+// Emission at the end of the path, after `depth` events; in full where it is seen directly, since no other strategy samples
+// that.
 Rgb CameraPaths::met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth) {
   const vec3& direction = path.ray.direction;
   const LightSampler& lights = context_.lights;

@@ -9,7 +9,7 @@ static_assert(PointStructure<SortedGrid>);
 
 namespace {
 
-// The first of the run whose coordinate is not below `low`. Halves without a jump: the outcome of a comparison is a coin's.
+// The first of the run whose coordinate is not below `low`. Bisection without a branch, which could not be predicted.
 const PlacedPoint* first_from(const PlacedPoint* begin, std::size_t count, int axis, float low) {
   while (count > 1) {
     const std::size_t half = count / 2;

@@ -26,7 +26,7 @@ struct Bin {
   std::uint32_t count;
   char unused[60 - sizeof(SimdBounds)];  // a stride that is a power of two
 
-  Bin() : bounds(Uninitialised()) {}  // to fill all, and use a few, takes a small node longer than its sweep
+  Bin() : bounds(Uninitialised()) {}  // initialising all bins would take longer than the sweep of a small node
   static Bin empty() {
     Bin bin;
     bin.bounds = {};
@@ -40,7 +40,7 @@ struct Bin {
   }
 };
 
-// x, y and z of an item's centre; the fourth lane is of no account, but finite. The same arithmetic as Bounds::centre.
+// x, y and z of an item's centre; the fourth lane does not count, but is finite. The same arithmetic as Bounds::centre.
 inline Floats centre_of(const BuildItem& item) {
   Floats lower, upper;
   std::memcpy(&lower, &item.bounds.lower.x, sizeof lower);

@@ -11,8 +11,7 @@ namespace {
 
 constexpr std::size_t grain = 256;
 
-// How many times as much `work` per `area` there is as there was. Nothing has not grown; what came of nothing has, without
-// limit.
+// The factor by which `work` per `area` has grown: 0 where there is no work, infinity where there was none before.
 float times(float work, float area, float built_work, float built_area) {
   if (!(work > 0) || !(area > 0)) return 0;
   return built_work > 0 && built_area > 0 ? work / area * built_area / built_work : infinity;

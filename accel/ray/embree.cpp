@@ -121,7 +121,7 @@ RTCBuildQuality build_quality(const std::string& name) {
   return name == "low" ? RTC_BUILD_QUALITY_LOW : name == "high" ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
 }
 
-// What Embree holds. Asked before it takes more, it can be refused.
+// Counts the bytes that Embree holds. It is called before Embree allocates, and can refuse.
 struct Allotted {
   std::atomic<std::int64_t> bytes = 0;
   std::atomic<bool> refused = false;

@@ -10,7 +10,7 @@ namespace etendue {
 namespace {
 
 // The different vertices of a few triangles, in an open hash table that is used again and again: what an earlier generation
-// wrote is as good as empty. Whether a vertex is new is a toss-up, so no branch depends on it.
+// wrote is as good as empty. Whether a vertex is new cannot be predicted, so no branch depends on it.
 class VertexSet {
  public:
   static constexpr std::uint32_t most = SharedPack::slots;

@@ -22,7 +22,7 @@ VertexIds::VertexIds(const Geometry& geometry) : geometry_(&geometry) {
     std::uint64_t hash = bits[0] * 0x9e3779b97f4a7c15u;
     hash = ((hash >> 32) ^ bits[1]) * 0x9e3779b97f4a7c15u;
     hash = ((hash >> 32) ^ bits[2]) * 0x9e3779b97f4a7c15u;
-    // Whether a vertex is new is a toss-up, so no branch depends on it: it is compared with itself then.
+    // Whether a vertex is new cannot be predicted, so no branch depends on it: a new one is compared with itself.
     std::size_t slot = (hash >> 20) & (size - 1);
     std::uint32_t first = table[slot] == no_id ? vertex : table[slot];
     while (!equal(first, vertex)) [[unlikely]] {

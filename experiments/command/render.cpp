@@ -61,7 +61,7 @@ Budget read_budget(const RenderCommand& command) {
   return budget;
 }
 
-// The image shall be on disk when the time is over: what has passed since the process began counts, and so does writing it.
+// The image must be on disk when the time is over: time since the process began counts, and so does writing the file.
 void count_from_the_start(Budget& budget, std::chrono::steady_clock::time_point started) {
   const double gone = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   const double reserve = std::min(0.05, 0.02 * *budget.time_s);
@@ -145,7 +145,7 @@ void write_image(const Rendered& r, const CellResult& result, const std::string&
   });
 }
 
-// The image first: it shall be there in time. All else is off the clock. A file that fails keeps none of the others back.
+// The image first, since it must be there in time; all else is off the clock. A file that fails does not stop the others.
 void write_outputs(const Rendered& r, Integrator& integrator, const RenderContext& context, const CellResult& result) {
   std::exception_ptr failure;
   const auto attempt = [&](const auto& write) {

@@ -22,7 +22,7 @@ constexpr std::size_t most_series_in_a_panel = 10, most_context_series = 40;
 struct Panels {
   std::vector<std::vector<const Configuration*>> groups;
   std::vector<std::string> titles;
-  bool by_structure = false;  // in each panel the structures are told apart by colour
+  bool by_structure = false;  // in each panel, colours distinguish structures
 };
 
 Panels arrange_panels(const ReportData& data, const SceneData& scene) {

@@ -150,8 +150,8 @@ ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {
 ExperimentConfig finish(ConfigNode root, const std::string& path, const ConfigOptions& options) {
   ConfigNode quick = root;
   apply_quick(quick);
-  // All of the file must be valid, whichever half of it this run uses: a slip in [quick] shall not wait for --quick. Overrides
-  // may mend what is wrong with a file (a structure this build lacks), so that then only the outcome counts.
+  // All of the file must be valid, whichever half of it this run uses: a mistake in [quick] must not go unnoticed until
+  // --quick. Overrides may correct a file (a structure this build lacks), so with them only the result is checked.
   if (options.overrides.empty()) {
     ExperimentConfig config = interpret(root, path);
     ExperimentConfig quick_config = interpret(quick, path);

@@ -30,8 +30,8 @@ struct ReferenceRequest {
   std::string earlier{};  // a file that a run which goes on was measured against; of use if it is rendered, and whole
 };
 
-// Without a wish of the experiment's: a minute or two for a built-in scene. The report warns where the variance this leaves is
-// not small against the errors measured.
+// The default: a minute or two for a built-in scene. The report warns where the variance this leaves is not small against the
+// errors measured.
 inline constexpr std::uint64_t default_reference_samples = 1024;
 
 // The log's line; `file` as the caller stored the image.

@@ -1,4 +1,5 @@
-// Rendered references are dear, so they are kept: in the repository's results/references/ (committed) and in the user's cache.
+// Rendered references are expensive, so they are kept: in the repository's results/references/ (committed) and in the user's
+// cache.
 //
 // A file is named for what it depends on, <scene hash>-d<depth>-<width>x<height>.exr, and carries how it was made. An image
 // whose sides are a whole multiple of those wanted serves as well: with the box filter a pixel's mean is the mean of its parts'

@@ -89,7 +89,7 @@ struct Source {
   const Replicate* replicate;
 };
 
-// Which image stands for each integrator of a scene.
+// Chooses the image to show for each integrator of a scene.
 std::vector<Source> choose(const SceneData& scene) {
   std::map<std::size_t, Source> chosen;
   for (const Configuration& configuration : scene.configurations)
@@ -112,8 +112,8 @@ std::optional<Image> try_read(const std::string& path) {
   }
 }
 
-// White lies a quarter above the 98th percentile of the brightest channel: lamps in view do not darken the room, and an evenly lit
-// scene is light grey, not white.
+// White lies a quarter above the 98th percentile of the brightest channel: lamps in view do not darken the room, and an evenly
+// lit scene is light grey, not white.
 double exposure_for(const Image& image) {
   std::vector<double> values;
   values.reserve(image.pixels.size());

@@ -36,7 +36,8 @@ void reset_peak_memory() {
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-// Error of an image by the metrics asked for. What is not finite (an image full of overflow) is left out: a log cannot hold it.
+// Error of an image by the metrics asked for. A value that is not finite (from an image full of overflow) is left out: a log
+// cannot hold it.
 std::map<std::string, double> measure(const Image& image, const Image& reference, const std::vector<std::string>& metrics) {
   std::map<std::string, double> values;
   for (const std::string& name : metrics) {

@@ -14,7 +14,7 @@ namespace etendue {
 struct SearchFigure {
   std::string structure;
   std::string measure;   // points: "build", "within", "nearest", "memory"; balls: "insert", "covering", "memory"
-  double parameter = 0;  // of within and nearest: points asked for
+  double parameter = 0;  // of within and nearest: number of neighbours
   Measured value;        // seconds per point, per query or per ball; memory: bytes per point or ball
   double found = 0;      // of queries: how many each found on the mean
 };

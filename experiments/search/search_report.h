@@ -1,4 +1,4 @@
-// What a report says of point and ball structures: times and memory, who leads where, and where one overtakes another.
+// Tables and charts of point and ball structures: times and memory, which one leads where, and where one overtakes another.
 #pragma once
 
 #include "experiments/harness/charts.h"
@@ -11,7 +11,7 @@ Table search_times_table(const RunLog& log);       // a row for each set, count 
 Table search_leaders_table(const RunLog& log);     // a row for each set, measure and count: the fastest and the next
 Table search_crossovers_table(const RunLog& log);  // a row for each crossing
 
-// Charts over the count, the number asked for and the variation, and maps of who leads.
+// Charts over the count, the number of neighbours and the variation, and maps of which structure leads.
 std::vector<Figure> search_figures(const RunLog& log);
 
 // A sentence for each set of largest count and each measure.
