@@ -27,29 +27,40 @@ struct Content {
   const char* method = "path";  // whose time it costs
 };
 
-// Below all that the scene holds, by a hundredth of its diagonal.
-vec3 beneath(const Scene& scene) {
-  const Bounds bounds = scene.bounds();
+// Below what the bounds hold, by a hundredth of their diagonal.
+vec3 beneath(const Bounds& bounds) {
   const vec3 centre = bounds.centre();
   return {centre.x, bounds.lower.y - 0.01f * glm::length(bounds.diagonal()), centre.z};
 }
-float small_size(const Scene& scene) { return 0.001f * glm::length(scene.bounds().diagonal()); }
+vec3 beneath(const Scene& scene) { return beneath(scene.bounds()); }
+float small_size(const Bounds& bounds) { return 0.001f * glm::length(bounds.diagonal()); }
 
-void add_sphere(Scene& scene) {
-  Object& world = scene.objects[0];
-  const Sphere sphere{beneath(scene), small_size(scene)};
-  const auto shape = static_cast<std::uint32_t>(world.shapes.size());
-  world.shape_of.resize(world.geometry.primitive_count(), 0);
-  world.shapes.push_back({.first_primitive = world.geometry.primitive_count(), .primitive_count = 1});
-  world.geometry.quadrics.push_back(sphere);
-  world.shape_of.push_back(shape);
+Bounds bounds_of(const Geometry& geometry) {
+  Bounds bounds;
+  for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) bounds.extend(geometry.primitive_bounds(id));
+  return bounds;
+}
+
+void add_sphere(Object& object, const Sphere& sphere, std::uint32_t material) {
+  const auto shape = static_cast<std::uint32_t>(object.shapes.size());
+  object.shape_of.resize(object.geometry.primitive_count(), 0);
+  object.shapes.push_back({.first_primitive = object.geometry.primitive_count(), .primitive_count = 1, .material = material});
+  object.geometry.quadrics.push_back(sphere);
+  object.shape_of.push_back(shape);
+}
+
+// One in each object that holds anything, instances' too: it is their leaves that then ask of every primitive what it is.
+void add_spheres(Scene& scene) {
+  for (Object& object : scene.objects)
+    if (const Bounds bounds = bounds_of(object.geometry); !bounds.empty())
+      add_sphere(object, {beneath(bounds), small_size(bounds)}, 0);
 }
 
 void add_plane(Scene& scene) { scene.planes.push_back({beneath(scene), {0, 1, 0}, 0}); }
 
 void add_instance(Scene& scene) {
   Object object;
-  const float size = small_size(scene);
+  const float size = small_size(scene.bounds());
   object.geometry.positions = {vec3(0), vec3(size, 0, 0), vec3(0, 0, size)};
   object.geometry.triangles = {{0, 1, 2}};
   object.shapes = {{.first_primitive = 0, .primitive_count = 1}};
@@ -93,15 +104,15 @@ void add_lens(Scene& scene) { scene.camera.lens_radius = 1e-6f; }
 
 // A mirror small enough to be met by next to no photon: the caustic map is there, and nearly empty.
 void add_mirror(Scene& scene) {
-  add_sphere(scene);
-  scene.objects[0].shapes.back().material = static_cast<std::uint32_t>(scene.materials.size());
-  scene.objects[0].geometry.quadrics.back() = Sphere{scene.bounds().centre(), small_size(scene)};
+  const auto material = static_cast<std::uint32_t>(scene.materials.size());
+  const Bounds bounds = scene.bounds();
+  add_sphere(scene.objects[0], {bounds.centre(), small_size(bounds)}, material);
   scene.materials.emplace_back(Conductor{.ideal = true});
 }
 
 const Content in_rays[] = {
     {"quadrics", "rays, a sphere beside the triangles over triangles alone", [](const SceneNeeds& n) { return n.quadrics; },
-     add_sphere},
+     add_spheres},
     {"planes", "rays, an infinite plane over none", [](const SceneNeeds& n) { return n.planes; }, add_plane},
     {"instances", "rays, an instance (two levels) over none (one level)", [](const SceneNeeds& n) { return n.two_levels; },
      add_instance}};

@@ -53,7 +53,8 @@ class CommandLine {
       app_.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
       if (e.get_exit_code() == 0) return app_.exit(e);  // --help, --version
-      throw Error(std::string(e.what()) + "; see `etendue --help`");
+      const auto typed = app_.get_subcommands();        // as far as it came
+      throw Error(fmt::format("{}; see `etendue {}--help`", e.what(), typed.empty() ? "" : typed.front()->get_name() + " "));
     }
     refuse_unknown();
     if (!chosen_) {

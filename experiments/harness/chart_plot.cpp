@@ -308,4 +308,11 @@ std::string draw_plot(const Chart& chart, const PlotFrame& frame, bool compact) 
   return out + draw_labels(chart, frame) + "</svg>\n";
 }
 
+bool named_by_panel(const Chart& panel, const ChartSeries& series) {
+  using Draw = ChartSeries::Draw;
+  return series.label == panel.title && std::count_if(panel.series.begin(), panel.series.end(), [](const ChartSeries& s) {
+                                          return s.draw != Draw::context && s.draw != Draw::guide && !s.points.empty();
+                                        }) == 1;
+}
+
 }  // namespace etendue

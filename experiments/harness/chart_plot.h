@@ -39,4 +39,7 @@ std::string draw_plot(const Chart& chart, const PlotFrame& frame, bool compact);
 std::string marker_path(std::size_t marker, dvec2 at, double r);
 std::string series_classes(const ChartSeries& series);
 
+// Whether a legend need not name the series: its panel's title does, and nothing else is drawn there.
+bool named_by_panel(const Chart& panel, const ChartSeries& series);
+
 }  // namespace etendue

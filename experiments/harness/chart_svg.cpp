@@ -17,12 +17,14 @@ struct LegendEntry {
   double y;  // where its line ends
 };
 
-// One entry a key, in order; series that draw what another already names (a context, a front's faint points) are left out.
+// One entry a key, in order; series that draw what another already names (a context, a front's faint points) or
+// whose panel is theirs alone are left out.
 std::vector<LegendEntry> legend_entries(std::span<const Chart> panels, const PlotFrame* frame) {
   std::vector<LegendEntry> entries;
   for (const Chart& chart : panels)
     for (const ChartSeries& series : chart.series) {
-      if (series.draw == ChartSeries::Draw::context || series.draw == ChartSeries::Draw::guide || series.points.empty())
+      if (series.draw == ChartSeries::Draw::context || series.draw == ChartSeries::Draw::guide || series.points.empty() ||
+          named_by_panel(chart, series))
         continue;
       const bool known =
           std::any_of(entries.begin(), entries.end(), [&](const LegendEntry& e) { return e.series->key == series.key; });

@@ -2,6 +2,7 @@
 
 #include "experiments/claims/claims_report.h"
 #include "experiments/harness/animation_report.h"
+#include "experiments/harness/chart_plot.h"
 #include "experiments/harness/charts.h"
 #include "experiments/harness/rate_report.h"
 #include "experiments/harness/report_assets.h"
@@ -10,6 +11,7 @@
 #include "experiments/harness/verdicts.h"
 #include "experiments/search/search_report.h"
 #include "experiments/stress/stress_report.h"
+#include "framework/image/metrics.h"
 
 #include <fmt/format.h>
 
@@ -148,7 +150,10 @@ std::string_view scale_name(Scale scale) { return scale == Scale::log ? "log" : 
 
 std::string toolbar(const Variants& variants) {
   std::string out = "<div class=\"toolbar\"><label>Metric <select name=\"metric\">";
-  for (const std::string& metric : variants.metrics) out += fmt::format("<option>{}</option>", html(metric));
+  for (const std::string& metric : variants.metrics) {
+    const Metric* known = find_metric(metric);
+    out += fmt::format("<option data-formula=\"{}\">{}</option>", known ? html(known->formula) : "", html(metric));
+  }
   out +=
       "</select></label>\n<fieldset><legend>Against</legend><label><input type=\"radio\" name=\"axis\" value=\"time\" checked> "
       "time</label>"
@@ -157,6 +162,7 @@ std::string toolbar(const Variants& variants) {
     out +=
         "<fieldset><legend>Axes</legend><label><input type=\"radio\" name=\"scale\" value=\"log\" checked> logarithmic</label>"
         "<label><input type=\"radio\" name=\"scale\" value=\"linear\"> linear</label></fieldset>\n";
+  out += "<output class=\"formula note\"></output>";
   if (!variants.note.empty()) out += fmt::format("<span class=\"note\">{}</span>", html(variants.note));
   return out + "</div>\n";
 }
@@ -176,7 +182,7 @@ std::string legend(const Figure& figure) {
   for (const Chart& panel : figure.panels)
     for (const ChartSeries& series : panel.series) {
       if (series.draw == ChartSeries::Draw::context || series.draw == ChartSeries::Draw::guide || series.points.empty() ||
-          !keys.insert(series.key).second)
+          named_by_panel(panel, series) || !keys.insert(series.key).second)
         continue;
       ++count;
       out += fmt::format("<li><button type=\"button\" data-key=\"{}\" aria-pressed=\"true\">{}{}</button></li>",
@@ -239,13 +245,19 @@ std::string viewer(const SceneImages& images, std::size_t index) {
       "<input class=\"wipe\" type=\"range\" min=\"0\" max=\"100\" step=\"0.5\" value=\"50\" aria-label=\"Border between left "
       "and right\">"
       "<p class=\"caption\"><span class=\"name-left\"></span><span class=\"name-right\"></span></p></div>\n";
+  const auto mapped =
+      std::count_if(images.images.begin(), images.images.end(), [](const auto& i) { return !i.error_png.empty(); });
   std::string stops;
   for (int i = 0; i <= 10; ++i) stops += (i > 0 ? "," : "") + viridis_css(i / 10.0);
   out += fmt::format(
       "<div class=\"pane map\"><div class=\"frame-box\"><div class=\"canvas\"><img class=\"error\" alt=\"\"></div></div>"
       "<div class=\"colourbar\" style=\"background:linear-gradient(to right,{})\"></div><div class=\"ticks\"></div>"
-      "<p class=\"caption\"><span class=\"name-map\"></span></p></div></div>\n<div class=\"sheet\"></div>\n",
-      stops);
+      "<p class=\"caption\"><span class=\"name-map\"></span></p></div></div>\n{}<div class=\"sheet\"></div>\n",
+      stops,
+      mapped < 2
+          ? ""
+          : "<h3>Where each one errs</h3><p class=\"note\">Each image with its map of relative squared error below it, all in "
+            "the colours of the bar above; a click puts it on the left.</p>\n");
   for (const std::string& note : images.notes) out += "<p class=\"note\">" + html(note) + "</p>\n";
   out += fmt::format(
       "<p class=\"note\">White at 0 EV is {} W/(m² sr), 1.25 times the 98th percentile; what is brighter was clipped, so only "
@@ -264,8 +276,9 @@ std::string images_json(const std::vector<SceneImages>& scenes) {
                        scene.lowest_decade, scene.highest_decade);
     for (std::size_t i = 0; i < scene.images.size(); ++i) {
       const PageImage& image = scene.images[i];
-      out += fmt::format("{}{{\"label\":{},\"detail\":{},\"png\":\"{}\",\"err\":\"{}\"}}", i > 0 ? "," : "",
-                         json_string(image.label), json_string(image.detail), image.png, image.error_png);
+      out += fmt::format("{}{{\"label\":{},\"detail\":{},\"png\":\"{}\",\"err\":\"{}\",\"relmse\":{}}}", i > 0 ? "," : "",
+                         json_string(image.label), json_string(image.detail), image.png, image.error_png,
+                         image.relmse < 0 ? "null" : format_figure(image.relmse));
     }
     out += "]}";
   }

@@ -124,8 +124,8 @@ double exposure_for(const Image& image) {
 
 std::string detail_of(const ReportData& data, const Source& source) {
   const CheckpointRecord& last = *source.replicate->last();
-  std::string text =
-      fmt::format("seed {}, {} iterations, {}", source.replicate->seed, last.iterations, format_seconds(last.time_s));
+  std::string text = fmt::format("seed {}, {} iteration{}, {}", source.replicate->seed, last.iterations,
+                                 last.iterations == 1 ? "" : "s", format_seconds(last.time_s));
   if (const auto found = last.metrics.find("relmse"); found != last.metrics.end())
     text += fmt::format(", relmse {}", format_figure(found->second));
   if (data.accels.size() > 1) text += ", on " + source.configuration->accel;
@@ -176,6 +176,8 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, int longes
     encoded[i] = {sources[i].configuration->integrator, detail_of(data, sources[i]),
                   encode_picture(*images[i], factor, result.exposure),
                   errors[i].empty() ? "" : encode_errors(errors[i], result.shown, result.lowest_decade, result.highest_decade)};
+    const auto& last_metrics = sources[i].replicate->last()->metrics;
+    if (const auto found = last_metrics.find("relmse"); found != last_metrics.end()) encoded[i].relmse = found->second;
   });
   for (PageImage& image : encoded)
     if (!image.png.empty()) result.images.push_back(std::move(image));

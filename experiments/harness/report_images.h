@@ -14,6 +14,7 @@ struct PageImage {
   std::string label, detail;
   std::string png;        // base64, sRGB
   std::string error_png;  // base64; "" for the reference, and where there is none to compare with
+  double relmse = -1;     // of the whole image; below zero where it is not known
 };
 
 struct SceneImages {

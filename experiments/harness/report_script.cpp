@@ -37,8 +37,12 @@ function showVariants() {
     applyHidden(figure);
   }
 }
+function showFormula() {
+  const formula = document.querySelector('.toolbar [name=metric]').selectedOptions[0].dataset.formula;
+  document.querySelector('.toolbar .formula').textContent = formula ? chosen.metric + ' = ' + formula + ' (x: image, r: reference)' : '';
+}
 for (const control of all('.toolbar [name]'))
-  control.addEventListener('change', () => { chosen[control.name] = control.value; showVariants(); });
+  control.addEventListener('change', () => { chosen[control.name] = control.value; showFormula(); showVariants(); });
 
 // --- legends: a click switches a series, a double click shows it alone ---
 document.addEventListener('click', event => {
@@ -177,7 +181,9 @@ for (const viewer of all('.viewer')) {
   const fill = select => images.forEach((image, i) => select.add(new Option(image.label, i)));
   fill(left);
   fill(right);
-  left.value = images.length > 1 ? 1 : 0;
+  // The one of least error against the reference, or the second image against the first.
+  const known = images.map((image, i) => [image.relmse, i]).filter(([error]) => error !== null).sort((a, b) => a[0] - b[0]);
+  left.value = known.length ? known[0][1] : images.length > 1 ? 1 : 0;
   right.value = 0;
   const show = () => {
     const a = images[left.value], b = images[right.value];
@@ -228,7 +234,20 @@ for (const viewer of all('.viewer')) {
     thumb.src = uri(image.png);
     thumb.alt = '';
     name.textContent = image.label;
-    button.append(thumb, name);
+    button.append(thumb);
+    if (image.err) {
+      const map = new Image();
+      map.src = uri(image.err);
+      map.alt = 'error map';
+      button.append(map);
+    }
+    button.append(name);
+    if (image.relmse !== null) {
+      const error = document.createElement('span');
+      error.className = 'note';
+      error.textContent = 'relmse ' + figure3(image.relmse);
+      button.append(error);
+    }
     button.addEventListener('click', () => { left.value = i; show(); });
     part('sheet').append(button);
   });
@@ -246,6 +265,7 @@ if (metricSelect) {
   chosen.metric = metricSelect.value;
   // The browser may restore earlier choices on a reload.
   for (const control of all('.toolbar [name]:checked')) chosen[control.name] = control.value;
+  showFormula();
   showVariants();
 }
 )js";

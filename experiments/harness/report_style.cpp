@@ -99,12 +99,13 @@ figure.table input{font-weight:400;font-size:.84rem}
 .caption{font-size:.82rem;margin:.25rem 0;display:flex;flex-wrap:wrap;justify-content:space-between;gap:.2rem 1rem}
 .colourbar{height:12px;border-radius:3px;margin-top:.5rem}
 .ticks{display:flex;justify-content:space-between;font-size:.78rem;color:var(--muted);font-variant-numeric:tabular-nums}
-.sheet{display:grid;grid-template-columns:repeat(auto-fill,minmax(110px,1fr));gap:.5rem;margin-top:.8rem;
+.sheet{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(45%,150px),1fr));gap:.5rem;margin-top:.8rem;
 align-items:start}
 .sheet button{display:block;border:2px solid transparent;border-radius:6px;background:none;padding:2px;cursor:pointer;font-size:.76rem;line-height:1.3;
 text-align:left}
 .sheet button[aria-pressed=true]{border-color:var(--accent)}
-.sheet img{width:100%;display:block;border-radius:3px;margin-bottom:.2rem;background:#000}
+.sheet span{display:block}.sheet .note{margin:0;font-size:.95em}
+.sheet img{width:100%;display:block;image-rendering:pixelated;border-radius:3px;margin-bottom:.2rem;background:#000}
 pre{background:var(--faint);border-radius:6px;padding:.7rem .9rem;overflow:auto;font:.84rem/1.45 ui-monospace,"DejaVu Sans Mono",monospace}
 details{margin:.6rem 0}
 summary{cursor:pointer}

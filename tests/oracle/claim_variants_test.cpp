@@ -13,6 +13,9 @@
 #include "accel/registry.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 namespace etendue::testing {
@@ -119,6 +122,28 @@ TEST(ClaimVariants, ContentsAreAddedWhereTheSceneLacksThem) {
   EXPECT_EQ(names("contents-in-rays", "builtin:cornell-spheres"), (std::set<std::string>{"planes", "instances"}));
   EXPECT_EQ(names("contents-in-images", "builtin:cornell-spheres"),
             (std::set<std::string>{"environment", "textures", "normals", "lens"}));
+}
+
+// In a scene of instances alone it is an object's leaves that rays meet: what is added stands there.
+TEST(ClaimVariants, ContentsAreAddedToInstances) {
+  const auto path = std::filesystem::temp_directory_path() / ("etendue-instances-" + std::to_string(getpid()) + ".pbrt");
+  std::ofstream(path) << R"(LookAt 0 0 5  0 0 0  0 1 0
+Camera "perspective" "float fov" 40
+WorldBegin
+LightSource "infinite" "rgb L" [1 1 1]
+ObjectBegin "pair"
+Shape "trianglemesh" "point3 P" [-1 -1 0  1 -1 0  0 1 0  -1 -1 -1  1 -1 -1  0 1 -1] "integer indices" [0 1 2 3 4 5]
+ObjectEnd
+ObjectInstance "pair"
+Translate 1.5 0 -2
+ObjectInstance "pair"
+)";
+  const MeasureResult result = find_measurement("contents-in-rays", {}).run({path.string(), 16, 1});
+  std::filesystem::remove(path);
+  EXPECT_EQ(result.disagreements, 0u);
+  std::set<std::string> names;
+  for (const auto& [name, factor] : result.figures) names.insert(name);
+  EXPECT_EQ(names, (std::set<std::string>{"quadrics", "planes"}));
 }
 
 TEST(CacheModel, CountsTheMissesOfTheLeastRecentlyUsed) {

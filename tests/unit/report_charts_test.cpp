@@ -275,6 +275,29 @@ TEST(Charts, StructuresAreComparedOverScenesWithTheFastestOfEach) {
   EXPECT_TRUE(structures_over_scenes_figure(arrange(log)).empty());
 }
 
+TEST(Charts, LegendsLeaveOutWhatAPanelsTitleNames) {
+  const auto panel = [](const std::string& title, const std::vector<std::string>& labels) {
+    Chart chart;
+    chart.title = title;
+    for (const std::string& label : labels) {
+      ChartSeries series;
+      series.key = series.label = label;
+      series.points = {{1, 1, 1, 1}, {2, 0.5, 0.5, 0.5}};
+      chart.series.push_back(series);
+    }
+    return chart;
+  };
+  const auto times = [](const std::string& text, const std::string& word) {
+    int count = 0;
+    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++count;
+    return count;
+  };
+  const std::string svg = standalone_svg("t", std::vector{panel("alone", {"alone"}), panel("two", {"two", "third"})}, {});
+  EXPECT_EQ(times(svg, ">alone<"), 1);
+  EXPECT_EQ(times(svg, ">two<"), 2);
+  EXPECT_EQ(times(svg, ">third<"), 1);
+}
+
 TEST(Charts, EqualLogsGiveEqualFiles) {
   const auto draw = [] {
     std::string all;
