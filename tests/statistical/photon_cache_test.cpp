@@ -1,6 +1,6 @@
 // The cache that photons fill against closed forms and itself.
 #include "framework/core/counters.h"
-#include "tests/render_scene.h"
+#include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -23,24 +23,10 @@ RenderOptions options_for(std::uint32_t iterations, Changes changes) {
 
 void expect_closed_forms(const RenderOptions& with, double largest_relmse) {
   for (const char* name : {"builtin:lambert-sphere", "builtin:lambert-sphere-off-centre"}) {
-    const Scene scene = load_scene(name);
-    RenderOptions options = with;
-    const Image exact = exact_image(scene, options.resolution);
-    constexpr int seeds = 6;
-    double sum = 0, squares = 0, bound = 0;
-    for (int seed = 1; seed <= seeds; ++seed) {
-      options.seed = static_cast<std::uint64_t>(seed);
-      const auto rendered = render(scene, "photon-cache", options);
-      EXPECT_EQ(rendered.non_finite, 0u);
-      const double b = bias(rendered.image, exact);
-      sum += b;
-      squares += b * b;
-      bound = rendered.expectation.bias_bound;
-      EXPECT_LT(relmse(rendered.image, exact), largest_relmse) << name;
-    }
-    const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
-    EXPECT_LT(std::abs(mean), bound + 4 * deviation) << name;
-    EXPECT_LT(std::abs(mean), 0.003 + 4 * deviation) << name << ": far below what is declared for rooms with edges";
+    const auto b = testing::bias_over_seeds(load_scene(name), "photon-cache", with, 6);
+    EXPECT_LT(b.largest_relmse, largest_relmse) << name;
+    EXPECT_LT(std::abs(b.mean), b.bound + 4 * b.deviation) << name;
+    EXPECT_LT(std::abs(b.mean), 0.003 + 4 * b.deviation) << name << ": far below what is declared for rooms with edges";
   }
 }
 
@@ -65,15 +51,8 @@ TEST(PhotonCache, LosesNoLightBetweenPixelsThatFinerRecordsLeaveUncovered) {
 }
 
 TEST(PhotonCache, DepthLimitTruncatesTheSeries) {
-  const Scene scene = load_scene("builtin:lambert-sphere");
   for (const char* fill : {"gather", "density"})
-    for (int depth = 1; depth <= 3; ++depth) {
-      const RenderOptions options = options_for(8, {{"fill", fill}, {"edges", "disc"}, {"max_depth", std::int64_t{depth}}});
-      const Image image = render(scene, "photon-cache", options).image;
-      double mean = 0;
-      for (const dvec3& p : image.pixels) mean += p.x / static_cast<double>(image.pixels.size());
-      EXPECT_NEAR(mean * static_cast<double>(pi) / (1 - std::pow(0.5, depth)), 1, 6e-3) << fill << " " << depth;
-    }
+    testing::expect_truncated_series("photon-cache", options_for(8, {{"fill", fill}, {"edges", "disc"}}), 6e-3);
 }
 
 TEST(PhotonCache, NewPhotonsAverageNoiseAway) {
@@ -87,16 +66,9 @@ TEST(PhotonCache, NewPhotonsAverageNoiseAway) {
 
 TEST(PhotonCache, SameBitsAtAnyThreadCount) {
   const Scene scene = load_scene("builtin:cornell-spheres");
-  for (const char* fill : {"gather", "density"}) {
-    RenderOptions options = options_for(3, {{"fill", fill}, {"samples", std::int64_t{32}}});
-    std::uint64_t first = 0;
-    for (const int threads : {1, 2, 3}) {
-      options.threads = threads;
-      const std::uint64_t hash = render(scene, "photon-cache", options).hash;
-      if (threads == 1) first = hash;
-      EXPECT_EQ(hash, first) << fill << " " << threads;
-    }
-  }
+  for (const char* fill : {"gather", "density"})
+    testing::expect_same_bits_at_any_thread_count(scene, "photon-cache",
+                                                  options_for(3, {{"fill", fill}, {"samples", std::int64_t{32}}}));
 }
 
 TEST(PhotonCache, EveryParameterChangesTheImage) {

@@ -2,7 +2,7 @@
 #include "experiments/harness/closed_form.h"
 #include "framework/scene/builder.h"
 #include "tests/block_agreement.h"
-#include "tests/render_scene.h"
+#include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -21,21 +21,10 @@ void expect_exact_mean(const char* scene_name, const char* integrator, std::uint
   options.iterations = iterations;
   options.params["paths"] = {paths, {}};
   if (mis) options.params["mis"] = {mis, {}};
-  const Image exact = integrate_closed_form(scene, options.resolution);
-  constexpr int seeds = 8;
-  double sum = 0, squares = 0;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    options.seed = seed;
-    const auto rendered = render(scene, integrator, options);
-    EXPECT_EQ(rendered.non_finite, 0u) << scene_name;
-    const double b = bias(rendered.image, exact);
-    sum += b;
-    squares += b * b;
-  }
-  const double mean = sum / seeds, deviation = std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1));
-  EXPECT_LT(std::abs(mean), 7.1 * deviation + allowed)
-      << scene_name << " " << integrator << ": " << mean << " +- " << deviation;
-  EXPECT_LT(7.1 * deviation, 0.05) << scene_name << " " << integrator << ": too noisy to tell anything";
+  const auto b = testing::bias_over_seeds(scene, integrator, options, 8, integrate_closed_form(scene, options.resolution));
+  EXPECT_LT(std::abs(b.mean), 7.1 * b.deviation + allowed)
+      << scene_name << " " << integrator << ": " << b.mean << " +- " << b.deviation;
+  EXPECT_LT(7.1 * b.deviation, 0.05) << scene_name << " " << integrator << ": too noisy to tell anything";
 }
 
 TEST(Bidirectional, MatchesCausticsOfPointLightsSeenDirectly) {
@@ -130,13 +119,7 @@ TEST(Vcm, SameBitsAtAnyThreadCount) {
       integrator = "vcm";
       options.params["mis"] = {"correlation-aware", {}};
     }
-    std::uint64_t first = 0;
-    for (const int threads : {1, 2, 3}) {
-      options.threads = threads;
-      const std::uint64_t hash = render(scene, integrator, options).hash;
-      if (threads == 1) first = hash;
-      EXPECT_EQ(hash, first) << integrator << " " << threads;
-    }
+    testing::expect_same_bits_at_any_thread_count(scene, integrator, options);
   }
 }
 
