@@ -23,11 +23,26 @@ std::size_t terminal_width() {
 }
 
 const char* interrupt_message = "";
+const char* exit_message = "";  // of the second interrupt, where the first only stops
+volatile std::sig_atomic_t interrupts_left = 0, was_interrupted = 0;
 
 void handle_interrupt(int) {
   // Only calls that are safe in a signal handler.
-  [[maybe_unused]] const auto written = write(STDERR_FILENO, interrupt_message, std::strlen(interrupt_message));
-  _exit(130);
+  const char* const message = was_interrupted ? exit_message : interrupt_message;
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, message, std::strlen(message));
+  was_interrupted = 1;
+  if (interrupts_left == 0) _exit(130);
+  interrupts_left = interrupts_left - 1;
+}
+
+void handle_interrupts() {
+  struct sigaction current {};
+  sigaction(SIGINT, nullptr, &current);
+  if (current.sa_handler == SIG_IGN) return;  // started with nohup, or in a script's background
+  struct sigaction action {};
+  action.sa_handler = handle_interrupt;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
 }
 
 }  // namespace
@@ -109,13 +124,17 @@ void ConsoleRunObserver::cell_finished(const CellRecord& cell, const CheckpointR
 }
 
 void exit_on_interrupt(const char* message) {
-  interrupt_message = message;
-  struct sigaction current {};
-  sigaction(SIGINT, nullptr, &current);
-  if (current.sa_handler == SIG_IGN) return;  // started with nohup, or in a script's background
-  struct sigaction action {};
-  action.sa_handler = handle_interrupt;
-  sigaction(SIGINT, &action, nullptr);
+  interrupt_message = exit_message = message;
+  handle_interrupts();
 }
+
+void note_interrupt(const char* message, const char* second_message) {
+  interrupt_message = message;
+  exit_message = second_message;
+  interrupts_left = 1;
+  handle_interrupts();
+}
+
+bool interrupted() { return was_interrupted != 0; }
 
 }  // namespace etendue

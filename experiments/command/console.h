@@ -58,4 +58,8 @@ class ConsoleRunObserver final : public RunObserver {
 // their final name, and logs are appended in whole blocks.
 void exit_on_interrupt(const char* message);
 
+// The first Ctrl-C only says `message`, and interrupted() is true from then on; a second one ends the process as above.
+void note_interrupt(const char* message, const char* second_message);
+bool interrupted();
+
 }  // namespace etendue

@@ -114,6 +114,7 @@ std::string to_json(const Rendered& r) {
   for (const std::string& aov : r.command.aovs) json["aovs"][aov] = aov_path(r.output, aov);
   if (!r.command.save_cache.empty()) json["cache"] = r.command.save_cache;
   if (!r.result.fallback.empty()) json["fallback"] = r.result.fallback;
+  if (interrupted()) json["interrupted"] = true;
   if (!r.reference.empty()) json["reference"] = r.reference;
   for (const auto& [name, value] : r.metrics) json[name] = value;
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
@@ -275,6 +276,9 @@ int render_command(const RenderCommand& command) {
     console.clear_status();
     write_outputs(r, integrator, context, result);
   };
+  task.stop = interrupted;
+  note_interrupt("\ninterrupted: the image is written after this iteration; again to leave without it\n",
+                 "\nno image is written\n");
   r.result = run_cell(task);
   if (!reference && scene.closed_form) find_reference();
   if (reference) {
@@ -288,6 +292,7 @@ int render_command(const RenderCommand& command) {
   if (const double spent = r.result.checkpoints.back().time_s; budget.time_s && spent > 1.1 * *budget.time_s)
     console.warning(fmt::format("took {} of {}: the method's preparation and its first iteration cannot be cut short",
                                 format_seconds(spent), format_seconds(*budget.time_s)));
+  if (interrupted()) return 130;
   if (!budget.error || r.result.reached_error) return 0;
   console.warning(
       fmt::format("relmse {:g} was not reached within {}", *budget.error, format_seconds(r.result.checkpoints.back().time_s)));

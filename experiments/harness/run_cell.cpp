@@ -97,7 +97,7 @@ class CellRunner {
       integrator.iteration(context, static_cast<std::uint32_t>(iterations_), film_);
       const double now = clock_.wall_s();
       ++iterations_;
-      last = schedule_.finished(iterations_, now, now - before);
+      last = schedule_.finished(iterations_, now, now - before) || (task_.stop && task_.stop());
       const bool due = schedule_.checkpoint_due(iterations_, now);
       const bool error_due = schedule_.error_due(iterations_);
       if (!last && !due && !error_due && now - told_s_ < progress_interval_s) continue;

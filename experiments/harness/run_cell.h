@@ -32,6 +32,8 @@ struct CellTask {
   bool keep_images = false;               // of every checkpoint
   // Called about ten times a second, off the clock.
   std::function<void(std::uint64_t iterations, double time_s)> progress = {};
+  // Asked after each iteration: true makes it the last.
+  std::function<bool()> stop = {};
   // Before the integrator is prepared (on the clock), and after its last iteration (off it).
   std::function<void(Integrator&, RenderContext&)> before_prepare = {};
   std::function<void(Integrator&, RenderContext&, const CellResult&)> finished = {};

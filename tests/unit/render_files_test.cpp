@@ -4,6 +4,11 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <thread>
+
 namespace etendue {
 namespace {
 
@@ -70,6 +75,26 @@ TEST_F(RenderFiles, LinksAreFollowedAndNeighboursKept) {
   EXPECT_NE(json.out.find("\"records\": \"aaa"), std::string::npos) << json.out;
   for (const auto& entry : std::filesystem::directory_iterator(directory_))
     EXPECT_FALSE(entry.path().filename().string().starts_with("etendue-")) << entry.path();
+}
+
+// Whether the process has a handler of its own for SIGINT.
+bool catches_interrupts(pid_t pid) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("SigCgt:")) return (std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1) != 0;
+  return false;
+}
+
+TEST_F(RenderFiles, AnInterruptedRenderKeepsWhatItHas) {
+  const pid_t pid =
+      start({"render", "builtin:furnace", "--resolution", "16x16", "--spp", "1G", "--threads", "1", "-o", "a.exr"});
+  for (int i = 0; i < 2000 && !catches_interrupts(pid); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // the scene is loaded within few of them
+  kill(pid, SIGINT);
+  const Outcome outcome = finish(pid);
+  EXPECT_EQ(outcome.status, 130) << outcome.err;
+  EXPECT_NE(outcome.err.find("after this iteration"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(std::filesystem::exists(directory_ / "a.exr"));
 }
 
 }  // namespace
