@@ -146,7 +146,11 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
 template <class BuilderParams, BinaryTree (*build)(std::vector<BuildItem>, const BuilderParams&)>
 RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primitive) {
   return bvh_entry<BuilderParams>(
-      name, summary, [=](const BuilderParams&) { return BuilderSpace{bytes_per_primitive}; },
+      name, summary,
+      [=](const BuilderParams& params) {
+        constexpr int deep = 63;  // every cut by a bit of the codes finds room
+        return BuilderSpace{bytes_per_primitive, 1, std::derived_from<BuilderParams, LbvhParams> && params.max_depth > deep};
+      },
       [](std::vector<BuildItem> items, const BuilderParams& params, const Geometry*) {
         return build(std::move(items), params);
       });

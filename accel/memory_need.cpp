@@ -26,10 +26,9 @@ double primitives_of(const Geometry& geometry) { return static_cast<double>(geom
 double filling(double leaf_size) { return std::max(1.0, 0.65 * leaf_size); }
 
 // Large arrays lie on whole pages of 2 MiB (framework/core/huge_pages.h).
-double on_pages(double bytes) {
-  constexpr double page = 2 << 20;
-  return bytes < page ? bytes : std::ceil(bytes / page + 1) * page;
-}
+constexpr double huge_page = 2 << 20;
+
+double on_pages(double bytes) { return bytes < huge_page ? bytes : std::ceil(bytes / huge_page + 1) * huge_page; }
 
 struct WideShape {
   double node, pack;           // bytes
@@ -45,12 +44,29 @@ WideShape shape_of(const std::string& layout, const Geometry& geometry) {
   return {448, 320, 11, vertices > 1.5 * triangles ? 4.2 : 5.6, 5};
 }
 
+double plan_bytes(const std::string& layout) { return 16 + (layout == "wide4" ? 4 : layout == "wide8" ? 8 : 16); }  // per node
+
+// Of build_lbvh_packs and the collapse of its tree.
+MemoryNeed to_packs_need(const Geometry& geometry, const std::string& layout) {
+  const WideShape wide = shape_of(layout, geometry);
+  const double count = primitives_of(geometry), packs = count / wide.triangles, inner = packs / (wide.children - 1);
+  const double contents = 12 + 4 + (layout == "wide16" ? 3 : 0) + id, keys = 8, point = 16;
+  const double sort = (point + 2 * keys) * count;
+  const double cut = (point + keys + contents + tree_node / 2) * count + 2 * tree_node * packs;
+  const double kept = wide.node * inner + wide.pack * packs;
+  const double collapse = contents * count + 2 * (tree_node + plan_bytes(layout)) * packs + kept +
+                          (kept < huge_page ? 0 : huge_page) + list_growth * (wide.node * inner + 2 * id * packs);
+  return whole(geometry, kept, 1.1 * std::max({sort, cut, collapse}));
+}
+
 }  // namespace
 
 MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int leaf_size, bool reinsertion,
                     const BuilderSpace& builder) {
   const double count = primitives_of(geometry), references = count * builder.references;
   const bool binary = layout == "binary";
+  if (builder.to_packs && !binary && leaf_size == 0 && !reinsertion && geometry.quadrics.empty())
+    return to_packs_need(geometry, layout);
   const WideShape wide = shape_of(layout, geometry);
   const double tree_leaf = !binary ? (reinsertion ? 1 : wide.tree_leaf) : leaf_size > 0 ? leaf_size : 4;
   const double nodes = 2 * references / filling(tree_leaf);
@@ -68,7 +84,7 @@ MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int lea
     const double triangles = leaf_size > 0 ? std::min<double>(leaf_size, wide.triangles) : wide.triangles;
     const double packs = references / triangles, inner = packs / (wide.children - 1);
     kept = wide.node * inner + wide.pack * packs;
-    const double plan = (16 + (layout == "wide4" ? 4 : layout == "wide8" ? 8 : 16)) * nodes + 16 * references;
+    const double plan = plan_bytes(layout) * nodes + 16 * references;
     const double vertices = 20.0 * static_cast<double>(geometry.positions.size());  // told apart by position
     peak = std::max(peak + vertices, tree + plan + vertices + on_pages(wide.pack * packs) +
                                          on_pages((1 + list_growth) * wide.node * inner) + list_growth * id * packs);

@@ -20,6 +20,7 @@ namespace etendue {
 struct BuilderSpace {
   double per_primitive = 0;
   double references = 1;  // per primitive, in its trees
+  bool to_packs = false;  // triangles go straight to the packs of a wide layout (build_lbvh_packs.h)
 };
 
 // `leaf_size` 0: the layout's own.

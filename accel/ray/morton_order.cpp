@@ -73,42 +73,6 @@ class RadixSort {
   std::vector<std::array<std::uint32_t, digits>> counts_;  // by block; then where its next key of a digit goes
 };
 
-// The keys of the points that count, in their order.
-struct KeyWriter {
-  const MortonPoint* points;
-  std::size_t begin, end;
-  MortonCode code;
-  std::uint64_t index_mask;
-  std::uint64_t* keys;
-
-  void write() {
-    for (std::size_t i = begin; i < end; ++i)
-      if (points[i].counts != 0) *keys++ = (2 * code(points[i].position) & ~index_mask) | i;
-  }
-
-#if defined(__x86_64__)
-  // By an instruction that spreads bits as a mask says.
-  [[gnu::target("bmi2")]] void write_with_pdep() {
-    constexpr std::uint64_t every_third = 0x2492492492492492;  // of a key: one bit above those of the code
-    for (std::size_t i = begin; i < end; ++i) {
-      if (points[i].counts == 0) continue;
-      const FourUnsigned cell = code.cell(points[i].position);
-      const std::uint64_t bits =
-          _pdep_u64(cell[0], 4 * every_third) | _pdep_u64(cell[1], 2 * every_third) | _pdep_u64(cell[2], every_third);
-      *keys++ = (bits & ~index_mask) | i;
-    }
-  }
-  // Where it is quick.
-  static bool has_pdep() {
-    static const bool has = __builtin_cpu_supports("bmi2") && !__builtin_cpu_is("znver1") && !__builtin_cpu_is("znver2");
-    return has;
-  }
-#else
-  void write_with_pdep() { write(); }
-  static bool has_pdep() { return false; }
-#endif
-};
-
 // The first of the places in (begin, end) whose value, by `value_at`, is `bound` or more; values rise, the last is no less.
 template <class ValueAt>
 std::uint32_t first_from(std::uint32_t begin, std::uint32_t end, std::uint64_t bound, const ValueAt& value_at) {
@@ -125,6 +89,31 @@ std::uint32_t first_from(std::uint32_t begin, std::uint32_t end, std::uint64_t b
 std::uint64_t bound_between(std::uint64_t first, std::uint64_t last) { return last & ~(std::bit_floor(first ^ last) - 1); }
 
 }  // namespace
+
+void MortonKeyWriter::write() {
+  for (std::size_t i = begin; i < end; ++i)
+    if (points[i].counts != 0) *keys++ = (2 * code(points[i].position) & ~index_mask) | i;
+}
+
+#if defined(__x86_64__)
+[[gnu::target("bmi2")]] void MortonKeyWriter::write_with_pdep() {
+  constexpr std::uint64_t every_third = 0x2492492492492492;  // of a key: one bit above those of the code
+  for (std::size_t i = begin; i < end; ++i) {
+    if (points[i].counts == 0) continue;
+    const FourUnsigned cell = code.cell(points[i].position);
+    const std::uint64_t bits =
+        _pdep_u64(cell[0], 4 * every_third) | _pdep_u64(cell[1], 2 * every_third) | _pdep_u64(cell[2], every_third);
+    *keys++ = (bits & ~index_mask) | i;
+  }
+}
+bool MortonKeyWriter::has_pdep() {
+  static const bool has = __builtin_cpu_supports("bmi2") && !__builtin_cpu_is("znver1") && !__builtin_cpu_is("znver2");
+  return has;
+}
+#else
+void MortonKeyWriter::write_with_pdep() { write(); }
+bool MortonKeyWriter::has_pdep() { return false; }
+#endif
 
 MortonCode::MortonCode(const Bounds& points) : origin_(four(0.5f * points.lower)) {
   // Halves of coordinates, whose differences are finite. A little below the number of cells, so that the upper end falls into
@@ -156,8 +145,8 @@ void MortonOrder::sort() {
   index_mask_ = std::bit_ceil(chunks_.back().end) - 1;
   parallel_for(chunks_.size(), 1, [&](std::size_t c) {
     const Chunk& chunk = chunks_[c];
-    KeyWriter writer{points_.get(), chunk.begin, chunk.end, code_, index_mask_, keys_.get() + chunk.size};
-    if (KeyWriter::has_pdep())
+    MortonKeyWriter writer{points_.get(), chunk.begin, chunk.end, code_, index_mask_, keys_.get() + chunk.size};
+    if (MortonKeyWriter::has_pdep())
       writer.write_with_pdep();
     else
       writer.write();
@@ -176,47 +165,48 @@ void MortonOrder::sort_equal_runs() {
   }
   begins.push_back(size_);
   parallel_for(begins.size() - 1, 1, [&](std::size_t c) {
-    const std::uint32_t end = begins[c + 1];
-    for (std::uint32_t i = begins[c] + 1; i < end; ++i) {
-      __builtin_prefetch(&points_[index(std::min(i + 16, size_ - 1))]);
-      if (in_order(i)) continue;
-      std::uint32_t begin = i - 1;
-      while (begin > begins[c] && same(begin - 1, i)) --begin;
-      while (i < end && same(begin, i)) ++i;
-      sort_run(begin, i);
-    }
+    sort_keys(begins[c], begins[c + 1]);
+    sort_equal_keys(begins[c], begins[c + 1]);
   });
 }
 
-// Whether a place's code is above that of the place before it, or of the same point: the halves of a rectangle share a centre.
-bool MortonOrder::in_order(std::uint32_t place) const {
-  const std::uint64_t before = keys_[place - 1], key = keys_[place];
-  if (key > (before | index_mask_)) [[likely]]
-    return true;
-  return (key | index_mask_) == (before | index_mask_) && points_[index(place - 1)].position == points_[index(place)].position;
-}
-
-// What radix sort left equal.
-void MortonOrder::sort_run(std::uint32_t begin, std::uint32_t end) {
+// By insertion, as few are out of order; a run that is long, and in no order, by comparison.
+void MortonOrder::sort_keys(std::uint32_t begin, std::uint32_t end) {
   std::uint64_t* const keys = keys_.get();
   constexpr std::uint32_t few = 16;
-  if (end - begin > few) {
-    std::sort(keys + begin, keys + end);
-  } else {
-    for (std::uint32_t i = begin + 1; i < end; ++i) {
-      const std::uint64_t key = keys[i];
-      std::uint32_t place = i;
-      for (; place > begin && keys[place - 1] > key; --place) keys[place] = keys[place - 1];
-      keys[place] = key;
-    }
-  }
-  for (std::uint32_t first = begin, next; first < end; first = next) {
-    for (next = first + 1; next < end && (keys[first] | index_mask_) == (keys[next] | index_mask_);) ++next;
-    if (next - first > 1) sort_by_rest(first, next);
+  for (std::uint32_t i = begin + 1; i < end; ++i) {
+    const std::uint64_t key = keys[i];
+    if (keys[i - 1] < key) [[likely]]
+      continue;
+    std::uint32_t place = i;
+    for (const std::uint32_t last = i - std::min(i - begin, few); place > last && keys[place - 1] > key; --place)
+      keys[place] = keys[place - 1];
+    keys[place] = key;
+    if (place + few > i) continue;
+    std::uint32_t first = place, next = i + 1;
+    const auto same = [=](std::uint32_t a) { return keys[a] >> radix_shift == key >> radix_shift; };
+    while (first > begin && same(first - 1)) --first;
+    while (next < end && same(next)) ++next;
+    std::sort(keys + first, keys + next);
+    i = next - 1;
   }
 }
 
-// What differs in the rest of the code at most.
+// Runs of keys that differ in their indices only, by what differs in the rest of the code at most. Many are of the same point,
+// and in order: the halves of a rectangle share a centre.
+void MortonOrder::sort_equal_keys(std::uint32_t begin, std::uint32_t end) {
+  const auto equal = [&](std::uint32_t place) { return ((keys_[place - 1] ^ keys_[place]) & ~index_mask_) == 0; };
+  const auto point = [&](std::uint32_t place) { return points_[index(place)].position; };
+  for (std::uint32_t i = begin + 1; i < end; ++i) {
+    if (!equal(i) || point(i - 1) == point(i)) continue;
+    std::uint32_t first = i - 1, next = i + 1;
+    while (first > begin && equal(first)) --first;
+    while (next < end && equal(next)) ++next;
+    sort_by_rest(first, next);
+    i = next - 1;
+  }
+}
+
 void MortonOrder::sort_by_rest(std::uint32_t begin, std::uint32_t end) {
   std::uint64_t* const keys = keys_.get();
   if (end - begin == 2) {

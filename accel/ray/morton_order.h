@@ -37,6 +37,19 @@ class MortonCode {
   float scale_ = 0;
 };
 
+// Writes the keys of the points that count, in their order: the upper bits of each one's code, and its index in `index_mask`.
+struct MortonKeyWriter {
+  const MortonPoint* points;
+  std::size_t begin, end;
+  MortonCode code;
+  std::uint64_t index_mask;
+  std::uint64_t* keys;
+
+  void write();
+  void write_with_pdep();  // the same, by an instruction that spreads bits as a mask says
+  static bool has_pdep();  // where that is quick
+};
+
 class MortonOrder {
  public:
   // `point(i)`, a MortonPoint, for i < count.
@@ -77,8 +90,8 @@ class MortonOrder {
 
   void sort();
   void sort_equal_runs();
-  bool in_order(std::uint32_t place) const;
-  void sort_run(std::uint32_t begin, std::uint32_t end);
+  void sort_keys(std::uint32_t begin, std::uint32_t end);
+  void sort_equal_keys(std::uint32_t begin, std::uint32_t end);
   void sort_by_rest(std::uint32_t begin, std::uint32_t end);
   // The bits of a place's code that are not in its key.
   std::uint64_t rest(std::uint32_t place) const { return 2 * code_(points_[index(place)].position) & index_mask_; }

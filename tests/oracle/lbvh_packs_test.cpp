@@ -68,6 +68,43 @@ TEST(MortonOrder, SortsByCodeAndThenByIndexAtAnyThreadCount) {
   }
 }
 
+TEST(MortonKeyWriter, BothWaysGiveTheCodesBitByBit) {
+  for (const auto& points : point_sets()) {
+    const std::vector<std::uint64_t> codes = morton_codes(points);
+    Bounds bounds;
+    for (const MortonPoint& p : points)
+      if (p.counts != 0) bounds.extend(p.position);
+    for (const std::uint64_t index_mask : {std::uint64_t{0x7fff}, std::uint64_t{0x7fffffff}}) {
+      std::vector<std::uint64_t> expected, generic(points.size()), fast(points.size());
+      for (std::uint32_t i = 0; i < points.size(); ++i)
+        if (points[i].counts != 0) expected.push_back((2 * codes[i] & ~index_mask) | i);
+      const MortonCode code(bounds);
+      MortonKeyWriter{points.data(), 0, points.size(), code, index_mask, generic.data()}.write();
+      generic.resize(expected.size());
+      ASSERT_EQ(generic, expected);
+      if (!MortonKeyWriter::has_pdep()) continue;
+      MortonKeyWriter{points.data(), 0, points.size(), code, index_mask, fast.data()}.write_with_pdep();
+      fast.resize(expected.size());
+      ASSERT_EQ(fast, expected);
+    }
+  }
+}
+
+// Runs of one upper part of the code, whose lower parts come in falling or in no order, longer than insertion is for.
+TEST(MortonOrder, SortsRunsThatTheRadixSortLeavesInAnyOrder) {
+  Random random(5);
+  std::vector<MortonPoint> points{{vec3(0)}, {vec3(1)}};
+  for (int i = 0; i < 4000; ++i) points.push_back({vec3(0.3f) + static_cast<float>(4000 - i) * vec3(1e-7f)});
+  for (int i = 0; i < 4000; ++i) points.push_back({vec3(0.6f) + 1e-4f * random.in_cube(1)});
+  for (int i = 0; i < 60; ++i) points.push_back({vec3(0.9f) + static_cast<float>(i % 7) * vec3(6e-7f)});
+  const std::vector<std::uint64_t> codes = morton_codes(points);
+  std::vector<std::uint32_t> expected(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) expected[i] = i;
+  std::stable_sort(expected.begin(), expected.end(), [&](std::uint32_t a, std::uint32_t b) { return codes[a] < codes[b]; });
+  const MortonOrder order(points.size(), [&](std::size_t i) { return points[i]; });
+  for (std::uint32_t i = 0; i < order.size(); ++i) ASSERT_EQ(order.index(i), expected[i]);
+}
+
 TEST(MortonOrder, CutsWhereTheHighestBitThatDiffersChanges) {
   Random random(4);
   for (const auto& points : point_sets()) {
@@ -112,7 +149,7 @@ TEST(CornerRepeats, TellTheVerticesOfEveryRunAndFillPacksWithThem) {
       if (first > SharedPack::slots) continue;
       SharedPack pack;
       repeats.fill(pack, geometry, std::span(ids).subspan(begin, size), std::span(geometry.triangles).subspan(begin, size),
-                   begin);
+                   begin, repeats.first_seen(begin, size, count));
       ASSERT_EQ(pack.count, size);
       ASSERT_TRUE(std::is_sorted(pack.ids, pack.ids + size));
       for (std::uint32_t lane = 0; lane < size; ++lane) {
