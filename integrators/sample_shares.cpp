@@ -1,6 +1,7 @@
 #include "integrators/sample_shares.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace etendue {
@@ -9,11 +10,15 @@ namespace {
 
 constexpr double dark = 0.25;  // of the image's mean: deviations of darker pixels are relative to this
 
+// Numbers that a span has for a pixel's samples, in bits: two million iterations of the most samples.
+constexpr int span_bits = 26;
+
 }  // namespace
 
-SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first) : resolution_(resolution), extra_(extra) {
+SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first)
+    : resolution_(resolution), extra_(extra), first_(first * most) {
   const auto pixels = static_cast<std::size_t>(resolution.x) * resolution.y;
-  next_.assign(pixels, first * most);
+  next_.assign(pixels, first_);
   count_.assign(pixels, 1);
   if (!(extra > 0)) return;
   moments_.resize(pixels);
@@ -60,8 +65,13 @@ void SampleShares::measure() {
 
 void SampleShares::end_iteration() {
   for (std::size_t i = 0; i < next_.size(); ++i) next_[i] += count_[i];
-  if (moments_.empty()) return;
+  if (moments_.empty() || !std::has_single_bit(++iterations_)) return;
   measure();
+  share_out();
+  std::fill(next_.begin(), next_.end(), (++span_ << span_bits) + first_);
+}
+
+void SampleShares::share_out() {
   // Samples beyond a pixel's largest number go to the others; numbers are whole.
   double per_deviation = 0;
   const double extras = static_cast<double>(extra_) * static_cast<double>(count_.size());

@@ -6,9 +6,13 @@
 // neighbours, since an outline that just enters a pixel is often seen first beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
-// has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does). That
-// holds for independent samples. The points of a low-discrepancy sequence depend on those before them, which causes a bias that
-// vanishes with iterations.
+// has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does).
+// That holds for independent samples. The points of a low-discrepancy sequence make up for those before them: a pixel on a
+// lamp's outline that was found dark takes many samples of small weight, which will find the lamp, and one that was found
+// bright goes on with few. So numbers change after 1, 2, 4, 8, ... iterations only, and each such span draws from a part of the
+// sequence whose shuffle is independent of the parts before it (framework/core/sampler.h): points even each other out within a
+// span, and owe nothing to another. Without spans the direct light of a Cornell box of 16 x 16 pixels was 1 % too dark after 32
+// iterations. They cost irradiance-cache 5 to 9 % of relMSE there at 64 x 64 pixels (two seeds).
 #pragma once
 
 #include "framework/core/parallel.h"
@@ -20,7 +24,7 @@ namespace etendue {
 class SampleShares {
  public:
   // `extra`: samples beyond one per pixel, at most on the mean over an iteration's pixels, each of which takes whole ones; 0:
-  // none. `first`: number of the first sample of each pixel, in units of the most that an iteration takes.
+  // none. `first`: number of the first sample of each pixel in each span, in units of the most that an iteration takes.
   explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0);
 
   static constexpr std::uint32_t most = 32;  // samples of a pixel in an iteration
@@ -32,7 +36,7 @@ class SampleShares {
   Range range(std::size_t pixel) const { return {next_[pixel], count_[pixel]}; }
   // A sample's luminance; non-finite ones are left out. A pixel belongs to one thread at a time.
   void add(std::size_t pixel, float luminance);
-  // Closes an iteration, and shares the next one's samples out.
+  // Closes an iteration; where it was the last of a span, shares the samples of the next one's iterations out.
   void end_iteration();
 
  private:
@@ -41,9 +45,11 @@ class SampleShares {
   };
 
   void measure();
+  void share_out();
 
   ivec2 resolution_;
   float extra_;
+  std::uint32_t first_, iterations_ = 0, span_ = 0;
   std::vector<Moments> moments_;
   std::vector<std::uint32_t> next_, count_;
   std::vector<float> deviation_;  // relative

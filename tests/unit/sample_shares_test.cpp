@@ -70,5 +70,34 @@ TEST(SampleShares, NumbersChosenByWhatWasFoundAddNoBias) {
   EXPECT_NEAR(sum / count, 1, 4 * std::sqrt((1 - chance) / chance / count));
 }
 
+// Outlines: each sees part of a pixel lit. Points of a low-discrepancy sequence make up for those before them, which must not
+// depend on how many there are.
+TEST(SampleShares, PointsOfASequenceAddNoBiasEither) {
+  constexpr int images = 400, iterations = 6;
+  double sum = 0, squares = 0;
+  for (int image = 0; image < images; ++image) {
+    SampleShares shares(resolution, 2);
+    double mean = 0;
+    for (int iteration = 0; iteration < iterations; ++iteration) {
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const float lit = i / 16 == 7 ? static_cast<float>(i % 16 + 1) / 17 : 0;
+        const SampleShares::Range range = shares.range(i);
+        for (std::uint32_t s = 0; s < range.count; ++s) {
+          Sampler sampler(SamplerKind::sobol, static_cast<std::uint64_t>(image), Stream::test, i, range.begin + s);
+          const float value = sampler.get_2d().x < lit ? 1 : 0;
+          shares.add(i, value);
+          mean += value / static_cast<float>(range.count) / (8 * iterations);
+        }
+      }
+      shares.end_iteration();
+    }
+    sum += mean / images;
+    squares += mean * mean / images;
+  }
+  const double error = std::sqrt((squares - sum * sum) / (images - 1));
+  EXPECT_LT(std::abs(sum - 1), 4 * error) << sum;
+  EXPECT_LT(error, 4e-3);
+}
+
 }  // namespace
 }  // namespace etendue
