@@ -17,10 +17,6 @@
 
 namespace etendue {
 
-struct PrimitiveRun {
-  std::uint32_t first, count;  // in BinaryTree::primitives
-};
-
 template <int node_width, class Pack>
 class CollapsePlan {
  public:
@@ -57,11 +53,18 @@ class CollapsePlan {
   }
 
   bool is_leaf(std::uint32_t n) const { return tree_.nodes[n].is_leaf() || shares_[n][0] == as_leaf; }
-  PrimitiveRun run(std::uint32_t n) const { return {nodes_[n].first, nodes_[n].count}; }
-  std::span<const std::uint32_t> primitives(const PrimitiveRun& run) const {
-    return std::span(tree_.primitives).subspan(run.first, run.count);
+  std::span<const std::uint32_t> primitives(std::uint32_t n) const {
+    return std::span(tree_.primitives).subspan(nodes_[n].first, nodes_[n].count);
   }
-  std::span<const uvec3> corners(const PrimitiveRun& run) const { return {&contents_.corners[run.first], run.count}; }
+  std::span<const uvec3> corners(std::uint32_t n) const { return {&contents_.corners[nodes_[n].first], nodes_[n].count}; }
+
+  [[gnu::always_inline]] void prefetch(std::uint32_t n) const {
+    const std::uint32_t first = nodes_[n].first;
+    __builtin_prefetch(&tree_.primitives[first]);
+    __builtin_prefetch(&contents_.corners[first]);
+    __builtin_prefetch(reinterpret_cast<const char*>(&contents_.corners[first]) + 64);
+    if (contents_.repeats) __builtin_prefetch(contents_.repeats[first]);
+  }
 
   // Whether the primitives of a leaf fit a pack; if not, they are a list.
   bool is_pack(std::uint32_t n) const { return nodes_[n].one_pack != 0; }
@@ -97,12 +100,10 @@ class CollapsePlan {
   // The least cost of a subtree as i + 1 children at most, for i < slots; more slots save nothing, and infinity stands there.
   struct Costs {
     int slots = 1;
-    bool fits = true;                          // a leaf
-    std::array<float, 2 * node_width> padded;  // infinity in the first half, for none
+    bool fits = true;  // a leaf
+    std::array<float, node_width> cost;
 
-    Costs() { padded.fill(infinity); }
-    float& operator[](int i) { return padded[static_cast<std::size_t>(node_width + i)]; }
-    float operator[](int i) const { return padded[static_cast<std::size_t>(node_width + i)]; }
+    Costs() { cost.fill(infinity); }
   };
 
   void count_primitives() {
@@ -164,7 +165,7 @@ class CollapsePlan {
     costs = Costs();
     const float cost = leaf_cost(n);
     costs.fits = cost < infinity;
-    node.cost = costs[0] = area * (costs.fits ? cost : static_cast<float>(node.count));
+    node.cost = costs.cost[0] = area * (costs.fits ? cost : static_cast<float>(node.count));
   }
 
   // `costs` may be those of a side.
@@ -177,51 +178,57 @@ class CollapsePlan {
     const bool both_fit = left.fits && right.fits;
     alignas(16) float shared[node_width];
     alignas(16) std::int32_t share[node_width];
-    const int slots = std::min(node_width, left.slots + right.slots);
-    share_slots(left, right, slots, shared, share);
-    costs = Costs();
-    costs[0] = area + shared[slots - 1];
-    shares.fill(as_fewer);
-    shares[0] = static_cast<std::int8_t>(share[slots - 1]);
+    share_slots(left, right, shared, share);
+    costs.slots = std::min(node_width, left.slots + right.slots);
+    costs.cost[0] = area + shared[costs.slots - 1];
+    shares[0] = static_cast<std::int8_t>(share[costs.slots - 1]);
     costs.fits = joins_leaves_ && both_fit && node.count <= leaf_size_;
     if (costs.fits) {
       const float cost = leaf_cost(n);
       costs.fits = cost < infinity;
-      if (area * cost <= costs[0]) {
-        costs[0] = area * cost;
+      if (area * cost <= costs.cost[0]) {
+        costs.cost[0] = area * cost;
         shares[0] = as_leaf;
       }
     }
-    node.cost = costs[0];
-    float least = costs[0];
-    for (int i = 1; i < slots; ++i) {
-      const bool better = shared[i] < least;
-      least = better ? shared[i] : least;
-      costs[i] = least;
-      if (better) shares[i] = static_cast<std::int8_t>(share[i]);
-      if (better) costs.slots = i + 1;
+    node.cost = costs.cost[0];
+    int useful = 1;
+    for (int i = 1; i < costs.slots; ++i) {
+      const bool better = shared[i] < costs.cost[i - 1];
+      costs.cost[i] = better ? shared[i] : costs.cost[i - 1];
+      shares[i] = better ? static_cast<std::int8_t>(share[i]) : as_fewer;
+      if (better) useful = i + 1;
     }
-    std::fill(costs.padded.begin() + node_width + costs.slots, costs.padded.begin() + node_width + slots, infinity);
+    costs.slots = useful;
+    std::fill(costs.cost.begin() + useful, costs.cost.end(), infinity);
+    std::fill(shares.begin() + useful, shares.end(), as_fewer);
   }
 
-  // The least cost of both sides in i + 1 slots, for i < slots, and the left one's part of these: the least such part. Lanes
-  // are slots, and rows of the left side's costs are added to each of the right's that leave it one.
-  static void share_slots(const Costs& left, const Costs& right, int slots, float* shared, std::int32_t* share) {
-    for (int i = 0; i < slots; i += 4) {
-      const FourInts lanes = FourInts{0, 1, 2, 3} + i;
-      FourFloats least = FourFloats{} + infinity;
-      FourInts part = FourInts{} + 1;  // areas can exceed the range of float
-      for (int r = std::min(right.slots, i + 3); r-- > 0;) {
-        FourFloats cost;
-        std::memcpy(&cost, &left.padded[static_cast<std::size_t>(node_width - 1 - r + i)], sizeof cost);
-        cost += right[r];
-        const FourInts better = cost < least;
-        least = better ? cost : least;
-        part = better ? lanes - r : part;
-      }
-      std::memcpy(shared + i, &least, sizeof least);
-      std::memcpy(share + i, &part, sizeof part);
+  // The least cost of both sides in i + 1 slots, and the left one's part of these. Lanes are slots, and rows of the right
+  // side's costs are added to each of the left's.
+  static void share_slots(const Costs& left, const Costs& right, float* shared, std::int32_t* share) {
+    constexpr int vectors = node_width / 4;
+    float row[2 * node_width];
+    std::fill_n(row, node_width, infinity);
+    std::copy_n(right.cost.data(), node_width, row + node_width);
+    FourFloats least[vectors];
+    FourInts part[vectors];
+    for (int v = 0; v < vectors; ++v) {
+      least[v] = FourFloats{} + infinity;
+      part[v] = FourInts{} + 1;  // areas can exceed the range of float
     }
+    for (int l = 0; l < left.slots; ++l)
+#pragma GCC unroll 4
+      for (int v = 0; v < vectors; ++v) {
+        FourFloats cost;
+        std::memcpy(&cost, row + node_width - 1 - l + 4 * v, sizeof cost);
+        cost += left.cost[l];
+        const FourInts better = cost < least[v];
+        least[v] = better ? cost : least[v];
+        part[v] = better ? FourInts{} + (l + 1) : part[v];
+      }
+    std::memcpy(shared, least, sizeof least);
+    std::memcpy(share, part, sizeof part);
   }
 
   // Of a subtree as one leaf, in visits of a node: those of a pack, or one test each of quadrics; infinite for what no leaf
@@ -231,10 +238,10 @@ class CollapsePlan {
       nodes_[n].one_pack = 1;
       return leaf_cost_;
     }
-    const auto run = primitives(this->run(n));
+    const auto run = primitives(n);
     const auto is_triangle = [&](std::uint32_t id) { return geometry_.is_triangle(id); };
     const auto triangles = geometry_.quadrics.empty() ? std::ssize(run) : std::count_if(run.begin(), run.end(), is_triangle);
-    nodes_[n].one_pack = triangles == std::ssize(run) && Pack::fits(corners(this->run(n)));
+    nodes_[n].one_pack = triangles == std::ssize(run) && Pack::fits(corners(n));
     if (nodes_[n].one_pack) return leaf_cost_;
     return triangles == 0 ? static_cast<float>(run.size()) : infinity;
   }

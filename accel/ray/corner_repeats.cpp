@@ -5,8 +5,9 @@
 namespace etendue {
 
 void CornerRepeats::fill(SharedPack& pack, const Geometry& geometry, std::span<const std::uint32_t> ids,
-                         std::span<const uvec3> corners, std::size_t triangle, std::uint64_t first) const {
+                         std::span<const uvec3> corners, std::size_t triangle) const {
   const auto count = static_cast<std::uint32_t>(ids.size());
+  const std::uint64_t first = first_seen(triangle, count, size_);
   const std::uint8_t* const distances = (*this)[triangle];
   const Ranks lanes(ids.data(), ids.size());
   // A corner has the next slot, or that of the corner so far back, which may be before the run where the slot is new.

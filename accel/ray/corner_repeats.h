@@ -23,7 +23,8 @@ class CornerRepeats {
   static constexpr std::uint32_t reach = 3 * SharedPack::lanes;  // corners of the longest run
 
   CornerRepeats() = default;
-  explicit CornerRepeats(std::size_t triangles) : distances_(uninitialised_on_huge_pages<std::uint8_t>(3 * triangles)) {}
+  explicit CornerRepeats(std::size_t triangles)
+      : distances_(uninitialised_on_huge_pages<std::uint8_t>(3 * triangles)), size_(triangles) {}
   explicit operator bool() const { return distances_ != nullptr; }
 
   // Corners since a corner's vertex was last seen, by triangle and corner; `never` or more than can be of use where it was not.
@@ -48,10 +49,9 @@ class CornerRepeats {
     return first & ((std::uint64_t{1} << 3 * count) - 1);
   }
 
-  // Fills an empty pack with a run that it takes, beginning at place `triangle` of the order; `first`: its first_seen. `ids`
-  // differ.
+  // Fills an empty pack with a run that it takes, beginning at place `triangle` of the order. `ids` differ.
   void fill(SharedPack& pack, const Geometry& geometry, std::span<const std::uint32_t> ids, std::span<const uvec3> corners,
-            std::size_t triangle, std::uint64_t first) const;
+            std::size_t triangle) const;
 
   // Goes along a part of the order, triangle by triangle.
   class Scan {
@@ -99,6 +99,7 @@ class CornerRepeats {
   static constexpr std::uint8_t never = 127;
 
   UninitialisedArray<std::uint8_t> distances_;
+  std::size_t size_ = 0;  // triangles
 };
 
 }  // namespace etendue

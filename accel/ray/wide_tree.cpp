@@ -8,7 +8,6 @@
 #include <array>
 #include <bit>
 #include <memory>
-#include <utility>
 
 namespace etendue {
 
@@ -47,8 +46,8 @@ class Collapse {
   // Wide nodes that one thread makes, depth first, numbered within the piece; the first is its root.
   struct Piece {
     std::vector<Node> nodes;
-    std::vector<PrimitiveRun> packs, lists;  // what they hold
-    double cost = 0;                         // of nodes and leaves, times the root's area
+    std::vector<std::uint32_t> packs, lists;  // the binary nodes whose primitives they hold
+    double cost = 0;                          // of nodes and leaves, times the root's area
     std::uint32_t depth = 0;
     // In the tree: of what follows the piece's root, and of its leaves.
     std::uint32_t next_node = 1, first_pack = 0, first_list = 0;
@@ -64,7 +63,7 @@ class Collapse {
     emit(top, {0, 0, 1}, &roots);
     std::vector<Piece> below(roots.size());
     parallel_for(roots.size(), 1, [&](std::size_t i) {
-      const std::size_t primitives = plan_.run(roots[i].binary).count;
+      const std::size_t primitives = plan_.primitives(roots[i].binary).size();
       below[i].nodes.reserve(primitives / (3 * node_width) + 1);
       below[i].packs.reserve(primitives / 4 + 1);
       add_node(below[i]);
@@ -80,7 +79,7 @@ class Collapse {
     while (!jobs.empty()) {
       const Job job = jobs.back();
       jobs.pop_back();
-      if (tasks != nullptr && plan_.run(job.binary).count <= task_size) {
+      if (tasks != nullptr && plan_.primitives(job.binary).size() <= task_size) {
         tasks->push_back(job);
         continue;
       }
@@ -132,10 +131,10 @@ class Collapse {
   }
 
   WideRef leaf(Piece& piece, std::uint32_t binary) const {
-    piece.cost += static_cast<double>(plan_.run(binary).count) * tree_.nodes[binary].bounds.half_area();
+    piece.cost += static_cast<double>(plan_.primitives(binary).size()) * tree_.nodes[binary].bounds.half_area();
     const bool is_pack = plan_.is_pack(binary);
-    std::vector<PrimitiveRun>& leaves = is_pack ? piece.packs : piece.lists;
-    leaves.push_back(plan_.run(binary));
+    std::vector<std::uint32_t>& leaves = is_pack ? piece.packs : piece.lists;
+    leaves.push_back(binary);
     return {is_pack ? WideRef::Kind::pack : WideRef::Kind::list, static_cast<std::uint32_t>(leaves.size() - 1)};
   }
 
@@ -157,9 +156,9 @@ class Collapse {
     packed_.resize(packs);
     copy(top, 0);
     parallel_for(below.size(), 1, [&](std::size_t i) { copy(below[i], roots[i].at); });
-    for (const PrimitiveRun& run : top.lists) add_list(run);
+    for (const std::uint32_t binary : top.lists) add_list(binary);
     for (const Piece& piece : below)
-      for (const PrimitiveRun& run : piece.lists) add_list(run);
+      for (const std::uint32_t binary : piece.lists) add_list(binary);
     out_.depth = top.depth;
     const float root_area = tree_.nodes[0].bounds.half_area();
     if (root_area > 0 && std::isfinite(top.cost)) out_.sah_cost = top.cost / root_area;
@@ -180,9 +179,9 @@ class Collapse {
     return {WideRef::Kind::node, child.index() == 0 ? 0 : piece.next_node + child.index() - 1};  // 0: an empty slot
   }
 
-  void add_list(const PrimitiveRun& run) {
-    const auto primitives = plan_.primitives(run);
-    std::vector<std::uint32_t> ids(primitives.begin(), primitives.end());
+  void add_list(std::uint32_t binary) {
+    const auto run = plan_.primitives(binary);
+    std::vector<std::uint32_t> ids(run.begin(), run.end());
     std::sort(ids.begin(), ids.end());
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
     out_.lists.push_back({static_cast<std::uint32_t>(out_.list_ids.size()), static_cast<std::uint32_t>(ids.size())});
@@ -191,49 +190,40 @@ class Collapse {
 
   void fill_packs() {
     out_.packs.resize(packed_.size());
-    const std::size_t last = packed_.size() - 1, block = 256;
-    parallel_for((packed_.size() + block - 1) / block, 1, [&](std::size_t b) {
-      const std::size_t begin = b * block, end = std::min(begin + block, packed_.size());
-      const auto meet = [&](std::size_t i) { return first_corners(packed_[std::min(i, last)]); };
-      std::uint64_t ahead[2] = {meet(begin), meet(begin + 1)};
-      for (std::size_t i = begin; i < end; ++i) {
-        prefetch(packed_[std::min(i + 8, last)].first);
-        const std::uint64_t first = std::exchange(ahead[i % 2], meet(i + 2));
-        fill(*std::construct_at(&out_.packs[i]), packed_[i], first);
-      }
+    const std::size_t last = packed_.size() - 1;
+    parallel_for(packed_.size(), 256, [&](std::size_t i) {
+      plan_.prefetch(packed_[std::min(i + 8, last)]);
+      prefetch_vertices(packed_[std::min(i + 2, last)]);
+      fill(*std::construct_at(&out_.packs[i]), packed_[i]);
     });
   }
 
   // Inline always: GCC leaves a call out that has no other effect.
-  [[gnu::always_inline]] void prefetch(std::uint32_t first) const {
-    __builtin_prefetch(&tree_.primitives[first]);
-    __builtin_prefetch(&contents_.corners[first]);
-    __builtin_prefetch(reinterpret_cast<const char*>(&contents_.corners[first]) + 64);
-    if (contents_.repeats) __builtin_prefetch(contents_.repeats[first]);
-  }
-  // Which corners of a run are the first of their vertex, where there are repeats; prefetches what lies behind them.
-  [[gnu::always_inline]] std::uint64_t first_corners(const PrimitiveRun& run) const {
-    const auto corners = plan_.corners(run);
+  [[gnu::always_inline]] void prefetch_vertices(std::uint32_t binary) const {
+    const auto corners = plan_.corners(binary);
     if (contents_.repeats) {
-      const std::uint64_t first = contents_.repeats.first_seen(run.first, run.count, tree_.primitives.size());
-      for (std::uint64_t rest = first; rest != 0; rest &= rest - 1)
-        __builtin_prefetch(&geometry_.positions[(&corners[0].x)[std::countr_zero(rest)]]);
-      return first;
+      const std::ptrdiff_t place = corners.data() - &contents_.corners[0];
+      std::uint64_t first =
+          contents_.repeats.first_seen(place, static_cast<std::uint32_t>(corners.size()), tree_.primitives.size());
+      for (; first != 0; first &= first - 1) __builtin_prefetch(&geometry_.positions[(&corners[0].x)[std::countr_zero(first)]]);
+      return;
     }
     for (const uvec3& triangle : corners)
       for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry_.positions[triangle[corner]]);
-    return 0;
   }
 
-  void fill(Pack& pack, const PrimitiveRun& run, std::uint64_t first) {
+  void fill(Pack& pack, std::uint32_t binary) {
     if constexpr (std::is_same_v<Pack, SharedPack>)
       if (contents_.repeats)
-        return contents_.repeats.fill(pack, geometry_, plan_.primitives(run), plan_.corners(run), run.first, first);
-    fill_sorted(pack, plan_.primitives(run), plan_.corners(run));
+        return contents_.repeats.fill(pack, geometry_, plan_.primitives(binary), plan_.corners(binary),
+                                      &plan_.corners(binary)[0] - &contents_.corners[0]);
+    fill_sorted(pack, binary);
   }
 
   // By rising id and each once: a primitive that was cut in parts may have come together again.
-  void fill_sorted(Pack& pack, std::span<const std::uint32_t> run, std::span<const uvec3> corners) {
+  void fill_sorted(Pack& pack, std::uint32_t binary) {
+    const auto run = plan_.primitives(binary);
+    const auto corners = plan_.corners(binary);
     std::array<std::uint32_t, Pack::lanes> ids;
     std::array<uvec3, Pack::lanes> triangles;
     std::size_t count = 0;
@@ -255,7 +245,7 @@ class Collapse {
   const LeafContents& contents_;
   const BinaryTree& tree_;
   const CollapsePlan<node_width, Pack> plan_;
-  std::vector<PrimitiveRun> packed_;  // by pack: what it holds
+  std::vector<std::uint32_t> packed_;  // by pack: the binary node whose primitives it holds
   Tree out_;
 };
 

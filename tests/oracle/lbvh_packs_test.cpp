@@ -149,7 +149,7 @@ TEST(CornerRepeats, TellTheVerticesOfEveryRunAndFillPacksWithThem) {
       if (first > SharedPack::slots) continue;
       SharedPack pack;
       repeats.fill(pack, geometry, std::span(ids).subspan(begin, size), std::span(geometry.triangles).subspan(begin, size),
-                   begin, repeats.first_seen(begin, size, count));
+                   begin);
       ASSERT_EQ(pack.count, size);
       ASSERT_TRUE(std::is_sorted(pack.ids, pack.ids + size));
       for (std::uint32_t lane = 0; lane < size; ++lane) {
