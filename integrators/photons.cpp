@@ -122,7 +122,7 @@ Photons joined(std::span<const Photons> parts) {
 std::vector<std::uint32_t> along_curve(std::span<const vec3> points) {
   Bounds bounds;
   for (const vec3& p : points) bounds.extend(p);
-  const vec3 scale = 2047.0f / glm::max(bounds.diagonal(), vec3(std::numeric_limits<float>::min()));
+  const vec3 scale = 2047.0f / glm::max(bounds.diagonal(), vec3(1e-30f));  // finite where all lie in one plane
   std::vector<CurveKey> keys(points.size()), sorted(points.size());
   parallel_for(points.size(), chunk_size, [&](std::size_t i) {
     const uvec3 cell(glm::clamp((points[i] - bounds.lower) * scale, vec3(0), vec3(2047)));

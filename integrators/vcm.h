@@ -66,7 +66,7 @@ struct VcmParams : BdptParams {
 template <class Visitor>
 void describe(Visitor& v, VcmParams& p) {
   describe(v, static_cast<LightTraceParams&>(p));
-  v.number("radius", p.radius, 0, 1e30, "m", "within which vertices are merged, at first; 0: from the light paths' density");
+  v.number("radius", p.radius, 0, 1e12, "m", "within which vertices are merged, at first; 0: from the light paths' density");
   v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
   v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");

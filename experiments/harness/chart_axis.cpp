@@ -110,9 +110,11 @@ double position(double value, Interval range, Scale scale) {
 }
 
 Interval padded_range(const std::vector<double>& values, Scale scale) {
+  // What no measurement is, but a damaged log may hold: its ratios and differences would overflow.
+  constexpr double most = 1e150;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const double value : values) {
-    if (!std::isfinite(value) || (scale == Scale::log && value <= 0)) continue;
+    if (!(std::abs(value) <= most) || (scale == Scale::log && value < 1 / most)) continue;
     low = std::min(low, value);
     high = std::max(high, value);
   }

@@ -41,6 +41,8 @@ ConfigNode convert(const toml::node& node, const std::string& file) {
   } else if (const auto* number = node.as_floating_point()) {
     result.value = number->get();
   } else if (const auto* text = node.as_string()) {
+    if (text->get().find('\0') != std::string::npos)
+      throw Error(result.where, "text with the character U+0000; expected text without");
     result.value = text->get();
   } else {
     throw Error(result.where, "a date or time has no meaning here; expected a boolean, a number, text, an array or a table");
@@ -124,7 +126,7 @@ ConfigNode parse_config(std::string_view text, const std::string& path) {
 
 ConfigNode read_config_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path))
+  if (!file || std::filesystem::is_directory(path) || std::filesystem::is_character_file(path))
     throw Error(Location{path}, "cannot open the experiment; expected a .toml file");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   if (!file.good() && !file.eof()) throw Error(Location{path}, "cannot read the experiment; expected a .toml file");

@@ -34,8 +34,8 @@ float framing_distance(const Bounds& bounds, const vec3& target, const Transform
 Camera framing_camera(const Bounds& bounds, const std::string& name) {
   const vec3 target = bounds.centre();
   const double extent = glm::length(dvec3(bounds.upper) - dvec3(bounds.lower)), offset = glm::length(dvec3(target));
-  if (!(extent + offset < 1e18))
-    throw Error(fmt::format("{}: the mesh reaches {:.3g} m, too far to frame", name, extent + offset));
+  if (!(extent + offset <= farthest))
+    throw Error(fmt::format("{}: the mesh reaches {:.3g} m; expected {:g} m at most", name, extent + offset, farthest));
   const vec3 towards_eye = glm::normalize(vec3(0.6f, 0.45f, 1)), up(0, 1, 0);
   float distance = framing_distance(bounds, target, Transform::look_at(towards_eye, vec3(0), up)->inverse());
   if (!(distance > 1e-5 * offset)) distance = offset > 0 ? static_cast<float>(offset) : 1;

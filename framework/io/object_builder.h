@@ -9,6 +9,11 @@
 
 namespace etendue {
 
+// How far from the origin anything may lie, in metres: areas, powers and their squares then stay in the range of single
+// precision.
+inline constexpr float farthest = 1e12f;
+inline bool within_reach(const vec3& p) { return glm::all(glm::lessThanEqual(glm::abs(p), vec3(farthest))); }
+
 struct ShapeLook {
   std::uint32_t material = 0;
   bool flip_normal = false;

@@ -107,11 +107,11 @@ std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) cons
   } else {
     colour = Rgb(static_cast<float>(single(*param)));
   }
-  const float most = use == ColourUse::reflectance ? 1 : 1e30f;
+  // Metals have indices of hundreds at most, in the far infrared.
+  const float most = use == ColourUse::reflectance ? 1 : use == ColourUse::index ? 1000 : 1e30f;
   for (int c = 0; c < 3; ++c)
     if (!(colour[c] >= 0 && colour[c] <= most))
-      fail(name,
-           fmt::format("has the component {}; expected {}", colour[c], use == ColourUse::reflectance ? "0 to 1" : "0 to 1e30"));
+      fail(name, fmt::format("has the component {}; expected 0 to {:g}", colour[c], most));
   return colour;
 }
 

@@ -12,6 +12,7 @@ namespace etendue {
 namespace {
 
 constexpr float degrees = pi / 180;
+constexpr float brightest = 1e12f;  // W/(m^2 sr), of L: its square, too, has room in single precision
 
 Rgb emitted(const PbrtParams& params, std::string_view name) {
   for (const std::string_view photometric : {"power", "illuminance"})
@@ -19,7 +20,15 @@ Rgb emitted(const PbrtParams& params, std::string_view name) {
   const Rgb value =
       params.colour(name, ColourUse::light).value_or(Rgb(1)) * params.colour("scale", ColourUse::light).value_or(Rgb(1));
   if (!is_finite(value)) params.fail(name, "times 'scale' leaves the range of single precision");
+  if (name == "L" && max_component(value) > brightest)
+    params.fail(name, fmt::format("is {:g}; expected {:g} at most", max_component(value), brightest));
   return value;
+}
+
+vec3 placed(const PbrtParams& params, const Transform& t, const vec3& from) {
+  const vec3 position = t.point(from);
+  if (!within_reach(position)) params.fail("from", fmt::format("lies, placed, beyond {:g} m", farthest));
+  return position;
 }
 
 // What scales all that the light emits.
@@ -81,14 +90,15 @@ void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
 }
 
 Light PbrtReader::point_light(const PbrtParams& params) const {
-  return PointLight{.position = attributes_.ctm.point(params.point("from", vec3(0))), .intensity = emitted(params, "I")};
+  return PointLight{.position = placed(params, attributes_.ctm, params.point("from", vec3(0))),
+                    .intensity = emitted(params, "I")};
 }
 
 Light PbrtReader::spot_light(const PbrtParams& params) const {
   const vec3 from = params.point("from", vec3(0)), to = params.point("to", vec3(0, 0, 1));
   const float angle = params.number("coneangle", 30, 1e-3f, 180), delta = params.number("conedeltaangle", 5, 0, 180);
   if (delta > angle) params.fail("conedeltaangle", fmt::format("is {}; expected no more than coneangle, {}", delta, angle));
-  return SpotLight{.position = attributes_.ctm.point(from),
+  return SpotLight{.position = placed(params, attributes_.ctm, from),
                    .direction = unit_direction(params, attributes_.ctm, from, to),
                    .intensity = emitted(params, "I"),
                    .cos_outer = std::cos(angle * degrees),

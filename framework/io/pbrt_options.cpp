@@ -25,6 +25,8 @@ void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   Camera& camera = scene_.camera;
   camera.to_world = attributes_.ctm.inverse();
+  if (!within_reach(camera.to_world.point(vec3(0))))
+    throw Error(params.where(), fmt::format("Camera: lies beyond {:g} m", farthest));
   float degrees = params.number("fov", 90, 1e-3f, 179.9f);
   degrees = 2 * params.number("halffov", 0.5f * degrees, 5e-4f, 89.95f);
   camera.fov = degrees * (pi / 180);

@@ -108,6 +108,9 @@ void PbrtReader::finish() {
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({first_file_}, "the scene has no shapes");
   if (emissions.empty() && scene_.lights.empty()) warn({first_file_}, "the scene has no lights");
   finish_scene(scene_, emissions);
+  if (const Bounds bounds = scene_.bounds();
+      scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))
+    throw Error(Location{first_file_}, fmt::format("an instance lies beyond {:g} m", farthest));
 }
 
 void PbrtReader::unsupported(PbrtLexer& lexer, const Token& token) {

@@ -138,8 +138,8 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params) {
   const bool reverse = attributes_.reverse_orientation;
   for (vec3& p : mesh.positions) {
     p = t.point(p);
-    if (!is_finite(p))
-      throw Error(params.where(), fmt::format("{}: placed, a vertex leaves the range of single precision", params.owner()));
+    if (!within_reach(p))
+      throw Error(params.where(), fmt::format("{}: placed, a vertex lies beyond {:g} m", params.owner(), farthest));
   }
   for (vec3& n : mesh.normals) n = reverse ? -t.normal(n) : t.normal(n);
   mend_attributes(mesh);
@@ -158,9 +158,10 @@ void PbrtReader::place(const Quadric& quadric, const PbrtParams& params) {
   if (scale && (!textured || appearance.glow || keeps_axes(t, *scale))) {
     const Quadric placed = std::visit(TransformQuadric{t, *scale}, quadric);
     const Bounds bounds = quadric_bounds(placed);
-    if (!is_finite(bounds.lower) || !is_finite(bounds.upper) || !(quadric_area(placed) > 0) ||
+    if (!within_reach(bounds.lower) || !within_reach(bounds.upper) || !(quadric_area(placed) > 0) ||
         !std::isfinite(quadric_area(placed)))
-      throw Error(params.where(), fmt::format("{}: placed, it is too large or too small for single precision", params.owner()));
+      throw Error(params.where(), fmt::format("{}: placed, it lies beyond {:g} m, or is too small for single precision",
+                                              params.owner(), farthest));
     definition.parts[0].builder.add(placed, appearance);
     return;
   }

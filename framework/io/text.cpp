@@ -17,6 +17,8 @@ namespace etendue {
 std::string read_file(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) throw Error(fmt::format("cannot read '{}': it is a directory", path));
+  // Some of them never end.
+  if (std::filesystem::is_character_file(path, ignored)) throw Error(fmt::format("cannot read '{}': it is a device", path));
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file) throw Error(fmt::format("cannot open '{}': {}", path, std::strerror(errno)));
   std::string bytes;

@@ -32,6 +32,8 @@ TEST(Cells, FilterFindsInTheKey) {
   EXPECT_EQ(filter_cells(cells, "s2 .* q .*seed=[12]$").size(), 2u);
   EXPECT_THROW(filter_cells(cells, "("), Error);
   EXPECT_THROW(filter_cells(cells, "nothing"), Error);
+  EXPECT_THROW(filter_cells(cells, std::string(100'000, 'x')), Error);
+  EXPECT_THROW(filter_cells(cells, "(.*)*(.*)*(.*)*(.*)*$x"), Error);  // takes for ever where it is matched by backtracking
 }
 
 TEST(Shards, EveryPositionIsInExactlyOneOfEvenSize) {

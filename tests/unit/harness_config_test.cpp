@@ -106,6 +106,8 @@ TEST(ExperimentConfig, SlipsAreErrorsAtTheirPlace) {
   expect_error(with("\"binned-sah\"", "\"binned\""), "x.toml:3:11", "did you mean 'binned-sah'");
   expect_error(with("name = \"photon-map\"", "nam = \"photon-map\""), "x.toml:9:1", "without a name");
   expect_error(with("title =", "title"), "x.toml:1:7", "not TOML");
+  expect_error(with("A question", "A\\u0000"), "x.toml:1:9", "U+0000");
+  expect_error(with("1.5min", "1e300h"), "x.toml:5:19", "1e9 s at most");
 }
 
 TEST(ExperimentConfig, SlipInQuickIsFoundWithoutQuick) {

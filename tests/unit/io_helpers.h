@@ -62,9 +62,9 @@ std::string error_of(const Call& call) {
   return {};
 }
 
-inline testing::AssertionResult contains(const std::string& message, const std::string& expected) {
-  if (message.find(expected) != std::string::npos) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "says '" << message << "', not '" << expected << "'";
+inline ::testing::AssertionResult contains(const std::string& message, const std::string& expected) {
+  if (message.find(expected) != std::string::npos) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "says '" << message << "', not '" << expected << "'";
 }
 
 #define EXPECT_ERROR(call, text) EXPECT_TRUE(contains(error_of([&] { (void)(call); }), text))

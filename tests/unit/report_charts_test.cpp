@@ -61,6 +61,15 @@ TEST(Range, ShowsAllPositiveValuesOnALogAxis) {
   EXPECT_GT(one.high, 5);
 }
 
+TEST(Range, OfWhatNoMeasurementIsStaysFinite) {
+  for (const Scale scale : {Scale::log, Scale::linear}) {
+    const Interval range = padded_range({1e308, -1e308, 1e-320, 3, 5}, scale);
+    EXPECT_GT(range.low, scale == Scale::log ? 1 : -1);
+    EXPECT_LT(range.low, range.high);
+    EXPECT_LT(range.high, 10);
+  }
+}
+
 Figure over_time(const RunLog& log, const std::string& metric = "relmse", Scale scale = Scale::log) {
   const ReportData data = arrange(log);
   return error_figure(data, data.scenes.at(0), metric, Abscissa::time, scale);
