@@ -176,11 +176,13 @@ std::vector<SearchSet> config_sets(const ExperimentConfig& config) {
 }
 
 ExperimentConfig load_config(const std::string& path, const ConfigOptions& options) {
-  return finish(read_config_file(path), path, options);
+  return parse_experiment(read_config_text(path), path, options);
 }
 
 ExperimentConfig parse_experiment(const std::string& text, const std::string& path, const ConfigOptions& options) {
-  return finish(parse_config(text, path), path, options);
+  ExperimentConfig config = finish(parse_config(text, path), path, options);
+  config.text = text;
+  return config;
 }
 
 }  // namespace etendue

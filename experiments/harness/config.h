@@ -63,7 +63,7 @@ struct StructureTiming {
 };
 
 struct ExperimentConfig {
-  std::string path, title;
+  std::string path, title, text;  // text: of the file, before overrides
   std::vector<SceneChoice> scenes;
   std::vector<Method> accels, integrators;
   std::vector<std::uint64_t> seeds;

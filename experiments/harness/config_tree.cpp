@@ -124,13 +124,13 @@ ConfigNode parse_config(std::string_view text, const std::string& path) {
   }
 }
 
-ConfigNode read_config_file(const std::string& path) {
+std::string read_config_text(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file || std::filesystem::is_directory(path) || std::filesystem::is_character_file(path))
     throw Error(Location{path}, "cannot open the experiment; expected a .toml file");
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   if (!file.good() && !file.eof()) throw Error(Location{path}, "cannot read the experiment; expected a .toml file");
-  return parse_config(text, path);
+  return text;
 }
 
 void apply_override(ConfigNode& root, const std::string& assignment) {

@@ -30,7 +30,7 @@ const char* type_name(const ConfigNode& node);
 
 // Throw Error with file:line:col on anything that is not TOML 1.0. Dates and times are errors too.
 ConfigNode parse_config(std::string_view text, const std::string& path);
-ConfigNode read_config_file(const std::string& path);
+std::string read_config_text(const std::string& path);
 
 // Applies "budget.time=5s" to the root table. Keys descend by '.'; in an array of methods a part is an index or a method's name
 // ("integrators.path.mis=bsdf"). The value is read as TOML; what is not TOML is text.

@@ -2,7 +2,8 @@
 //
 // One JSON object a line, its "type" first:
 //
-//   manifest    what ran: id (hash of the rest), version, commit, compiler, flags, cpu, threads, experiment (title, file hash)
+//   manifest    what ran: id (hash of what names the program, machine and settings), version, commit, compiler, flags, cpu,
+//               threads, title and hash of the experiment, its file, options and text, the time each cell had
 //   reference   what a scene's error is measured against: scene, scene_hash, source, file (relative, or "" for a closed form
 //               evaluated on the spot), mse_floor (variance of its mean), checks (text of the agreement test)
 //   structure   a structure built over a scene: keys of StructureRecord
@@ -36,6 +37,8 @@ namespace etendue {
 struct ManifestRecord {
   std::string id, version, commit, compiler, flags, cpu, title, experiment_hash;
   int threads = 0;
+  std::string file = {}, options = {}, experiment = {};  // the experiment's file, what was typed beside it, its text
+  double budget_s = 0;                                   // of each cell, where time alone ended it; 0: not so, or not known
 };
 
 struct ReferenceRecord {

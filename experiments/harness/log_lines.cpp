@@ -47,16 +47,16 @@ constexpr KindFigure kind_figures[] = {{"_mrays_per_s", &StructureRecord::mrays_
 }  // namespace
 
 std::string to_json_line(const ManifestRecord& r) {
-  return dump({{"type", "manifest"},
-               {"id", r.id},
-               {"version", r.version},
-               {"commit", r.commit},
-               {"compiler", r.compiler},
-               {"flags", r.flags},
-               {"cpu", r.cpu},
-               {"threads", r.threads},
-               {"title", r.title},
-               {"experiment_hash", r.experiment_hash}});
+  Json json{{"type", "manifest"},     {"id", r.id},
+            {"version", r.version},   {"commit", r.commit},
+            {"compiler", r.compiler}, {"flags", r.flags},
+            {"cpu", r.cpu},           {"threads", r.threads},
+            {"title", r.title},       {"experiment_hash", r.experiment_hash}};
+  if (!r.file.empty()) json["file"] = r.file;
+  if (!r.options.empty()) json["options"] = r.options;
+  if (!r.experiment.empty()) json["experiment"] = r.experiment;
+  if (r.budget_s > 0) json["budget_s"] = finite(r.budget_s);
+  return dump(json);
 }
 
 std::string to_json_line(const ReferenceRecord& r) {
@@ -131,8 +131,14 @@ std::string to_json_line(const CellRecord& r) {
 }
 
 ManifestRecord read_manifest(const Json& j) {
-  return {j.at("id"),  j.at("version"), j.at("commit"),          j.at("compiler"), j.at("flags"),
-          j.at("cpu"), j.at("title"),   j.at("experiment_hash"), j.at("threads")};
+  ManifestRecord r{j.at("id"),  j.at("version"), j.at("commit"),          j.at("compiler"), j.at("flags"),
+                   j.at("cpu"), j.at("title"),   j.at("experiment_hash"), j.at("threads")};
+  // Older logs do not have these.
+  r.file = j.value("file", "");
+  r.options = j.value("options", "");
+  r.experiment = j.value("experiment", "");
+  r.budget_s = j.value("budget_s", 0.0);
+  return r;
 }
 
 ReferenceRecord read_reference(const Json& j) {

@@ -1,6 +1,5 @@
 #include "experiments/harness/record_run.h"
 
-#include "experiments/harness/manifest.h"
 #include "experiments/harness/report.h"
 
 #include <chrono>
@@ -22,7 +21,7 @@ class RecordExecution {
       : plan_(plan),
         observer_(observer),
         work_(work),
-        manifest_(make_manifest(plan.config.title, plan.config.hash, threads)),
+        manifest_(plan_manifest(plan, threads)),
         directory_(plan.directory, manifest_, plan.fresh) {}
 
   RunSummary run() {

@@ -77,19 +77,24 @@ std::string shown_name(const std::string& directory) {
   return path.is_absolute() ? path.filename().string() : path.string();
 }
 
-std::vector<std::pair<std::string, std::string>> find_experiments(const std::vector<std::string>& directories) {
+// As logged, and what lies beside older logs.
+std::vector<std::pair<std::string, std::string>> find_experiments(const RunLog& log,
+                                                                  const std::vector<std::string>& directories) {
   constexpr std::uintmax_t largest = 64 << 10;
   std::vector<std::pair<std::string, std::string>> found;
+  const auto add = [&](std::pair<std::string, std::string> experiment) {
+    const auto same = [&](const auto& other) { return other.second == experiment.second; };
+    if (std::none_of(found.begin(), found.end(), same)) found.push_back(std::move(experiment));
+  };
+  for (const ManifestRecord& manifest : log.manifests)
+    if (!manifest.experiment.empty()) add({manifest.file, manifest.experiment});
   for (const std::string& directory : directories) {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(directory))
       if (entry.is_regular_file() && entry.path().extension() == ".toml" && entry.file_size() <= largest)
         files.push_back(entry.path());
     std::sort(files.begin(), files.end());
-    for (const fs::path& file : files) {
-      std::pair experiment{file.filename().string(), read_small(file)};
-      if (std::find(found.begin(), found.end(), experiment) == found.end()) found.push_back(std::move(experiment));
-    }
+    for (const fs::path& file : files) add({file.filename().string(), read_small(file)});
   }
   return found;
 }
@@ -169,7 +174,7 @@ std::vector<std::string> write_report(const std::vector<std::string>& directorie
   if (!content.rates.empty()) content.tables.insert(content.tables.begin(), rates_table(content.rates));
   content.images = page_images(data, image_budget_bytes);
   for (const std::string& directory : directories) content.directories.push_back(shown_name(directory));
-  content.experiments = find_experiments(directories);
+  content.experiments = find_experiments(log, directories);
 
   Output out(output.empty() ? fs::path(".") : fs::path(output));
   for (const Table& table : content.tables) {

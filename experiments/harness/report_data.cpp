@@ -43,7 +43,7 @@ void set_common_time(SceneData& scene, const std::string& metric, bool with_sign
   for (const Configuration& configuration : scene.configurations)
     for (const Replicate& replicate : configuration.replicates) {
       const Curve curve = curve_of(replicate, metric, Abscissa::time);
-      if (!curve.empty()) common = std::min(common, curve.x.back());
+      if (!curve.empty()) common = std::min(common, std::max(curve.x.back(), replicate.held_s));
     }
   if (!std::isfinite(common)) return;
   scene.common_time_s = common;
@@ -117,6 +117,8 @@ const CellRecord* Configuration::any_cell() const {
 ReportData arrange(const RunLog& log) {
   ReportData data;
   data.log = &log;
+  std::map<std::string, double> budgets;  // by manifest
+  for (const ManifestRecord& manifest : log.manifests) budgets[manifest.id] = manifest.budget_s;
   std::map<CellName, std::vector<const CheckpointRecord*>> checkpoints;
   std::set<std::string> metrics, phases, counters;
   for (const CheckpointRecord& record : log.checkpoints) {
@@ -147,7 +149,8 @@ ReportData arrange(const RunLog& log) {
     if (found == checkpoints.end()) continue;
     std::stable_sort(found->second.begin(), found->second.end(),
                      [](const auto* a, const auto* b) { return a->iterations < b->iterations; });
-    configuration.replicates.push_back({cell.cell.seed, &cell, std::move(found->second)});
+    const double held_s = budgets[found->second.back()->manifest];
+    configuration.replicates.push_back({cell.cell.seed, &cell, std::move(found->second), held_s});
   }
   for (const StructureRecord& record : log.structures) arranger.scene(record.scene);
   for (SceneData& scene : data.scenes) {
@@ -183,7 +186,12 @@ Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa a
 std::vector<double> values_at(const Configuration& configuration, const std::string& metric, double time_s) {
   std::vector<double> values;
   for (const Replicate& replicate : configuration.replicates)
-    if (const auto value = value_at(curve_of(replicate, metric, Abscissa::time), time_s)) values.push_back(*value);
+    if (const Curve curve = curve_of(replicate, metric, Abscissa::time); !curve.empty()) {
+      if (const auto value = value_at(curve, time_s))
+        values.push_back(*value);
+      else if (time_s > curve.x.back() && time_s <= replicate.held_s)
+        values.push_back(curve.y.back());
+    }
   return values;
 }
 

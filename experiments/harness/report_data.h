@@ -19,6 +19,8 @@ struct Replicate {
   std::uint64_t seed = 0;
   const CellRecord* cell = nullptr;
   std::vector<const CheckpointRecord*> checkpoints;  // by iterations
+  double held_s =
+      0;  // the time that ended it: it stopped before an iteration that would not fit, and has its last image until then
 
   const CheckpointRecord* last() const { return checkpoints.empty() ? nullptr : checkpoints.back(); }
 };
@@ -37,8 +39,9 @@ struct SceneData {
   std::string file_stem;  // unique among scenes
   const ReferenceRecord* reference = nullptr;
   std::vector<Configuration> configurations;
-  double common_time_s = 0;  // the latest time every replicate of every configuration reached; 0: nothing finished
-  double target_error = 0;   // of the main metric: what at least half of the configurations reach by the common time; 0: none
+  double common_time_s =
+      0;  // the latest time until which every replicate ran, or its budget of time lasted; 0: nothing finished
+  double target_error = 0;  // of the main metric: what at least half of the configurations reach by the common time; 0: none
 };
 
 struct ReportData {
@@ -64,7 +67,7 @@ std::string label(const ReportData& data, const Configuration& configuration);
 // One replicate's metric; checkpoints at time 0, out of order or without the metric are left out.
 Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa);
 
-// The metric over replicates at a time: nothing before a replicate's first checkpoint or after its last.
+// The metric over replicates at a time: nothing before a replicate's first checkpoint, or after its last and its budget.
 std::optional<Estimate> estimate_at(const Configuration& configuration, const std::string& metric, double time_s,
                                     bool with_sign = false);
 // The metric of each replicate there; fewer than the replicates where some have no value.

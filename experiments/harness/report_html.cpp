@@ -364,8 +364,10 @@ std::string reproduction(const ReportData& data, const PageContent& content) {
     const std::string checkout =
         commit.empty() ? ""
                        : fmt::format("git checkout {}{}\n", commit, changed ? "  # and changes that were not committed" : "");
-    commands.insert(fmt::format("{}./etendue run {} --threads {}\n", checkout,
-                                content.experiments.size() == 1 ? content.experiments.front().first : "EXPERIMENT.toml",
+    const std::string file = !m.file.empty()                   ? m.file
+                             : content.experiments.size() == 1 ? content.experiments.front().first
+                                                               : "EXPERIMENT.toml";
+    commands.insert(fmt::format("{}./etendue run {}{} --threads {}\n", checkout, file, m.options.empty() ? "" : " " + m.options,
                                 m.threads));
   }
   for (const std::string& command : commands) out += html(command);

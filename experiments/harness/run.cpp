@@ -40,7 +40,7 @@ class Execution {
         plan_(plan),
         config_(plan.config),
         observer_(observer),
-        manifest_(make_manifest(config_.title, config_.hash, plan.threads)),
+        manifest_(plan_manifest(plan, plan.threads)),
         directory_(plan.directory, manifest_, plan.fresh),
         scenes_(config_.scenes.size()) {}
 
@@ -241,9 +241,11 @@ class Execution {
   }
 
   std::map<std::string, std::string> attributes(const Cell& cell, const CellResult& result) const {
+    ManifestRecord manifest = manifest_;
+    manifest.experiment.clear();  // that stands in the log
     return {{"etendue_cell", cell.name.key()},
             {"etendue_experiment", config_.title},
-            {"etendue_manifest", to_json_line(manifest_)},
+            {"etendue_manifest", to_json_line(manifest)},
             {"etendue_iterations", std::to_string(result.checkpoints.back().iterations)},
             {"etendue_time_s", fmt::format("{}", result.checkpoints.back().time_s)}};
   }
@@ -260,6 +262,21 @@ class Execution {
   RunSummary summary_;
 };
 
+// As a shell takes it.
+std::string quoted(const std::string& word) {
+  constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-=.,:/%+@";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
+std::string typed_options(const RunOptions& options) {
+  std::string text = options.quick ? "--quick" : "";
+  for (const std::string& assignment : options.overrides) text += (text.empty() ? "-o " : " -o ") + quoted(assignment);
+  return text;
+}
+
 }  // namespace
 
 RunPlan plan_run(const RunOptions& options) {
@@ -267,6 +284,7 @@ RunPlan plan_run(const RunOptions& options) {
   plan.config = load_config(options.experiment, {options.quick, options.overrides});
   plan.threads = options.threads.value_or(plan.config.threads.value_or(hardware_threads()));
   plan.fresh = options.fresh;
+  plan.options = typed_options(options);
   if (!options.shard.empty())
     plan.shard = Shard::parse(options.shard);
   else
@@ -281,6 +299,18 @@ RunPlan plan_run(const RunOptions& options) {
     plan.directory = (fs::path("out") / name).string();
   }
   return plan;
+}
+
+ManifestRecord plan_manifest(const RunPlan& plan, int threads) {
+  const ExperimentConfig& config = plan.config;
+  ManifestRecord manifest = make_manifest(config.title, config.hash, threads);
+  const fs::path path(config.path);
+  manifest.file = path.is_absolute() ? path.filename().string() : path.string();
+  manifest.options = plan.options;
+  manifest.experiment = config.text;
+  // A cell that iterations or an error ended could have gone on; one that time ended has its last image until then.
+  if (config.budget.time_s && !config.budget.samples && !config.budget.error) manifest.budget_s = *config.budget.time_s;
+  return manifest;
 }
 
 Scene load_choice(const SceneChoice& choice, RunObserver& observer) {

@@ -31,6 +31,7 @@ struct RunPlan {
   std::string directory;
   int threads = 1;
   bool fresh = false;
+  std::string options = {};  // of what was typed beside the experiment's file, what changes figures
 };
 
 // Reads and checks everything that can be checked without running. Throws Error.
@@ -48,6 +49,7 @@ class RunObserver {
 };
 
 // Shared first steps of several kinds of experiments, reported to the observer.
+ManifestRecord plan_manifest(const RunPlan& plan, int threads);
 Scene load_choice(const SceneChoice& choice, RunObserver& observer);  // its warnings; throws Error
 void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& observer);
 

@@ -244,6 +244,17 @@ TEST_F(Report, QuotesTheExperimentThatAsked) {
   EXPECT_NE(page.find("title = &quot;&lt;why&gt;&quot;"), std::string::npos);
 }
 
+TEST_F(Report, NamesTheExperimentThatTheLogHolds) {
+  RunLog log = small_log();
+  log.manifests.front().file = "mine.toml";
+  log.manifests.front().options = "--quick -o 'title=a b'";
+  log.manifests.front().experiment = "seeds = 3 # <all>\n";
+  write_report({directory("a", log)}, out());
+  const std::string page = file_text(root_ / "out/report.html");
+  EXPECT_NE(page.find("./etendue run mine.toml --quick -o &#39;title=a b&#39; --threads 2"), std::string::npos);
+  EXPECT_NE(page.find("seeds = 3 # &lt;all&gt;"), std::string::npos);
+}
+
 TEST(Viridis, RunsFromDarkToBright) {
   EXPECT_EQ(viridis_css(0), "#440154");
   EXPECT_EQ(viridis_css(1), "#fde725");

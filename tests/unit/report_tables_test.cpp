@@ -36,6 +36,20 @@ TEST(ReportData, CommonTimeIsTheLatestThatAllReached) {
   EXPECT_FALSE(data.is_signed("mse"));
 }
 
+// A cell stops before an iteration that would overrun its time; until then it has the image that it has.
+TEST(ReportData, CommonTimeIsTheBudgetThatEndedTheCells) {
+  RunLog log = small_log();
+  add_cells(log, "builtin:room", {"slow", "sah", 3.5, 1, -1, 2}, 3);       // 3.5 s and 7 s
+  add_cells(log, "builtin:room", {"too-slow", "sah", 14, 0.1, -1, 1}, 3);  // its first iteration overran
+  log.manifests.front().budget_s = 13;
+  const ReportData data = arrange(log);
+  EXPECT_DOUBLE_EQ(data.scenes[0].common_time_s, 13);
+  const auto& configurations = data.scenes[0].configurations;
+  EXPECT_EQ(values_at(configurations[2], "relmse", 13), final_values(configurations[2], "relmse"));
+  EXPECT_EQ(estimate_at(configurations[2], "relmse", 13.5), std::nullopt);
+  EXPECT_EQ(estimate_at(configurations[3], "relmse", 13), std::nullopt);
+}
+
 TEST(ReportData, AggregateAveragesSeedsInLogarithmsAtTheirCheckpoints) {
   RunLog log;
   add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 4);
