@@ -148,8 +148,8 @@ RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primi
   return bvh_entry<BuilderParams>(
       name, summary,
       [=](const BuilderParams& params) {
-        constexpr int deep = 63;  // every cut by a bit of the codes finds room
-        return BuilderSpace{bytes_per_primitive, 1, std::derived_from<BuilderParams, LbvhParams> && params.max_depth > deep};
+        constexpr int enough = 32;  // for any number of primitives: runs are halved in time (must_halve), to what a pack takes
+        return BuilderSpace{bytes_per_primitive, 1, std::derived_from<BuilderParams, LbvhParams> && params.max_depth >= enough};
       },
       [](std::vector<BuildItem> items, const BuilderParams& params, const Geometry*) {
         return build(std::move(items), params);

@@ -1,10 +1,10 @@
 #include "integrators/record_file.h"
 
+#include "integrators/sample_shares.h"
+
 namespace etendue {
 
 namespace {
-
-constexpr std::uint32_t most_rounds = 1u << 30;  // so that adding iterations does not wrap
 
 bool is_finite(const mat3& m) { return etendue::is_finite(m[0]) && etendue::is_finite(m[1]) && etendue::is_finite(m[2]); }
 bool is_finite(const TangentMatrix& m) { return std::isfinite(m.xx) && std::isfinite(m.xy) && std::isfinite(m.yy); }
@@ -36,7 +36,7 @@ void CacheStanding::write(ByteWriter& out, float accuracy) const {
 void CacheStanding::read(ByteReader& in) {
   in.take(view_), in.take(key_salt_), in.take(rounds_), in.take(accuracy_);
   if (!(accuracy_ > 0) || !std::isfinite(accuracy_)) in.refuse("its accuracy is no positive number");
-  if (rounds_ > most_rounds) in.refuse("more iterations than can be");
+  if (rounds_ > SampleShares::most_first) in.refuse("more iterations than can be");
   loaded_ = true;
 }
 

@@ -1,5 +1,7 @@
 #include "integrators/sample_shares.h"
 
+#include "framework/core/check.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -12,11 +14,13 @@ constexpr double dark = 0.25;  // of the image's mean: deviations of darker pixe
 
 // Numbers that a span has for a pixel's samples, in bits: two million iterations of the most samples.
 constexpr int span_bits = 26;
+static_assert(2 * SampleShares::most_first * SampleShares::most <= 1u << span_bits);
 
 }  // namespace
 
 SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first)
     : resolution_(resolution), extra_(extra), first_(first * most) {
+  CHECK_LE(first, most_first);
   const auto pixels = static_cast<std::size_t>(resolution.x) * resolution.y;
   next_.assign(pixels, first_);
   count_.assign(pixels, 1);

@@ -24,10 +24,12 @@ namespace etendue {
 class SampleShares {
  public:
   // `extra`: samples beyond one per pixel, at most on the mean over an iteration's pixels, each of which takes whole ones; 0:
-  // none. `first`: number of the first sample of each pixel in each span, in units of the most that an iteration takes.
+  // none. `first`: number of the first sample of each pixel in each span, in units of the most that an iteration takes;
+  // at most `most_first`.
   explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0);
 
-  static constexpr std::uint32_t most = 32;  // samples of a pixel in an iteration
+  static constexpr std::uint32_t most = 32;              // samples of a pixel in an iteration
+  static constexpr std::uint32_t most_first = 1u << 20;  // which leaves a span's numbers for as many iterations
 
   // Of the iteration under way: the numbers of a pixel's samples, [begin, begin + count).
   struct Range {

@@ -51,7 +51,7 @@ bool lies_on_named(const Scene& scene, const ExactRay& ray, const Hit& answer, d
          agrees(cross(geometry, answer.primitive, local, quadric_rim), local);
 }
 
-// Is nothing crossing clearly before the answer's distance?
+// Is nothing met clearly before the answer's distance?
 bool is_first(const ExactRay& ray, const Hit& answer, const std::optional<ExactHit>& exact, double slack) {
   return !exact || (answer.t - exact->t) * exact->cos_surface * glm::length(ray.direction) <= slack;
 }

@@ -9,8 +9,8 @@
 
 namespace etendue {
 
-// How far from the origin anything may lie, in metres: areas, powers and their squares then stay in the range of single
-// precision.
+// How far from the origin anything may lie, in metres: areas and powers then stay in the range of single precision, though the
+// squares of areas do not.
 inline constexpr float farthest = 1e12f;
 inline bool within_reach(const vec3& p) { return glm::all(glm::lessThanEqual(glm::abs(p), vec3(farthest))); }
 

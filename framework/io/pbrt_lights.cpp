@@ -12,7 +12,8 @@ namespace etendue {
 namespace {
 
 constexpr float degrees = pi / 180;
-constexpr float brightest = 1e12f;  // W/(m^2 sr), of L: its square, too, has room in single precision
+// W/(m^2 sr), W/sr or W/m^2, of a channel: its square, too, has room in single precision, and so has the power of a light.
+constexpr float brightest = 1e12f;
 
 Rgb emitted(const PbrtParams& params, std::string_view name) {
   for (const std::string_view photometric : {"power", "illuminance"})
@@ -20,7 +21,7 @@ Rgb emitted(const PbrtParams& params, std::string_view name) {
   const Rgb value =
       params.colour(name, ColourUse::light).value_or(Rgb(1)) * params.colour("scale", ColourUse::light).value_or(Rgb(1));
   if (!is_finite(value)) params.fail(name, "times 'scale' leaves the range of single precision");
-  if (name == "L" && max_component(value) > brightest)
+  if (max_component(value) > brightest)
     params.fail(name, fmt::format("is {:g}; expected {:g} at most", max_component(value), brightest));
   return value;
 }
@@ -137,6 +138,9 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) con
   } catch (const Error& e) {
     throw Error(params.where(param), e.what());
   }
+  for (const Rgb& texel : light.texels)  // which are summed up both as they stand and scaled
+    if (const float value = max_component(texel * glm::max(light.scale, Rgb(1))); value > brightest)
+      params.fail(param, fmt::format("has a texel of {:g}, unscaled or scaled; expected {:g} at most", value, brightest));
   return light;
 }
 

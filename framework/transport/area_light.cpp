@@ -51,8 +51,9 @@ struct SampleQuadric {
   AreaPoint operator()(const Disk& d, const vec2& rescaled) const { return SampleQuadric{rescaled}(d); }
 };
 
-// Normal to a triangle by its winding, as long as twice its area. In double: thin triangles leave little of the products.
-vec3 twice_area(const vec3& p0, const vec3& p1, const vec3& p2) {
+// Normal to a triangle by its winding, as long as twice its area. In double: thin triangles leave little of the products, and
+// of large ones the square of the area leaves the range of single precision.
+dvec3 twice_area(const vec3& p0, const vec3& p1, const vec3& p2) {
   return glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0));
 }
 
@@ -65,9 +66,10 @@ AreaPoint sample_triangle_light(const Scene& scene, const Shape& shape, std::uin
   }
   const uvec3 v = g.triangles[primitive];
   const vec3 &p0 = g.positions[v.x], &p1 = g.positions[v.y], &p2 = g.positions[v.z];
-  const vec3 across = twice_area(p0, p1, p2);
-  const float length = glm::length(across);
-  return {(1 - b.x - b.y) * p0 + b.x * p1 + b.y * p2, across * ((shape.flip_normal ? -1 : 1) / length), 0.5f * length};
+  const dvec3 across = twice_area(p0, p1, p2);
+  const double length = glm::length(across);
+  return {(1 - b.x - b.y) * p0 + b.x * p1 + b.y * p2, vec3(across * ((shape.flip_normal ? -1 : 1) / length)),
+          static_cast<float>(0.5 * length)};
 }
 
 }  // namespace
@@ -76,7 +78,7 @@ float primitive_area(const Geometry& geometry, std::uint32_t primitive) {
   if (!geometry.is_triangle(primitive)) return quadric_area(geometry.quadric(primitive));
   const uvec3 v = geometry.triangles[primitive];
   const auto& p = geometry.positions;
-  return 0.5f * glm::length(twice_area(p[v.x], p[v.y], p[v.z]));
+  return static_cast<float>(0.5 * glm::length(twice_area(p[v.x], p[v.y], p[v.z])));
 }
 
 AreaPoint sample_area(const Scene& scene, const AreaLight& light, const vec2& u) {

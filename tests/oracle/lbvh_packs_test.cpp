@@ -224,5 +224,19 @@ TEST(LbvhPacks, DepthThatEndsRunsTooLongForAPackIsLeftToTheGeneralBuild) {
   EXPECT_TRUE(build_lbvh_packs<SharedPack>(geometry, TreeLimits{5, 64}).has_value());
 }
 
+// Codes that differ in each bit, and many that are the same: cut by bits alone the tree would be some 60 deep.
+TEST(LbvhPacks, RunsAreHalvedInTimeForPacksWhereADepthHasRoomForThem) {
+  Geometry geometry;
+  for (int i = 0; i < 1000; ++i) {
+    vec3 at(0);
+    at[i % 3] = std::ldexp(1.0f, -(i % 60) / 3);
+    add_triangle(geometry, at, at + vec3(1e-8f, 0, 0), at + vec3(0, 1e-8f, 0));
+  }
+  const auto tight = build_lbvh_packs<SharedPack>(geometry, TreeLimits{5, 8});  // 5 * 2^8 triangles have room
+  ASSERT_TRUE(tight.has_value());
+  EXPECT_LE(tight->tree.depth, 8u);
+  EXPECT_FALSE(build_lbvh_packs<SharedPack>(geometry, TreeLimits{5, 5}).has_value());
+}
+
 }  // namespace
 }  // namespace etendue::testing

@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 namespace etendue {
 namespace {
 
@@ -245,6 +247,20 @@ TEST_P(SavedCaches, OfGarbageAreRefusedOrHarmless) {
     refused += refused_or_used_by(scene_, GetParam(), make_cache_file(file.key, garbled)) != "";
   }
   EXPECT_GT(refused, trials / 10);
+}
+
+TEST(SavedCache, OfMoreIterationsThanSamplesHaveNumbersForIsRefused) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const SavedCase& c = saved_cases[0];
+  const std::string cache = render_with(scene, params_of(c, true), 1, {}, 1, ivec2(4), c.integrator).cache;
+  const CacheFile file = open_cache_file(cache, here);
+  const auto refused_after = [&](std::uint32_t rounds) {
+    std::string body(file.body);
+    std::memcpy(&body[2 * sizeof(std::uint64_t)], &rounds, sizeof rounds);
+    return refused_by(scene, c, make_cache_file(file.key, body));
+  };
+  EXPECT_EQ(refused_after(1u << 20), "");
+  EXPECT_NE(refused_after((1u << 20) + 1).find("more iterations than can be"), std::string::npos);
 }
 
 TEST(SavedCache, OfRecordsThatAreMadeAnewIsRefused) {

@@ -2,6 +2,8 @@
 // without anything in view, images of one pixel. What a reader accepts is rendered without a crash, without a non-finite
 // sample, and to the same bits at any number of threads.
 #include "framework/core/sampler.h"
+#include "framework/transport/area_light.h"
+#include "framework/transport/light_sampling.h"
 #include "tests/render_scene.h"
 #include "tests/unit/io_pbrt_helpers.h"
 
@@ -120,6 +122,19 @@ TEST(HostileScenes, ImagesOfOnePixelAreSound) {
 
 TEST(HostileScenes, DevicesAreNoFiles) { EXPECT_ERROR(read_pbrt("/dev/zero"), "it is a device"); }
 
+// Areas fit in single precision, but not their squares.
+TEST(HostileScenes, LampsThatReachFarHaveAnArea) {
+  const Scene scene = parse_pbrt(seen_from + floor_of_scene + "AreaLightSource \"diffuse\"\n" +
+                                     "Shape \"trianglemesh\" \"point3 P\" [0 0 1e11 0 1e11 1e11 1e11 0 1e11]\n",
+                                 "s.pbrt");
+  const AreaLight& lamp = std::get<AreaLight>(scene.lights.at(0));
+  EXPECT_FLOAT_EQ(primitive_area(scene.objects[0].geometry, lamp.primitive), 5e21f);
+  const LightSampler lights(scene);
+  const auto sample = lights.sample(vec3(0), 0.5f, vec2(0.5f));
+  ASSERT_TRUE(sample.has_value());
+  EXPECT_TRUE(is_finite(sample->radiance) && sample->pdf_solid_angle > 0 && std::isfinite(sample->pdf_solid_angle));
+}
+
 TEST(HostileScenes, BeyondSinglePrecisionAreRefused) {
   EXPECT_ERROR(world("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1e13 0 0 0 1 0]"),
                "s.pbrt:3:1: Shape \"trianglemesh\": placed");
@@ -128,6 +143,7 @@ TEST(HostileScenes, BeyondSinglePrecisionAreRefused) {
                "an instance lies beyond");
   EXPECT_ERROR(world("LightSource \"point\" \"point3 from\" [1e20 0 0]"), "'from' lies, placed, beyond");
   EXPECT_ERROR(world("LightSource \"infinite\" \"rgb L\" [1 2e12 1]"), "expected 1e+12 at most");
+  EXPECT_ERROR(world("LightSource \"point\" \"rgb I\" [1e30 1e30 1e30] \"float scale\" 1e8"), "'I' is 1e+38; expected 1e+12");
   EXPECT_ERROR(world("Material \"conductor\" \"rgb eta\" [1 1 2000]"), "expected 0 to 1000");
   EXPECT_ERROR(parse_pbrt("Translate 1e13 0 0 Camera \"perspective\"\nWorldBegin\n", "s.pbrt"), "s.pbrt:1:20: Camera");
 }

@@ -267,6 +267,11 @@ TEST(PbrtLights, InfiniteLights) {
                "cannot stand beside 'filename'");
   EXPECT_ERROR(read("Scale 1 2 1 LightSource \"infinite\" \"string mapname\" \"wide.exr\"\n"), "distorts directions");
   EXPECT_ERROR(read("LightSource \"infinite\" \"point3 portal\" [0 0 0]\n"), "'portal' is not supported");
+  image.at(1, 1) = {0, 1e35, 0};
+  write_exr(directory.path("wide.exr"), image);
+  for (const char* scale : {"1e-20", "1e4"})
+    EXPECT_ERROR(read("LightSource \"infinite\" \"string mapname\" \"wide.exr\" \"float scale\" " + std::string(scale) + "\n"),
+                 "'mapname' has a texel of");
 }
 
 TEST(PbrtSpectra, BlackbodiesHaveUnitLuminanceOrPeak) {
