@@ -6,6 +6,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -22,17 +24,19 @@ std::size_t terminal_width() {
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-const char* interrupt_message = "";
-const char* exit_message = "";  // of the second interrupt, where the first only stops
-volatile std::sig_atomic_t interrupts_left = 0, was_interrupted = 0;
+// Any thread may be the one that is interrupted, by several interrupts at once.
+std::atomic<const char*> interrupt_message = "", exit_message = "";  // of the first interrupt, and of later ones
+std::atomic<int> interrupts = 0, harmless_interrupts = 0;            // that came; the first so many do not end the process
+static_assert(decltype(exit_message)::is_always_lock_free && decltype(interrupts)::is_always_lock_free);
 
 void handle_interrupt(int) {
-  // Only calls that are safe in a signal handler.
-  const char* const message = was_interrupted ? exit_message : interrupt_message;
+  // Only calls that are safe in a signal handler, and no trace of them in the code that goes on.
+  const int interrupted_errno = errno;
+  const int earlier = interrupts.fetch_add(1);
+  const char* const message = earlier == 0 ? interrupt_message : exit_message;
   [[maybe_unused]] const auto written = write(STDERR_FILENO, message, std::strlen(message));
-  was_interrupted = 1;
-  if (interrupts_left == 0) _exit(130);
-  interrupts_left = interrupts_left - 1;
+  if (earlier >= harmless_interrupts) _exit(130);
+  errno = interrupted_errno;
 }
 
 void handle_interrupts() {
@@ -124,17 +128,20 @@ void ConsoleRunObserver::cell_finished(const CellRecord& cell, const CheckpointR
 }
 
 void exit_on_interrupt(const char* message) {
-  interrupt_message = exit_message = message;
+  harmless_interrupts = 0;
+  interrupt_message = message;
+  exit_message = message;
   handle_interrupts();
 }
 
 void note_interrupt(const char* message, const char* second_message) {
+  harmless_interrupts = 1;
   interrupt_message = message;
   exit_message = second_message;
-  interrupts_left = 1;
   handle_interrupts();
+  std::signal(SIGPIPE, SIG_IGN);
 }
 
-bool interrupted() { return was_interrupted != 0; }
+bool interrupted() { return interrupts > 0; }
 
 }  // namespace etendue

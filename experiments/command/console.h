@@ -58,7 +58,9 @@ class ConsoleRunObserver final : public RunObserver {
 // their final name, and logs are appended in whole blocks.
 void exit_on_interrupt(const char* message);
 
-// The first Ctrl-C only says `message`, and interrupted() is true from then on; a second one ends the process as above.
+// The first Ctrl-C only says `message`, and interrupted() is true from then on; a second one ends the process as above,
+// as does any once exit_on_interrupt is called again. A closed pipe does not end the process either: Ctrl-C in `... 2>&1 | tee`
+// ends the reader of the messages too.
 void note_interrupt(const char* message, const char* second_message);
 bool interrupted();
 

@@ -114,7 +114,7 @@ std::string to_json(const Rendered& r) {
   for (const std::string& aov : r.command.aovs) json["aovs"][aov] = aov_path(r.output, aov);
   if (!r.command.save_cache.empty()) json["cache"] = r.command.save_cache;
   if (!r.result.fallback.empty()) json["fallback"] = r.result.fallback;
-  if (interrupted()) json["interrupted"] = true;
+  if (r.result.stopped) json["interrupted"] = true;
   if (!r.reference.empty()) json["reference"] = r.reference;
   for (const auto& [name, value] : r.metrics) json[name] = value;
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
@@ -157,6 +157,7 @@ void write_outputs(const Rendered& r, Integrator& integrator, const RenderContex
     }
   };
   if (!r.output.empty()) attempt([&] { write_image(r, result, r.output, result.image); });
+  exit_on_interrupt("\ninterrupted\n");
   if (!r.command.save_cache.empty())
     attempt([&] { write_cache_bytes(r.command.save_cache, integrator.savable_cache()->save(context)); });
   for (const std::string& aov : r.command.aovs)
@@ -292,7 +293,7 @@ int render_command(const RenderCommand& command) {
   if (const double spent = r.result.checkpoints.back().time_s; budget.time_s && spent > 1.1 * *budget.time_s)
     console.warning(fmt::format("took {} of {}: the method's preparation and its first iteration cannot be cut short",
                                 format_seconds(spent), format_seconds(*budget.time_s)));
-  if (interrupted()) return 130;
+  if (r.result.stopped) return 130;
   if (!budget.error || r.result.reached_error) return 0;
   console.warning(
       fmt::format("relmse {:g} was not reached within {}", *budget.error, format_seconds(r.result.checkpoints.back().time_s)));

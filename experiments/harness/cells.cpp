@@ -85,11 +85,17 @@ std::vector<Cell> filter_cells(const std::vector<Cell>& cells, const std::string
     throw Error(Location{"--filter"}, fmt::format("{} characters; expected {} at most", regex.size(), longest));
   std::vector<Cell> kept;
   try {
-    // The library's matcher without backtracking, so that no expression takes for ever; it has no back-references.
-    const std::regex expression(regex, std::regex::ECMAScript | std::regex_constants::__polynomial);
+    auto syntax = std::regex::ECMAScript;
+#ifdef __GLIBCXX__
+    // That library's matcher without backtracking, so that no expression takes for ever; it has no back-references.
+    syntax |= std::regex_constants::__polynomial;
+#endif
+    const std::regex expression(regex, syntax);
     for (const Cell& cell : cells)
       if (std::regex_search(cell.name.key(), expression)) kept.push_back(cell);
   } catch (const std::regex_error& e) {
+    if (e.code() == std::regex_constants::error_complexity || e.code() == std::regex_constants::error_backref)
+      throw Error(Location{"--filter"}, fmt::format("'{}': back-references are not supported", regex));
     throw Error(Location{"--filter"}, fmt::format("'{}' is no regular expression: {}", regex, e.what()));
   }
   if (kept.empty() && !cells.empty())

@@ -37,7 +37,7 @@ namespace etendue {
 struct ManifestRecord {
   std::string id, version, commit, compiler, flags, cpu, title, experiment_hash;
   int threads = 0;
-  std::string file = {}, options = {}, experiment = {};  // the experiment's file, what was typed beside it, its text
+  std::string file = {}, options = {}, experiment = {};  // file ("": elsewhere), what was typed beside it, its text
   double budget_s = 0;                                   // of each cell, where time alone ended it; 0: not so, or not known
 };
 

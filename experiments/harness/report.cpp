@@ -87,7 +87,7 @@ std::vector<std::pair<std::string, std::string>> find_experiments(const RunLog& 
     if (std::none_of(found.begin(), found.end(), same)) found.push_back(std::move(experiment));
   };
   for (const ManifestRecord& manifest : log.manifests)
-    if (!manifest.experiment.empty()) add({manifest.file, manifest.experiment});
+    if (!manifest.experiment.empty()) add({manifest.file.empty() ? nameless_experiment : manifest.file, manifest.experiment});
   for (const std::string& directory : directories) {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(directory))

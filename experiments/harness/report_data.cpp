@@ -38,12 +38,17 @@ double round_up_nicely(double value) {
   return 10 * decade;
 }
 
+// Until when the last value of the metric's curve is that of the image: a last image without a value has none to hold.
+double held_until(const Replicate& replicate, const std::string& metric) {
+  return replicate.last()->metrics.contains(metric) ? replicate.held_s : 0;
+}
+
 void set_common_time(SceneData& scene, const std::string& metric, bool with_sign) {
   double common = std::numeric_limits<double>::infinity();
   for (const Configuration& configuration : scene.configurations)
     for (const Replicate& replicate : configuration.replicates) {
       const Curve curve = curve_of(replicate, metric, Abscissa::time);
-      if (!curve.empty()) common = std::min(common, std::max(curve.x.back(), replicate.held_s));
+      if (!curve.empty()) common = std::min(common, std::max(curve.x.back(), held_until(replicate, metric)));
     }
   if (!std::isfinite(common)) return;
   scene.common_time_s = common;
@@ -189,7 +194,7 @@ std::vector<double> values_at(const Configuration& configuration, const std::str
     if (const Curve curve = curve_of(replicate, metric, Abscissa::time); !curve.empty()) {
       if (const auto value = value_at(curve, time_s))
         values.push_back(*value);
-      else if (time_s > curve.x.back() && time_s <= replicate.held_s)
+      else if (time_s > curve.x.back() && time_s <= held_until(replicate, metric))
         values.push_back(curve.y.back());
     }
   return values;

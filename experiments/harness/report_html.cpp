@@ -364,15 +364,15 @@ std::string reproduction(const ReportData& data, const PageContent& content) {
     const std::string checkout =
         commit.empty() ? ""
                        : fmt::format("git checkout {}{}\n", commit, changed ? "  # and changes that were not committed" : "");
-    const std::string file = !m.file.empty()                   ? m.file
-                             : content.experiments.size() == 1 ? content.experiments.front().first
-                                                               : "EXPERIMENT.toml";
-    commands.insert(fmt::format("{}./etendue run {}{} --threads {}\n", checkout, file, m.options.empty() ? "" : " " + m.options,
-                                m.threads));
+    const bool beside = m.experiment.empty() && content.experiments.size() == 1;
+    const std::string file = !m.file.empty() ? m.file : beside ? content.experiments.front().first : nameless_experiment;
+    commands.insert(fmt::format("{}./etendue run {}{} --threads {}{}\n", checkout, shell_word(file),
+                                m.options.empty() ? "" : " " + m.options, m.threads,
+                                m.file.empty() && !m.experiment.empty() ? "  # its text is below" : ""));
   }
   for (const std::string& command : commands) out += html(command);
   out += "./etendue report";
-  for (const std::string& directory : content.directories) out += " " + html(directory);
+  for (const std::string& directory : content.directories) out += " " + html(shell_word(directory));
   out +=
       "</pre>\n<p class=\"note\">Equal seeds give equal images on any number of threads; times belong to the machine named "
       "above. Everything "

@@ -12,6 +12,8 @@
 
 namespace etendue {
 
+inline const std::string nameless_experiment = "EXPERIMENT.toml";  // whose file cannot be named
+
 struct PageContent {
   std::vector<Table> tables;
   std::vector<SceneImages> images;

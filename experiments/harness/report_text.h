@@ -26,6 +26,7 @@ std::string escape_html(std::string_view text);      // for text and attribute v
 std::string escape_tex(std::string_view text);       // with figures such as 1.2e-5 set as powers of ten
 std::string escape_markdown(std::string_view text);  // for one cell of a table
 std::string escape_csv(std::string_view text);
+std::string shell_word(std::string_view text);  // as a shell takes it
 // A JSON string with its quotes, safe inside <script>.
 std::string json_string(std::string_view text);
 

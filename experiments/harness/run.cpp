@@ -6,6 +6,7 @@
 #include "experiments/harness/manifest.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report.h"
+#include "experiments/harness/report_text.h"
 #include "experiments/harness/run_directory.h"
 #include "experiments/harness/tables.h"
 #include "experiments/search/search_run.h"
@@ -262,19 +263,16 @@ class Execution {
   RunSummary summary_;
 };
 
-// As a shell takes it.
-std::string quoted(const std::string& word) {
-  constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-=.,:/%+@";
-  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
-  return text + "'";
-}
-
 std::string typed_options(const RunOptions& options) {
   std::string text = options.quick ? "--quick" : "";
-  for (const std::string& assignment : options.overrides) text += (text.empty() ? "-o " : " -o ") + quoted(assignment);
+  for (const std::string& assignment : options.overrides) text += (text.empty() ? "-o " : " -o ") + shell_word(assignment);
   return text;
+}
+
+// As typed from here; "" where only this machine has such a path.
+std::string shown_file(const fs::path& path) {
+  const fs::path shown = path.is_absolute() ? path.lexically_proximate(fs::current_path()) : path;
+  return path.is_absolute() && (shown.is_absolute() || *shown.begin() == "..") ? "" : shown.string();
 }
 
 }  // namespace
@@ -304,8 +302,7 @@ RunPlan plan_run(const RunOptions& options) {
 ManifestRecord plan_manifest(const RunPlan& plan, int threads) {
   const ExperimentConfig& config = plan.config;
   ManifestRecord manifest = make_manifest(config.title, config.hash, threads);
-  const fs::path path(config.path);
-  manifest.file = path.is_absolute() ? path.filename().string() : path.string();
+  manifest.file = shown_file(config.path);
   manifest.options = plan.options;
   manifest.experiment = config.text;
   // A cell that iterations or an error ended could have gone on; one that time ended has its last image until then.

@@ -97,7 +97,9 @@ class CellRunner {
       integrator.iteration(context, static_cast<std::uint32_t>(iterations_), film_);
       const double now = clock_.wall_s();
       ++iterations_;
-      last = schedule_.finished(iterations_, now, now - before) || (task_.stop && task_.stop());
+      const bool done = schedule_.finished(iterations_, now, now - before);
+      result_.stopped = !done && task_.stop && task_.stop();
+      last = done || result_.stopped;
       const bool due = schedule_.checkpoint_due(iterations_, now);
       const bool error_due = schedule_.error_due(iterations_);
       if (!last && !due && !error_due && now - told_s_ < progress_interval_s) continue;
@@ -105,6 +107,7 @@ class CellRunner {
       if (error_due || (last && task_.budget.error)) {
         result_.reached_error = error_reached();
         last = last || result_.reached_error;
+        result_.stopped = result_.stopped && !result_.reached_error;
       }
       if (last || due) checkpoint(integrator);
       if (task_.progress) task_.progress(iterations_, clock_.wall_s());

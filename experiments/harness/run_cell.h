@@ -48,6 +48,7 @@ struct CellResult {
   std::string fallback;                     // of the ray structure: RayStructureStats::fallback
   std::vector<NonFiniteSample> non_finite;  // the first few, for replay
   bool reached_error = false;               // of a budget with an error target
+  bool stopped = false;                     // by the task's `stop`, short of the budget
   std::vector<Image> checkpoint_images;     // where they are to be kept
 };
 

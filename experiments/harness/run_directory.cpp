@@ -83,8 +83,10 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
     remove_partial_images(fs::path(path) / name);
   }
   writer_ = std::make_unique<LogWriter>(log_path(path));
-  const auto same = [&](const ManifestRecord& other) { return other.id == manifest.id; };
-  if (std::none_of(earlier_.manifests.begin(), earlier_.manifests.end(), same)) append({to_json_line(manifest)});
+  // The id names neither the experiment's text nor what was typed beside it; of lines with one id the last counts.
+  const std::string line = to_json_line(manifest);
+  const auto same = [&](const ManifestRecord& other) { return to_json_line(other) == line; };
+  if (std::none_of(earlier_.manifests.begin(), earlier_.manifests.end(), same)) append({line});
 }
 
 bool RunDirectory::has_structures(const std::string& scene, std::size_t count) const {

@@ -133,6 +133,21 @@ TEST_F(RunCell, ErrorTargetEndsTheCellEarly) {
   EXPECT_FALSE(run(budget, &reference).reached_error);
 }
 
+TEST_F(RunCell, StoppedIsOnlyWhatWasNotDone) {
+  const auto stopped = [&](const Budget& budget, const Image* reference = nullptr) {
+    CellTask task{scene_, needs_, accel_, method_, 3, {8, 8}, budget, 1, reference};
+    task.stop = [] { return true; };
+    return run_cell(task).stopped;
+  };
+  EXPECT_TRUE(stopped(samples(2)));
+  EXPECT_FALSE(stopped(samples(1))) << "the budget's last iteration";
+  const Image reference = run(samples(1)).image;
+  Budget budget = samples(4);
+  budget.error = 1e6;
+  EXPECT_FALSE(stopped(budget, &reference)) << "the error was reached";
+  EXPECT_FALSE(run(samples(2)).stopped);
+}
+
 TEST_F(RunCell, TimeBudgetHolds) {
   const CellResult result = run(seconds(0.2));
   EXPECT_LE(result.checkpoints.back().time_s, 0.25);

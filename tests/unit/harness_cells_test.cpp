@@ -36,6 +36,15 @@ TEST(Cells, FilterFindsInTheKey) {
   EXPECT_THROW(filter_cells(cells, "(.*)*(.*)*(.*)*(.*)*$x"), Error);  // takes for ever where it is matched by backtracking
 }
 
+TEST(Cells, FilterSaysThatBackReferencesAreNotSupported) {
+  try {
+    filter_cells(make_cells(small_matrix()), "(s).*\\1");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("back-references are not supported"), std::string::npos) << e.what();
+  }
+}
+
 TEST(Shards, EveryPositionIsInExactlyOneOfEvenSize) {
   for (const int count : {1, 2, 3, 4, 7, 12, 20}) {
     std::vector<std::size_t> sizes(static_cast<std::size_t>(count), 0);

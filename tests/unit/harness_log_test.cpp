@@ -1,5 +1,6 @@
 // runs.jsonl: what is written is read back, and a torn end is cut off.
 #include "experiments/harness/log.h"
+#include "experiments/harness/run_directory.h"
 #include "framework/core/error.h"
 
 #include <gtest/gtest.h>
@@ -102,6 +103,23 @@ TEST_F(Log, RecordsAreReadBackExactly) {
   ASSERT_EQ(log.cells.size(), 1u);
   EXPECT_EQ(to_json_line(log.cells[0]), to_json_line(cell(1)));
   EXPECT_TRUE(content().starts_with("{\"type\":\"manifest\""));
+}
+
+TEST_F(Log, TheLastTextOfAnExperimentCounts) {
+  ManifestRecord manifest{"id", "0.1", "abc", "GCC", "-O2", "cpu", "title", "hash", 7, "a.toml", "", "exponent = -1\n"};
+  const std::string path = (directory_ / "run").string();
+  const auto open = [&] { RunDirectory(path, manifest, false); };
+  open();
+  manifest.experiment = "exponent = -2\n";
+  manifest.options = "--quick";
+  open();
+  path_ = path + "/runs.jsonl";
+  const std::string once = content();
+  open();
+  EXPECT_EQ(content(), once) << "nothing new to say";
+  const RunLog log = read_log(path_);
+  ASSERT_EQ(log.manifests.size(), 1u);
+  EXPECT_EQ(to_json_line(log.manifests[0]), to_json_line(manifest));
 }
 
 TEST_F(Log, TornEndIsDroppedAndCutOffAtAnyByte) {

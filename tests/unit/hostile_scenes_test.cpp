@@ -144,6 +144,7 @@ TEST(HostileScenes, BeyondSinglePrecisionAreRefused) {
   EXPECT_ERROR(world("LightSource \"point\" \"point3 from\" [1e20 0 0]"), "'from' lies, placed, beyond");
   EXPECT_ERROR(world("LightSource \"infinite\" \"rgb L\" [1 2e12 1]"), "expected 1e+12 at most");
   EXPECT_ERROR(world("LightSource \"point\" \"rgb I\" [1e30 1e30 1e30] \"float scale\" 1e8"), "'I' is 1e+38; expected 1e+12");
+  EXPECT_ERROR(world("LightSource \"spot\" \"rgb I\" [1 2e12 1]"), "'I' is 2e+12");
   EXPECT_ERROR(world("Material \"conductor\" \"rgb eta\" [1 1 2000]"), "expected 0 to 1000");
   EXPECT_ERROR(parse_pbrt("Translate 1e13 0 0 Camera \"perspective\"\nWorldBegin\n", "s.pbrt"), "s.pbrt:1:20: Camera");
 }

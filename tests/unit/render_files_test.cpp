@@ -77,23 +77,43 @@ TEST_F(RenderFiles, LinksAreFollowedAndNeighboursKept) {
     EXPECT_FALSE(entry.path().filename().string().starts_with("etendue-")) << entry.path();
 }
 
-// Whether the process has a handler of its own for SIGINT.
-bool catches_interrupts(pid_t pid) {
+// Once the render keeps what it has: from then on it ignores closed pipes.
+bool ignores_closed_pipes(pid_t pid) {
   std::ifstream status("/proc/" + std::to_string(pid) + "/status");
   for (std::string line; std::getline(status, line);)
-    if (line.starts_with("SigCgt:")) return (std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1) != 0;
+    if (line.starts_with("SigIgn:")) return (std::stoull(line.substr(7), nullptr, 16) >> (SIGPIPE - 1) & 1) != 0;
   return false;
 }
 
-TEST_F(RenderFiles, AnInterruptedRenderKeepsWhatItHas) {
-  const pid_t pid =
-      start({"render", "builtin:furnace", "--resolution", "16x16", "--spp", "1G", "--threads", "1", "-o", "a.exr"});
-  for (int i = 0; i < 2000 && !catches_interrupts(pid); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // the scene is loaded within few of them
+class InterruptedRender : public ProgramTest {
+ protected:
+  pid_t start_endless() {
+    std::signal(SIGPIPE, SIG_DFL);
+    const pid_t pid =
+        start({"render", "builtin:furnace", "--resolution", "16x16", "--spp", "1G", "--threads", "1", "-o", "a.exr"});
+    for (int i = 0; i < 5000 && !ignores_closed_pipes(pid); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return pid;
+  }
+};
+
+TEST_F(InterruptedRender, KeepsWhatItHas) {
+  const pid_t pid = start_endless();
   kill(pid, SIGINT);
   const Outcome outcome = finish(pid);
   EXPECT_EQ(outcome.status, 130) << outcome.err;
   EXPECT_NE(outcome.err.find("after this iteration"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(std::filesystem::exists(directory_ / "a.exr"));
+}
+
+TEST_F(InterruptedRender, OutlivesTheReaderOfItsMessages) {
+  const auto pipe = directory_ / "stderr.txt";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  const pid_t pid = start_endless();
+  close(reader);
+  std::filesystem::remove(pipe);
+  kill(pid, SIGINT);
+  EXPECT_EQ(finish(pid).status, 130);
   EXPECT_TRUE(std::filesystem::exists(directory_ / "a.exr"));
 }
 

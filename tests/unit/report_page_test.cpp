@@ -1,5 +1,6 @@
 #include "experiments/harness/report.h"
 #include "experiments/harness/report_html.h"
+#include "experiments/harness/run.h"
 #include "experiments/harness/tables.h"
 #include "framework/core/error.h"
 #include "framework/io/exr.h"
@@ -253,6 +254,31 @@ TEST_F(Report, NamesTheExperimentThatTheLogHolds) {
   const std::string page = file_text(root_ / "out/report.html");
   EXPECT_NE(page.find("./etendue run mine.toml --quick -o &#39;title=a b&#39; --threads 2"), std::string::npos);
   EXPECT_NE(page.find("seeds = 3 # &lt;all&gt;"), std::string::npos);
+}
+
+TEST_F(Report, CommandsCanBeTyped) {
+  RunLog log = small_log();
+  log.manifests.front().file = "my file.toml";
+  ManifestRecord elsewhere = manifest();
+  elsewhere.id = "n";
+  elsewhere.experiment = "seeds = 4\n";
+  log.manifests.push_back(elsewhere);
+  write_report({directory("a", log)}, out());
+  const std::string page = file_text(root_ / "out/report.html");
+  EXPECT_NE(page.find("./etendue run &#39;my file.toml&#39; --threads 2"), std::string::npos);
+  EXPECT_NE(page.find("./etendue run EXPERIMENT.toml --threads 2  # its text is below"), std::string::npos);
+  EXPECT_NE(page.find("<summary>EXPERIMENT.toml</summary>"), std::string::npos);
+}
+
+TEST(RunPlan, FilesAreNamedAsTypedFromHere) {
+  const auto named = [](const fs::path& path) {
+    RunPlan plan;
+    plan.config.path = path.string();
+    return plan_manifest(plan, 1).file;
+  };
+  EXPECT_EQ(named("../a.toml"), "../a.toml");
+  EXPECT_EQ(named(fs::current_path() / "in/a.toml"), "in/a.toml");
+  EXPECT_EQ(named("/nowhere/a.toml"), "");
 }
 
 TEST(Viridis, RunsFromDarkToBright) {

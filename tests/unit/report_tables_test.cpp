@@ -50,6 +50,19 @@ TEST(ReportData, CommonTimeIsTheBudgetThatEndedTheCells) {
   EXPECT_EQ(estimate_at(configurations[3], "relmse", 13), std::nullopt);
 }
 
+TEST(ReportData, AnImageWithoutAValueHoldsNone) {
+  RunLog log = small_log();
+  add_cells(log, "builtin:room", {"overflows", "sah", 3.5, 1, -1, 2}, 3);
+  for (CheckpointRecord& checkpoint : log.checkpoints)
+    if (checkpoint.cell.integrator == "overflows" && checkpoint.iterations == 2) checkpoint.metrics.erase("relmse");
+  log.manifests.front().budget_s = 13;
+  const ReportData data = arrange(log);
+  EXPECT_DOUBLE_EQ(data.scenes[0].common_time_s, 3.5);
+  const Configuration& overflows = data.scenes[0].configurations[2];
+  EXPECT_TRUE(values_at(overflows, "relmse", 13).empty());
+  EXPECT_EQ(values_at(overflows, "mse", 13).size(), 3u);
+}
+
 TEST(ReportData, AggregateAveragesSeedsInLogarithmsAtTheirCheckpoints) {
   RunLog log;
   add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 4);

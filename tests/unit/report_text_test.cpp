@@ -39,6 +39,9 @@ TEST(ReportText, HostileTextIsEscapedInEveryFormat) {
   EXPECT_EQ(escape_html("<a b=\"c\">'&\x01"), "&lt;a b=&quot;c&quot;&gt;&#39;&amp;");
   EXPECT_EQ(escape_tex("50%_#&${}~^\\"), "50\\%\\_\\#\\&\\$\\{\\}\\textasciitilde{}\\textasciicircum{}\\textbackslash{}");
   EXPECT_EQ(escape_markdown("a|b\n<c"), "a\\|b &lt;c");
+  EXPECT_EQ(shell_word("a/b-1.toml"), "a/b-1.toml");
+  EXPECT_EQ(shell_word("it's; rm"), "'it'\\''s; rm'");
+  EXPECT_EQ(shell_word(""), "''");
   EXPECT_EQ(escape_csv("plain"), "plain");
   EXPECT_EQ(escape_csv("a,\"b\"\n"), "\"a,\"\"b\"\"\n\"");
   EXPECT_EQ(json_string("</script>\"\\\n"), "\"\\u003c/script\\u003e\\\"\\\\\\u000a\"");
