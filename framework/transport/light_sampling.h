@@ -49,7 +49,6 @@ class LightSampler {
   // Radiance a surface point emits towards wo (0 on its dark side).
   Rgb emitted(const SurfacePoint& point, const vec3& wo) const;
   Rgb environment(const vec3& direction) const;
-  bool has_environment() const { return !environments_.empty(); }
 
   // Light from infinity enters through a disk that covers Scene::bounds(); infinite planes get none of it beyond. None where a
   // plane stands before the disk.
