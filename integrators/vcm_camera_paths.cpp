@@ -96,10 +96,9 @@ void CameraPaths::next_event(const Vertex& v, Sampler& sampler, Rgb& radiance) {
   const vec3& wi = light->wi;
   const Rgb scattered = v.bsdf.evaluate(v.wo, wi);
   if (is_black(scattered) || is_black(light->radiance)) return;
-  const float emission = context_.lights.emission_pdf(light->light, light->normal, -wi, v.point.position);
+  const float emission = context_.lights.emission_pdf_over_cosine(light->light, -wi, v.point.position);
   const bool point_light = light->delta && !std::isinf(light->distance);
-  const float to_area =
-      std::abs(glm::dot(wi, v.point.normal)) / (point_light ? square(light->distance) : std::abs(glm::dot(light->normal, wi)));
+  const float to_area = std::abs(glm::dot(wi, v.point.normal)) / (point_light ? square(light->distance) : 1);
   const float forward = light->delta ? 0 : v.bsdf.pdf(v.wo, wi), reverse = v.bsdf.pdf(wi, v.wo);
   float weight;
   if (settings_.correlation) {

@@ -45,7 +45,9 @@ inline bool scatter(SubPath& path, const VcmSettings& settings, const SurfacePoi
   const float cos_out = std::abs(glm::dot(next.wi, point.normal));
   if (next.specular) {
     // Per solid angle: one for mirrors, cos_in / (eta^2 cos_out) at refraction.
-    const float bend = std::abs(glm::dot(wo, point.shading_normal) / glm::dot(next.wi, point.shading_normal));
+    const float cos_in = glm::dot(next.wi, point.shading_normal);
+    if (cos_in == 0) return false;  // rounded into the surface
+    const float bend = std::abs(glm::dot(wo, point.shading_normal) / cos_in);
     const float stretch = next.transmitted ? bend / square(next.eta) : 1;
     path.mis.scatter_specular(cos_out, stretch);
     if (settings.correlation) trail.back().leave(cos_out, 1, stretch, true);

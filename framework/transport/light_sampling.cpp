@@ -326,10 +326,16 @@ std::optional<LightRay> LightSampler::emit_from_infinity(std::uint32_t light, co
 }
 
 float LightSampler::emission_pdf(std::uint32_t light, const vec3& normal, const vec3& direction, const vec3& to) const {
+  const auto* area_light = std::get_if<AreaLight>(&scene_.lights[light]);
+  if (!area_light) return emission_pdf_over_cosine(light, direction, to);
+  const float area = primitive_area(scene_.objects[0].geometry, area_light->primitive);
+  return emission_pdf_of(*area_light, probability_[light], area, glm::dot(normal, direction));
+}
+
+float LightSampler::emission_pdf_over_cosine(std::uint32_t light, const vec3& direction, const vec3& to) const {
   const float chosen = probability_[light];
-  if (const auto* l = std::get_if<AreaLight>(&scene_.lights[light])) {
-    return emission_pdf_of(*l, chosen, primitive_area(scene_.objects[0].geometry, l->primitive), glm::dot(normal, direction));
-  }
+  if (const auto* l = std::get_if<AreaLight>(&scene_.lights[light]))
+    return emission_pdf_of(*l, chosen, primitive_area(scene_.objects[0].geometry, l->primitive), 1);
   if (std::holds_alternative<PointLight>(scene_.lights[light])) return chosen * 0.25f * inv_pi;
   if (const auto* l = std::get_if<SpotLight>(&scene_.lights[light]))
     return glm::dot(direction, l->direction) < l->cos_outer ? 0 : chosen / (2 * pi * (1 - l->cos_outer));

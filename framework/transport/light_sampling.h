@@ -57,6 +57,8 @@ class LightSampler {
   // area and solid angle for area lights; per solid angle for point and spot lights; per area of the disk (and solid angle) for
   // light from infinity, all environments together. It includes the light's selection probability. `normal` as in LightSample.
   float emission_pdf(std::uint32_t light, const vec3& normal, const vec3& direction, const vec3& to) const;
+  // The same over the cosine at an area light's side that emits, which may be 0: at the edge of a sphere as `sample` finds it.
+  float emission_pdf_over_cosine(std::uint32_t light, const vec3& direction, const vec3& to) const;
   // Density with which `sample` at `to`, a point that the ray meets, finds the ray's origin; for delta lights a probability.
   float direct_pdf(const LightRay& ray, const vec3& to) const;
   // The first environment, which stands for all in emission_pdf.

@@ -57,6 +57,33 @@ TEST(Bidirectional, LosesNoConnectionsInANarrowFurnace) {
   EXPECT_LT(error, 1e-3);
 }
 
+// A sphere that shines is sampled by the cone it fills, up to its edge, where the cosine is 0 in single precision: the density
+// of light leaving there was 0 times infinity once in two million samples.
+TEST(Bidirectional, WeighsLightThatGrazesItsSource) {
+  const Scene scene = load_scene("builtin:glass-caustic");
+  const LightSampler lights(scene);
+  int edges = 0;
+  for (int i = 0; i < 300000; ++i) {
+    const float share = static_cast<float>(i) / 300000;
+    const vec3 floor(6 * share - 3, 0, 1.2f);
+    const auto sample = lights.sample(floor, 0, {0x1.fffffep-1f, std::fmod(100 * share, 1.0f)});
+    ASSERT_TRUE(sample.has_value());
+    const float cosine = -glm::dot(sample->normal, sample->wi);
+    const float over_cosine = lights.emission_pdf_over_cosine(0, -sample->wi, floor);
+    ASSERT_TRUE(over_cosine > 0 && std::isfinite(over_cosine));
+    if (cosine > 0) {
+      ASSERT_FLOAT_EQ(over_cosine * cosine, lights.emission_pdf(0, sample->normal, -sample->wi, floor));
+    } else {
+      ++edges;
+    }
+  }
+  EXPECT_GT(edges, 0);
+  RenderOptions options;  // by which iteration 35 draws such a sample
+  options.resolution = {96, 96};
+  options.iterations = 36;
+  for (const char* integrator : {"bdpt", "vcm"}) EXPECT_EQ(render(scene, integrator, options).non_finite, 0u) << integrator;
+}
+
 TEST(Vcm, MatchesClosedForms) {
   for (const char* scene : {"builtin:lambert-sphere", "builtin:furnace", "builtin:cavity", "builtin:concentric-spheres"})
     expect_exact_mean(scene, "vcm", 4, 0.003);
