@@ -118,7 +118,7 @@ RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
 
 RgbImage decode_exr(const std::string& path) {
   const Image pixels = read_exr(path);
-  RgbImage image{pixels.size, {}};
+  RgbImage image{.size = pixels.size, .texels = {}};
   image.texels.reserve(pixels.pixels.size());
   for (const dvec3& p : pixels.pixels) image.texels.emplace_back(p);
   return image;
@@ -138,9 +138,13 @@ RgbImage read_image(const std::string& path, Encoding encoding) {
       throw Error(fmt::format("cannot read '{}' as an image: {}", path, e.what()));
     }
   }
-  for (Rgb& texel : image.texels)
+  for (Rgb& texel : image.texels) {
+    if (is_finite(texel)) [[likely]]
+      continue;
+    ++image.not_finite;
     for (int c = 0; c < 3; ++c)
       if (!std::isfinite(texel[c])) texel[c] = 0;
+  }
   return image;
 }
 

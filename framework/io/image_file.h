@@ -16,10 +16,11 @@ enum class Encoding : std::uint8_t { srgb, linear };
 struct RgbImage {
   ivec2 size{0};
   std::vector<Rgb> texels;
+  std::size_t not_finite = 0;  // texels that a file of floats holds as NaN or infinity; here they are 0
 };
 
 // PNG, JPEG, TGA, HDR (8 or 16 bits, or RGBE) and EXR, told apart by their content; alpha is ignored, grey becomes RGB.
-// Non-finite texels become 0. Throws Error.
+// Throws Error.
 RgbImage read_image(const std::string& path, Encoding encoding = Encoding::srgb);
 
 // `rgb`: 3 bytes per pixel, rows from the top. The bytes of a PNG file.

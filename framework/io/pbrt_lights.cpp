@@ -112,7 +112,7 @@ Light PbrtReader::distant_light(const PbrtParams& params) const {
   return DirectionalLight{.direction = unit_direction(params, attributes_.ctm, from, to), .irradiance = emitted(params, "L")};
 }
 
-Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) const {
+Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
   params.reject("portal", "give the whole environment");
   const bool version4 = params.has("filename");
   if (version4 && params.has("mapname")) params.fail("mapname", "cannot stand beside 'filename'");
@@ -128,6 +128,7 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) con
   if (!attributes_.ctm.similarity_scale()) params.fail(param, "stands under a transform that distorts directions");
   try {
     RgbImage image = read_image(resolve(lexer, file));
+    warn_of_not_finite(image, params.where(param), file);
     if (version4 && image.size.x != image.size.y)
       throw Error(fmt::format(
           "'{}' is {} x {}: pbrt-v4's 'filename' expects a square octahedral image; give an equirectangular one as 'mapname'",
@@ -138,6 +139,12 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) con
   } catch (const Error& e) {
     throw Error(params.where(param), e.what());
   }
+  float least = 0;
+  for (Rgb& texel : light.texels) {
+    least = std::min({least, texel.x, texel.y, texel.z});
+    texel = glm::max(texel, Rgb(0));
+  }
+  if (least < 0) warn(params.where(param), fmt::format("'{}' falls to {:.4g}: no light is negative, clamped to 0", file, least));
   for (const Rgb& texel : light.texels)  // which are summed up both as they stand and scaled
     if (const float value = max_component(texel * glm::max(light.scale, Rgb(1))); value > brightest)
       params.fail(param, fmt::format("has a texel of {:g}, unscaled or scaled; expected {:g} at most", value, brightest));

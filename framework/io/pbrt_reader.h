@@ -3,6 +3,7 @@
 // pbrt_lights.
 #pragma once
 
+#include "framework/io/image_file.h"
 #include "framework/io/object_builder.h"
 #include "framework/io/pbrt_params.h"
 #include "framework/scene/scene.h"
@@ -47,7 +48,9 @@ class PbrtReader {
   };
   struct TextureEntry {
     std::variant<Rgb, Texture> value;
-    std::optional<std::uint32_t> scene_index;  // the value then lies in the scene
+    std::string file = {};                          // of an image, as messages name it
+    std::optional<std::uint32_t> scene_index = {};  // once a surface uses it
+    bool moved = false;                             // the value then lies in the scene
   };
   using TextureMap = std::map<std::string, TextureEntry, std::less<>>;
 
@@ -140,18 +143,20 @@ class PbrtReader {
   // pbrt_textures.cpp
   void texture(PbrtLexer& lexer, const Token& token);
   TextureEntry make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params, TextureMap& textures);
-  Texture image_texture(PbrtLexer& lexer, const PbrtParams& params);
+  TextureEntry image_texture(PbrtLexer& lexer, const PbrtParams& params);
   Texture checker_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry scaled_texture(const PbrtParams& params, TextureMap& textures);
   Rgb mixed_texture(const PbrtParams& params, TextureMap& textures);
-  std::variant<Rgb, const Texture*> operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise,
-                                            TextureMap& textures);
+  std::variant<Rgb, const TextureEntry*> operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise,
+                                                 TextureMap& textures);
   Rgb constant_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures);
   TextureEntry& find_texture(const PbrtParams& params, std::string_view param, const std::string& name, TextureMap& textures);
   // Of a material: a number or colour, or a texture that is constant where only a constant will do.
   float number(const PbrtParams& params, std::string_view name, float otherwise, float low, float high);
   Rgb colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use);
   TexturedRgb textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, bool& textured);
+  Texture take_reflectance(TextureEntry& entry, const Location& where, const std::string& name);
+  void warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file);
 
   // pbrt_lights.cpp
   void light_source(PbrtLexer& lexer, const Token& token);
@@ -159,7 +164,7 @@ class PbrtReader {
   Light point_light(const PbrtParams& params) const;
   Light spot_light(const PbrtParams& params) const;
   Light distant_light(const PbrtParams& params) const;
-  Light infinite_light(PbrtLexer& lexer, const PbrtParams& params) const;
+  Light infinite_light(PbrtLexer& lexer, const PbrtParams& params);
 
   // Helpers of all of them.
   std::string expect_string(PbrtLexer& lexer, const std::string& what) const;

@@ -1,6 +1,5 @@
 // Textures. What is constant becomes a colour as it is read; images and checkerboards are kept for reflectances.
 
-#include "framework/io/image_file.h"
 #include "framework/io/pbrt_reader.h"
 #include "framework/io/text.h"
 
@@ -49,13 +48,39 @@ struct ScaleTexture {
   }
 };
 
-struct LargestValue {
-  float operator()(const ImageTexture& t) const {
-    float largest = 0;
-    for (const Rgb& texel : t.texels) largest = std::max(largest, max_component(texel));
-    return t.gain * largest;
+struct Extremes {
+  float least = 0, most = 0;
+
+  void add(const Rgb& value) {
+    least = std::min({least, value.x, value.y, value.z});
+    most = std::max(most, max_component(value));
   }
-  float operator()(const CheckerTexture& t) const { return std::max(max_component(t.even), max_component(t.odd)); }
+  void operator()(const ImageTexture& t) {
+    for (const Rgb& texel : t.texels) add(t.gain * texel);
+  }
+  void operator()(const CheckerTexture& t) {
+    add(t.even);
+    add(t.odd);
+  }
+};
+
+// NaN (of a gain that overflows) is 0.
+Rgb within_unit(Rgb value) {
+  for (int c = 0; c < 3; ++c) value[c] = value[c] > 0 ? std::min(value[c], 1.0f) : 0;
+  return value;
+}
+
+struct ClampToUnit {
+  Texture operator()(ImageTexture t) const {
+    for (Rgb& texel : t.texels) texel = within_unit(t.gain * texel);
+    t.gain = 1;
+    return t;
+  }
+  Texture operator()(CheckerTexture t) const {
+    t.even = within_unit(t.even);
+    t.odd = within_unit(t.odd);
+    return t;
+  }
 };
 
 }  // namespace
@@ -78,16 +103,16 @@ void PbrtReader::texture(PbrtLexer& lexer, const Token& token) {
 
 PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params,
                                                   TextureMap& textures) {
-  if (type == "constant") return {constant_operand(params, "value", Rgb(1), textures), {}};
-  if (type == "imagemap") return {image_texture(lexer, params), {}};
-  if (type == "checkerboard") return {checker_texture(params, textures), {}};
+  if (type == "constant") return {constant_operand(params, "value", Rgb(1), textures)};
+  if (type == "imagemap") return image_texture(lexer, params);
+  if (type == "checkerboard") return {checker_texture(params, textures)};
   if (type == "scale") return scaled_texture(params, textures);
-  if (type == "mix") return {mixed_texture(params, textures), {}};
+  if (type == "mix") return {mixed_texture(params, textures)};
   throw Error(params.where(),
               unknown_name("texture", type, std::vector<std::string>{"constant", "imagemap", "checkerboard", "scale", "mix"}));
 }
 
-Texture PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
+PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
   const UvMapping mapping(params);
   const std::string file = params.string("filename", "");
   if (file.empty()) params.fail("filename", "is missing");
@@ -99,6 +124,7 @@ Texture PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
       .size = {}, .texels = {}, .uv_scale = mapping.scale, .uv_offset = mapping.offset, .gain = params.number("scale", 1, 0)};
   try {
     RgbImage image = read_image(resolve(lexer, file), read_encoding(params));
+    warn_of_not_finite(image, params.where("filename"), file);
     texture.size = image.size;
     texture.texels = std::move(image.texels);
   } catch (const Error& e) {
@@ -108,7 +134,12 @@ Texture PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
     for (Rgb& texel : texture.texels) texel = glm::max(Rgb(1) - texture.gain * texel, Rgb(0));
     texture.gain = 1;
   }
-  return texture;
+  return {std::move(texture), file};
+}
+
+void PbrtReader::warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file) {
+  if (image.not_finite > 0)
+    warn(where, fmt::format("'{}' holds NaN or infinity in {} texels, which are taken as 0", file, image.not_finite));
 }
 
 Texture PbrtReader::checker_texture(const PbrtParams& params, TextureMap& textures) {
@@ -128,12 +159,14 @@ PbrtReader::TextureEntry PbrtReader::scaled_texture(const PbrtParams& params, Te
   const std::string_view names[] = {version4 ? "tex" : "tex1", version4 ? "scale" : "tex2"};
   auto a = operand(params, names[0], Rgb(1), textures), b = operand(params, names[1], Rgb(1), textures);
   if (const Rgb* first = std::get_if<Rgb>(&a)) {
-    if (const Rgb* second = std::get_if<Rgb>(&b)) return {*first * *second, {}};
+    if (const Rgb* second = std::get_if<Rgb>(&b)) return {*first * *second};
     std::swap(a, b);
   }
   const Rgb* factor = std::get_if<Rgb>(&b);
   if (!factor) params.fail(names[1], "is not constant, nor is the other: only products with a constant are supported");
-  return {std::visit(ScaleTexture{*factor}, *std::get<const Texture*>(a)), {}};
+  const TextureEntry& entry = *std::get<const TextureEntry*>(a);
+  const Texture& texture = entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value);
+  return {std::visit(ScaleTexture{*factor}, texture), entry.file};
 }
 
 Rgb PbrtReader::mixed_texture(const PbrtParams& params, TextureMap& textures) {
@@ -152,13 +185,13 @@ PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std
                           unknown_name(&textures == &float_textures_ ? "float texture" : "spectrum texture", name, names)));
 }
 
-std::variant<Rgb, const Texture*> PbrtReader::operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise,
-                                                      TextureMap& textures) {
+std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const PbrtParams& params, std::string_view name,
+                                                                       const Rgb& otherwise, TextureMap& textures) {
   const auto texture = params.texture(name);
   if (!texture) return params.colour(name, ColourUse::index).value_or(otherwise);
   const TextureEntry& entry = find_texture(params, name, *texture, textures);
   if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return *constant;
-  return entry.scene_index ? &scene_.textures[*entry.scene_index] : &std::get<Texture>(entry.value);
+  return &entry;
 }
 
 Rgb PbrtReader::constant_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures) {
@@ -188,17 +221,34 @@ TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_vi
   TextureEntry& entry = find_texture(params, name, *texture, spectrum_textures_);
   if (std::holds_alternative<Rgb>(entry.value)) return colour(params, name, otherwise, ColourUse::reflectance);
   if (!entry.scene_index) {
-    Texture& value = std::get<Texture>(entry.value);
-    if (std::visit(LargestValue{}, value) > 1.0001f)
-      warn(params.where(name),
-           fmt::format("texture '{}' exceeds 1: the surface reflects more light than it receives", *texture));
+    Texture reflectance = take_reflectance(entry, params.where(name), *texture);
     entry.scene_index = static_cast<std::uint32_t>(scene_.textures.size());
-    scene_.textures.push_back(std::move(value));
+    scene_.textures.push_back(std::move(reflectance));
   }
   textured = true;
   TexturedRgb result;
   result.texture = *entry.scene_index;
   return result;
+}
+
+// No surface reflects more light than it receives, nor less than none: values are clamped to 0 .. 1, as by pbrt-v4. The
+// texture keeps its own, which another may scale.
+Texture PbrtReader::take_reflectance(TextureEntry& entry, const Location& where, const std::string& name) {
+  Texture& value = std::get<Texture>(entry.value);
+  Extremes found;
+  std::visit(found, value);
+  if (found.least >= 0 && found.most <= 1) {
+    entry.moved = true;
+    return std::move(value);
+  }
+  constexpr float rounding = 1e-4f;
+  const std::string texture =
+      fmt::format("texture '{}'{}", name, entry.file.empty() ? "" : fmt::format(" of '{}'", entry.file));
+  if (found.most > 1 + rounding)
+    warn(where, fmt::format("{} reaches {:.4g}, more than a surface can reflect: clamped to 1", texture, found.most));
+  if (found.least < -rounding)
+    warn(where, fmt::format("{} falls to {:.4g}, less than a surface can reflect: clamped to 0", texture, found.least));
+  return std::visit(ClampToUnit{}, value);
 }
 
 }  // namespace etendue

@@ -13,7 +13,7 @@ struct Evaluate {
   vec2 uv;
 
   Rgb operator()(const ImageTexture& t) const {
-    const vec2 st = uv * t.uv_scale + t.uv_offset;
+    const vec2 st = mapped(t);
     const float x = (st.x - std::floor(st.x)) * static_cast<float>(t.size.x) - 0.5f;
     const float y = (1 - (st.y - std::floor(st.y))) * static_cast<float>(t.size.y) - 0.5f;
     const float fx = std::floor(x), fy = std::floor(y);
@@ -25,15 +25,23 @@ struct Evaluate {
     return t.gain * glm::mix(top, bottom, y - fy);
   }
   Rgb operator()(const CheckerTexture& t) const {
-    const vec2 st = glm::floor(uv * t.uv_scale + t.uv_offset);
+    const vec2 st = glm::floor(mapped(t));
     return std::fmod(std::abs(st.x + st.y), 2.0f) == 0 ? t.even : t.odd;
+  }
+
+ private:
+  // The origin, where single precision does not hold the place.
+  template <class Mapped>
+  vec2 mapped(const Mapped& t) const {
+    const vec2 st = uv * t.uv_scale + t.uv_offset;
+    return is_finite({st, 0}) ? st : vec2(0);
   }
 };
 
 }  // namespace
 
 Rgb evaluate(const Texture& texture, const vec2& uv) {
-  return std::visit(Evaluate{is_finite({uv, 0}) ? uv : vec2(0)}, texture);
+  return std::visit(Evaluate{uv}, texture);
 }
 
 }  // namespace etendue

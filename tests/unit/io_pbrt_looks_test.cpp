@@ -197,6 +197,59 @@ TEST(PbrtTextures, ImagesStandUprightOverV) {
   EXPECT_EQ(evaluate(scene.textures.at(0), {0.5f, 0.25f}), Rgb(0, 0, 1));
 }
 
+// An albedo above 1 makes light out of nothing; under a coat, whose reflections inside are summed, it made NaN.
+TEST(PbrtTextures, ReflectancesAreClampedToWhatASurfaceCanReflect) {
+  const TestDirectory directory;
+  Image image({2, 2});
+  image.pixels = {{2, 0.5, -1}, {std::numeric_limits<double>::quiet_NaN(), 1, 0.25}, {1e30, 1, 1}, {0.5, 0.5, 0.5}};
+  write_exr(directory.path("own values.exr"), image);
+  const std::string begin =
+      "WorldBegin\nTexture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"own values.exr\" \"float scale\" 1e9\n";
+  const std::string coat = "Material \"coateddiffuse\" \"texture reflectance\" \"t\" " + triangle;
+  const Scene scene = parse_pbrt(begin + coat, directory.path("s.pbrt"));
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) {
+      const Rgb value = evaluate(scene.textures.at(0), vec2(x, y) / 8.0f - 0.3f);
+      for (int c = 0; c < 3; ++c) EXPECT_TRUE(value[c] >= 0 && value[c] <= 1) << value[c];
+    }
+  EXPECT_TRUE(warns(scene, "s.pbrt:2:35: 'own values.exr' holds NaN or infinity in 1 texels"));
+  EXPECT_TRUE(warns(scene, "s.pbrt:3:26: texture 't' of 'own values.exr' reaches inf, more than")) << scene.warnings.back();
+  EXPECT_TRUE(warns(scene, "texture 't' of 'own values.exr' falls to -1e+09, less than"));
+  // What is scaled afterwards is the file's own value, even if a surface has used it before.
+  const std::string scaled =
+      "Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"t\" \"float scale\" .25 Material \"diffuse\" \"texture reflectance\" "
+      "\"s\" " +
+      triangle;
+  image.pixels = {4, dvec3(2, 1, 0.4)};
+  write_exr(directory.path("own values.exr"), image);
+  const std::string plain = begin.substr(0, begin.find(" \"float scale\"")) + "\n";
+  const Scene both = parse_pbrt(plain + coat + scaled, directory.path("s.pbrt"));
+  expect_near(evaluate(both.textures.at(0), vec2(0.5f)), {1, 1, 0.4f});
+  expect_near(evaluate(both.textures.at(1), vec2(0.5f)), {0.5f, 0.25f, 0.1f});
+  const auto clamped = std::count_if(both.warnings.begin(), both.warnings.end(),
+                                     [](const std::string& warning) { return warning.find("clamped") != std::string::npos; });
+  EXPECT_EQ(clamped, 1) << "only the one that exceeds 1";
+  const Scene checks = world("Texture \"t\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [3 1 0] " + coat);
+  EXPECT_EQ(evaluate(checks.textures.at(0), vec2(0.5f)), Rgb(1, 1, 0));
+  EXPECT_TRUE(warns(checks, "texture 't' reaches 3, more than a surface can reflect: clamped to 1"));
+}
+
+TEST(PbrtTextures, PlacesBeyondSinglePrecisionHaveAValue) {
+  EXPECT_EQ(evaluate(ImageTexture{.size = {1, 1}, .texels = {Rgb(0.5f)}, .uv_scale = vec2(1e30f)}, vec2(1e30f)), Rgb(0.5f));
+}
+
+TEST(PbrtLights, NegativeTexelsAreClamped) {
+  const TestDirectory directory;
+  Image image({2, 1});
+  image.pixels = {{1, 2, -3}, {std::numeric_limits<double>::infinity(), 1, 1}};
+  write_exr(directory.path("sky.exr"), image);
+  const Scene scene = parse_pbrt("WorldBegin LightSource \"infinite\" \"string mapname\" \"sky.exr\" " + triangle,
+                                 directory.path("s.pbrt"));
+  EXPECT_EQ(std::get<EnvironmentLight>(scene.lights.at(0)).texels, (std::vector<Rgb>{{1, 2, 0}, {0, 1, 1}}));
+  EXPECT_TRUE(warns(scene, "'sky.exr' falls to -3"));
+  EXPECT_TRUE(warns(scene, "'sky.exr' holds NaN or infinity in 1 texels"));
+}
+
 TEST(PbrtLights, DeltaLights) {
   const PointLight point =
       light_of<PointLight>("Translate 1 0 0 LightSource \"point\" \"rgb I\" [1 2 3] \"float scale\" 2 \"point3 from\" [0 1 0]");
