@@ -66,8 +66,8 @@ std::string to_json(const std::string& name, const Scene& scene, const SceneNeed
             {"stored_triangles", contents.stored_triangles},
             {"quadrics", contents.quadrics},
             {"planes", scene.planes.size()},
-            {"objects", scene.objects.size()},
-            {"instances", scene.instances.size()},
+            {"objects", scene.objects.size() - 1},
+            {"instances", scene.instances.size() - 1},
             {"shapes", contents.shapes},
             {"materials", scene.materials.size()},
             {"textures", scene.textures.size()},
@@ -97,7 +97,9 @@ std::string to_lines(const std::string& name, const Scene& scene, const SceneNee
                                      format_count(static_cast<double>(contents.stored_triangles))));
   add("quadrics", std::to_string(contents.quadrics));
   add("planes", std::to_string(scene.planes.size()));
-  add("objects", fmt::format("{}, instances {}, shapes {}", scene.objects.size(), scene.instances.size(), contents.shapes));
+  // Those that are instanced: the first of either is the world.
+  add("objects",
+      fmt::format("{}, instances {}, shapes {}", scene.objects.size() - 1, scene.instances.size() - 1, contents.shapes));
   add("materials", fmt::format("{}, textures {}", scene.materials.size(), scene.textures.size()));
   add("lights", std::to_string(scene.lights.size()));
   if (!bounds.empty())

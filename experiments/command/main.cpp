@@ -3,6 +3,8 @@
 //   0 done   1 a cell failed, a gate tripped or the machine did   2 bad usage, config or scene   130 interrupted
 #include "experiments/command/commands.h"
 #include "experiments/harness/manifest.h"
+#include "framework/core/counters.h"
+#include "framework/core/units.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -214,7 +216,8 @@ int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point st
     std::fprintf(stderr, "error: %s\n", e.what());
     return 2;
   } catch (const std::bad_alloc&) {
-    std::fputs("error: out of memory\n", stderr);
+    const std::string taken = format_bytes(static_cast<double>(peak_memory_bytes()));
+    std::fprintf(stderr, "error: out of memory, with %s taken; expected a smaller scene, image or number of photons\n", taken.c_str());
   } catch (const std::exception& e) {
     std::fprintf(stderr, "error: %s\n", e.what());
   }

@@ -110,6 +110,7 @@ EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ive
 }
 
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples) {
+  require_room_for_image(request.resolution, 6);  // with the sums of two estimators and of their squares
   const EstimatorPair pair = choose_estimators(request.scene, request.needs, request.resolution);
   const BatchStatistics first = run_batches(request, pair.first, samples, 1);
   const BatchStatistics second = run_batches(request, pair.second, samples, 2);
@@ -160,6 +161,7 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
   using Kind = ReferenceChoice::Kind;
   const Kind kind = request.choice.kind;
   if (kind == Kind::file) return from_file(request);
+  require_room_for_image(request.resolution, 3);
   if (kind == Kind::exact && !request.scene.closed_form)
     throw Error(request.choice.where,
                 fmt::format("reference \"exact\": scene {} has no closed form; expected \"auto\", {{ samples = N }} "

@@ -4,6 +4,7 @@
 #include "experiments/harness/confidence.h"
 #include "framework/core/check.h"
 #include "framework/core/counters.h"
+#include "framework/core/memory.h"
 #include "framework/core/parallel.h"
 #include "framework/image/metrics.h"
 #include "integrators/registry.h"
@@ -12,6 +13,7 @@
 #include <malloc.h>
 #endif
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -83,8 +85,8 @@ class CellRunner {
     iterate(*integrator, context);
     clock_.stop();
     result_.expectation = integrator->expectation();
-    result_.image = film_.mean();
     result_.image_hash = film_.hash();
+    result_.image = film_.mean();
     result_.non_finite = film_.non_finite();
     if (task_.finished) task_.finished(*integrator, context, result_);
     return std::move(result_);
@@ -173,7 +175,17 @@ class CellRunner {
 
 }  // namespace
 
+void require_room_for_image(ivec2 resolution, int copies) {
+  constexpr double most = 1 << 28;
+  const Location where{fmt::format("{} x {} pixels", resolution.x, resolution.y)};
+  const double pixels = static_cast<double>(resolution.x) * resolution.y;
+  if (pixels > most) throw Error(where, fmt::format("expected {:.0f} (16384 x 16384) in all at most", most));
+  require_memory(pixels * (sizeof(dvec3) + sizeof(double) + static_cast<double>(copies) * sizeof(dvec3)), where,
+                 "the image, with the sums it is made of,", "fewer pixels, or more memory");
+}
+
 CellResult run_cell(const CellTask& task) {
+  require_room_for_image(task.resolution, 2);
   CellResult result;
   with_threads(task.threads, [&] { result = CellRunner(task).run(); });
   return result;

@@ -52,7 +52,11 @@ struct CellResult {
   std::vector<Image> checkpoint_images;     // where they are to be kept
 };
 
-// Throws what building, preparing or iterating throws.
+// Throws an Error where an image of this size is too large: more pixels than there are keys for them, or more memory than is
+// free for its film and the copies of it that stand beside that in the end (of all of them: `copies` times 24 bytes a pixel).
+void require_room_for_image(ivec2 resolution, int copies);
+
+// Throws what building, preparing or iterating throws, and what require_room_for_image does.
 CellResult run_cell(const CellTask& task);
 
 std::string_view bias_name(Bias bias);

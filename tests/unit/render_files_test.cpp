@@ -2,6 +2,7 @@
 #include "tests/unit/harness_process.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <chrono>
@@ -75,6 +76,36 @@ TEST_F(RenderFiles, LinksAreFollowedAndNeighboursKept) {
   EXPECT_NE(json.out.find("\"records\": \"aaa"), std::string::npos) << json.out;
   for (const auto& entry : std::filesystem::directory_iterator(directory_))
     EXPECT_FALSE(entry.path().filename().string().starts_with("etendue-")) << entry.path();
+}
+
+// Refused before anything is allocated: an image of 16384 x 16384 takes 20 GiB until it is written.
+TEST_F(RenderFiles, ImagesThatMemoryDoesNotHoldAreRefused) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers take terabytes of address space";
+#endif
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  const rlimit tight{std::min<rlim_t>(before.rlim_max, rlim_t{8} << 30), before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &tight), 0);  // which the program inherits
+  const Outcome refused = ProgramTest::run({"render", "builtin:furnace", "--resolution", "16384x16384", "-o", "a.exr"});
+  write_file("large.toml",
+             "scenes = [\"builtin:cornell-box\"]\nresolution = [16384, 16000]\n[[integrators]]\nname = \"path\"\n");
+  const Outcome run = ProgramTest::run({"run", "large.toml", "-o", "budget.samples=1"});
+  setrlimit(RLIMIT_AS, &before);
+  for (const Outcome& outcome : {refused, run}) {
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find(" are free; expected fewer pixels"), std::string::npos) << outcome.err;
+  }
+  EXPECT_NE(refused.err.find("16384 x 16384 pixels: the image, with the sums it is made of, needs about 20"), std::string::npos)
+      << refused.err;
+}
+
+TEST_F(RenderFiles, InspectCountsWhatIsInstanced) {
+  write_file("one.pbrt", "WorldBegin\nShape \"sphere\"\nObjectBegin \"o\" Shape \"sphere\" ObjectEnd\nObjectInstance \"o\"\n");
+  const Outcome one = ProgramTest::run({"inspect", "one.pbrt"});
+  EXPECT_NE(one.out.find("objects       1, instances 1, shapes 2\n"), std::string::npos) << one.out;
+  const Outcome none = ProgramTest::run({"inspect", "builtin:cornell-box", "--json"});
+  EXPECT_NE(none.out.find("\"instances\": 0,"), std::string::npos) << none.out;
 }
 
 // Once the render keeps what it has: from then on it ignores closed pipes.

@@ -1,0 +1,18 @@
+// How much memory there is to take: what is too large is refused before it is begun, not when the system runs out.
+#pragma once
+
+#include "framework/core/error.h"
+
+#include <cstdint>
+
+namespace etendue {
+
+// Bytes this process may still take: the least of what the system has (swap included), its control group (version 2) and its
+// limit on address space (ulimit -v) leave. Linux; elsewhere, and where nothing is known, 2^63.
+std::uint64_t available_memory_bytes();
+
+// Throws an Error at `where`, "`what` needs about 20 GiB, and 3.1 GiB are free; expected `expectation`", where that is more
+// than is available.
+void require_memory(double bytes, const Location& where, const std::string& what, const std::string& expectation);
+
+}  // namespace etendue
