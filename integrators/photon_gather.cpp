@@ -82,7 +82,9 @@ Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point,
 PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const GatherPoint& at) const {
   if (photons_.empty()) return {};
   static thread_local Neighbours neighbours;
-  const KernelDisc disc = find_disc(*query_, at.position(), options_.k, radius_, neighbours);
+  // Fewer than k in all: those within the radius, which need not be brought into order.
+  const bool whole = static_cast<std::size_t>(options_.k) > photons_.size();
+  const KernelDisc disc = find_disc(*query_, at.position(), whole ? 0 : options_.k, radius_, neighbours);
   count(Counter::photons_gathered, disc.count);
   const float radius = std::sqrt(disc.radius_squared);
   const float grain = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;

@@ -73,7 +73,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
       "of the image, emitted per iteration where photons = 0; 0: 2.5 where surfaces that light reaches are diffuse, else 1");
   v.integer("neighbours", p.neighbours, 0, 1000000, "photons",
             "of one iteration within the first radius; 0: 50 where surfaces that light reaches are diffuse, else 20");
-  v.number("radius", p.radius, 0, 1e30, "m", "first radius of every pixel; 0: from the density of the photons");
+  v.number("radius", p.radius, 0, 1e12, "m", "first radius of every pixel; 0: from the density of the photons");
   v.flag("clear_radius", p.clear_radius, "where radius = 0: end discs at walls that hide a brighter part of the same floor");
   v.choice("direct", p.direct, {"sample", "photons"}, "direct light by sampling lights, or by photons like all else");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");

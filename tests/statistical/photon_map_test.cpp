@@ -253,6 +253,17 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
   EXPECT_THROW(hash(spheres, "k", {std::int64_t{1}, {}}), Error);
 }
 
+// What every look-up finds, sorted by distance, took most of the time.
+TEST(PhotonMapping, MoreNeighboursThanPhotonsAreAllWithinTheRadius) {
+  const Scene scene = load_scene("builtin:cornell-spheres");
+  RenderOptions options = options_for(2000, 1, {{"radius", {0.4, {}}}});
+  options.params["caustic_photons"] = {std::int64_t{2000}, {}};
+  options.params["k"] = {std::int64_t{1000000}, {}};
+  const std::uint64_t nearest = render(scene, "photon-map", options).hash;
+  options.params["k"] = {std::int64_t{0}, {}};
+  EXPECT_EQ(render(scene, "photon-map", options).hash, nearest);
+}
+
 TEST(PhotonMapping, WhiteFurnaceStaysWhite) {
   // Every path leaves for the environment; what the glass and the mirror send on lands on the others as caustics.
   const auto b = bias_over_seeds(load_scene("builtin:white-furnace"), "photon-map",
