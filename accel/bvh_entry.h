@@ -56,9 +56,8 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const Params& para
       [&](const Geometry& geometry) {
         if constexpr (std::derived_from<Params, LbvhParams>)
           if (to_packs)
-            if (const auto packs = build_lbvh_packs<typename Wide::LeafPack>(geometry, fine))
-              return Wide(geometry, packs->tree, packs->contents,
-                          CollapseOptions{.leaves_are_packs = true, .each_is_a_pack = true});
+            if (auto packs = build_lbvh_packs<typename Wide::LeafPack>(geometry, fine))
+              return Wide(geometry, std::move(*packs));
         std::optional<VertexIds> vertices;
         std::vector<BuildItem> items;
         tbb::parallel_invoke([&] { vertices.emplace(geometry); }, [&] { items = build_items(geometry); });

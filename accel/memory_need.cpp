@@ -50,12 +50,12 @@ double plan_bytes(const std::string& layout) { return 16 + (layout == "wide4" ? 
 MemoryNeed to_packs_need(const Geometry& geometry, const std::string& layout) {
   const WideShape wide = shape_of(layout, geometry);
   const double count = primitives_of(geometry), packs = count / wide.triangles, inner = packs / (wide.children - 1);
-  const double contents = 12 + 4 + (layout == "wide16" ? 3 : 0) + id, keys = 8, point = 16;
+  const double contents = 12 + 4 + (layout == "wide16" ? 3 : 0) + id, keys = 8, point = 16, leaf = 24;
   const double sort = (point + 2 * keys) * count;
-  const double cut = (point + keys + contents + tree_node / 2) * count + 2 * tree_node * packs;
-  const double kept = wide.node * inner + wide.pack * packs;
-  const double collapse = contents * count + 2 * (tree_node + plan_bytes(layout)) * packs + kept +
-                          (kept < huge_page ? 0 : huge_page) + list_growth * (wide.node * inner + 2 * id * packs);
+  const double kept = wide.node * inner + wide.pack * packs, pages = kept < huge_page ? 0 : huge_page;
+  const double ready = wide.pack * packs + (2 * tree_node + 5) * packs;  // packs, their tree, counts and areas
+  const double cut = (point + keys + contents + tree_node / 2 + leaf / 4) * count + ready + pages;
+  const double collapse = ready + 2 * plan_bytes(layout) * packs + pages + (1 + list_growth) * wide.node * inner;
   return whole(geometry, kept, 1.1 * std::max({sort, cut, collapse}));
 }
 

@@ -2,24 +2,19 @@
 // on the way (a box per primitive, a tree of all of them, their vertices told apart over the whole mesh) is left out.
 //
 // Triangles are sorted by code with no more than their centres at hand, then visited once in that order, which yields all that
-// leaves are made of: corners, areas, and which vertices neighbours share (corner_repeats.h). Runs are then cut from the root
-// down until a pack takes them, and boxes united from the packs up. Parallel over subtrees (oneTBB), with the same tree at any
-// thread count, that of build_lbvh with a PackTest which knows every vertex.
+// packs are made of: corners, areas, and which vertices neighbours share (corner_repeats.h). Runs are then cut from the root
+// down until a pack takes them; packs filled, and boxes united from them up. Parallel over subtrees (oneTBB), with the same
+// tree at any thread count, that of build_lbvh with a PackTest which knows every vertex.
 #pragma once
 
-#include "accel/ray/leaf_contents.h"
+#include "accel/ray/pack_tree.h"
 
 #include <optional>
 
 namespace etendue {
 
-struct PackTree {
-  BinaryTree tree;  // each leaf is a pack
-  LeafContents contents;
-};
-
 // Nothing where some leaf would be no pack: with quadrics, or where max_depth ends a run that is too long for one.
 template <class Pack>
-std::optional<PackTree> build_lbvh_packs(const Geometry& geometry, const TreeLimits& limits);
+std::optional<PackTree<Pack>> build_lbvh_packs(const Geometry& geometry, const TreeLimits& limits);
 
 }  // namespace etendue

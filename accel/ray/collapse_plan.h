@@ -21,49 +21,36 @@ template <int node_width, class Pack>
 class CollapsePlan {
  public:
   CollapsePlan(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents, const CollapseOptions& options)
-      : geometry_(geometry),
-        contents_(contents),
+      : geometry_(&geometry),
+        corners_(contents.corners.get()),
+        areas_(contents.areas.get()),
         tree_(tree),
         leaf_size_(std::min<std::uint32_t>(options.leaf_size, Pack::lanes)),
         leaf_cost_(options.leaf_cost),
         joins_leaves_(!options.leaves_are_packs),
-        each_is_a_pack_(options.each_is_a_pack),
-        nodes_(uninitialised_on_huge_pages<Node>(tree.nodes.size())),
-        shares_(uninitialised_on_huge_pages<Shares>(tree.nodes.size())) {
-    count_primitives();
-    const std::uint32_t task_size = 2048;
-    std::vector<std::uint32_t> roots, above;
-    for (std::uint32_t n = 0; n < tree.nodes.size(); ++n)
-      if (nodes_[n].count > task_size) above.push_back(n);
-    const auto add_root = [&](std::uint32_t n) {
-      if (nodes_[n].count <= task_size) roots.push_back(n);
-    };
-    add_root(0);
-    for (const std::uint32_t n : above) {
-      if (tree.nodes[n].is_leaf()) {
-        roots.push_back(n);
-      } else {
-        add_root(tree.nodes[n].first);
-        add_root(tree.nodes[n].first + 1);
-      }
-    }
-    std::vector<Costs> of_roots(roots.size());
-    parallel_for(roots.size(), 1, [&](std::size_t i) { of_roots[i] = plan_subtree(roots[i]); });
-    if (!above.empty()) plan_above(above, roots, of_roots);
+        each_is_a_pack_(options.each_is_a_pack) {
+    plan(2048);
   }
-
+  explicit CollapsePlan(const PackTree<Pack>& packs)
+      : areas_(packs.areas.get()),
+        tree_(packs.tree),
+        leaf_size_(1),
+        leaf_cost_(CollapseOptions().leaf_cost),
+        joins_leaves_(false),
+        each_is_a_pack_(true) {
+    plan(2048 / 8);
+  }
   bool is_leaf(std::uint32_t n) const { return tree_.nodes[n].is_leaf() || shares_[n][0] == as_leaf; }
   std::span<const std::uint32_t> primitives(std::uint32_t n) const {
     return std::span(tree_.primitives).subspan(nodes_[n].first, nodes_[n].count);
   }
-  std::span<const uvec3> corners(std::uint32_t n) const { return {&contents_.corners[nodes_[n].first], nodes_[n].count}; }
+  std::span<const uvec3> corners(std::uint32_t n) const { return {corners_ + nodes_[n].first, nodes_[n].count}; }
 
   [[gnu::always_inline]] void prefetch(std::uint32_t n) const {
     const std::uint32_t first = nodes_[n].first;
     __builtin_prefetch(&tree_.primitives[first]);
-    __builtin_prefetch(&contents_.corners[first]);
-    __builtin_prefetch(reinterpret_cast<const char*>(&contents_.corners[first]) + 64);
-    if (contents_.repeats) __builtin_prefetch(contents_.repeats[first]);
+    __builtin_prefetch(corners_ + first);
+    __builtin_prefetch(reinterpret_cast<const char*>(corners_ + first) + 64);
   }
 
   // Whether the primitives of a leaf fit a pack; if not, they are a list.
@@ -105,6 +92,31 @@ class CollapsePlan {
 
     Costs() { cost.fill(infinity); }
   };
+
+  // Subtrees of up to so many primitives in parallel.
+  void plan(std::uint32_t task_size) {
+    nodes_ = uninitialised_on_huge_pages<Node>(tree_.nodes.size());
+    shares_ = uninitialised_on_huge_pages<Shares>(tree_.nodes.size());
+    count_primitives();
+    std::vector<std::uint32_t> roots, above;
+    for (std::uint32_t n = 0; n < tree_.nodes.size(); ++n)
+      if (nodes_[n].count > task_size) above.push_back(n);
+    const auto add_root = [&](std::uint32_t n) {
+      if (nodes_[n].count <= task_size) roots.push_back(n);
+    };
+    add_root(0);
+    for (const std::uint32_t n : above) {
+      if (tree_.nodes[n].is_leaf()) {
+        roots.push_back(n);
+      } else {
+        add_root(tree_.nodes[n].first);
+        add_root(tree_.nodes[n].first + 1);
+      }
+    }
+    std::vector<Costs> of_roots(roots.size());
+    parallel_for(roots.size(), 1, [&](std::size_t i) { of_roots[i] = plan_subtree(roots[i]); });
+    if (!above.empty()) plan_above(above, roots, of_roots);
+  }
 
   void count_primitives() {
     for (std::size_t n = tree_.nodes.size(); n-- > 0;) {
@@ -161,7 +173,7 @@ class CollapsePlan {
     Node& node = nodes_[n];
     const float area = tree_.nodes[n].bounds.half_area();
     node.content = 0;
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) node.content += contents_.areas[i];
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) node.content += areas_[i];
     costs = Costs();
     const float cost = leaf_cost(n);
     costs.fits = cost < infinity;
@@ -239,8 +251,8 @@ class CollapsePlan {
       return leaf_cost_;
     }
     const auto run = primitives(n);
-    const auto is_triangle = [&](std::uint32_t id) { return geometry_.is_triangle(id); };
-    const auto triangles = geometry_.quadrics.empty() ? std::ssize(run) : std::count_if(run.begin(), run.end(), is_triangle);
+    const auto is_triangle = [&](std::uint32_t id) { return geometry_->is_triangle(id); };
+    const auto triangles = geometry_->quadrics.empty() ? std::ssize(run) : std::count_if(run.begin(), run.end(), is_triangle);
     nodes_[n].one_pack = triangles == std::ssize(run) && Pack::fits(corners(n));
     if (nodes_[n].one_pack) return leaf_cost_;
     return triangles == 0 ? static_cast<float>(run.size()) : infinity;
@@ -269,8 +281,11 @@ class CollapsePlan {
     }
   }
 
-  const Geometry& geometry_;
-  const LeafContents& contents_;
+  // Of primitives that are a geometry's, not packs.
+  const Geometry* geometry_ = nullptr;
+  const uvec3* corners_ = nullptr;
+
+  const float* areas_;  // by place in the tree
   const BinaryTree& tree_;
   const std::uint32_t leaf_size_;
   const float leaf_cost_;

@@ -1,13 +1,13 @@
 #include "accel/ray/corner_repeats.h"
 
+#include "accel/ray/four_floats.h"
 #include "accel/ray/ranks.h"
 
 namespace etendue {
 
-void CornerRepeats::fill(SharedPack& pack, const Geometry& geometry, std::span<const std::uint32_t> ids,
-                         std::span<const uvec3> corners, std::size_t triangle) const {
+Bounds CornerRepeats::fill(SharedPack& pack, const Geometry& geometry, std::span<const std::uint32_t> ids,
+                           std::span<const uvec3> corners, std::size_t triangle, std::uint64_t first) const {
   const auto count = static_cast<std::uint32_t>(ids.size());
-  const std::uint64_t first = first_seen(triangle, count, size_);
   const std::uint8_t* const distances = (*this)[triangle];
   const Ranks lanes(ids.data(), ids.size());
   // A corner has the next slot, or that of the corner so far back, which may be before the run where the slot is new.
@@ -26,11 +26,13 @@ void CornerRepeats::fill(SharedPack& pack, const Geometry& geometry, std::span<c
   }
   pack.count = count;
   std::uint32_t slot = 0;
+  PointBounds box;
   for (std::uint64_t rest = first; rest != 0; rest &= rest - 1, ++slot) {
-    const auto k = static_cast<std::uint32_t>(std::countr_zero(rest));
-    const vec3& p = geometry.positions[(&corners[0].x)[k]];
+    const FourFloats p = four(geometry.positions[(&corners[0].x)[std::countr_zero(rest)]]);
     for (int axis = 0; axis < 3; ++axis) pack.vertices[axis][slot] = p[axis];
+    box.extend(p);
   }
+  return box.get();
 }
 
 }  // namespace etendue

@@ -23,9 +23,7 @@ class CornerRepeats {
   static constexpr std::uint32_t reach = 3 * SharedPack::lanes;  // corners of the longest run
 
   CornerRepeats() = default;
-  explicit CornerRepeats(std::size_t triangles)
-      : distances_(uninitialised_on_huge_pages<std::uint8_t>(3 * triangles)), size_(triangles) {}
-  explicit operator bool() const { return distances_ != nullptr; }
+  explicit CornerRepeats(std::size_t triangles) : distances_(uninitialised_on_huge_pages<std::uint8_t>(3 * triangles)) {}
 
   // Corners since a corner's vertex was last seen, by triangle and corner; `never` or more than can be of use where it was not.
   const std::uint8_t* operator[](std::size_t triangle) const { return &distances_[3 * triangle]; }
@@ -49,9 +47,10 @@ class CornerRepeats {
     return first & ((std::uint64_t{1} << 3 * count) - 1);
   }
 
-  // Fills an empty pack with a run that it takes, beginning at place `triangle` of the order. `ids` differ.
-  void fill(SharedPack& pack, const Geometry& geometry, std::span<const std::uint32_t> ids, std::span<const uvec3> corners,
-            std::size_t triangle) const;
+  // Fills an empty pack with a run that it takes, beginning at place `triangle` of the order, whose first_seen is `first`.
+  // `ids` differ. Answers the box of the vertices.
+  Bounds fill(SharedPack& pack, const Geometry& geometry, std::span<const std::uint32_t> ids, std::span<const uvec3> corners,
+              std::size_t triangle, std::uint64_t first) const;
 
   // Goes along a part of the order, triangle by triangle.
   class Scan {
@@ -99,7 +98,6 @@ class CornerRepeats {
   static constexpr std::uint8_t never = 127;
 
   UninitialisedArray<std::uint8_t> distances_;
-  std::size_t size_ = 0;  // triangles
 };
 
 }  // namespace etendue

@@ -21,6 +21,22 @@ inline FourFloats cross(FourFloats a, FourFloats b) {
   return __builtin_shuffle(zxy, yzx);
 }
 
+// A box around points. Negative zeros become positive, so that it depends on no order.
+class PointBounds {
+ public:
+  void extend(FourFloats point) {
+    lower_ = smaller(point, lower_);
+    upper_ = larger(point, upper_);
+  }
+  Bounds get() const {
+    const FourFloats lower = lower_ + 0.0f, upper = upper_ + 0.0f;
+    return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
+  }
+
+ private:
+  FourFloats lower_ = FourFloats{} + infinity, upper_ = FourFloats{} - infinity;
+};
+
 // Of x, y and z; the fourth lanes must be zero.
 inline float dot(FourFloats a, FourFloats b) {
   const FourFloats products = a * b, pairs = products + __builtin_shuffle(products, FourInts{1, 0, 3, 2});

@@ -20,9 +20,10 @@ namespace {
 
 LeafContents LeafContents::of(const VertexIds& vertices, const BinaryTree& tree) {
   const Geometry& geometry = vertices.geometry();
-  LeafContents contents = uninitialised(tree.primitives.size());
-  const std::size_t last = tree.primitives.size() - 1;
-  parallel_for(tree.primitives.size(), 1 << 13, [&](std::size_t i) {
+  const std::size_t count = tree.primitives.size();
+  LeafContents contents{uninitialised_on_huge_pages<uvec3>(count), uninitialised_on_huge_pages<float>(count)};
+  const std::size_t last = count - 1;
+  parallel_for(count, 1 << 13, [&](std::size_t i) {
     prefetch(vertices, tree.primitives[std::min(i + 24, last)], tree.primitives[std::min(i + 12, last)]);
     const std::uint32_t id = tree.primitives[i];
     if (!geometry.is_triangle(id)) {

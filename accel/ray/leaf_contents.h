@@ -3,19 +3,15 @@
 #pragma once
 
 #include "accel/ray/binary_tree.h"
-#include "accel/ray/corner_repeats.h"
 #include "accel/ray/vertex_ids.h"
+#include "framework/core/huge_pages.h"
 
 namespace etendue {
 
 struct LeafContents {
-  UninitialisedArray<uvec3> corners;  // of triangles: vertices, equal at the same position, unless there are repeats
+  UninitialisedArray<uvec3> corners;  // of triangles: vertices, equal at the same position
   UninitialisedArray<float> areas;
-  CornerRepeats repeats{};  // or none
 
-  static LeafContents uninitialised(std::size_t primitives) {
-    return {uninitialised_on_huge_pages<uvec3>(primitives), uninitialised_on_huge_pages<float>(primitives)};
-  }
   static LeafContents of(const VertexIds& vertices, const BinaryTree& tree);
 };
 

@@ -25,9 +25,9 @@ FourUnsigned spread(FourUnsigned x) {
 }
 
 // The bits by which keys are first sorted.
-constexpr int radix_shift = 31;
+constexpr int radix_shift = 28;
 
-// Stable radix sort by bits [31, 64), by blocks whose counts are summed up per digit.
+// Stable radix sort by bits [radix_shift, 64), by blocks whose counts are summed up per digit.
 class RadixSort {
  public:
   RadixSort(UninitialisedArray<std::uint64_t>& keys, std::size_t size)
@@ -36,11 +36,11 @@ class RadixSort {
         size_(size),
         block_size_(std::max(grain, (size + max_blocks - 1) / max_blocks)),
         counts_((size + block_size_ - 1) / block_size_) {
-    for (const int shift : {radix_shift, 42, 53}) pass(shift);
+    for (const int shift : {radix_shift, 40, 52}) pass(shift);
   }
 
  private:
-  static constexpr std::size_t grain = 1 << 14, max_blocks = 32, digits = 1 << 11;
+  static constexpr std::size_t grain = 1 << 14, max_blocks = 32, digits = 1 << 12;
 
   template <class Body>
   void each_key(std::size_t block, const Body& body) {
@@ -141,7 +141,7 @@ void MortonOrder::sort() {
   code_ = MortonCode(bounds);
   keys_ = uninitialised_on_huge_pages<std::uint64_t>(size_);
   if (size_ == 0) return;
-  CHECK_LT(chunks_.back().end, std::size_t{1} << 31);  // or an index would reach into what is sorted by
+  CHECK_LT(chunks_.back().end, std::size_t{1} << radix_shift);  // or an index would reach into what is sorted by
   index_mask_ = std::bit_ceil(chunks_.back().end) - 1;
   parallel_for(chunks_.size(), 1, [&](std::size_t c) {
     const Chunk& chunk = chunks_[c];

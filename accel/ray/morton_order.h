@@ -58,15 +58,14 @@ class MortonOrder {
       : chunks_((count + chunk_size - 1) / chunk_size), points_(uninitialised_on_huge_pages<MortonPoint>(count)) {
     parallel_for(chunks_.size(), 1, [&](std::size_t c) {
       Chunk chunk{.begin = c * chunk_size, .end = std::min(count, (c + 1) * chunk_size)};
-      FourFloats lower = FourFloats{} + infinity, upper = -lower;
+      PointBounds bounds;
       for (std::size_t i = chunk.begin; i < chunk.end; ++i) {
         points_[i] = point(i);
         if (points_[i].counts == 0) continue;
         ++chunk.size;
-        lower = smaller(four(points_[i].position), lower);
-        upper = larger(four(points_[i].position), upper);
+        bounds.extend(four(points_[i].position));
       }
-      chunk.bounds = {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
+      chunk.bounds = bounds.get();
       chunks_[c] = chunk;
     });
     sort();

@@ -52,10 +52,8 @@ class WideBvh {
   WideBvh(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options = {},
           Isa isa = supported_isas().back())
       : WideBvh(vertices.geometry(), tree, collapse<node_width, Pack>(vertices, tree, options), isa) {}
-  // Likewise, with the contents of the tree's leaves at hand.
-  WideBvh(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents, const CollapseOptions& options = {},
-          Isa isa = supported_isas().back())
-      : WideBvh(geometry, tree, collapse<node_width, Pack>(geometry, tree, contents, options), isa) {}
+  WideBvh(const Geometry& geometry, PackTree<Pack> packs, Isa isa = supported_isas().back())
+      : WideBvh(geometry, packs.tree, collapse<node_width, Pack>(std::move(packs)), isa) {}
 
   Hit closest(const Ray& ray) const { return kernels_->closest({tree_, *geometry_, extent_}, ray); }
   bool occluded(const Ray& ray) const { return kernels_->occluded({tree_, *geometry_, extent_}, ray); }

@@ -1,6 +1,7 @@
 #include "accel/ray/wide_tree.h"
 
 #include "accel/ray/collapse_plan.h"
+#include "accel/ray/fill_pack.h"
 #include "accel/ray/ranks.h"
 #include "framework/core/check.h"
 
@@ -19,7 +20,8 @@ class Collapse {
   using Tree = WideTree<node_width, Pack>;
 
   Collapse(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents, const CollapseOptions& options)
-      : geometry_(geometry), contents_(contents), tree_(tree), plan_(geometry, tree, contents, options) {}
+      : geometry_(&geometry), tree_(tree), plan_(geometry, tree, contents, options) {}
+  explicit Collapse(PackTree<Pack>& packs) : ready_(&packs), tree_(packs.tree), plan_(packs) {}
 
   Tree run() {
     if (plan_.is_leaf(0)) {
@@ -32,7 +34,10 @@ class Collapse {
     } else {
       emit();
     }
-    fill_packs();
+    if (ready_ != nullptr)
+      out_.packs = std::move(ready_->packs);
+    else
+      fill_packs();
     return std::move(out_);
   }
 
@@ -53,7 +58,8 @@ class Collapse {
     std::uint32_t next_node = 1, first_pack = 0, first_list = 0;
   };
 
-  static constexpr std::uint32_t task_size = 8192;  // primitives, at most, of a subtree that is a piece of its own
+  // Primitives, at most, of a subtree that is a piece of its own.
+  std::uint32_t task_size() const { return ready_ != nullptr ? 8192 / 8 : 8192; }
 
   // The upper nodes, then the subtrees below them.
   void emit() {
@@ -79,7 +85,7 @@ class Collapse {
     while (!jobs.empty()) {
       const Job job = jobs.back();
       jobs.pop_back();
-      if (tasks != nullptr && plan_.primitives(job.binary).size() <= task_size) {
+      if (tasks != nullptr && plan_.primitives(job.binary).size() <= task_size()) {
         tasks->push_back(job);
         continue;
       }
@@ -131,11 +137,16 @@ class Collapse {
   }
 
   WideRef leaf(Piece& piece, std::uint32_t binary) const {
-    piece.cost += static_cast<double>(plan_.primitives(binary).size()) * tree_.nodes[binary].bounds.half_area();
+    piece.cost += static_cast<double>(primitives(binary)) * tree_.nodes[binary].bounds.half_area();
+    if (ready_ != nullptr) return {WideRef::Kind::pack, tree_.nodes[binary].first};
     const bool is_pack = plan_.is_pack(binary);
     std::vector<std::uint32_t>& leaves = is_pack ? piece.packs : piece.lists;
     leaves.push_back(binary);
     return {is_pack ? WideRef::Kind::pack : WideRef::Kind::list, static_cast<std::uint32_t>(leaves.size() - 1)};
+  }
+  // Of a leaf.
+  std::size_t primitives(std::uint32_t binary) const {
+    return ready_ != nullptr ? ready_->counts[tree_.nodes[binary].first] : plan_.primitives(binary).size();
   }
 
   // The pieces one after the other; the root of each below the top has its place there.
@@ -194,55 +205,18 @@ class Collapse {
     parallel_for(packed_.size(), 256, [&](std::size_t i) {
       plan_.prefetch(packed_[std::min(i + 8, last)]);
       prefetch_vertices(packed_[std::min(i + 2, last)]);
-      fill(*std::construct_at(&out_.packs[i]), packed_[i]);
+      fill_pack(*std::construct_at(&out_.packs[i]), *geometry_, plan_.primitives(packed_[i]), plan_.corners(packed_[i]));
     });
   }
 
   // Inline always: GCC leaves a call out that has no other effect.
   [[gnu::always_inline]] void prefetch_vertices(std::uint32_t binary) const {
-    const auto corners = plan_.corners(binary);
-    if (contents_.repeats) {
-      const std::ptrdiff_t place = corners.data() - &contents_.corners[0];
-      std::uint64_t first =
-          contents_.repeats.first_seen(place, static_cast<std::uint32_t>(corners.size()), tree_.primitives.size());
-      for (; first != 0; first &= first - 1) __builtin_prefetch(&geometry_.positions[(&corners[0].x)[std::countr_zero(first)]]);
-      return;
-    }
-    for (const uvec3& triangle : corners)
-      for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry_.positions[triangle[corner]]);
+    for (const uvec3& triangle : plan_.corners(binary))
+      for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry_->positions[triangle[corner]]);
   }
 
-  void fill(Pack& pack, std::uint32_t binary) {
-    if constexpr (std::is_same_v<Pack, SharedPack>)
-      if (contents_.repeats)
-        return contents_.repeats.fill(pack, geometry_, plan_.primitives(binary), plan_.corners(binary),
-                                      &plan_.corners(binary)[0] - &contents_.corners[0]);
-    fill_sorted(pack, binary);
-  }
-
-  // By rising id and each once: a primitive that was cut in parts may have come together again.
-  void fill_sorted(Pack& pack, std::uint32_t binary) {
-    const auto run = plan_.primitives(binary);
-    const auto corners = plan_.corners(binary);
-    std::array<std::uint32_t, Pack::lanes> ids;
-    std::array<uvec3, Pack::lanes> triangles;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < run.size(); ++i) {
-      std::size_t place = count;
-      while (place > 0 && ids[place - 1] > run[i]) --place;
-      if (place > 0 && ids[place - 1] == run[i]) continue;
-      for (std::size_t j = count++; j > place; --j) {
-        ids[j] = ids[j - 1];
-        triangles[j] = triangles[j - 1];
-      }
-      ids[place] = run[i];
-      triangles[place] = corners[i];
-    }
-    pack.fill(geometry_, std::span(ids).first(count), std::span(triangles).first(count));
-  }
-
-  const Geometry& geometry_;
-  const LeafContents& contents_;
+  const Geometry* geometry_ = nullptr;  // whose primitives the leaves hold; or, these packs:
+  PackTree<Pack>* ready_ = nullptr;
   const BinaryTree& tree_;
   const CollapsePlan<node_width, Pack> plan_;
   std::vector<std::uint32_t> packed_;  // by pack: the binary node whose primitives it holds
@@ -253,21 +227,22 @@ class Collapse {
 
 template <int node_width, class Pack>
 WideTree<node_width, Pack> collapse(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options) {
-  return collapse<node_width, Pack>(vertices.geometry(), tree, LeafContents::of(vertices, tree), options);
+  if (tree.nodes.empty()) return {};
+  const LeafContents contents = LeafContents::of(vertices, tree);
+  return Collapse<node_width, Pack>(vertices.geometry(), tree, contents, options).run();
 }
 
 template <int node_width, class Pack>
-WideTree<node_width, Pack> collapse(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents,
-                                    const CollapseOptions& options) {
-  if (tree.nodes.empty()) return {};
-  return Collapse<node_width, Pack>(geometry, tree, contents, options).run();
+WideTree<node_width, Pack> collapse(PackTree<Pack>&& packs) {
+  if (packs.tree.nodes.empty()) return {};
+  return Collapse<node_width, Pack>(packs).run();
 }
 
 template WideTree<4, TrianglePack<4>> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
 template WideTree<8, TrianglePack<8>> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
 template WideTree<16, SharedPack> collapse(const VertexIds&, const BinaryTree&, const CollapseOptions&);
-template WideTree<4, TrianglePack<4>> collapse(const Geometry&, const BinaryTree&, const LeafContents&, const CollapseOptions&);
-template WideTree<8, TrianglePack<8>> collapse(const Geometry&, const BinaryTree&, const LeafContents&, const CollapseOptions&);
-template WideTree<16, SharedPack> collapse(const Geometry&, const BinaryTree&, const LeafContents&, const CollapseOptions&);
+template WideTree<4, TrianglePack<4>> collapse(PackTree<TrianglePack<4>>&&);
+template WideTree<8, TrianglePack<8>> collapse(PackTree<TrianglePack<8>>&&);
+template WideTree<16, SharedPack> collapse(PackTree<SharedPack>&&);
 
 }  // namespace etendue

@@ -6,11 +6,10 @@
 // rising promise (chance of a hit over visits it takes), and any-hit queries go on with the last that they meet.
 #pragma once
 
-#include "accel/ray/binary_tree.h"
+#include "accel/ray/pack_tree.h"
 #include "accel/ray/shared_pack.h"
 #include "accel/ray/triangle_pack.h"
 #include "accel/ray/vertex_ids.h"
-#include "framework/core/huge_pages.h"
 
 #include <cstdint>
 #include <span>
@@ -46,24 +45,12 @@ struct WideList {
   std::uint32_t first, count;  // in WideTree::list_ids
 };
 
-// For arrays whose values are constructed in place after a resize, by the threads that know them.
-template <class T>
-struct UnconstructedOnHugePages : HugePageAllocator<T> {
-  using value_type = T;
-
-  UnconstructedOnHugePages() = default;
-  template <class U>
-  UnconstructedOnHugePages(const UnconstructedOnHugePages<U>&) {}
-
-  static void construct(T*) {}
-};
-
 template <int node_width, class Pack>
 struct WideTree {
   using LeafPack = Pack;
 
-  std::vector<WideNode<node_width>, UnconstructedOnHugePages<WideNode<node_width>>> nodes;  // 0: root; empty over no primitive
-  std::vector<Pack, UnconstructedOnHugePages<Pack>> packs;
+  HugePageVector<WideNode<node_width>> nodes;  // 0: root; empty over no primitive
+  HugePageVector<Pack> packs;
   std::vector<WideList> lists;
   std::vector<std::uint32_t> list_ids;
   std::uint32_t depth = 0;  // edges to the deepest leaf
@@ -82,15 +69,12 @@ struct CollapseOptions {
   bool each_is_a_pack = false;      // nor need any be tested
 };
 
-struct LeafContents;
-
 // `tree` is best built down to single primitives, so that the collapse chooses the leaves, or in less time to what a pack takes
 // (PackTest), which leaves about as many packs.
 template <int node_width, class Pack>
 WideTree<node_width, Pack> collapse(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options);
-// Likewise, with the contents of the tree's leaves at hand (leaf_contents.h).
+// Over packs that are ready and keep their order. Takes them, and leaves the tree.
 template <int node_width, class Pack>
-WideTree<node_width, Pack> collapse(const Geometry& geometry, const BinaryTree& tree, const LeafContents& contents,
-                                    const CollapseOptions& options);
+WideTree<node_width, Pack> collapse(PackTree<Pack>&& packs);
 
 }  // namespace etendue
