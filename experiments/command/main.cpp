@@ -13,6 +13,10 @@
 #include <new>
 #include <sstream>
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
 namespace etendue {
 
 namespace {
@@ -224,8 +228,21 @@ int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point st
   return 1;
 }
 
+// Builders and films free arrays of megabytes and soon ask for as many again. The C library would give the memory back to the
+// system each time, and to have it mapped anew would take up to a fifth of a build.
+void keep_freed_memory() {
+#if defined(__GLIBC__)
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+#endif
+}
+
 }  // namespace
 
 }  // namespace etendue
 
-int main(int argc, char** argv) { return etendue::guarded_main(argc, argv, std::chrono::steady_clock::now()); }
+int main(int argc, char** argv) {
+  const auto started = std::chrono::steady_clock::now();
+  etendue::keep_freed_memory();
+  return etendue::guarded_main(argc, argv, started);
+}
