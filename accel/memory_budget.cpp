@@ -4,7 +4,7 @@
 #include "framework/core/error.h"
 #include "framework/core/units.h"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace etendue {
 

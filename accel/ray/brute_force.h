@@ -50,4 +50,6 @@ bool BruteForce::occluded_with(const Ray& ray, Count count) const {
   return blocks_.mixed() ? blocks_.occluded<true>(block_ray, all_, count) : blocks_.occluded<false>(block_ray, all_, count);
 }
 
+struct RayEntry brute_entry();  // its row of the registry
+
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "accel/ray/build_binned_sah.h"
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
 #include "accel/ray/small_sweep.h"
@@ -322,6 +323,11 @@ BinaryTree build_binned_sah(std::vector<BuildItem> items, const BinnedSahParams&
   if (params.bins <= 16) return build<16>(items, params);
   if (params.bins <= 64) return build<64>(items, params);
   return build<256>(items, params);
+}
+
+RayEntry binned_sah_entry() {
+  return bvh_entry<BinnedSahParams, build_binned_sah>("binned-sah",
+                                                      "bounding volume hierarchy by surface area, cuts between bins", 64);
 }
 
 }  // namespace etendue

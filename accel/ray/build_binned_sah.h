@@ -25,4 +25,6 @@ void describe(Visitor& v, BinnedSahParams& params) {
 
 BinaryTree build_binned_sah(std::vector<BuildItem> items, const BinnedSahParams& params);
 
+struct RayEntry binned_sah_entry();  // its row of the registry
+
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "accel/ray/build_lbvh.h"
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/link_tree.h"
 #include "accel/ray/morton_order.h"
 
@@ -28,6 +29,10 @@ BinaryTree build_lbvh(std::vector<BuildItem> items, const LbvhParams& limits) {
   const MortonOrder order = sort_by_morton_code(items);
   HighestBitCuts cuts{items, order, static_cast<std::uint32_t>(limits.leaf_size)};
   return TreeLinker(cuts, static_cast<std::uint32_t>(items.size()), limits).link(0);
+}
+
+RayEntry lbvh_entry() {
+  return bvh_entry<LbvhParams, build_lbvh>("lbvh", "bounding volume hierarchy, cut by the Morton codes of centres", 60);
 }
 
 }  // namespace etendue

@@ -15,4 +15,6 @@ struct LbvhParams : TreeLimits {};
 
 BinaryTree build_lbvh(std::vector<BuildItem> items, const LbvhParams& limits);
 
+struct RayEntry lbvh_entry();  // its row of the registry
+
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "accel/ray/build_median.h"
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/grow_tree.h"
 
 namespace etendue {
@@ -23,6 +24,10 @@ struct MedianSplitter {
 BinaryTree build_median(std::vector<BuildItem> items, const TreeLimits& limits) {
   MedianSplitter splitter{items, static_cast<std::uint32_t>(limits.leaf_size)};
   return grow_tree(splitter, items, limits);
+}
+
+RayEntry median_entry() {
+  return bvh_entry<TreeLimits, build_median>("median", "bounding volume hierarchy, halved at the median of centres", 20);
 }
 
 }  // namespace etendue

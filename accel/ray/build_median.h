@@ -9,4 +9,6 @@ namespace etendue {
 
 BinaryTree build_median(std::vector<BuildItem> items, const TreeLimits& limits);
 
+struct RayEntry median_entry();  // its row of the registry
+
 }  // namespace etendue

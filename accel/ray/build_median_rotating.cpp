@@ -1,5 +1,6 @@
 #include "accel/ray/build_median_rotating.h"
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
 
@@ -39,6 +40,11 @@ struct RotatingSplitter {
 BinaryTree build_median_rotating(std::vector<BuildItem> items, const MedianRotatingParams& params) {
   RotatingSplitter splitter{items, static_cast<std::uint32_t>(params.leaf_size)};
   return grow_tree(splitter, items, params);
+}
+
+RayEntry median_rotating_entry() {
+  return bvh_entry<MedianRotatingParams, build_median_rotating>(
+      "median-rotating", "bounding volume hierarchy, sorted and halved along x, y, z in turn", 44);
 }
 
 }  // namespace etendue

@@ -23,4 +23,6 @@ void describe(Visitor& v, MedianRotatingParams& params) {
 
 BinaryTree build_median_rotating(std::vector<BuildItem> items, const MedianRotatingParams& params);
 
+struct RayEntry median_rotating_entry();  // its row of the registry
+
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "accel/ray/build_midpoint.h"
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
 
@@ -57,6 +58,11 @@ class MidpointSplitter {
 BinaryTree build_midpoint(std::vector<BuildItem> items, const TreeLimits& limits) {
   MidpointSplitter splitter(items, limits);
   return grow_tree(splitter, items, limits);
+}
+
+RayEntry midpoint_entry() {
+  return bvh_entry<TreeLimits, build_midpoint>("midpoint", "bounding volume hierarchy, cut at the middle of the longest edge",
+                                               64);
 }
 
 }  // namespace etendue

@@ -14,4 +14,6 @@ namespace etendue {
 
 BinaryTree build_midpoint(std::vector<BuildItem> items, const TreeLimits& limits);
 
+struct RayEntry midpoint_entry();  // its row of the registry
+
 }  // namespace etendue

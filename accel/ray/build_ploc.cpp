@@ -1,5 +1,6 @@
 #include "accel/ray/build_ploc.h"
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/link_tree.h"
 #include "accel/ray/morton_order.h"
 
@@ -258,6 +259,11 @@ BinaryTree build_ploc(std::vector<BuildItem> items, const PlocParams& params) {
   const std::uint32_t root = Clustering(items, params).run(merges);
   MergeCuts cuts(items, merges, static_cast<std::uint32_t>(params.leaf_size));
   return TreeLinker(cuts, static_cast<std::uint32_t>(items.size()), params).link(root);
+}
+
+RayEntry ploc_entry() {
+  return bvh_entry<PlocParams, build_ploc>("ploc",
+                                           "bounding volume hierarchy, nearest neighbours along the Morton curve merged", 120);
 }
 
 }  // namespace etendue

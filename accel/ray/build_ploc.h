@@ -27,4 +27,6 @@ void describe(Visitor& v, PlocParams& params) {
 
 BinaryTree build_ploc(std::vector<BuildItem> items, const PlocParams& params);
 
+struct RayEntry ploc_entry();  // its row of the registry
+
 }  // namespace etendue

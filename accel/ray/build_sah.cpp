@@ -1,5 +1,6 @@
 #include "accel/ray/build_sah.h"
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
 
@@ -118,6 +119,10 @@ class SweepSplitter {
 BinaryTree build_sah(std::vector<BuildItem> items, const SahParams& params) {
   SweepSplitter splitter(items, params);
   return grow_tree(splitter, items, params);
+}
+
+RayEntry sah_entry() {
+  return bvh_entry<SahParams, build_sah>("sah", "bounding volume hierarchy by surface area, every cut tried", 44);
 }
 
 }  // namespace etendue

@@ -12,4 +12,6 @@ namespace etendue {
 
 BinaryTree build_sah(std::vector<BuildItem> items, const SahParams& params);
 
+struct RayEntry sah_entry();  // its row of the registry
+
 }  // namespace etendue

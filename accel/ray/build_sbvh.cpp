@@ -1,5 +1,6 @@
 #include "accel/ray/build_sbvh.h"
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
 #include "accel/ray/slabs.h"
@@ -334,6 +335,15 @@ BinaryTree build_sbvh(std::vector<BuildItem> items, const SbvhParams& params, co
   Bounds bounds;
   for (const BuildItem& item : items) bounds.extend(item.bounds);
   return SbvhBuilder(params, geometry, bounds.half_area()).build(std::move(items), bounds);
+}
+
+RayEntry sbvh_entry() {
+  // Few scenes use up a large duplication; for those that do there is the watch.
+  const auto space = [](const SbvhParams& params) { return BuilderSpace{124, 1 + std::min(params.duplication, 0.5f)}; };
+  RayEntry entry = bvh_entry<SbvhParams>("sbvh", "bounding volume hierarchy by surface area, cuts through primitives too",
+                                         space, build_sbvh);
+  entry.builder = {};  // its trees hold parts of primitives at their present places, so they cannot change over time
+  return entry;
 }
 
 }  // namespace etendue

@@ -35,4 +35,6 @@ void describe(Visitor& v, SbvhParams& params) {
 // `items` are primitives of `geometry`. Without one (null) they are boxes, and chopped as such.
 BinaryTree build_sbvh(std::vector<BuildItem> items, const SbvhParams& params, const Geometry* geometry);
 
+struct RayEntry sbvh_entry();  // its row of the registry
+
 }  // namespace etendue

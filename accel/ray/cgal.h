@@ -36,4 +36,6 @@ class Cgal {
   std::shared_ptr<const State> state_;
 };
 
+struct RayEntry cgal_entry();  // its row of the registry
+
 }  // namespace etendue

@@ -55,4 +55,6 @@ class Embree {
   std::shared_ptr<const State> state_;
 };
 
+struct RayEntry embree_entry();  // its row of the registry
+
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "accel/ray/grid.h"
 
+#include "accel/plain_entry.h"
 #include "accel/ray/clipped_polygon.h"
 
 namespace etendue {
@@ -201,6 +202,12 @@ RayStructureStats Grid::stats() const {
   std::uint64_t bytes = starts_.size() * sizeof(std::uint32_t) + references_.size() * sizeof(std::uint32_t);
   for (const std::vector<float>& planes : planes_) bytes += planes.size() * sizeof(float);
   return {bytes, starts_.empty() ? 0 : starts_.size() - 1, references_.empty() ? 0u : 1u, references_.size(), sah_cost_};
+}
+
+RayEntry grid_entry() {
+  return cells_entry<Grid, GridParams>(
+      "grid", "equal cells, walked one after another",
+      [](const Geometry& geometry, const GridParams& params) { return grid_need(geometry, params.density, params.max_cells); });
 }
 
 }  // namespace etendue

@@ -191,4 +191,6 @@ bool Grid::occluded_with(const Ray& ray, Count count) const {
                                [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
 }
 
+struct RayEntry grid_entry();  // its row of the registry
+
 }  // namespace etendue

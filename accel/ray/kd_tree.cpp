@@ -1,5 +1,6 @@
 #include "accel/ray/kd_tree.h"
 
+#include "accel/plain_entry.h"
 #include "accel/ray/clipped_polygon.h"
 
 #include <optional>
@@ -244,6 +245,12 @@ RayKdTree::RayKdTree(const Geometry& geometry, const KdTreeParams& params) : geo
 RayStructureStats RayKdTree::stats() const {
   return {nodes_.size() * sizeof(Node) + references_.size() * sizeof(std::uint32_t), nodes_.size(), depth_, references_.size(),
           sah_cost_};
+}
+
+RayEntry kd_tree_entry() {
+  return cells_entry<RayKdTree, KdTreeParams>(
+      "kd-tree", "space cut in two by surface area, triangles clipped",
+      [](const Geometry& geometry, const KdTreeParams&) { return kd_tree_need(geometry); });
 }
 
 }  // namespace etendue

@@ -146,4 +146,6 @@ bool RayKdTree::occluded_with(const Ray& ray, Count count) const {
                                [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
 }
 
+struct RayEntry kd_tree_entry();  // its row of the registry
+
 }  // namespace etendue

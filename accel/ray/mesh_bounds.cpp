@@ -1,5 +1,7 @@
 #include "accel/ray/mesh_bounds.h"
 
+#include "accel/plain_entry.h"
+
 namespace etendue {
 
 static_assert(RayStructure<MeshBounds>);
@@ -34,6 +36,13 @@ MeshBounds::MeshBounds(const Object& object) : blocks_(object.geometry) {
 RayStructureStats MeshBounds::stats() const {
   return {meshes_.size() * sizeof(Mesh) + blocks_.bytes(), meshes_.size(), meshes_.empty() ? 0u : 1u, blocks_.references(),
           sah_cost_};
+}
+
+RayEntry bounds_entry() {
+  return plain_entry<NoParams>(
+      "bounds", "a box around each mesh, and every primitive of those met",
+      [](const NoParams&) { return [](const Object& object) { return MeshBounds(object); }; },
+      [](const Geometry& geometry, const NoParams&) { return brute_need(geometry); }, leaf_of_instances);
 }
 
 }  // namespace etendue

@@ -85,4 +85,6 @@ bool MeshBounds::occluded_with(const Ray& ray, Count count) const {
   return found;
 }
 
+struct RayEntry bounds_entry();  // its row of the registry
+
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "accel/ray/octree.h"
 
+#include "accel/plain_entry.h"
 #include "accel/ray/clipped_polygon.h"
 
 #include <array>
@@ -178,6 +179,11 @@ class Octree::Builder {
 Octree::Octree(const Geometry& geometry, const OctreeParams& params) : geometry_(&geometry) {
   Builder(geometry, params, *this).build();
   if (!std::isfinite(sah_cost_)) sah_cost_ = 0;  // areas beyond the range of float
+}
+
+RayEntry octree_entry() {
+  return cells_entry<Octree, OctreeParams>("octree", "cubes cut in eight, primitives listed in every leaf they touch",
+                                           [](const Geometry& geometry, const OctreeParams&) { return octree_need(geometry); });
 }
 
 }  // namespace etendue

@@ -147,4 +147,6 @@ bool Octree::occluded_with(const Ray& ray, Count count) const {
                                [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
 }
 
+struct RayEntry octree_entry();  // its row of the registry
+
 }  // namespace etendue

@@ -3,6 +3,7 @@
 // Limits: as good as that order. A shuffled mesh makes a tree of boxes that all overlap.
 #pragma once
 
+#include "accel/bvh_entry.h"
 #include "accel/ray/grow_tree.h"
 
 namespace etendue {
@@ -27,6 +28,10 @@ struct InOrderSplitter {
 inline BinaryTree build_in_order(std::vector<BuildItem> items, const TreeLimits& limits) {
   InOrderSplitter splitter{items, static_cast<std::uint32_t>(limits.leaf_size)};
   return grow_tree(splitter, items, limits);
+}
+
+inline RayEntry in_order_entry() {
+  return bvh_entry<TreeLimits, build_in_order>("in-order", "halves in the order of the file", 20);
 }
 
 }  // namespace etendue

@@ -1,6 +1,5 @@
 // The builder of docs/adding-a-method.md finds what brute force finds, as the page has it.
 #include "tests/oracle/example_builder.h"
-#include "accel/bvh_entry.h"
 #include "tests/oracle/ray_cases.h"
 #include "tests/places.h"
 
@@ -23,7 +22,7 @@ TEST(ExampleBuilder, StandsInTheDocsAsItIsCompiled) {
 }
 
 TEST(ExampleBuilder, FindsWhatBruteForceFindsInEveryLayout) {
-  const RayEntry entry = bvh_entry<TreeLimits, build_in_order>("in-order", "halves in the order of the file", 20);
+  const RayEntry entry = in_order_entry();
   for (const RayCase& ray_case : ray_cases()) {
     const Scene& scene = ray_case.scene;
     const auto brute = find_ray_structure("brute", {}).make(scene, {});
