@@ -1,5 +1,6 @@
 #include "accel/point/placed_points.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
 namespace etendue {

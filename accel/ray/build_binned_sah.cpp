@@ -7,7 +7,9 @@
 #include "framework/core/huge_pages.h"
 #include "framework/core/parallel.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
 
 #include <array>
 #include <cstring>

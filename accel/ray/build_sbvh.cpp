@@ -325,7 +325,7 @@ class SbvhBuilder {
   std::mutex mutex_;
   std::deque<Part> parts_;  // other than the root's
   std::atomic<std::uint64_t> references_ = 0;
-  tbb::task_group tasks_;
+  TaskGroup tasks_;
 };
 
 }  // namespace

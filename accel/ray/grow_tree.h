@@ -13,8 +13,7 @@
 #include "accel/ray/pack_test.h"
 #include "framework/core/check.h"
 #include "framework/core/huge_pages.h"
-
-#include <tbb/task_group.h>
+#include "framework/core/parallel.h"
 
 #include <algorithm>
 #include <atomic>
@@ -168,7 +167,7 @@ class TreeGrower {
   PairMarks used_;
   BinaryTree tree_;
   std::atomic<std::uint32_t> depth_ = 0;
-  tbb::task_group tasks_;
+  TaskGroup tasks_;
 };
 
 template <Splitter S>

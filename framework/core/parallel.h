@@ -1,14 +1,13 @@
-// Parallel loops (oneTBB). The work of an index never depends on the thread that does it.
+// Parallel loops and tasks (oneTBB). The work of an index never depends on the thread that does it.
+//
+// oneTBB itself is met in parallel.cpp alone, for a call per part of a loop: its headers and instances are slow to compile.
 #pragma once
 
 #include "framework/core/vec.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <cstddef>
+#include <functional>
+#include <memory>
 
 namespace etendue {
 
@@ -18,11 +17,16 @@ struct Tile {
 
 inline constexpr int tile_size = 8;  // pixels a side, where nothing else is said
 
+// run(body, begin, end) over parts of [0, count) that cover it.
+void parallel_parts(std::size_t count, std::size_t grain, const void* body,
+                    void (*run)(const void* body, std::size_t begin, std::size_t end));
+
 // body(index) for every index in [0, count); `grain` indices at least per task.
 template <class Body>
 void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
+  parallel_parts(count, grain, &body, [](const void* erased, std::size_t begin, std::size_t end) {
+    const Body& same = *static_cast<const Body*>(erased);
+    for (std::size_t i = begin; i != end; ++i) same(i);
   });
 }
 
@@ -50,12 +54,22 @@ void parallel_pixels(ivec2 resolution, const Body& body) {
 }
 
 // Runs `body` with exactly `threads` threads available to the loops inside it (more than the machine has is allowed).
-template <class Body>
-void with_threads(int threads, const Body& body) {
-  tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  tbb::task_arena arena(threads);
-  arena.execute(body);
-}
+void with_threads(int threads, const std::function<void()>& body);
+
+// Tasks that any task of the group may add to. The first exception of one is thrown by `wait`.
+class TaskGroup {
+ public:
+  TaskGroup();
+  ~TaskGroup();  // after `wait`
+
+  void run(std::function<void()> task);
+  void wait();
+  void run_and_wait(const std::function<void()>& task);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 int hardware_threads();
 
