@@ -3,7 +3,7 @@
 //   title       text; default: the file's name
 //   scenes      names or paths (beside the TOML file first, then in the working directory)
 //   accels      ray structures: names or tables { name, parameters… }; "all": every one that is built in. Default binned-sah
-//   integrators methods: tables { name, parameters… } or names
+//   integrators methods: tables { name, parameters… } or names; a parameter may be an array: one method for each value
 //   seeds       how many (1, 2, …, N) or an array of them
 //   budget      { time = "60s", samples = N, error = E, checkpoints = "log" | "sqrt2" | "linear:N" }: the first limit reached
 //               ends a cell; `error` (a relmse) needs a limit beside it, for it may never be reached

@@ -22,33 +22,49 @@ void normalise_integers(Method& method, const std::vector<ParamInfo>& infos) {
   }
 }
 
-ParamValue read_param(const ConfigNode& node, const std::string& key) {
+ParamValue read_param(const ConfigNode& node, const std::string& key, const char* expected) {
   if (const auto* b = std::get_if<bool>(&node.value)) return {*b, node.where};
   if (const auto* i = std::get_if<std::int64_t>(&node.value)) return {*i, node.where};
   if (const auto* d = std::get_if<double>(&node.value)) return {*d, node.where};
   if (const auto* s = node.text()) return {*s, node.where};
-  wrong_type(node, key, "a boolean, a number or text");
+  wrong_type(node, key, expected);
 }
 
-// `find` is find_integrator or one of its kin.
+// A single value, or those of an array.
+std::vector<ParamValue> read_values(const ConfigNode& node, const std::string& key) {
+  const auto* array = node.array();
+  if (!array) return {read_param(node, key, "a boolean, a number, text or an array of these")};
+  if (array->empty()) throw Error(node.where, key + " is empty; expected one value or more");
+  std::vector<ParamValue> values;
+  for (const ConfigNode& element : *array) values.push_back(read_param(element, key, "a boolean, a number or text"));
+  return values;
+}
+
+// A table stands for one method for each combination of the values that its arrays list: by name of parameter, the last changing
+// fastest. `find` is find_integrator or one of its kin.
 template <class Find>
-Method read_method(const ConfigNode& node, const std::string& key, const Find& find) {
-  if (const auto* text = node.text()) return {*text, {}, node.where};
+std::vector<Method> read_combinations(const ConfigNode& node, const std::string& key, const Find& find) {
+  if (const auto* text = node.text()) return {{*text, {}, node.where}};
   const auto* table = node.table();
   if (!table) wrong_type(node, key, "names or tables { name = \"…\", parameters… }");
   const auto name = table->find("name");
   if (name == table->end()) throw Error(node.where, key + ": a table without a name; expected { name = \"…\", parameters… }");
-  Method method{read_text(name->second, key + ".name"), {}, name->second.where};
+  const Method bare{read_text(name->second, key + ".name"), {}, name->second.where};
 
   std::vector<std::string> known{"name"};
-  for (const ParamInfo& info : find(method.name, method.where).params) known.push_back(info.name);
+  for (const ParamInfo& info : find(bare.name, bare.where).params) known.push_back(info.name);
+  std::vector<Method> methods{bare};
   for (const auto& [parameter, value] : *table) {
     if (parameter == "name") continue;
     if (std::find(known.begin(), known.end(), parameter) == known.end())
-      throw Error(value.key_where, method.name + ": " + unknown_name("parameter", parameter, known));
-    method.params.emplace(parameter, read_param(value, key + "." + parameter));
+      throw Error(value.key_where, bare.name + ": " + unknown_name("parameter", parameter, known));
+    const std::vector<ParamValue> values = read_values(value, key + "." + parameter);
+    std::vector<Method> combined;
+    for (const Method& method : methods)
+      for (const ParamValue& choice : values) combined.emplace_back(method).params.emplace(parameter, choice);
+    methods = std::move(combined);
   }
-  return method;
+  return methods;
 }
 
 template <class Find, class Validate>
@@ -56,11 +72,12 @@ std::vector<Method> read_methods(const ConfigNode& node, const std::string& key,
   std::vector<Method> methods;
   std::set<std::string> labels;
   for (const ConfigNode* element : list_elements(node, key, "an array of names or tables")) {
-    Method method = read_method(*element, key, find);
-    validate(method);
-    if (!labels.insert(method.label()).second)
-      throw Error(method.where, fmt::format("{}: '{}' stands there twice; expected each once", key, method.label()));
-    methods.push_back(std::move(method));
+    for (Method& method : read_combinations(*element, key, find)) {
+      validate(method);
+      if (!labels.insert(method.label()).second)
+        throw Error(method.where, fmt::format("{}: '{}' stands there twice; expected each once", key, method.label()));
+      methods.push_back(std::move(method));
+    }
   }
   return methods;
 }

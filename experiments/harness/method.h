@@ -29,7 +29,7 @@ Method default_accel();
 // watertight mode and with streams flagged as coherent.
 std::vector<Method> all_accels(const Location& where);
 
-// Names, tables { name, parameters… }, or an array of both; each label once. `accels = "all"` is all_accels.
+// Names, tables { name, parameters… } (arrays of values: every combination), or an array; each label once. "all": all_accels.
 std::vector<Method> read_integrators(const ConfigNode& node);
 std::vector<Method> read_accels(const ConfigNode& node);
 // Likewise motions and policies of change, under the keys `dynamic.motions` and `dynamic.policies`.

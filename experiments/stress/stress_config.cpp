@@ -14,6 +14,9 @@ namespace {
 // A table { name, parameters… }, or a name.
 Method read_one_method(const ConfigNode& node) {
   if (!node.table() && !node.text()) wrong_type(node, "method", "a table { name, … }");
+  if (node.table())
+    for (const auto& [parameter, value] : *node.table())
+      if (value.array()) wrong_type(value, "method." + parameter, "a single value");
   return read_integrators({ConfigNode::Array{node}, node.where, node.key_where}).front();
 }
 

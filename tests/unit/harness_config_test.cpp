@@ -45,6 +45,29 @@ TEST(ExperimentConfig, ValidFileIsReadInFull) {
   EXPECT_EQ(config.metrics.size(), 5u);
 }
 
+TEST(ExperimentConfig, ArraysOfValuesMakeEveryCombinationOnce) {
+  const auto labels = [](const ExperimentConfig& config) {
+    std::vector<std::string> all;
+    for (const Method& method : config.integrators) all.push_back(method.label());
+    return all;
+  };
+  const std::string text = with("max_depth = 7", "mis = [\"bsdf\", \"light\"]\nmax_depth = [7, \"1k\"]");
+  EXPECT_EQ(labels(parse(text)),
+            (std::vector<std::string>{"path max_depth=7 mis=bsdf", "path max_depth=7 mis=light", "path max_depth=1000 mis=bsdf",
+                                      "path max_depth=1000 mis=light", "photon-map photons=20000"}));
+  EXPECT_EQ(labels(parse(valid, {false, {"integrators.photon-map.photons=[10, 20]"}})),
+            (std::vector<std::string>{"path max_depth=7", "photon-map photons=10", "photon-map photons=20"}));
+  const ExperimentConfig accels = parse(with("leaf_size = 2", "leaf_size = [2, 4]"));
+  ASSERT_EQ(accels.accels.size(), 3u);
+  EXPECT_EQ(accels.accels[2].label(), "median leaf_size=4");
+
+  expect_error(with("max_depth = 7", "max_depth = []"), "x.toml:8:13", "integrators.max_depth is empty");
+  expect_error(with("max_depth = 7", "max_depth = [7, -7]"), "x.toml:8:17", "out of range");
+  expect_error(with("max_depth = 7", "max_depth = [7, [8]]"), "x.toml:8:17", "an array; expected a boolean, a number or text");
+  expect_error(with("max_depth = 7", "max_depth = [7, 7]"), "x.toml:7:8", "stands there twice");
+  expect_error(with("max_depth = 7", "max_depth = {}"), "x.toml:8:13", "or an array of these");
+}
+
 TEST(ExperimentConfig, QuickReplacesWholeKeys) {
   const ExperimentConfig config = parse(valid, {true, {}});
   EXPECT_EQ(config.seeds, (std::vector<std::uint64_t>{5}));

@@ -97,6 +97,8 @@ TEST(StressConfig, SlipsAreErrorsAtTheirPlace) {
                {with("thin-plate?", "thin-plat?"), "x.toml:9:", "thin-plate"},
                {with("change = { side_test", "change = { sidetest"), "x.toml:16:", "side_test"},
                {with("fails = [12, 14]", "fails = [1, 14]"), "x.toml", "overlap"},
+               {with("change = { side_test = true", "change = { side_test = [true, false]"),
+                "x.toml:16:", "an array; expected a single value"},
                {with("samples = 2", "time = \"1s\""), "x.toml:5:", "samples"},
                {with("seeds = 2", "scenes = [\"builtin:edge\"]"), "x.toml:2:", "scenes"}};
   for (const auto& slip : slips) {
