@@ -39,8 +39,8 @@ struct HashCacheParams {
   int max_depth = 0;
   int roulette_depth = 5;
   int light_samples = 2;
-  float finest = 3;
-  float enough = 20;
+  float finest = 4;
+  float enough = 5;
   float trace_on = 0.05f;
   std::string sampler = "sobol";
 };
@@ -51,7 +51,8 @@ void describe(Visitor& v, HashCacheParams& p) {
   v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette begins");
   v.integer("light_samples", p.light_samples, 1, 1024, "shadow rays", "where the cache is asked, whose answer has less noise");
   v.number("finest", p.finest, 0.1, 1000, "pixels", "edge of the smallest cells of the first sample; later ones shrink");
-  v.number("enough", p.enough, 1, 1e6, "values", "a cell answers that has seen so many at the first sample; later more");
+  v.number("enough", p.enough, 1, 1e6, "values",
+           "a cell answers that has seen so many at the first sample; later more. Older ones weigh less");
   v.number("trace_on", p.trace_on, 0, 1, "1",
            "share of paths that go on where they could end with a cell, times the scatter of all values over cells' means "
            "where that is "

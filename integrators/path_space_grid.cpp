@@ -3,6 +3,7 @@
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
 
+#include <bit>
 #include <numeric>
 
 namespace etendue {
@@ -16,6 +17,7 @@ constexpr std::size_t shard_count = 128;
 // of where it is asked: (1 - a)^2 + a^2 for the means and 6 a^2 (1 - a)^2 for the slopes, over a in [0, 1/2].
 constexpr double of_smooth_planes = 32.0 / 45;
 constexpr float parent_excess = 1.0f / 3;  // an error of second order is this part of what it exceeds it by at twice the size
+constexpr float kept = 0.5f;               // of the values so far, when as many are to come again
 constexpr std::uint32_t no_normal = (3 * 7 + 3) * 7 + 3;  // among tags
 
 std::uint64_t hash(const glm::ivec3& cell, std::uint32_t tag) {
@@ -23,18 +25,23 @@ std::uint64_t hash(const glm::ivec3& cell, std::uint32_t tag) {
   return mix_bits(mix_bits(bits(cell.x) | bits(cell.y) << 32) ^ (bits(cell.z) | std::uint64_t{tag} << 32));
 }
 
+constexpr std::uint32_t normals = 7 * 7 * 7;
+
 // Normals by steps of a third along each axis, and the depth.
 std::uint32_t tag_of(const vec3& normal, int depth) {
-  std::uint32_t tag = static_cast<std::uint32_t>(depth);
-  for (int axis = 0; axis < 3; ++axis) tag = tag * 7 + static_cast<std::uint32_t>(std::lround(3 * normal[axis]) + 3);
-  return tag;
+  const glm::uvec3 steps(glm::floor(3.0f * normal + 3.5f));
+  return ((static_cast<std::uint32_t>(depth) * 7 + steps.x) * 7 + steps.y) * 7 + steps.z;
 }
 
 // The tangent plane that all normals of a tag share.
-Frame plane_of(std::uint32_t tag) {
-  vec3 normal;
-  for (int axis = 2; axis >= 0; --axis, tag /= 7) normal[axis] = static_cast<float>(tag % 7) - 3;
-  return Frame::from_normal(glm::normalize(normal));
+const Frame& plane_of(std::uint32_t tag) {
+  static const auto planes = [] {
+    std::array<Frame, normals> all;
+    for (std::uint32_t i = 0; i < normals; ++i)
+      all[i] = Frame::from_normal(glm::normalize(vec3(i / 49, i / 7 % 7, i % 7) - 3.0f));
+    return all;
+  }();
+  return planes[tag % normals];
 }
 
 // How far a cell reaches from its centre along the plane's axes, in edges.
@@ -62,10 +69,10 @@ std::size_t PathSpaceGrid::Table::slot_of(const Key& key) const {
   return i;
 }
 
-const PlaneMoments* PathSpaceGrid::Table::find(const Key& key, float enough) const {
+const PlaneMoments* PathSpaceGrid::Table::find(const Key& key) const {
   if (cells.empty()) return nullptr;
   const Slot& slot = slots[slot_of(key)];
-  return slot.cell != 0 && slot.count >= enough ? &cells[slot.cell - 1] : nullptr;
+  return slot.cell != 0 ? &cells[slot.cell - 1] : nullptr;
 }
 
 void PathSpaceGrid::Table::add(const Key& key, const PlaneMoments& moments) {
@@ -74,9 +81,8 @@ void PathSpaceGrid::Table::add(const Key& key, const PlaneMoments& moments) {
   if (slot.cell == 0) {
     cells.emplace_back();
     keys.push_back(key);
-    slot = {key, 0, static_cast<std::uint32_t>(cells.size())};
+    slot = {key, static_cast<std::uint32_t>(cells.size())};
   }
-  slot.count += moments.count;
   cells[slot.cell - 1] += moments;
 }
 
@@ -100,7 +106,6 @@ PathSpaceGrid::PathSpaceGrid(const Bounds& bounds, const PathSpaceGridOptions& o
   const Bounds box = bounds.empty() ? Bounds{vec3(-1), vec3(1)} : bounds;
   size_ = std::max(glm::length(box.diagonal()), 1e-6f);
   origin_ = box.lower - size_ * vec3(0.0137f, 0.0211f, 0.0173f);
-  for (int level = 0; level <= deepest; ++level) edge_[static_cast<std::size_t>(level)] = std::ldexp(size_, -level);
   begin(0);
 }
 
@@ -108,14 +113,15 @@ void PathSpaceGrid::begin(std::uint32_t index) {
   const float samples = static_cast<float>(index) + 1;
   finest_ = options_.finest * std::pow(samples, -1.0f / 6);
   enough_ = options_.enough * std::pow(samples, 2.0f / 3);
+  if (index < 2 || !std::has_single_bit(index)) return;
+  parallel_for(shard_count, 1, [&](std::size_t s) {
+    for (Table& table : shards_[s].levels)
+      for (PlaneMoments& cell : table.cells) cell *= kept;
+  });
 }
 
-PathSpaceGrid::Key PathSpaceGrid::key(const vec3& position, std::uint32_t tag, int level) const {
-  return {glm::ivec3(glm::floor((position - origin_) / edge_[static_cast<std::size_t>(level)])), tag};
-}
-
-vec2 PathSpaceGrid::place_in(const Key& key, const Frame& plane, const vec3& position, int level) const {
-  return in_plane(plane, (position - origin_) / edge_[static_cast<std::size_t>(level)] - (vec3(key.cell) + 0.5f));
+vec2 PathSpaceGrid::place_in(const Key& key, const Frame& plane, const vec3& position, int level) {
+  return in_plane(plane, position * static_cast<float>(1 << level) - (vec3(key.cell) + 0.5f));
 }
 
 int PathSpaceGrid::finest_level(const vec3& position) const {
@@ -124,8 +130,9 @@ int PathSpaceGrid::finest_level(const vec3& position) const {
 }
 
 // All that a lookup may ask about one coarsest cell lies in one shard.
-std::size_t PathSpaceGrid::shard_of(const vec3& position, std::uint32_t tag) const {
-  return hash(key(position, tag, coarsest).cell, tag) % shard_count;
+PathSpaceGrid::Place PathSpaceGrid::place(const vec3& position, std::uint32_t tag) const {
+  const vec3 at = in_grid(position);
+  return {at, tag, &shards_[hash(cell_of(at, coarsest), tag) % shard_count]};
 }
 
 void PathSpaceGrid::add(std::span<const std::vector<CachedValue>> values) {
@@ -135,8 +142,8 @@ void PathSpaceGrid::add(std::span<const std::vector<CachedValue>> values) {
   std::vector<std::uint8_t> shard(first.back());
   parallel_for(values.size(), 1, [&](std::size_t i) {
     for (std::size_t k = 0; k < values[i].size(); ++k)
-      shard[first[i] + k] =
-          static_cast<std::uint8_t>(shard_of(values[i][k].position, tag_of(values[i][k].normal, values[i][k].depth)));
+      shard[first[i] + k] = static_cast<std::uint8_t>(
+          place(values[i][k].position, tag_of(values[i][k].normal, values[i][k].depth)).shard - shards_.data());
   });
   std::vector<std::size_t> begin(shard_count + 1, 0);
   for (const std::uint8_t s : shard) ++begin[s + 1u];
@@ -153,8 +160,9 @@ void PathSpaceGrid::add_to(Shard& shard, std::span<const CachedValue* const> val
   for (const CachedValue* value : values) {
     const int level = finest_level(value->position);
     const std::uint32_t tag = tag_of(value->normal, value->depth);
-    const Key at = key(value->position, tag, level);
-    const vec2 place = place_in(at, plane_of(tag), value->position, level);
+    const vec3 position = in_grid(value->position);
+    const Key at{cell_of(position, level), tag};
+    const vec2 place = place_in(at, plane_of(tag), position, level);
     shard.fresh[static_cast<std::size_t>(level)].add(at, PlaneMoments::of(place, value->value));
   }
   for (std::size_t level = deepest; level >= coarsest; --level) {
@@ -182,46 +190,46 @@ float PathSpaceGrid::scatter() const {
 }
 
 std::optional<Rgb> PathSpaceGrid::mean(const vec3& position, const vec3& normal, int depth) const {
-  const std::uint32_t tag = tag_of(normal, depth);
+  const Place at = place(position, tag_of(normal, depth));
   for (int level = finest_level(position); level >= coarsest; --level)
-    if (const auto found = answer(position, tag, level, enough_)) return found;
+    if (const auto found = answer(at, level, enough_)) return found;
   return std::nullopt;
 }
 
 std::optional<Rgb> PathSpaceGrid::smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const {
   const Frame frame = Frame::from_normal(normal);
   const vec3 offset = (u.x - 0.5f) * frame.tangent + (u.y - 0.5f) * frame.bitangent;
-  const std::uint32_t tag = tag_of(normal, depth);
+  const Place at = place(position, tag_of(normal, depth));
   for (int level = finest_level(position); level >= coarsest; --level) {
-    const vec3 moved = position + edge_[static_cast<std::size_t>(level)] * offset;
-    if (const auto found = answer(moved, tag, level, enough_)) return found;
-    if (const auto found = answer(position, tag, level, enough_)) return found;
+    if (const auto found = answer(place(position + edge(level) * offset, at.tag), level, enough_)) return found;
+    if (const auto found = answer(at, level, enough_)) return found;
   }
-  return answer(position, tag, coarsest, 1);
+  return answer(at, coarsest, 0);
 }
 
 // The answer of a point's cell, if it has enough values.
-std::optional<Rgb> PathSpaceGrid::answer(const vec3& position, std::uint32_t tag, int level, float enough) const {
-  const PlaneMoments* cell = find(position, tag, level, enough);
+std::optional<Rgb> PathSpaceGrid::answer(const Place& at, int level, float enough) {
+  const PlaneMoments* cell = find(at, level, enough);
   if (cell == nullptr) return std::nullopt;
-  const Frame plane = plane_of(tag);
-  return cell->fit(place_in(key(position, tag, level), plane, position, level), reach_in(plane));
+  const Frame& plane = plane_of(at.tag);
+  return cell->fit(place_in(at.key(level), plane, at.position, level), reach_in(plane));
 }
 
-const PlaneMoments* PathSpaceGrid::find(const vec3& position, std::uint32_t tag, int level, float enough) const {
-  return shards_[shard_of(position, tag)].levels[static_cast<std::size_t>(level)].find(key(position, tag, level), enough);
+const PlaneMoments* PathSpaceGrid::find(const Place& at, int level, float enough) {
+  const PlaneMoments* cell = at.shard->levels[static_cast<std::size_t>(level)].find(at.key(level));
+  return cell != nullptr && cell->count >= enough ? cell : nullptr;
 }
 
 float PathSpaceGrid::standard_error(const vec3& position, const vec3& normal, int depth, const Rgb& weight) const {
-  const std::uint32_t tag = tag_of(normal, depth);
+  const Place at = place(position, tag_of(normal, depth));
   const float scale = luminance(weight);
   for (int level = finest_level(position); level >= coarsest; --level) {
-    const PlaneMoments* cell = find(position, tag, level, level > coarsest ? enough_ : 1);
+    const PlaneMoments* cell = find(at, level, level > coarsest ? enough_ : 0);
     if (cell == nullptr) continue;
     const double noise = of_smooth_planes * cell->variance() / cell->count;
     double left_out = 0;
     if (level > coarsest) {
-      const auto here = answer(position, tag, level, 1), above = answer(position, tag, level - 1, 1);
+      const auto here = answer(at, level, 0), above = answer(at, level - 1, 0);
       if (here && above) left_out = parent_excess * luminance(*here - *above);
     }
     return scale * static_cast<float>(std::sqrt(noise + left_out * left_out));
@@ -236,10 +244,10 @@ std::vector<RecordShape> PathSpaceGrid::cells() const {
       const Table& table = shard.levels[static_cast<std::size_t>(level)];
       for (std::size_t i = 0; i < table.cells.size(); ++i) {
         const Key& at = table.keys[i];
-        const float edge = edge_[static_cast<std::size_t>(level)];
+        const float edge = this->edge(level);
         const vec3 centre = origin_ + edge * (vec3(at.cell) + 0.5f);
         if (table.cells[i].count < enough_ || level > finest_level(centre)) continue;
-        if (level < finest_level(centre) && answered_within(shard, at, level)) continue;
+        if (level < finest_level(centre) && answered_within(shard, at, level, enough_)) continue;
         shapes.push_back({centre, plane_of(at.tag).normal, 0.5f * edge, vec3(0), true});
       }
     }
@@ -247,13 +255,14 @@ std::vector<RecordShape> PathSpaceGrid::cells() const {
 }
 
 // Do finer cells answer everywhere in this one, wherever values were seen?
-bool PathSpaceGrid::answered_within(const Shard& shard, const Key& at, int level) const {
+bool PathSpaceGrid::answered_within(const Shard& shard, const Key& at, int level, float enough) {
   const Table& finer = shard.levels[static_cast<std::size_t>(level) + 1];
   bool any = false;
   for (int child = 0; child < 8; ++child) {
     const Key below{at.cell * 2 + glm::ivec3(child & 1, child >> 1 & 1, child >> 2), at.tag};
-    if (finer.find(below, 1) == nullptr) continue;
-    if (finer.find(below, enough_) == nullptr) return false;
+    const PlaneMoments* cell = finer.find(below);
+    if (cell == nullptr) continue;
+    if (cell->count < enough) return false;
     any = true;
   }
   return any;
@@ -282,8 +291,8 @@ void PathSpaceGrid::read(ByteReader& in, int depths) {
       transfer([&](auto& value) { in.take(value); }, at, cell);
       const bool inside =
           glm::all(glm::greaterThanEqual(at.cell, glm::ivec3(0))) && glm::all(glm::lessThan(at.cell, glm::ivec3(2 << level)));
-      const std::uint32_t longest = 7 * 7 * 7 * static_cast<std::uint32_t>(depths);
-      if (!inside || at.tag >= longest || at.tag % (7 * 7 * 7) == no_normal || !cell.is_valid())
+      const std::uint32_t longest = normals * static_cast<std::uint32_t>(depths);
+      if (!inside || at.tag >= longest || at.tag % normals == no_normal || !cell.is_valid())
         in.refuse("a cell holds what none can");
       const std::size_t shard = hash(at.cell >> (level - coarsest), at.tag) % shard_count;
       shards_[shard].levels[static_cast<std::size_t>(level)].add(at, cell);

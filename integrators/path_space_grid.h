@@ -7,6 +7,10 @@
 // and the finest cells' edges shrink as n^(-1/6), so that cells shrink and their means settle: consistent, with squared bias
 // and variance both falling as n^(-2/3) on smooth surfaces.
 //
+// The first values ended in the large cells of the first samples, which may bring light through walls into the cells that keep
+// them. So at the samples 2, 4, 8, ... all values so far lose half of their weight: what the first n / 2^k of n samples brought
+// weighs 4^-k or less of the whole, for a third more variance. Numbers of values are sums of weights.
+//
 // Points seen in the image are looked up with jitter: the point is moved at random in its tangent plane by up to half a cell,
 // which turns steps between cells into noise that averages out. Where that leads off the surface, or to a cell with too few
 // values, the point's own cell answers; where no cell has enough values yet, the coarsest one, since a few values are better
@@ -45,8 +49,8 @@ struct CachedValue {
 struct PathSpaceGridOptions {
   vec3 eye{0};
   float pixel_angle = 0.001f;  // of a pixel: its width at distance 1
-  float finest = 3;            // pixels
-  float enough = 20;           // values, at one sample per pixel
+  float finest = 4;            // pixels
+  float enough = 5;            // values, at one sample per pixel
 };
 
 class PathSpaceGrid {
@@ -86,14 +90,13 @@ class PathSpaceGrid {
   struct Table {
     struct Slot {
       Key key{};
-      float count = 0;         // of the cell's values
       std::uint32_t cell = 0;  // its index plus one; 0: no cell
     };
     std::vector<Slot> slots;
     std::vector<Key> keys;
     std::vector<PlaneMoments> cells;
 
-    const PlaneMoments* find(const Key& key, float enough) const;
+    const PlaneMoments* find(const Key& key) const;  // null: there is none
     void add(const Key& key, const PlaneMoments& moments);
     void clear();
 
@@ -107,19 +110,31 @@ class PathSpaceGrid {
     Levels fresh;  // of the values that are being added; empty else
   };
 
-  Key key(const vec3& position, std::uint32_t tag, int level) const;
-  vec2 place_in(const Key& key, const Frame& plane, const vec3& position, int level) const;
+  // A point that the grid is asked about.
+  struct Place {
+    vec3 position;  // from the grid's origin, in units of its size
+    std::uint32_t tag;
+    const Shard* shard;
+
+    Key key(int level) const { return {cell_of(position, level), tag}; }
+  };
+
+  static glm::ivec3 cell_of(const vec3& position, int level) {
+    return glm::ivec3(glm::floor(position * static_cast<float>(1 << level)));
+  }
+  static vec2 place_in(const Key& key, const Frame& plane, const vec3& position, int level);
+  vec3 in_grid(const vec3& position) const { return (position - origin_) * (1 / size_); }
+  float edge(int level) const { return std::ldexp(size_, -level); }
+  Place place(const vec3& position, std::uint32_t tag) const;
   int finest_level(const vec3& position) const;
-  std::size_t shard_of(const vec3& position, std::uint32_t tag) const;
-  const PlaneMoments* find(const vec3& position, std::uint32_t tag, int level, float enough) const;
-  std::optional<Rgb> answer(const vec3& position, std::uint32_t tag, int level, float enough) const;
-  bool answered_within(const Shard& shard, const Key& at, int level) const;
+  static const PlaneMoments* find(const Place& at, int level, float enough);
+  static std::optional<Rgb> answer(const Place& at, int level, float enough);
+  static bool answered_within(const Shard& shard, const Key& at, int level, float enough);
   void add_to(Shard& shard, std::span<const CachedValue* const> values) const;
 
   PathSpaceGridOptions options_;
   vec3 origin_{0};
-  std::array<float, deepest + 1> edge_;  // by level, metres
-  float size_ = 1, finest_ = 3, enough_ = 20;
+  float size_ = 1, finest_, enough_;
   std::vector<Shard> shards_;
 };
 

@@ -25,6 +25,17 @@ PlaneMoments& PlaneMoments::operator+=(const PlaneMoments& other) {
   return *this;
 }
 
+PlaneMoments& PlaneMoments::operator*=(float weight) {
+  count *= weight;
+  place *= weight;
+  place_square *= weight;
+  value *= weight;
+  value_x *= weight;
+  value_y *= weight;
+  square *= weight;
+  return *this;
+}
+
 PlaneMoments PlaneMoments::in_coarser(const vec2& centre) const {
   const vec2 half = 0.5f * place;
   const vec3 mixed(2 * half.x * centre.x, 2 * half.y * centre.y, half.x * centre.y + half.y * centre.x);
@@ -64,7 +75,7 @@ float PlaneMoments::variance() const {
 bool PlaneMoments::is_valid() const {
   const bool finite = std::isfinite(count) && std::isfinite(place.x) && std::isfinite(place.y) && is_finite(place_square) &&
                       is_finite(value) && is_finite(value_x) && is_finite(value_y) && std::isfinite(square);
-  return finite && count >= 1 && square >= 0 && glm::all(glm::greaterThanEqual(value, Rgb(0)));
+  return finite && count > 0 && square >= 0 && glm::all(glm::greaterThanEqual(value, Rgb(0)));
 }
 
 }  // namespace etendue

@@ -22,6 +22,7 @@ struct PlaneMoments {
 
   static PlaneMoments of(const vec2& place, const Rgb& value);
   PlaneMoments& operator+=(const PlaneMoments& other);
+  PlaneMoments& operator*=(float weight);
   // The same values in a cell of twice the edge, in whose coordinates this cell's centre lies at `centre`.
   PlaneMoments in_coarser(const vec2& centre) const;
   // The fitted value at `at`. `reach`: how far the cell extends from its centre along the axes of the plane.

@@ -41,6 +41,16 @@ TEST(PathSpaceGrid, AnswersOnlyWhereEnoughWasSeen) {
   EXPECT_FALSE(grid.smooth_mean({0.5f, 0, 0.5f}, -up, 0, vec2(0.5f)));
 }
 
+// What the large cells of the first samples blurred must not stay: of 64 samples the first would weigh a 64th, and leave 2.55.
+TEST(PathSpaceGrid, ForgetsItsFirstValues) {
+  PathSpaceGrid grid(room, eye_above(0.02f, 1));
+  for (std::uint32_t sample = 0; sample < 64; ++sample) {
+    grid.begin(sample);
+    grid.add(floor_values(2000, sample, [&](const vec3&) { return Rgb(sample == 0 ? 100.0f : 1.0f); }));
+  }
+  EXPECT_NEAR(grid.smooth_mean({0.5f, 0, 0.5f}, up, 0, vec2(0.5f)).value().x, 1, 0.15);
+}
+
 TEST(PathSpaceGrid, ScatterIsThatOfValuesWithinCells) {
   PathSpaceGrid grid(room, eye_above(0.02f, 16));
   EXPECT_EQ(grid.scatter(), 0);
