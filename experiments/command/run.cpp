@@ -2,6 +2,7 @@
 
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
+#include "experiments/harness/report_text.h"
 #include "experiments/harness/run_directory.h"
 #include "framework/core/units.h"
 
@@ -96,7 +97,7 @@ int run_command(const RunCommand& command) {
   ConsoleRunObserver observer(console);
   const RunSummary summary = execute_run(plan, observer);
   console.clear_status();
-  fmt::print("{}", summary.table);
+  fmt::print("{}", wrapped(summary.table, 100));
   print_files(summary.report_files, console);
   console.line(fmt::format("{} cell{} done, {} failed, {} done before; {}", summary.done, summary.done == 1 ? "" : "s",
                            summary.failed, summary.skipped, plan.directory));

@@ -119,6 +119,35 @@ std::string shortened(std::string_view text, std::size_t width) {
   return std::string(text.substr(0, end)) + "…";
 }
 
+std::string wrapped(std::string_view text, std::size_t width) {
+  std::string out;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string_view line = text.substr(begin, end - begin);
+    begin = end + 1;
+    if (display_width(line) <= width) {
+      out += std::string(line) + "\n";
+      continue;
+    }
+    const std::size_t indent = std::min(line.find_first_not_of(' '), line.size());
+    std::string row(line.substr(0, indent));
+    for (std::size_t at = indent; at < line.size();) {
+      const std::size_t stop = std::min(line.find(' ', at), line.size());
+      const std::string_view word = line.substr(at, stop - at);
+      const bool first = row.find_first_not_of(' ') == std::string::npos;
+      if (!first && display_width(row) + 1 + display_width(word) > width) {
+        out += row + "\n";
+        row = std::string(indent + 2, ' ') + std::string(word);
+      } else {
+        row += (first ? "" : " ") + std::string(word);
+      }
+      at = stop + 1;
+    }
+    out += row + "\n";
+  }
+  return out;
+}
+
 std::string escape_html(std::string_view text) {
   std::string out;
   out.reserve(text.size());

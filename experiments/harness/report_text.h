@@ -22,6 +22,9 @@ std::string padded(std::string_view text, std::size_t width, bool right);
 // At most `width` code points, the last one an ellipsis where text was cut.
 std::string shortened(std::string_view text, std::size_t width);
 
+// Lines of at most `width` code points where there are spaces to break at; what is broken goes on two deeper than it began.
+std::string wrapped(std::string_view text, std::size_t width);
+
 std::string escape_html(std::string_view text);      // for text and attribute values, also of SVG; control characters dropped
 std::string escape_tex(std::string_view text);       // with figures such as 1.2e-5 set as powers of ten
 std::string escape_markdown(std::string_view text);  // for one cell of a table

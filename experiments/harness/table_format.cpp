@@ -13,14 +13,10 @@ namespace {
 
 constexpr std::size_t all_groups = static_cast<std::size_t>(-1);
 
-// Indices of the columns a reader sees in a group.
 std::vector<std::size_t> visible(const Table& table, std::size_t group) {
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < table.columns.size(); ++i) {
-    const TableColumn& column = table.columns[i];
-    if (column.audience != Audience::machines && (group == all_groups || column.group == 0 || column.group == group))
-      chosen.push_back(i);
-  }
+  std::vector<std::size_t> chosen = visible_columns(table);
+  if (group != all_groups)
+    std::erase_if(chosen, [&](std::size_t i) { return table.columns[i].group != 0 && table.columns[i].group != group; });
   return chosen;
 }
 
@@ -90,6 +86,13 @@ TableCell TableCell::number(double value, std::string text) { return {std::move(
 TableCell TableCell::number(double value) { return number(value, format_figure(value)); }
 TableCell TableCell::count(std::uint64_t value) {
   return {fmt::format("{}", value), fmt::format("{}", value), static_cast<double>(value)};
+}
+
+std::vector<std::size_t> visible_columns(const Table& table) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    if (table.columns[i].audience != Audience::machines) chosen.push_back(i);
+  return chosen;
 }
 
 std::string to_markdown(const Table& table) {
@@ -170,22 +173,6 @@ std::string to_html(const Table& table) {
     out += "</ul>";
   }
   return out + "</figure>\n";
-}
-
-std::string to_terminal(const Table& table, std::size_t group) {
-  check_shape(table);
-  const auto columns = visible(table, group);
-  const auto width = widths(table, columns, [](std::string_view text) { return std::string(text); });
-  const auto line = [&](const std::function<const std::string&(std::size_t)>& text) {
-    std::string out;
-    for (std::size_t i = 0; i < columns.size(); ++i)
-      out += "  " + padded(text(columns[i]), width[i], table.columns[columns[i]].right);
-    out.erase(out.find_last_not_of(' ') + 1);
-    return out + "\n";
-  };
-  std::string out = line([&](std::size_t c) -> const std::string& { return table.columns[c].title; });
-  for (const auto& row : table.rows) out += line([&](std::size_t c) -> const std::string& { return row[c].text; });
-  return out;
 }
 
 }  // namespace etendue

@@ -44,7 +44,12 @@ std::string to_markdown(const Table& table);
 std::string to_csv(const Table& table);
 std::string to_tex(const Table& table);   // one `table` environment a group; needs \usepackage{booktabs}
 std::string to_html(const Table& table);  // all groups in one
-// Without rules, for the end of a run: the columns of group 0 and the chosen one.
+// Without rules, for the end of a run: the columns of group 0 and the chosen one. What is wider than 100 columns is made
+// narrower, step by step until it fits: headings take several lines, what is the same in all rows is said once above them
+// (columns, then parameters within a name), and names take several lines.
 std::string to_terminal(const Table& table, std::size_t group);
+
+// Indices of the columns a reader sees, of all groups.
+std::vector<std::size_t> visible_columns(const Table& table);
 
 }  // namespace etendue
