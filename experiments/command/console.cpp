@@ -40,13 +40,15 @@ void handle_interrupt(int) {
 }
 
 void handle_interrupts() {
-  struct sigaction current {};
-  sigaction(SIGINT, nullptr, &current);
-  if (current.sa_handler == SIG_IGN) return;  // started with nohup, or in a script's background
-  struct sigaction action {};
-  action.sa_handler = handle_interrupt;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM}) {  // the latter from batch systems whose time is over
+    struct sigaction current {};
+    sigaction(signal, nullptr, &current);
+    if (current.sa_handler == SIG_IGN) continue;  // started with nohup, or in a script's background
+    struct sigaction action {};
+    action.sa_handler = handle_interrupt;
+    action.sa_flags = SA_RESTART;
+    sigaction(signal, &action, nullptr);
+  }
 }
 
 }  // namespace

@@ -54,13 +54,13 @@ class ConsoleRunObserver final : public RunObserver {
   std::chrono::steady_clock::time_point first_start_{};
 };
 
-// Ctrl-C ends the process at once with status 130, after saying `message`. Nothing needs tidying up: only complete files carry
-// their final name, and logs are appended in whole blocks.
+// Ctrl-C (as SIGTERM) ends the process at once with status 130, after saying `message`. Nothing needs tidying up: only complete
+// files carry their final name, and logs are appended in whole blocks.
 void exit_on_interrupt(const char* message);
 
-// The first Ctrl-C only says `message`, and interrupted() is true from then on; a second one ends the process as above,
-// as does any once exit_on_interrupt is called again. A closed pipe does not end the process either: Ctrl-C in `... 2>&1 | tee`
-// ends the reader of the messages too.
+// The first Ctrl-C (as SIGTERM) only says `message`, and interrupted() is true from then on; a second one ends the process as
+// above, as does any once exit_on_interrupt is called again. A closed pipe does not end the process either: Ctrl-C in `... 2>&1
+// | tee` ends the reader of the messages too.
 void note_interrupt(const char* message, const char* second_message);
 bool interrupted();
 
