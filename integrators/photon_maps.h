@@ -43,9 +43,10 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
       "photons", p.photons, 0, 2000000000, "photons",
       "emitted for the global map; 0: 200,000, for gather rays up to tenfold and 32 a pixel where few land on what is seen");
   v.integer("caustic_photons", p.caustic_photons, 1, 2000000000, "photons", "emitted for the caustic map, where there is one");
-  v.integer("k", p.k, 0, 1000000, "photons",
-            "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "
-            "takes time in proportion");
+  v.integer(
+      "k", p.k, 0, 1000000, "photons",
+      "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "
+      "takes time in proportion");
   v.number("radius", p.radius, 0, 1e12, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.integer("precompute", p.precompute, 0, 1000000, "photons",

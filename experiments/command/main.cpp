@@ -221,7 +221,8 @@ int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point st
     return 2;
   } catch (const std::bad_alloc&) {
     const std::string taken = format_bytes(static_cast<double>(peak_memory_bytes()));
-    std::fprintf(stderr, "error: out of memory, with %s taken; expected a smaller scene, image or number of photons\n", taken.c_str());
+    std::fprintf(stderr, "error: out of memory, with %s taken; expected a smaller scene, image or number of photons\n",
+                 taken.c_str());
   } catch (const std::exception& e) {
     std::fprintf(stderr, "error: %s\n", e.what());
   }

@@ -144,7 +144,8 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
     least = std::min({least, texel.x, texel.y, texel.z});
     texel = glm::max(texel, Rgb(0));
   }
-  if (least < 0) warn(params.where(param), fmt::format("'{}' falls to {:.4g}: no light is negative, clamped to 0", file, least));
+  if (least < 0)
+    warn(params.where(param), fmt::format("'{}' falls to {:.4g}: no light is negative, clamped to 0", file, least));
   for (const Rgb& texel : light.texels)  // which are summed up both as they stand and scaled
     if (const float value = max_component(texel * glm::max(light.scale, Rgb(1))); value > brightest)
       params.fail(param, fmt::format("has a texel of {:g}, unscaled or scaled; expected {:g} at most", value, brightest));

@@ -40,8 +40,6 @@ struct Evaluate {
 
 }  // namespace
 
-Rgb evaluate(const Texture& texture, const vec2& uv) {
-  return std::visit(Evaluate{uv}, texture);
-}
+Rgb evaluate(const Texture& texture, const vec2& uv) { return std::visit(Evaluate{uv}, texture); }
 
 }  // namespace etendue

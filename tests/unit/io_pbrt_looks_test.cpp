@@ -217,7 +217,8 @@ TEST(PbrtTextures, ReflectancesAreClampedToWhatASurfaceCanReflect) {
   EXPECT_TRUE(warns(scene, "texture 't' of 'own values.exr' falls to -1e+09, less than"));
   // What is scaled afterwards is the file's own value, even if a surface has used it before.
   const std::string scaled =
-      "Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"t\" \"float scale\" .25 Material \"diffuse\" \"texture reflectance\" "
+      "Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"t\" \"float scale\" .25 Material \"diffuse\" \"texture "
+      "reflectance\" "
       "\"s\" " +
       triangle;
   image.pixels = {4, dvec3(2, 1, 0.4)};
@@ -243,8 +244,8 @@ TEST(PbrtLights, NegativeTexelsAreClamped) {
   Image image({2, 1});
   image.pixels = {{1, 2, -3}, {std::numeric_limits<double>::infinity(), 1, 1}};
   write_exr(directory.path("sky.exr"), image);
-  const Scene scene = parse_pbrt("WorldBegin LightSource \"infinite\" \"string mapname\" \"sky.exr\" " + triangle,
-                                 directory.path("s.pbrt"));
+  const Scene scene =
+      parse_pbrt("WorldBegin LightSource \"infinite\" \"string mapname\" \"sky.exr\" " + triangle, directory.path("s.pbrt"));
   EXPECT_EQ(std::get<EnvironmentLight>(scene.lights.at(0)).texels, (std::vector<Rgb>{{1, 2, 0}, {0, 1, 1}}));
   EXPECT_TRUE(warns(scene, "'sky.exr' falls to -3"));
   EXPECT_TRUE(warns(scene, "'sky.exr' holds NaN or infinity in 1 texels"));

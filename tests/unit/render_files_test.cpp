@@ -128,12 +128,14 @@ class InterruptedRender : public ProgramTest {
 };
 
 TEST_F(InterruptedRender, KeepsWhatItHas) {
-  const pid_t pid = start_endless();
-  kill(pid, SIGINT);
-  const Outcome outcome = finish(pid);
-  EXPECT_EQ(outcome.status, 130) << outcome.err;
-  EXPECT_NE(outcome.err.find("after this iteration"), std::string::npos) << outcome.err;
-  EXPECT_TRUE(std::filesystem::exists(directory_ / "a.exr"));
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const pid_t pid = start_endless();
+    kill(pid, signal);
+    const Outcome outcome = finish(pid);
+    EXPECT_EQ(outcome.status, 130) << outcome.err;
+    EXPECT_NE(outcome.err.find("after this iteration"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(std::filesystem::remove(directory_ / "a.exr"));
+  }
 }
 
 TEST_F(InterruptedRender, OutlivesTheReaderOfItsMessages) {
