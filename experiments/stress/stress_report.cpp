@@ -152,11 +152,11 @@ std::string stress_summary(const RunLog& log) {
   for (const ClaimRecord* record : arrange_stress(log)) {
     const std::vector<StressVerdict> verdicts = judge_stress(*record);
     out += fmt::format("{:2}  {}  ({}: {})\n", record->id, record->claim, record->cell.scene, record->claimed);
-    std::size_t widest = 28;
+    std::size_t widest = 16;
     for (const ClaimFigure& figure : record->figures) widest = std::max(widest, display_width(figure.quantity));
     for (std::size_t i = 0; i < record->figures.size(); ++i) {
       const ClaimFigure& figure = record->figures[i];
-      out += fmt::format("      {:<{}} {:<26} expected {:<18} {}\n", figure.quantity, widest, measured_text(figure.value),
+      out += fmt::format("      {:<{}} {:<24} expected {:<14} {}\n", figure.quantity, widest, measured_text(figure.value),
                          interval_text(figure.expected_low, figure.expected_high), verdict_name(verdicts[i]));
     }
   }
