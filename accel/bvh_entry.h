@@ -2,11 +2,9 @@
 #pragma once
 
 #include "accel/bvh_over_scene.h"
-#include "accel/ray/build_lbvh.h"
 #include "accel/ray/reinsertion.h"
 #include "accel/registry.h"
 
-#include <concepts>
 #include <functional>
 #include <string>
 #include <utility>
@@ -65,7 +63,7 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
     builder.max_depth = params.max_depth;
     builder.reinsertion = params.reinsertion > 0;
     if constexpr (requires { params.primitive_cost; }) builder.primitive_cost = params.primitive_cost;
-    builder.sorts_to_packs = std::derived_from<BuilderParams, LbvhParams>;
+    builder.sorts_to_packs = requires { BuilderParams::sorts_to_packs; };
     return builder;
   });
 }
@@ -76,11 +74,12 @@ RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primi
   return bvh_entry<BuilderParams>(
       name, summary,
       [=](const BuilderParams& params) {
-        constexpr int enough = 32;  // for any number of primitives: runs are halved in time (must_halve), to what a pack takes
-        return BuilderSpace{bytes_per_primitive, 1, std::derived_from<BuilderParams, LbvhParams> && params.max_depth >= enough};
-      },
+    constexpr int enough = 32;  // for any number of primitives: runs are halved in time (must_halve), to what a pack takes
+    return BuilderSpace{bytes_per_primitive, 1, requires {BuilderParams::sorts_to_packs; } && params.max_depth >= enough
+};
+},
       [](std::vector<BuildItem> items, const BuilderParams& params, const Geometry*) {
-        return build(std::move(items), params);
+  return build(std::move(items), params);
       });
 }
 

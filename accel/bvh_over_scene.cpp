@@ -5,8 +5,7 @@
 #include "accel/ray/bvh.h"
 #include "accel/ray/pack_test.h"
 #include "accel/ray/wide_bvh.h"
-
-#include <tbb/parallel_invoke.h>
+#include "framework/core/parallel.h"
 
 #include <algorithm>
 
@@ -49,7 +48,7 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const ConfiguredBu
             return Wide(geometry, std::move(*packs));
         std::optional<VertexIds> vertices;
         std::vector<BuildItem> items;
-        tbb::parallel_invoke([&] { vertices.emplace(geometry); }, [&] { items = build_items(geometry); });
+        parallel_invoke([&] { vertices.emplace(geometry); }, [&] { items = build_items(geometry); });
         const PackTest packs = PackTest::of<typename Wide::LeafPack>(*vertices);
         fine.geometry = &geometry;
         fine.packs = to_packs ? &packs : nullptr;

@@ -53,8 +53,9 @@ MemoryNeed to_packs_need(const Geometry& geometry, const std::string& layout) {
   const double contents = 12 + 4 + (layout == "wide16" ? 3 : 0) + id, keys = 8, point = 16, leaf = 24;
   const double sort = (point + 2 * keys) * count;
   const double kept = wide.node * inner + wide.pack * packs, pages = kept < huge_page ? 0 : huge_page;
-  const double ready = wide.pack * packs + (2 * tree_node + 5) * packs;  // packs, their tree, counts and areas
-  const double cut = (point + keys + contents + tree_node / 2 + leaf / 4) * count + ready + pages;
+  const double ready = wide.pack * packs + (2 * tree_node + 5) * packs;            // packs, their tree, counts and areas
+  const double least_filling = layout == "wide4" ? 2 : layout == "wide8" ? 3 : 4;  // of PackCutter
+  const double cut = (point + keys + contents + (2 * tree_node + leaf) / least_filling) * count + ready + pages;
   const double collapse = ready + 2 * plan_bytes(layout) * packs + pages + (1 + list_growth) * wide.node * inner;
   return whole(geometry, kept, 1.1 * std::max({sort, cut, collapse}));
 }

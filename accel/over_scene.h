@@ -40,15 +40,10 @@ std::unique_ptr<RayQuery> over_scene(const Scene& scene, MemoryWatch* watch, con
   return behind_interface(TwoLevel(std::move(bottoms), scene, make_top(instance_items(scene))), scene);
 }
 
-template <class Params>
-WithMemory<Params> read_with_memory(const ParamMap& map, const char* name) {
-  return read_params<WithMemory<Params>>(map, name);
-}
-
 // Parameters for a structure built under a watch, which may be null.
 template <class Params>
 Params read_watched(const ParamMap& map, const char* name, const MemoryWatch* watch) {
-  Params params = read_with_memory<Params>(map, name);
+  Params params = read_params<WithMemory<Params>>(map, name);
   if constexpr (requires { params.watch; }) params.watch = watch;
   return params;
 }

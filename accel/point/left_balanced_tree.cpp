@@ -3,8 +3,7 @@
 #include "accel/left_balance.h"
 #include "accel/point/placed_points.h"
 #include "framework/core/check.h"
-
-#include <tbb/parallel_invoke.h>
+#include "framework/core/parallel.h"
 
 namespace etendue {
 
@@ -29,7 +28,7 @@ void LeftBalancedTree::place(std::span<PlacedPoint> points, std::size_t node) {
     nodes_[node] = {median->position, median->id | static_cast<std::uint32_t>(axis) << 30};
     const auto lower = points.first(left), upper = points.subspan(left + 1);
     if (points.size() > parallel_size)
-      return tbb::parallel_invoke([=, this] { place(lower, 2 * node); }, [=, this] { place(upper, 2 * node + 1); });
+      return parallel_invoke([=, this] { place(lower, 2 * node); }, [=, this] { place(upper, 2 * node + 1); });
     place(lower, 2 * node);
     points = upper;
     node = 2 * node + 1;

@@ -11,7 +11,9 @@
 
 namespace etendue {
 
-struct LbvhParams : TreeLimits {};
+struct LbvhParams : TreeLimits {
+  static constexpr bool sorts_to_packs = true;  // build_lbvh_packs.h makes the same trees over triangles
+};
 
 BinaryTree build_lbvh(std::vector<BuildItem> items, const LbvhParams& limits);
 

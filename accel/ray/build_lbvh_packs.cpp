@@ -58,6 +58,7 @@ class PackCutter {
 
  private:
   static constexpr std::uint32_t part_size = 4096;
+  static constexpr std::uint32_t least_filling = std::bit_width(std::uint32_t{Pack::lanes}) - 1;  // of packs on average
   static constexpr bool shares_vertices = std::is_same_v<Pack, SharedPack>;
 
   struct Job {
@@ -127,8 +128,9 @@ class PackCutter {
   void cut_part(Part& part) {
     visit(part.root);
     std::vector<TreeNode>& nodes = part.nodes;
-    nodes.reserve(part.root.size() / 2);
-    part.leaves.reserve(part.root.size() / 4);
+    const std::size_t leaves = part.root.size() / least_filling;
+    nodes.reserve(2 * leaves);
+    part.leaves.reserve(leaves);
     nodes.resize(1);
     std::vector<Job> jobs{part.root};
     jobs.back().node = 0;

@@ -41,6 +41,8 @@ class CollapsePlan {
     plan(2048 / 8);
   }
   bool is_leaf(std::uint32_t n) const { return tree_.nodes[n].is_leaf() || shares_[n][0] == as_leaf; }
+  std::uint32_t count(std::uint32_t n) const { return nodes_[n].count; }  // of its primitives
+  // Of a geometry: their ids.
   std::span<const std::uint32_t> primitives(std::uint32_t n) const {
     return std::span(tree_.primitives).subspan(nodes_[n].first, nodes_[n].count);
   }

@@ -24,23 +24,21 @@ FourUnsigned spread(FourUnsigned x) {
   return (x | x << 2) & 0x49249249;
 }
 
-// The bits by which keys are first sorted.
-constexpr int radix_shift = 28;
-
-// Stable radix sort by bits [radix_shift, 64), by blocks whose counts are summed up per digit.
+// Stable radix sort by bits [shift, 64), 28 <= shift, by blocks whose counts are summed up per digit.
 class RadixSort {
  public:
-  RadixSort(UninitialisedArray<std::uint64_t>& keys, std::size_t size)
+  RadixSort(UninitialisedArray<std::uint64_t>& keys, std::size_t size, int shift)
       : keys_(keys),
         moved_(uninitialised_on_huge_pages<std::uint64_t>(size)),
         size_(size),
         block_size_(std::max(grain, (size + max_blocks - 1) / max_blocks)),
         counts_((size + block_size_ - 1) / block_size_) {
-    for (const int shift : {radix_shift, 40, 52}) pass(shift);
+    for (const int digit : {0, 1, 2}) pass(shift + digit * bits_per_digit);
   }
 
  private:
-  static constexpr std::size_t grain = 1 << 14, max_blocks = 32, digits = 1 << 12;
+  static constexpr int bits_per_digit = 12;
+  static constexpr std::size_t grain = 1 << 14, max_blocks = 32, digits = 1 << bits_per_digit;
 
   template <class Body>
   void each_key(std::size_t block, const Body& body) {
@@ -141,8 +139,9 @@ void MortonOrder::sort() {
   code_ = MortonCode(bounds);
   keys_ = uninitialised_on_huge_pages<std::uint64_t>(size_);
   if (size_ == 0) return;
-  CHECK_LT(chunks_.back().end, std::size_t{1} << radix_shift);  // or an index would reach into what is sorted by
+  CHECK_LE(chunks_.back().end, std::size_t{1} << 31);
   index_mask_ = std::bit_ceil(chunks_.back().end) - 1;
+  radix_shift_ = std::max(28, std::popcount(index_mask_));
   parallel_for(chunks_.size(), 1, [&](std::size_t c) {
     const Chunk& chunk = chunks_[c];
     MortonKeyWriter writer{points_.get(), chunk.begin, chunk.end, code_, index_mask_, keys_.get() + chunk.size};
@@ -151,13 +150,13 @@ void MortonOrder::sort() {
     else
       writer.write();
   });
-  RadixSort(keys_, size_);
+  RadixSort(keys_, size_, radix_shift_);
   sort_equal_runs();
 }
 
 void MortonOrder::sort_equal_runs() {
   const std::uint64_t* const keys = keys_.get();
-  const auto same = [=](std::size_t a, std::size_t b) { return keys[a] >> radix_shift == keys[b] >> radix_shift; };
+  const auto same = [=, this](std::size_t a, std::size_t b) { return keys[a] >> radix_shift_ == keys[b] >> radix_shift_; };
   std::vector<std::uint32_t> begins{0};  // about a chunk apart, at the beginnings of runs
   for (std::uint32_t i = chunk_size; i < size_; i += chunk_size) {
     while (i < size_ && same(i - 1, i)) ++i;
@@ -184,7 +183,7 @@ void MortonOrder::sort_keys(std::uint32_t begin, std::uint32_t end) {
     keys[place] = key;
     if (place + few > i) continue;
     std::uint32_t first = place, next = i + 1;
-    const auto same = [=](std::uint32_t a) { return keys[a] >> radix_shift == key >> radix_shift; };
+    const auto same = [=, this](std::uint32_t a) { return keys[a] >> radix_shift_ == key >> radix_shift_; };
     while (first > begin && same(first - 1)) --first;
     while (next < end && same(next)) ++next;
     std::sort(keys + first, keys + next);

@@ -2,9 +2,9 @@
 //
 // A code has 63 bits, 21 per axis, of a cube around the points: the first cut is then across the longest axis, whatever the
 // scene's shape. A key of 64 bits is a point's index below as many bits of its code as find room. The sort is a radix sort by
-// the upper 33 bits of the keys; runs that are equal in these are sorted by the others, and by the rest of the code where that
-// is not enough. Equal codes keep the order of the points. Parallel (oneTBB), with the same result at any thread count, since a
-// stable order is unique.
+// the upper bits of the keys, 36 at most; runs that are equal in these are sorted by the others, and by the rest of the code
+// where that is not enough. Equal codes keep the order of the points. Parallel (oneTBB), with the same result at any thread
+// count, since a stable order is unique.
 #pragma once
 
 #include "accel/ray/binary_tree.h"
@@ -99,6 +99,7 @@ class MortonOrder {
   UninitialisedArray<MortonPoint> points_;
   MortonCode code_;
   std::uint32_t size_ = 0;
+  int radix_shift_ = 0;                     // of the lowest bit by which keys are first sorted
   std::uint64_t index_mask_ = 0;            // of the bits of a key that are an index; the others are the code's upper ones
   UninitialisedArray<std::uint64_t> keys_;  // by place in the order
 };

@@ -25,7 +25,7 @@ using HugePageVector = std::vector<T, UnconstructedOnHugePages<T>>;
 
 template <class Pack>
 struct PackTree {
-  BinaryTree tree;  // its primitives are packs, one a leaf, from left to right
+  BinaryTree tree;  // its primitives are packs, one a leaf, from left to right; there is no list of them
   HugePageVector<Pack> packs;
   // By pack: its triangles, and their area.
   UninitialisedArray<std::uint8_t> counts{};

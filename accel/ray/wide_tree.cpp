@@ -69,9 +69,9 @@ class Collapse {
     emit(top, {0, 0, 1}, &roots);
     std::vector<Piece> below(roots.size());
     parallel_for(roots.size(), 1, [&](std::size_t i) {
-      const std::size_t primitives = plan_.primitives(roots[i].binary).size();
-      below[i].nodes.reserve(primitives / (3 * node_width) + 1);
-      below[i].packs.reserve(primitives / 4 + 1);
+      const std::size_t count = plan_.count(roots[i].binary);
+      below[i].nodes.reserve(ready_ != nullptr ? count / (node_width / 2) + 1 : count / (3 * node_width) + 1);
+      if (ready_ == nullptr) below[i].packs.reserve(count / 4 + 1);
       add_node(below[i]);
       emit(below[i], {0, roots[i].binary, roots[i].depth}, nullptr);
     });
@@ -85,7 +85,7 @@ class Collapse {
     while (!jobs.empty()) {
       const Job job = jobs.back();
       jobs.pop_back();
-      if (tasks != nullptr && plan_.primitives(job.binary).size() <= task_size()) {
+      if (tasks != nullptr && plan_.count(job.binary) <= task_size()) {
         tasks->push_back(job);
         continue;
       }
@@ -146,7 +146,7 @@ class Collapse {
   }
   // Of a leaf.
   std::size_t primitives(std::uint32_t binary) const {
-    return ready_ != nullptr ? ready_->counts[tree_.nodes[binary].first] : plan_.primitives(binary).size();
+    return ready_ != nullptr ? ready_->counts[tree_.nodes[binary].first] : plan_.count(binary);
   }
 
   // The pieces one after the other; the root of each below the top has its place there.

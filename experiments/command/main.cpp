@@ -4,6 +4,7 @@
 #include "experiments/command/commands.h"
 #include "experiments/harness/manifest.h"
 #include "framework/core/counters.h"
+#include "framework/core/memory.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -12,10 +13,6 @@
 #include <functional>
 #include <new>
 #include <sstream>
-
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
 
 namespace etendue {
 
@@ -227,15 +224,6 @@ int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point st
     std::fprintf(stderr, "error: %s\n", e.what());
   }
   return 1;
-}
-
-// Builders and films free arrays of megabytes and soon ask for as many again. The C library would give the memory back to the
-// system each time, and to have it mapped anew would take up to a fifth of a build.
-void keep_freed_memory() {
-#if defined(__GLIBC__)
-  mallopt(M_TRIM_THRESHOLD, 256 << 20);
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
-#endif
 }
 
 }  // namespace

@@ -9,10 +9,6 @@
 #include "framework/image/metrics.h"
 #include "integrators/registry.h"
 
-#if defined(__linux__)
-#include <malloc.h>
-#endif
-
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
@@ -26,15 +22,9 @@ namespace {
 constexpr double progress_interval_s = 0.1;
 
 // What earlier cells left goes back to the system, and the kernel's high-water mark of this process starts anew (Linux; where
-// it cannot be reset, the peak is that of the run). Within a cell, memory that one pass frees is kept for the next: fetching it
-// anew costs photon passes a tenth of their time.
+// it cannot be reset, the peak is that of the run).
 void reset_peak_memory() {
-#if defined(__GLIBC__)
-  malloc_trim(0);
-  mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
-  mallopt(M_TOP_PAD, 64 << 20);
-#endif
+  release_freed_memory();
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 

@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
+#if defined(__linux__)
+#include <malloc.h>
+#endif
 
 #include <algorithm>
 #include <fstream>
@@ -63,7 +66,22 @@ std::uint64_t left_in_control_group() {
 
 }  // namespace
 
+void keep_freed_memory() {
+#if defined(__GLIBC__)
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TOP_PAD, 64 << 20);
+#endif
+}
+
+void release_freed_memory() {
+#if defined(__GLIBC__)
+  malloc_trim(0);
+#endif
+}
+
 std::uint64_t available_memory_bytes() {
+  release_freed_memory();
   return std::min({left_in_system(), left_in_address_space(), left_in_control_group()});
 }
 

@@ -1,6 +1,7 @@
 // Parallel loops and tasks (oneTBB). The work of an index never depends on the thread that does it.
 //
-// oneTBB itself is met in parallel.cpp alone, for a call per part of a loop: its headers and instances are slow to compile.
+// Loops and tasks meet oneTBB in parallel.cpp alone, for a call per part of a loop: its headers and instances are slow to
+// compile. What reduces includes it itself.
 #pragma once
 
 #include "framework/core/vec.h"
@@ -70,6 +71,14 @@ class TaskGroup {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+// Both, at the same time where a thread is free.
+template <class A, class B>
+void parallel_invoke(const A& a, const B& b) {
+  TaskGroup group;
+  group.run(a);
+  group.run_and_wait(b);
+}
 
 int hardware_threads();
 
