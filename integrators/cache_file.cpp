@@ -9,7 +9,7 @@ namespace etendue {
 namespace {
 
 constexpr std::string_view magic = "etncache";
-constexpr std::uint32_t format = 2;
+constexpr std::uint32_t format = 3;
 constexpr std::size_t prologue_bytes = magic.size() + sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t);
 
 std::uint64_t checksum(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
@@ -42,6 +42,7 @@ std::string make_cache_file(const CacheKey& key, std::string_view body) {
   ByteWriter rest;
   rest.add(std::string_view(ETENDUE_VERSION));
   rest.add(std::string_view(key.integrator));
+  rest.add(key.format);
   rest.add(key.scene_hash);
   rest.add(std::string_view(key.scene));
   rest.add(static_cast<std::uint32_t>(key.params.size()));
@@ -72,6 +73,7 @@ CacheFile open_cache_file(std::string_view bytes, const Location& where) {
 
   CacheFile file;
   in.take(file.key.integrator);
+  in.take(file.key.format);
   in.take(file.key.scene_hash);
   in.take(file.key.scene);
   for (auto left = in.take<std::uint32_t>(); left > 0; --left) {
@@ -86,6 +88,9 @@ void check_cache_key(const CacheKey& found, const CacheKey& wanted, std::span<co
                      const Location& where) {
   if (found.integrator != wanted.integrator)
     throw Error(where, fmt::format("a cache of integrator '{}', not of '{}'", found.integrator, wanted.integrator));
+  if (found.format != wanted.format)
+    throw Error(where, fmt::format("a cache of integrator '{}' in its format {}; this program reads its format {}",
+                                   found.integrator, found.format, wanted.format));
   if (found.scene_hash != wanted.scene_hash)
     throw Error(where, fmt::format("made for another scene: geometry, materials and lights of '{}' ({:016x}) are not those of "
                                    "'{}' ({:016x})",

@@ -3,19 +3,21 @@
 // All numbers are little-endian; text is a u32 length and its bytes, without an end mark.
 //
 //   8 bytes   "etncache"
-//   u32       format, 2
+//   u32       format, 3
 //   u64       bytes of the whole file
 //   u64       XXH3 of all bytes that follow
 //   text      version of the program
 //   text      integrator
+//   u32       format of its own part, raised when what that holds changes in form or meaning
 //   u64       Scene::content_hash: geometry, materials and lights, not the camera
 //   text      the scene's name, for people
 //   u32       number of parameters; of each: text name, text value
-//   rest      the integrator's own: its records
+//   rest      the integrator's own part: its records
 //
 // A file is refused, with the reason, when it is of another format or program version, cut short or damaged, or when it was
-// made for another scene, integrator or parameters that decide what a record holds. The checksum finds every flipped bit; even
-// so, each length is checked against the bytes that are left before it is used.
+// made for another scene, by another integrator or another format of its part, or with other parameters that decide what a
+// record holds. The checksum finds every flipped bit; even so, each length is checked against the bytes that are left before it
+// is used.
 #pragma once
 
 #include "framework/core/error.h"
@@ -107,6 +109,7 @@ struct CacheKey {
   std::uint64_t scene_hash = 0;
   std::string scene;  // its name, which is not compared
   ParamTexts params;
+  std::uint32_t format = 1;  // of what the integrator holds
 };
 
 // A whole file.

@@ -5,7 +5,7 @@
 namespace etendue {
 
 CacheKey FileCache::key(const RenderContext& context, const Identity& identity) {
-  CacheKey key{identity.integrator, context.scene.content_hash(), context.scene.name, identity.params};
+  CacheKey key{identity.integrator, context.scene.content_hash(), context.scene.name, identity.params, identity.format};
   std::string& depth = key.params.at("max_depth");
   depth = std::to_string(context.max_depth(std::atoi(depth.c_str())));
   return key;

@@ -21,6 +21,7 @@ class FileCache : public SavableCache {
     std::string integrator;
     ParamTexts params;                   // max_depth among them; 0: the scene's, which counts then
     std::vector<std::string_view> free;  // parameters that may differ when it is loaded
+    std::uint32_t format = 1;            // of the content: another one's files are refused
   };
   virtual Identity identity() const = 0;
   virtual void write(ByteWriter& body) const = 0;

@@ -227,6 +227,18 @@ TEST_P(SavedCaches, DamagedOrOfAnotherVersionAreRefused) {
   EXPECT_NE(refused_by(scene_, GetParam(), cache).find("a cache of format"), std::string::npos);
 }
 
+// Of the same version, but from when the method kept something else, or will.
+TEST_P(SavedCaches, OfAnotherFormatOfTheMethodAreRefused) {
+  const std::string cache = run(scene_, true, 1).cache;
+  const CacheFile file = open_cache_file(cache, here);
+  for (const std::uint32_t format : {file.key.format - 1, file.key.format + 1}) {
+    CacheKey key = file.key;
+    key.format = format;
+    const std::string reason = refused_by(scene_, GetParam(), make_cache_file(key, file.body));
+    EXPECT_NE(reason.find("in its format " + std::to_string(format)), std::string::npos) << reason;
+  }
+}
+
 // Behind a checksum that holds: lengths and values are checked all the same.
 TEST_P(SavedCaches, OfGarbageAreRefusedOrHarmless) {
   const std::string cache = render_with(scene_, params_of(GetParam(), true), 1, {}, 1, ivec2(4), GetParam().integrator).cache;
@@ -279,6 +291,16 @@ TEST(SavedCache, OfCellsIsTheOneThatWentOn) {
   EXPECT_EQ(run(3, run(5, {})), run(8, {}));
 }
 
+// Such files hold sums in which all values weigh the same.
+TEST(SavedCache, OfCellsThatForgetNothingIsRefused) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const SavedCase c{"hash-cache", "", {}, {}, nullptr, nullptr};
+  const std::string cache = render_with(scene, {}, 3, {}, 1, ivec2(4), c.integrator).cache;
+  CacheFile file = open_cache_file(cache, here);
+  file.key.format = 1;
+  EXPECT_NE(refused_by(scene, c, make_cache_file(file.key, file.body)).find("'hash-cache' in its format 1"), std::string::npos);
+}
+
 TEST(SavedCache, OfAGivenNumberOfRecordsIsTheSame) {
   const Scene scene = load_scene("builtin:cornell-box");
   const auto map = params({{"refine", "false"}, {"records", "60"}});
@@ -314,11 +336,12 @@ TEST(SavedCache, ServesAnotherView) {
 }
 
 TEST(CacheFile, CutShortOrWithAFlippedBitIsRefused) {
-  CacheKey key{"irradiance-cache", 77, "scene", {{"a", "1"}, {"b", "2"}}};
+  CacheKey key{"irradiance-cache", 77, "scene", {{"a", "1"}, {"b", "2"}}, 5};
   const std::string whole = make_cache_file(key, "records");
   const CacheFile file = open_cache_file(whole, here);
   EXPECT_EQ(file.body, "records");
   EXPECT_EQ(file.key.params, key.params);
+  EXPECT_EQ(file.key.format, key.format);
   for (std::size_t length = 0; length < whole.size(); ++length)
     EXPECT_NE(refusal([&] { open_cache_file(std::string_view(whole).substr(0, length), here); }), "") << length;
   for (std::size_t bit = 0; bit < 8 * whole.size(); ++bit) {
