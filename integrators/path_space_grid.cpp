@@ -12,9 +12,10 @@ namespace {
 
 constexpr std::size_t shard_count = 128;
 
-// Variance of an answer, relative to the variance of a cell's values over their number. On each axis its own cell is asked with
-// probability 1 - a, a its distance from the centre in edges, else the next one, and each answers by its plane about the middle
-// of where it is asked: (1 - a)^2 + a^2 for the means and 6 a^2 (1 - a)^2 for the slopes, over a in [0, 1/2].
+// Variance of an answer, relative to the variance of a cell's values over their number, as if they all weighed the same. On
+// each axis its own cell is asked with probability 1 - a, a its distance from the centre in edges, else the next one, and each
+// answers by its plane about the middle of where it is asked: (1 - a)^2 + a^2 for the means and 6 a^2 (1 - a)^2 for the slopes,
+// over a in [0, 1/2].
 constexpr double of_smooth_planes = 32.0 / 45;
 constexpr float parent_excess = 1.0f / 3;  // an error of second order is this part of what it exceeds it by at twice the size
 constexpr float kept = 0.5f;               // of the values so far, when as many are to come again
@@ -55,8 +56,9 @@ vec2 in_plane(const Frame& plane, const vec3& v) { return {glm::dot(v, plane.tan
 // Reads and writes in one order: `io` is a ByteWriter's add or a ByteReader's take.
 template <class Io, class Key>
 void transfer(const Io& io, Key& at, PlaneMoments& cell) {
-  io(at.cell.x), io(at.cell.y), io(at.cell.z), io(at.tag), io(cell.count), io(cell.place.x), io(cell.place.y);
-  io(cell.place_square), io(cell.value), io(cell.value_x), io(cell.value_y), io(cell.square);
+  io(at.cell.x), io(at.cell.y), io(at.cell.z), io(at.tag), io(cell.count), io(cell.squared_weights);
+  io(cell.place.x), io(cell.place.y), io(cell.place_square), io(cell.value), io(cell.value_x), io(cell.value_y),
+      io(cell.square);
 }
 
 }  // namespace
@@ -226,7 +228,7 @@ float PathSpaceGrid::standard_error(const vec3& position, const vec3& normal, in
   for (int level = finest_level(position); level >= coarsest; --level) {
     const PlaneMoments* cell = find(at, level, level > coarsest ? enough_ : 0);
     if (cell == nullptr) continue;
-    const double noise = of_smooth_planes * cell->variance() / cell->count;
+    const double noise = of_smooth_planes * cell->variance() / cell->effective_count();
     double left_out = 0;
     if (level > coarsest) {
       const auto here = answer(at, level, 0), above = answer(at, level - 1, 0);
@@ -283,7 +285,7 @@ void PathSpaceGrid::write(ByteWriter& out) const {
 }
 
 void PathSpaceGrid::read(ByteReader& in, int depths) {
-  constexpr std::size_t cell_bytes = 4 * 4 + 16 * 4;
+  constexpr std::size_t cell_bytes = 4 * 4 + 17 * 4;
   for (int level = coarsest; level <= deepest; ++level)
     for (std::size_t left = in.take_count(cell_bytes); left > 0; --left) {
       Key at;

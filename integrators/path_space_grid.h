@@ -22,7 +22,7 @@
 //
 // Cells estimate the standard error of their answers: the error of a plane fitted to n values of the observed scatter, and the
 // error of the fit itself, which is of second order in the cell's size and so a third of the difference to the answer of the
-// cell of twice the size.
+// cell of twice the size. Of n values of weights w count (sum of w)^2 / (sum of w^2) here.
 //
 // Deviations: keys are compared in full, where [Binder2018] trusts a fingerprint; values are added in their given order within
 // shards of the table, one task each, where it adds atomically; so means do not depend on threads. [Binder2018] takes means.
@@ -73,8 +73,8 @@ class PathSpaceGrid {
   std::vector<RecordShape> cells() const;
 
   // All cells, by level from the coarsest: u64 number of them; of each: i32 cell[3]; u32 normal and depth; f32 number of
-  // values, place[2], its squares[3], value[3], value times place[2][3], squared luminance. `read` throws Error where the bytes
-  // hold what no cell can; the grid is as it was when they were written.
+  // values, squared weights, place[2], its squares[3], value[3], value times place[2][3], squared luminance. `read` throws
+  // Error where the bytes hold what no cell can; the grid is as it was when they were written.
   void write(ByteWriter& out) const;
   void read(ByteReader& in, int depths);
 

@@ -11,11 +11,12 @@ vec3 squares(const vec2& v) { return {v.x * v.x, v.y * v.y, v.x * v.y}; }
 }  // namespace
 
 PlaneMoments PlaneMoments::of(const vec2& place, const Rgb& value) {
-  return {1, place, squares(place), value, place.x * value, place.y * value, etendue::square(luminance(value))};
+  return {1, 1, place, squares(place), value, place.x * value, place.y * value, etendue::square(luminance(value))};
 }
 
 PlaneMoments& PlaneMoments::operator+=(const PlaneMoments& other) {
   count += other.count;
+  squared_weights += other.squared_weights;
   place += other.place;
   place_square += other.place_square;
   value += other.value;
@@ -27,6 +28,7 @@ PlaneMoments& PlaneMoments::operator+=(const PlaneMoments& other) {
 
 PlaneMoments& PlaneMoments::operator*=(float weight) {
   count *= weight;
+  squared_weights *= weight * weight;
   place *= weight;
   place_square *= weight;
   value *= weight;
@@ -40,6 +42,7 @@ PlaneMoments PlaneMoments::in_coarser(const vec2& centre) const {
   const vec2 half = 0.5f * place;
   const vec3 mixed(2 * half.x * centre.x, 2 * half.y * centre.y, half.x * centre.y + half.y * centre.x);
   return {count,
+          squared_weights,
           half + count * centre,
           0.25f * place_square + mixed + count * squares(centre),
           value,
@@ -68,14 +71,17 @@ Rgb PlaneMoments::fit(const vec2& at, const vec2& reach) const {
 }
 
 float PlaneMoments::variance() const {
-  if (count < 2) return square / count;  // of one value nothing is known: it may all be error
-  return std::max(0.0f, square / count - etendue::square(luminance(value) / count)) * count / (count - 1);
+  const float n = effective_count();
+  if (n < 2) return square / count;  // of one value nothing is known: it may all be error
+  return std::max(0.0f, square / count - etendue::square(luminance(value) / count)) / (1 - 1 / n);
 }
 
 bool PlaneMoments::is_valid() const {
-  const bool finite = std::isfinite(count) && std::isfinite(place.x) && std::isfinite(place.y) && is_finite(place_square) &&
-                      is_finite(value) && is_finite(value_x) && is_finite(value_y) && std::isfinite(square);
-  return finite && count > 0 && square >= 0 && glm::all(glm::greaterThanEqual(value, Rgb(0)));
+  const bool finite = std::isfinite(count) && std::isfinite(squared_weights) && std::isfinite(place.x) &&
+                      std::isfinite(place.y) && is_finite(place_square) && is_finite(value) && is_finite(value_x) &&
+                      is_finite(value_y) && std::isfinite(square);
+  return finite && squared_weights > 0 && squared_weights <= count && square >= 0 &&
+         glm::all(glm::greaterThanEqual(value, Rgb(0)));
 }
 
 }  // namespace etendue

@@ -14,7 +14,8 @@
 namespace etendue {
 
 struct PlaneMoments {
-  float count = 0;
+  float count = 0;            // sum of the values' weights
+  float squared_weights = 0;  // sum of these weights' squares
   vec2 place{0};
   vec3 place_square{0};                  // xx, yy, xy
   Rgb value{0}, value_x{0}, value_y{0};  // value, and value times each coordinate of its place
@@ -22,12 +23,14 @@ struct PlaneMoments {
 
   static PlaneMoments of(const vec2& place, const Rgb& value);
   PlaneMoments& operator+=(const PlaneMoments& other);
-  PlaneMoments& operator*=(float weight);
+  PlaneMoments& operator*=(float weight);  // of all values, beside what they weigh already
   // The same values in a cell of twice the edge, in whose coordinates this cell's centre lies at `centre`.
   PlaneMoments in_coarser(const vec2& centre) const;
   // The fitted value at `at`. `reach`: how far the cell extends from its centre along the axes of the plane.
   Rgb fit(const vec2& at, const vec2& reach) const;
-  float variance() const;  // of the values' luminance
+  // So many values of equal weight would have a mean of the same variance.
+  float effective_count() const { return count * (count / squared_weights); }
+  float variance() const;  // of the values' luminance, each alone
   // Whether values could have these sums: to be checked where they come from a file.
   bool is_valid() const;
 };
