@@ -19,14 +19,13 @@ constexpr std::size_t shard_count = 128;
 constexpr double of_smooth_planes = 32.0 / 45;
 constexpr float parent_excess = 1.0f / 3;  // an error of second order is this part of what it exceeds it by at twice the size
 constexpr float kept = 0.5f;               // of the values so far, when as many are to come again
-constexpr std::uint32_t no_normal = (3 * 7 + 3) * 7 + 3;  // among tags
+constexpr std::uint32_t normals = 7 * 7 * 7;      // that tags tell apart
+constexpr std::uint32_t no_normal = normals / 2;  // the middle one of them, of length 0
 
 std::uint64_t hash(const glm::ivec3& cell, std::uint32_t tag) {
   const auto bits = [](int x) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)); };
   return mix_bits(mix_bits(bits(cell.x) | bits(cell.y) << 32) ^ (bits(cell.z) | std::uint64_t{tag} << 32));
 }
-
-constexpr std::uint32_t normals = 7 * 7 * 7;
 
 // Normals by steps of a third along each axis, and the depth.
 std::uint32_t tag_of(const vec3& normal, int depth) {
