@@ -292,7 +292,7 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
     samples_ = sample + 1;
   }
   const auto timed = context.phases.measure("gather");
-  cached_.begin(index, sample + 1.0);  // what the cache adds rests on all paths so far
+  cached_.begin(index, sample + 1.0);  // lookups rest on a nearly constant share of the paths so far (path_space_grid.h)
   parallel_for(pixels_.size(), 1, [&](std::size_t number) { add_tile(context, number, film); });
 }
 
