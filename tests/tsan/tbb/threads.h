@@ -1,7 +1,7 @@
 // What this project uses of oneTBB, by the standard library's threads: the preset `tsan` puts it in oneTBB's place, since
 // ThreadSanitizer does not see what comes before what inside a library that is not built for it, and would take every loop for
 // a race. To find races, not to be fast: a few threads, begun anew for each loop, and where none is spare the work is done at
-// once.
+// once. Its own counters are relaxed: an order that they made between threads would hide the races of what these do.
 #pragma once
 
 #include <algorithm>
@@ -24,14 +24,14 @@ class task_group {
 
   template <class Work>
   void run(Work work) {
-    if (spare().fetch_sub(1) <= 0) {
-      spare().fetch_add(1);
+    if (spare().fetch_sub(1, std::memory_order_relaxed) <= 0) {
+      spare().fetch_add(1, std::memory_order_relaxed);
       return attempt(work);
     }
     const std::lock_guard lock(mutex_);
     threads_.emplace_back([this, work = std::move(work)] {
       attempt(work);
-      spare().fetch_add(1);
+      spare().fetch_add(1, std::memory_order_relaxed);
     });
   }
   void wait() {
@@ -106,7 +106,7 @@ template <class Range, class Body>
 void parallel_for(const Range& range, const Body& body) {
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
-    for (std::size_t i; (i = next.fetch_add(1)) < range.parts();) body(range.part(i));
+    for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < range.parts();) body(range.part(i));
   };
   task_group group;
   for (std::size_t i = 1; i < std::min<std::size_t>(range.parts(), 4); ++i) group.run(work);
