@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace etendue {
 
@@ -50,10 +51,14 @@ struct ScaleTexture {
 
 struct Extremes {
   float least = 0, most = 0;
+  bool nan = false;
 
   void add(const Rgb& value) {
-    least = std::min({least, value.x, value.y, value.z});
-    most = std::max(most, max_component(value));
+    for (int c = 0; c < 3; ++c) {
+      least = std::min(least, value[c]);  // either is left as it is by NaN
+      most = std::max(most, value[c]);
+      nan = nan || std::isnan(value[c]);
+    }
   }
   void operator()(const ImageTexture& t) {
     for (const Rgb& texel : t.texels) add(t.gain * texel);
@@ -211,6 +216,7 @@ float PbrtReader::number(const PbrtParams& params, std::string_view name, float 
 Rgb PbrtReader::colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use) {
   if (!params.texture(name)) return params.colour(name, use).value_or(otherwise);
   const Rgb value = constant_operand(params, name, Rgb(0), spectrum_textures_);
+  if (!is_finite(value)) params.fail(name, "is a texture of a value that is not finite; expected finite values");
   if (use == ColourUse::reflectance && max_component(value) > 1) params.fail(name, "is a texture above 1; expected 0 to 1");
   return value;
 }
@@ -237,7 +243,7 @@ Texture PbrtReader::take_reflectance(TextureEntry& entry, const Location& where,
   Texture& value = std::get<Texture>(entry.value);
   Extremes found;
   std::visit(found, value);
-  if (found.least >= 0 && found.most <= 1) {
+  if (found.least >= 0 && found.most <= 1 && !found.nan) {
     entry.moved = true;
     return std::move(value);
   }
@@ -248,6 +254,7 @@ Texture PbrtReader::take_reflectance(TextureEntry& entry, const Location& where,
     warn(where, fmt::format("{} reaches {:.4g}, more than a surface can reflect: clamped to 1", texture, found.most));
   if (found.least < -rounding)
     warn(where, fmt::format("{} falls to {:.4g}, less than a surface can reflect: clamped to 0", texture, found.least));
+  if (found.nan) warn(where, fmt::format("{} holds NaN, as of a product of infinity and 0: taken as 0", texture));
   return std::visit(ClampToUnit{}, value);
 }
 

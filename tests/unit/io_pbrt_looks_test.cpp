@@ -4,6 +4,8 @@
 #include "framework/io/spectra.h"
 #include "tests/unit/io_pbrt_helpers.h"
 
+#include <fmt/format.h>
+
 namespace etendue {
 namespace {
 
@@ -233,6 +235,23 @@ TEST(PbrtTextures, ReflectancesAreClampedToWhatASurfaceCanReflect) {
   const Scene checks = world("Texture \"t\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [3 1 0] " + coat);
   EXPECT_EQ(evaluate(checks.textures.at(0), vec2(0.5f)), Rgb(1, 1, 0));
   EXPECT_TRUE(warns(checks, "texture 't' reaches 3, more than a surface can reflect: clamped to 1"));
+}
+
+// 1000 to the 13th is infinite, and that times 0 is NaN: neither less than 0 nor more than 1.
+TEST(PbrtTextures, ReflectancesThatOverflowToNanAreZero) {
+  std::string scales;
+  const auto scale = [&](int i, const char* factor) {
+    scales +=
+        fmt::format("Texture \"t{}\" \"spectrum\" \"scale\" \"texture tex\" \"t{}\" \"rgb scale\" [{}]\n", i, i - 1, factor);
+  };
+  for (int i = 1; i <= 13; ++i) scale(i, "1000 1000 1000");
+  scale(14, "0 0 0");
+  const std::string surface = "Material \"diffuse\" \"texture reflectance\" \"t14\" " + triangle;
+  const Scene scene = world("Texture \"t0\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [1 0.5 0]\n" + scales + surface);
+  for (const vec2& uv : {vec2(0.5f), vec2(1.5f, 0.5f)}) EXPECT_EQ(evaluate(scene.textures.at(0), uv), Rgb(0));
+  EXPECT_TRUE(warns(scene, "texture 't14' holds NaN"));
+  EXPECT_ERROR(world("Texture \"t0\" \"spectrum\" \"constant\" \"rgb value\" [1 0.5 0]\n" + scales + surface),
+               "'reflectance' is a texture of a value that is not finite");
 }
 
 TEST(PbrtTextures, PlacesBeyondSinglePrecisionHaveAValue) {
