@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <set>
+#include <map>
 
 namespace etendue {
 
@@ -40,8 +40,8 @@ std::vector<ParamValue> read_values(const ConfigNode& node, const std::string& k
   return values;
 }
 
-// A table stands for one method for each combination of the values that its arrays list: by name of parameter, the last changing
-// fastest. `find` is find_integrator or one of its kin.
+// A table stands for one method for each combination of the values that its arrays list: by name of parameter, the last
+// changing fastest. `find` is find_integrator or one of its kin.
 template <class Find>
 std::vector<Method> read_combinations(const ConfigNode& node, const std::string& key, const Find& find) {
   if (const auto* text = node.text()) return {{*text, {}, node.where}};
@@ -67,15 +67,26 @@ std::vector<Method> read_combinations(const ConfigNode& node, const std::string&
   return methods;
 }
 
+// Where an array of one table lists a value twice ("3" is 3), at that element; else at the name.
+[[noreturn]] void refuse_repetition(const std::string& key, const Method& earlier, const Method& method, bool of_one_table) {
+  if (of_one_table)
+    for (const auto& [parameter, value] : method.params)
+      if (value.where.text() != earlier.params.at(parameter).where.text())
+        throw Error(value.where, fmt::format("{}: {} of {} lists {} twice; expected each value once", key, parameter,
+                                             method.name, to_text(value)));
+  throw Error(method.where, fmt::format("{}: '{}' stands there twice; expected each once", key, method.label()));
+}
+
 template <class Find, class Validate>
 std::vector<Method> read_methods(const ConfigNode& node, const std::string& key, const Find& find, const Validate& validate) {
   std::vector<Method> methods;
-  std::set<std::string> labels;
+  std::map<std::string, std::size_t> index_by_label;
   for (const ConfigNode* element : list_elements(node, key, "an array of names or tables")) {
+    const std::size_t first_of_table = methods.size();
     for (Method& method : read_combinations(*element, key, find)) {
       validate(method);
-      if (!labels.insert(method.label()).second)
-        throw Error(method.where, fmt::format("{}: '{}' stands there twice; expected each once", key, method.label()));
+      const auto [found, is_new] = index_by_label.emplace(method.label(), methods.size());
+      if (!is_new) refuse_repetition(key, methods[found->second], method, found->second >= first_of_table);
       methods.push_back(std::move(method));
     }
   }

@@ -64,7 +64,10 @@ TEST(ExperimentConfig, ArraysOfValuesMakeEveryCombinationOnce) {
   expect_error(with("max_depth = 7", "max_depth = []"), "x.toml:8:13", "integrators.max_depth is empty");
   expect_error(with("max_depth = 7", "max_depth = [7, -7]"), "x.toml:8:17", "out of range");
   expect_error(with("max_depth = 7", "max_depth = [7, [8]]"), "x.toml:8:17", "an array; expected a boolean, a number or text");
-  expect_error(with("max_depth = 7", "max_depth = [7, 7]"), "x.toml:7:8", "stands there twice");
+  expect_error(with("max_depth = 7", "max_depth = [7, 7]"), "x.toml:8:17", "integrators: max_depth of path lists 7 twice");
+  expect_error(with("max_depth = 7", "mis = [\"bsdf\", \"light\"]\nmax_depth = [3, 7, \"3\"]"), "x.toml:9:20",
+               "max_depth of path lists 3 twice");
+  expect_error(with("leaf_size = 2", "leaf_size = [2, 2]"), "x.toml:3:60", "accels: leaf_size of median lists 2 twice");
   expect_error(with("max_depth = 7", "max_depth = {}"), "x.toml:8:13", "or an array of these");
 }
 
