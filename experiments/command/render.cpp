@@ -252,7 +252,7 @@ int render_command(const RenderCommand& command) {
                                 [&](const std::string& line) { console.line(line); },
                                 [&](const std::string& line) { console.status(line); }},
                                ReferenceCache::standard(""));
-    if (!reference->failure.empty()) throw Error(Location{command.scene}, reference->failure);
+    if (!reference->failure.empty()) throw Error(reference->failure);
   };
   if (budget.error)
     find_reference();

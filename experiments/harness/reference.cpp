@@ -100,6 +100,16 @@ bool has_delta_light(const Scene& scene) {
   });
 }
 
+// Why there is no room for a reference that needs so many copies of the image; "" where there is.
+std::string refuse_for_memory(const ReferenceRequest& request, int copies) {
+  try {
+    require_room_for_image(request.name, request.resolution, copies);
+    return {};
+  } catch (const Error& e) {
+    return std::string("no reference of ") + e.what();
+  }
+}
+
 }  // namespace
 
 EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ivec2 resolution) {
@@ -110,7 +120,6 @@ EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ive
 }
 
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples) {
-  require_room_for_image(request.resolution, 6);  // with the sums of two estimators and of their squares
   const EstimatorPair pair = choose_estimators(request.scene, request.needs, request.resolution);
   const BatchStatistics first = run_batches(request, pair.first, samples, 1);
   const BatchStatistics second = run_batches(request, pair.second, samples, 2);
@@ -137,7 +146,7 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
   Reference reference{std::move(rendered), {}};
   if (!agreement.agree)
     reference.failure =
-        fmt::format("no reference: {} and {} disagree{}: {}", pair.first.label(), pair.second.label(),
+        fmt::format("no reference of {}: {} and {} disagree{}: {}", request.name, pair.first.label(), pair.second.label(),
                     pair.second_checks_only ? " (only merging finds caustics of delta lights that mirrors or glass show; "
                                               "expected reference = { file = \"...\" } with an image made otherwise)"
                                             : "",
@@ -161,13 +170,16 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
   using Kind = ReferenceChoice::Kind;
   const Kind kind = request.choice.kind;
   if (kind == Kind::file) return from_file(request);
-  require_room_for_image(request.resolution, 3);
   if (kind == Kind::exact && !request.scene.closed_form)
     throw Error(request.choice.where,
                 fmt::format("reference \"exact\": scene {} has no closed form; expected \"auto\", {{ samples = N }} "
                             "or {{ file = \"ref.exr\" }}",
                             request.name));
-  if (kind != Kind::samples && request.scene.closed_form) return from_closed_form(request);
+  if (kind != Kind::samples && request.scene.closed_form) {
+    // It, and beside the film the two images of the cells that are measured against it.
+    const std::string refusal = refuse_for_memory(request, 3);
+    return refusal.empty() ? from_closed_form(request) : Reference{{}, refusal};
+  }
   if (auto earlier = from_earlier(request)) return std::move(*earlier);
   if (auto cached = from_cache(request, cache)) return std::move(*cached);
   // Another shard may be rendering the same one: wait for it, then look again.
@@ -176,6 +188,8 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
     lock.emplace(*path);
     if (auto cached = from_cache(request, cache)) return std::move(*cached);
   }
+  // Two images of a cell, and the sums of two estimators and of their squares.
+  if (const std::string refusal = refuse_for_memory(request, 6); !refusal.empty()) return {{}, refusal};
   Reference reference = render_reference(request, kind == Kind::samples ? request.choice.samples : default_reference_samples);
   if (reference.failure.empty()) {
     const auto stored = cache.store(request.scene, reference.rendered);

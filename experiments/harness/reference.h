@@ -15,7 +15,9 @@ namespace etendue {
 
 struct Reference {
   RenderedReference rendered;
-  std::string failure;  // not empty: the estimators disagree, and nothing may be judged by this image
+  // Not empty, and names the scene: the estimators disagree, and nothing may be judged by this image; or memory does not hold
+  // one, and there is none.
+  std::string failure;
 };
 
 struct ReferenceRequest {

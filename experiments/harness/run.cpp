@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <set>
 
 namespace etendue {
@@ -120,9 +121,13 @@ class Execution {
                                       [&](const CellRecord& c) { return c.cell.scene == name && c.status == "done"; });
     const bool begun = measured && known != earlier.references.end();
     const std::string begun_with = begun ? (fs::path(plan_.directory) / known->file).string() : "";
-    loaded.reference = make_reference(
-        {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status, begun_with},
-        ReferenceCache::standard(config_.path));
+    try {
+      loaded.reference = make_reference(
+          {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status, begun_with},
+          ReferenceCache::standard(config_.path));
+    } catch (const std::bad_alloc&) {
+      loaded.reference.failure = fmt::format("no reference of {}: out of memory", name);
+    }
     const RenderedReference& rendered = loaded.reference.rendered;
     if (rendered.image.pixels.empty()) return;  // there is none, and its cells will say why
     const std::string file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));

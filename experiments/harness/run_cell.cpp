@@ -165,17 +165,17 @@ class CellRunner {
 
 }  // namespace
 
-void require_room_for_image(ivec2 resolution, int copies) {
+void require_room_for_image(const std::string& scene, ivec2 resolution, int copies) {
   constexpr double most = 1 << 28;
-  const Location where{fmt::format("{} x {} pixels", resolution.x, resolution.y)};
+  const Location where{fmt::format("{}{}{} x {} pixels", scene, scene.empty() ? "" : " at ", resolution.x, resolution.y)};
   const double pixels = static_cast<double>(resolution.x) * resolution.y;
-  if (pixels > most) throw Error(where, fmt::format("expected {:.0f} (16384 x 16384) in all at most", most));
+  if (pixels > most) throw Error(where, fmt::format("expected {:.0f} pixels (16384 x 16384) in all at most", most));
   require_memory(pixels * (sizeof(dvec3) + sizeof(double) + static_cast<double>(copies) * sizeof(dvec3)), where,
                  "the image, with the sums it is made of,", "fewer pixels, or more memory");
 }
 
 CellResult run_cell(const CellTask& task) {
-  require_room_for_image(task.resolution, 2);
+  require_room_for_image(task.scene.name, task.resolution, 2);
   CellResult result;
   with_threads(task.threads, [&] { result = CellRunner(task).run(); });
   return result;

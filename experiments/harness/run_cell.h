@@ -54,7 +54,8 @@ struct CellResult {
 
 // Throws an Error where an image of this size is too large: more pixels than there are keys for them, or more memory than is
 // free for its film and the copies of it that stand beside that in the end (of all of them: `copies` times 24 bytes a pixel).
-void require_room_for_image(ivec2 resolution, int copies);
+// `scene` is its name, for the message.
+void require_room_for_image(const std::string& scene, ivec2 resolution, int copies);
 
 // Throws what building, preparing or iterating throws, and what require_room_for_image does.
 CellResult run_cell(const CellTask& task);

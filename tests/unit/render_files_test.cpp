@@ -1,6 +1,8 @@
 // What `etendue render` writes where: nothing lost, nothing replaced that was not meant.
+#include "experiments/harness/log.h"
 #include "tests/unit/harness_process.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -78,7 +80,7 @@ TEST_F(RenderFiles, LinksAreFollowedAndNeighboursKept) {
     EXPECT_FALSE(entry.path().filename().string().starts_with("etendue-")) << entry.path();
 }
 
-// Refused before anything is allocated: an image of 16384 x 16384 takes 20 GiB until it is written.
+// Refused before anything is allocated: an image of 16384 x 16384 takes 20 GiB until it is written, its reference 44 GiB.
 TEST_F(RenderFiles, ImagesThatMemoryDoesNotHoldAreRefused) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers take terabytes of address space";
@@ -86,18 +88,40 @@ TEST_F(RenderFiles, ImagesThatMemoryDoesNotHoldAreRefused) {
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
   const rlimit tight{std::min<rlim_t>(before.rlim_max, rlim_t{8} << 30), before.rlim_max};
+  const auto film = [](int size) {
+    return fmt::format("Film \"rgb\" \"integer xresolution\" {0} \"integer yresolution\" {0}\n", size);
+  };
+  const std::string rest = "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nTranslate 0 0 3\nShape \"sphere\"\n";
+  write_file("large.pbrt", film(16384) + rest);
+  write_file("larger.pbrt", film(32768) + rest);
+  write_file("small.pbrt", film(8) + rest);
+  write_file("large.toml",
+             "scenes = [\"large.pbrt\", \"larger.pbrt\", \"small.pbrt\"]\nintegrators = [\"path\"]\nbudget = { samples = 1 }\n"
+             "reference = { samples = 16 }\n");
   ASSERT_EQ(setrlimit(RLIMIT_AS, &tight), 0);  // which the program inherits
   const Outcome refused = ProgramTest::run({"render", "builtin:furnace", "--resolution", "16384x16384", "-o", "a.exr"});
-  write_file("large.toml",
-             "scenes = [\"builtin:cornell-box\"]\nresolution = [16384, 16000]\n[[integrators]]\nname = \"path\"\n");
-  const Outcome run = ProgramTest::run({"run", "large.toml", "-o", "budget.samples=1"});
+  const Outcome run = ProgramTest::run({"run", "large.toml", "--threads", "1"});
   setrlimit(RLIMIT_AS, &before);
-  for (const Outcome& outcome : {refused, run}) {
-    EXPECT_EQ(outcome.status, 2) << outcome.err;
-    EXPECT_NE(outcome.err.find(" are free; expected fewer pixels"), std::string::npos) << outcome.err;
-  }
-  EXPECT_NE(refused.err.find("16384 x 16384 pixels: the image, with the sums it is made of, needs about 20"), std::string::npos)
+  EXPECT_EQ(refused.status, 2) << refused.err;
+  EXPECT_NE(refused.err.find("builtin:furnace at 16384 x 16384 pixels: the image, with the sums it is made of, needs about 20"),
+            std::string::npos)
       << refused.err;
+  EXPECT_NE(refused.err.find(" are free; expected fewer pixels"), std::string::npos) << refused.err;
+  // A scene that is refused fails its cells; the others go on.
+  EXPECT_EQ(run.status, 1) << run.err;
+  const RunLog log = read_log((directory_ / "out/large/runs.jsonl").string());
+  ASSERT_EQ(log.cells.size(), 3u);
+  for (const CellRecord& cell : log.cells) {
+    const std::string expected =
+        cell.cell.scene == "large.pbrt"
+            ? "no reference of large.pbrt at 16384 x 16384 pixels: the image, with the sums it is made of, needs about 44"
+        : cell.cell.scene == "larger.pbrt"
+            ? "no reference of larger.pbrt at 32768 x 32768 pixels: expected 268435456 pixels (16384 x 16384) in all"
+            : "";
+    EXPECT_EQ(cell.status, expected.empty() ? "done" : "failed") << cell.cell.key();
+    EXPECT_TRUE(cell.error.starts_with(expected)) << cell.error;
+  }
+  EXPECT_EQ(log.references.size(), 1u);
 }
 
 TEST_F(RenderFiles, InspectCountsWhatIsInstanced) {
