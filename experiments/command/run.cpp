@@ -97,7 +97,7 @@ int run_command(const RunCommand& command) {
   ConsoleRunObserver observer(console);
   const RunSummary summary = execute_run(plan, observer);
   console.clear_status();
-  fmt::print("{}", wrapped(summary.table, 100));
+  fmt::print("{}", wrapped(summary.table, 100));  // the prose: tables are no wider
   print_files(summary.report_files, console);
   console.line(fmt::format("{} cell{} done, {} failed, {} done before; {}", summary.done, summary.done == 1 ? "" : "s",
                            summary.failed, summary.skipped, plan.directory));

@@ -11,15 +11,6 @@
 namespace etendue {
 namespace {
 
-constexpr std::size_t all_groups = static_cast<std::size_t>(-1);
-
-std::vector<std::size_t> visible(const Table& table, std::size_t group) {
-  std::vector<std::size_t> chosen = visible_columns(table);
-  if (group != all_groups)
-    std::erase_if(chosen, [&](std::size_t i) { return table.columns[i].group != 0 && table.columns[i].group != group; });
-  return chosen;
-}
-
 std::vector<std::size_t> widths(const Table& table, const std::vector<std::size_t>& columns,
                                 const std::function<std::string(std::string_view)>& escape) {
   std::vector<std::size_t> result;
@@ -31,12 +22,8 @@ std::vector<std::size_t> widths(const Table& table, const std::vector<std::size_
   return result;
 }
 
-void check_shape(const Table& table) {
-  for (const auto& row : table.rows) CHECK_EQ(row.size(), table.columns.size());
-}
-
 std::string markdown_group(const Table& table, std::size_t group) {
-  const auto columns = visible(table, group);
+  const auto columns = visible_columns(table, group);
   const auto width = widths(table, columns, escape_markdown);
   std::string head = "|", rule = "|", body;
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -54,7 +41,7 @@ std::string markdown_group(const Table& table, std::size_t group) {
 }
 
 std::string tex_group(const Table& table, std::size_t group, const std::string& title) {
-  const auto columns = visible(table, group);
+  const auto columns = visible_columns(table, group);
   std::string spec, head, body;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     std::size_t longest = 0;
@@ -88,11 +75,18 @@ TableCell TableCell::count(std::uint64_t value) {
   return {fmt::format("{}", value), fmt::format("{}", value), static_cast<double>(value)};
 }
 
-std::vector<std::size_t> visible_columns(const Table& table) {
+std::vector<std::size_t> visible_columns(const Table& table, std::size_t group) {
   std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < table.columns.size(); ++i)
-    if (table.columns[i].audience != Audience::machines) chosen.push_back(i);
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    const TableColumn& column = table.columns[i];
+    const bool in_group = group == all_groups || column.group == 0 || column.group == group;
+    if (in_group && column.audience != Audience::machines) chosen.push_back(i);
+  }
   return chosen;
+}
+
+void check_shape(const Table& table) {
+  for (const auto& row : table.rows) CHECK_EQ(row.size(), table.columns.size());
 }
 
 std::string to_markdown(const Table& table) {
@@ -150,7 +144,7 @@ std::string to_html(const Table& table) {
                                 escape_html(table.name), escape_html(table.title));
   if (table.rows.empty()) return out + "<p class=\"none\">None.</p></figure>\n";
   out += "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>";
-  const auto columns = visible(table, all_groups);
+  const auto columns = visible_columns(table);
   for (const std::size_t c : columns)
     out += fmt::format("<th scope=\"col\"{}><button type=\"button\">{}</button></th>",
                        table.columns[c].right ? " class=\"num\"" : "", escape_html(table.columns[c].title));

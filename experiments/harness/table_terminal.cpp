@@ -1,7 +1,6 @@
 // Tables on a terminal, in 100 columns where that can be.
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/table_format.h"
-#include "framework/core/check.h"
 
 #include <algorithm>
 #include <numeric>
@@ -61,9 +60,8 @@ struct Column {
 class TerminalTable {
  public:
   TerminalTable(const Table& table, std::size_t group) {
-    for (const std::size_t i : visible_columns(table)) {
+    for (const std::size_t i : visible_columns(table, group)) {
       const TableColumn& from = table.columns[i];
-      if (from.group != 0 && from.group != group) continue;
       Column column{from.title, from.right, {}, 0, 0};
       for (const auto& row : table.rows) column.cells.push_back(row[i].text);
       column.measure();
@@ -74,7 +72,10 @@ class TerminalTable {
 
   std::string text() {
     fit();
-    std::string out = said_.empty() ? "" : wrapped("  in all rows: " + said_, terminal_width);
+    std::string out;
+    for (const std::string& what : said_) out += (out.empty() ? "  in all rows: " : ", ") + what;
+    if (!out.empty()) out = wrapped(out, terminal_width);
+    if (!fits()) return out + blocks();
     std::vector<std::vector<std::string>> row;
     for (const Column& column : columns_) row.push_back(lines_of(column.title, column.width(), 0));
     out += lines(row, true);
@@ -98,36 +99,48 @@ class TerminalTable {
     if (fits()) return;
     for (Column& column : columns_) column.title_width = std::max(longest_word(column.title), column.title_width / 2);
     for (std::size_t i = columns_.size(); i-- > 0 && !fits() && rows_ > 1;) say_column_once(i);
+    const auto has_parameters = [](const Column& c) { return !c.right && c.cells.front().find('=') != std::string::npos; };
+    const bool named = rows_ > 1 && std::count_if(columns_.begin(), columns_.end(), has_parameters) > 1;
     for (Column& column : columns_)
-      if (!fits() && !column.right && rows_ > 1) say_parameters_once(column);
-    // The widest words first, as far as is needed.
-    for (bool narrower = true; narrower && !fits();) {
-      narrower = false;
-      const auto widest = std::max_element(columns_.begin(), columns_.end(), [](const Column& a, const Column& b) {
-        return (a.right ? 0 : a.cell_width) < (b.right ? 0 : b.cell_width);
-      });
-      if (widest == columns_.end() || widest->right) return;
-      std::size_t least = narrowest_name;
-      for (const std::string& cell : widest->cells) least = std::max(least, longest_word(cell) + indent);
-      if (widest->cell_width > least && widest->width() > least) {
-        --widest->cell_width;
-        widest->title_width = std::min(widest->title_width, std::max(widest->cell_width, longest_word(widest->title)));
-        narrower = true;
-      }
+      if (!fits() && !column.right && rows_ > 1) say_parameters_once(column, named);
+    // The widest that can be first, as far as is needed.
+    while (!fits()) {
+      Column* widest = nullptr;
+      for (Column& column : columns_)
+        if (!column.right && column.width() > least_width(column) && (!widest || column.width() > widest->width()))
+          widest = &column;
+      if (!widest) return;
+      const std::size_t narrower = widest->width() - 1;
+      widest->cell_width = std::min(widest->cell_width, narrower);
+      widest->title_width = std::min(widest->title_width, narrower);
     }
   }
 
-  void say(const std::string& what) { said_ += (said_.empty() ? "" : ", ") + what; }
+  static std::size_t least_width(const Column& column) {
+    std::size_t least = std::max(narrowest_name, longest_word(column.title));
+    for (const std::string& cell : column.cells) least = std::max(least, longest_word(cell) + indent);
+    return least;
+  }
+
+  // The first column's line begins a row.
+  std::string blocks() const {
+    std::string out;
+    for (std::size_t r = 0; r < rows_; ++r)
+      for (std::size_t c = 0; c < columns_.size(); ++c)
+        out += wrapped(std::string(c == 0 ? gap : gap + indent, ' ') + columns_[c].title + ": " + columns_[c].cells[r],
+                       terminal_width);
+    return out;
+  }
 
   void say_column_once(std::size_t i) {
     const std::vector<std::string>& cells = columns_[i].cells;
     if (std::any_of(cells.begin(), cells.end(), [&](const std::string& cell) { return cell != cells.front(); })) return;
-    say(columns_[i].title + " " + cells.front());
+    said_.insert(said_.begin(), columns_[i].title + " " + cells.front());  // columns come from the last to the first
     columns_.erase(columns_.begin() + static_cast<std::ptrdiff_t>(i));
   }
 
-  // "sppm k=8 photons=1M" and "ppm k=8" share k=8.
-  void say_parameters_once(Column& column) {
+  // "sppm k=8 photons=1M" and "ppm k=8" share k=8. The column is named where others have parameters too.
+  void say_parameters_once(Column& column, bool named) {
     for (const std::string& word : words_of(column.cells.front())) {
       if (word.find('=') == std::string::npos) continue;
       const bool shared = std::all_of(column.cells.begin(), column.cells.end(), [&](const std::string& cell) {
@@ -135,7 +148,7 @@ class TerminalTable {
         return std::find(words.begin(), words.end(), word) != words.end();
       });
       if (!shared) continue;
-      say(word);
+      said_.push_back(named ? column.title + " " + word : word);
       for (std::string& cell : column.cells) {
         auto words = words_of(cell);
         std::erase(words, word);
@@ -167,13 +180,13 @@ class TerminalTable {
 
   std::vector<Column> columns_;
   std::size_t rows_ = 0;
-  std::string said_;
+  std::vector<std::string> said_;
 };
 
 }  // namespace
 
 std::string to_terminal(const Table& table, std::size_t group) {
-  for (const auto& row : table.rows) CHECK_EQ(row.size(), table.columns.size());
+  check_shape(table);
   return TerminalTable(table, group).text();
 }
 

@@ -156,8 +156,14 @@ std::string stress_summary(const RunLog& log) {
     for (const ClaimFigure& figure : record->figures) widest = std::max(widest, display_width(figure.quantity));
     for (std::size_t i = 0; i < record->figures.size(); ++i) {
       const ClaimFigure& figure = record->figures[i];
-      out += fmt::format("      {:<{}} {:<24} expected {:<14} {}\n", figure.quantity, widest, measured_text(figure.value),
-                         interval_text(figure.expected_low, figure.expected_high), verdict_name(verdicts[i]));
+      const std::string found =
+          fmt::format("{:<24} expected {:<14} {}", measured_text(figure.value),
+                      interval_text(figure.expected_low, figure.expected_high), verdict_name(verdicts[i]));
+      // A long name stands above its figures, so that a terminal's 100 columns hold both.
+      if (const std::string line = fmt::format("      {:<{}} {}\n", figure.quantity, widest, found); display_width(line) <= 101)
+        out += line;
+      else
+        out += fmt::format("      {}\n        {}\n", figure.quantity, found);
     }
   }
   if (out.empty()) out = "The log holds no finished row.\n";

@@ -293,6 +293,60 @@ TEST(Tables, WhatIsTooWideForATerminalIsSaidOnceOrBroken) {
             "  integrator  seeds of each configuration  error\n  photon-map                            3  0.500\n");
 }
 
+TEST(Tables, EveryTextColumnIsMadeNarrowerOnATerminal) {
+  Table table{"t", "T", {{"a", "a name", false}, {"b", "what it says", false}, {"e", "error", true}}, {}, {}, {}};
+  const std::string word(60, 'x');  // which stays the widest, as it cannot be broken
+  table.rows.push_back(
+      {TableCell::words(word), TableCell::words("some words that take more than forty columns"), TableCell::words("1")});
+  EXPECT_EQ(to_terminal(table, 0), "  a name" + std::string(56, ' ') + "what it says                   error\n  " + word +
+                                       "  some words that take more          1\n" + std::string(66, ' ') +
+                                       "than forty columns\n");
+}
+
+// As that of experiments/hessian.toml: names of a word each and figures, which no column can give up.
+TEST(Tables, WhatFitsATerminalByNoMeansHasABlockForEachRow) {
+  Table table{"t",
+              "T",
+              {{"", "scene", false},
+               {"", "region", false},
+               {"", "method", false},
+               {"", "RMSE (95 %)", true},
+               {"", "over", false},
+               {"", "ratio (95 %)", true},
+               {"", "side of 1 as expected", false},
+               {"", "seeds", true},
+               {"", "source", false}},
+              {},
+              {},
+              {}};
+  const auto row = [&](std::initializer_list<const char*> texts) {
+    table.rows.emplace_back();
+    for (const char* text : texts) table.rows.back().push_back(TableCell::words(text));
+  };
+  row({"hessian-shade.pbrt", "whole image", "metric=radiometric-hessian records=1000", "0.0397 (0.0282–0.0525)",
+       "metric=occlusion-hessian records=1000", "9.46 (8.95–11.1)", "yes", "3", "[Schwarzhaupt2012] figure 1"});
+  row({"hessian-open.pbrt", "whole image", "metric=bounded-split-sphere records=1000", "4.06e-3 (3.31e-3–4.54e-3)",
+       "metric=occlusion-hessian records=500", "0.952 (0.735–1.30)", "–", "3", "–"});
+  const std::string text = to_terminal(table, 0);
+  EXPECT_EQ(text,
+            "  in all rows: region whole image, seeds 3, method records=1000, over metric=occlusion-hessian\n"
+            "  scene: hessian-shade.pbrt\n"
+            "    method: metric=radiometric-hessian\n"
+            "    RMSE (95 %): 0.0397 (0.0282–0.0525)\n"
+            "    over: records=1000\n"
+            "    ratio (95 %): 9.46 (8.95–11.1)\n"
+            "    side of 1 as expected: yes\n"
+            "    source: [Schwarzhaupt2012] figure 1\n"
+            "  scene: hessian-open.pbrt\n"
+            "    method: metric=bounded-split-sphere\n"
+            "    RMSE (95 %): 4.06e-3 (3.31e-3–4.54e-3)\n"
+            "    over: records=500\n"
+            "    ratio (95 %): 0.952 (0.735–1.30)\n"
+            "    side of 1 as expected: –\n"
+            "    source: –\n");
+  EXPECT_EQ(wrapped(text, 100), text);
+}
+
 TEST(ReportText, LongLinesAreWrappedAtSpaces) {
   EXPECT_EQ(wrapped("  a bb ccc dddd\n\nx", 9), "  a bb\n    ccc\n    dddd\n\nx\n");
   EXPECT_EQ(wrapped("", 9), "");

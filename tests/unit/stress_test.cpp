@@ -134,6 +134,18 @@ TEST(StressReport, StandsApartFromClaims) {
   EXPECT_TRUE(claims_section(log).empty());
 }
 
+TEST(StressReport, FiguresStandBelowANameThatATerminalDoesNotHoldBesideThem) {
+  RunLog log;
+  log.claims.push_back(record_of({2, 0.05}));
+  const std::string name(60, 'x');
+  log.claims.back().figures[1].quantity = name;
+  EXPECT_EQ(stress_summary(log),
+            " 1  it <fails>  (builtin:edge: relmse)\n"
+            "      as it is\n        2.00                     expected above 1.00     fails as expected\n"
+            "      " +
+                name + "\n        0.0500                   expected 0 to 0.100     holds\n");
+}
+
 class StressRun : public ProgramTest {};
 
 TEST_F(StressRun, WritesTablePicturesAndPageAndResumes) {
