@@ -30,6 +30,10 @@ void describe(Visitor& v, BvhParams<BuilderParams>& params) {
             "of optimisation, at most: subtrees put where they cost least");
 }
 
+// Of a builder's parameters (build_lbvh.h).
+template <class BuilderParams>
+concept SortsToPacks = BuilderParams::sorts_to_packs;
+
 // A row for what `read` configures; `params` are those it reads.
 RayEntry bvh_entry(const char* name, const char* summary, std::vector<ParamInfo> params,
                    const std::function<ConfiguredBuilder(const ParamMap&)>& read);
@@ -63,7 +67,7 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
     builder.max_depth = params.max_depth;
     builder.reinsertion = params.reinsertion > 0;
     if constexpr (requires { params.primitive_cost; }) builder.primitive_cost = params.primitive_cost;
-    builder.sorts_to_packs = requires { BuilderParams::sorts_to_packs; };
+    builder.sorts_to_packs = SortsToPacks<BuilderParams>;
     return builder;
   });
 }
@@ -74,12 +78,11 @@ RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primi
   return bvh_entry<BuilderParams>(
       name, summary,
       [=](const BuilderParams& params) {
-    constexpr int enough = 32;  // for any number of primitives: runs are halved in time (must_halve), to what a pack takes
-    return BuilderSpace{bytes_per_primitive, 1, requires {BuilderParams::sorts_to_packs; } && params.max_depth >= enough
-};
-},
+        constexpr int enough = 32;  // for any number of primitives: runs are halved in time (must_halve), to what a pack takes
+        return BuilderSpace{bytes_per_primitive, 1, SortsToPacks<BuilderParams> && params.max_depth >= enough};
+      },
       [](std::vector<BuildItem> items, const BuilderParams& params, const Geometry*) {
-  return build(std::move(items), params);
+        return build(std::move(items), params);
       });
 }
 

@@ -29,7 +29,8 @@ void describe_cache(Visitor& v, CacheParams& p) {
            "Ward's a: the error at which a record no longer serves; smaller, more records");
   v.flag("refine", p.refine, "every iteration adds records and passes over them; off: filled once");
   v.integer("samples", p.samples, 1, 100000000, "rays", "over the hemisphere of a record, per pass");
-  v.number("min_spacing", p.min_spacing, 0, 1000, "pixels", "bounded-split-sphere and the Hessians: a record serves at least this far");
+  v.number("min_spacing", p.min_spacing, 0, 1000, "pixels",
+           "bounded-split-sphere and the Hessians: a record serves at least this far");
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "bounded-split-sphere: and at most this far");
   v.choice("gradients", p.gradients, {"none", "rotation", "both", "mesh"},
            "with which records are extrapolated: both adds translation; mesh takes that from the mesh of samples");

@@ -163,7 +163,8 @@ class Comparison {
     std::pair<std::unique_ptr<RayQuery>, double> built;
     for (int time = 0; time < 2; ++time) {
       built.first.reset();
-      built.second = seconds_of([&] { with_threads(threads, [&] { built.first = make_structure(scene_, contender.choice); }); });
+      built.second =
+          seconds_of([&] { with_threads(threads, [&] { built.first = make_structure(scene_, contender.choice); }); });
       if (built.second > quick_s) break;
     }
     return built;

@@ -75,5 +75,11 @@ TEST(ReportText, Base64MatchesTheVectorsOfRfc4648) {
 
 TEST(ReportText, NoBytesAreZeroBytes) { EXPECT_EQ(format_bytes(0), "0 B"); }
 
+TEST(ReportText, LongLinesAreWrappedAtSpaces) {
+  EXPECT_EQ(wrapped("  a bb ccc dddd\n\nx", 9), "  a bb\n    ccc\n    dddd\n\nx\n");
+  EXPECT_EQ(wrapped("", 9), "");
+  EXPECT_EQ(wrapped(" aaaaaaaaaaaa b", 5), " aaaaaaaaaaaa\n   b\n");
+}
+
 }  // namespace
 }  // namespace etendue
