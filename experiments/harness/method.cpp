@@ -40,6 +40,8 @@ std::vector<ParamValue> read_values(const ConfigNode& node, const std::string& k
   return values;
 }
 
+constexpr std::size_t most_combinations = 10'000;
+
 // A table stands for one method for each combination of the values that its arrays list: by name of parameter, the last
 // changing fastest. `find` is find_integrator or one of its kin.
 template <class Find>
@@ -59,6 +61,9 @@ std::vector<Method> read_combinations(const ConfigNode& node, const std::string&
     if (std::find(known.begin(), known.end(), parameter) == known.end())
       throw Error(value.key_where, bare.name + ": " + unknown_name("parameter", parameter, known));
     const std::vector<ParamValue> values = read_values(value, key + "." + parameter);
+    if (methods.size() * values.size() > most_combinations)
+      throw Error(value.where, fmt::format("{}.{} makes {} combinations of the arrays so far; expected {} at most", key,
+                                           parameter, methods.size() * values.size(), most_combinations));
     std::vector<Method> combined;
     for (const Method& method : methods)
       for (const ParamValue& choice : values) combined.emplace_back(method).params.emplace(parameter, choice);

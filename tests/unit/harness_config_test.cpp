@@ -69,6 +69,11 @@ TEST(ExperimentConfig, ArraysOfValuesMakeEveryCombinationOnce) {
                "max_depth of path lists 3 twice");
   expect_error(with("leaf_size = 2", "leaf_size = [2, 2]"), "x.toml:3:60", "accels: leaf_size of median lists 2 twice");
   expect_error(with("max_depth = 7", "max_depth = {}"), "x.toml:8:13", "or an array of these");
+  std::string many = "[1";
+  for (int i = 2; i <= 200; ++i) many += fmt::format(", {}", i);
+  many += "]";
+  expect_error(with("max_depth = 7", "max_depth = " + many + "\nroulette_depth = " + many), "x.toml:9:18",
+               "makes 40000 combinations of the arrays so far; expected 10000 at most");
 }
 
 TEST(ExperimentConfig, QuickReplacesWholeKeys) {
