@@ -64,7 +64,7 @@ RayEntry bvh_entry(const char* name, const char* summary, std::vector<ParamInfo>
       throw Error(map.at("layout").where, name + ": layout '" + builder.layout + "' cannot change over time; expected binary");
     if (builder.budget.memory > 0)
       throw Error(map.at("memory").where, name + ": trees that change over time take no memory budget; expected none");
-    return [builder](std::vector<BuildItem> items) { return builder.build(std::move(items), binary_task(builder, nullptr)); };
+    return [builder](BuildItems items) { return builder.build(std::move(items), binary_task(builder, nullptr)); };
   };
   return entry;
 }

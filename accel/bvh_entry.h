@@ -41,12 +41,12 @@ RayEntry bvh_entry(const char* name, const char* summary, std::vector<ParamInfo>
 // A row for a builder. `space(params)`: the builder's BuilderSpace.
 template <class BuilderParams, class Space>
 RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
-                   BinaryTree (*build)(std::vector<BuildItem>, const BuilderParams&, const Geometry*)) {
+                   BinaryTree (*build)(BuildItems, const BuilderParams&, const Geometry*)) {
   using Params = WithMemory<BvhParams<BuilderParams>>;
   return bvh_entry(name, summary, list_params<Params>(), [=](const ParamMap& map) {
     const auto params = read_params<Params>(map, name);
     ConfiguredBuilder builder;
-    builder.build = [params, build](std::vector<BuildItem> items, const TreeTask& task) {
+    builder.build = [params, build](BuildItems items, const TreeTask& task) {
       BuilderParams own = params;
       own.leaf_size = task.leaf_size;
       own.packs = task.packs;
@@ -73,7 +73,7 @@ RayEntry bvh_entry(const char* name, const char* summary, const Space& space,
 }
 
 // A row for a builder that sees boxes only, with the space it takes per primitive.
-template <class BuilderParams, BinaryTree (*build)(std::vector<BuildItem>, const BuilderParams&)>
+template <class BuilderParams, BinaryTree (*build)(BuildItems, const BuilderParams&)>
 RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primitive) {
   return bvh_entry<BuilderParams>(
       name, summary,
@@ -81,9 +81,7 @@ RayEntry bvh_entry(const char* name, const char* summary, double bytes_per_primi
         constexpr int enough = 32;  // for any number of primitives: runs are halved in time (must_halve), to what a pack takes
         return BuilderSpace{bytes_per_primitive, 1, SortsToPacks<BuilderParams> && params.max_depth >= enough};
       },
-      [](std::vector<BuildItem> items, const BuilderParams& params, const Geometry*) {
-        return build(std::move(items), params);
-      });
+      [](BuildItems items, const BuilderParams& params, const Geometry*) { return build(std::move(items), params); });
 }
 
 }  // namespace etendue

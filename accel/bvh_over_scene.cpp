@@ -21,7 +21,7 @@ std::unique_ptr<RayQuery> binary_over_scene(const Scene& scene, const Configured
         task.geometry = &geometry;
         return Bvh(geometry, builder.build(build_items(geometry), task));
       },
-      [&](std::vector<BuildItem> items) {
+      [&](BuildItems items) {
         task.geometry = nullptr;
         return builder.build(std::move(items), task);
       });
@@ -47,8 +47,9 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const ConfiguredBu
           if (auto packs = build_lbvh_packs<typename Wide::LeafPack>(geometry, {fine.leaf_size, builder.max_depth}))
             return Wide(geometry, std::move(*packs));
         std::optional<VertexIds> vertices;
-        std::vector<BuildItem> items;
-        parallel_invoke([&] { vertices.emplace(geometry); }, [&] { items = build_items(geometry); });
+        BuildItems items;
+        // The longer task goes to the thread that comes later: what then remains of it is shared.
+        parallel_invoke([&] { items = build_items(geometry); }, [&] { vertices.emplace(geometry); });
         const PackTest packs = PackTest::of<typename Wide::LeafPack>(*vertices);
         fine.geometry = &geometry;
         fine.packs = to_packs ? &packs : nullptr;
@@ -58,7 +59,7 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const ConfiguredBu
         collapse.each_is_a_pack = collapse.leaves_are_packs && geometry.quadrics.empty();
         return Wide(*vertices, tree, collapse);
       },
-      [&](std::vector<BuildItem> items) { return builder.build(std::move(items), single); });
+      [&](BuildItems items) { return builder.build(std::move(items), single); });
 }
 
 }  // namespace

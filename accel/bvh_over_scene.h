@@ -28,7 +28,7 @@ struct TreeTask {
 
 // A builder with its parameters, as read from the registry's map.
 struct ConfiguredBuilder {
-  std::function<BinaryTree(std::vector<BuildItem>, const TreeTask&)> build;
+  std::function<BinaryTree(BuildItems, const TreeTask&)> build;
   BuilderSpace space;
   MemoryParams budget;
   std::string layout;

@@ -11,8 +11,8 @@
 namespace etendue {
 
 // Trees over instances, for structures that have none of their own.
-inline BinaryTree sah_over_instances(std::vector<BuildItem> items) { return build_sah(std::move(items), {}); }
-inline BinaryTree leaf_of_instances(std::vector<BuildItem> items) { return single_leaf(items); }
+inline BinaryTree sah_over_instances(BuildItems items) { return build_sah(std::move(items), {}); }
+inline BinaryTree leaf_of_instances(BuildItems items) { return single_leaf(items); }
 
 // A structure of one geometry in few lines: `make_bottom(params)` answers a maker of it, `need(geometry, params)` what it
 // takes; over instances it has a tree by `make_top`.

@@ -16,7 +16,7 @@
 
 namespace etendue {
 
-using TreeBuilder = std::function<BinaryTree(std::vector<BuildItem>)>;
+using TreeBuilder = std::function<BinaryTree(BuildItems)>;
 
 struct RayEntry {
   std::string name, summary;

@@ -70,8 +70,7 @@ void SphereBvh::build(std::span<const vec3> points) {
   leaves_.clear();
   nodes_.clear();
   level_begin_.assign(1, 0);
-  std::vector<BuildItem> items;
-  resize_on_huge_pages(items, points.size());
+  BuildItems items(points.size());
   parallel_for(points.size(), 1 << 14, [&](std::size_t i) {
     items[i] = {{points[i], points[i]}, static_cast<std::uint32_t>(i)};
   });

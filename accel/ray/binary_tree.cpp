@@ -1,6 +1,6 @@
 #include "accel/ray/binary_tree.h"
 
-#include "framework/core/huge_pages.h"
+#include "accel/ray/triangle_box.h"
 #include "framework/core/parallel.h"
 
 namespace etendue {
@@ -13,18 +13,21 @@ double BinaryTree::sah_cost() const {
   return root_area > 0 && std::isfinite(root_area) ? cost / root_area : 0;
 }
 
-std::vector<BuildItem> build_items(const Geometry& geometry) {
+BuildItems build_items(const Geometry& geometry) {
   const std::size_t count = geometry.primitive_count(), chunk_size = 1 << 13;
-  std::vector<BuildItem> items;
-  resize_on_huge_pages(items, count);
+  BuildItems items(count);
   std::vector<std::size_t> valid((count + chunk_size - 1) / chunk_size);  // of each chunk, at its beginning
   parallel_for(valid.size(), 1, [&](std::size_t chunk) {
     const std::size_t begin = chunk * chunk_size, end = std::min(count, begin + chunk_size);
     std::size_t place = begin;
     for (auto id = static_cast<std::uint32_t>(begin); id < end; ++id) {
-      if (!geometry.is_valid(id)) continue;
-      const Bounds bounds = geometry.primitive_bounds(id);
-      items[place++] = {{bounds.lower + 0.0f, bounds.upper + 0.0f}, id};
+      if (geometry.is_triangle(id)) {
+        const TriangleBox box = triangle_box(geometry, id);
+        if (box.is_valid) items[place++] = {box.bounds(), id};
+      } else if (geometry.is_valid(id)) {
+        const Bounds bounds = geometry.primitive_bounds(id);
+        items[place++] = {{bounds.lower + 0.0f, bounds.upper + 0.0f}, id};
+      }
     }
     valid[chunk] = place - begin;
   });

@@ -4,6 +4,7 @@
 // neither triangles nor instances, only boxes and ids, so that the same builders serve both levels of a scene.
 #pragma once
 
+#include "framework/core/huge_pages.h"
 #include "framework/scene/geometry.h"
 
 #include <cstdint>
@@ -26,6 +27,9 @@ struct alignas(16) BuildItem {
   Bounds bounds;
   std::uint32_t id = no_id;
 };
+
+// After a resize they are yet to be written.
+using BuildItems = HugePageVector<BuildItem>;
 
 struct TreeNode {
   Bounds bounds;
@@ -80,7 +84,7 @@ void describe(Visitor& v, SahParams& params) {
 }
 
 // The valid primitives of a geometry. Negative zeros become positive, so that no tree depends on the order of a minimum.
-std::vector<BuildItem> build_items(const Geometry& geometry);
+BuildItems build_items(const Geometry& geometry);
 
 // The same tree with its nodes depth first, a pair of children at a time, each leaf's primitives in the same order, and no
 // node that the root does not reach.

@@ -1,6 +1,7 @@
 #include "accel/ray/build_binned_sah.h"
 
 #include "accel/bvh_entry.h"
+#include "accel/ray/four_floats.h"
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/simd_bounds.h"
 #include "accel/ray/small_sweep.h"
@@ -12,7 +13,6 @@
 #include <tbb/task_arena.h>
 
 #include <array>
-#include <cstring>
 
 namespace etendue {
 
@@ -20,9 +20,6 @@ namespace {
 
 constexpr std::uint32_t parallel_size = 1 << 15;  // runs at least this long are binned and parted in parallel
 constexpr std::uint32_t parallel_grain = 1 << 12;
-
-using Floats = float __attribute__((vector_size(16)));
-using Ints = std::int32_t __attribute__((vector_size(16)));
 
 struct Bin {
   SimdBounds bounds;
@@ -43,14 +40,6 @@ struct Bin {
   }
 };
 
-// x, y and z of an item's centre; the fourth lane does not count, but is finite. The same arithmetic as Bounds::centre.
-inline Floats centre_of(const BuildItem& item) {
-  Floats lower, upper;
-  std::memcpy(&lower, &item.bounds.lower.x, sizeof lower);
-  std::memcpy(&upper, &item.bounds.lower.z, sizeof upper);  // lanes 1 to 3
-  return 0.5f * lower + 0.5f * __builtin_shuffle(upper, Ints{1, 2, 3, 3});
-}
-
 // The equal intervals of the centres' extent, per axis.
 class Grid {
  public:
@@ -62,18 +51,18 @@ class Grid {
       scale_[axis] = static_cast<float>(count) * (1 - 1e-6f) / (centres.upper[axis] - centres.lower[axis]);
       if (!(scale_[axis] > 0 && scale_[axis] < infinity)) scale_[axis] = lower_[axis] = 0;
     }
-    last_ = Ints{} + static_cast<std::int32_t>(count - 1);
+    last_ = FourInts{} + static_cast<std::int32_t>(count - 1);
   }
 
   // The bins of a centre, by axis.
-  Ints operator()(Floats centre) const {
-    const Ints bins = __builtin_convertvector((centre - lower_) * scale_, Ints);
+  FourInts operator()(FourFloats centre) const {
+    const FourInts bins = __builtin_convertvector((centre - lower_) * scale_, FourInts);
     return bins < last_ ? bins : last_;
   }
 
  private:
-  Floats lower_{}, scale_{};
-  Ints last_;
+  FourFloats lower_{}, scale_{};
+  FourInts last_;
 };
 
 // Counts and boxes of the items in each bin of each axis. Two merge exactly and in any order.
@@ -89,7 +78,7 @@ class Bins {
     const Grid grid = grid_;  // a copy that no store into the bins can reach
     for (; begin != end; ++begin) {
       const SimdBounds bounds(begin->bounds);
-      const Ints bins = grid(centre_of(*begin));
+      const FourInts bins = grid(centre_of(begin->bounds));
       for (int axis = 0; axis < 3; ++axis) {
         Bin& bin = bins_[axis * capacity + static_cast<std::uint32_t>(bins[axis])];
         bin.bounds.extend(bounds);
@@ -150,8 +139,8 @@ class Bins {
 // Boxes of centres on both sides of a cut, without a branch: an item is made a NaN, which no minimum takes, for the other side.
 class SideCentres {
  public:
-  void add(Floats centre, bool goes_left) {
-    const Ints all_if_left = Ints{} - static_cast<std::int32_t>(goes_left);
+  void add(FourFloats centre, bool goes_left) {
+    const FourInts all_if_left = FourInts{} - static_cast<std::int32_t>(goes_left);
     add(lower_[0], upper_[0], centre, ~all_if_left);
     add(lower_[1], upper_[1], centre, all_if_left);
   }
@@ -162,25 +151,25 @@ class SideCentres {
     }
   }
   Bounds get(int side) const {
-    const Floats l = lower_[side], u = upper_[side];
+    const FourFloats l = lower_[side], u = upper_[side];
     return {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
   }
 
  private:
-  static void add(Floats& lower, Floats& upper, Floats centre, Ints nan) {
-    const auto value = reinterpret_cast<Floats>(reinterpret_cast<Ints>(centre) | nan);
+  static void add(FourFloats& lower, FourFloats& upper, FourFloats centre, FourInts nan) {
+    const auto value = reinterpret_cast<FourFloats>(reinterpret_cast<FourInts>(centre) | nan);
     lower = value < lower ? value : lower;
     upper = value > upper ? value : upper;
   }
 
-  Floats lower_[2] = {Floats{} + infinity, Floats{} + infinity};
-  Floats upper_[2] = {Floats{} - infinity, Floats{} - infinity};
+  FourFloats lower_[2] = {FourFloats{} + infinity, FourFloats{} + infinity};
+  FourFloats upper_[2] = {FourFloats{} - infinity, FourFloats{} - infinity};
 };
 
 template <std::uint32_t capacity>
 class BinnedSplitter {
  public:
-  BinnedSplitter(std::vector<BuildItem>& items, const BinnedSahParams& params)
+  BinnedSplitter(BuildItems& items, const BinnedSahParams& params)
       : params_(params), moved_(uninitialised_on_huge_pages<BuildItem>(items.size())), count_(items.size()) {
     items_ = {items.data(), moved_.get()};
   }
@@ -259,7 +248,7 @@ class BinnedSplitter {
 
   // Items of bins below `bin` go left. Stable, by chunks of which the places on both sides are known in large runs.
   void part(const ItemRange& range, const Grid& grid, int axis, std::int32_t bin, Split& split) const {
-    const auto goes_left = [&](const BuildItem& item) { return grid(centre_of(item))[axis] < bin; };
+    const auto goes_left = [&](const BuildItem& item) { return grid(centre_of(item.bounds))[axis] < bin; };
     const BuildItem* const items = from(range);
     const std::uint32_t chunk_size = range.size() < parallel_size ? range.size() : parallel_grain,
                         chunk_count = (range.size() + chunk_size - 1) / chunk_size;
@@ -302,7 +291,7 @@ class BinnedSplitter {
       moved[is_left ? left : right] = items[i];
       left += is_left;
       right += !is_left;
-      centres.add(centre_of(items[i]), is_left);
+      centres.add(centre_of(items[i].bounds), is_left);
     }
     return centres;
   }
@@ -314,14 +303,14 @@ class BinnedSplitter {
 };
 
 template <std::uint32_t capacity>
-BinaryTree build(std::vector<BuildItem>& items, const BinnedSahParams& params) {
+BinaryTree build(BuildItems& items, const BinnedSahParams& params) {
   BinnedSplitter<capacity> splitter(items, params);
   return grow_tree(splitter, items, params);
 }
 
 }  // namespace
 
-BinaryTree build_binned_sah(std::vector<BuildItem> items, const BinnedSahParams& params) {
+BinaryTree build_binned_sah(BuildItems items, const BinnedSahParams& params) {
   if (params.bins <= 16) return build<16>(items, params);
   if (params.bins <= 64) return build<64>(items, params);
   return build<256>(items, params);

@@ -23,7 +23,7 @@ void describe(Visitor& v, BinnedSahParams& params) {
             "equal intervals of the centres' extent per axis, between which cuts are tried");
 }
 
-BinaryTree build_binned_sah(std::vector<BuildItem> items, const BinnedSahParams& params);
+BinaryTree build_binned_sah(BuildItems items, const BinnedSahParams& params);
 
 struct RayEntry binned_sah_entry();  // its row of the registry
 

@@ -24,7 +24,7 @@ struct HighestBitCuts {
 
 }  // namespace
 
-BinaryTree build_lbvh(std::vector<BuildItem> items, const LbvhParams& limits) {
+BinaryTree build_lbvh(BuildItems items, const LbvhParams& limits) {
   if (items.empty()) return {};
   const MortonOrder order = sort_by_morton_code(items);
   HighestBitCuts cuts{items, order, static_cast<std::uint32_t>(limits.leaf_size)};

@@ -15,7 +15,7 @@ struct LbvhParams : TreeLimits {
   static constexpr bool sorts_to_packs = true;  // build_lbvh_packs.h makes the same trees over triangles
 };
 
-BinaryTree build_lbvh(std::vector<BuildItem> items, const LbvhParams& limits);
+BinaryTree build_lbvh(BuildItems items, const LbvhParams& limits);
 
 struct RayEntry lbvh_entry();  // its row of the registry
 

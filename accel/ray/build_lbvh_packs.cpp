@@ -2,10 +2,10 @@
 
 #include "accel/ray/corner_repeats.h"
 #include "accel/ray/fill_pack.h"
-#include "accel/ray/four_floats.h"
 #include "accel/ray/grow_tree.h"
 #include "accel/ray/morton_order.h"
 #include "accel/ray/shared_pack.h"
+#include "accel/ray/triangle_box.h"
 #include "accel/ray/triangle_pack.h"
 
 #include <atomic>
@@ -19,17 +19,9 @@ namespace {
 
 // The centre of a triangle's box, if Geometry::is_valid.
 inline MortonPoint centre_of(const Geometry& geometry, std::uint32_t triangle) {
-  const uvec3 soon = geometry.triangles[std::min<std::size_t>(triangle + 16, geometry.triangles.size() - 1)];
-  for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry.positions[soon[corner]]);
-  const uvec3 v = geometry.triangles[triangle];
-  const FourFloats a = four(geometry.positions[v.x]), b = four(geometry.positions[v.y]), c = four(geometry.positions[v.z]);
-  const FourFloats lower = smaller(smaller(a, b), c) + 0.0f, upper = larger(larger(a, b), c) + 0.0f;
-  const FourFloats centre = 0.5f * lower + 0.5f * upper;
-  // What is clearly not empty, and finite, single precision tells.
-  const FourFloats ab = b - a, ac = c - a, normal = cross(ab, ac);
-  const float square = dot(normal, normal);
-  const bool is_plain = square > 1e-30f && square < infinity && square > 1e-10f * dot(ab, ab) * dot(ac, ac);
-  return {{centre[0], centre[1], centre[2]}, is_plain || geometry.is_valid(triangle)};
+  const TriangleBox box = triangle_box(geometry, triangle);
+  const FourFloats centre = 0.5f * box.lower + 0.5f * box.upper;
+  return {{centre[0], centre[1], centre[2]}, box.is_valid};
 }
 
 template <class Pack>

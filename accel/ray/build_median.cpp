@@ -21,7 +21,7 @@ struct MedianSplitter {
 
 }  // namespace
 
-BinaryTree build_median(std::vector<BuildItem> items, const TreeLimits& limits) {
+BinaryTree build_median(BuildItems items, const TreeLimits& limits) {
   MedianSplitter splitter{items, static_cast<std::uint32_t>(limits.leaf_size)};
   return grow_tree(splitter, items, limits);
 }

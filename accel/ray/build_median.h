@@ -7,7 +7,7 @@
 
 namespace etendue {
 
-BinaryTree build_median(std::vector<BuildItem> items, const TreeLimits& limits);
+BinaryTree build_median(BuildItems items, const TreeLimits& limits);
 
 struct RayEntry median_entry();  // its row of the registry
 

@@ -37,7 +37,7 @@ struct RotatingSplitter {
 
 }  // namespace
 
-BinaryTree build_median_rotating(std::vector<BuildItem> items, const MedianRotatingParams& params) {
+BinaryTree build_median_rotating(BuildItems items, const MedianRotatingParams& params) {
   RotatingSplitter splitter{items, static_cast<std::uint32_t>(params.leaf_size)};
   return grow_tree(splitter, items, params);
 }

@@ -21,7 +21,7 @@ void describe(Visitor& v, MedianRotatingParams& params) {
   describe_max_depth(v, params);
 }
 
-BinaryTree build_median_rotating(std::vector<BuildItem> items, const MedianRotatingParams& params);
+BinaryTree build_median_rotating(BuildItems items, const MedianRotatingParams& params);
 
 struct RayEntry median_rotating_entry();  // its row of the registry
 

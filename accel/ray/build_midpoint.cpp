@@ -50,12 +50,12 @@ class MidpointSplitter {
 
   std::span<BuildItem> items_;
   std::uint32_t leaf_size_;
-  std::vector<BuildItem> moved_;  // working space; a run of items uses its own part, so tasks never meet
+  BuildItems moved_;  // working space; a run of items uses its own part, so tasks never meet
 };
 
 }  // namespace
 
-BinaryTree build_midpoint(std::vector<BuildItem> items, const TreeLimits& limits) {
+BinaryTree build_midpoint(BuildItems items, const TreeLimits& limits) {
   MidpointSplitter splitter(items, limits);
   return grow_tree(splitter, items, limits);
 }

@@ -12,7 +12,7 @@
 
 namespace etendue {
 
-BinaryTree build_midpoint(std::vector<BuildItem> items, const TreeLimits& limits);
+BinaryTree build_midpoint(BuildItems items, const TreeLimits& limits);
 
 struct RayEntry midpoint_entry();  // its row of the registry
 

@@ -252,7 +252,7 @@ class MergeCuts {
 
 }  // namespace
 
-BinaryTree build_ploc(std::vector<BuildItem> items, const PlocParams& params) {
+BinaryTree build_ploc(BuildItems items, const PlocParams& params) {
   if (items.empty()) return {};
   sort_by_morton_code(items);
   std::vector<Merge> merges;

@@ -25,7 +25,7 @@ void describe(Visitor& v, PlocParams& params) {
             "how far along the Morton curve a cluster looks for its neighbour");
 }
 
-BinaryTree build_ploc(std::vector<BuildItem> items, const PlocParams& params);
+BinaryTree build_ploc(BuildItems items, const PlocParams& params);
 
 struct RayEntry ploc_entry();  // its row of the registry
 

@@ -116,7 +116,7 @@ class SweepSplitter {
 
 }  // namespace
 
-BinaryTree build_sah(std::vector<BuildItem> items, const SahParams& params) {
+BinaryTree build_sah(BuildItems items, const SahParams& params) {
   SweepSplitter splitter(items, params);
   return grow_tree(splitter, items, params);
 }

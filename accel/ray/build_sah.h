@@ -10,7 +10,7 @@
 
 namespace etendue {
 
-BinaryTree build_sah(std::vector<BuildItem> items, const SahParams& params);
+BinaryTree build_sah(BuildItems items, const SahParams& params);
 
 struct RayEntry sah_entry();  // its row of the registry
 

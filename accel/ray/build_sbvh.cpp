@@ -46,7 +46,7 @@ class SbvhBuilder {
     });
   }
 
-  BinaryTree build(std::vector<BuildItem> items, const Bounds& bounds) {
+  BinaryTree build(BuildItems items, const Bounds& bounds) {
     Part root;
     const auto count = static_cast<std::uint32_t>(items.size());
     references_ = count;
@@ -66,10 +66,10 @@ class SbvhBuilder {
   };
 
   // Builds a subtree. Jobs are done last first, so the references of the job in hand are always the last on the stack.
-  void run(Part& part, std::vector<BuildItem> stack, const Job& root) {
+  void run(Part& part, BuildItems stack, const Job& root) {
     part.nodes.resize(1);
     std::vector<Job> jobs{root};
-    std::vector<BuildItem> sides[2];
+    BuildItems sides[2];
     const auto bins = std::make_unique<SlabBins>();
     while (!jobs.empty()) {
       const Job job = jobs.back();
@@ -105,7 +105,7 @@ class SbvhBuilder {
     }
   }
 
-  void hand_on(Part& part, std::vector<BuildItem> items, const Job& job) {
+  void hand_on(Part& part, BuildItems items, const Job& job) {
     Part* subtree;
     {
       const std::lock_guard lock(mutex_);
@@ -118,8 +118,7 @@ class SbvhBuilder {
   }
 
   // False: a leaf. Else both sides and their boxes.
-  bool divide(const Job& job, std::span<BuildItem> items, SlabBins& bins, std::vector<BuildItem> (&sides)[2],
-              Bounds (&bounds)[2]) const {
+  bool divide(const Job& job, std::span<BuildItem> items, SlabBins& bins, BuildItems (&sides)[2], Bounds (&bounds)[2]) const {
     if (job.count == 1 || static_cast<int>(job.depth) == params_.max_depth) return false;
     if (params_.packs != nullptr && params_.packs->takes(job.count, [&](std::uint32_t i) { return items[i].id; })) return false;
     for (auto& side : sides) side.clear();
@@ -152,7 +151,7 @@ class SbvhBuilder {
   }
 
   // As divide, by every cut between so few references; none is chopped.
-  bool divide_few(const Job& job, std::span<BuildItem> items, std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) const {
+  bool divide_few(const Job& job, std::span<BuildItem> items, BuildItems (&sides)[2], Bounds (&bounds)[2]) const {
     const SmallCut cut = sweep_small(items.data(), job.count);
     if (prefers_leaf(job, cut.cost)) return false;
     if (!(cut.cost < infinity)) return halve(job, items, sides, bounds);
@@ -161,7 +160,7 @@ class SbvhBuilder {
     return true;
   }
 
-  static void set_bounds(const std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) {
+  static void set_bounds(const BuildItems (&sides)[2], Bounds (&bounds)[2]) {
     for (const int side : {0, 1}) {
       SimdBounds sum;
       for (const BuildItem& item : sides[side]) sum.extend(item.bounds);
@@ -169,7 +168,7 @@ class SbvhBuilder {
     }
   }
 
-  static bool halve(const Job& job, std::span<BuildItem> items, std::vector<BuildItem> (&sides)[2], Bounds (&bounds)[2]) {
+  static bool halve(const Job& job, std::span<BuildItem> items, BuildItems (&sides)[2], Bounds (&bounds)[2]) {
     const Split split = halve_items(items, {0, job.count, job.bounds});
     sides[0].assign(items.begin(), items.begin() + split.middle);
     sides[1].assign(items.begin() + split.middle, items.end());
@@ -246,7 +245,7 @@ class SbvhBuilder {
   }
 
   // Distributes references about a plane, chopping those that straddle it where that is cheapest. False if all end on one side.
-  bool chop(const Job& job, std::span<const BuildItem> items, const SlabCut& cut, std::vector<BuildItem> (&sides)[2]) const {
+  bool chop(const Job& job, std::span<const BuildItem> items, const SlabCut& cut, BuildItems (&sides)[2]) const {
     const Slabs slabs = slabs_through(job, cut.axis);
     const float plane = slabs.plane(cut.slab);
     Bounds left_box = cut.left_bounds, right_box = cut.right_bounds;
@@ -330,7 +329,7 @@ class SbvhBuilder {
 
 }  // namespace
 
-BinaryTree build_sbvh(std::vector<BuildItem> items, const SbvhParams& params, const Geometry* geometry) {
+BinaryTree build_sbvh(BuildItems items, const SbvhParams& params, const Geometry* geometry) {
   if (items.empty()) return {};
   Bounds bounds;
   for (const BuildItem& item : items) bounds.extend(item.bounds);

@@ -33,7 +33,7 @@ void describe(Visitor& v, SbvhParams& params) {
 }
 
 // `items` are primitives of `geometry`. Without one (null) they are boxes, and chopped as such.
-BinaryTree build_sbvh(std::vector<BuildItem> items, const SbvhParams& params, const Geometry* geometry);
+BinaryTree build_sbvh(BuildItems items, const SbvhParams& params, const Geometry* geometry);
 
 struct RayEntry sbvh_entry();  // its row of the registry
 

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <unordered_map>
 
 namespace etendue {
 
@@ -95,42 +94,54 @@ class CollapsePlan {
     Costs() { cost.fill(infinity); }
   };
 
+  // A node above the subtrees that are tasks. Costs lie by place, those of its sides together.
+  struct Upper {
+    std::uint32_t node, place, sides;
+  };
+  struct Root {
+    std::uint32_t node, place;
+  };
+
   // Subtrees of up to so many primitives in parallel.
   void plan(std::uint32_t task_size) {
     nodes_ = uninitialised_on_huge_pages<Node>(tree_.nodes.size());
     shares_ = uninitialised_on_huge_pages<Shares>(tree_.nodes.size());
-    count_primitives();
-    std::vector<std::uint32_t> roots, above;
-    for (std::uint32_t n = 0; n < tree_.nodes.size(); ++n)
-      if (nodes_[n].count > task_size) above.push_back(n);
-    const auto add_root = [&](std::uint32_t n) {
-      if (nodes_[n].count <= task_size) roots.push_back(n);
+    std::vector<Upper> above;  // parents before children
+    std::vector<Root> roots;
+    std::uint32_t places = 1;
+    struct Part {
+      std::uint32_t node, place, begin, end;  // the primitives below
     };
-    add_root(0);
-    for (const std::uint32_t n : above) {
-      if (tree_.nodes[n].is_leaf()) {
-        roots.push_back(n);
-      } else {
-        add_root(tree_.nodes[n].first);
-        add_root(tree_.nodes[n].first + 1);
+    std::vector<Part> parts{{0, 0, first_primitive(0), end_of_primitives()}};
+    while (!parts.empty()) {
+      const Part part = parts.back();
+      parts.pop_back();
+      const TreeNode& node = tree_.nodes[part.node];
+      if (node.is_leaf() || part.end - part.begin <= task_size) {
+        roots.push_back({part.node, part.place});
+        continue;
       }
+      const std::uint32_t middle = first_primitive(node.first + 1);
+      above.push_back({part.node, part.place, places});
+      parts.push_back({node.first + 1, places + 1, middle, part.end});
+      parts.push_back({node.first, places, part.begin, middle});
+      places += 2;
     }
-    std::vector<Costs> of_roots(roots.size());
-    parallel_for(roots.size(), 1, [&](std::size_t i) { of_roots[i] = plan_subtree(roots[i]); });
-    if (!above.empty()) plan_above(above, roots, of_roots);
+    std::vector<Costs> costs(places);
+    parallel_for(roots.size(), 1, [&](std::size_t i) { costs[roots[i].place] = plan_subtree(roots[i].node); });
+    for (auto u = above.rbegin(); u != above.rend(); ++u)
+      plan_inner(u->node, costs[u->sides], costs[u->sides + 1], costs[u->place]);
   }
 
-  void count_primitives() {
-    for (std::size_t n = tree_.nodes.size(); n-- > 0;) {
-      const TreeNode& node = tree_.nodes[n];
-      if (node.is_leaf()) {
-        nodes_[n].first = node.first;
-        nodes_[n].count = node.count;
-      } else {
-        nodes_[n].first = nodes_[node.first].first;
-        nodes_[n].count = nodes_[node.first].count + nodes_[node.first + 1].count;
-      }
-    }
+  // Of a subtree.
+  std::uint32_t first_primitive(std::uint32_t n) const {
+    while (!tree_.nodes[n].is_leaf()) n = tree_.nodes[n].first;
+    return tree_.nodes[n].first;
+  }
+  std::uint32_t end_of_primitives() const {
+    std::uint32_t n = 0;
+    while (!tree_.nodes[n].is_leaf()) n = tree_.nodes[n].first + 1;
+    return tree_.nodes[n].first + tree_.nodes[n].count;
   }
 
   // Children before parents, the right side's costs on top of the left's.
@@ -161,19 +172,12 @@ class CollapsePlan {
     return done.front();
   }
 
-  // The few nodes above the subtrees that were tasks.
-  void plan_above(const std::vector<std::uint32_t>& above, const std::vector<std::uint32_t>& roots,
-                  const std::vector<Costs>& of_roots) {
-    std::unordered_map<std::uint32_t, Costs> known;
-    for (std::size_t i = 0; i < roots.size(); ++i) known[roots[i]] = of_roots[i];
-    for (auto n = above.rbegin(); n != above.rend(); ++n)
-      if (const TreeNode& node = tree_.nodes[*n]; !node.is_leaf())
-        plan_inner(*n, known.at(node.first), known.at(node.first + 1), known[*n]);
-  }
-
   void plan_leaf(std::uint32_t n, Costs& costs) {
     Node& node = nodes_[n];
-    const float area = tree_.nodes[n].bounds.half_area();
+    const TreeNode& leaf = tree_.nodes[n];
+    const float area = leaf.bounds.half_area();
+    node.first = leaf.first;
+    node.count = leaf.count;
     node.content = 0;
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) node.content += areas_[i];
     costs = Costs();
@@ -188,7 +192,10 @@ class CollapsePlan {
     Node& node = nodes_[n];
     Shares& shares = shares_[n];
     const float area = binary.bounds.half_area();
-    node.content = nodes_[binary.first].content + nodes_[binary.first + 1].content;
+    const Node &left_node = nodes_[binary.first], &right_node = nodes_[binary.first + 1];
+    node.first = left_node.first;
+    node.count = left_node.count + right_node.count;
+    node.content = left_node.content + right_node.content;
     const bool both_fit = left.fits && right.fits;
     alignas(16) float shared[node_width];
     alignas(16) std::int32_t share[node_width];

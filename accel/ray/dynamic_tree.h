@@ -40,7 +40,7 @@ struct TreeUpdate {
 class DynamicTree {
  public:
   static constexpr std::uint32_t leaf_size = 4;  // leaves that a builder leaves larger are halved
-  using Build = std::function<BinaryTree(std::vector<BuildItem>)>;
+  using Build = std::function<BinaryTree(BuildItems)>;
 
   struct Leaf {
     std::array<std::uint32_t, leaf_size> items{};
@@ -80,7 +80,7 @@ class DynamicTree {
     std::uint32_t root = 0;
     std::vector<std::uint32_t> nodes, leaves;  // that it gives up
     std::vector<std::uint32_t> parts;          // items, or kept subtrees by their node
-    std::vector<BuildItem> items;              // of the parts
+    BuildItems items;                          // of the parts
     BinaryTree tree;
   };
   static constexpr std::uint32_t root_link = no_id;

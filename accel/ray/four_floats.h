@@ -4,6 +4,7 @@
 #include "framework/core/vec.h"
 
 #include <cstdint>
+#include <cstring>
 
 namespace etendue {
 
@@ -19,6 +20,15 @@ inline FourFloats cross(FourFloats a, FourFloats b) {
   constexpr FourInts yzx{1, 2, 0, 3};
   const FourFloats zxy = a * __builtin_shuffle(b, yzx) - __builtin_shuffle(a, yzx) * b;
   return __builtin_shuffle(zxy, yzx);
+}
+
+// Bounds::centre, by two loads that overlap. The fourth lane does not count, but is finite where the box is.
+inline FourFloats centre_of(const Bounds& b) {
+  static_assert(sizeof(Bounds) == 6 * sizeof(float));
+  FourFloats lower, upper;
+  std::memcpy(&lower, &b.lower.x, sizeof lower);
+  std::memcpy(&upper, &b.lower.z, sizeof upper);  // lanes 1 to 3
+  return 0.5f * lower + 0.5f * __builtin_shuffle(upper, FourInts{1, 2, 3, 3});
 }
 
 // A box around points. Negative zeros become positive, so that it depends on no order.

@@ -1,5 +1,6 @@
 #include "accel/ray/grow_tree.h"
 
+#include "accel/ray/four_floats.h"
 #include "accel/ray/simd_bounds.h"
 #include "framework/core/parallel.h"
 
@@ -42,13 +43,13 @@ std::pair<Bounds, Bounds> extents(std::span<const BuildItem> items) {
   return tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, items.size(), 1 << 13), Extents(),
       [&](const auto& range, Extents sum) {
-        SimdBounds bounds(sum.first), centres(sum.second);
+        SimdBounds bounds;
+        PointBounds centres;
         for (std::size_t i = range.begin(); i != range.end(); ++i) {
-          const vec3 centre = items[i].bounds.centre();
           bounds.extend(items[i].bounds);
-          centres.extend(Bounds{centre, centre});
+          centres.extend(centre_of(items[i].bounds));
         }
-        return Extents(bounds.get(), centres.get());
+        return Extents(united(bounds.get(), sum.first), united(centres.get(), sum.second));
       },
       [](const Extents& a, const Extents& b) { return Extents(united(a.first, b.first), united(a.second, b.second)); });
 }

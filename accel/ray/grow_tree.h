@@ -102,7 +102,7 @@ class TreeGrower {
   }
 
  private:
-  static constexpr std::uint32_t task_size = 1024;
+  static constexpr std::uint32_t task_size = 512;
 
   struct Job {
     ItemRange range;

@@ -23,7 +23,7 @@ LeafContents LeafContents::of(const VertexIds& vertices, const BinaryTree& tree)
   const std::size_t count = tree.primitives.size();
   LeafContents contents{uninitialised_on_huge_pages<uvec3>(count), uninitialised_on_huge_pages<float>(count)};
   const std::size_t last = count - 1;
-  parallel_for(count, 1 << 13, [&](std::size_t i) {
+  parallel_for(count, 1 << 11, [&](std::size_t i) {
     prefetch(vertices, tree.primitives[std::min(i + 24, last)], tree.primitives[std::min(i + 12, last)]);
     const std::uint32_t id = tree.primitives[i];
     if (!geometry.is_triangle(id)) {

@@ -229,10 +229,9 @@ std::uint32_t MortonOrder::cut(std::uint32_t begin, std::uint32_t end) const {
   return first_from(begin, end, bound_between(first_rest, last_rest), [&](std::uint32_t i) { return rest(i); });
 }
 
-MortonOrder sort_by_morton_code(std::vector<BuildItem>& items) {
+MortonOrder sort_by_morton_code(BuildItems& items) {
   MortonOrder order(items.size(), [&](std::size_t i) { return MortonPoint{items[i].bounds.centre()}; });
-  auto sorted = std::vector<BuildItem>();
-  resize_on_huge_pages(sorted, items.size());
+  BuildItems sorted(items.size());
   constexpr std::size_t grain = 1 << 14;
   parallel_for(items.size(), grain, [&](std::size_t i) { sorted[i] = items[order.index(static_cast<std::uint32_t>(i))]; });
   items = std::move(sorted);

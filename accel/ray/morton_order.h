@@ -105,6 +105,6 @@ class MortonOrder {
 };
 
 // Sorts the items by the codes of their boxes' centres.
-MortonOrder sort_by_morton_code(std::vector<BuildItem>& items);
+MortonOrder sort_by_morton_code(BuildItems& items);
 
 }  // namespace etendue

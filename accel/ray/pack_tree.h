@@ -4,24 +4,7 @@
 #include "accel/ray/binary_tree.h"
 #include "framework/core/huge_pages.h"
 
-#include <vector>
-
 namespace etendue {
-
-// Of values that are constructed in place after a resize, by the threads that know them.
-template <class T>
-struct UnconstructedOnHugePages : HugePageAllocator<T> {
-  using value_type = T;
-
-  UnconstructedOnHugePages() = default;
-  template <class U>
-  UnconstructedOnHugePages(const UnconstructedOnHugePages<U>&) {}
-
-  static void construct(T*) {}
-};
-
-template <class T>
-using HugePageVector = std::vector<T, UnconstructedOnHugePages<T>>;
 
 template <class Pack>
 struct PackTree {

@@ -21,7 +21,7 @@ Bounds world_bounds(const Transform& to_world, const Bounds& local) {
 
 }  // namespace
 
-std::vector<BuildItem> instance_items(const Scene& scene) {
+BuildItems instance_items(const Scene& scene) {
   std::vector<Bounds> of_object(scene.objects.size());
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Geometry& geometry = scene.objects[i].geometry;
@@ -31,7 +31,7 @@ std::vector<BuildItem> instance_items(const Scene& scene) {
       of_object[i].extend({bounds.lower + 0.0f, bounds.upper + 0.0f});  // as in build_items
     }
   }
-  std::vector<BuildItem> items;
+  BuildItems items;
   for (std::uint32_t id = 0; id < scene.instances.size(); ++id) {
     const Instance& instance = scene.instances[id];
     const Bounds& local = of_object[instance.object];

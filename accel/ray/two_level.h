@@ -12,7 +12,7 @@ namespace etendue {
 
 // The instances of a scene with their boxes in world space, padded against the rounding of both transforms. Ids are instances';
 // those of objects without a valid primitive are left out.
-std::vector<BuildItem> instance_items(const Scene& scene);
+BuildItems instance_items(const Scene& scene);
 
 // Ray::direction and origin by the transform; t_min and t_max stay.
 inline Ray transformed(const Transform& to_object, const Ray& ray) {

@@ -202,7 +202,7 @@ class Collapse {
   void fill_packs() {
     out_.packs.resize(packed_.size());
     const std::size_t last = packed_.size() - 1;
-    parallel_for(packed_.size(), 256, [&](std::size_t i) {
+    parallel_for(packed_.size(), 32, [&](std::size_t i) {
       plan_.prefetch(packed_[std::min(i + 8, last)]);
       prefetch_vertices(packed_[std::min(i + 2, last)]);
       fill_pack(*std::construct_at(&out_.packs[i]), *geometry_, plan_.primitives(packed_[i]), plan_.corners(packed_[i]));

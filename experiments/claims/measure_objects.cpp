@@ -18,8 +18,8 @@ std::vector<Ray> some_rays(const Scene& scene, int resolution) {
 
 // --- a box before each quadric ---
 
-std::vector<BuildItem> quadric_items(const Geometry& geometry) {
-  std::vector<BuildItem> items;
+BuildItems quadric_items(const Geometry& geometry) {
+  BuildItems items;
   for (auto id = static_cast<std::uint32_t>(geometry.triangles.size()); id < geometry.primitive_count(); ++id)
     items.push_back({geometry.primitive_bounds(id), id});
   return items;
@@ -85,7 +85,7 @@ class Quadrics {
   }
 
   const Geometry& geometry_;
-  std::vector<BuildItem> items_;
+  BuildItems items_;
   BinaryTree tree_;
   PackedNodes nodes_;
   float extent_;

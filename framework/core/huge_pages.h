@@ -44,6 +44,21 @@ struct HugePageAllocator {
   friend bool operator==(const HugePageAllocator&, const HugePageAllocator&) { return true; }
 };
 
+// Of values that are constructed or assigned in place after a resize, by the threads that know them.
+template <class T>
+struct UnconstructedOnHugePages : HugePageAllocator<T> {
+  using value_type = T;
+
+  UnconstructedOnHugePages() = default;
+  template <class U>
+  UnconstructedOnHugePages(const UnconstructedOnHugePages<U>&) {}
+
+  static void construct(T*) {}
+};
+
+template <class T>
+using HugePageVector = std::vector<T, UnconstructedOnHugePages<T>>;
+
 // Asks for huge pages under memory that has not been touched yet, if it is large: a builder writes its arrays once, and mapping
 // thousands of small pages would take a tenth of its time.
 inline void wish_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {

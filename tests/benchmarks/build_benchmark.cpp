@@ -48,7 +48,7 @@ void build_structure(benchmark::State& state, const std::string& name) {
 template <class Build>
 void build_tree(benchmark::State& state, const Build& build) {
   const Scene scene = bumpy_sphere(static_cast<std::uint32_t>(state.range(0)));
-  const std::vector<BuildItem> items = build_items(scene.objects[0].geometry);
+  const BuildItems items = build_items(scene.objects[0].geometry);
   for (auto _ : state) benchmark::DoNotOptimize(build(items).nodes.size());
   state.counters["triangles"] = static_cast<double>(items.size());
 }
@@ -63,17 +63,17 @@ const bool registered = [] {
   const auto tree = [](const char* name, auto build) {
     benchmark::RegisterBenchmark(name, build_tree<decltype(build)>, build)->Arg(224)->Unit(benchmark::kMillisecond);
   };
-  tree("tree/median", [](const std::vector<BuildItem>& items) { return build_median(items, {}); });
-  tree("tree/median-rotating", [](const std::vector<BuildItem>& items) { return build_median_rotating(items, {}); });
-  tree("tree/midpoint", [](const std::vector<BuildItem>& items) { return build_midpoint(items, {}); });
-  tree("tree/lbvh", [](const std::vector<BuildItem>& items) { return build_lbvh(items, {}); });
-  tree("tree/ploc", [](const std::vector<BuildItem>& items) { return build_ploc(items, {}); });
-  tree("tree/sah", [](const std::vector<BuildItem>& items) { return build_sah(items, {}); });
+  tree("tree/median", [](const BuildItems& items) { return build_median(items, {}); });
+  tree("tree/median-rotating", [](const BuildItems& items) { return build_median_rotating(items, {}); });
+  tree("tree/midpoint", [](const BuildItems& items) { return build_midpoint(items, {}); });
+  tree("tree/lbvh", [](const BuildItems& items) { return build_lbvh(items, {}); });
+  tree("tree/ploc", [](const BuildItems& items) { return build_ploc(items, {}); });
+  tree("tree/sah", [](const BuildItems& items) { return build_sah(items, {}); });
   for (const int bins : {4, 8, 16, 32, 64, 256}) {
     BinnedSahParams params;
     params.bins = bins;
     tree(("tree/binned-sah/bins:" + std::to_string(bins)).c_str(),
-         [params](const std::vector<BuildItem>& items) { return build_binned_sah(items, params); });
+         [params](const BuildItems& items) { return build_binned_sah(items, params); });
   }
   return true;
 }();

@@ -25,7 +25,7 @@ struct InOrderSplitter {
   std::uint32_t id(const ItemRange&, std::uint32_t position) const { return items[position].id; }
 };
 
-inline BinaryTree build_in_order(std::vector<BuildItem> items, const TreeLimits& limits) {
+inline BinaryTree build_in_order(BuildItems items, const TreeLimits& limits) {
   InOrderSplitter splitter{items, static_cast<std::uint32_t>(limits.leaf_size)};
   return grow_tree(splitter, items, limits);
 }

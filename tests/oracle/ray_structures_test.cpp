@@ -248,7 +248,7 @@ TEST(RayStructures, EqualInstancesGiveTheLowest) {
 }
 
 // A tree as deep as it can be: each inner node holds a leaf of one item and the rest.
-BinaryTree chain(const std::vector<BuildItem>& items) {
+BinaryTree chain(const BuildItems& items) {
   BinaryTree tree;
   Bounds rest;
   for (const BuildItem& item : items) rest.extend(item.bounds);

@@ -21,7 +21,7 @@
 namespace etendue::testing {
 namespace {
 
-using Build = std::function<BinaryTree(std::vector<BuildItem>, const TreeLimits&)>;
+using Build = std::function<BinaryTree(BuildItems, const TreeLimits&)>;
 
 struct Builder {
   std::string name;
@@ -30,8 +30,8 @@ struct Builder {
 
 // A builder with its own parameters, under any limits.
 template <class Params>
-Builder builder(const char* name, BinaryTree (*build)(std::vector<BuildItem>, const Params&), Params params = {}) {
-  return {name, [=](std::vector<BuildItem> items, const TreeLimits& limits) {
+Builder builder(const char* name, BinaryTree (*build)(BuildItems, const Params&), Params params = {}) {
+  return {name, [=](BuildItems items, const TreeLimits& limits) {
             Params limited = params;
             static_cast<TreeLimits&>(limited) = limits;
             return build(std::move(items), limited);
@@ -67,7 +67,7 @@ std::vector<Builder> builders() {
 bool contains(const Bounds& outer, const Bounds& inner) { return outer.contains(inner.lower) && outer.contains(inner.upper); }
 
 // Every item in one leaf, boxes around what they hold, and no leaf or path beyond the limits.
-void expect_sound(const BinaryTree& tree, const std::vector<BuildItem>& items, const TreeLimits& limits) {
+void expect_sound(const BinaryTree& tree, const BuildItems& items, const TreeLimits& limits) {
   ASSERT_EQ(tree.nodes.empty(), items.empty());
   ASSERT_EQ(tree.primitives.size(), items.size());
   if (items.empty()) return;
@@ -110,15 +110,15 @@ void expect_sound(const BinaryTree& tree, const std::vector<BuildItem>& items, c
   for (const BuildItem& item : items) EXPECT_EQ(seen[item.id], 1);
 }
 
-std::vector<BuildItem> items_at(const std::function<vec3(int)>& centre, int count, float half) {
-  std::vector<BuildItem> items;
+BuildItems items_at(const std::function<vec3(int)>& centre, int count, float half) {
+  BuildItems items;
   for (int i = 0; i < count; ++i) items.push_back({{centre(i) - half, centre(i) + half}, static_cast<std::uint32_t>(i)});
   return items;
 }
 
 struct ItemCase {
   std::string name;
-  std::vector<BuildItem> items;
+  BuildItems items;
 };
 
 std::vector<ItemCase> item_cases() {
@@ -132,6 +132,41 @@ std::vector<ItemCase> item_cases() {
   cases.push_back({"huge", items_at([](int i) { return vec3(i % 2 ? 3e38f : -3e38f, i, 0); }, 100, 0)});
   cases.push_back({"tiny", items_at([](int i) { return vec3(i * 1e-44f, 0, 0); }, 100, 0)});
   return cases;
+}
+
+TEST(BuildItems, AreTheValidTrianglesWithTheBoxesOfTheirVertices) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  Pcg32 random(7, 1);
+  Geometry geometry;
+  for (int i = 0; i < 3000; ++i) {
+    const float size = std::exp2(static_cast<float>(i % 60 - 30));
+    vec3 corners[3];
+    for (vec3& p : corners)
+      p = size * vec3(random.next_float(), random.next_float(), random.next_float()) -
+          (i % 7 == 0 ? size * vec3(0.5f) : vec3(0));
+    if (i % 11 == 0) corners[2] = corners[1];                             // empty
+    if (i % 13 == 0) corners[2] = 0.5f * corners[0] + 0.5f * corners[1];  // or nearly so
+    if (i % 17 == 0) corners[i % 3][i % 2] = i % 5 == 0 ? nan : i % 5 == 1 ? infinity : -0.0f;
+    for (const vec3& p : corners) geometry.positions.push_back(p);
+    geometry.triangles.push_back(uvec3(3 * i, 3 * i + 1, 3 * i + 2));
+  }
+  std::size_t next = 0;
+  const BuildItems items = build_items(geometry);
+  for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) {
+    if (!geometry.is_valid(id)) continue;
+    ASSERT_LT(next, items.size());
+    const BuildItem& item = items[next++];
+    EXPECT_EQ(item.id, id);
+    const Bounds bounds = geometry.primitive_bounds(id);
+    EXPECT_EQ(item.bounds.lower, bounds.lower);
+    EXPECT_EQ(item.bounds.upper, bounds.upper);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_FALSE(item.bounds.lower[axis] == 0 && std::signbit(item.bounds.lower[axis]));
+      EXPECT_FALSE(item.bounds.upper[axis] == 0 && std::signbit(item.bounds.upper[axis]));
+    }
+  }
+  EXPECT_EQ(next, items.size());
+  EXPECT_LT(items.size(), geometry.triangles.size());
 }
 
 TEST(TreeBuilders, TreesAreSoundWithinTheirLimits) {
@@ -234,7 +269,7 @@ TEST(TreeBuilders, DepthLimitHalvesBeforeItLeavesLargeLeaves) {
 
 TEST(TreeBuilders, TreeIsTheSameAtAnyThreadCount) {
   Random random(3);
-  std::vector<BuildItem> items;
+  BuildItems items;
   for (std::uint32_t i = 0; i < 150000; ++i) {
     const vec3 centre = random.in_cube(1) * random.unit();
     items.push_back({{centre - random.unit() * 0.01f, centre + random.unit() * 0.01f}, i});

@@ -105,7 +105,7 @@ TEST(WideLayouts, CollapseKeepsEveryPrimitiveOnce) {
 
 // Builds to packs, with every leaf tested.
 template <class Params>
-BinaryTree expect_packs(const Geometry& geometry, BinaryTree (*build)(std::vector<BuildItem>, const Params&)) {
+BinaryTree expect_packs(const Geometry& geometry, BinaryTree (*build)(BuildItems, const Params&)) {
   const VertexIds vertices(geometry);
   const PackTest packs = PackTest::of<SharedPack>(vertices);
   Params params;
