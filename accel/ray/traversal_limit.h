@@ -21,8 +21,10 @@ class TraversalLimit {
  public:
   // `extent`: largest_coordinate of what the structure holds.
   TraversalLimit(const Ray& ray, float extent)
-      : slack_(16 * std::numeric_limits<float>::epsilon() * (max_component(glm::abs(ray.origin)) + extent) /
-               max_component(glm::abs(ray.direction))) {}
+      : TraversalLimit(max_component(glm::abs(ray.origin)), extent, max_component(glm::abs(ray.direction))) {}
+  // By the largest components of a ray's origin and direction.
+  TraversalLimit(float origin, float extent, float direction)
+      : slack_(16 * std::numeric_limits<float>::epsilon() * (origin + extent) / direction) {}
 
   float operator()(float t_best) const { return t_best * slab_pad + slack_; }
 

@@ -64,9 +64,7 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
       for (std::size_t i = 0; i < some.size(); ++i) {
         if (singly)
           answer(begin + i, trace<Simd, false>(view, some[i], CountNothing()));
-        else if (is_traceable(some[i]))
-          stream.add(begin + i);
-        else
+        else if (!stream.add(begin + i))
           answer(begin + i, Hit{});
       }
     }

@@ -23,27 +23,43 @@ class WideShadowStream {
 
   // `rays`: the batch, of which some will be added.
   WideShadowStream(const View& view, std::span<const Ray> rays) : view_(view), rays_(rays), space_(space()) {
-    space_.travellers.clear();
-    space_.indices.clear();
+    space_.travellers.resize(most);
+    space_.indices.resize(most);
+    reserve(space_.met, most);
   }
 
-  // Takes a ray in, up to `most` until the next run.
-  void add(std::size_t index) {
-    space_.travellers.emplace_back(rays_[index], view_.extent);
-    space_.indices.push_back(static_cast<std::uint32_t>(index));
+  // Takes a ray in, up to `most` until the next run, and visits the root with it. False where it meets nothing there; then it
+  // is not kept: under an open sky that is all that most rays take. The node test reads terms of its own, as where the
+  // traveller lies depends on how the last test ended.
+  [[gnu::always_inline]] bool add(std::size_t index) {
+    const Ray& ray = rays_[index];
+    const RayTerms<Simd> terms(ray, view_.extent);
+    const SlabTerms<node_width> slab(ray, terms);
+    const float far = before_padding(terms.limit, farthest_hit(ray));
+    Boxes near;
+    const unsigned met = NodeTest<Simd, node_width>(slab).met(view_.tree.nodes[0], Boxes::set(far), near);
+    Traveller& traveller = space_.travellers[size_];
+    std::construct_at(&traveller.slab, ray, terms);
+    traveller.far = far;
+    const bool goes_on = terms.is_traceable && met != 0;
+    space_.indices[size_] = static_cast<std::uint32_t>(index);
+    space_.met[size_] = met;
+    size_ += goes_on;
+    return goes_on;
   }
 
-  std::size_t size() const { return space_.travellers.size(); }
+  std::size_t size() const { return size_; }
 
   // Traces the rays taken in: `answer(index, hit)` is called once for each.
   template <class Answer>
   void run(const Answer& answer) {
-    const auto count = static_cast<std::uint32_t>(size());
+    const auto count = static_cast<std::uint32_t>(size_);
     if (count == 0) return;
     reserve(space_.ids, count);
     std::copy_n(all_places().begin(), count, space_.ids.begin());
     space_.occluded.assign(count, 0);
-    if (space_.leaf_terms.size() < count) space_.leaf_terms.resize(most);
+    space_.leaf_terms.resize(most);
+    for (std::uint32_t i = 0; i < count; ++i) space_.leaf_terms[i] = LeafTerms(rays_[space_.indices[i]]);
     space_.jobs.clear();
     visit<true>({0, 0, count, count});
     while (!space_.jobs.empty()) {
@@ -57,8 +73,7 @@ class WideShadowStream {
       if (space_.occluded[i] != 0) hit.primitive = 0;
       answer(space_.indices[i], hit);
     }
-    space_.travellers.clear();
-    space_.indices.clear();
+    size_ = 0;
   }
 
  private:
@@ -66,8 +81,6 @@ class WideShadowStream {
   struct alignas(64) Traveller {
     SlabTerms<node_width> slab;
     float far;  // before_padding(limit, t_max); of occluded rays -infinity: they meet nothing any more
-
-    Traveller(const Ray& ray, float extent) : slab(ray), far(before_padding(TraversalLimit(ray, extent), farthest_hit(ray))) {}
   };
   struct Job {
     std::uint32_t node;
@@ -76,7 +89,7 @@ class WideShadowStream {
   };
   // Working space is the thread's and kept.
   struct Space {
-    // By ray taken in. Terms of those alone that meet a child of the root.
+    // By ray taken in.
     std::vector<Traveller> travellers;
     std::vector<LeafTerms> leaf_terms;
     std::vector<std::uint32_t> indices;  // in the batch
@@ -112,8 +125,8 @@ class WideShadowStream {
   template <bool is_root>
   void visit(const Job job) {
     const WideNode<node_width>& node = view_.tree.nodes[job.node];
-    const unsigned met = test_all(node, job), leaves = met & Simd::leaves(node), inner = met & ~leaves;
-    if constexpr (is_root) prepare_for_leaves(job);
+    const unsigned met = is_root ? met_at_root(job) : test_all(node, job);
+    const unsigned leaves = met & Simd::leaves(node), inner = met & ~leaves;
     if (leaves != 0) test_leaves(job, pair_with_leaves(node, job, leaves));
     // A list of the rays that meet each inner node, one after another beyond all that are still needed.
     reserve(space_.ids, job.free + static_cast<std::size_t>(std::popcount(inner)) * job.count);
@@ -146,16 +159,12 @@ class WideShadowStream {
     return any;
   }
 
-  // At the root, where a ray's place is its id. Many rays meet nothing there.
-  void prepare_for_leaves(const Job& job) {
-    reserve(space_.ids, 2 * static_cast<std::size_t>(job.count));
-    std::uint32_t* const met_any = space_.ids.data() + job.free;
-    std::uint32_t count = 0;
-    for (std::uint32_t i = 0; i < job.count; ++i) {
-      met_any[count] = i;
-      count += space_.met[i] != 0;
-    }
-    for (std::uint32_t i = 0; i < count; ++i) space_.leaf_terms[met_any[i]] = LeafTerms(rays_[space_.indices[met_any[i]]]);
+  // What `add` has found.
+  unsigned met_at_root(const Job& job) {
+    unsigned any = 0;
+    for (std::uint32_t i = 0; i < job.count; ++i) any |= space_.met[i];
+    for (std::uint32_t i = job.count; i < (job.count + 15) / 16 * 16; ++i) space_.met[i] = 0;
+    return any;
   }
 
   // Answers how many pairs there are.
@@ -193,6 +202,7 @@ class WideShadowStream {
   const View& view_;
   const std::span<const Ray> rays_;
   Space& space_;
+  std::size_t size_ = 0;  // rays taken in
 };
 
 }  // namespace

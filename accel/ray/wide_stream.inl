@@ -33,8 +33,12 @@ class WideStream {
     travellers_.clear();
   }
 
-  // Takes a ray in, up to `most` until the next run.
-  void add(std::size_t index) { travellers_.emplace_back(rays_[index], view_.extent, static_cast<std::uint32_t>(index)); }
+  // Takes a ray in, up to `most` until the next run. False where it can meet nothing.
+  bool add(std::size_t index) {
+    const RayTerms<Simd> terms(rays_[index], view_.extent);
+    if (terms.is_traceable) travellers_.emplace_back(rays_[index], terms, static_cast<std::uint32_t>(index));
+    return terms.is_traceable;
+  }
 
   std::size_t size() const { return travellers_.size(); }
 
@@ -75,7 +79,8 @@ class WideStream {
     Ray ray;
     Hit hit;
 
-    Traveller(const Ray& r, float extent, std::uint32_t i) : slab(r), index(i), limit(r, extent), ray(r) {
+    Traveller(const Ray& r, const RayTerms<Simd>& terms, std::uint32_t i)
+        : slab(r, terms), index(i), limit(terms.limit), ray(r) {
       hit.t = farthest_hit(r);
       far = before_padding(limit, hit.t);
     }

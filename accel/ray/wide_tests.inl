@@ -10,21 +10,71 @@
 namespace etendue {
 namespace {
 
+// What a traversal works out of a ray before all else, the three axes at a time: many rays take little more than this.
+template <class Simd>
+struct RayTerms {
+  vec3 reciprocal;    // slab_reciprocal
+  unsigned negative;  // a bit per axis: the direction's sign
+  bool is_traceable;  // where it is not, nothing else counts
+  TraversalLimit limit;
+
+  [[gnu::always_inline]] RayTerms(const Ray& ray, float extent)
+      : RayTerms(ray, extent, Four::load_anywhere(&ray.origin.x), Four::load_anywhere(&ray.direction.x)) {}
+
+ private:
+  using Four = typename Simd::template Floats<4>;
+
+  // With t_min and t_max in the fourth lanes.
+  [[gnu::always_inline]] RayTerms(const Ray& ray, float extent, Four origin, Four direction)
+      : RayTerms(ray, extent, larger(origin, Four::set(0) - origin), larger(direction, Four::set(0) - direction),
+                 Four::set(1) / direction) {}
+
+  [[gnu::always_inline]] RayTerms(const Ray& ray, float extent, Four origin_size, Four direction_size, Four reciprocals)
+      : reciprocal(first_three(reciprocals)),
+        negative(less(reciprocals, Four::set(0)) & 7),
+        is_traceable((less(origin_size, Four::set(infinity)) & less(direction_size, Four::set(infinity)) & 7) == 7 &&
+                     (less(Four::set(0), direction_size) & 7) != 0 && ray.t_min <= ray.t_max),
+        limit(max_component(first_three(origin_size)), extent, max_component(first_three(direction_size))) {
+    // Of zeros, or of what is too small.
+    if ((less_equal(Four::set(infinity), larger(reciprocals, Four::set(0) - reciprocals)) & 7) != 0) [[unlikely]]
+      reciprocal = slab_reciprocal(ray.direction);
+  }
+
+  [[gnu::always_inline]] static vec3 first_three(Four values) {
+    alignas(16) float stored[4];
+    values.store(stored);
+    return {stored[0], stored[1], stored[2]};
+  }
+};
+
 // What the slab test takes from a ray.
 template <int node_width>
 struct SlabTerms {
   vec3 origin, reciprocal;
   float t_min;
-  std::uint32_t near_plane[3], far_plane[3];  // by axis: where they begin in WideNode::planes
+  std::uint32_t negative;  // a bit per axis: the direction's sign
 
-  explicit SlabTerms(const Ray& ray) : origin(ray.origin), reciprocal(slab_reciprocal(ray.direction)), t_min(ray.t_min) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const std::uint32_t negative = std::signbit(ray.direction[axis]) ? node_width : 0, lower = 2 * axis * node_width;
-      near_plane[axis] = lower + negative;
-      far_plane[axis] = lower + node_width - negative;
-    }
-  }
+  SlabTerms() = default;
+  template <class Simd>
+  [[gnu::always_inline]] SlabTerms(const Ray& ray, const RayTerms<Simd>& terms)
+      : origin(ray.origin), reciprocal(terms.reciprocal), t_min(ray.t_min), negative(terms.negative) {}
 };
+
+// By signs of a direction: where the near and the far planes of each axis begin in WideNode::planes.
+struct PlanePlaces {
+  std::uint32_t near[3], far[3];
+};
+template <int node_width>
+inline constexpr auto plane_places = [] {
+  std::array<PlanePlaces, 8> places{};
+  for (std::uint32_t signs = 0; signs < 8; ++signs)
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const std::uint32_t negative = signs >> axis & 1;
+      places[signs].near[axis] = (2 * axis + negative) * node_width;
+      places[signs].far[axis] = (2 * axis + 1 - negative) * node_width;
+    }
+  return places;
+}();
 
 // How far a node test must look for hits up to t: it pads distances itself.
 inline float before_padding(const TraversalLimit& limit, float t) { return limit(t) * (1 / slab_pad); }
@@ -35,7 +85,8 @@ class NodeTest {
  public:
   using Boxes = typename Simd::template Floats<node_width>;
 
-  [[gnu::always_inline]] explicit NodeTest(const SlabTerms<node_width>& ray) : ray_(ray), t_min_(Boxes::set(ray.t_min)) {
+  [[gnu::always_inline]] explicit NodeTest(const SlabTerms<node_width>& ray)
+      : places_(plane_places<node_width>[ray.negative]), t_min_(Boxes::set(ray.t_min)) {
     for (int axis = 0; axis < 3; ++axis) {
       origin_[axis] = Boxes::set(ray.origin[axis]);
       reciprocal_[axis] = Boxes::set(ray.reciprocal[axis]);
@@ -47,14 +98,14 @@ class NodeTest {
     const float* const planes = node.planes[0];
     near = t_min_;
     for (int axis = 0; axis < 3; ++axis) {
-      near = larger((Boxes::load(planes + ray_.near_plane[axis]) - origin_[axis]) * reciprocal_[axis], near);
-      far = smaller((Boxes::load(planes + ray_.far_plane[axis]) - origin_[axis]) * reciprocal_[axis], far);
+      near = larger((Boxes::load(planes + places_.near[axis]) - origin_[axis]) * reciprocal_[axis], near);
+      far = smaller((Boxes::load(planes + places_.far[axis]) - origin_[axis]) * reciprocal_[axis], far);
     }
     return less_equal(near, far * Boxes::set(slab_pad));
   }
 
  private:
-  const SlabTerms<node_width>& ray_;
+  const PlanePlaces& places_;
   const Boxes t_min_;
   Boxes origin_[3], reciprocal_[3];
 };

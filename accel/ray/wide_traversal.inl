@@ -63,12 +63,14 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
   using Boxes = typename Simd::template Floats<node_width>;
   using Place = std::conditional_t<any_hit, WaitingAny, Waiting>;
   const auto& tree = view.tree;
-  if (tree.nodes.empty() || !is_traceable(ray)) return {};
+  if (tree.nodes.empty()) return {};
+  const RayTerms<Simd> terms(ray, view.extent);
+  if (!terms.is_traceable) return {};
   if (has_few_packs(tree)) return trace_few<Simd, any_hit>(view, ray, count);
-  const SlabTerms<node_width> terms(ray);
-  const NodeTest<Simd, node_width> node_test(terms);
+  const SlabTerms<node_width> slab(ray, terms);
+  const NodeTest<Simd, node_width> node_test(slab);
   LeafTest<Simd, Pack, any_hit, Count> leaf_test;
-  const TraversalLimit limit_beyond(ray, view.extent);
+  const TraversalLimit limit_beyond = terms.limit;
   Hit hit;
   hit.t = farthest_hit(ray);
   Boxes far = Boxes::set(before_padding(limit_beyond, hit.t));

@@ -6,12 +6,14 @@
 #include "accel/ray/pack_test.h"
 #include "accel/ray/wide_bvh.h"
 #include "framework/core/parallel.h"
+#include "framework/scene/intersect.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <memory>
 
 namespace etendue::testing {
@@ -86,6 +88,61 @@ TEST(WideLayouts, EveryInstructionSetGivesTheBitsOfTheBinaryLayout) {
     ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide8Bvh>(geometry, tree, binary, rays));
     ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide16Bvh>(geometry, tree, binary, rays));
   }
+}
+
+// More than two streams of shadow rays that meet something, and between them such as meet nothing and such as no ray may be.
+template <class Wide>
+void expect_streams_answer_all(const Scene& scene) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  const Geometry& geometry = scene.objects[0].geometry;
+  const BinaryTree tree = build_binned_sah(build_items(geometry), {});
+  std::vector<Ray> rays;
+  for (const Ray& ray : aimed_rays(scene, 9000, 11)) {
+    rays.push_back(ray);
+    Ray other = ray;
+    switch (rays.size() / 2 % 7) {
+      case 0:
+        other.origin += 1e6f * ray.direction;
+        break;
+      case 1:
+        other.direction[static_cast<int>(rays.size() % 3)] = nan;
+        break;
+      case 2:
+        other.origin[static_cast<int>(rays.size() % 3)] = -infinity;
+        break;
+      case 3:
+        other.direction = vec3(0, -0.0f, 0);
+        break;
+      case 4:
+        other.t_min = 2;
+        other.t_max = 1;
+        break;
+      case 5:
+        other.direction = vec3(1e-41f, 0, -1e-42f);
+        break;
+      default:
+        other.direction = -ray.direction;
+    }
+    rays.push_back(other);
+  }
+  for (const Isa isa : supported_isas()) {
+    SCOPED_TRACE(isa_name(isa));
+    const Wide wide(VertexIds(geometry), tree, {}, isa);
+    const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
+    wide.occluded(rays, std::span(occluded.get(), rays.size()));
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const bool alone = wide.occluded(rays[i]);
+      ASSERT_EQ(occluded[i], alone) << "ray " << i;
+      ASSERT_TRUE(is_traceable(rays[i]) || !alone) << "ray " << i;
+    }
+  }
+}
+
+TEST(WideLayouts, StreamsAnswerRaysThatTheyDoNotKeep) {
+  const Scene scene = scene_of(closed_sphere(40, 50));
+  ASSERT_NO_FATAL_FAILURE(expect_streams_answer_all<Wide4Bvh>(scene));
+  ASSERT_NO_FATAL_FAILURE(expect_streams_answer_all<Wide8Bvh>(scene));
+  ASSERT_NO_FATAL_FAILURE(expect_streams_answer_all<Wide16Bvh>(scene));
 }
 
 TEST(WideLayouts, CollapseKeepsEveryPrimitiveOnce) {
