@@ -5,10 +5,11 @@
 // the image, blocks by the inverse of their variance (image_blocks.h). What paths do is in guided_paths.h.
 //
 // Deviations from [Mueller2017]: the first block has 2 samples, so that its variance is known; blocks go on doubling as long as
-// the caller asks; a spatial leaf divides at 4,000 records, not 12,000; light is sampled directly too, and the tree learns what
-// that leaves to BSDF and guide; the tree distinguishes normals, and learns radiance times cosine with the help of a cache
-// (sd_tree.h); roulette uses that cache. From [Mueller2019]: the stochastic spatial filter, the learnt share of BSDF sampling
-// (by one sum per candidate) and the combination of blocks; not its directional filter.
+// the caller asks; a spatial leaf divides at 2,000 records, not 12,000, and directions at a fiftieth of the flux; light is
+// sampled directly too, and the tree learns what that leaves to BSDF and guide; the tree distinguishes normals, and learns
+// radiance times cosine with the help of a cache (sd_tree.h); roulette uses that cache. From [Mueller2019]: the learnt share of
+// BSDF sampling (by one sum per candidate, for the least variance), the combination of blocks and, if asked for, the stochastic
+// spatial filter; with leaves this small it costs more at edges than it saves in noise. Not its directional filter.
 //
 // Unbiased up to the depth limit, but for what image_blocks.h says of the weights (combination = mean or last: exactly).
 // Limits: there is no product with glossy lobes, which are sampled by the BSDF alone; in scenes with easy light it is slower
@@ -26,9 +27,9 @@ struct GuidedParams {
   int roulette_depth = 5;
   float bsdf_fraction = 0.5f;
   std::string fraction = "learnt";
-  int split = 4000;
-  float flux = 0.01f;
-  std::string spatial_filter = "stochastic";
+  int split = 2000;
+  float flux = 0.02f;
+  std::string spatial_filter = "nearest";
   std::string combination = "inverse-variance";
   std::string mis = "power";
   std::string sampler = "sobol";
@@ -44,7 +45,8 @@ void describe(Visitor& v, GuidedParams& p) {
   v.integer("split", p.split, 1, 1000000000, "records",
             "a place divides where it has more, times the square root of the block's samples");
   v.number("flux", p.flux, 1e-4, 1, "1", "share of a place's light that directions divide at");
-  v.choice("spatial_filter", p.spatial_filter, {"stochastic", "nearest"}, "records teach places beside their own, or not");
+  v.choice("spatial_filter", p.spatial_filter, {"nearest", "stochastic"},
+           "records teach their own place, or those beside it too");
   v.choice("combination", p.combination, {"inverse-variance", "mean", "last"}, "of the blocks of samples into one image");
   v.choice("mis", p.mis, {"power", "balance"}, "how light sampling and the mixture share the work");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");

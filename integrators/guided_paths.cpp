@@ -30,8 +30,27 @@ struct Walk {
   std::uint32_t last_event = none;
 };
 
+// A light sample whose weight against the mixture is worked out only where its shadow ray is free.
+struct LightGain {
+  Rgb* to;
+  Rgb radiance;                     // without the weight
+  float pdf_light;                  // 0: a light that no ray can hit, whose weight is 1
+  float share, pdf_bsdf;            // of the mixture
+  const DirectionTree* directions;  // its guide
+  MisMode mis;
+
+  void arrive(const Ray& shadow_ray) const {
+    float weight = 1;
+    if (pdf_light > 0) {
+      const float pdf_guide = share < 1 ? directions->pdf_solid_angle(shadow_ray.direction) : 0;
+      weight = mis_weight(mis, pdf_light, share * pdf_bsdf + (1 - share) * pdf_guide);
+    }
+    *to += radiance * weight;
+  }
+};
+
 struct GuidedWavefront {
-  Wavefront<Walk> paths;
+  Wavefront<Walk, LightGain> paths;
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the paths
 };
@@ -39,10 +58,19 @@ struct GuidedWavefront {
 // The mixture at a point: the BSDF alone where it has delta lobes only, or nothing was learnt.
 struct Mixture {
   const Bsdf& bsdf;
+  const SdTree& tree;
+  vec3 normal;  // on the side the path comes from
+  std::uint32_t leaf;
   const Guide& guide;
   float share;
 
-  Mixture(const Bsdf& b, const Guide& g) : bsdf(b), guide(g), share(b.has_non_specular() ? g.bsdf_share(b.is_diffuse()) : 1) {}
+  Mixture(const Bsdf& b, const SdTree& t, const SurfacePoint& point, const vec3& wo)
+      : bsdf(b),
+        tree(t),
+        normal(glm::dot(point.shading_normal, wo) < 0 ? -point.shading_normal : point.shading_normal),
+        leaf(t.leaf(point.position, normal)),
+        guide(t.guide(leaf)),
+        share(b.has_non_specular() ? guide.bsdf_share(b.is_diffuse()) : 1) {}
   float pdf(float pdf_bsdf, float pdf_guide) const { return share * pdf_bsdf + (1 - share) * pdf_guide; }
 };
 
@@ -50,10 +78,9 @@ struct Scattered {
   BsdfSample sample;  // weight and density of the mixture
   Rgb value{0};       // f |cos|; black for delta lobes
   Rgb unguided{0};    // the weight that BSDF sampling gives
+  vec2 square{0};     // of the direction
   float pdf_bsdf = 0, pdf_guide = 0;
 };
-
-vec3 towards(const vec3& normal, const vec3& wo) { return glm::dot(normal, wo) < 0 ? -normal : normal; }
 
 // Index beyond over index before for a direction that crosses the surface.
 float crossed_eta(const RenderContext& context, const SurfacePoint& point, const vec3& wo) {
@@ -77,10 +104,12 @@ Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point
     }
     out.pdf_bsdf = sample.pdf_solid_angle;
     out.value = sample.weight * sample.pdf_solid_angle;
-    if (mixture.share < 1) out.pdf_guide = mixture.guide.directions().pdf_solid_angle(sample.wi);
+    out.square = square_from_direction(sample.wi);
+    if (mixture.share < 1) out.pdf_guide = mixture.guide.directions().density(out.square) / (4 * pi);
   } else {
     const auto drawn = mixture.guide.directions().sample(u);
     sample.wi = glm::normalize(direction_from_square(drawn.square));
+    out.square = drawn.square;
     out.value = mixture.bsdf.evaluate(wo, sample.wi);
     if (is_black(out.value)) return out;
     out.pdf_guide = drawn.density / (4 * pi);
@@ -94,17 +123,13 @@ Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point
   return out;
 }
 
-// A light sample, weighed against the mixture.
 void add_direct_light(const RenderContext& context, const Walk& walk, const SurfacePoint& point, const Mixture& mixture,
-                      const vec3& wo, MisMode mis, Wavefront<Walk>& wave) {
-  auto light = sample_direct_light(context, point, mixture.bsdf, wo, walk.path->sampler, MisMode::light);
+                      const vec3& wo, MisMode mis, Wavefront<Walk, LightGain>& wave) {
+  const auto light = sample_direct_light(context, point, mixture.bsdf, wo, walk.path->sampler, MisMode::light);
   if (!light) return;
-  if (light->pdf_solid_angle > 0) {
-    const vec3& wi = light->shadow_ray.direction;
-    const float pdf_guide = mixture.share < 1 ? mixture.guide.directions().pdf_solid_angle(wi) : 0;
-    light->radiance *= mis_weight(mis, light->pdf_solid_angle, mixture.pdf(mixture.bsdf.pdf(wo, wi), pdf_guide));
-  }
-  wave.gain(walk.path->radiance, walk.throughput * light->radiance, light->shadow_ray);
+  wave.gain({&walk.path->radiance, walk.throughput * light->radiance, light->pdf_solid_angle, mixture.share,
+             mixture.bsdf.pdf(wo, light->shadow_ray.direction), &mixture.guide.directions(), mis},
+            light->shadow_ray);
 }
 
 // Survival probability: the light that the cache expects the path to find from here, over the light it was expected to find at
@@ -127,9 +152,9 @@ bool scatter(const RenderContext& context, Walk& walk, Ray& ray, const SurfacePo
   const BsdfSample& sample = scattered.sample;
   walk.throughput *= sample.weight;
   if (!sample.specular && mixture.bsdf.has_non_specular()) {
-    events.push_back({{.position = point.position,
-                       .normal = towards(point.shading_normal, wo),
-                       .direction = sample.wi,
+    events.push_back({{.leaf = mixture.tree.leaf_to_teach(mixture.leaf, point.position, mixture.normal, scattered.square),
+                       .square = scattered.square,
+                       .cosine = std::abs(glm::dot(sample.wi, mixture.normal)),
                        .radiance = 0,
                        .gathered = 0,
                        .scattered = luminance(scattered.value),
@@ -208,7 +233,7 @@ void trace_guided_paths(const RenderContext& context, std::span<PathSample> path
     path.radiance += met_emission(context, ray, &point, walk.pdf, walk.throughput, settings.mis);
     if (depth >= settings.max_depth) return false;
     const Bsdf bsdf(context.scene, point);
-    const Mixture mixture(bsdf, guide.at(point.position, towards(point.shading_normal, -ray.direction)));
+    const Mixture mixture(bsdf, guide, point, -ray.direction);
     ask_cache(walk, mixture, events);
     add_direct_light(context, walk, point, mixture, -ray.direction, settings.mis, walks);
     const bool goes_on = scatter(context, walk, ray, point, mixture, depth, settings, events);

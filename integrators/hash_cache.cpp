@@ -196,8 +196,9 @@ bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const H
   for (int i = 0; i < samples; ++i)
     if (const auto light =
             sample_direct_light(context, point, bsdf, wo, pixel.sampler, follows ? MisMode::power : MisMode::light))
-      wave.paths.gain(walk.asked ? pixel.found : pixel.radiance,
-                      walk.throughput * light->radiance / static_cast<float>(samples), light->shadow_ray);
+      wave.paths.gain(
+          {walk.asked ? &pixel.found : &pixel.radiance, walk.throughput * light->radiance / static_cast<float>(samples)},
+          light->shadow_ray);
   if (!follows) return false;
   // Roulette goes by the weight of this event's value in that of the event before, once there is one: the weight in the pixel
   // says nothing about that in the cell.

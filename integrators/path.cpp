@@ -92,7 +92,7 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
     const std::optional<Rgb> ended = end ? end->reflected(point, bsdf, -ray.direction, depth) : std::nullopt;
     const MisMode mis = ended ? end->direct : settings.mis;
     if (const auto light = sample_direct_light(context, point, bsdf, -ray.direction, path.sampler, mis))
-      wave.gain(path.radiance, walk.throughput * light->radiance, light->shadow_ray);
+      wave.gain({&path.radiance, walk.throughput * light->radiance}, light->shadow_ray);
     if (ended) path.radiance += walk.throughput * *ended;
     return !ended && scatter(walk, ray, point, bsdf, depth, settings.roulette_depth);
   });

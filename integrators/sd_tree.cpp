@@ -23,7 +23,7 @@ std::size_t main_axis(const vec3& normal) {
 }  // namespace
 
 // A cube about the scene, so that leaves are no slivers.
-SdTree::SdTree(const Bounds& bounds, const SdTreeOptions& options) : options_(options), leaves_(roots) {
+SdTree::SdTree(const Bounds& bounds, const SdTreeOptions& options) : options_(options), guides_(roots), lessons_(roots) {
   for (std::uint32_t i = 0; i < roots; ++i) nodes_.push_back({0, i});
   const Bounds box = bounds.empty() ? Bounds{vec3(-1), vec3(1)} : bounds;
   const float edge = std::max(1.001f * max_component(box.diagonal()), 1e-6f);
@@ -46,59 +46,56 @@ SdTree::Place SdTree::find(const vec3& position, const vec3& normal) const {
   return {nodes_[node].leaf, size};
 }
 
-// With the stochastic filter a record goes to the leaf of a point drawn from a box about it, of its own leaf's size. What is
-// drawn depends on the record alone.
-std::uint32_t SdTree::leaf_of(const GuideRecord& record) const {
-  const Place place = find(record.position, record.normal);
-  if (!options_.stochastic) return place.leaf;
+// With the stochastic filter: of a point drawn from a box about the position, of its own leaf's size. What is drawn depends on
+// the event alone.
+std::uint32_t SdTree::leaf_to_teach(std::uint32_t leaf, const vec3& position, const vec3& normal, const vec2& square) const {
+  if (!options_.stochastic) return leaf;
   const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
-  Pcg32 rng(hash_keys(bits(record.direction.x), bits(record.direction.y), bits(record.position.x)),
-            hash_keys(bits(record.position.y), bits(record.position.z)));
+  Pcg32 rng(hash_keys(bits(square.x), bits(square.y), bits(position.x)), hash_keys(bits(position.y), bits(position.z)));
   const float x = rng.next_float(), y = rng.next_float(), z = rng.next_float();
-  return find(record.position + (vec3(x, y, z) - 0.5f) * place.size, record.normal).leaf;
+  return find(position + (vec3(x, y, z) - 0.5f) * find(position, normal).size, normal).leaf;
 }
 
-void SdTree::add(Guide& guide, const GuideRecord& record) const {
-  guide.records_ += 1;
-  guide.albedo_ += record.albedo;
-  if (record.albedo > 0) guide.scattered_ += record.gathered * record.scattered / record.pdf;
+void SdTree::add(Lesson& lesson, const GuideRecord& record) const {
+  lesson.records += 1;
+  lesson.albedo += record.albedo;
+  if (record.albedo > 0) lesson.scattered += record.gathered * record.scattered / record.pdf;
   const float flux = record.radiance / record.pdf;
   if (!(flux > 0) || !std::isfinite(flux)) return;
-  guide.next_.add(square_from_direction(record.direction), flux * std::abs(glm::dot(record.direction, record.normal)));
-  const float product = flux * record.scattered;
-  if (!options_.learn_share || !(record.pdf_guide > 0) || !std::isfinite(product)) return;
+  lesson.directions.add(record.square, flux * record.cosine);
+  const float product = flux * record.scattered, square = product * product * record.pdf;
+  if (!options_.learn_share || !(record.pdf_guide > 0) || !std::isfinite(square)) return;
+  auto& moments = lesson.second_moments[record.albedo > 0];
   for (std::size_t i = 0; i < bsdf_shares.size(); ++i)
-    guide.scores_[record.albedo > 0][i] +=
-        product * std::log(bsdf_shares[i] * record.pdf_bsdf + (1 - bsdf_shares[i]) * record.pdf_guide);
+    moments[i] += square / (bsdf_shares[i] * record.pdf_bsdf + (1 - bsdf_shares[i]) * record.pdf_guide);
 }
 
 void SdTree::learn(std::span<const std::vector<GuideRecord>> records) {
-  std::vector<std::size_t> first{0};
-  for (const auto& some : records) first.push_back(first.back() + some.size());
-  std::vector<std::uint32_t> leaf(first.back());
-  parallel_for(records.size(), 1, [&](std::size_t i) {
-    for (std::size_t k = 0; k < records[i].size(); ++k) leaf[first[i] + k] = leaf_of(records[i][k]);
-  });
   // A counting sort by leaf that keeps the order.
-  std::vector<std::size_t> begin(leaves_.size() + 1, 0);
-  for (const std::uint32_t l : leaf) ++begin[l + 1];
+  std::vector<std::size_t> begin(lessons_.size() + 1, 0);
+  for (const auto& some : records)
+    for (const GuideRecord& record : some) ++begin[record.leaf + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<const GuideRecord*> sorted(leaf.size());
+  std::vector<const GuideRecord*> sorted(begin.back());
   std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
-  for (std::size_t i = 0, at = 0; i < records.size(); ++i)
-    for (const GuideRecord& record : records[i]) sorted[next[leaf[at++]]++] = &record;
-  parallel_for(leaves_.size(), 1, [&](std::size_t l) {
-    for (std::size_t i = begin[l]; i < begin[l + 1]; ++i) add(leaves_[l], *sorted[i]);
+  for (const auto& some : records)
+    for (const GuideRecord& record : some) sorted[next[record.leaf]++] = &record;
+  parallel_for(lessons_.size(), 1, [&](std::size_t l) {
+    for (std::size_t i = begin[l]; i < begin[l + 1]; ++i) {
+      __builtin_prefetch(sorted[std::min(i + 8, begin[l + 1] - 1)]);
+      add(lessons_[l], *sorted[i]);
+    }
   });
 }
 
 // Divides a leaf until none of its parts has more records than the threshold, which are taken to be halved each time.
 void SdTree::split(std::size_t node, double threshold, int depth) {
   const std::uint32_t lower = nodes_[node].leaf;
-  if (leaves_[lower].records_ <= threshold || depth >= deepest_split) return;
-  const auto child = static_cast<std::uint32_t>(nodes_.size()), upper = static_cast<std::uint32_t>(leaves_.size());
-  leaves_[lower].records_ *= 0.5;
-  leaves_.push_back(leaves_[lower]);
+  if (lessons_[lower].records <= threshold || depth >= deepest_split) return;
+  const auto child = static_cast<std::uint32_t>(nodes_.size()), upper = static_cast<std::uint32_t>(guides_.size());
+  lessons_[lower].records *= 0.5;
+  guides_.push_back(guides_[lower]);
+  lessons_.push_back(lessons_[lower]);
   nodes_[node].child = child;
   nodes_.push_back({0, lower});
   nodes_.push_back({0, upper});
@@ -106,24 +103,22 @@ void SdTree::split(std::size_t node, double threshold, int depth) {
   split(child + 1, threshold, depth + 1);
 }
 
-void SdTree::choose_share(float& share, const std::array<double, bsdf_shares.size()>& scores) const {
-  const auto best = std::max_element(scores.begin(), scores.end());
+void SdTree::choose_share(float& share, const std::array<double, bsdf_shares.size()>& second_moments) const {
+  const auto best = std::min_element(second_moments.begin(), second_moments.end());
   if (share == 1 || !options_.learn_share)
     share = options_.bsdf_share;
   else if (*best != 0)
-    share = bsdf_shares[static_cast<std::size_t>(best - scores.begin())];
+    share = bsdf_shares[static_cast<std::size_t>(best - second_moments.begin())];
 }
 
-void SdTree::finish(Guide& guide) const {
-  if (guide.next_.flux() > 0) {
-    for (int kind = 0; kind < 2; ++kind) choose_share(guide.shares_[kind], guide.scores_[kind]);
-    DirectionTree refined = guide.next_.refined(options_.rho);
-    guide.directions_ = std::move(guide.next_);
-    guide.next_ = std::move(refined);
+void SdTree::finish(Guide& guide, Lesson& lesson) const {
+  DirectionTree next = lesson.directions.flux() > 0 ? lesson.directions.refined(options_.rho) : lesson.directions;
+  if (lesson.directions.flux() > 0) {
+    for (int kind = 0; kind < 2; ++kind) choose_share(guide.shares_[kind], lesson.second_moments[kind]);
+    guide.directions_ = std::move(lesson.directions);
   }
-  if (guide.albedo_ > 0) guide.indirect_ = static_cast<float>(guide.scattered_ / guide.albedo_);
-  guide.scores_ = {};
-  guide.records_ = guide.scattered_ = guide.albedo_ = 0;
+  if (lesson.albedo > 0) guide.indirect_ = static_cast<float>(lesson.scattered / lesson.albedo);
+  lesson = {.directions = std::move(next)};
 }
 
 void SdTree::refine(double samples) {
@@ -141,7 +136,7 @@ void SdTree::refine(double samples) {
     }
   }
   for (const auto& [node, depth] : ends) split(node, threshold, depth);
-  parallel_for(leaves_.size(), 16, [&](std::size_t i) { finish(leaves_[i]); });
+  parallel_for(guides_.size(), 16, [&](std::size_t i) { finish(guides_[i], lessons_[i]); });
 }
 
 }  // namespace etendue

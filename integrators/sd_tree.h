@@ -12,8 +12,9 @@
 // the image.
 //
 // Each leaf also learns the share of directions to sample by the BSDF, for diffuse surfaces and for others: of the candidates
-// `bsdf_shares` the one of least cross-entropy between the mixture and the integrand ([Mueller2019], section 10.5.3; there by
-// gradient descent, here by a sum per candidate, which does not depend on the order of samples).
+// `bsdf_shares` the one with which the estimates of the previous block would have had the least second moment ([Mueller2019],
+// section 10.5.3, with the variance in place of cross-entropy, whose choices trust a guide too much; there by gradient descent,
+// here by a sum per candidate, which does not depend on the order of samples).
 //
 // Records come in spans whose order is given: they are sorted by leaf, and each leaf adds its own in that order. So trees do
 // not depend on threads.
@@ -27,9 +28,9 @@ namespace etendue {
 
 // One scattering event of a path, and what came back along the direction it chose. Luminances throughout.
 struct GuideRecord {
-  vec3 position;
-  vec3 normal;                // on the side the path came from
-  vec3 direction;             // unit, towards where the light came from
+  std::uint32_t leaf;         // that it teaches: SdTree::leaf_to_teach
+  vec2 square;                // of the direction, towards where the light came from
+  float cosine;               // of that direction with the normal, absolute
   float radiance;             // estimate of the light that the event's light sample did not include
   float gathered;             // the path's own estimate of it, without help from a cache
   float scattered;            // of f |cos|; 0: no direction was found
@@ -41,12 +42,12 @@ struct GuideRecord {
 struct SdTreeOptions {
   float split = 4000;       // records that a leaf divides at, times sqrt(samples of the block)
   float rho = 0.01f;        // share of flux that a quadrant divides at
-  bool stochastic = true;   // spread records over space by a leaf's size ([Mueller2019] 10.5.2)
+  bool stochastic = false;  // spread records over space by a leaf's size ([Mueller2019] 10.5.2)
   bool learn_share = true;  // else bsdf_share everywhere
   float bsdf_share = 0.5f;
 };
 
-inline constexpr std::array<float, 6> bsdf_shares{0.05f, 0.1f, 0.3f, 0.5f, 0.7f, 0.9f};
+inline constexpr std::array<float, 6> bsdf_shares{0.2f, 0.3f, 0.4f, 0.5f, 0.7f, 0.9f};
 
 // The distributions to sample from at one place.
 class Guide {
@@ -59,25 +60,25 @@ class Guide {
 
  private:
   friend class SdTree;
-  DirectionTree directions_, next_;  // what is sampled from; what is learnt
+  DirectionTree directions_;
   std::array<float, 2> shares_{1, 1};
   float indirect_ = -1;
-  std::array<std::array<double, bsdf_shares.size()>, 2> scores_{};  // of next_: minus cross-entropy per candidate
-  double records_ = 0;
-  double scattered_ = 0, albedo_ = 0;  // sums for indirect_
 };
 
 class SdTree {
  public:
   SdTree(const Bounds& bounds, const SdTreeOptions& options);
 
-  // `normal`: on the side the path comes from.
-  const Guide& at(const vec3& position, const vec3& normal) const { return leaves_[find(position, normal).leaf]; }
+  // The leaf that holds a position. `normal`: on the side the path comes from.
+  std::uint32_t leaf(const vec3& position, const vec3& normal) const { return find(position, normal).leaf; }
+  // The leaf that an event which chose a direction there belongs to: the same, or with the stochastic filter one near it.
+  std::uint32_t leaf_to_teach(std::uint32_t leaf, const vec3& position, const vec3& normal, const vec2& square) const;
+  const Guide& guide(std::uint32_t leaf) const { return guides_[leaf]; }
   void learn(std::span<const std::vector<GuideRecord>> records);
   // Between blocks: what was learnt, in a block of so many samples per pixel, becomes what is sampled from.
   void refine(double samples);
 
-  std::size_t leaves() const { return leaves_.size(); }
+  std::size_t leaves() const { return guides_.size(); }
 
  private:
   struct Node {
@@ -88,17 +89,24 @@ class SdTree {
     std::uint32_t leaf;
     vec3 size;  // of the leaf
   };
+  // What a leaf learns in a block.
+  struct Lesson {
+    DirectionTree directions;
+    std::array<std::array<double, bsdf_shares.size()>, 2> second_moments{};  // per candidate
+    double records = 0;
+    double scattered = 0, albedo = 0;  // sums for Guide::indirect_
+  };
   Place find(const vec3& position, const vec3& normal) const;
-  std::uint32_t leaf_of(const GuideRecord& record) const;
-  void add(Guide& guide, const GuideRecord& record) const;
+  void add(Lesson& lesson, const GuideRecord& record) const;
   void split(std::size_t node, double threshold, int depth);
-  void choose_share(float& share, const std::array<double, bsdf_shares.size()>& scores) const;
-  void finish(Guide& guide) const;
+  void choose_share(float& share, const std::array<double, bsdf_shares.size()>& second_moments) const;
+  void finish(Guide& guide, Lesson& lesson) const;
 
   SdTreeOptions options_;
   vec3 origin_, size_;
-  std::vector<Node> nodes_;  // the first six are roots
-  std::vector<Guide> leaves_;
+  std::vector<Node> nodes_;    // the first six are roots
+  std::vector<Guide> guides_;  // of the leaves
+  std::vector<Lesson> lessons_;
 };
 
 }  // namespace etendue

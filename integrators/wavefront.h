@@ -7,8 +7,15 @@
 
 namespace etendue {
 
-// `Walk`: what a path under way carries to its next hit.
-template <class Walk>
+// Light that is gained if its shadow ray is free.
+struct Gain {
+  Rgb* to;
+  Rgb radiance;
+  void arrive(const Ray&) const { *to += radiance; }
+};
+
+// `Walk`: what a path under way carries to its next hit. `Gained`: a Gain, or what else arrives where a shadow ray is free.
+template <class Walk, class Gained = Gain>
 class Wavefront {
  public:
   void clear() {
@@ -20,10 +27,9 @@ class Wavefront {
     rays_.push_back(ray);
   }
 
-  // Light that is gained if its shadow ray is free: added once every path has been through its present event. `to` must stay in
-  // place.
-  void gain(Rgb& to, const Rgb& radiance, const Ray& shadow_ray) {
-    gains_.push_back({&to, radiance});
+  // Arrives once every path has been through its present event. What it points to must stay in place.
+  void gain(const Gained& gained, const Ray& shadow_ray) {
+    gains_.push_back(gained);
     shadow_rays_.push_back(shadow_ray);
   }
 
@@ -47,20 +53,15 @@ class Wavefront {
       }
       walks_.resize(going_on);
       rays_.resize(going_on);
-      for_unoccluded(context, shadow_rays_, [&](std::size_t i) { *gains_[i].to += gains_[i].radiance; });
+      for_unoccluded(context, shadow_rays_, [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
     }
   }
 
  private:
-  struct Gain {
-    Rgb* to;
-    Rgb radiance;
-  };
-
   std::vector<Walk> walks_;
   std::vector<Ray> rays_;  // of the walks
   std::vector<Hit> hits_;
-  std::vector<Gain> gains_;
+  std::vector<Gained> gains_;
   std::vector<Ray> shadow_rays_;  // of the gains
 };
 

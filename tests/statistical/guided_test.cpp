@@ -38,7 +38,7 @@ TEST(Guided, MatchesUnderEveryOption) {
   for (const auto& [key, value] : {std::pair{"combination", "mean"},
                                    {"combination", "last"},
                                    {"fraction", "fixed"},
-                                   {"spatial_filter", "nearest"},
+                                   {"spatial_filter", "stochastic"},
                                    {"mis", "balance"}})
     expect_mean_exact("builtin:lambert-sphere-off-centre", eager({{key, value}}));
 }
@@ -62,7 +62,7 @@ TEST(Guided, EveryParameterChangesTheImage) {
                                    {"fraction", "fixed"},
                                    {"split", "100"},
                                    {"flux", "0.1"},
-                                   {"spatial_filter", "nearest"},
+                                   {"spatial_filter", "stochastic"},
                                    {"combination", "mean"},
                                    {"mis", "balance"},
                                    {"sampler", "independent"}}) {

@@ -88,20 +88,22 @@ TEST(DirectionTree, RefinesWhereTheFluxIsAndEmptiesWhatItCopies) {
   EXPECT_EQ(tree.refined(1.0f).size(), 1u) << "no quadrant has more than all";
 }
 
-std::vector<std::vector<GuideRecord>> records_of_a_box(std::size_t count) {
+// Of light from above in the left half of a box, from below in the right one.
+std::vector<std::vector<GuideRecord>> records_of_a_box(const SdTree& tree, std::size_t count) {
   std::vector<std::vector<GuideRecord>> records(8);
   for (std::uint32_t i = 0; i < count; ++i) {
     Sampler sampler(SamplerKind::independent, 5, Stream::test, i, 0);
     const vec2 a = sampler.get_2d(), b = sampler.get_2d();
-    // Light from above in the left half of the box, from below in the right one.
     const vec3 position(a.x * 2 - 1, a.y * 2 - 1, sampler.get_1d() * 2 - 1);
     const vec3 direction = sample_unit_sphere(b);
     const bool lit = (position.x < 0) == (direction.z > 0.5f) && std::abs(direction.z) > 0.5f;
     const float uniform = 1 / (4 * pi);
     const float radiance = lit ? 1 : 0;
-    records[i % 8].push_back({.position = position,
-                              .normal = {1, 0, 0},
-                              .direction = direction,
+    const vec3 normal(1, 0, 0);
+    const vec2 square = square_from_direction(direction);
+    records[i % 8].push_back({.leaf = tree.leaf_to_teach(tree.leaf(position, normal), position, normal, square),
+                              .square = square,
+                              .cosine = std::abs(direction.x),
                               .radiance = radiance,
                               .gathered = radiance,
                               .scattered = 1,
@@ -115,36 +117,37 @@ std::vector<std::vector<GuideRecord>> records_of_a_box(std::size_t count) {
 
 TEST(SdTree, LearnsWhatDiffersFromPlaceToPlace) {
   const Bounds bounds{vec3(-1), vec3(1)};
-  SdTree tree(bounds, {.split = 2000, .stochastic = false});
-  EXPECT_EQ(tree.at(vec3(0), {1, 0, 0}).bsdf_share(true), 1) << "nothing learnt yet";
-  const auto records = records_of_a_box(40000);
+  SdTree tree(bounds, {.split = 2000});
+  const auto at = [&](const vec3& position, const vec3& normal) -> const Guide& {
+    return tree.guide(tree.leaf(position, normal));
+  };
+  EXPECT_EQ(at(vec3(0), {1, 0, 0}).bsdf_share(true), 1) << "nothing learnt yet";
   for (int block = 0; block < 3; ++block) {
-    tree.learn(records);
+    tree.learn(records_of_a_box(tree, 40000));
     tree.refine(1);
   }
   EXPECT_GT(tree.leaves(), 8u);
-  const auto& left = tree.at({-0.5f, 0.2f, 0.3f}, {0.9f, 0.1f, 0.1f}).directions();
-  const auto& right = tree.at({0.5f, 0.2f, 0.3f}, {0.9f, 0.1f, 0.1f}).directions();
+  const auto& left = at({-0.5f, 0.2f, 0.3f}, {0.9f, 0.1f, 0.1f}).directions();
+  const auto& right = at({0.5f, 0.2f, 0.3f}, {0.9f, 0.1f, 0.1f}).directions();
   const float even = 1 / (4 * pi);
   EXPECT_GT(left.pdf_solid_angle({0.6f, 0, 0.8f}), 2 * even);
   EXPECT_LT(left.pdf_solid_angle({0.6f, 0, -0.8f}), 0.1f * even);
   EXPECT_GT(right.pdf_solid_angle({0.6f, 0, -0.8f}), 2 * even);
-  EXPECT_LT(tree.at({0.5f, 0, 0}, {1, 0, 0}).bsdf_share(true), 1);
-  EXPECT_EQ(tree.at({0.5f, 0, 0}, {-1, 0, 0}).bsdf_share(true), 1) << "no record looks that way";
-  EXPECT_EQ(&tree.at({7, 7, 7}, {1, 0, 0}), &tree.at({1, 1, 1}, {1, 0, 0})) << "beyond the box: the nearest place";
+  EXPECT_LT(at({0.5f, 0, 0}, {1, 0, 0}).bsdf_share(true), 1);
+  EXPECT_EQ(at({0.5f, 0, 0}, {-1, 0, 0}).bsdf_share(true), 1) << "no record looks that way";
+  EXPECT_EQ(tree.leaf({7, 7, 7}, {1, 0, 0}), tree.leaf({1, 1, 1}, {1, 0, 0})) << "beyond the box: the nearest place";
   // A quarter of the sphere scatters 1 each over 4 pi, per albedo of 0.5.
-  EXPECT_NEAR(tree.at({0.5f, 0, 0}, {1, 0, 0}).indirect(), 0.25f * 4 * pi / 0.5f, 0.6f);
+  EXPECT_NEAR(at({0.5f, 0, 0}, {1, 0, 0}).indirect(), 0.25f * 4 * pi / 0.5f, 0.6f);
 }
 
 TEST(SdTree, DependsOnNoThread) {
-  const auto records = records_of_a_box(20000);
   float first = 0;
   std::size_t leaves = 0;
   for (const int threads : {1, 2, 3}) {
-    SdTree tree({vec3(-1), vec3(1)}, {.split = 500});
+    SdTree tree({vec3(-1), vec3(1)}, {.split = 500, .stochastic = true});
     with_threads(threads, [&] {
       for (int block = 0; block < 3; ++block) {
-        tree.learn(records);
+        tree.learn(records_of_a_box(tree, 20000));
         tree.refine(1);
       }
     });
@@ -152,7 +155,7 @@ TEST(SdTree, DependsOnNoThread) {
     for (std::uint32_t i = 0; i < 500; ++i) {
       Sampler sampler(SamplerKind::sobol, 1, Stream::test, 0, i);
       const vec3 position = sample_unit_sphere(sampler.get_2d());
-      const Guide& guide = tree.at(position, {1, 0, 0});
+      const Guide& guide = tree.guide(tree.leaf(position, {1, 0, 0}));
       sum += guide.directions().density(sampler.get_2d()) + guide.bsdf_share(true) + guide.indirect();
     }
     if (threads == 1) {
@@ -167,16 +170,16 @@ TEST(SdTree, DependsOnNoThread) {
 // Where the guide's density is the integrand's and the BSDF's is not, the learnt share is the least, and the other way round.
 TEST(SdTree, LearnsWhomToTrust) {
   for (const bool guide_is_right : {true, false}) {
-    SdTree tree({vec3(-1), vec3(1)}, {.split = 1e9f, .stochastic = false});
+    SdTree tree({vec3(-1), vec3(1)}, {.split = 1e9f});
     std::vector<std::vector<GuideRecord>> records(1);
     const float even = 1 / (4 * pi);
     for (std::uint32_t i = 0; i < 2000; ++i) {
       Sampler sampler(SamplerKind::sobol, 1, Stream::test, 0, i);
       const vec3 direction = sample_unit_sphere(sampler.get_2d());
       const float right = direction.z > 0 ? 2 * even : 0;
-      records[0].push_back({.position = vec3(0),
-                            .normal = {0, 0, 1},
-                            .direction = direction,
+      records[0].push_back({.leaf = tree.leaf(vec3(0), {0, 0, 1}),
+                            .square = square_from_direction(direction),
+                            .cosine = std::abs(direction.z),
                             .radiance = right / even,
                             .gathered = right / even,
                             .scattered = 1,
@@ -189,7 +192,8 @@ TEST(SdTree, LearnsWhomToTrust) {
       tree.learn(records);
       tree.refine(1);
     }
-    EXPECT_EQ(tree.at(vec3(0), {0, 0, 1}).bsdf_share(true), guide_is_right ? bsdf_shares.front() : bsdf_shares.back());
+    EXPECT_EQ(tree.guide(tree.leaf(vec3(0), {0, 0, 1})).bsdf_share(true),
+              guide_is_right ? bsdf_shares.front() : bsdf_shares.back());
   }
 }
 
