@@ -128,9 +128,11 @@ int inspect_command(const InspectCommand& command) {
   const SceneNeeds needs = scene_needs(scene);
   exit_on_interrupt("\ninterrupted\n");
   const std::vector<Spared> spared = command.measure ? measure_spared(command.scene, scene.bounds()) : std::vector<Spared>{};
-  if (command.json)
+  if (command.json) {
+    Console console;  // a program that reads the rest may not look at these
+    for (const std::string& warning : scene.warnings) console.warning(warning);
     fmt::print("{}\n", to_json(command.scene, scene, needs, spared));
-  else
+  } else
     fmt::print("{}", to_lines(command.scene, scene, needs, spared));
   return 0;
 }

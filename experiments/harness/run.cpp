@@ -317,7 +317,10 @@ ManifestRecord plan_manifest(const RunPlan& plan, int threads) {
 
 Scene load_choice(const SceneChoice& choice, RunObserver& observer) {
   Scene scene = load_scene(choice.path, choice.where);
-  for (const std::string& warning : scene.warnings) observer.narrate(choice.name + ": " + warning);
+  for (const std::string& warning : scene.warnings) {
+    const bool named = warning.starts_with(choice.name + ":");
+    observer.narrate("warning: " + (named ? warning : choice.name + ": " + warning));
+  }
   return scene;
 }
 

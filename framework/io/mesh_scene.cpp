@@ -1,6 +1,7 @@
 #include "framework/io/mesh_scene.h"
 
 #include "framework/core/error.h"
+#include "framework/io/left_out.h"
 #include "framework/io/object_builder.h"
 
 #include <fmt/format.h>
@@ -58,7 +59,10 @@ Scene mesh_scene(TriangleMesh mesh, const std::string& name) {
   scene.lights.emplace_back(DirectionalLight{.direction = glm::normalize(vec3(0.5f, -1, -0.6f)), .irradiance = Rgb(2)});
   scene.warnings = mesh.warnings;
   ObjectBuilder builder;
-  builder.add(std::move(mesh), {});
+  const std::size_t triangles = mesh.triangles.size();
+  LeftOutTriangles left_out;
+  left_out.add(name, triangles, builder.add(std::move(mesh), {}));
+  for (std::string& warning : left_out.warnings()) scene.warnings.push_back(std::move(warning));
   scene.objects[0] = builder.take();
   finish_scene(scene, {});
   return scene;

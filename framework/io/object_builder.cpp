@@ -17,7 +17,7 @@ void append(std::vector<T>& all, const std::vector<T>& some, std::size_t before,
 
 }  // namespace
 
-void ObjectBuilder::add(TriangleMesh mesh, const ShapeLook& look) {
+std::uint64_t ObjectBuilder::add(TriangleMesh mesh, const ShapeLook& look) {
   Geometry& g = object_.geometry;
   const std::size_t before = g.positions.size(), count = mesh.positions.size();
   CHECK_LT(before + count, std::size_t{no_id});
@@ -39,6 +39,9 @@ void ObjectBuilder::add(TriangleMesh mesh, const ShapeLook& look) {
     for (const uvec3& t : mesh.triangles) g.triangles.push_back(t + static_cast<std::uint32_t>(before));
   }
   meshes_.push_back(part);
+  std::uint64_t invalid = 0;
+  for (std::uint32_t i = 0; i < part.shape.primitive_count; ++i) invalid += !g.is_valid(part.shape.first_primitive + i);
+  return invalid;
 }
 
 void ObjectBuilder::add(const Quadric& quadric, const ShapeLook& look) {

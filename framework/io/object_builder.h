@@ -26,8 +26,8 @@ struct ShapeLook {
 
 class ObjectBuilder {
  public:
-  // The mesh is in the object's space.
-  void add(TriangleMesh mesh, const ShapeLook& look);
+  // The mesh is in the object's space. Returns how many of its triangles no structure may hold (Geometry::is_valid).
+  std::uint64_t add(TriangleMesh mesh, const ShapeLook& look);
   void add(const Quadric& quadric, const ShapeLook& look);
 
   bool empty() const { return meshes_.empty() && quadrics_.empty(); }

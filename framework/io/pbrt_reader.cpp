@@ -107,6 +107,7 @@ void PbrtReader::finish() {
   scene_.objects[0] = world_.parts[0].builder.take(&emissions);
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({first_file_}, "the scene has no shapes");
   if (emissions.empty() && scene_.lights.empty()) warn({first_file_}, "the scene has no lights");
+  for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   finish_scene(scene_, emissions);
   if (const Bounds bounds = scene_.bounds();
       scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "framework/io/image_file.h"
+#include "framework/io/left_out.h"
 #include "framework/io/object_builder.h"
 #include "framework/io/pbrt_params.h"
 #include "framework/scene/scene.h"
@@ -118,7 +119,7 @@ class PbrtReader {
   void object_instance(PbrtLexer& lexer, const Token& token);
   void triangle_mesh(PbrtLexer& lexer, const PbrtParams& params);
   void ply_mesh(PbrtLexer& lexer, const PbrtParams& params);
-  void place(TriangleMesh mesh, const PbrtParams& params);
+  void place(TriangleMesh mesh, const PbrtParams& params, const std::string& name);
   void place(const Quadric& quadric, const PbrtParams& params);
   ShapeLook look(const PbrtParams& params, bool flip_normal);
   void instantiate(Definition& definition, const Transform& to_world);
@@ -179,6 +180,7 @@ class PbrtReader {
   Scene scene_;
   bool in_world_ = false, world_ended_ = false;
   int include_depth_ = 0;
+  LeftOutTriangles left_out_;
   Attributes attributes_;
   std::vector<Saved> stack_;
   std::map<std::string, Transform, std::less<>> coordinate_systems_;

@@ -112,7 +112,7 @@ void PbrtReader::triangle_mesh(PbrtLexer&, const PbrtParams& params) {
       params.fail("indices", fmt::format("has {} as its value {}, but there are {} points", indices[i], i, vertices));
   mesh.triangles.reserve(indices.size() / 3);
   for (std::size_t i = 0; i < indices.size(); i += 3) mesh.triangles.emplace_back(indices[i], indices[i + 1], indices[i + 2]);
-  place(std::move(mesh), params);
+  place(std::move(mesh), params, params.owner());
 }
 
 void PbrtReader::ply_mesh(PbrtLexer& lexer, const PbrtParams& params) {
@@ -120,7 +120,7 @@ void PbrtReader::ply_mesh(PbrtLexer& lexer, const PbrtParams& params) {
   if (file.empty()) params.fail("filename", "is missing");
   params.reject("displacement", "surfaces are not displaced");
   try {
-    place(read_ply(resolve(lexer, file)), params);
+    place(read_ply(resolve(lexer, file)), params, "'" + file + "'");
   } catch (const Error& e) {
     throw Error(params.where("filename"), e.what());
   }
@@ -133,7 +133,7 @@ ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal) {
   return {scene_material(attributes_.material), flip_normal, attributes_.glow};
 }
 
-void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params) {
+void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::string& name) {
   const Transform& t = attributes_.ctm;
   const bool reverse = attributes_.reverse_orientation;
   for (vec3& p : mesh.positions) {
@@ -143,8 +143,10 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params) {
   }
   for (vec3& n : mesh.normals) n = reverse ? -t.normal(n) : t.normal(n);
   mend_attributes(mesh);
+  const std::size_t triangles = mesh.triangles.size();
   Definition& definition = open_definition_ ? *open_definition_ : world_;
-  definition.parts[0].builder.add(std::move(mesh), look(params, reverse != t.swaps_handedness()));
+  const std::uint64_t invalid = definition.parts[0].builder.add(std::move(mesh), look(params, reverse != t.swaps_handedness()));
+  left_out_.add(params.where().text() + ": " + name, triangles, invalid);
 }
 
 void PbrtReader::place(const Quadric& quadric, const PbrtParams& params) {

@@ -1,6 +1,8 @@
+#include "framework/io/left_out.h"
 #include "framework/io/load_scene.h"
 #include "framework/io/mesh_scene.h"
 #include "framework/io/obj.h"
+#include "framework/io/object_builder.h"
 #include "framework/io/smf.h"
 #include "tests/unit/io_helpers.h"
 
@@ -168,6 +170,45 @@ TEST(MeshScene, DegenerateExtentsAreFramed) {
   EXPECT_TRUE(frames(mesh_scene(mesh, "m")));
   mesh.positions[0] = vec3(3e38f, 0, 0);
   EXPECT_ERROR(mesh_scene(mesh, "m"), "expected 1e+12 m at most");
+}
+
+// Else a file of nothing but slivers is a black image without a reason.
+TEST(MeshScene, TrianglesThatNoRayMeetsAreTold) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}};
+  mesh.triangles = {{0, 1, 2}, {1, 2, 3}};
+  EXPECT_TRUE(mesh_scene(mesh, "m").warnings.empty());
+  mesh.triangles.emplace_back(0, 1, 3);  // on a line
+  ASSERT_EQ(mesh_scene(mesh, "m").warnings.size(), 1u);
+  EXPECT_EQ(mesh_scene(mesh, "m").warnings[0], "m: 1 of 3 triangles left out, of no area or not finite");
+  mesh.triangles = {{0, 1, 3}, {2, 2, 3}};
+  EXPECT_EQ(mesh_scene(mesh, "m").warnings.at(0),
+            "m: all 2 triangles left out, of no area or not finite: nothing of it can be seen");
+  mesh.triangles.pop_back();
+  EXPECT_TRUE(mesh_scene(mesh, "m").warnings.at(0).starts_with("m: its only triangle left out"));
+}
+
+TEST(ObjectBuilder, CountsTrianglesThatAreNotFinite) {
+  for (const float bad : {std::nanf(""), infinity, -infinity}) {
+    ObjectBuilder builder;
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, bad, 1}};
+    mesh.triangles = {{0, 1, 2}};
+    EXPECT_EQ(builder.add(mesh, {}), 0u);
+    mesh.triangles = {{0, 1, 2}, {0, 1, 3}, {3, 1, 2}};
+    EXPECT_EQ(builder.add(mesh, {}), 2u);
+  }
+}
+
+// Those that miss most by name, the others together: a scene of many meshes does not fill the screen.
+TEST(LeftOutTriangles, SumsUpManyMeshes) {
+  LeftOutTriangles left_out;
+  for (std::uint64_t i = 0; i < 9; ++i) {
+    left_out.add("m" + std::to_string(i), 10, i);
+    EXPECT_EQ(left_out.warnings().size(), std::min<std::uint64_t>(i, 5));
+  }
+  EXPECT_TRUE(left_out.warnings()[0].starts_with("m8: 8 of 10 "));
+  EXPECT_TRUE(left_out.warnings()[4].starts_with("4 more meshes: 10 of 40 "));
 }
 
 TEST(LoadScene, FilesAreToldApartByTheirEnding) {

@@ -37,6 +37,21 @@ vec3 normal_below(const Scene& scene, const vec3& origin) {
   return hit ? scene.surface_at(ray, hit).normal : vec3(0);
 }
 
+TEST(PbrtShapes, TrianglesThatNoRayMeetsAreTold) {
+  EXPECT_FALSE(warns(world(triangle), "left out"));
+  const std::string mesh = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 0] \"integer indices\" ";
+  const Scene some = world(triangle + mesh + "[0 1 2 1 1 3]");
+  EXPECT_TRUE(warns(some, "s.pbrt:4:1: Shape \"trianglemesh\": 1 of 2 triangles left out, of no area or not finite"));
+  EXPECT_TRUE(warns(world(mesh + "[0 1 1 3 3 3]"), "all 2 triangles left out"));
+  EXPECT_TRUE(warns(world("Translate 1e10 0 0 " + triangle), "its only triangle left out")) << "as it is placed";
+  const TestDirectory directory;
+  directory.write("thin.ply",
+                  "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                  "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n");
+  const std::string scene = directory.write("s.pbrt", "WorldBegin Shape \"plymesh\" \"string filename\" \"thin.ply\"");
+  EXPECT_TRUE(warns(read_pbrt(scene), "s.pbrt:1:12: 'thin.ply': its only triangle left out"));
+}
+
 TEST(PbrtShapes, OrientationFollowsWindingReversalAndHandedness) {
   const vec3 above(0.25f, 0.25f, 1), mirrored(-0.25f, 0.25f, 1);
   const std::string with_normals =

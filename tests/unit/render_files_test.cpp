@@ -132,6 +132,30 @@ TEST_F(RenderFiles, InspectCountsWhatIsInstanced) {
   EXPECT_NE(none.out.find("\"instances\": 0,"), std::string::npos) << none.out;
 }
 
+// A black image has its reason on stderr, by every command that reads scenes.
+TEST_F(RenderFiles, MeshesThatNoRayMeetsAreToldByEveryCommand) {
+  write_file("thin.obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 1 1 2\n");
+  write_file("sound.obj", "v 0 0 0\nv 1 1 1\nv 2 0 2\nf 1 2 3\n");
+  write_file("e.toml",
+             "title = \"t\"\nscenes = [\"SCENE\"]\nbudget = { samples = 1 }\nresolution = [8, 8]\n"
+             "reference = { samples = 16 }\n[[integrators]]\nname = \"path\"\n");
+  const std::string experiment = read_text_file(directory_ / "e.toml");
+  for (const std::string scene : {"thin.obj", "sound.obj"}) {
+    write_file("e.toml", std::string(experiment).replace(experiment.find("SCENE"), 5, scene));
+    for (const std::vector<std::string>& command :
+         std::vector<std::vector<std::string>>{{"render", scene, "--resolution", "8x8", "--spp", "1", "-o", "a.png"},
+                                               {"run", "e.toml", "--fresh"},
+                                               {"accel", scene, "--structures", "brute", "--resolution", "8"},
+                                               {"inspect", scene, "--json"}}) {
+      const Outcome told = ProgramTest::run(command);
+      EXPECT_EQ(told.status, 0) << command[0] << told.err;
+      const bool warned = told.err.find("warning: thin.obj: all 2 triangles left out") != std::string::npos;
+      EXPECT_EQ(warned, scene == "thin.obj") << command[0] << ": " << told.err;
+      EXPECT_EQ(told.err.find("left out") != std::string::npos, scene == "thin.obj") << command[0] << ": " << told.err;
+    }
+  }
+}
+
 // Once the render keeps what it has: from then on it ignores closed pipes.
 bool ignores_closed_pipes(pid_t pid) {
   std::ifstream status("/proc/" + std::to_string(pid) + "/status");
