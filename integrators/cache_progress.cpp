@@ -63,12 +63,13 @@ bool CacheProgress::asks(std::uint64_t pixel, std::uint32_t iteration) const {
 
 void CachedLight::begin(std::uint32_t iteration, double weight) {
   weights_before_ += weight_;
+  shared_ = weight_ > 0 && weight > 0 ? std::pow(std::min(weight_ / weight, 1.0), forgetting_) : 1;
   iteration_ = iteration;
   weight_ = weight;
 }
 
 // The film averages equally, so it is given what makes its mean the weighted one.
-void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, float cached_error) {
+void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error) {
   if (!is_finite(sampled + cached)) {
     film.add(pixel, sampled + cached, iteration_);  // which counts it
     return;
@@ -81,7 +82,11 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
     const double step = luminance(sampled + cached) - scatter.mean;
     scatter.mean += step / t;
     scatter.squares += step * (luminance(sampled + cached) - scatter.mean);
-    scatter.cached_error += weight_ * cached_error;
+    const double noise = weight_ * error.noise;
+    scatter.noise *= shared_;
+    scatter.noise_squares += noise * (2 * scatter.noise + noise);
+    scatter.noise += noise;
+    scatter.bias += weight_ * error.bias;
   }
   const dvec3 mean_before = weights_before_ > 0 ? (t - 1) / weights_before_ * sum : dvec3(0);
   sum += weight_ * dvec3(cached);
@@ -94,8 +99,8 @@ Image CachedLight::standard_error() const {
   const double n = iteration_ + 1.0, weights = weights_before_ + weight_;
   if (!(weights > 0)) return image;
   for (std::size_t i = 0; i < scatter_.size(); ++i) {
-    const double of_mean = n > 1 ? scatter_[i].squares / (n * (n - 1)) : 0, cached = scatter_[i].cached_error / weights;
-    image.pixels[i] = dvec3(std::sqrt(of_mean + cached * cached));
+    const double of_mean = n > 1 ? scatter_[i].squares / (n * (n - 1)) : 0, bias = scatter_[i].bias / weights;
+    image.pixels[i] = dvec3(std::sqrt(of_mean + scatter_[i].noise_squares / (weights * weights) + bias * bias));
   }
   return image;
 }

@@ -34,37 +34,50 @@ struct CacheProgress {
   bool asks(std::uint64_t pixel, std::uint32_t iteration) const;
 };
 
+// What a cache takes the luminance of one of its answers to be off by.
+struct CachedError {
+  float noise = 0;  // standard error
+  float bias = 0;   // signed
+};
+
 // The part of each pixel that a cache adds: a weighted mean over iterations, in a film that weights them equally. Light found
 // in place of the cache, where no record serves, belongs to this part. Otherwise light would be lost where coarse records of
 // the first iterations answer and finer ones of later, heavier iterations leave a gap.
 class CachedLight {
  public:
-  // `states_error`: keeps what standard_error() takes.
-  explicit CachedLight(ivec2 resolution = ivec2(0), bool states_error = false)
-      : resolution_(resolution), sums_(static_cast<std::size_t>(resolution.x) * resolution.y, dvec3(0)) {
+  // `states_error`: keeps what standard_error() takes. `forgetting`: in the noise of a pixel's answers of two iterations, of
+  // weights v < w, the correlation is (v / w)^forgetting; 0 for records that stay what they are.
+  explicit CachedLight(ivec2 resolution = ivec2(0), bool states_error = false, double forgetting = 0)
+      : resolution_(resolution),
+        forgetting_(forgetting),
+        sums_(static_cast<std::size_t>(resolution.x) * resolution.y, dvec3(0)) {
     if (states_error) scatter_.resize(sums_.size());
   }
 
   void begin(std::uint32_t iteration, double weight);
   // To be called once per pixel and iteration, from any thread. `sampled` is the part that counts the same in every iteration;
-  // `cached_error` is the standard error of the luminance of `cached`.
-  void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, float cached_error = 0);
+  // `error` is that of `cached`.
+  void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error = {});
   // Of the pixels' luminance, the same in all channels. The error of the sampled part falls with the number of samples (with
-  // one sample it is unknown). The cached part comes from the same records in every iteration, so its error is the mean over
-  // iterations and does not fall with their number.
+  // one sample it is unknown). The cached part comes from the same records in every iteration, or from ones that have most of
+  // their values in common, so its noise is that of a sum of correlated answers; its bias is the mean over iterations.
   Image standard_error() const;
 
  private:
   struct Scatter {
     double mean = 0, squares = 0;  // of the luminance; of its deviations, a sum ([Welford1962])
-    double cached_error = 0;       // weighted sum
+    double noise = 0;              // of the answers so far, weighted, so much of it as the latest one shares
+    double noise_squares = 0;      // variance of their weighted sum
+    double bias = 0;               // weighted sum
   };
 
   ivec2 resolution_;
+  double forgetting_;
   std::vector<dvec3> sums_;  // weighted
   std::vector<Scatter> scatter_;
   std::uint32_t iteration_ = 0;
   double weight_ = 0, weights_before_ = 0;  // of this iteration; sum of those before it
+  double shared_ = 1;                       // correlation of this iteration's answers with those of the last one
 };
 
 }  // namespace etendue

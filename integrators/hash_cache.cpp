@@ -67,7 +67,7 @@ class HashCache final : public Integrator, public FileCache {
     first_ = samples_;
     pixels_.resize(path_tile_count(size));
     values_.resize(pixels_.size());
-    cached_ = CachedLight(size, context.states_error);
+    cached_ = CachedLight(size, context.states_error, PathSpaceGrid::forgetting);
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
@@ -269,11 +269,11 @@ void HashCache::add_tile(const RenderContext& context, std::size_t number, Film&
   for_pixels(path_tile(context.resolution, number), [&](ivec2 at) {
     const Pixel& pixel = *next++;
     Rgb cached(0);
-    float error = 0;
+    CachedError error;
     if (!is_black(pixel.weight)) {
       count(Counter::lookups);
       cached = pixel.weight * grid_->smooth_mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
-      if (context.states_error) error = grid_->standard_error(pixel.position, pixel.normal, pixel.depth, pixel.weight);
+      if (context.states_error) error = grid_->error(pixel.position, pixel.normal, pixel.depth, pixel.u, pixel.weight);
     }
     cached_.add(film, at, pixel.radiance, cached, error);
   });

@@ -233,7 +233,7 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
       if (mean.wanted) wanted_[key] = mean.wanted;
       if (mean.wanted_rough) wanted_rough_[key] = mean.wanted_rough;
     }
-    cached_.add(film, pixel, share * mean.sampled, share * mean.cached, share * mean.cached_error);
+    cached_.add(film, pixel, share * mean.sampled, share * mean.cached, {share * mean.cached_error});
   });
   shares_.end_iteration();
 }

@@ -16,7 +16,7 @@ constexpr std::size_t shard_count = 128;
 // each axis its own cell is asked with probability 1 - a, a its distance from the centre in edges, else the next one, and each
 // answers by its plane about the middle of where it is asked: (1 - a)^2 + a^2 for the means and 6 a^2 (1 - a)^2 for the slopes,
 // over a in [0, 1/2].
-constexpr double of_smooth_planes = 32.0 / 45;
+constexpr float of_smooth_planes = 32.0f / 45;
 constexpr float parent_excess = 1.0f / 3;  // an error of second order is this part of what it exceeds it by at twice the size
 constexpr float kept = 0.5f;               // of the values so far, when as many are to come again
 constexpr std::uint32_t normals = 7 * 7 * 7;      // that tags tell apart
@@ -197,15 +197,26 @@ std::optional<Rgb> PathSpaceGrid::mean(const vec3& position, const vec3& normal,
   return std::nullopt;
 }
 
-std::optional<Rgb> PathSpaceGrid::smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const {
+// Where a point is looked up in cells of a level: beside it, or where it is if nothing answers there.
+std::optional<PathSpaceGrid::Place> PathSpaceGrid::jittered(const Place& at, const vec3& position, const vec3& offset,
+                                                            int level, float enough) const {
+  const Place beside = place(position + edge(level) * offset, at.tag);
+  if (find(beside, level, enough)) return beside;
+  return find(at, level, enough) ? std::optional(at) : std::nullopt;
+}
+
+PathSpaceGrid::Lookup PathSpaceGrid::look_up(const vec3& position, const vec3& normal, int depth, const vec2& u) const {
   const Frame frame = Frame::from_normal(normal);
   const vec3 offset = (u.x - 0.5f) * frame.tangent + (u.y - 0.5f) * frame.bitangent;
   const Place at = place(position, tag_of(normal, depth));
-  for (int level = finest_level(position); level >= coarsest; --level) {
-    if (const auto found = answer(place(position + edge(level) * offset, at.tag), level, enough_)) return found;
-    if (const auto found = answer(at, level, enough_)) return found;
-  }
-  return answer(at, coarsest, 0);
+  for (int level = finest_level(position); level >= coarsest; --level)
+    if (const auto found = jittered(at, position, offset, level, enough_)) return {*found, level, at, offset};
+  return {at, find(at, coarsest, 0) ? coarsest : -1, at, offset};
+}
+
+std::optional<Rgb> PathSpaceGrid::smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const {
+  const Lookup found = look_up(position, normal, depth, u);
+  return found.level < 0 ? std::nullopt : answer(found.place, found.level, 0);
 }
 
 // The answer of a point's cell, if it has enough values.
@@ -221,21 +232,16 @@ const PlaneMoments* PathSpaceGrid::find(const Place& at, int level, float enough
   return cell != nullptr && cell->count >= enough ? cell : nullptr;
 }
 
-float PathSpaceGrid::standard_error(const vec3& position, const vec3& normal, int depth, const Rgb& weight) const {
-  const Place at = place(position, tag_of(normal, depth));
-  const float scale = luminance(weight);
-  for (int level = finest_level(position); level >= coarsest; --level) {
-    const PlaneMoments* cell = find(at, level, level > coarsest ? enough_ : 0);
-    if (cell == nullptr) continue;
-    const double noise = of_smooth_planes * cell->variance() / cell->effective_count();
-    double left_out = 0;
-    if (level > coarsest) {
-      const auto here = answer(at, level, 0), above = answer(at, level - 1, 0);
-      if (here && above) left_out = parent_excess * luminance(*here - *above);
-    }
-    return scale * static_cast<float>(std::sqrt(noise + left_out * left_out));
-  }
-  return 0;
+CachedError PathSpaceGrid::error(const vec3& position, const vec3& normal, int depth, const vec2& u, const Rgb& weight) const {
+  const Lookup found = look_up(position, normal, depth, u);
+  if (found.level < 0) return {};
+  const PlaneMoments& cell = *find(found.place, found.level, 0);
+  const float scale = luminance(weight), noise = std::sqrt(of_smooth_planes * cell.variance() / cell.effective_count());
+  const auto above =
+      found.level > coarsest ? jittered(found.own, position, found.offset, found.level - 1, enough_) : std::nullopt;
+  if (!above) return {scale * noise};
+  const Rgb here = *answer(found.place, found.level, 0), at_twice = *answer(*above, found.level - 1, 0);
+  return {scale * noise, scale * parent_excess * luminance(at_twice - here)};
 }
 
 std::vector<RecordShape> PathSpaceGrid::cells() const {

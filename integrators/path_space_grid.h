@@ -21,9 +21,10 @@
 // keeps it level where few values tell its slope). Where light falls off towards a corner, and all values lie on one side of
 // the point, their mean would be wrong in the first order of the cell's size; the plane is in the second.
 //
-// Cells estimate the standard error of their answers: the error of a plane fitted to n values of the observed scatter, and the
-// error of the fit itself, which is of second order in the cell's size and so a third of the difference to the answer of the
-// cell of twice the size. Of n values of weights w count (sum of w)^2 / (sum of w^2) here.
+// Cells estimate the error of their answers: the noise of a plane fitted to n values of the observed scatter, and how far light
+// that is not linear is blurred. Over the jitter that is of second order in the cell's size, and so a third of the difference
+// to the same lookup in cells of twice the size, with twice the jitter. That difference has noise of its own, which averages
+// out over lookups if its sign is kept. Of n values of weights w count (sum of w)^2 / (sum of w^2) here.
 //
 // Deviations: keys are compared in full, where [Binder2018] trusts a fingerprint; values are added in their given order within
 // shards of the table, one task each, where it adds atomically; so means do not depend on threads. [Binder2018] takes means.
@@ -31,6 +32,7 @@
 
 #include "framework/integrator.h"
 #include "integrators/cache_file.h"
+#include "integrators/cache_progress.h"
 #include "integrators/plane_moments.h"
 
 #include <array>
@@ -56,6 +58,10 @@ struct PathSpaceGridOptions {
 
 class PathSpaceGrid {
  public:
+  // Two answers of a cell, after m and after n > m samples, have noise of correlation (m / n)^1.5: what the later one has of
+  // the first m samples weighs (m / n)^2 of the whole, and has sqrt(n / m) times the noise. Less where finer cells took over.
+  static constexpr double forgetting = 1.5;
+
   PathSpaceGrid(const Bounds& bounds, const PathSpaceGridOptions& options);
 
   // To be called before the values of the sample `index` (from 0) of all pixels.
@@ -67,8 +73,8 @@ class PathSpaceGrid {
   std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth) const;
   // The same without steps; empty where nothing was seen. `u`: uniform.
   std::optional<Rgb> smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const;
-  // Standard error of what smooth_mean answers about a point, weighted by channel; 0 where nothing answers.
-  float standard_error(const vec3& position, const vec3& normal, int depth, const Rgb& weight) const;
+  // Of what smooth_mean answers, weighted by channel; 0 where nothing answers. The noise is that of its mean over u.
+  CachedError error(const vec3& position, const vec3& normal, int depth, const vec2& u, const Rgb& weight) const;
 
   // The cells that answer now somewhere, as cubes.
   std::vector<RecordShape> cells() const;
@@ -120,6 +126,14 @@ class PathSpaceGrid {
     Key key(int level) const { return {cell_of(position, level), tag}; }
   };
 
+  // Of smooth_mean: where which cells answer (level -1: none); the point's own place, and how far it was moved, in edges.
+  struct Lookup {
+    Place place;
+    int level;
+    Place own;
+    vec3 offset;
+  };
+
   static glm::ivec3 cell_of(const vec3& position, int level) {
     return glm::ivec3(glm::floor(position * static_cast<float>(1 << level)));
   }
@@ -128,6 +142,8 @@ class PathSpaceGrid {
   float edge(int level) const { return std::ldexp(size_, -level); }
   Place place(const vec3& position, std::uint32_t tag) const;
   int finest_level(const vec3& position) const;
+  std::optional<Place> jittered(const Place& at, const vec3& position, const vec3& offset, int level, float enough) const;
+  Lookup look_up(const vec3& position, const vec3& normal, int depth, const vec2& u) const;
   static const PlaneMoments* find(const Place& at, int level, float enough);
   static std::optional<Rgb> answer(const Place& at, int level, float enough);
   static bool answered_within(const Shard& shard, const Key& at, int level, float enough);

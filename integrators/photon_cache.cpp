@@ -222,7 +222,7 @@ void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& f
     }
     const float share = 1 / static_cast<float>(samples.count);
     if (wanted && progress_.asks(key, round_of(index))) wanted_[key] = wanted;
-    cached_.add(film, pixel, share * sampled, share * cached, share * cached_error);
+    cached_.add(film, pixel, share * sampled, share * cached, {share * cached_error});
   });
   shares_.end_iteration();
 }

@@ -64,6 +64,26 @@ TEST_P(StatedErrors, HoldTheTruth) {
   EXPECT_EQ(stated.image.pixels, render_stated(scene, c, 3, size, false).image.pixels);  // and change nothing
 }
 
+// Answers to all samples of a pixel rest on values that they have in common, but not all: taken for the same ones, the hash
+// cache stated 1.5 to 1.7 times the scatter over seeds, with 88 % of the pixels within one standard error.
+TEST(StatedError, OfTheHashCacheIsItsError) {
+  constexpr ivec2 size{32, 32};
+  for (const char* name : {"builtin:two-occluders", "builtin:broad-light", "builtin:lambert-sphere"}) {
+    const Scene scene = load_scene(name);
+    const Image exact = testing::exact_image(scene, size);
+    std::map<std::string, double> mean;
+    constexpr int seeds = 4;
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      const StatedImage one = render_stated(scene, {"hash-cache", "", {{"sampler", "independent"}}, 64}, seed, size);
+      for (const auto& [key, value] : confidence_of(one.image, one.error, exact)) mean[key] += value / seeds;
+    }
+    EXPECT_GT(mean["within_1"], 0.53) << name;
+    EXPECT_LT(mean["within_1"], 0.84) << name;
+    EXPECT_GT(mean["within_2"], 0.87) << name;
+    EXPECT_NEAR(mean["stated"] / mean["true"], 1, 0.3) << name;
+  }
+}
+
 // Where nothing is exact, rough floors: what is stated, against the scatter over seeds.
 TEST(StatedError, OfRoughSurfacesIsTheirScatter) {
   constexpr ivec2 size{16, 16};

@@ -172,7 +172,7 @@ TEST(PathSpaceGrid, StatesTheVarianceOfItsAnswers) {
         const double answer = grid.smooth_mean(place(i), up, 0, vec2(0.5f)).value().x;
         sum[stage][i] += answer;
         squares[stage][i] += answer * answer;
-        stated[stage] += square(grid.standard_error(place(i), up, 0, Rgb(1)));
+        stated[stage] += square(grid.error(place(i), up, 0, vec2(0.5f), Rgb(1)).noise);
       }
     };
     for (std::uint32_t sample = 0; sample < halved; ++sample) {
@@ -190,6 +190,61 @@ TEST(PathSpaceGrid, StatesTheVarianceOfItsAnswers) {
     for (int i = 0; i < places; ++i)
       scattered += (squares[stage][i] - sum[stage][i] * sum[stage][i] / seeds) * seeds / (seeds - 1);
     EXPECT_NEAR(stated[stage] / scattered, over_jitter, 0.08 * over_jitter) << stage;
+  }
+}
+
+// The mean of a pixel's answers to all samples, of which each rests on all values so far, against its scatter over seeds. Taken
+// for fully correlated they would have twice the variance.
+TEST(PathSpaceGrid, StatesTheVarianceOfTheMeanOfItsAnswers) {
+  constexpr double over_jitter = 32.0 / 45;
+  constexpr int seeds = 600;
+  const vec3 place(0.3f, 0, 0.3f);
+  for (const std::uint32_t samples : {24u, 64u}) {
+    const double weights = 0.5 * samples * (samples + 1);
+    double sum = 0, squares = 0, stated = 0;
+    for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+      PathSpaceGrid grid(room, eye_above(1, 1));
+      CachedLight light(ivec2(1), true, PathSpaceGrid::forgetting);
+      Film film(ivec2(1));
+      double mean = 0;
+      for (std::uint32_t sample = 0; sample < samples; ++sample) {
+        Sampler sampler(SamplerKind::independent, seed, Stream::test, sample, 0);
+        std::vector<CachedValue> values;
+        for (int i = 0; i < 20; ++i) values.push_back({place, up, 0, Rgb(sampler.get_1d() < 0.25f ? 4.0f : 0.0f)});
+        grid.begin(sample);
+        grid.add(std::vector<std::vector<CachedValue>>{values});
+        light.begin(sample, sample + 1.0);
+        // Without the answers, whose own scatter from sample to sample would be stated besides.
+        light.add(film, ivec2(0), Rgb(0), Rgb(0), grid.error(place, up, 0, vec2(0.5f), Rgb(1)));
+        mean += (sample + 1) / weights * grid.smooth_mean(place, up, 0, vec2(0.5f)).value().x;
+      }
+      sum += mean;
+      squares += mean * mean;
+      stated += square(light.standard_error().pixels[0].x);
+    }
+    const double scattered = (squares - sum * sum / seeds) * seeds / (seeds - 1);
+    EXPECT_NEAR(stated / scattered, over_jitter, 0.15 * over_jitter) << samples;
+  }
+}
+
+// Of light that bends, cells say by how much they blur it, and with which sign.
+TEST(PathSpaceGrid, StatesTheBiasOfItsAnswers) {
+  for (const float bend : {-1.0f, 1.0f}) {
+    PathSpaceGrid grid(room, eye_above(0.1f, 400));
+    const auto light = [bend](float x) { return 2 + bend * square(x - 0.5f); };
+    grid.add(floor_values(200000, 2, [&](const vec3& p) { return Rgb(light(p.x)); }));
+    double error = 0, stated = 0;
+    constexpr std::uint32_t lookups = 20000;
+    for (std::uint32_t i = 0; i < lookups; ++i) {
+      Sampler sampler(SamplerKind::sobol, 9, Stream::test, 1, i);
+      const vec2 u = 0.2f + 0.6f * sampler.get_2d(), jitter = sampler.get_2d();
+      const vec3 place(u.x, 0, u.y);
+      error += (grid.smooth_mean(place, up, 0, jitter).value().x - light(u.x)) / lookups;
+      stated += grid.error(place, up, 0, jitter, Rgb(1)).bias / lookups;
+    }
+    EXPECT_GT(bend * error, 1e-5);
+    EXPECT_GT(stated / error, 0.4);
+    EXPECT_LT(stated / error, 1.6);
   }
 }
 
