@@ -73,12 +73,17 @@ class GatherPoint {
   // f_r times the power of a photon that counts.
   Rgb reflected(const Photons& photons, std::uint32_t id) const {
     if (constant_) return photons.power[id] * constant_reflectance_;
-    // The photons' own cosine is the geometric one; `evaluate` has the shading one, as path tracing does.
+    // Over the cosine that made photons as dense as they are, the geometric one where each landed: on another facet of a curved
+    // surface the point's own may be far smaller, which made such surfaces too bright. `evaluate` has the shading one, as path
+    // tracing does.
     const vec3& wi = photons.direction[id];
-    return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(std::abs(glm::dot(wi, normal_)), 0.02f);
+    const float cosine = std::abs(glm::dot(wi, glm::normalize(photons.side[id].normal())));
+    return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(cosine, least_cosine);
   }
 
  private:
+  static constexpr float least_cosine = 0.02f;  // lest a rounding error be divided out
+
   GatherPoint() = default;
 
   const Bsdf* bsdf_ = nullptr;  // null: constant

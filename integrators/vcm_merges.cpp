@@ -30,7 +30,8 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
   parallel_for(order.size(), 1024, [&](std::size_t i) {
     const LightVertex& v = *vertices[order[i]];
     positions_[i] = v.point.position;
-    photons_[i] = {v.wo, v.power, v.mis.vcm, v.mis.vm, v.events};
+    const float cosine = std::max(std::abs(glm::dot(v.wo, v.point.normal)), least_cosine);
+    photons_[i] = {v.wo, v.power / cosine, v.mis.vcm, v.mis.vm, v.events};
     if (settings.correlation) followed_[i] = {v.trail->light, v.trail->part(v.events)};
   });
   query_ = context.make_points(structure);
@@ -78,8 +79,7 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
       // [Georgiev2012b] eq. 38, 39.
       weight = mis_balance(photon.vcm * connect + photon.vm * light_reverse, camera.merged(connect, camera_reverse));
     }
-    const float cosine = std::max(std::abs(glm::dot(photon.wo, point.normal)), least_cosine);
-    const Rgb merged = photon.power * scattered * (share * weight / cosine);
+    const Rgb merged = photon.power_over_cosine * scattered * (share * weight);
     const vec3 offset = positions_[neighbour.id] - point.position;
     if (settings_.wall_test && offset != vec3(0))
       conditional.push_back(between(point.position, normal, offset, photon.wo, merged));

@@ -41,7 +41,7 @@ class VcmMerges {
  private:
   struct Photon {
     vec3 wo;
-    Rgb power;  // W, for one path in total
+    Rgb power_over_cosine;  // W, for one path in total, over the geometric cosine where it landed
     float vcm, vm;
     std::int32_t events;
   };

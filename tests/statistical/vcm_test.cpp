@@ -2,6 +2,7 @@
 #include "experiments/harness/closed_form.h"
 #include "framework/scene/builder.h"
 #include "tests/block_agreement.h"
+#include "tests/faceted_ball.h"
 #include "tests/image_checks.h"
 
 #include <gtest/gtest.h>
@@ -93,6 +94,15 @@ TEST(Vcm, MatchesClosedForms) {
 TEST(Vcm, MatchesSpecularDiffuseSpecularPaths) {
   for (const char* scene : {"builtin:mirror?view=mirror", "builtin:mirror?view=both", "builtin:water?camera=above"})
     expect_exact_mean(scene, "vcm", 32, 0.01);
+}
+
+// See ProgressivePhotons.FacetsThatAreShadedRoundAreNotTooBright.
+TEST(Vcm, FacetsThatAreShadedRoundAreNotTooBright) {
+  const Scene scene = testing::faceted_ball();
+  const Image reference = render(scene, "path", {.params = {}, .iterations = 512}).image;
+  const auto b = testing::bias_over_seeds(scene, "vcm", {.params = {}, .iterations = 32}, 6, reference);
+  EXPECT_LT(std::abs(b.mean), 0.03);
+  EXPECT_LT(b.deviation, 0.008);
 }
 
 TEST(Vcm, CorrelationAwareWeightsKeepTheMean) {
