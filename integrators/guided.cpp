@@ -10,7 +10,7 @@ namespace etendue {
 
 namespace {
 
-constexpr std::size_t tiles_a_band = 64;  // whose records are kept at once
+constexpr std::size_t tiles_a_band = 256;  // whose records are kept at once
 
 class Guided final : public Integrator {
  public:

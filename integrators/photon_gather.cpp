@@ -52,6 +52,8 @@ GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3
       position_(point.position),
       wo_(wo),
       normal_(glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal),
+      front_(normal_, 0),
+      back_(-normal_, 0),
       histories_(histories),
       constant_(bsdf.is_diffuse() && point.shading_normal == point.normal),
       longest_(std::min(max_scatterings, 65535)),

@@ -75,20 +75,24 @@ class GatherPoint {
     if (constant_) return photons.power[id] * constant_reflectance_;
     // Over the cosine that made photons as dense as they are, the geometric one where each landed: on another facet of a curved
     // surface the point's own may be far smaller, which made such surfaces too bright. `evaluate` has the shading one, as path
-    // tracing does.
+    // tracing does. Photons know their normals to 0.3 degrees only; those of the point's own plane have its exact one, or flat
+    // surfaces would be off by a constant under slanting light.
     const vec3& wi = photons.direction[id];
-    const float cosine = std::abs(glm::dot(wi, glm::normalize(photons.side[id].normal())));
+    const PhotonSide& side = photons.side[id];
+    const bool same_plane = side.same_normal(front_) || side.same_normal(back_);
+    const float cosine = std::abs(glm::dot(wi, same_plane ? normal_ : glm::normalize(side.normal())));
     return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(cosine, least_cosine);
   }
 
  private:
-  static constexpr float least_cosine = 0.02f;  // lest a rounding error be divided out
+  static constexpr float least_cosine = 0.02f;  // lest the rounding of a photon's normal be divided out
 
   GatherPoint() = default;
 
   const Bsdf* bsdf_ = nullptr;  // null: constant
   vec3 position_;
   vec3 wo_, normal_;
+  PhotonSide front_, back_;  // of normal_, as photons know it
   PhotonHistory histories_;
   bool constant_;  // f_r is the same for every direction
   std::int32_t longest_;

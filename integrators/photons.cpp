@@ -66,16 +66,20 @@ Photons trace_by_power(const RenderContext& context, const Receivers& receivers,
 
 }  // namespace
 
-void Photons::add(const vec3& at, const Rgb& watts, const vec3& from, const vec3& normal_from, PhotonHistory history,
-                  int events) {
+PhotonSide::PhotonSide(const vec3& normal, PhotonHistory of) : history(of) {
   const auto quantise = [](float x) {
     x = 127 * std::clamp(x, -1.0f, 1.0f);
     return static_cast<std::int8_t>(x + (x < 0 ? -0.5f : 0.5f));
   };
+  x = quantise(normal.x), y = quantise(normal.y), z = quantise(normal.z);
+}
+
+void Photons::add(const vec3& at, const Rgb& watts, const vec3& from, const vec3& normal_from, PhotonHistory history,
+                  int events) {
   position.push_back(at);
   power.push_back(watts);
   direction.push_back(from);
-  side.push_back({quantise(normal_from.x), quantise(normal_from.y), quantise(normal_from.z), history});
+  side.emplace_back(normal_from, history);
   scatterings.push_back(static_cast<std::uint16_t>(std::min(events, 65535)));
 }
 

@@ -48,7 +48,11 @@ struct PhotonSide {
   std::int8_t x = 0, y = 0, z = 0;
   PhotonHistory history = 0;
 
+  PhotonSide() = default;
+  PhotonSide(const vec3& normal, PhotonHistory history);
+
   vec3 normal() const { return vec3(x, y, z) * (1.0f / 127); }
+  bool same_normal(const PhotonSide& other) const { return x == other.x && y == other.y && z == other.z; }
   bool operator==(const PhotonSide&) const = default;
 };
 

@@ -63,11 +63,12 @@ void SdTree::add(Lesson& lesson, const GuideRecord& record) const {
   const float flux = record.radiance / record.pdf;
   if (!(flux > 0) || !std::isfinite(flux)) return;
   lesson.directions.add(record.square, flux * record.cosine);
-  const float product = flux * record.scattered, square = product * product * record.pdf;
-  if (!options_.learn_share || !(record.pdf_guide > 0) || !std::isfinite(square)) return;
+  const bool guided = record.pdf_guide > 0 || record.pdf < record.pdf_bsdf;
+  if (!options_.learn_share || !guided) return;
+  const double product = double(flux) * record.scattered, moment = product * product * record.pdf;
   auto& moments = lesson.second_moments[record.albedo > 0];
   for (std::size_t i = 0; i < bsdf_shares.size(); ++i)
-    moments[i] += square / (bsdf_shares[i] * record.pdf_bsdf + (1 - bsdf_shares[i]) * record.pdf_guide);
+    moments[i] += moment / (bsdf_shares[i] * record.pdf_bsdf + (1 - bsdf_shares[i]) * record.pdf_guide);
 }
 
 void SdTree::learn(std::span<const std::vector<GuideRecord>> records) {

@@ -40,8 +40,8 @@ struct GuideRecord {
 };
 
 struct SdTreeOptions {
-  float split = 4000;       // records that a leaf divides at, times sqrt(samples of the block)
-  float rho = 0.01f;        // share of flux that a quadrant divides at
+  float split = 2000;       // records that a leaf divides at, times sqrt(samples of the block)
+  float rho = 0.02f;        // share of flux that a quadrant divides at
   bool stochastic = false;  // spread records over space by a leaf's size ([Mueller2019] 10.5.2)
   bool learn_share = true;  // else bsdf_share everywhere
   float bsdf_share = 0.5f;

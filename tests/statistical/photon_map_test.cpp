@@ -109,6 +109,29 @@ TEST(PhotonMap, DistanceIsFoundFromTheSmallestRadiusOfTheSearch) {
   EXPECT_EQ(map.distance_to(4, at, 10), 10);
 }
 
+// On a slanting plane, whose normal photons know rounded, grazing light is divided by the exact cosine; on another facet by the
+// one that its photons know.
+TEST(PhotonMap, PhotonsAreDividedByTheCosineWhereTheyLanded) {
+  SceneBuilder b("ramp");
+  const auto rough = b.material(Plastic{.reflectance = Rgb(0.5f), .eta = 1.5f, .alpha = 0.3f});
+  b.mesh(quad({-1, 0, -1}, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}), rough);
+  const Scene scene = b.finish();
+  const vec3 normal = glm::normalize(vec3(0.5f, 0.866f, 0)), along(normal.y, -normal.x, 0);
+  const SurfacePoint point{vec3(0), normal, normal, along, vec2(0), rough, no_id};
+  const Bsdf bsdf(scene, point);
+  const GatherPoint at(point, bsdf, normal, photon_any, 64);
+  const vec3 facet = glm::normalize(vec3(0.1f, 1, 0));
+  for (const float height : {0.9f, 0.3f, 0.06f}) {
+    const vec3 wi = height * normal + safe_sqrt(1 - height * height) * along;
+    const vec3 value = bsdf.evaluate(normal, wi);
+    Photons photons;
+    for (const vec3& landed : {normal, -normal, facet}) photons.add(vec3(0), Rgb(1), wi, landed, photon_direct, 0);
+    for (const std::uint32_t id : {0u, 1u}) EXPECT_NEAR(at.reflected(photons, id).x / (value.x / height), 1, 1e-5) << height;
+    const float cosine = std::abs(glm::dot(wi, facet));
+    EXPECT_NEAR(at.reflected(photons, 2).x / (value.x / cosine), 1, 0.006f / cosine) << height;
+  }
+}
+
 // --- Photon tracing.
 
 Photons photons_of(const Scene& scene, const PhotonPass& pass, int threads = 2) {

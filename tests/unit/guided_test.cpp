@@ -197,6 +197,36 @@ TEST(SdTree, LearnsWhomToTrust) {
   }
 }
 
+// Nine tenths of the light in a sixteenth of the sphere, where the guide looks; a tenth in a 256th, where it never does. With
+// the BSDF even over the sphere, the second moment at share s is 12.96 / (16 - 15 s) + 2.56 / s, least near 0.66.
+TEST(SdTree, LearnsToGuardAgainstWhatTheGuideDoesNotKnow) {
+  SdTree tree({vec3(-1), vec3(1)}, {.split = 1e9f});
+  std::vector<std::vector<GuideRecord>> records(1);
+  const float even = 1 / (4 * pi), known = 1 / 16.0f, unknown = known + 1 / 256.0f;
+  constexpr int count = 1 << 12;
+  for (int i = 0; i < count; ++i) {
+    // Half of the directions from each.
+    const float u = (static_cast<float>(i / 2) + 0.5f) / (count / 2.0f), x = i % 2 == 0 ? u : u * known;
+    const float pdf_guide = x < known ? even / known : 0, pdf = 0.5f * (even + pdf_guide);
+    const float radiance = x < known ? 0.9f * 16 : x < unknown ? 0.1f * 256 : 0;
+    records[0].push_back({.leaf = tree.leaf(vec3(0), {0, 0, 1}),
+                          .square = {x, 0.5f},
+                          .cosine = 1,
+                          .radiance = radiance,
+                          .gathered = radiance,
+                          .scattered = 1,
+                          .albedo = 0.5f,
+                          .pdf = pdf,
+                          .pdf_bsdf = even,
+                          .pdf_guide = pdf_guide});
+  }
+  for (int block = 0; block < 2; ++block) {
+    tree.learn(records);
+    tree.refine(1);
+  }
+  EXPECT_EQ(tree.guide(tree.leaf(vec3(0), {0, 0, 1})).bsdf_share(true), 0.7f);
+}
+
 TEST(ImageBlocks, BlocksAreTwoFourEightSamples) {
   std::vector<std::uint32_t> begins;
   for (std::uint32_t i = 0; i < 40; ++i)
