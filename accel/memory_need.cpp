@@ -73,8 +73,8 @@ MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int lea
   const double nodes = 2 * references / filling(tree_leaf);
   // Builders lay out two places per primitive and move the nodes together where leaves hold several.
   const double tree = tree_node * nodes + id * references;
-  double peak = item * count + on_pages(2 * tree_node * references) + id * references + builder.per_primitive * references +
-                (tree_node + id) * nodes;
+  double peak = on_pages(item * count) + on_pages(2 * tree_node * references) + id * references +
+                on_pages(builder.per_primitive * references) + (tree_node + id) * nodes;
   if (reinsertion) peak = std::max(peak, 2 * tree + 64 * nodes);  // moves, parents, and the tree in its new order
   double kept = 0;
   if (binary) {

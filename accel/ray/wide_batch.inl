@@ -60,6 +60,7 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
           continue;
         unpacked = runs_apart;
       }
+      if constexpr (any_hit) stream.make_room();
       const bool singly = !any_hit && is_small && start_apart(some, size);
       for (std::size_t i = 0; i < some.size(); ++i) {
         if (singly)

@@ -22,7 +22,10 @@ class WideShadowStream {
   static constexpr std::size_t most = 4096;
 
   // `rays`: the batch, of which some will be added.
-  WideShadowStream(const View& view, std::span<const Ray> rays) : view_(view), rays_(rays), space_(space()) {
+  WideShadowStream(const View& view, std::span<const Ray> rays) : view_(view), rays_(rays), space_(space()) {}
+
+  // To be called before rays are added: not every batch comes to that.
+  void make_room() {
     space_.travellers.resize(most);
     space_.indices.resize(most);
     reserve(space_.met, most);

@@ -1,6 +1,8 @@
 // The two tests of a wide traversal, of one ray against all children of a node and against all triangles of a pack, for one
 // instruction set. Included once by each wide_isa_*.cpp, which the build compiles for its set. All is in an unnamed namespace,
-// so that no code of one set can stand in for another's when the program is linked.
+// so that no code of one set can stand in for another's when the program is linked. Their rules are those of the scalar tests
+// in framework/scene/intersect.h (is_traceable, slab_reciprocal, slab_entry, intersect_triangle): what changes there changes
+// here.
 //
 // `Simd::Floats<width>` is a vector of floats: load, set, store, + - * /, `larger` and `smaller` (which answer their second
 // operand when one is NaN, as x86 does), and comparisons that give a bit per lane. Each operation rounds by itself (the project
@@ -15,11 +17,15 @@ template <class Simd>
 struct RayTerms {
   vec3 reciprocal;    // slab_reciprocal
   unsigned negative;  // a bit per axis: the direction's sign
-  bool is_traceable;  // where it is not, nothing else counts
+  bool is_traceable;  // by the rule of framework/scene/intersect.h; where it is not, nothing else counts
   TraversalLimit limit;
 
   [[gnu::always_inline]] RayTerms(const Ray& ray, float extent)
-      : RayTerms(ray, extent, Four::load_anywhere(&ray.origin.x), Four::load_anywhere(&ray.direction.x)) {}
+      : RayTerms(ray, extent, Four::load_anywhere(&ray.origin.x), Four::load_anywhere(&ray.direction.x)) {
+    static_assert(offsetof(Ray, t_min) == offsetof(Ray, origin) + 3 * sizeof(float) &&
+                      offsetof(Ray, t_max) == offsetof(Ray, direction) + 3 * sizeof(float),
+                  "four floats are loaded at the origin and at the direction");
+  }
 
  private:
   using Four = typename Simd::template Floats<4>;

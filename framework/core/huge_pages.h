@@ -53,7 +53,7 @@ struct UnconstructedOnHugePages : HugePageAllocator<T> {
   template <class U>
   UnconstructedOnHugePages(const UnconstructedOnHugePages<U>&) {}
 
-  static void construct(T*) {}
+  static void construct(T*) { static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>); }
 };
 
 template <class T>

@@ -196,6 +196,19 @@ TEST(MemoryBudget, EstimatesHoldOnTheBuiltInScenes) {
   }
 }
 
+// What builders move items between lies on whole pages of 2 MiB as soon as it fills one: 32 bytes an item.
+TEST(MemoryBudget, EstimatesCountWholePagesOfItems) {
+  const auto peak = [](std::uint32_t triangles) {
+    Geometry geometry;
+    geometry.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    geometry.triangles.assign(triangles, {0, 1, 2});
+    const MemoryNeed need = bvh_need(geometry, "wide16", 0, false, {32});
+    return static_cast<double>(need.peak - need.kept);
+  };
+  constexpr std::uint32_t page = 1 << 16;
+  EXPECT_GT(peak(page) - peak(page - 1), 4 << 20);  // the items, and a copy
+}
+
 TEST(MemoryBudget, TreesThatChangeRefuseOne) {
   const auto what = error_of([] { find_ray_structure("sah", {}).builder(budget("1GiB")); });
   EXPECT_TRUE(what.starts_with("memory.toml:3:7: sah: ")) << what;

@@ -45,6 +45,8 @@ std::vector<Ray> bundles(const Scene& scene, std::size_t count, std::uint64_t se
   return rays;
 }
 
+const Hit no_answer{-1, vec2(-1), 1, 0};  // what places for hits hold before
+
 template <class Wide>
 void expect_same_bits(const Geometry& geometry, const BinaryTree& tree, const Bvh& binary, const std::vector<Ray>& rays) {
   for (const Isa isa : supported_isas()) {
@@ -57,9 +59,10 @@ void expect_same_bits(const Geometry& geometry, const BinaryTree& tree, const Bv
       ASSERT_EQ(given.uv, expected.uv);
       ASSERT_EQ(wide.occluded(ray), binary.occluded(ray));
     }
-    std::vector<Hit> hits(rays.size());
+    std::vector<Hit> hits(rays.size(), no_answer);
     wide.closest(rays, hits);
     const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
+    for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = !binary.occluded(rays[i]);
     wide.occluded(rays, std::span(occluded.get(), rays.size()));
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Hit expected = binary.closest(rays[i]);
@@ -90,25 +93,24 @@ TEST(WideLayouts, EveryInstructionSetGivesTheBitsOfTheBinaryLayout) {
   }
 }
 
-// More than two streams of shadow rays that meet something, and between them such as meet nothing and such as no ray may be.
-template <class Wide>
-void expect_streams_answer_all(const Scene& scene) {
+// Two streams of shadow rays and more that meet something, and between them such as meet nothing and such as no ray may be.
+std::vector<Ray> rays_of_all_kinds(const Scene& scene) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  const Geometry& geometry = scene.objects[0].geometry;
-  const BinaryTree tree = build_binned_sah(build_items(geometry), {});
   std::vector<Ray> rays;
-  for (const Ray& ray : aimed_rays(scene, 9000, 11)) {
+  for (const Ray& ray : aimed_rays(scene, 12000, 11)) {
     rays.push_back(ray);
     Ray other = ray;
-    switch (rays.size() / 2 % 7) {
+    const std::size_t pair = rays.size() / 2;
+    const int axis = static_cast<int>(pair % 3);
+    switch (pair % 11) {
       case 0:
         other.origin += 1e6f * ray.direction;
         break;
       case 1:
-        other.direction[static_cast<int>(rays.size() % 3)] = nan;
+        other.direction[axis] = nan;
         break;
       case 2:
-        other.origin[static_cast<int>(rays.size() % 3)] = -infinity;
+        other.origin[axis] = -infinity;
         break;
       case 3:
         other.direction = vec3(0, -0.0f, 0);
@@ -120,29 +122,87 @@ void expect_streams_answer_all(const Scene& scene) {
       case 5:
         other.direction = vec3(1e-41f, 0, -1e-42f);
         break;
+      case 6:
+        other.direction[axis] = pair % 2 == 0 ? infinity : -infinity;
+        break;
+      case 7:
+        other.t_min = nan;
+        break;
+      case 8:
+        other.t_max = nan;
+        break;
+      case 9:
+        other.direction[axis] = pair % 2 == 0 ? 1e-41f : -1e-41f;
+        break;
       default:
         other.direction = -ray.direction;
     }
     rays.push_back(other);
   }
+  return rays;
+}
+
+// From within, so that rays start together and streams take them for nearest hits too; some end early, some are nearly in an
+// axis plane, some so short that a subnormal component takes them aside though its reciprocal overflows, and each eighth is
+// none that may be.
+std::vector<Ray> rays_from_one_point() {
+  Random random(12);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 6000; ++i) {
+    Ray ray{vec3(0.2f, 0.1f, -0.3f), 0, random.direction(), i % 5 == 0 ? random.between(0, 2) : infinity};
+    if (i % 8 == 2) ray.direction[i / 8 % 3] = i % 16 == 2 ? 1e-41f : -1e-41f;
+    if (i % 8 == 4) {
+      ray.direction[i / 8 % 3] = random.between(-0.028f, 0.028f);
+      ray.direction *= 1e-37f;
+      ray.t_max = infinity;
+    }
+    if (i % 8 == 3) ray.direction.x = std::numeric_limits<float>::quiet_NaN();
+    rays.push_back(ray);
+  }
+  return rays;
+}
+
+// The binary layout judges, and every place to answer in holds another answer before.
+template <class Wide>
+void expect_batches_as_binary(const Geometry& geometry, const std::vector<Ray>& rays, std::size_t least_occluded) {
+  const BinaryTree tree = build_binned_sah(build_items(geometry), {});
+  const Bvh binary(geometry, tree);
+  std::vector<Hit> expected;
+  for (const Ray& ray : rays) expected.push_back(binary.closest(ray));
+  const auto met = std::count_if(expected.begin(), expected.end(), [](const Hit& hit) { return static_cast<bool>(hit); });
+  EXPECT_GT(static_cast<std::size_t>(met), least_occluded);
   for (const Isa isa : supported_isas()) {
     SCOPED_TRACE(isa_name(isa));
     const Wide wide(VertexIds(geometry), tree, {}, isa);
     const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
+    for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = !expected[i];
     wide.occluded(rays, std::span(occluded.get(), rays.size()));
+    std::vector<Hit> hits(rays.size(), no_answer);
+    wide.closest(rays, hits);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      const bool alone = wide.occluded(rays[i]);
-      ASSERT_EQ(occluded[i], alone) << "ray " << i;
-      ASSERT_TRUE(is_traceable(rays[i]) || !alone) << "ray " << i;
+      ASSERT_EQ(occluded[i], binary.occluded(rays[i])) << "ray " << i;
+      ASSERT_EQ(wide.occluded(rays[i]), binary.occluded(rays[i])) << "ray " << i << " alone";
+      for (const Hit& hit : {hits[i], wide.closest(rays[i])}) {
+        ASSERT_EQ(hit.primitive, expected[i].primitive) << "ray " << i;
+        ASSERT_EQ(hit.instance, expected[i].instance) << "ray " << i;
+        ASSERT_EQ(hit.t, expected[i].t) << "ray " << i;
+        ASSERT_EQ(hit.uv, expected[i].uv) << "ray " << i;
+      }
+      ASSERT_TRUE(is_traceable(rays[i]) || !occluded[i]) << "ray " << i;
     }
   }
 }
 
 TEST(WideLayouts, StreamsAnswerRaysThatTheyDoNotKeep) {
   const Scene scene = scene_of(closed_sphere(40, 50));
-  ASSERT_NO_FATAL_FAILURE(expect_streams_answer_all<Wide4Bvh>(scene));
-  ASSERT_NO_FATAL_FAILURE(expect_streams_answer_all<Wide8Bvh>(scene));
-  ASSERT_NO_FATAL_FAILURE(expect_streams_answer_all<Wide16Bvh>(scene));
+  const Geometry& geometry = scene.objects[0].geometry;
+  const std::pair<std::vector<Ray>, std::size_t> cases[] = {{rays_of_all_kinds(scene), 2 * 4096},
+                                                            {rays_from_one_point(), 2 * 2048}};  // streams hold so many
+  for (const auto& [rays, least_occluded] : cases) {
+    ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide4Bvh>(geometry, rays, least_occluded));
+    ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide8Bvh>(geometry, rays, least_occluded));
+    ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide16Bvh>(geometry, rays, least_occluded));
+  }
 }
 
 TEST(WideLayouts, CollapseKeepsEveryPrimitiveOnce) {
