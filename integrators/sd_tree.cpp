@@ -58,8 +58,10 @@ std::uint32_t SdTree::leaf_to_teach(std::uint32_t leaf, const vec3& position, co
 
 void SdTree::add(Lesson& lesson, const GuideRecord& record) const {
   lesson.records += 1;
+  const float scattered = record.gathered * record.scattered / record.pdf;
+  if (!std::isfinite(scattered)) return;  // or roulette would end all paths that come here
   lesson.albedo += record.albedo;
-  if (record.albedo > 0) lesson.scattered += record.gathered * record.scattered / record.pdf;
+  if (record.albedo > 0) lesson.scattered += scattered;
   const float flux = record.radiance / record.pdf;
   if (!(flux > 0) || !std::isfinite(flux)) return;
   lesson.directions.add(record.square, flux * record.cosine);

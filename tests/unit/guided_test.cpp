@@ -227,6 +227,25 @@ TEST(SdTree, LearnsToGuardAgainstWhatTheGuideDoesNotKnow) {
   EXPECT_EQ(tree.guide(tree.leaf(vec3(0), {0, 0, 1})).bsdf_share(true), 0.7f);
 }
 
+TEST(SdTree, OneFaultyRecordDoesNotSpoilItsPlace) {
+  SdTree tree({vec3(-1), vec3(1)}, {.split = 1e9f});
+  auto records = records_of_a_box(tree, 1000);
+  for (const float faulty : {infinity, std::numeric_limits<float>::quiet_NaN()}) {
+    records[0].push_back(records[0].front());
+    records[0].back().radiance = records[0].back().gathered = faulty;
+    records[0].push_back(records[0].front());
+    records[0].back().scattered = faulty;
+  }
+  for (int block = 0; block < 2; ++block) {
+    tree.learn(records);
+    tree.refine(1);
+  }
+  const Guide& guide = tree.guide(tree.leaf(vec3(0), {1, 0, 0}));
+  EXPECT_TRUE(std::isfinite(guide.indirect()));
+  EXPECT_TRUE(std::isfinite(guide.directions().density({0.5f, 0.5f})));
+  EXPECT_GE(guide.bsdf_share(true), bsdf_shares.front());
+}
+
 TEST(ImageBlocks, BlocksAreTwoFourEightSamples) {
   std::vector<std::uint32_t> begins;
   for (std::uint32_t i = 0; i < 40; ++i)
