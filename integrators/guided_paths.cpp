@@ -43,7 +43,7 @@ struct LightGain {
     float weight = 1;
     if (pdf_light > 0) {
       const float pdf_guide = share < 1 ? directions->pdf_solid_angle(shadow_ray.direction) : 0;
-      weight = mis_weight(mis, pdf_light, share * pdf_bsdf + (1 - share) * pdf_guide);
+      weight = mis_weight(mis, pdf_light, mixed_pdf(share, pdf_bsdf, pdf_guide));
     }
     *to += radiance * weight;
   }
@@ -71,7 +71,6 @@ struct Mixture {
         leaf(t.leaf(point.position, normal)),
         guide(t.guide(leaf)),
         share(b.has_non_specular() ? guide.bsdf_share(b.is_diffuse()) : 1) {}
-  float pdf(float pdf_bsdf, float pdf_guide) const { return share * pdf_bsdf + (1 - share) * pdf_guide; }
 };
 
 struct Scattered {
@@ -118,7 +117,7 @@ Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point
     sample.transmitted = glm::dot(wo, point.normal) * glm::dot(sample.wi, point.normal) < 0;
     if (sample.transmitted) sample.eta = crossed_eta(context, point, wo);
   }
-  sample.pdf_solid_angle = mixture.pdf(out.pdf_bsdf, out.pdf_guide);
+  sample.pdf_solid_angle = mixed_pdf(mixture.share, out.pdf_bsdf, out.pdf_guide);
   sample.weight = out.value / sample.pdf_solid_angle;
   return out;
 }

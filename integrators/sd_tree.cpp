@@ -65,12 +65,12 @@ void SdTree::add(Lesson& lesson, const GuideRecord& record) const {
   const float flux = record.radiance / record.pdf;
   if (!(flux > 0) || !std::isfinite(flux)) return;
   lesson.directions.add(record.square, flux * record.cosine);
-  const bool guided = record.pdf_guide > 0 || record.pdf < record.pdf_bsdf;
+  const bool guided = record.pdf_guide > 0 || record.pdf < record.pdf_bsdf;  // or the BSDF alone was sampled
   if (!options_.learn_share || !guided) return;
   const double product = double(flux) * record.scattered, moment = product * product * record.pdf;
   auto& moments = lesson.second_moments[record.albedo > 0];
   for (std::size_t i = 0; i < bsdf_shares.size(); ++i)
-    moments[i] += moment / (bsdf_shares[i] * record.pdf_bsdf + (1 - bsdf_shares[i]) * record.pdf_guide);
+    moments[i] += moment / mixed_pdf(bsdf_shares[i], record.pdf_bsdf, record.pdf_guide);
 }
 
 void SdTree::learn(std::span<const std::vector<GuideRecord>> records) {

@@ -47,6 +47,11 @@ struct SdTreeOptions {
   float bsdf_share = 0.5f;
 };
 
+// Density of directions of which a share is taken from the BSDF, the others from the guide.
+inline float mixed_pdf(float bsdf_share, float pdf_bsdf, float pdf_guide) {
+  return bsdf_share * pdf_bsdf + (1 - bsdf_share) * pdf_guide;
+}
+
 inline constexpr std::array<float, 6> bsdf_shares{0.2f, 0.3f, 0.4f, 0.5f, 0.7f, 0.9f};
 
 // The distributions to sample from at one place.

@@ -77,7 +77,7 @@ TEST(StatedError, OfTheHashCacheIsItsError) {
       const StatedImage one = render_stated(scene, {"hash-cache", "", {{"sampler", "independent"}}, 64}, seed, size);
       for (const auto& [key, value] : confidence_of(one.image, one.error, exact)) mean[key] += value / seeds;
     }
-    EXPECT_GT(mean["within_1"], 0.53) << name;
+    EXPECT_GT(mean["within_1"], 0.53) << name;  // lambert-sphere has few cells, whose errors many pixels share: 59 %
     EXPECT_LT(mean["within_1"], 0.84) << name;
     EXPECT_GT(mean["within_2"], 0.87) << name;
     EXPECT_NEAR(mean["stated"] / mean["true"], 1, 0.3) << name;
