@@ -90,7 +90,7 @@ class Grid::Walk {
 
  private:
   float distance(int axis, int plane) const {
-    return (grid_.planes_[axis][plane] - slab_.origin[axis]) * slab_.reciprocal[axis];
+    return (grid_.planes_[axis][plane] - component(slab_.origin, axis)) * component(slab_.reciprocal, axis);
   }
 
   // The cell that holds the point of entry, or one before it where rounding leaves that open. Along an axis with a direction of

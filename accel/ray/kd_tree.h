@@ -110,7 +110,7 @@ void RayKdTree::traverse(const Ray& ray, const float& t_best, Count& count, cons
       count.node();
       const int axis = node.axis();
       const bool negative = slab.negative[axis];
-      const float t = (node.plane() - slab.origin[axis]) * slab.reciprocal[axis], t_padded = t * slab_pad;
+      const float t = (node.plane() - component(slab.origin, axis)) * component(slab.reciprocal, axis), t_padded = t * slab_pad;
       const std::uint32_t near = node.children() + negative, far = node.children() + !negative;
       if (interval.entry > t_padded) {
         place = far;

@@ -23,12 +23,13 @@ struct TriangleRay {
     const int y_beats_x = !(a.x > a.y), z_beats_both = !(std::max(a.y, a.x) > a.z);
     kz = 2 * z_beats_both + (y_beats_x & ~z_beats_both);
     static constexpr int next[] = {1, 2, 0, 1};
-    const int backwards = direction[kz] < 0;
+    const float along = component(direction, kz);
+    const int backwards = along < 0;
     kx = next[kz + backwards];
     ky = next[kz + 1 - backwards];
-    sx = direction[kx] / direction[kz];
-    sy = direction[ky] / direction[kz];
-    sz = 1.0f / direction[kz];
+    sx = component(direction, kx) / along;
+    sy = component(direction, ky) / along;
+    sz = 1.0f / along;
   }
 };
 
@@ -42,9 +43,10 @@ inline bool intersect_triangle(const Ray& ray, const TriangleRay& shear, const v
                                float t_max, float& t_out, vec2& uv_out) {
   const vec3 a = p0 - ray.origin, b = p1 - ray.origin, c = p2 - ray.origin;
   const int kx = shear.kx, ky = shear.ky, kz = shear.kz;
-  const float ax = a[kx] - shear.sx * a[kz], ay = a[ky] - shear.sy * a[kz];
-  const float bx = b[kx] - shear.sx * b[kz], by = b[ky] - shear.sy * b[kz];
-  const float cx = c[kx] - shear.sx * c[kz], cy = c[ky] - shear.sy * c[kz];
+  const float az = component(a, kz), bz = component(b, kz), cz = component(c, kz);
+  const float ax = component(a, kx) - shear.sx * az, ay = component(a, ky) - shear.sy * az;
+  const float bx = component(b, kx) - shear.sx * bz, by = component(b, ky) - shear.sy * bz;
+  const float cx = component(c, kx) - shear.sx * cz, cy = component(c, ky) - shear.sy * cz;
   float u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
   if (u == 0 || v == 0 || w == 0) [[unlikely]] {
     u = static_cast<float>(static_cast<double>(cx) * by - static_cast<double>(cy) * bx);
@@ -55,7 +57,7 @@ inline bool intersect_triangle(const Ray& ray, const TriangleRay& shear, const v
   const float det = u + v + w;
   if (det == 0) return false;
   const float reciprocal = 1.0f / det;
-  const float t = (u * (shear.sz * a[kz]) + v * (shear.sz * b[kz]) + w * (shear.sz * c[kz])) * reciprocal;
+  const float t = (u * (shear.sz * az) + v * (shear.sz * bz) + w * (shear.sz * cz)) * reciprocal;
   if (!(t > ray.t_min && t <= t_max) || t == infinity) return false;  // infinite where 1 / det is
   t_out = t;
   uv_out = vec2(v, w) * reciprocal;
