@@ -85,9 +85,13 @@ struct Avx512 : Simd<16> {
   using Simd<16>::leaves;
   static unsigned leaves(const WideNode<16>& node) { return _mm512_movepi32_mask(_mm512_load_si512(node.children)); }
 
+  // Stored by halves, the upper ones only where there is anything: few stores then cross a line.
   static WaitingAny* stack_places(const WideNode<16>& node, unsigned lanes, WaitingAny* top) {
-    _mm512_storeu_si512(top, _mm512_maskz_compress_epi32(static_cast<__mmask16>(lanes), _mm512_load_si512(node.children)));
-    return top + std::popcount(lanes);
+    const __m512i places = _mm512_maskz_compress_epi32(static_cast<__mmask16>(lanes), _mm512_load_si512(node.children));
+    const int count = std::popcount(lanes);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(top), _mm512_castsi512_si256(places));
+    if (count > 8) _mm256_storeu_si256(reinterpret_cast<__m256i*>(top + 8), _mm512_extracti64x4_epi64(places, 1));
+    return top + count;
   }
 
   // References and entries compressed, then interleaved into (reference, entry) pairs.
@@ -96,8 +100,10 @@ struct Avx512 : Simd<16> {
     const __m512i places = _mm512_maskz_compress_epi32(mask, _mm512_load_si512(node.children));
     const __m512i keys = _mm512_maskz_compress_epi32(mask, _mm512_castps_si512(entries.v));
     const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
-    _mm512_storeu_si512(top, _mm512_permutex2var_epi32(places, low, keys));
+    const __m512i pairs = _mm512_permutex2var_epi32(places, low, keys);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(top), _mm512_castsi512_si256(pairs));
     const int count = std::popcount(lanes);
+    if (count > 4) _mm256_storeu_si256(reinterpret_cast<__m256i*>(top + 4), _mm512_extracti64x4_epi64(pairs, 1));
     if (count > 8)
       _mm512_storeu_si512(top + 8, _mm512_permutex2var_epi32(places, _mm512_add_epi32(low, _mm512_set1_epi32(8)), keys));
     return top + count;

@@ -87,6 +87,8 @@ class PacketNodeTest {
       far_origin_[axis] = Boxes::set(negative ? rays.origin_upper[axis] : rays.origin_lower[axis]);
       reciprocal_[axis][0] = Boxes::set(1 / rays.direction_lower[axis]);
       reciprocal_[axis][1] = Boxes::set(1 / rays.direction_upper[axis]);
+      padded_reciprocal_[axis][0] = Boxes::set(1 / rays.direction_lower[axis] * slab_pad);
+      padded_reciprocal_[axis][1] = Boxes::set(1 / rays.direction_upper[axis] * slab_pad);
     }
   }
 
@@ -98,16 +100,53 @@ class PacketNodeTest {
       const Boxes to_near = Boxes::load(planes + near_plane[axis]) - near_origin_[axis];
       const Boxes to_far = Boxes::load(planes + far_plane[axis]) - far_origin_[axis];
       near = larger(smaller(to_near * reciprocal_[axis][0], to_near * reciprocal_[axis][1]), near);
-      far = smaller(larger(to_far * reciprocal_[axis][0], to_far * reciprocal_[axis][1]), far);
+      far = smaller(larger(to_far * padded_reciprocal_[axis][0], to_far * padded_reciprocal_[axis][1]), far);
     }
-    return less_equal(near, far * Boxes::set(slab_pad));
+    return less_equal(near, far);
   }
 
   std::uint32_t near_plane[3], far_plane[3];  // by axis: where they begin in WideNode::planes
 
  private:
   const Boxes t_min_;
-  Boxes near_origin_[3], far_origin_[3], reciprocal_[3][2];
+  Boxes near_origin_[3], far_origin_[3], reciprocal_[3][2], padded_reciprocal_[3][2];
+};
+
+// TriangleRay of each ray of a packet, worked out in lanes by the rules of its constructor.
+class PacketShears {
+ public:
+  // By axis and ray.
+  void set(const float (&direction)[3][packet_size]) {
+    for (int i = 0; i < packet_size; ++i) {
+      const float x = direction[0][i], y = direction[1][i], z = direction[2][i];
+      const float size_x = std::abs(x), size_y = std::abs(y), size_z = std::abs(z);
+      const bool is_z = !((size_x > size_y ? size_x : size_y) > size_z), is_y = !is_z && !(size_x > size_y);
+      const float along = is_z ? z : is_y ? y : x;
+      const float next = is_z ? x : is_y ? z : y, after = is_z ? y : is_y ? x : z;
+      const std::int32_t k = is_z ? 2 : is_y ? 1 : 0, k_next = is_z ? 0 : is_y ? 2 : 1, k_after = is_z ? 1 : is_y ? 0 : 2;
+      const bool backwards = along < 0;
+      kx_[i] = backwards ? k_after : k_next;
+      ky_[i] = backwards ? k_next : k_after;
+      kz_[i] = k;
+      sx_[i] = (backwards ? after : next) / along;
+      sy_[i] = (backwards ? next : after) / along;
+      sz_[i] = 1.0f / along;
+    }
+  }
+  TriangleRay operator[](int i) const {
+    TriangleRay ray;
+    ray.kx = kx_[i];
+    ray.ky = ky_[i];
+    ray.kz = kz_[i];
+    ray.sx = sx_[i];
+    ray.sy = sy_[i];
+    ray.sz = sz_[i];
+    return ray;
+  }
+
+ private:
+  alignas(64) std::int32_t kx_[packet_size], ky_[packet_size], kz_[packet_size];
+  alignas(64) float sx_[packet_size], sy_[packet_size], sz_[packet_size];
 };
 
 template <class Simd, int node_width, class Pack, bool any_hit>
@@ -151,7 +190,8 @@ class WidePacket {
     }
     for (int axis = 0; axis < 3; ++axis)
       for (int i = 0; i < packet_size; ++i) reciprocal_[axis][i] = 1 / direction[axis][i];
-    for (int i = 0; i < packet_size; ++i) far_[i] = before_padding(TraversalLimit(rays[i], view.extent), hits_[i].t);
+    shears_.set(direction);
+    for (int i = 0; i < packet_size; ++i) far_[i] = TraversalLimit(rays[i], view.extent)(hits_[i].t);
     find_farthest();
   }
 
@@ -172,7 +212,7 @@ class WidePacket {
     Place* top = visit(0, bottom);
     while (top != bottom) {
       const Place place = *--top;
-      if (place.entry > farthest_ * slab_pad) continue;
+      if (place.entry > farthest_) continue;
       const WideNode<node_width>& parent = tree.nodes[place.node];
       const WideRef child = parent.children[place.slot];
       if (child.is_leaf())
@@ -205,13 +245,14 @@ class WidePacket {
 
   // The rays of a vector that meet a child: NodeTest with a ray in each lane.
   [[gnu::always_inline]] unsigned rays_meeting(const float* child_planes, int vector) const {
+    const Rays pad = Rays::set(slab_pad);
     Rays near = Rays::load(t_min_ + 16 * vector), far = Rays::load(far_ + 16 * vector);
     for (int axis = 0; axis < 3; ++axis) {
       const Rays origin = Rays::load(origin_[axis] + 16 * vector), reciprocal = Rays::load(reciprocal_[axis] + 16 * vector);
       near = larger((Rays::set(child_planes[node_test_.near_plane[axis]]) - origin) * reciprocal, near);
-      far = smaller((Rays::set(child_planes[node_test_.far_plane[axis]]) - origin) * reciprocal, far);
+      far = smaller((Rays::set(child_planes[node_test_.far_plane[axis]]) - origin) * (reciprocal * pad), far);
     }
-    return less_equal(near, far * Rays::set(slab_pad));
+    return less_equal(near, far);
   }
 
   [[gnu::always_inline]] void test_leaf(const WideNode<node_width>& parent, int slot, WideRef leaf) {
@@ -226,27 +267,23 @@ class WidePacket {
   [[gnu::always_inline]] bool test_ray(int i, WideRef leaf) {
     const Ray& ray = rays_[i];
     ++tests_;
-    if ((sheared_ >> i & 1) == 0) {
-      shears_[i] = TriangleRay(ray.direction);
-      sheared_ |= std::uint64_t{1} << i;
-    }
+    const TriangleRay shear = shears_[i];
     CountNothing nothing;
     LeafTest<Simd, Pack, any_hit, CountNothing> test;
-    test.prepare(ray, shears_[i]);
+    test.prepare(shear, origin_[shear.kx][i], origin_[shear.ky][i], origin_[shear.kz][i]);
     if (!test.test(view_, ray, leaf, hits_[i], nothing)) return false;
-    far_[i] = any_hit ? -infinity : before_padding(TraversalLimit(ray, view_.extent), hits_[i].t);
+    far_[i] = any_hit ? -infinity : TraversalLimit(ray, view_.extent)(hits_[i].t);
     return true;
   }
 
   const View& view_;
   const PacketNodeTest<Simd, node_width>& node_test_;
   const std::span<const Ray> rays_;
-  // By ray: what its slab test takes, how far it must look (before_padding), and its best hit so far.
+  // By ray: what its slab test takes, how far it must look, and its best hit so far.
   alignas(64) float origin_[3][packet_size], reciprocal_[3][packet_size], t_min_[packet_size], far_[packet_size];
   float farthest_;
   Hit hits_[packet_size];
-  TriangleRay shears_[packet_size];
-  std::uint64_t sheared_ = 0;             // a bit per ray
+  PacketShears shears_;
   std::uint32_t leaves_ = 0, tests_ = 0;  // visits, and what rays came of them
 };
 

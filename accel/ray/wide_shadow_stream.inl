@@ -38,7 +38,7 @@ class WideShadowStream {
     const Ray& ray = rays_[index];
     const RayTerms<Simd> terms(ray, view_.extent);
     const SlabTerms<node_width> slab(ray, terms);
-    const float far = before_padding(terms.limit, farthest_hit(ray));
+    const float far = terms.limit(farthest_hit(ray));
     Boxes near;
     const unsigned met = NodeTest<Simd, node_width>(slab).met(view_.tree.nodes[0], Boxes::set(far), near);
     Traveller& traveller = space_.travellers[size_];
@@ -83,7 +83,7 @@ class WideShadowStream {
   // What visits of nodes read of a ray, in one line.
   struct alignas(64) Traveller {
     SlabTerms<node_width> slab;
-    float far;  // before_padding(limit, t_max); of occluded rays -infinity: they meet nothing any more
+    float far;  // limit(t_max); of occluded rays -infinity: they meet nothing any more
   };
   struct Job {
     std::uint32_t node;

@@ -70,7 +70,7 @@ class WideStream {
   struct alignas(64) Traveller {
     // What visits of nodes read, in one line.
     SlabTerms<node_width> slab;
-    float far;            // before_padding(limit, hit.t); nothing is met any more once any hit is found
+    float far;            // limit(hit.t)
     std::uint32_t index;  // in the batch
     // What tests of leaves read; many rays come to none.
     bool has_shear = false;
@@ -82,7 +82,7 @@ class WideStream {
     Traveller(const Ray& r, const RayTerms<Simd>& terms, std::uint32_t i)
         : slab(r, terms), index(i), limit(terms.limit), ray(r) {
       hit.t = farthest_hit(r);
-      far = before_padding(limit, hit.t);
+      far = limit(hit.t);
     }
   };
   struct Job {
@@ -155,12 +155,12 @@ class WideStream {
   [[gnu::flatten]] void test_leaf(const Job& job) {
     for (std::uint32_t i = job.first; i < job.first + job.count; ++i) {
       Traveller& traveller = travellers_[ids_[i]];
-      if (nears_[i] > traveller.far * slab_pad) continue;
+      if (nears_[i] > traveller.far) continue;
       LeafTest<Simd, Pack, false, CountNothing> test;
       prepare(test, traveller);
       CountNothing nothing;
       if (test.test(view_, traveller.ray, job.place, traveller.hit, nothing))
-        traveller.far = before_padding(traveller.limit, traveller.hit.t);
+        traveller.far = traveller.limit(traveller.hit.t);
     }
   }
 
@@ -169,7 +169,7 @@ class WideStream {
       traveller.shear = TriangleRay(traveller.ray.direction);
       traveller.has_shear = true;
     }
-    test.prepare(traveller.ray, traveller.shear);
+    test.prepare(traveller.ray.origin, traveller.shear);
   }
 
   const View& view_;

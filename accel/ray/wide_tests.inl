@@ -56,14 +56,18 @@ struct RayTerms {
 // What the slab test takes from a ray.
 template <int node_width>
 struct SlabTerms {
-  vec3 origin, reciprocal;
+  vec3 origin, reciprocal, padded_reciprocal;  // padded: for far planes
   float t_min;
   std::uint32_t negative;  // a bit per axis: the direction's sign
 
   SlabTerms() = default;
   template <class Simd>
   [[gnu::always_inline]] SlabTerms(const Ray& ray, const RayTerms<Simd>& terms)
-      : origin(ray.origin), reciprocal(terms.reciprocal), t_min(ray.t_min), negative(terms.negative) {}
+      : origin(ray.origin),
+        reciprocal(terms.reciprocal),
+        padded_reciprocal(terms.reciprocal * slab_pad),
+        t_min(ray.t_min),
+        negative(terms.negative) {}
 };
 
 // By signs of a direction: where the near and the far planes of each axis begin in WideNode::planes.
@@ -82,38 +86,43 @@ inline constexpr auto plane_places = [] {
   return places;
 }();
 
-// How far a node test must look for hits up to t: it pads distances itself.
-inline float before_padding(const TraversalLimit& limit, float t) { return limit(t) * (1 / slab_pad); }
-
-// The slab test with a child in each lane, by the rules of slab_entry in framework/scene/intersect.h.
+// The slab test with a child in each lane, by the rules of slab_entry in framework/scene/intersect.h; far distances are padded
+// by padding the reciprocals they are multiplied with, which takes no step of its own in a visit.
 template <class Simd, int node_width>
 class NodeTest {
  public:
   using Boxes = typename Simd::template Floats<node_width>;
 
   [[gnu::always_inline]] explicit NodeTest(const SlabTerms<node_width>& ray)
-      : places_(plane_places<node_width>[ray.negative]), t_min_(Boxes::set(ray.t_min)) {
-    for (int axis = 0; axis < 3; ++axis) {
-      origin_[axis] = Boxes::set(ray.origin[axis]);
-      reciprocal_[axis] = Boxes::set(ray.reciprocal[axis]);
-    }
-  }
+      : places_(plane_places<node_width>[ray.negative]),
+        t_min_(Boxes::set(ray.t_min)),
+        x_{Boxes::set(ray.origin.x), Boxes::set(ray.reciprocal.x), Boxes::set(ray.padded_reciprocal.x)},
+        y_{Boxes::set(ray.origin.y), Boxes::set(ray.reciprocal.y), Boxes::set(ray.padded_reciprocal.y)},
+        z_{Boxes::set(ray.origin.z), Boxes::set(ray.reciprocal.z), Boxes::set(ray.padded_reciprocal.z)} {}
 
-  // The children that the ray meets, a bit each; `near`: where it enters them. `far` is before_padding of the best hit.
-  [[gnu::always_inline]] unsigned met(const WideNode<node_width>& node, Boxes far, Boxes& near) const {
+  // The children that the ray meets before `limit`, a bit each; `near`: where it enters them.
+  [[gnu::always_inline]] unsigned met(const WideNode<node_width>& node, Boxes limit, Boxes& near) const {
     const float* const planes = node.planes[0];
-    near = t_min_;
-    for (int axis = 0; axis < 3; ++axis) {
-      near = larger((Boxes::load(planes + places_.near[axis]) - origin_[axis]) * reciprocal_[axis], near);
-      far = smaller((Boxes::load(planes + places_.far[axis]) - origin_[axis]) * reciprocal_[axis], far);
-    }
-    return less_equal(near, far * Boxes::set(slab_pad));
+    near = larger(x_.near(planes + places_.near[0]), t_min_);
+    near = larger(y_.near(planes + places_.near[1]), near);
+    near = larger(z_.near(planes + places_.near[2]), near);
+    Boxes far = smaller(x_.far(planes + places_.far[0]), limit);
+    far = smaller(y_.far(planes + places_.far[1]), far);
+    far = smaller(z_.far(planes + places_.far[2]), far);
+    return less_equal(near, far);
   }
 
  private:
+  // One by one, not in arrays of three, which GCC keeps in memory.
+  struct Axis {
+    Boxes origin, reciprocal, padded_reciprocal;
+    [[gnu::always_inline]] Boxes near(const float* planes) const { return (Boxes::load(planes) - origin) * reciprocal; }
+    [[gnu::always_inline]] Boxes far(const float* planes) const { return (Boxes::load(planes) - origin) * padded_reciprocal; }
+  };
+
   const PlanePlaces& places_;
   const Boxes t_min_;
-  Boxes origin_[3], reciprocal_[3];
+  const Axis x_, y_, z_;
 };
 
 // No hit is farther: t is infinite where 1 / det is.
@@ -128,7 +137,7 @@ struct LeafTerms {
   LeafTerms() = default;
   explicit LeafTerms(const Ray& ray)
       : shear(ray.direction),
-        origin{ray.origin[shear.kx], ray.origin[shear.ky], ray.origin[shear.kz]},
+        origin{component(ray.origin, shear.kx), component(ray.origin, shear.ky), component(ray.origin, shear.kz)},
         t_min(ray.t_min),
         t_max(farthest_hit(ray)) {}
 };
@@ -140,15 +149,18 @@ class LeafTest {
   using Lanes = typename Simd::template Floats<Pack::lanes>;
 
  public:
-  // To be called before the first test. `shear` is of the ray's direction.
-  [[gnu::always_inline]] void prepare(const Ray& ray, const TriangleRay& shear) {
-    prepare(shear, ray.origin[shear.kx], ray.origin[shear.ky], ray.origin[shear.kz]);
+  // To be called before the first test.
+  [[gnu::always_inline]] void prepare(const vec3& origin, const TriangleRay& shear) {
+    prepare(shear, component(origin, shear.kx), component(origin, shear.ky), component(origin, shear.kz));
+  }
+  [[gnu::always_inline]] void prepare(const LeafTerms& terms) {
+    prepare(terms.shear, terms.origin[0], terms.origin[1], terms.origin[2]);
   }
   [[gnu::always_inline]] void prepare(const TriangleRay& shear, float origin_x, float origin_y, float origin_z) {
     shear_ = shear;
-    sheared_origin_[0] = Lanes::set(origin_x);
-    sheared_origin_[1] = Lanes::set(origin_y);
-    sheared_origin_[2] = Lanes::set(origin_z);
+    origin_x_ = Lanes::set(origin_x);
+    origin_y_ = Lanes::set(origin_y);
+    origin_z_ = Lanes::set(origin_z);
     shear_x_ = Lanes::set(shear.sx);
     shear_y_ = Lanes::set(shear.sy);
     shear_z_ = Lanes::set(shear.sz);
@@ -158,29 +170,71 @@ class LeafTest {
   template <class View>
   [[gnu::always_inline]] static bool occluded(const View& view, const Ray& ray, const LeafTerms& terms, WideRef leaf) {
     LeafTest test;
-    test.prepare(terms.shear, terms.origin[0], terms.origin[1], terms.origin[2]);
-    if (leaf.is_pack()) [[likely]]
-      return test.occluded_pack(view.tree.packs[leaf.index()], ray, terms);
+    test.prepare(terms);
     Hit hit;
     hit.t = terms.t_max;
+    if (leaf.is_pack()) [[likely]] {
+      const Pack& pack = view.tree.packs[leaf.index()];
+      const Corners c = test.corners(pack);
+      const Edges e(c.x, c.y, pack.used());
+      const Lanes t = test.distances(e, c.z, Lanes::set(1) / (e.u + e.v + e.w));
+      const unsigned inside = e.inside & less(Lanes::set(terms.t_min), t) & less_equal(t, Lanes::set(terms.t_max));
+      if (e.on_edge == 0) [[likely]]
+        return inside != 0;
+    }
     Count nothing;
-    return test.test(view, ray, leaf, hit, nothing);
+    return test_rare(view, ray, terms.shear, leaf, hit, nothing);
   }
 
+  // A leaf by SIMD instructions alone. `rare`: it takes more, nothing was done, and test_rare must be asked.
+  enum class Outcome { missed, found, rare };
   template <class View>
-  [[gnu::always_inline]] bool test(const View& view, const Ray& ray, WideRef leaf, Hit& hit, Count& count) const {
-    if (leaf.is_pack()) return test_pack(view.tree.packs[leaf.index()], ray, hit, count);
+  [[gnu::always_inline]] Outcome test_common(const View& view, float t_min, WideRef leaf, Hit& hit, Count& count) const {
+    if (!leaf.is_pack()) [[unlikely]]
+      return Outcome::rare;
+    const Pack& pack = view.tree.packs[leaf.index()];
+    const Corners c = corners(pack);
+    const Edges e(c.x, c.y, pack.used());
+    if (e.on_edge != 0) [[unlikely]]
+      return Outcome::rare;
+    count_triangles(pack, count);
+    return test_inside(pack, c, e, t_min, hit) ? Outcome::found : Outcome::missed;
+  }
+
+  // Lists of primitives, and packs of which some triangle takes double precision. Out of line: what is called from the midst of
+  // a loop keeps the loop's vectors out of registers.
+  template <class View>
+  [[gnu::noinline, gnu::flatten]] static bool test_rare(const View& view, const Ray& ray, const TriangleRay& shear,
+                                                        WideRef leaf, Hit& hit, Count& count) {
+    if (leaf.is_pack()) {
+      LeafTest test;
+      test.prepare(ray.origin, shear);
+      return test.test_pack(view.tree.packs[leaf.index()], ray, shear, hit, count);
+    }
     const WideList list = view.tree.lists[leaf.index()];
     count.primitives(list.count);
     bool found = false;
     for (std::uint32_t i = list.first; i < list.first + list.count; ++i) {
-      found |= intersect_primitive(view.geometry, view.tree.list_ids[i], ray, shear_, hit);
+      found |= intersect_primitive(view.geometry, view.tree.list_ids[i], ray, shear, hit);
       if (any_hit && found) return true;
     }
     return found;
   }
 
+  template <class View>
+  [[gnu::always_inline]] bool test(const View& view, const Ray& ray, WideRef leaf, Hit& hit, Count& count) const {
+    const Outcome outcome = test_common(view, ray.t_min, leaf, hit, count);
+    if (outcome == Outcome::rare) [[unlikely]]
+      return test_rare(view, ray, TriangleRay(shear_), leaf, hit, count);
+    return outcome == Outcome::found;
+  }
+
  private:
+  [[gnu::always_inline]] static void count_triangles(const Pack& pack, Count& count) {
+    if constexpr (!std::is_same_v<Count, CountNothing>)
+      count.primitives(static_cast<std::uint32_t>(Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id)));
+  }
+
   // The corners of a pack's triangles in the space of the watertight test, where the ray is the axis; z not yet scaled.
   struct Corners {
     Lanes x[3], y[3], z[3];
@@ -190,18 +244,18 @@ class LeafTest {
   [[gnu::always_inline]] Corners corners(const TrianglePack<width>& pack) const {
     Corners c;
     for (int i = 0; i < 3; ++i) {
-      c.z[i] = Lanes::load(pack.vertices[i][shear_.kz]) - sheared_origin_[2];
-      c.x[i] = (Lanes::load(pack.vertices[i][shear_.kx]) - sheared_origin_[0]) - shear_x_ * c.z[i];
-      c.y[i] = (Lanes::load(pack.vertices[i][shear_.ky]) - sheared_origin_[1]) - shear_y_ * c.z[i];
+      c.z[i] = Lanes::load(pack.vertices[i][shear_.kz]) - origin_z_;
+      c.x[i] = (Lanes::load(pack.vertices[i][shear_.kx]) - origin_x_) - shear_x_ * c.z[i];
+      c.y[i] = (Lanes::load(pack.vertices[i][shear_.ky]) - origin_y_) - shear_y_ * c.z[i];
     }
     return c;
   }
 
   [[gnu::always_inline]] Corners corners(const SharedPack& pack) const {
     static_assert(SharedPack::slots == SharedPack::lanes);
-    const Lanes z = Lanes::load(pack.vertices[shear_.kz]) - sheared_origin_[2];
-    const typename Simd::Table x_of((Lanes::load(pack.vertices[shear_.kx]) - sheared_origin_[0]) - shear_x_ * z);
-    const typename Simd::Table y_of((Lanes::load(pack.vertices[shear_.ky]) - sheared_origin_[1]) - shear_y_ * z);
+    const Lanes z = Lanes::load(pack.vertices[shear_.kz]) - origin_z_;
+    const typename Simd::Table x_of((Lanes::load(pack.vertices[shear_.kx]) - origin_x_) - shear_x_ * z);
+    const typename Simd::Table y_of((Lanes::load(pack.vertices[shear_.ky]) - origin_y_) - shear_y_ * z);
     const typename Simd::Table z_of(z);
     Corners c;
     for (int i = 0; i < 3; ++i) {
@@ -237,35 +291,23 @@ class LeafTest {
     return (e.u * (shear_z_ * z[0]) + e.v * (shear_z_ * z[1]) + e.w * (shear_z_ * z[2])) * reciprocal;
   }
 
-  [[gnu::always_inline]] bool occluded_pack(const Pack& pack, const Ray& ray, const LeafTerms& terms) const {
+  bool test_pack(const Pack& pack, const Ray& ray, const TriangleRay& shear, Hit& hit, Count& count) const {
+    count_triangles(pack, count);
     const Corners c = corners(pack);
     const Edges e(c.x, c.y, pack.used());
-    const Lanes t = distances(e, c.z, Lanes::set(1) / (e.u + e.v + e.w));
-    unsigned inside = e.inside & less(Lanes::set(terms.t_min), t) & less_equal(t, Lanes::set(terms.t_max));
-    if (e.on_edge != 0) [[unlikely]] {
-      Hit hit;
-      hit.t = terms.t_max;
-      inside |= static_cast<unsigned>(test_lanes(pack, e.on_edge, ray, hit));
-    }
-    return inside != 0;
+    const bool found = test_lanes(pack, e.on_edge, ray, shear, hit);
+    if (any_hit && found) return true;
+    return test_inside(pack, c, e, ray.t_min, hit) || found;
   }
 
-  [[gnu::always_inline]] bool test_pack(const Pack& pack, const Ray& ray, Hit& hit, Count& count) const {
-    if constexpr (!std::is_same_v<Count, CountNothing>)
-      count.primitives(static_cast<std::uint32_t>(Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id)));
-    const Corners c = corners(pack);
-    const Edges e(c.x, c.y, pack.used());
-    bool found = false;
-    if (e.on_edge != 0) [[unlikely]] {
-      found = test_lanes(pack, e.on_edge, ray, hit);
-      if (any_hit && found) return true;
-    }
+  // The triangles that single precision tells of.
+  [[gnu::always_inline]] bool test_inside(const Pack& pack, const Corners& c, const Edges& e, float t_min, Hit& hit) const {
     unsigned inside = e.inside;
-    if (!any_hit && inside == 0) return found;  // any hit: one branch less that nothing predicts
+    if (!any_hit && inside == 0) return false;  // any hit: one branch less that nothing predicts
     const Lanes reciprocal = Lanes::set(1) / (e.u + e.v + e.w);
     const Lanes t = distances(e, c.z, reciprocal);
-    inside &= less(Lanes::set(ray.t_min), t) & less_equal(t, Lanes::set(hit.t));
-    if (inside == 0) return found;
+    inside &= less(Lanes::set(t_min), t) & less_equal(t, Lanes::set(hit.t));
+    if (inside == 0) return false;
     if constexpr (any_hit) {
       hit.primitive = 0;  // that there is one: to look its id up would fetch one more line
       return true;
@@ -275,7 +317,7 @@ class LeafTest {
     int best = std::countr_zero(inside);
     for (unsigned rest = inside & (inside - 1); rest != 0; rest &= rest - 1)
       if (distance[std::countr_zero(rest)] < distance[best]) best = std::countr_zero(rest);
-    if (!closer(distance[best], pack.ids[best], hit)) return found;
+    if (!closer(distance[best], pack.ids[best], hit)) return false;
     alignas(64) float b1[Pack::lanes], b2[Pack::lanes];
     (e.v * reciprocal).store(b1);
     (e.w * reciprocal).store(b2);
@@ -286,13 +328,13 @@ class LeafTest {
   }
 
   // Lanes whose edge functions vanish in single precision: the scalar test turns to double for them.
-  bool test_lanes(const Pack& pack, unsigned lanes, const Ray& ray, Hit& hit) const {
+  static bool test_lanes(const Pack& pack, unsigned lanes, const Ray& ray, const TriangleRay& shear, Hit& hit) {
     bool found = false;
     for (; lanes != 0; lanes &= lanes - 1) {
       const int lane = std::countr_zero(lanes);
       float t;
       vec2 uv;
-      if (!intersect_triangle(ray, shear_, pack.vertex(lane, 0), pack.vertex(lane, 1), pack.vertex(lane, 2), hit.t, t, uv))
+      if (!intersect_triangle(ray, shear, pack.vertex(lane, 0), pack.vertex(lane, 1), pack.vertex(lane, 2), hit.t, t, uv))
         continue;
       if (!closer(t, pack.ids[lane], hit)) continue;
       hit.t = t;
@@ -304,7 +346,7 @@ class LeafTest {
   }
 
   TriangleRay shear_;
-  Lanes sheared_origin_[3], shear_x_, shear_y_, shear_z_;
+  Lanes origin_x_, origin_y_, origin_z_, shear_x_, shear_y_, shear_z_;
 };
 
 // As the caller gets it: a hit in the first instance, or none.
@@ -320,7 +362,7 @@ template <std::size_t size>
 template <class Tree>
 [[gnu::always_inline]] inline void prefetch(const Tree& tree, WideRef place) {
   if (!place.is_leaf())
-    prefetch_lines<sizeof(tree.nodes[0])>(&tree.nodes[place.index()]);
+    prefetch_lines<sizeof(tree.nodes[0])>(&tree.nodes[place.node()]);
   else if (place.is_pack())
     prefetch_lines<offsetof(typename Tree::LeafPack, ids)>(&tree.packs[place.index()]);
 }

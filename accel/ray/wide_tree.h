@@ -29,6 +29,7 @@ class WideRef {
   bool is_leaf() const { return bits_ >> 31 != 0; }
   bool is_pack() const { return bits_ >> 30 == 3; }
   std::uint32_t index() const { return bits_ & 0x3fffffffu; }
+  std::uint32_t node() const { return bits_; }  // index() of what is no leaf
 
  private:
   std::uint32_t bits_;
