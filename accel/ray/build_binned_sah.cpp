@@ -74,17 +74,19 @@ class Bins {
     for (std::uint32_t axis = 0; axis < 3; ++axis) std::fill_n(&bins_[axis * capacity], count, Bin::empty());
   }
 
+  // Two sets of bins by turns, where there are items enough: neighbours often fall into one bin, and each would wait for what
+  // the one before stores there.
   void add(const BuildItem* begin, const BuildItem* end) {
     const Grid grid = grid_;  // a copy that no store into the bins can reach
-    for (; begin != end; ++begin) {
-      const SimdBounds bounds(begin->bounds);
-      const FourInts bins = grid(centre_of(begin->bounds));
-      for (int axis = 0; axis < 3; ++axis) {
-        Bin& bin = bins_[axis * capacity + static_cast<std::uint32_t>(bins[axis])];
-        bin.bounds.extend(bounds);
-        ++bin.count;
+    if (end - begin >= by_turns_from) {
+      Bins second(grid, count_);
+      for (; end - begin >= 2; begin += 2) {
+        add(begin[0], grid);
+        second.add(begin[1], grid);
       }
+      merge(second);
     }
+    for (; begin != end; ++begin) add(*begin, grid);
   }
   void merge(const Bins& other) {
     for (std::uint32_t axis = 0; axis < 3; ++axis)
@@ -112,6 +114,16 @@ class Bins {
   const Grid& grid() const { return grid_; }
 
  private:
+  [[gnu::always_inline]] void add(const BuildItem& item, const Grid& grid) {
+    const SimdBounds bounds(item.bounds);
+    const FourInts bins = grid(centre_of(item.bounds));
+    for (int axis = 0; axis < 3; ++axis) {
+      Bin& bin = bins_[axis * capacity + static_cast<std::uint32_t>(bins[axis])];
+      bin.bounds.extend(bounds);
+      ++bin.count;
+    }
+  }
+
   // The cheapest cut between two bins of an axis.
   void sweep(int axis, Cut& best) const {
     std::array<float, capacity> right_cost;
@@ -130,6 +142,7 @@ class Bins {
   }
 
   static constexpr std::uint32_t max_on_stack = 64;
+  static constexpr std::ptrdiff_t by_turns_from = 32;
 
   Grid grid_;
   std::uint32_t count_;
