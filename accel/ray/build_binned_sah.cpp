@@ -60,6 +60,22 @@ class Grid {
     return bins < last_ ? bins : last_;
   }
 
+  // The same along one axis.
+  class Axis {
+   public:
+    Axis(const Grid& grid, int axis)
+        : axis_(axis), lower_(grid.lower_[axis]), scale_(grid.scale_[axis]), last_(grid.last_[0]) {}
+    std::int32_t operator()(const Bounds& b) const {
+      const float centre = 0.5f * component(b.lower, axis_) + 0.5f * component(b.upper, axis_);
+      return std::min(static_cast<std::int32_t>((centre - lower_) * scale_), last_);
+    }
+
+   private:
+    int axis_;
+    float lower_, scale_;
+    std::int32_t last_;
+  };
+
  private:
   FourFloats lower_{}, scale_{};
   FourInts last_;
@@ -261,7 +277,7 @@ class BinnedSplitter {
 
   // Items of bins below `bin` go left. Stable, by chunks of which the places on both sides are known in large runs.
   void part(const ItemRange& range, const Grid& grid, int axis, std::int32_t bin, Split& split) const {
-    const auto goes_left = [&](const BuildItem& item) { return grid(centre_of(item.bounds))[axis] < bin; };
+    const auto goes_left = [bin, place = Grid::Axis(grid, axis)](const BuildItem& item) { return place(item.bounds) < bin; };
     const BuildItem* const items = from(range);
     const std::uint32_t chunk_size = range.size() < parallel_size ? range.size() : parallel_grain,
                         chunk_count = (range.size() + chunk_size - 1) / chunk_size;
