@@ -5,6 +5,7 @@
 #include "experiments/harness/accel_rays.h"
 #include "experiments/harness/accel_timing.h"
 #include "experiments/harness/method.h"
+#include "experiments/harness/statistics.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "framework/core/units.h"
@@ -157,18 +158,20 @@ class Comparison {
           fmt::format("{} of {} repetitions, of {} each", contender.repetitions, options_.repetitions, format_seconds(round)));
   }
 
-  // What is built quickly is built twice, the first time to warm up caches and threads, as rays are traced.
+  // What is built quickly is built once to warm up caches and threads, as rays are traced, then three times for the median: a
+  // few milliseconds are easily disturbed.
   std::pair<std::unique_ptr<RayQuery>, double> build(const Contender& contender, int threads) const {
     constexpr double quick_s = 0.3;
-    std::pair<std::unique_ptr<RayQuery>, double> built;
+    std::unique_ptr<RayQuery> structure;
+    std::vector<double> times;
     with_threads(threads, [&] {  // once, or they would sleep in between
-      for (int time = 0; time < 2; ++time) {
-        built.first.reset();
-        built.second = seconds_of([&] { built.first = make_structure(scene_, contender.choice); });
-        if (built.second > quick_s) break;
-      }
+      do {
+        structure.reset();
+        times.push_back(seconds_of([&] { structure = make_structure(scene_, contender.choice); }));
+      } while (times.front() <= quick_s && times.size() < 4);
     });
-    return built;
+    if (times.size() > 1) times.erase(times.begin());
+    return {std::move(structure), median(times)};
   }
 
   bool too_slow_to_build(Contender& contender) const {
