@@ -1,8 +1,9 @@
 // How a batch of rays goes through a wide tree, for one instruction set; included like wide_tests.inl.
 //
-// Rays that keep together go in packets, the others in streams. Those that start apart go one by one for nearest hits, while
-// the tree is small: a stream takes children in an order that suits few of them, which pays only where memory is what they wait
-// for. Whichever way a ray goes, its answer is the same.
+// Rays that keep together go in packets, the others in streams. Some go one by one for nearest hits, while the tree is small:
+// those that start apart, as a stream takes children in an order that suits few of them, and those that meet few nodes, which
+// leave a stream little to share. Both pay only where memory is what rays wait for. Whichever way a ray goes, its answer is the
+// same.
 #pragma once
 
 #include "accel/ray/wide_packet.inl"
@@ -15,6 +16,7 @@ namespace {
 
 inline constexpr std::size_t small_tree = std::size_t{16} << 20;  // bytes that caches hold
 inline constexpr int runs_apart = 3;  // of packet_size rays, which go in streams after a packet near them did not pay
+inline constexpr int few_nodes = 2;   // that a ray visits, with which a stream does not pay
 
 // The largest side of the root's box.
 template <int node_width>
@@ -37,6 +39,14 @@ inline bool start_apart(std::span<const Ray> rays, float size) {
   return max_component(upper - lower) > 0.9f * size;
 }
 
+// Answers rays one by one; says whether they visited few nodes.
+template <class Simd, int node_width, class Pack, class Answer>
+bool visit_few(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
+  TraversalCounters counters;
+  for (std::size_t i = 0; i < rays.size(); ++i) answer(i, trace<Simd, false>(view, rays[i], CountWork{counters}));
+  return counters.nodes < few_nodes * rays.size();
+}
+
 // `answer(i, hit)` is called once for every ray.
 template <class Simd, int node_width, class Pack, bool any_hit, class Answer>
 void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
@@ -48,7 +58,8 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
   using Stream = std::conditional_t<any_hit, WideShadowStream<Simd, node_width, Pack>, WideStream<Simd, node_width, Pack>>;
   Stream stream(view, rays);
   const bool is_small = view.tree.bytes() < small_tree;
-  int unpacked = 0;  // of runs_apart, still to come
+  std::optional<bool> are_short;  // rays that visit few nodes, judged by the first that go in no packet
+  int unpacked = 0;               // of runs_apart, still to come
   for (std::size_t begin = 0; begin < rays.size();) {
     for (; begin < rays.size() && stream.size() + packet_size <= Stream::most; begin += packet_size) {
       const std::span<const Ray> some = rays.subspan(begin, std::min<std::size_t>(packet_size, rays.size() - begin));
@@ -60,8 +71,13 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
           continue;
         unpacked = runs_apart;
       }
-      if constexpr (any_hit) stream.make_room();
-      const bool singly = !any_hit && is_small && start_apart(some, size);
+      if constexpr (any_hit) {
+        stream.make_room();
+      } else if (is_small && !are_short) {
+        are_short = visit_few<Simd>(view, some, [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
+        continue;
+      }
+      const bool singly = !any_hit && is_small && (*are_short || start_apart(some, size));
       for (std::size_t i = 0; i < some.size(); ++i) {
         if (singly)
           answer(begin + i, trace<Simd, false>(view, some[i], CountNothing()));
