@@ -1,9 +1,8 @@
 // How a batch of rays goes through a wide tree, for one instruction set; included like wide_tests.inl.
 //
-// Rays that keep together go in packets, the others in streams. Some go one by one for nearest hits, while the tree is small:
-// those that start apart, as a stream takes children in an order that suits few of them, and those that meet few nodes, which
-// leave a stream little to share. Both pay only where memory is what rays wait for. Whichever way a ray goes, its answer is the
-// same.
+// Rays that keep together go in packets, the others in streams. Some go one by one for nearest hits: those that start apart, as
+// a stream takes children in an order that suits few of them, and those that meet few nodes, which leave a stream little to
+// share. Whichever way a ray goes, its answer is the same.
 #pragma once
 
 #include "accel/ray/wide_packet.inl"
@@ -14,7 +13,6 @@
 namespace etendue {
 namespace {
 
-inline constexpr std::size_t small_tree = std::size_t{16} << 20;  // bytes that caches hold
 inline constexpr int runs_apart = 3;  // of packet_size rays, which go in streams after a packet near them did not pay
 inline constexpr int few_nodes = 2;   // that a ray visits, with which a stream does not pay
 
@@ -57,7 +55,6 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
   const float size = size_of(view.tree.nodes[0]);
   using Stream = std::conditional_t<any_hit, WideShadowStream<Simd, node_width, Pack>, WideStream<Simd, node_width, Pack>>;
   Stream stream(view, rays);
-  const bool is_small = view.tree.bytes() < small_tree;
   std::optional<bool> are_short;  // rays that visit few nodes, judged by the first that go in no packet
   int unpacked = 0;               // of runs_apart, still to come
   for (std::size_t begin = 0; begin < rays.size();) {
@@ -73,11 +70,11 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
       }
       if constexpr (any_hit) {
         stream.make_room();
-      } else if (is_small && !are_short) {
+      } else if (!are_short) {
         are_short = visit_few<Simd>(view, some, [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
         continue;
       }
-      const bool singly = !any_hit && is_small && (*are_short || start_apart(some, size));
+      const bool singly = !any_hit && (*are_short || start_apart(some, size));
       for (std::size_t i = 0; i < some.size(); ++i) {
         if (singly)
           answer(begin + i, trace<Simd, false>(view, some[i], CountNothing()));
