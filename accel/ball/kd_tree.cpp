@@ -47,7 +47,7 @@ void BallKdTree::ask(const Tree& tree, const vec3& p, Neighbours& out) {
     while (node < tree.size()) {
       const Node& n = tree[node];
       add_if_covering(n.ball, p, out);
-      const float to_plane = p[n.axis] - n.ball.centre[n.axis];
+      const float to_plane = component(p, n.axis) - component(n.ball.centre, n.axis);
       const std::size_t near = 2 * node + (to_plane > 0);
       if ((near ^ 1) < tree.size()) waiting[count++] = {near ^ 1, square(to_plane)};
       node = near;

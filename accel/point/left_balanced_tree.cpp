@@ -56,7 +56,7 @@ void LeftBalancedTree::traverse(const vec3& p, const Limit& limit, const Visit& 
       const Node& n = nodes_[node];
       visit(n, distance_squared(n.position, p));
       const int axis = n.axis();
-      const float to_plane = p[axis] - n.position[axis];
+      const float to_plane = component(p, axis) - component(n.position, axis);
       const std::size_t near = 2 * node + (to_plane > 0), far = near ^ 1;
       if (far < size && square(to_plane) <= limit()) waiting[count++] = {far, square(to_plane)};
       node = near;
