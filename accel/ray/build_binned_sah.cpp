@@ -158,7 +158,7 @@ class Bins {
   }
 
   static constexpr std::uint32_t max_on_stack = 64;
-  static constexpr std::ptrdiff_t by_turns_from = 32;
+  static constexpr std::ptrdiff_t by_turns_from = capacity <= max_on_stack ? 32 : 4096;
 
   Grid grid_;
   std::uint32_t count_;

@@ -6,11 +6,21 @@
 namespace etendue {
 
 struct CountNothing {
+  static constexpr bool of_primitives = false;
   void node() {}
   void primitives(std::uint32_t) {}
 };
 
+struct CountNodes {
+  static constexpr bool of_primitives = false;
+  std::uint32_t& nodes;
+
+  void node() { ++nodes; }
+  void primitives(std::uint32_t) {}
+};
+
 struct CountWork {
+  static constexpr bool of_primitives = true;
   TraversalCounters& counters;
 
   void node() { ++counters.nodes; }

@@ -13,8 +13,9 @@
 namespace etendue {
 namespace {
 
-inline constexpr int runs_apart = 3;  // of packet_size rays, which go in streams after a packet near them did not pay
-inline constexpr int few_nodes = 2;   // that a ray visits, with which a stream does not pay
+inline constexpr int runs_apart = 3;           // of packet_size rays, which go in streams after a packet near them did not pay
+inline constexpr std::uint32_t few_nodes = 2;  // that a ray visits, with which a stream does not pay
+inline constexpr std::size_t judges = 16;      // rays that tell whether those after them visit few
 
 // The largest side of the root's box.
 template <int node_width>
@@ -37,12 +38,16 @@ inline bool start_apart(std::span<const Ray> rays, float size) {
   return max_component(upper - lower) > 0.9f * size;
 }
 
-// Answers rays one by one; says whether they visited few nodes.
+// Answers rays one by one; says whether those that may be traced visited few nodes.
 template <class Simd, int node_width, class Pack, class Answer>
 bool visit_few(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
-  TraversalCounters counters;
-  for (std::size_t i = 0; i < rays.size(); ++i) answer(i, trace<Simd, false>(view, rays[i], CountWork{counters}));
-  return counters.nodes < few_nodes * rays.size();
+  std::uint32_t nodes = 0, traced = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const std::uint32_t before = nodes;
+    answer(i, trace<Simd, false>(view, rays[i], CountNodes{nodes}));
+    traced += nodes > before;
+  }
+  return nodes < few_nodes * traced;
 }
 
 // `answer(i, hit)` is called once for every ray.
@@ -55,8 +60,9 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
   const float size = size_of(view.tree.nodes[0]);
   using Stream = std::conditional_t<any_hit, WideShadowStream<Simd, node_width, Pack>, WideStream<Simd, node_width, Pack>>;
   Stream stream(view, rays);
-  std::optional<bool> are_short;  // rays that visit few nodes, judged by the first that go in no packet
-  int unpacked = 0;               // of runs_apart, still to come
+  bool are_short = false;  // rays that go in no packet, as judged last
+  std::size_t judged = 0;  // where to judge them next
+  int unpacked = 0;        // of runs_apart, still to come
   for (std::size_t begin = 0; begin < rays.size();) {
     for (; begin < rays.size() && stream.size() + packet_size <= Stream::most; begin += packet_size) {
       const std::span<const Ray> some = rays.subspan(begin, std::min<std::size_t>(packet_size, rays.size() - begin));
@@ -68,14 +74,16 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
           continue;
         unpacked = runs_apart;
       }
+      std::size_t first = 0;
       if constexpr (any_hit) {
         stream.make_room();
-      } else if (!are_short) {
-        are_short = visit_few<Simd>(view, some, [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
-        continue;
+      } else if (begin >= judged) {
+        first = std::min(judges, some.size());
+        are_short = visit_few<Simd>(view, some.first(first), [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
+        judged = begin + Stream::most;
       }
-      const bool singly = !any_hit && (*are_short || start_apart(some, size));
-      for (std::size_t i = 0; i < some.size(); ++i) {
+      const bool singly = !any_hit && (are_short || start_apart(some, size));
+      for (std::size_t i = first; i < some.size(); ++i) {
         if (singly)
           answer(begin + i, trace<Simd, false>(view, some[i], CountNothing()));
         else if (!stream.add(begin + i))

@@ -189,7 +189,10 @@ class WidePacket {
       hits_[i].t = farthest_hit(ray);
     }
     for (int axis = 0; axis < 3; ++axis)
-      for (int i = 0; i < packet_size; ++i) reciprocal_[axis][i] = 1 / direction[axis][i];
+      for (int i = 0; i < packet_size; ++i) {
+        reciprocal_[axis][i] = 1 / direction[axis][i];
+        padded_reciprocal_[axis][i] = reciprocal_[axis][i] * slab_pad;
+      }
     shears_.set(direction);
     for (int i = 0; i < packet_size; ++i) far_[i] = TraversalLimit(rays[i], view.extent)(hits_[i].t);
     find_farthest();
@@ -245,12 +248,12 @@ class WidePacket {
 
   // The rays of a vector that meet a child: NodeTest with a ray in each lane.
   [[gnu::always_inline]] unsigned rays_meeting(const float* child_planes, int vector) const {
-    const Rays pad = Rays::set(slab_pad);
     Rays near = Rays::load(t_min_ + 16 * vector), far = Rays::load(far_ + 16 * vector);
     for (int axis = 0; axis < 3; ++axis) {
-      const Rays origin = Rays::load(origin_[axis] + 16 * vector), reciprocal = Rays::load(reciprocal_[axis] + 16 * vector);
+      const Rays origin = Rays::load(origin_[axis] + 16 * vector), reciprocal = Rays::load(reciprocal_[axis] + 16 * vector),
+                 padded_reciprocal = Rays::load(padded_reciprocal_[axis] + 16 * vector);
       near = larger((Rays::set(child_planes[node_test_.near_plane[axis]]) - origin) * reciprocal, near);
-      far = smaller((Rays::set(child_planes[node_test_.far_plane[axis]]) - origin) * (reciprocal * pad), far);
+      far = smaller((Rays::set(child_planes[node_test_.far_plane[axis]]) - origin) * padded_reciprocal, far);
     }
     return less_equal(near, far);
   }
@@ -280,7 +283,8 @@ class WidePacket {
   const PacketNodeTest<Simd, node_width>& node_test_;
   const std::span<const Ray> rays_;
   // By ray: what its slab test takes, how far it must look, and its best hit so far.
-  alignas(64) float origin_[3][packet_size], reciprocal_[3][packet_size], t_min_[packet_size], far_[packet_size];
+  alignas(64) float origin_[3][packet_size], reciprocal_[3][packet_size], padded_reciprocal_[3][packet_size];
+  alignas(64) float t_min_[packet_size], far_[packet_size];
   float farthest_;
   Hit hits_[packet_size];
   PacketShears shears_;

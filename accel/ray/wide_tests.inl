@@ -2,7 +2,7 @@
 // instruction set. Included once by each wide_isa_*.cpp, which the build compiles for its set. All is in an unnamed namespace,
 // so that no code of one set can stand in for another's when the program is linked. Their rules are those of the scalar tests
 // in framework/scene/intersect.h (is_traceable, slab_reciprocal, slab_entry, intersect_triangle): what changes there changes
-// here.
+// here. Only, far distances are padded by NodeTest in another step.
 //
 // `Simd::Floats<width>` is a vector of floats: load, set, store, + - * /, `larger` and `smaller` (which answer their second
 // operand when one is NaN, as x86 does), and comparisons that give a bit per lane. Each operation rounds by itself (the project
@@ -231,7 +231,7 @@ class LeafTest {
 
  private:
   [[gnu::always_inline]] static void count_triangles(const Pack& pack, Count& count) {
-    if constexpr (!std::is_same_v<Count, CountNothing>)
+    if constexpr (Count::of_primitives)
       count.primitives(static_cast<std::uint32_t>(Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id)));
   }
 

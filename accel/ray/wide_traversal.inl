@@ -98,16 +98,23 @@ class Journey {
     if (!step_down(view_.tree.nodes[0], node_test, Boxes::set(limit_(hit_.t)), place_, top_)) return {};
     prefetch(view_.tree, place_);
     leaf_ = LeafTerms(ray_);  // while the next node is waited for; many rays meet nothing at all
-    while (go_on()) {
-      if (Leaf::test_rare(view_, ray_, leaf_.shear, place_, hit_, count_) && any_hit) break;
-      if (!pop(stack_.begin(), limit_(hit_.t), top_, place_)) break;
+    while (go_on() && test_rare_leaves()) {
     }
     return any_hit ? hit_ : placed(hit_);
   }
 
  private:
+  // The leaf that go_on has come to, and such as wait right behind it. False where the ray has its answer.
+  bool test_rare_leaves() {
+    do {
+      if (Leaf::test_rare(view_, ray_, leaf_.shear, place_, hit_, count_) && any_hit) return false;
+      if (!pop(stack_.begin(), limit_(hit_.t), top_, place_)) return false;
+    } while (place_.is_leaf() && !place_.is_pack());
+    return true;
+  }
+
   // Until the ray has its answer, or up to a leaf that takes more than SIMD instructions, `place_`: then true. It calls nothing
-  // and keeps all in variables of its own, which so stay in registers.
+  // and keeps all in variables of its own, for which AVX-512 has registers enough.
   [[gnu::noinline, gnu::flatten]] bool go_on() {
     const View& view = view_;
     const auto& tree = view.tree;

@@ -35,7 +35,10 @@ inline constexpr float infinity = std::numeric_limits<float>::infinity();
 
 inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 // Without the branches of GLM's operator[], which nothing predicts where the axis depends on data.
-inline float component(const vec3& v, int axis) { return (&v.x)[axis]; }
+inline float component(const vec3& v, int axis) {
+  static_assert(sizeof(vec3) == 3 * sizeof(float));
+  return (&v.x)[axis];
+}
 inline float max_component(const vec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
 inline float mean_component(const vec3& v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
 inline bool is_black(const Rgb& c) { return c.x == 0 && c.y == 0 && c.z == 0; }

@@ -143,8 +143,8 @@ std::vector<Ray> rays_of_all_kinds(const Scene& scene) {
 }
 
 // From within, so that rays start together and streams take them for nearest hits too; some end early, some are nearly in an
-// axis plane, some so short that a subnormal component takes them aside though its reciprocal overflows, and each eighth is
-// none that may be.
+// axis plane, some so short that a subnormal component takes them aside though its reciprocal overflows, and each eighth, and
+// all of the first, are none that may be.
 std::vector<Ray> rays_from_one_point() {
   Random random(12);
   std::vector<Ray> rays;
@@ -156,7 +156,7 @@ std::vector<Ray> rays_from_one_point() {
       ray.direction *= 1e-37f;
       ray.t_max = infinity;
     }
-    if (i % 8 == 3) ray.direction.x = std::numeric_limits<float>::quiet_NaN();
+    if (i % 8 == 3 || i < 64) ray.direction.x = std::numeric_limits<float>::quiet_NaN();
     rays.push_back(ray);
   }
   return rays;
@@ -193,16 +193,27 @@ void expect_batches_as_binary(const Geometry& geometry, const std::vector<Ray>& 
   }
 }
 
+void expect_batches_as_binary(const Geometry& geometry, const std::vector<Ray>& rays, std::size_t least_occluded) {
+  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide4Bvh>(geometry, rays, least_occluded));
+  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide8Bvh>(geometry, rays, least_occluded));
+  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide16Bvh>(geometry, rays, least_occluded));
+}
+
+// Streams hold 4096 shadow rays or 2048 others.
 TEST(WideLayouts, StreamsAnswerRaysThatTheyDoNotKeep) {
   const Scene scene = scene_of(closed_sphere(40, 50));
   const Geometry& geometry = scene.objects[0].geometry;
-  const std::pair<std::vector<Ray>, std::size_t> cases[] = {{rays_of_all_kinds(scene), 2 * 4096},
-                                                            {rays_from_one_point(), 2 * 2048}};  // streams hold so many
-  for (const auto& [rays, least_occluded] : cases) {
-    ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide4Bvh>(geometry, rays, least_occluded));
-    ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide8Bvh>(geometry, rays, least_occluded));
-    ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide16Bvh>(geometry, rays, least_occluded));
-  }
+  expect_batches_as_binary(geometry, rays_of_all_kinds(scene), 2 * 4096);
+  expect_batches_as_binary(geometry, rays_from_one_point(), 2 * 2048);
+}
+
+// Leaves that are lists, and packs between them, for rays that visit nodes enough to go in streams.
+TEST(WideLayouts, StreamsTestLists) {
+  Random random(13);
+  Geometry geometry = closed_sphere(20, 30);
+  for (int i = 0; i < 3000; ++i) geometry.quadrics.push_back(Sphere{1.1f * random.direction(), random.between(0, 0.04f)});
+  for (int i = 0; i < 500; ++i) geometry.quadrics.push_back(Sphere{random.in_cube(0.8f), 0.02f});
+  expect_batches_as_binary(geometry, rays_from_one_point(), 2 * 2048);
 }
 
 TEST(WideLayouts, CollapseKeepsEveryPrimitiveOnce) {
