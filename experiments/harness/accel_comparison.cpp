@@ -5,7 +5,6 @@
 #include "experiments/harness/accel_rays.h"
 #include "experiments/harness/accel_timing.h"
 #include "experiments/harness/method.h"
-#include "experiments/harness/statistics.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "framework/core/units.h"
@@ -158,8 +157,8 @@ class Comparison {
           fmt::format("{} of {} repetitions, of {} each", contender.repetitions, options_.repetitions, format_seconds(round)));
   }
 
-  // What is built quickly is built once to warm up caches and threads, as rays are traced, then three times for the median: a
-  // few milliseconds are easily disturbed.
+  // What is built quickly is built once to warm up caches and threads, as rays are traced, then three times, of which the
+  // shortest counts: a few milliseconds on all threads are often disturbed, and only ever made longer.
   std::pair<std::unique_ptr<RayQuery>, double> build(const Contender& contender, int threads) const {
     constexpr double quick_s = 0.3;
     std::unique_ptr<RayQuery> structure;
@@ -170,8 +169,8 @@ class Comparison {
         times.push_back(seconds_of([&] { structure = make_structure(scene_, contender.choice); }));
       } while (times.front() <= quick_s && times.size() < 4);
     });
-    if (times.size() > 1) times.erase(times.begin());
-    return {std::move(structure), median(times)};
+    const auto timed = times.begin() + (times.size() > 1);
+    return {std::move(structure), *std::min_element(timed, times.end())};
   }
 
   bool too_slow_to_build(Contender& contender) const {

@@ -25,7 +25,8 @@ struct ComparisonOptions {
 
 // Records the rays of a render once, then measures in rounds. Every repetition builds each structure, on all threads and on
 // one, traces the same rays through it on one thread, ray by ray and in batches, and frees it, so that only one structure is in
-// memory at a time. In the first round the answers are checked in double precision (accel_check.h).
+// memory at a time; quick builds are timed three times a round, of which the shortest counts. In the first round the answers are
+// checked in double precision (accel_check.h).
 //
 // There is a record for each choice, in order. What exceeds the budget (brute force on large meshes; a builder that proves too
 // slow in a trial on 1/32 of the triangles) is measured on fewer rays or not at all, and its note says so. Embree is always
