@@ -18,8 +18,8 @@ namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t parallel_size = 1 << 15;  // runs at least this long are binned and parted in parallel
-constexpr std::uint32_t parallel_grain = 1 << 12;
+constexpr std::uint32_t parallel_size = 1 << 15;  // runs at least this long may be binned and parted in parallel
+constexpr std::uint32_t parallel_grain = 1 << 11;
 
 struct Bin {
   SimdBounds bounds;
@@ -257,9 +257,14 @@ class BinnedSplitter {
     tbb::this_task_arena::isolate(body);
   }
 
+  // Does all of the machine work on a run? Only while there are fewer runs than threads: then each thread has one of its own.
+  bool is_shared(const ItemRange& range) const {
+    return range.size() >= parallel_size && range.size() * threads_ > count_ + count_ / 2;
+  }
+
   void fill(NodeBins& bins, const ItemRange& range) const {
     const BuildItem* const items = from(range);
-    if (range.size() < parallel_size) return bins.add(items + range.begin, items + range.end);
+    if (!is_shared(range)) return bins.add(items + range.begin, items + range.end);
     const NodeBins empty = bins;
     alone([&] {
       bins = tbb::parallel_reduce(
@@ -279,7 +284,7 @@ class BinnedSplitter {
   void part(const ItemRange& range, const Grid& grid, int axis, std::int32_t bin, Split& split) const {
     const auto goes_left = [bin, place = Grid::Axis(grid, axis)](const BuildItem& item) { return place(item.bounds) < bin; };
     const BuildItem* const items = from(range);
-    const std::uint32_t chunk_size = range.size() < parallel_size ? range.size() : parallel_grain,
+    const std::uint32_t chunk_size = is_shared(range) ? parallel_grain : range.size(),
                         chunk_count = (range.size() + chunk_size - 1) / chunk_size;
     const auto end_of = [&](std::size_t chunk) {
       return std::min(range.end, range.begin + (static_cast<std::uint32_t>(chunk) + 1) * chunk_size);
@@ -329,6 +334,7 @@ class BinnedSplitter {
   UninitialisedArray<BuildItem> moved_;
   std::array<BuildItem*, 2> items_;  // by the depth's last bit
   std::size_t count_;
+  std::size_t threads_ = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
 };
 
 template <std::uint32_t capacity>
