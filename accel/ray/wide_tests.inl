@@ -113,7 +113,7 @@ class NodeTest {
   }
 
  private:
-  // One by one, not in arrays of three, which GCC keeps in memory.
+  // Of the ray: what the planes of an axis take.
   struct Axis {
     Boxes origin, reciprocal, padded_reciprocal;
     [[gnu::always_inline]] Boxes near(const float* planes) const { return (Boxes::load(planes) - origin) * reciprocal; }
@@ -225,7 +225,7 @@ class LeafTest {
   [[gnu::always_inline]] bool test(const View& view, const Ray& ray, WideRef leaf, Hit& hit, Count& count) const {
     const Outcome outcome = test_common(view, ray.t_min, leaf, hit, count);
     if (outcome == Outcome::rare) [[unlikely]]
-      return test_rare(view, ray, TriangleRay(shear_), leaf, hit, count);
+      return test_rare(view, ray, TriangleRay(shear_), leaf, hit, count);  // a copy: its address goes to a call
     return outcome == Outcome::found;
   }
 
