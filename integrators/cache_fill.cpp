@@ -20,7 +20,6 @@ std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context,
   static thread_local std::vector<PathSample> paths;
   static thread_local std::vector<int> strata_of;  // of the paths
   samples.assign(static_cast<std::size_t>(strata.count()), {});
-  const vec3 origin = offset_origin(point.position, point.geometric);
   for (int first = 0; first < strata.count(); first += path_batch) {
     paths.clear();
     strata_of.clear();
@@ -29,7 +28,7 @@ std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context,
       Sampler sampler(kind, context.seed, Stream::cache_record, key, index);
       samples[i].direction = frame.to_world(direction(strata, i, sampler.get_2d()));
       if (glm::dot(samples[i].direction, point.geometric) <= 0) continue;  // below, where shading normals disagree
-      paths.push_back({Ray{.origin = origin, .direction = samples[i].direction}, sampler});
+      paths.push_back({Ray{.origin = point.origin, .direction = samples[i].direction}, sampler});
       strata_of.push_back(i);
     }
     radiance(paths, depth);

@@ -13,6 +13,7 @@ namespace etendue {
 struct CachePoint {
   vec3 position{0};
   vec3 normal{0}, geometric{0};  // both on the side that is seen
+  vec3 origin{0};                // of rays that leave to that side
   float pixel_width = 0;         // metres per pixel, there
   int depth = -1;                // carrying events before it; -1: nothing to cache is seen
 

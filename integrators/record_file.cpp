@@ -18,7 +18,7 @@ std::uint64_t view_of(const RenderContext& context) {
 bool is_unit(const vec3& v) { return std::abs(length_squared(v) - 1) < 1e-3f; }
 
 bool is_valid(const CachePoint& point) {
-  return etendue::is_finite(point.position) && is_unit(point.normal) && is_unit(point.geometric) && point.pixel_width >= 0 &&
+  return etendue::is_finite(point.position) && is_unit(point.normal) && is_unit(point.geometric) && etendue::is_finite(point.origin) && point.pixel_width >= 0 &&
          std::isfinite(point.pixel_width) && point.depth >= 0;
 }
 

@@ -69,7 +69,7 @@ bool is_valid(const IrradianceEstimate& mean);
 // `io` is a ByteWriter's add or a ByteReader's take, so that reading and writing have one order.
 template <class Io, class History>
 void transfer_history(const Io& io, History& h) {
-  io(h.point.position), io(h.point.normal), io(h.point.geometric), io(h.point.pixel_width), io(h.point.depth);
+  io(h.point.position), io(h.point.normal), io(h.point.geometric), io(h.point.origin), io(h.point.pixel_width), io(h.point.depth);
   io(h.key), io(h.passes);
   transfer(io, h.mean);
 }

@@ -4,18 +4,6 @@
 
 namespace etendue {
 
-namespace {
-
-// From off one surface to off the other. A ray moved off its start alone would meet the other surface too early where it grazes
-// that, as between a wall and a door ajar.
-Ray ray_between(const SurfacePoint& from, const SurfacePoint& to, const vec3& wi) {
-  const vec3 origin = ray_origin(from, wi), way = ray_origin(to, -wi) - origin;
-  const float distance = glm::length(way);
-  return {.origin = origin, .direction = way / distance, .t_max = distance * (1 - 1e-4f)};
-}
-
-}  // namespace
-
 void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
   const auto key = static_cast<std::uint64_t>(pixel.y) * context_.resolution.x + pixel.x;
   Sampler sampler(settings_.sampler, context_.seed, Stream::camera, key, index);
@@ -114,7 +102,7 @@ void CameraPaths::next_event(const Vertex& v, Sampler& sampler, Rgb& radiance) {
                          emission * to_area / light->pdf_solid_angle * v.path.mis.connected(settings_.mis_merge(), reverse));
   }
   gains_.push_back({&radiance, v.path.throughput * scattered * light->radiance * (weight / light->pdf_solid_angle)});
-  shadow_rays_.push_back(shadow_ray(v.point, wi, light->distance));
+  shadow_rays_.push_back(shadow_ray(v.point, *light));
 }
 
 void CameraPaths::connect(const Vertex& v, const LightVertex& light, Rgb& radiance) {
@@ -143,7 +131,7 @@ void CameraPaths::connect(const Vertex& v, const LightVertex& light, Rgb& radian
                          light_pdf_area * v.path.mis.connected(merge, camera_reverse));
   }
   gains_.push_back({&radiance, v.path.throughput * camera_scattered * light_scattered * light.power * (weight / distance2)});
-  shadow_rays_.push_back(ray_between(v.point, light.point, wi));
+  shadow_rays_.push_back(segment(v.point, light.point, wi));
 }
 
 void CameraPaths::merge(const Vertex& v, Rgb& radiance) {

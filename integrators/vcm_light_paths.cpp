@@ -103,7 +103,7 @@ class LightPaths::Tracer {
     const ivec2 pixel(lens_point->film);
     const auto key = static_cast<std::uint32_t>(pixel.y * context_.resolution.x + pixel.x);
     chunk_.candidates.push_back({key, path.throughput * scattered * (lens_point->importance * weight)});
-    chunk_.lens_rays.push_back(shadow_ray(point, wi, distance));
+    chunk_.lens_rays.push_back(segment(ray_origin(point, wi), lens_point->lens_point));
   }
 
   const RenderContext& context_;

@@ -1,7 +1,7 @@
 #include "integrators/vcm_merges.h"
 
 #include "framework/core/parallel.h"
-#include "framework/scene/offset.h"
+#include "framework/scene/clearance.h"
 #include "integrators/photons.h"
 
 namespace etendue {
@@ -42,14 +42,14 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
 VcmMerges::Conditional VcmMerges::between(const vec3& position, const vec3& normal, const vec3& offset, const vec3& wo,
                                           const Rgb& radiance) {
   const float distance = glm::length(offset), height = glm::dot(offset, normal), above = lift * distance;
-  const vec3 from = offset_origin(position, normal) + above * normal;
+  const vec3 from = position + (above + clearance_of(position, normal, distance)) * normal;
   const auto ray = [](const vec3& origin, const vec3& way) {
     const float length = glm::length(way);
     return Ray{origin, ends * length, way / std::max(length, 1e-30f), (1 - ends) * length};
   };
   const vec3 free = glm::dot(wo, normal) < 0 ? normal : wo;  // light that came through the surface lies on its other side
   if (height >= -above) return {radiance, ray(from, position + offset + above * free - from), std::nullopt};
-  const vec3 vertex = offset_origin(position + offset, free);
+  const vec3 vertex = position + offset + clearance_of(position, normal, distance) * free;
   return {radiance, ray(from, offset - height * normal), ray(vertex, (above - height) * normal)};
 }
 

@@ -38,7 +38,7 @@ ImageRays image_rays(const Scene& scene, const RayQuery& tracer, int resolution)
       for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         const float u = (static_cast<float>(i) + 0.5f) / static_cast<float>(scene.lights.size());
         if (const auto light = lights.sample(point.position, u, vec2(0.5f)))
-          image.rays.shadow.push_back(spawn_ray(point, light->wi, light->distance * (1 - 1e-4f)));
+          image.rays.shadow.push_back(shadow_ray(point, *light));
       }
     }
   return image;

@@ -2,7 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
-#include "framework/scene/offset.h"
+#include "framework/transport/ray_tools.h"
 #include "framework/transport/sampling.h"
 
 #include <atomic>
@@ -56,7 +56,7 @@ float TaskRenderer::sample(ivec2 pixel, int index, const Closest& closest) const
     if (bounce == bounces_) break;
     const SurfacePoint point = scene_.surface_at(ray, hit);
     const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;
-    ray = {.origin = offset_origin(point.position, normal),
+    ray = {.origin = ray_origin(point, normal),
            .direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(sampler.get_2d()))};
   }
   return sum;

@@ -6,7 +6,7 @@
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
 #include "framework/scene/motion.h"
-#include "framework/scene/offset.h"
+#include "framework/transport/ray_tools.h"
 #include "framework/transport/sampling.h"
 
 #include <fmt/format.h>
@@ -123,7 +123,7 @@ class AnimationRunner {
     const SurfacePoint point = scene_.surface_at(ray, hit);
     const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;
     Ray next;
-    next.origin = offset_origin(point.position, normal);
+    next.origin = ray_origin(point, normal);
     next.direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(sampler.get_2d()));
     return next;
   }

@@ -34,11 +34,20 @@ struct QuadricArea {
   float operator()(const Disk& d) const { return pi * (d.radius * d.radius - d.inner_radius * d.inner_radius); }
 };
 
+// A quadratic equation's terms are squares of the radius: its roots are off by a few roundings of that.
+struct QuadricExtent {
+  float operator()(const Sphere& s) const { return 4 * s.radius; }
+  float operator()(const Cylinder& c) const { return c.length + 4 * c.radius; }
+  float operator()(const Disk& d) const { return d.radius; }
+};
+
 }  // namespace
 
 Bounds quadric_bounds(const Quadric& quadric) { return std::visit(QuadricBounds{}, quadric); }
 
 float quadric_area(const Quadric& quadric) { return std::visit(QuadricArea{}, quadric); }
+
+float quadric_extent(const Quadric& quadric) { return std::visit(QuadricExtent{}, quadric); }
 
 Bounds Geometry::primitive_bounds(std::uint32_t primitive) const {
   if (!is_triangle(primitive)) return quadric_bounds(quadric(primitive));

@@ -39,6 +39,7 @@ using Quadric = std::variant<Sphere, Cylinder, Disk>;
 
 Bounds quadric_bounds(const Quadric& quadric);
 float quadric_area(const Quadric& quadric);
+float quadric_extent(const Quadric& quadric);  // as clearance_of's
 
 struct Geometry {
   std::vector<vec3> positions;

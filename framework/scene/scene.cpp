@@ -1,6 +1,7 @@
 #include "framework/scene/scene.h"
 
 #include "framework/core/check.h"
+#include "framework/scene/triangle_point.h"
 
 namespace etendue {
 
@@ -10,6 +11,9 @@ struct QuadricPoint {
   vec3 position, normal, shading_normal, tangent;
   vec2 uv;
 };
+
+// A point retreats by so many clearances, and by no more than this share of the way it was found by.
+constexpr float most_clearances = 32, most_of_way = 0.125f;
 
 vec3 normalised_or(const vec3& v, const vec3& fallback) {
   const float length = glm::length(v);
@@ -28,9 +32,10 @@ void set_triangle_surface(const Object& object, const Shape& shape, const Hit& h
   const uvec3 v = g.triangles[hit.primitive];
   const vec3 &p0 = g.positions[v.x], &p1 = g.positions[v.y], &p2 = g.positions[v.z];
   const float b1 = hit.uv.x, b2 = hit.uv.y, b0 = 1 - b1 - b2;
-  s.position = b0 * p0 + b1 * p1 + b2 * p2;
-  s.normal = normalised_or(vec3(glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0))), {0, 0, 1});
-  if (shape.flip_normal) s.normal = -s.normal;
+  const TrianglePoint point = triangle_point(p0, p1, p2, hit.uv);
+  s.position = point.position;
+  s.clearance = point.clearance;
+  s.normal = shape.flip_normal ? -point.normal : point.normal;
   s.shading_normal = s.normal;
   if (shape.has_normals) {
     s.shading_normal = normalised_or(b0 * object.normals[v.x] + b1 * object.normals[v.y] + b2 * object.normals[v.z], s.normal);
@@ -68,6 +73,11 @@ struct QuadricSurface {
   }
 };
 
+// By which a ray that met a surface at `t` steps back.
+vec3 retreat_of(const Ray& ray, float t, float clearance) {
+  return std::min(most_clearances * clearance, most_of_way * t) * -ray.direction;
+}
+
 std::uint32_t light_of(const Shape& shape, const Hit& hit) {
   return shape.first_light == no_id || hit.instance != 0 ? no_id : shape.first_light + (hit.primitive - shape.first_primitive);
 }
@@ -98,7 +108,9 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
     const vec3 p = ray.at(hit.t), position = p - glm::dot(p - plane.point, plane.normal) * plane.normal;
     const Frame frame = Frame::from_normal(plane.normal);
     const vec2 uv(glm::dot(position - plane.point, frame.tangent), glm::dot(position - plane.point, frame.bitangent));
-    return {position, plane.normal, plane.normal, frame.tangent, uv, plane.material, no_id};
+    const float clearance = clearance_of(position, plane.normal, max_component(glm::abs(position - plane.point)));
+    return {position,        plane.normal, plane.normal, frame.tangent, uv,
+            plane.material, no_id,        clearance,    retreat_of(ray, hit.t, clearance)};
   }
   const Instance& instance = instances[hit.instance];
   const Object& object = objects[instance.object];
@@ -111,20 +123,25 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
     set_triangle_surface(object, shape, hit, s);
   } else {
     const vec3 p = in_world ? ray.at(hit.t) : instance.to_world.inverse().point(ray.at(hit.t));
-    const QuadricPoint on = std::visit(QuadricSurface{p, hit.uv}, object.geometry.quadric(hit.primitive));
+    const Quadric& quadric = object.geometry.quadric(hit.primitive);
+    const QuadricPoint on = std::visit(QuadricSurface{p, hit.uv}, quadric);
     s.position = on.position;
     s.normal = shape.flip_normal ? -on.normal : on.normal;
     s.shading_normal = shape.flip_normal ? -on.shading_normal : on.shading_normal;
     s.tangent = on.tangent;
     s.uv = on.uv;
+    s.clearance = clearance_of(s.position, s.normal, quadric_extent(quadric));
   }
   if (!in_world) {
     const Transform& t = instance.to_world;
-    s.position = t.point(s.position);
+    const vec3 local = s.position;
+    s.position = t.point(local);
     s.normal = glm::normalize(t.normal(s.normal));
     s.shading_normal = glm::normalize(t.normal(s.shading_normal));
     s.tangent = t.vector(s.tangent);
+    s.clearance = rounding_along(s.normal, rounding_at(s.position) + t.error(s.position, local, s.clearance));
   }
+  s.retreat = retreat_of(ray, hit.t, s.clearance);
   return s;
 }
 

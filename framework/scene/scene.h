@@ -50,6 +50,10 @@ struct InfinitePlane {
 
 // Where a ray met a surface, in world space. `normal` is geometric and outward as the shape defines it (not towards the ray);
 // `shading_normal` is on the same side.
+//
+// No rounding error takes a ray through a wall if it starts where ray_origin (framework/transport/ray_tools.h) says:
+// `clearance` off the surface, and back by `retreat` on the way that the point was found by. All of that way is known to be
+// free, so that a wall that meets this one nearer than floats can tell stays in front of the ray.
 struct SurfacePoint {
   vec3 position;
   vec3 normal;
@@ -58,6 +62,8 @@ struct SurfacePoint {
   vec2 uv;
   std::uint32_t material;
   std::uint32_t light;  // index into Scene::lights, or no_id
+  float clearance = 0;  // metres along the normal, to either side
+  vec3 retreat{0};      // metres
 };
 
 // The exact radiance along a camera ray, unlimited in depth; the harness averages it over each pixel.

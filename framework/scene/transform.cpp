@@ -1,6 +1,7 @@
 #include "framework/scene/transform.h"
 
 #include "framework/core/check.h"
+#include "framework/scene/clearance.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -17,6 +18,8 @@ bool is_orthonormal(const mat3& m) {
       if (std::abs(product[i][j] - (i == j ? 1.0f : 0.0f)) > tolerance) return false;
   return true;
 }
+
+mat3 absolute(const mat3& m) { return {glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])}; }
 
 mat3 inverse_in_double(const mat3& m) { return mat3(glm::inverse(glm::dmat3(m))); }
 
@@ -70,6 +73,14 @@ Bounds Transform::bounds(const Bounds& b) const {
     result.extend(
         point({corner & 1 ? b.upper.x : b.lower.x, corner & 2 ? b.upper.y : b.lower.y, corner & 4 ? b.upper.z : b.lower.z}));
   return result;
+}
+
+// Each coordinate is a sum of four products: it is off by at most four roundings of the sum of their sizes.
+vec3 Transform::error(const vec3& world, const vec3& local, float local_error) const {
+  constexpr float gamma = 4 * unit_roundoff;
+  const vec3 there = gamma * (absolute(linear_) * glm::abs(local) + glm::abs(offset_));
+  const vec3 back = gamma * (absolute(inverse_linear_) * glm::abs(world) + glm::abs(inverse_offset_));
+  return there + absolute(linear_) * (back + local_error);
 }
 
 Transform Transform::inverse() const { return {inverse_linear_, inverse_offset_, linear_, offset_}; }

@@ -23,6 +23,9 @@ class Transform {
   vec3 vector(const vec3& v) const { return linear_ * v; }
   vec3 normal(const vec3& n) const { return n * inverse_linear_; }  // by the inverse transpose; not normalised
   Bounds bounds(const Bounds& b) const;
+  // Bound on how far, along each axis, point(local) = `world` may lie from what rays meet that were moved by the inverse: both
+  // directions round, and their matrices are not quite each other's inverse. `local_error`: of the local point, likewise.
+  vec3 error(const vec3& world, const vec3& local, float local_error) const;
 
   Transform inverse() const;
   Transform operator*(const Transform& inner) const;  // inner first

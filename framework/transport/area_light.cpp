@@ -1,5 +1,6 @@
 #include "framework/transport/area_light.h"
 
+#include "framework/scene/triangle_point.h"
 #include "framework/transport/sampling.h"
 
 namespace etendue {
@@ -21,7 +22,7 @@ struct SampleQuadric {
 
   AreaPoint operator()(const Sphere& s) const {
     const vec3 n = sample_unit_sphere(u);
-    return {s.centre + s.radius * n, n, 0};
+    return {s.centre + s.radius * n, n, 0, 0};
   }
   AreaPoint operator()(const Disk& d) const {
     // Uniform over the ring: the square of the radius is.
@@ -30,7 +31,7 @@ struct SampleQuadric {
     const float inner2 = square(d.inner_radius), radius = std::sqrt(inner2 + r2 * (square(d.radius) - inner2));
     const vec2 p = r2 > 0 ? unit * (radius / std::sqrt(r2)) : vec2(radius, 0);
     const Frame frame = Frame::from_normal(d.normal);
-    return {d.centre + p.x * frame.tangent + p.y * frame.bitangent, d.normal, 0};
+    return {d.centre + p.x * frame.tangent + p.y * frame.bitangent, d.normal, 0, 0};
   }
   AreaPoint operator()(const Cylinder& c) const {
     const float tube = 2 * c.length, caps = c.caps ? 2 * c.radius : 0;  // areas over pi r
@@ -39,7 +40,7 @@ struct SampleQuadric {
     if (pick < tube) {
       const float phi = 2 * pi * u.y;
       const vec3 n = std::cos(phi) * frame.tangent + std::sin(phi) * frame.bitangent;
-      return {c.base + (pick / tube * c.length) * c.axis + c.radius * n, n, 0};
+      return {c.base + (pick / tube * c.length) * c.axis + c.radius * n, n, 0, 0};
     }
     pick = (pick - tube) / caps;
     const bool top = pick < 0.5f;
@@ -51,34 +52,26 @@ struct SampleQuadric {
   AreaPoint operator()(const Disk& d, const vec2& rescaled) const { return SampleQuadric{rescaled}(d); }
 };
 
-// Normal to a triangle by its winding, as long as twice its area. In double: thin triangles leave little of the products, and
-// of large ones the square of the area leaves the range of single precision.
-dvec3 twice_area(const vec3& p0, const vec3& p1, const vec3& p2) {
-  return glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0));
+TrianglePoint point_of(const Geometry& geometry, std::uint32_t primitive, const vec2& uv) {
+  const uvec3 v = geometry.triangles[primitive];
+  return triangle_point(geometry.positions[v.x], geometry.positions[v.y], geometry.positions[v.z], uv);
 }
 
 AreaPoint sample_triangle_light(const Scene& scene, const Shape& shape, std::uint32_t primitive, const vec2& u) {
   const Geometry& g = scene.objects[0].geometry;
   const vec2 b = sample_triangle(u);
-  if (shape.has_normals) {  // they tell which side emits, at each point: the one that a ray would see
-    const SurfacePoint s = scene.surface_at(Ray{}, {.t = 0, .uv = b, .instance = 0, .primitive = primitive});
-    return {s.position, s.normal, primitive_area(g, primitive)};
-  }
-  const uvec3 v = g.triangles[primitive];
-  const vec3 &p0 = g.positions[v.x], &p1 = g.positions[v.y], &p2 = g.positions[v.z];
-  const dvec3 across = twice_area(p0, p1, p2);
-  const double length = glm::length(across);
-  return {(1 - b.x - b.y) * p0 + b.x * p1 + b.y * p2, vec3(across * ((shape.flip_normal ? -1 : 1) / length)),
-          static_cast<float>(0.5 * length)};
+  const TrianglePoint p = point_of(g, primitive, b);
+  vec3 normal = shape.flip_normal ? -p.normal : p.normal;
+  if (shape.has_normals)  // they tell which side emits, at each point: the one that a ray would see
+    normal = scene.surface_at(Ray{}, {.t = 0, .uv = b, .instance = 0, .primitive = primitive}).normal;
+  return {p.position, normal, p.clearance, static_cast<float>(p.area)};
 }
 
 }  // namespace
 
 float primitive_area(const Geometry& geometry, std::uint32_t primitive) {
   if (!geometry.is_triangle(primitive)) return quadric_area(geometry.quadric(primitive));
-  const uvec3 v = geometry.triangles[primitive];
-  const auto& p = geometry.positions;
-  return static_cast<float>(0.5 * glm::length(twice_area(p[v.x], p[v.y], p[v.z])));
+  return static_cast<float>(point_of(geometry, primitive, vec2(0)).area);
 }
 
 AreaPoint sample_area(const Scene& scene, const AreaLight& light, const vec2& u) {
@@ -86,9 +79,11 @@ AreaPoint sample_area(const Scene& scene, const AreaLight& light, const vec2& u)
   const Geometry& g = world.geometry;
   const Shape& shape = world.shape(light.primitive);
   if (g.is_triangle(light.primitive)) return sample_triangle_light(scene, shape, light.primitive, u);
-  AreaPoint point = std::visit(SampleQuadric{u}, g.quadric(light.primitive));
+  const Quadric& quadric = g.quadric(light.primitive);
+  AreaPoint point = std::visit(SampleQuadric{u}, quadric);
   if (shape.flip_normal) point.normal = -point.normal;
-  point.area = quadric_area(g.quadric(light.primitive));
+  point.clearance = clearance_of(point.position, point.normal, quadric_extent(quadric));
+  point.area = quadric_area(quadric);
   return point;
 }
 
@@ -106,7 +101,9 @@ AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const
       const vec3 wi = Frame::from_normal(axis / distance).to_world(local);
       const float reach = along - safe_sqrt(square(sphere->radius) - across2);
       const float side = world.shape(light.primitive).flip_normal ? -1 : 1;
-      return {wi, reach, 1 / (2 * pi * height), side / sphere->radius * (reach * wi - axis)};
+      const vec3 outward = (reach * wi - axis) / sphere->radius, on_sphere = sphere->centre + sphere->radius * outward;
+      const float clearance = clearance_of(on_sphere, outward, 4 * sphere->radius) + clearance_from_afar(reach);
+      return {wi, reach, 1 / (2 * pi * height), side * outward, on_sphere + clearance * outward};
     }
   }
   const AreaPoint p = sample_area(scene, light, u);
@@ -117,7 +114,8 @@ AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const
   const vec3 wi = towards / distance;
   const float cosine = -glm::dot(wi, p.normal);
   if (cosine == 0 || (cosine < 0 && !light.two_sided)) return {};
-  return {wi, distance, distance2 / (std::abs(cosine) * p.area), p.normal};
+  const float clearance = std::copysign(p.clearance + clearance_from_afar(distance), cosine);
+  return {wi, distance, distance2 / (std::abs(cosine) * p.area), p.normal, p.position + clearance * p.normal};
 }
 
 float area_pdf_towards(const Scene& scene, const AreaLight& light, const vec3& position, const vec3& wi,

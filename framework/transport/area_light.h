@@ -9,8 +9,9 @@ float primitive_area(const Geometry& geometry, std::uint32_t primitive);
 
 struct AreaPoint {
   vec3 position;
-  vec3 normal;  // of the emitting side
-  float area;   // of the primitive: points are uniform over it
+  vec3 normal;      // of the emitting side
+  float clearance;  // metres, as SurfacePoint's
+  float area;       // of the primitive: points are uniform over it
 };
 AreaPoint sample_area(const Scene& scene, const AreaLight& light, const vec2& u);
 
@@ -21,6 +22,7 @@ struct AreaSample {
   float distance = 0;
   float pdf_solid_angle = 0;
   vec3 normal{0};  // at the light's point, as AreaPoint's
+  vec3 end{0};     // where a ray towards it must end: off the light by bounds on rounding errors
 };
 AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const vec3& position, const vec2& u);
 

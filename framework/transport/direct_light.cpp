@@ -29,7 +29,7 @@ std::optional<DirectLight> sample_direct_light(const RenderContext& context, con
     if (pdf_bsdf >= followed_above) weight = mis_weight(mode, light->pdf_solid_angle, pdf_bsdf);
   }
   return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle),
-                     shadow_ray(point, light->wi, light->distance), light->delta ? 0 : light->pdf_solid_angle};
+                     shadow_ray(point, *light), light->delta ? 0 : light->pdf_solid_angle};
 }
 
 Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,

@@ -1,6 +1,5 @@
 #include "framework/transport/light_sampling.h"
 
-#include "framework/scene/offset.h"
 #include "framework/transport/area_light.h"
 #include "framework/transport/sampling.h"
 
@@ -49,7 +48,7 @@ std::optional<LightRay> emit_from_area(const Scene& scene, const AreaLight& ligh
     const bool back = light.two_sided && u_direction.x < 0.5f;
     if (light.two_sided) u_direction.x = back ? 2 * u_direction.x : 2 * u_direction.x - 1;
     ray.normal = back ? -p.normal : p.normal;
-    ray.ray.origin = offset_origin(p.position, ray.normal);
+    ray.ray.origin = p.position + p.clearance * ray.normal;
     ray.ray.direction = Frame::from_normal(ray.normal).to_world(sample_cosine_hemisphere(u_direction));
     ray.power = light.radiance * (pi * p.area * (light.two_sided ? 2 : 1) / chosen);
     ray.pdf = emission_pdf_of(light, chosen, p.area, glm::dot(ray.normal, ray.ray.direction));
@@ -152,7 +151,7 @@ LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
   const Bounds bounds = scene.bounds();
   if (!bounds.empty()) {
     scene_centre_ = bounds.centre();
-    scene_radius_ = std::max(0.5f * glm::length(bounds.diagonal()), 1e-6f);
+    scene_radius_ = std::max(0.5f * glm::length(bounds.diagonal()), std::numeric_limits<float>::min());
   }
   std::vector<double> power;
   for (const Light& light : scene.lights) power.push_back(std::visit(LuminousPower{scene, scene_radius_}, light));
@@ -214,26 +213,26 @@ std::optional<LightSample> LightSampler::sample_light(std::size_t i, const vec3&
   if (const auto* l = std::get_if<AreaLight>(&light)) {
     const AreaSample s = sample_area_towards(scene_, *l, position, u);
     if (!(s.pdf_solid_angle > 0)) return std::nullopt;
-    return LightSample{s.wi, s.distance, l->radiance, chosen * s.pdf_solid_angle, false, id, s.normal};
+    return LightSample{s.wi, s.distance, l->radiance, chosen * s.pdf_solid_angle, false, id, s.normal, s.end};
   }
   if (const auto* l = std::get_if<EnvironmentLight>(&light)) {
     const vec3 wi = sample_environment(*l, i, u);
     const float density = environment_pdf(wi);
     if (!(density > 0)) return std::nullopt;
-    return LightSample{wi, infinity, environment(wi), density, false, id, -wi};
+    return LightSample{wi, infinity, environment(wi), density, false, id, -wi, vec3(0)};
   }
   if (const auto* l = std::get_if<DirectionalLight>(&light))
-    return LightSample{-l->direction, infinity, l->irradiance, chosen, true, id, l->direction};
+    return LightSample{-l->direction, infinity, l->irradiance, chosen, true, id, l->direction, vec3(0)};
 
   const auto* point = std::get_if<PointLight>(&light);
   const auto* spot = std::get_if<SpotLight>(&light);
-  const vec3 towards = (point ? point->position : spot->position) - position;
+  const vec3 end = point ? point->position : spot->position, towards = end - position;
   const float distance2 = length_squared(towards);
   if (!(distance2 > 0)) return std::nullopt;
   const float distance = std::sqrt(distance2);
   const vec3 wi = towards / distance;
   const Rgb intensity = point ? point->intensity : spot->intensity * spot_falloff(*spot, -wi);
-  return LightSample{wi, distance, intensity / distance2, chosen, true, id, -wi};
+  return LightSample{wi, distance, intensity / distance2, chosen, true, id, -wi, end};
 }
 
 float LightSampler::pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const {

@@ -20,6 +20,7 @@ struct LightSample {
   bool delta;
   std::uint32_t light;
   vec3 normal;  // of an area light at its point, as the shape defines it; the direction in which light travels otherwise
+  vec3 end;     // where a ray to the light's point must end, off an area light; of no meaning where the distance is infinite
 };
 
 // A particle leaving a light.

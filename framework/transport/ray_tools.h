@@ -3,15 +3,18 @@
 
 #include "framework/core/counters.h"
 #include "framework/integrator.h"
-#include "framework/scene/offset.h"
+#include "framework/scene/clearance.h"
 
 #include <array>
 
 namespace etendue {
 
-// Origin of rays that leave a surface point to the side of `direction`.
+// Origin of rays that leave a surface point to the side of `direction`: off the surface and, on the side that the point was
+// found from, back on the way to it.
 inline vec3 ray_origin(const SurfacePoint& point, const vec3& direction) {
-  return offset_origin(point.position, glm::dot(direction, point.normal) < 0 ? -point.normal : point.normal);
+  const vec3 normal = glm::dot(direction, point.normal) < 0 ? -point.normal : point.normal;
+  const vec3 off = point.position + point.clearance * normal;
+  return glm::dot(point.retreat, normal) > 0 ? off + point.retreat : off;
 }
 
 // A ray from a surface point along a unit direction, moved off the surface on the side it leaves to.
@@ -30,21 +33,28 @@ inline void trace(const RenderContext& context, std::span<const Ray> rays, std::
   context.rays.closest(rays, hits);
 }
 
-// From a surface point to a light `distance` away along `wi`. The last 1e-4 of the way is left out: it holds the light itself.
-inline Ray shadow_ray(const SurfacePoint& point, const vec3& wi, float distance) {
-  return spawn_ray(point, wi, std::isinf(distance) ? infinity : distance * (1 - 1e-4f));
+// Between two points that are off their surfaces.
+inline Ray segment(const vec3& from, const vec3& to) {
+  const vec3 way = to - from;
+  const float distance = glm::length(way);
+  return {.origin = from, .direction = way / distance, .t_max = distance * (1 - 4 * unit_roundoff)};
+}
+
+// Between two surface points that lie in unit direction wi from each other. Both ends are off their surfaces: a ray moved off
+// its start alone would meet the other surface too early where it grazes that, as between a wall and a door ajar.
+inline Ray segment(const SurfacePoint& from, const SurfacePoint& to, const vec3& wi) {
+  const vec3 start = ray_origin(from, wi), end = ray_origin(to, -wi);
+  const float afar = clearance_from_afar(glm::length(end - start));
+  return segment(start, end + (glm::dot(wi, to.normal) > 0 ? -afar : afar) * to.normal);
+}
+
+inline Ray shadow_ray(const SurfacePoint& point, const LightSample& light) {
+  return std::isinf(light.distance) ? spawn_ray(point, light.wi) : segment(ray_origin(point, light.wi), light.end);
 }
 
 inline bool unoccluded(const RenderContext& context, const Ray& shadow_ray) {
   count(Counter::shadow_rays);
   return !context.rays.occluded(shadow_ray);
-}
-
-// Can two points see each other? `from` is on a surface, `to` anywhere.
-inline bool visible(const RenderContext& context, const SurfacePoint& from, const vec3& to) {
-  const vec3 towards = to - from.position;
-  const float distance = glm::length(towards);
-  return distance > 0 && unoccluded(context, shadow_ray(from, towards / distance, distance));
 }
 
 // body(i) for each of the rays that nothing blocks, in their order.
