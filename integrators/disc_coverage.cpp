@@ -22,7 +22,8 @@ float kernel_quantile(Kernel kernel, float u) {
 
 }  // namespace
 
-float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u) const {
+float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u,
+                          const NearWalls& walls) const {
   const vec3& normal = at.normal();
   const Frame frame = Frame::from_normal(normal);
   const float x = kernel_quantile(rules_.kernel, u.x), distance = radius * std::sqrt(x), angle = 2 * pi * u.y;
@@ -34,11 +35,15 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
   const SurfacePoint point = context.scene.surface_at(ray, hit);
   const float facing = std::abs(glm::dot(point.normal, normal));
   if (!receivers_.stores(point.material) || facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
+  // Behind a wall no photons count.
+  if (!walls.none() && walls.may_hide(point.position, ray.origin) && !unoccluded(context, segment(at.origin(), ray.origin)))
+    return 0;
   const float hit_x = x + square((height - hit.t) / radius), shape = kernel_shape(rules_.kernel, x);
   return hit_x < 1 && shape > 0 ? kernel_shape(rules_.kernel, hit_x) / (shape * facing) : 0;
 }
 
-void DiscCoverage::measure(const RenderContext& context, std::size_t slot, const GatherPoint& at, float radius, float weight) {
+void DiscCoverage::measure(const RenderContext& context, std::size_t slot, const GatherPoint& at, float radius, float weight,
+                           const NearWalls& walls) {
   Slot& s = slots_[slot];
   const bool whole = s.covered >= nearly_whole * s.whole;
   if (whole && s.probes >= 32 && s.gathers++ % 16 != 0) return;
@@ -46,10 +51,11 @@ void DiscCoverage::measure(const RenderContext& context, std::size_t slot, const
   double sum = 0;
   if (rules_.sampler == SamplerKind::sobol) {
     const SobolPair points(context.seed, Stream::probe, slot, 0);
-    for (std::uint32_t i = 0; i < probes; ++i) sum += probe(context, at, radius, points.point(s.probes + i));
+    for (std::uint32_t i = 0; i < probes; ++i) sum += probe(context, at, radius, points.point(s.probes + i), walls);
   } else {
     for (std::uint32_t i = 0; i < probes; ++i)
-      sum += probe(context, at, radius, Sampler(rules_.sampler, context.seed, Stream::probe, slot, s.probes + i).get_2d());
+      sum +=
+          probe(context, at, radius, Sampler(rules_.sampler, context.seed, Stream::probe, slot, s.probes + i).get_2d(), walls);
   }
   s.probes += probes;
   s.whole += weight;

@@ -15,7 +15,7 @@
 //
 // Only photons within 0.2 r of the tangent plane count, and likewise only surfaces that probes meet within it, weighted by the
 // kernel at their distance over the cosine; of stacked surfaces a probe meets the upper one. Surfaces that hold no photons or
-// that the side test rejects do not count. Light from behind a wall on the same floor still leaks.
+// that the side test rejects do not count, nor what a wall hides from the point.
 //
 // The probes of a pixel are points of one low-discrepancy sequence: 16 in the first pass, then one per pass. Where part of the
 // disc was found missing there are four per pass, and two from the 64th pass on; where 32 probes found all of it, one in every
@@ -40,13 +40,15 @@ class DiscCoverage {
   static bool near_plane(const vec3& offset, const vec3& normal, float radius) {
     return std::abs(glm::dot(offset, normal)) <= flatness * radius;
   }
-  // The kernel's disc of one gather, with the weight that its photons have in the image.
-  void measure(const RenderContext& context, std::size_t slot, const GatherPoint& at, float radius, float weight);
+  // The kernel's disc of one gather, with the weight that its photons have in the image. `walls`: what may hide part of the
+  // disc from the point.
+  void measure(const RenderContext& context, std::size_t slot, const GatherPoint& at, float radius, float weight,
+               const NearWalls& walls);
   // The factor by which the photons' sum over all passes must be multiplied.
   double correction(std::size_t slot) const;
 
   // Estimates the covered share of the kernel's integral by one point of the disc, chosen with `u`.
-  float probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u) const;
+  float probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u, const NearWalls& walls) const;
 
  private:
   static constexpr float flatness = 0.2f;  // of the radius

@@ -97,7 +97,7 @@ PhotonMap::Estimate FinalGather::reflected(const SurfacePoint& point, const Bsdf
                                            int max_scatterings) const {
   if (irradiance && bsdf.is_diffuse() && max_scatterings >= irradiance->longest()) {
     const vec3 normal = glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal;
-    if (const auto found = irradiance->at(point.position, normal))
+    if (const auto found = irradiance->at(context, point.position, normal, ray_origin(point, normal)))
       return {found->irradiance * bsdf.diffuse_albedo() * inv_pi, found->resolution, found->grain};
   }
   return map.measure(context, GatherPoint(point, bsdf, wo, photon_any, max_scatterings));

@@ -44,7 +44,9 @@ struct TangentView {
     return std::abs(glm::dot(context.scene.surface_at(ray, hit).normal, normal)) > 0.7f;
   }
   float free_way(const vec3& direction) const {
-    const Ray ray{.origin = position + (0.01f * radius + clearance_of(position, normal, radius)) * normal, .direction = direction, .t_max = radius};
+    const Ray ray{.origin = position + (0.01f * radius + clearance_of(position, radius)) * normal,
+                  .direction = direction,
+                  .t_max = radius};
     const Hit hit = trace(context, ray);
     return hit && !same_surface(ray, hit) ? 0.99f * hit.t : radius;
   }

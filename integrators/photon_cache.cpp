@@ -152,7 +152,7 @@ void PhotonCache::gather(const RenderContext& context, std::span<PathSample> pat
 }
 
 IrradianceEstimate PhotonCache::density(const RenderContext& context, const CachePoint& point, int depth) const {
-  const GatherPoint at = GatherPoint::irradiance(point.position, point.geometric, max_depth_ - depth);
+  const GatherPoint at = GatherPoint::irradiance(point.position, point.geometric, point.origin, max_depth_ - depth);
   const PhotonMap::Estimate found = maps_.global().measure(context, at);
   IrradianceEstimate estimate;
   estimate.irradiance = found.radiance;
@@ -236,7 +236,11 @@ void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, fl
     // Of photons that stay; of those that are new in every iteration the samples' scatter tells.
     if (context.states_error && !params_.retrace && params_.k > 0)
       sample.cached_error += luminance(throughput * caustics) * std::sqrt(kernel_noise / static_cast<float>(params_.k));
-    const bool cached = remaining >= 1 && is_cached(bsdf);
+    // Records by density know nothing of walls; near them photons are gathered at the point itself.
+    const PhotonMap& map = maps_.global();
+    const bool by_walls =
+        !gathers_ && !map.near_walls(point.position, towards(point.normal, point.normal, wo), map.radius()).none();
+    const bool cached = remaining >= 1 && is_cached(bsdf) && !by_walls;
     bool found = false;
     if (cached) {
       const auto record =

@@ -58,11 +58,16 @@ GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3
       constant_(bsdf.is_diffuse() && point.shading_normal == point.normal),
       longest_(std::min(max_scatterings, 65535)),
       flank_density_(flank_density),
-      constant_reflectance_(constant_ ? bsdf.diffuse_albedo() * inv_pi : Rgb(0)) {}
+      constant_reflectance_(constant_ ? bsdf.diffuse_albedo() * inv_pi : Rgb(0)) {
+  origin_ = ray_origin(point, normal_);
+  transmits_ = bsdf.transmits();
+  if (transmits_) far_origin_ = ray_origin(point, -normal_);
+}
 
-GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, int max_scatterings) {
+GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, const vec3& origin, int max_scatterings) {
   GatherPoint at;
   at.position_ = position;
+  at.origin_ = origin;
   at.wo_ = at.normal_ = normal;
   at.histories_ = photon_any;
   at.constant_ = true;
@@ -92,27 +97,31 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   const float grain = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;
   if (disc.count == 0 || !(disc.radius_squared > 0)) return {Rgb(0), radius};
   const std::span<const Neighbour> near(neighbours.data(), disc.count);
-  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius, grain};
+  if (options_.edges == Edges::hull) return {over_hull(context, at, near, disc), radius, grain};
   std::optional<VisibleDomain> domain;
   if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), radius);
+  const NearWalls walls = near_walls(at, radius);
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
-    if (at.counts(photons_, id, options_.side_test) && (!domain || domain->contains(photons_.position[id] - at.position())))
+    if (counts(context, at, id, distance_squared, walls) &&
+        (!domain || domain->contains(photons_.position[id] - at.position())))
       sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
   return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius, grain};
 }
 
 // The hull of a few photons does not tell where the surface ends: then the whole disc is used.
-Rgb PhotonMap::over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const {
+Rgb PhotonMap::over_hull(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
+                         const KernelDisc& disc) const {
   constexpr std::size_t fewest = 8;
   static thread_local std::vector<Rgb> reflected;
   static thread_local std::vector<vec2> positions;
   reflected.clear();
   positions.clear();
   const Frame frame = Frame::from_normal(at.normal());
+  const NearWalls walls = near_walls(at, std::sqrt(disc.radius_squared));
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near) {
-    if (!at.counts(photons_, id, options_.side_test)) continue;
+    if (!counts(context, at, id, distance_squared, walls)) continue;
     reflected.push_back(at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared));
     positions.push_back(in_tangent_plane(frame, photons_.position[id] - at.position()));
     sum += reflected.back();
@@ -141,15 +150,16 @@ const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
 
 // Balls of growing radius until one holds enough that count: behind a thin wall may lie thousands that do not, which would all
 // be among the nearest.
-float PhotonMap::distance_to(int k, const GatherPoint& at, float r_max) const {
+float PhotonMap::distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max) const {
   if (photons_.empty() || k < 1) return r_max;
   static thread_local std::vector<float> counted;
   const float first = std::max(0.25f * radius_, std::numeric_limits<float>::min());  // from zero it would not grow
   for (float r = std::min(r_max, first);; r = std::min(r_max, 1.6f * r)) {
     const Neighbours& found = within(at.position(), r);
     counted.clear();
+    const NearWalls walls = near_walls(at, r);
     for (const auto& [id, distance_squared] : found)
-      if (at.counts(photons_, id, options_.side_test)) counted.push_back(distance_squared);
+      if (counts(context, at, id, distance_squared, walls)) counted.push_back(distance_squared);
     if (counted.size() >= static_cast<std::size_t>(k)) break;
     if (r >= r_max || found.size() == photons_.size()) return r_max;
   }

@@ -14,8 +14,10 @@
 #pragma once
 
 #include "framework/transport/bsdf.h"
+#include "framework/transport/ray_tools.h"
 #include "integrators/density_kernel.h"
 #include "integrators/photons.h"
+#include "integrators/wall_grid.h"
 
 #include <memory>
 
@@ -29,7 +31,7 @@ struct GatherOptions {
   int k = 50;
   float radius = 0;  // metres; with k the largest radius of the search; 0: from the photons' own density
   Kernel kernel = Kernel::epanechnikov;
-  bool side_test = true;            // refuse photons that arrived on another side than the one that is looked at
+  bool side_test = true;  // refuse photons that arrived on another side than the one that is looked at, or past a wall
   float largest_radius = infinity;  // metres; bounds a radius that is found from the photons' density
   Edges edges = Edges::disc;
 };
@@ -56,7 +58,8 @@ class GatherPoint {
 
   // Irradiance on the side of unit `normal`, by photons with at most `max_scatterings` events behind them, which are reflected
   // as they are.
-  static GatherPoint irradiance(const vec3& position, const vec3& normal, int max_scatterings = 65535);
+  // `origin`: of rays that leave to that side.
+  static GatherPoint irradiance(const vec3& position, const vec3& normal, const vec3& origin, int max_scatterings = 65535);
 
   const vec3& position() const { return position_; }
   const vec3& normal() const { return normal_; }  // geometric, on the side of wo
@@ -67,9 +70,19 @@ class GatherPoint {
     const PhotonSide side = photons.side[id];
     if (!(side.history & histories_) || photons.scatterings[id] > longest_) return false;
     const float facing = side_test ? glm::dot(side.normal(), normal_) : 1;
-    if (!((constant_ ? facing : std::abs(facing)) >= 0.1f)) return false;
+    if (!((transmits_ ? std::abs(facing) : facing) >= 0.1f)) return false;
     return !of_flanks() || bsdf_->pdf(wo_, photons.direction[id]) < flank_density_;
   }
+  // Does no wall stand between the point and the way of a photon that counts? Photons on the far side of a surface that lets
+  // light through are looked at from there.
+  bool sees(const RenderContext& context, const Photons& photons, std::uint32_t id, float distance,
+            const NearWalls& walls) const {
+    const bool same_side = !transmits_ || glm::dot(photons.side[id].normal(), normal_) > 0;
+    const vec3 end = before_landing(photons.position[id], photons.direction[id], photons.flown[id], distance);
+    if (same_side && !walls.may_hide(photons.position[id], end)) return true;
+    return unoccluded(context, segment(same_side ? origin_ : far_origin_, end));
+  }
+  const vec3& origin() const { return origin_; }
   // f_r times the power of a photon that counts.
   Rgb reflected(const Photons& photons, std::uint32_t id) const {
     if (constant_) return photons.power[id] * constant_reflectance_;
@@ -92,6 +105,8 @@ class GatherPoint {
   const Bsdf* bsdf_ = nullptr;  // null: constant
   vec3 position_;
   vec3 wo_, normal_;
+  vec3 origin_, far_origin_;  // of rays to either side
+  bool transmits_ = false;
   PhotonSide front_, back_;  // of normal_, as photons know it
   PhotonHistory histories_;
   bool constant_;  // f_r is the same for every direction
@@ -104,6 +119,8 @@ class PhotonMap {
  public:
   // Takes the photons along a space-filling curve and builds `query` over them.
   void build(Photons photons, std::unique_ptr<PointQuery> query, const GatherOptions& options);
+  // With them, photons that the side test lets pass are refused where a wall hides them.
+  void set_walls(std::shared_ptr<const WallGrid> walls) { walls_ = std::move(walls); }
 
   // What `estimate` finds, and within which radius.
   struct Estimate {
@@ -124,10 +141,11 @@ class PhotonMap {
   // the point reflect (f_r times power, in W/sr), and where it lies, seen from there. The sum, each times kernel_shape over
   // pi radius^2, is the radiance.
   template <class Visit>
-  void gather(const GatherPoint& at, float radius, const Visit& visit) const {
+  void gather(const RenderContext& context, const GatherPoint& at, float radius, const Visit& visit) const {
     if (photons_.empty()) return;
+    const NearWalls walls = near_walls(at, radius);
     for (const auto& [id, distance_squared] : within(at.position(), radius))
-      if (at.counts(photons_, id, options_.side_test))
+      if (counts(context, at, id, distance_squared, walls))
         visit(at.reflected(photons_, id), photons_.position[id] - at.position(), distance_squared);
   }
 
@@ -140,22 +158,34 @@ class PhotonMap {
   }
 
   // Distance to the k-th nearest photon that counts at the point, or `r_max` where there are fewer.
-  float distance_to(int k, const GatherPoint& at, float r_max) const;
+  float distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max) const;
 
   std::size_t size() const { return photons_.size(); }
   const Photons& photons() const { return photons_; }  // along a curve
   float radius() const { return radius_; }             // the fixed one, or the largest of the search
+  // What may hide photons within the radius of a point.
+  NearWalls near_walls(const vec3& position, const vec3& normal, float radius) const {
+    return walls_ ? walls_->near(position, normal, radius) : NearWalls();
+  }
+  NearWalls near_walls(const GatherPoint& at, float radius) const { return near_walls(at.position(), at.normal(), radius); }
 
  private:
+  bool counts(const RenderContext& context, const GatherPoint& at, std::uint32_t id, float distance_squared,
+              const NearWalls& walls) const {
+    return at.counts(photons_, id, options_.side_test) &&
+           (walls.none() || at.sees(context, photons_, id, std::sqrt(distance_squared), walls));
+  }
   // In a buffer of this thread's.
   const Neighbours& within(const vec3& position, float radius) const;
   const Neighbours& nearest(const vec3& position, int k) const;
   float automatic_radius() const;
-  Rgb over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const;
+  Rgb over_hull(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
+                const KernelDisc& disc) const;
 
   Photons photons_;
   PhotonHistory held_ = 0;  // histories that photons have
   std::unique_ptr<PointQuery> query_;
+  std::shared_ptr<const WallGrid> walls_;
   GatherOptions options_;
   float radius_ = 0;
 };

@@ -30,7 +30,7 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
 
 // As many as make the kernel's radius over k of them 0.7 % of the scene's diagonal, at the median of what pixels see; but not
 // so many that a small image waits for its map.
-int PhotonMaps::enough_photons(const RenderContext& context) const {
+int PhotonMaps::enough_photons(const RenderContext& context) {
   constexpr int pilots = 40000, near = 10, lines = 32;
   const auto timed = context.phases.measure("pilot");
   PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
@@ -42,7 +42,8 @@ int PhotonMaps::enough_photons(const RenderContext& context) const {
   parallel_for(radii.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
     const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, receivers_.get());
-    if (seen) radii[i] = map.distance_to(near, GatherPoint::irradiance(seen.position, seen.geometric), diagonal);
+    if (seen)
+      radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), diagonal);
   });
   std::erase(radii, 0.0f);
   if (radii.empty() || !(diagonal > 0)) return fewest_photons;
@@ -82,9 +83,12 @@ Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) 
   return trace_photons(context, *receivers_, pass);
 }
 
-void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) const {
+void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) {
   map.build(std::move(photons), context.make_points(params_.structure),
             {params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test, largest_radius_, edges});
+  if (!params_.side_test) return;
+  walls_ = wall_grid(context.scene, map.radius(), walls_);
+  map.set_walls(walls_);
 }
 
 // The event at which a photon is gathered counts too, and so does the one at the visible point before a gather ray.

@@ -97,11 +97,11 @@ class PhotonMaps {
   }
 
  private:
-  int enough_photons(const RenderContext& context) const;
+  int enough_photons(const RenderContext& context);
   void mark_seen(const RenderContext& context);
   PhotonPass pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep, const VisibleRegion* visible) const;
   Photons trace(const RenderContext& context, const PhotonPass& pass) const;
-  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) const;
+  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges);
 
   PhotonMapsParams params_;
   PhotonMapsUse use_;
@@ -113,6 +113,7 @@ class PhotonMaps {
   std::unique_ptr<Receivers> receivers_;
   PhotonMap global_, caustic_;
   std::unique_ptr<PhotonIrradiance> irradiance_;  // of the global map, for gather rays
+  std::shared_ptr<const WallGrid> walls_;         // of the map that was built last
   float largest_radius_ = infinity;
   std::unique_ptr<VisibleRegion> seen_, gathered_;  // by camera paths, and by gather rays; null where not needed
 };

@@ -103,7 +103,7 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     const bool receiver = receivers_(point.material);
     const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
     if (receivers_.stores(point.material) && stores(history)) {
-      out.add(point.position, power, from, normal, history, scatterings);
+      out.add(point.position, power, from, hit.t, normal, history, scatterings);
       matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
     }
     if (scatterings >= pass_.max_scatterings) return matters;

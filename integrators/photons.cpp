@@ -74,11 +74,12 @@ PhotonSide::PhotonSide(const vec3& normal, PhotonHistory of) : history(of) {
   x = quantise(normal.x), y = quantise(normal.y), z = quantise(normal.z);
 }
 
-void Photons::add(const vec3& at, const Rgb& watts, const vec3& from, const vec3& normal_from, PhotonHistory history,
+void Photons::add(const vec3& at, const Rgb& watts, const vec3& from, float way, const vec3& normal_from, PhotonHistory history,
                   int events) {
   position.push_back(at);
   power.push_back(watts);
   direction.push_back(from);
+  flown.push_back(way);
   side.emplace_back(normal_from, history);
   scatterings.push_back(static_cast<std::uint16_t>(std::min(events, 65535)));
 }

@@ -60,12 +60,14 @@ struct Photons {
   std::vector<vec3> position;
   std::vector<Rgb> power;       // W, divided by the number emitted
   std::vector<vec3> direction;  // unit, to where the photon came from
+  std::vector<float> flown;     // metres, on its last way
   std::vector<PhotonSide> side;
   std::vector<std::uint16_t> scatterings;  // before it landed; 65535 stands for all above
 
   std::size_t size() const { return position.size(); }
   bool empty() const { return position.empty(); }
-  void add(const vec3& at, const Rgb& watts, const vec3& from, const vec3& normal_from, PhotonHistory history, int events);
+  void add(const vec3& at, const Rgb& watts, const vec3& from, float way, const vec3& normal_from, PhotonHistory history,
+           int events);
   void append(const Photons& more);
   void reserve(std::size_t count);
   void clear();
@@ -79,6 +81,7 @@ struct Photons {
     body(&Photons::position);
     body(&Photons::power);
     body(&Photons::direction);
+    body(&Photons::flown);
     body(&Photons::side);
     body(&Photons::scatterings);
   }

@@ -12,43 +12,6 @@ float median(std::vector<float> values) {
   return *middle;
 }
 
-// The radius at which the disc must end so that no light leaks from behind a wall on the same floor, where photons hidden from
-// the point are more than even light would have there: the distance to the wall's far side, but at least a fifth of the radius,
-// or too few photons would be left. Infinity where the light that leaks into the wide disc is less than twice the noise that
-// the narrow one would have after 64 passes.
-float clear_radius(const RenderContext& context, const PhotonMap& map, const GatherPoint& at, float radius) {
-  constexpr float lift = 0.05f;  // above the surface, of the distance: it may curve
-  float far_side = radius, seen = 0, hidden = 0;
-  map.gather(at, radius, [&](const Rgb&, const vec3& offset, float distance_squared) {
-    const float distance = std::sqrt(distance_squared);
-    const Ray back{at.position() + offset + lift * distance * at.normal(), 0, -offset / distance, distance};
-    const Hit hit = distance > 0 ? context.rays.closest(back) : Hit{};
-    ++(hit ? hidden : seen);
-    if (hit) far_side = std::min(far_side, distance - hit.t);
-  });
-  if (hidden == 0) return infinity;
-  // Of the disc, behind a straight wall.
-  const float x = far_side / radius, share = (std::acos(x) - x * std::sqrt(1 - x * x)) * inv_pi;
-  const float even = seen * share / (1 - share);
-  const float leaked = (hidden - even - 2 * std::sqrt(even + 1)) / std::max(seen, 1.0f);
-  const float narrow = std::max(x, 0.2f), noise = 1 / (narrow * std::sqrt(64 * (seen + 1)));
-  return leaked > 2 * noise ? narrow * radius : infinity;
-}
-
-// The least value of a pixel and its eight neighbours, for each of the `kinds` values that a pixel has.
-std::vector<float> least_around(const std::vector<float>& values, ivec2 resolution, std::size_t kinds) {
-  std::vector<float> least = values;
-  const auto at = [&](ivec2 pixel) { return (static_cast<std::size_t>(pixel.y) * resolution.x + pixel.x) * kinds; };
-  parallel_pixels(resolution, [&](ivec2 pixel) {
-    const ivec2 first = glm::max(pixel - 1, ivec2(0)), last = glm::min(pixel + 1, resolution - 1);
-    for (ivec2 other = first; other.y <= last.y; ++other.y)
-      for (other.x = first.x; other.x <= last.x; ++other.x)
-        for (std::size_t kind = 0; kind < kinds; ++kind)
-          least[at(pixel) + kind] = std::min(least[at(pixel) + kind], values[at(other) + kind]);
-  });
-  return least;
-}
-
 }  // namespace
 
 ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoints points)
@@ -77,6 +40,10 @@ void ProgressivePasses::prepare(const RenderContext& context) {
   seen_ = find_seen(context, *receivers_, {2, max_depth_, sampler_, params_.side_test}, 1.5f * widest_);
 }
 
+void ProgressivePasses::look_for_walls(const RenderContext& context, float radius) {
+  if (params_.side_test && radius > 0) walls_ = wall_grid(context.scene, radius, walls_);
+}
+
 PhotonMap ProgressivePasses::trace_map(const RenderContext& context, std::uint32_t pass) const {
   return make_map(context, trace(context, pass), {0, 1, kernel_, params_.side_test});
 }
@@ -93,16 +60,20 @@ PhotonMap ProgressivePasses::make_map(const RenderContext& context, Photons phot
   const auto timed = context.phases.measure("build");
   PhotonMap map;
   map.build(std::move(photons), context.make_points(params_.structure), options);
+  if (params_.side_test) map.set_walls(walls_);
   return map;
 }
 
 // Photons that nobody sees are left out: behind a thin wall they may be many times as dense as before it.
-PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) const {
+PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) {
   const Photons photons = trace(context, pilot_key);
   std::vector<std::uint32_t> seen;
   for (std::uint32_t i = 0; i < photons.size(); ++i)
     if (seen_->contains(photons.position[i], photons.side[i].normal())) seen.push_back(i);
-  return make_map(context, photons.reordered(seen), {params_.neighbours, 0, kernel_, params_.side_test});
+  PhotonMap map = make_map(context, photons.reordered(seen), {params_.neighbours, 0, kernel_, params_.side_test});
+  look_for_walls(context, map.radius());
+  if (params_.side_test) map.set_walls(walls_);
+  return map;
 }
 
 std::unique_ptr<DiscCoverage> ProgressivePasses::make_coverage(const RenderContext& context) const {
@@ -111,30 +82,25 @@ std::unique_ptr<DiscCoverage> ProgressivePasses::make_coverage(const RenderConte
                                         states(context));
 }
 
-InitialRadii ProgressivePasses::pilot(const RenderContext& context) const {
+InitialRadii ProgressivePasses::pilot(const RenderContext& context) {
   if (params_.radius > 0) return InitialRadii(states(context), params_.radius);
   const PhotonMap map = pilot_map(context);
   InitialRadii radii(states(context), 0);
-  std::vector<float> clear(radii.size(), infinity);
   const int of_flanks = std::max(1, params_.neighbours / 4);
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     for (std::uint32_t i = 0; i < points_.per_pixel(); ++i)
       camera(context, pixel, i, [&](const GatherPoint& at, const Rgb&) {
         const std::size_t state = first_state(context, pixel, i) + (at.of_flanks() ? 1 : 0);
-        if (radii[state] > 0) return;
-        radii[state] = map.distance_to(at.of_flanks() ? of_flanks : params_.neighbours, at, widest_);
-        if (params_.clear_radius) clear[state] = clear_radius(context, map, at, radii[state]);
+        if (radii[state] == 0)
+          radii[state] = map.distance_to(context, at.of_flanks() ? of_flanks : params_.neighbours, at, widest_);
       });
   });
-  // Later paths see other points of the pixel.
-  if (params_.clear_radius && points_.fixed == 0) clear = least_around(clear, context.resolution, kinds());
   for (std::size_t kind = 0; kind < kinds(); ++kind) {
     std::vector<float> known;
     for (std::size_t s = kind; s < radii.size(); s += kinds())
       if (radii[s] > 0) known.push_back(radii[s]);
     const float usual = known.empty() ? widest_ : median(known);
-    for (std::size_t s = kind; s < radii.size(); s += kinds())
-      radii[s] = std::min(radii[s] > 0 ? std::min(radii[s], 2 * usual) : usual, clear[s]);
+    for (std::size_t s = kind; s < radii.size(); s += kinds()) radii[s] = radii[s] > 0 ? std::min(radii[s], 2 * usual) : usual;
   }
   return radii;
 }

@@ -14,16 +14,14 @@
 // and smoother ([Jensen2001] divides the light so).
 //
 // Photons are gathered at receivers and, with flanks = "gathered" where rough lobes carry the camera path on, in their flanks
-// (integrators/photons.h), which have a radius of their own per pixel. That is the default of cppm, whose radii shrink quickly
-// where light leaks from behind a wall on the same floor; with radii that shrink slowly the leaks outweigh the noise.
+// (integrators/photons.h), which have a radius of their own per pixel. That is the default of cppm.
 //
 // r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice the
 // median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what is
-// reflected and light leaks there under doors. It is independent of the photons that are gathered, and so adds no bias of its
-// own. With `clear_radius`, a disc that would hold photons of a brighter place hidden behind something on the same floor (a
-// wall; or a glass, beside its caustic) ends there, and so do those of neighbouring pixels, since later paths see other points.
-// Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is found once, by two paths
-// per pixel.
+// reflected. It is independent of the photons that are gathered, and so adds no bias of its
+// own. Photons that a wall hides from the point do not count (integrators/wall_grid.h), nor does the part of the disc behind
+// it. Photons are emitted by power, or where they will be seen (integrators/photons.h); the region seen is found once, by two
+// paths per pixel.
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
 // paths, and noise that does not come from photons (edges, reflections in glass) falls as fast as theirs. `photons_per_pixel`
@@ -43,6 +41,7 @@
 #include "integrators/visible_region.h"
 
 #include <array>
+#include <atomic>
 #include <functional>
 
 namespace etendue {
@@ -52,7 +51,6 @@ struct ProgressiveParams {
   float photons_per_pixel = 1;
   int neighbours = 20;
   float radius = 0;
-  bool clear_radius = true;
   std::string direct = "sample";
   std::string kernel = "epanechnikov";
   std::string emission = "power";
@@ -74,7 +72,6 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.integer("neighbours", p.neighbours, 0, 1000000, "photons",
             "of one iteration within the first radius; 0: 50 where surfaces that light reaches are diffuse, else 20");
   v.number("radius", p.radius, 0, 1e12, "m", "first radius of every pixel; 0: from the density of the photons");
-  v.flag("clear_radius", p.clear_radius, "where radius = 0: end discs at walls that hide a brighter part of the same floor");
   v.choice("direct", p.direct, {"sample", "photons"}, "direct light by sampling lights, or by photons like all else");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.choice("emission", p.emission, {"power", "importance", "visibility"},
@@ -109,8 +106,10 @@ class ProgressivePasses {
   ProgressivePasses(const ProgressiveParams& params, VisiblePoints points);
 
   void prepare(const RenderContext& context);
+  // Walls count in gathers of this radius, and cost more in wider ones.
+  void look_for_walls(const RenderContext& context, float radius);
   PhotonMap trace_map(const RenderContext& context, std::uint32_t pass) const;
-  InitialRadii pilot(const RenderContext& context) const;
+  InitialRadii pilot(const RenderContext& context);
 
   // Radiance that arrives along the camera path of a pixel without photons. at(GatherPoint, throughput) at each receiver.
   template <class Gather>
@@ -150,7 +149,7 @@ class ProgressivePasses {
  private:
   Photons trace(const RenderContext& context, std::uint64_t key) const;
   PhotonMap make_map(const RenderContext& context, Photons photons, const GatherOptions& options) const;
-  PhotonMap pilot_map(const RenderContext& context) const;
+  PhotonMap pilot_map(const RenderContext& context);
 
   ProgressiveParams params_;
   VisiblePoints points_;
@@ -163,6 +162,7 @@ class ProgressivePasses {
   std::unique_ptr<Receivers> receivers_;
   float widest_ = infinity;              // radius
   std::unique_ptr<VisibleRegion> seen_;  // null where it is not needed
+  std::shared_ptr<const WallGrid> walls_;
 };
 
 // A method: the passes and its policy, made of the initial radii.
@@ -177,12 +177,15 @@ class ProgressivePhotonMapping final : public Integrator {
   void prepare(RenderContext& context) override {
     const auto timed = context.phases.measure("pilot");
     passes_.prepare(context);
-    policy_ = std::make_unique<Policy>(make_policy_(passes_.pilot(context)));
+    InitialRadii radii = passes_.pilot(context);
+    if (!radii.empty()) widest_reach_ = *std::max_element(radii.begin(), radii.end());
+    policy_ = std::make_unique<Policy>(make_policy_(std::move(radii)));
     coverage_ = passes_.make_coverage(context);
     if (coverage_) totals_.resize(passes_.states(context));
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
+    passes_.look_for_walls(context, widest_reach_.exchange(0));
     const PhotonMap map = passes_.trace_map(context, index);
     const auto timed = context.phases.measure("gather");
     const std::uint32_t pass = index / per_pixel();
@@ -233,17 +236,20 @@ class ProgressivePhotonMapping final : public Integrator {
     radiance.other = passes_.camera(context, pixel, index, [&](const GatherPoint& at, const Rgb& throughput) {
       const std::size_t kind = at.of_flanks() ? 1 : 0, state = first + kind;
       auto& observed = all_observed[kind];
-      const GatherDisc disc = policy_->disc({state, pass, map, at});
+      const GatherDisc disc = policy_->disc({context, state, pass, map, at});
+      for (float widest = widest_reach_; widest < disc.reach && !widest_reach_.compare_exchange_weak(widest, disc.reach);)
+        continue;
       const float per_square = 1 / square(disc.radius);
       observed.begin(disc, at, throughput);
       Rgb sum(0);
-      map.gather(at, disc.reach, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
+      map.gather(context, at, disc.reach, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
         if (coverage_ && !DiscCoverage::near_plane(offset, at.normal(), disc.radius)) return;
         observed.add(reflected, offset, distance_squared);
         const float x = distance_squared * per_square;
         if (x <= 1) sum += reflected * kernel_shape(kernel, x);
       });
-      if (coverage_) coverage_->measure(context, state, at, disc.radius, luminance(throughput));
+      if (coverage_)
+        coverage_->measure(context, state, at, disc.radius, luminance(throughput), map.near_walls(at, disc.radius));
       radiance.from_photons[kind] += throughput * sum * (inv_pi * per_square);
       gathered[kind] = true;
     });
@@ -258,6 +264,7 @@ class ProgressivePhotonMapping final : public Integrator {
   std::unique_ptr<Policy> policy_;
   std::unique_ptr<DiscCoverage> coverage_;  // null: whole discs
   std::vector<Totals> totals_;              // by slot; empty without coverage
+  std::atomic<float> widest_reach_ = 0;     // of the last pass's gathers
 };
 
 // MSE exponent of radii that shrink as r^2 ~ n^(alpha - 1): variance ~ n^-alpha against bias^2 ~ n^(-2 (1 - alpha))

@@ -31,6 +31,7 @@ using InitialRadii = std::vector<float>;
 
 // Where, and in which pass, a radius is needed.
 struct GatherSite {
+  const RenderContext& context;
   std::size_t pixel;
   std::uint32_t pass;  // from 0
   const PhotonMap& map;
@@ -83,7 +84,7 @@ class NearestRadius {
 
   NearestRadius(int k, float r_max) : k_(k), r_max_(r_max) {}
   GatherDisc disc(const GatherSite& site) const {
-    const float r = site.map.distance_to(k_, site.at, r_max_);
+    const float r = site.map.distance_to(site.context, k_, site.at, r_max_);
     return GatherDisc(r < r_max_ ? std::nextafter(r, 0.0f) : r);
   }
   void update(std::size_t, std::uint32_t, const Observed&) {}

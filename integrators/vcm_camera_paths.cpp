@@ -138,7 +138,6 @@ void CameraPaths::merge(const Vertex& v, Rgb& radiance) {
   conditional_.clear();
   radiance += v.path.throughput * merges_.radiance(v.point, v.bsdf, v.wo, v.path.mis, v.depth, trail_, conditional_);
   for (const VcmMerges::Conditional& merge : conditional_) {
-    if (merge.rise && !unoccluded(context_, *merge.rise)) continue;
     gains_.push_back({&radiance, v.path.throughput * merge.radiance});
     shadow_rays_.push_back(merge.way);
   }

@@ -42,7 +42,7 @@ class LightPaths::Tracer {
       if (bsdf.has_non_specular()) {
         splat(path, point, bsdf, sampler, depth);
         const LightTrail* const trail = settings_.correlation ? &chunk_.trails.back() : nullptr;
-        if (keep_) chunk_.vertices.push_back({point, -path.ray.direction, path.throughput, path.mis, depth + 1, trail});
+        if (keep_) chunk_.vertices.push_back({point, -path.ray.direction, hit.t, path.throughput, path.mis, depth + 1, trail});
       }
       if (depth + 1 >= settings_.max_depth ||
           !scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::importance, chunk_.trail))

@@ -21,8 +21,9 @@ struct LightTrail {
 
 struct LightVertex {
   SurfacePoint point;
-  vec3 wo;    // unit, to where the light came from
-  Rgb power;  // W that arrives, for one path in total
+  vec3 wo;      // unit, to where the light came from
+  float flown;  // metres, from there
+  Rgb power;    // W that arrives, for one path in total
   MisPartials mis{};
   std::int32_t events = 0;  // scattering events up to and with this vertex
   const LightTrail* trail = nullptr;

@@ -1,7 +1,7 @@
 #include "integrators/vcm_merges.h"
 
 #include "framework/core/parallel.h"
-#include "framework/scene/clearance.h"
+#include "framework/transport/ray_tools.h"
 #include "integrators/photons.h"
 
 namespace etendue {
@@ -10,10 +10,6 @@ namespace {
 
 // Below this cosine the light's own foreshortening is not divided out again, lest a rounding error be.
 constexpr float least_cosine = 1e-3f;
-
-// Of the distance between point and vertex: how far from their surfaces, which may curve, the way between them is (along the
-// normal, and to where the vertex's light came from, since nothing is in the way there), and what is left out at its ends.
-constexpr float lift = 0.05f, ends = 0.01f;
 
 }  // namespace
 
@@ -31,26 +27,13 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
     const LightVertex& v = *vertices[order[i]];
     positions_[i] = v.point.position;
     const float cosine = std::max(std::abs(glm::dot(v.wo, v.point.normal)), least_cosine);
-    photons_[i] = {v.wo, v.power / cosine, v.mis.vcm, v.mis.vm, v.events};
+    photons_[i] = {v.wo, v.flown, v.power / cosine, v.mis.vcm, v.mis.vm, v.events};
     if (settings.correlation) followed_[i] = {v.trail->light, v.trail->part(v.events)};
   });
   query_ = context.make_points(structure);
   query_->build(positions_);
+  if (settings.wall_test) walls_ = wall_grid(context.scene, settings.merge_radius, walls_);
   count(Counter::photons_stored, positions_.size());
-}
-
-VcmMerges::Conditional VcmMerges::between(const vec3& position, const vec3& normal, const vec3& offset, const vec3& wo,
-                                          const Rgb& radiance) {
-  const float distance = glm::length(offset), height = glm::dot(offset, normal), above = lift * distance;
-  const vec3 from = position + (above + clearance_of(position, normal, distance)) * normal;
-  const auto ray = [](const vec3& origin, const vec3& way) {
-    const float length = glm::length(way);
-    return Ray{origin, ends * length, way / std::max(length, 1e-30f), (1 - ends) * length};
-  };
-  const vec3 free = glm::dot(wo, normal) < 0 ? normal : wo;  // light that came through the surface lies on its other side
-  if (height >= -above) return {radiance, ray(from, position + offset + above * free - from), std::nullopt};
-  const vec3 vertex = position + offset + clearance_of(position, normal, distance) * free;
-  return {radiance, ray(from, offset - height * normal), ray(vertex, (above - height) * normal)};
 }
 
 Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const MisPartials& camera, int depth,
@@ -62,6 +45,7 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
   static thread_local PathDensities densities;
   densities.count_strategies(static_cast<float>(settings_.paths), settings_.merge_area());
   const vec3 normal = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
+  const NearWalls walls = walls_ ? walls_->near(point.position, normal, settings_.merge_radius) : NearWalls();
   const float share = 1 / settings_.mis_merge();
   Rgb sum(0);
   for (const Neighbour& neighbour : neighbours) {
@@ -80,9 +64,9 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
       weight = mis_balance(photon.vcm * connect + photon.vm * light_reverse, camera.merged(connect, camera_reverse));
     }
     const Rgb merged = photon.power_over_cosine * scattered * (share * weight);
-    const vec3 offset = positions_[neighbour.id] - point.position;
-    if (settings_.wall_test && offset != vec3(0))
-      conditional.push_back(between(point.position, normal, offset, photon.wo, merged));
+    const vec3 end = before_landing(positions_[neighbour.id], photon.wo, photon.flown, std::sqrt(neighbour.distance_squared));
+    if (!walls.none() && (glm::dot(photon.wo, normal) < 0 || walls.may_hide(positions_[neighbour.id], end)))
+      conditional.push_back({merged, segment(ray_origin(point, photon.wo), end)});
     else
       sum += merged;
   }

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "integrators/vcm_light_paths.h"
+#include "integrators/wall_grid.h"
 
 #include <memory>
-#include <optional>
 #include <string>
 
 namespace etendue {
@@ -21,12 +21,10 @@ class VcmMerges {
   void build(const RenderContext& context, const LightPaths& light_paths, const VcmSettings& settings,
              const std::string& structure);
 
-  // A merge that counts only if no wall stands between the point and the vertex. A vertex below the tangent plane can only be
-  // reached round an edge or a curve, so for the test it is first raised to the plane.
+  // A merge that counts only if no wall stands between the point and the vertex.
   struct Conditional {
     Rgb radiance;
     Ray way;
-    std::optional<Ray> rise;
   };
 
   // Radiance towards wo from a surface that a camera path reaches with `depth` events before it, divided among the strategies;
@@ -41,12 +39,11 @@ class VcmMerges {
  private:
   struct Photon {
     vec3 wo;
+    float flown;
     Rgb power_over_cosine;  // W, for one path in total, over the geometric cosine where it landed
     float vcm, vm;
     std::int32_t events;
   };
-
-  static Conditional between(const vec3& position, const vec3& normal, const vec3& offset, const vec3& wo, const Rgb& radiance);
 
   VcmSettings settings_;
   std::vector<vec3> positions_;
@@ -59,6 +56,7 @@ class VcmMerges {
   std::vector<Photon> photons_;
   std::vector<Followed> followed_;
   std::unique_ptr<PointQuery> query_;
+  std::shared_ptr<const WallGrid> walls_;  // null: not asked for
 };
 
 }  // namespace etendue

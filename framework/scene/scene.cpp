@@ -13,7 +13,7 @@ struct QuadricPoint {
 };
 
 // A point retreats by so many clearances, and by no more than this share of the way it was found by.
-constexpr float most_clearances = 32, most_of_way = 0.125f;
+constexpr float most_clearances = 16, most_of_way = 0.125f;
 
 vec3 normalised_or(const vec3& v, const vec3& fallback) {
   const float length = glm::length(v);
@@ -67,7 +67,11 @@ struct QuadricSurface {
   QuadricPoint operator()(const Cylinder& c) const {
     if (c.caps && (uv.y == 0 || uv.y == 1))
       return (*this)(Disk{c.base + uv.y * c.length * c.axis, c.radius, uv.y == 0 ? -c.axis : c.axis});
-    const vec3 on_axis = c.base + glm::dot(p - c.base, c.axis) * c.axis;
+    // Between caps it keeps off them, as points of triangles keep off their edges.
+    const float extent = c.length + 4 * c.radius + max_component(glm::abs(p));
+    const float margin = c.caps ? std::min(16 * unit_roundoff * extent, 0.25f * c.length) : 0;
+    const float height = std::clamp(glm::dot(p - c.base, c.axis), margin, c.length - margin);
+    const vec3 on_axis = c.base + height * c.axis;
     const vec3 n = normalised_or(p - on_axis, Frame::from_normal(c.axis).tangent);
     return {on_axis + c.radius * n, n, n, glm::cross(c.axis, n), uv};
   }
@@ -108,9 +112,10 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
     const vec3 p = ray.at(hit.t), position = p - glm::dot(p - plane.point, plane.normal) * plane.normal;
     const Frame frame = Frame::from_normal(plane.normal);
     const vec2 uv(glm::dot(position - plane.point, frame.tangent), glm::dot(position - plane.point, frame.bitangent));
-    const float clearance = clearance_of(position, plane.normal, max_component(glm::abs(position - plane.point)));
-    return {position,        plane.normal, plane.normal, frame.tangent, uv,
-            plane.material, no_id,        clearance,    retreat_of(ray, hit.t, clearance)};
+    const float clearance = clearance_of(position, max_component(glm::abs(position - plane.point)));
+    return {position,      plane.normal, plane.normal,
+            frame.tangent, uv,           plane.material,
+            no_id,         clearance,    retreat_of(ray, hit.t, clearance)};
   }
   const Instance& instance = instances[hit.instance];
   const Object& object = objects[instance.object];
@@ -130,7 +135,7 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
     s.shading_normal = shape.flip_normal ? -on.shading_normal : on.shading_normal;
     s.tangent = on.tangent;
     s.uv = on.uv;
-    s.clearance = clearance_of(s.position, s.normal, quadric_extent(quadric));
+    s.clearance = clearance_of(s.position, quadric_extent(quadric));
   }
   if (!in_world) {
     const Transform& t = instance.to_world;
@@ -139,7 +144,7 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
     s.normal = glm::normalize(t.normal(s.normal));
     s.shading_normal = glm::normalize(t.normal(s.shading_normal));
     s.tangent = t.vector(s.tangent);
-    s.clearance = rounding_along(s.normal, rounding_at(s.position) + t.error(s.position, local, s.clearance));
+    s.clearance = rounding_at(s.position) + glm::length(t.error(s.position, local, s.clearance));
   }
   s.retreat = retreat_of(ray, hit.t, s.clearance);
   return s;

@@ -64,14 +64,14 @@ AreaPoint sample_triangle_light(const Scene& scene, const Shape& shape, std::uin
   vec3 normal = shape.flip_normal ? -p.normal : p.normal;
   if (shape.has_normals)  // they tell which side emits, at each point: the one that a ray would see
     normal = scene.surface_at(Ray{}, {.t = 0, .uv = b, .instance = 0, .primitive = primitive}).normal;
-  return {p.position, normal, p.clearance, static_cast<float>(p.area)};
+  return {p.position, normal, p.clearance, p.area};
 }
 
 }  // namespace
 
 float primitive_area(const Geometry& geometry, std::uint32_t primitive) {
   if (!geometry.is_triangle(primitive)) return quadric_area(geometry.quadric(primitive));
-  return static_cast<float>(point_of(geometry, primitive, vec2(0)).area);
+  return point_of(geometry, primitive, vec2(0)).area;
 }
 
 AreaPoint sample_area(const Scene& scene, const AreaLight& light, const vec2& u) {
@@ -82,7 +82,7 @@ AreaPoint sample_area(const Scene& scene, const AreaLight& light, const vec2& u)
   const Quadric& quadric = g.quadric(light.primitive);
   AreaPoint point = std::visit(SampleQuadric{u}, quadric);
   if (shape.flip_normal) point.normal = -point.normal;
-  point.clearance = clearance_of(point.position, point.normal, quadric_extent(quadric));
+  point.clearance = clearance_of(point.position, quadric_extent(quadric));
   point.area = quadric_area(quadric);
   return point;
 }
@@ -102,7 +102,7 @@ AreaSample sample_area_towards(const Scene& scene, const AreaLight& light, const
       const float reach = along - safe_sqrt(square(sphere->radius) - across2);
       const float side = world.shape(light.primitive).flip_normal ? -1 : 1;
       const vec3 outward = (reach * wi - axis) / sphere->radius, on_sphere = sphere->centre + sphere->radius * outward;
-      const float clearance = clearance_of(on_sphere, outward, 4 * sphere->radius) + clearance_from_afar(reach);
+      const float clearance = clearance_of(on_sphere, quadric_extent(*sphere)) + clearance_from_afar(reach);
       return {wi, reach, 1 / (2 * pi * height), side * outward, on_sphere + clearance * outward};
     }
   }

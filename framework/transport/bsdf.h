@@ -36,6 +36,7 @@ class Bsdf {
   bool has_specular() const { return has_specular_; }
   bool has_non_specular() const { return has_non_specular_; }
   bool is_diffuse() const { return kind_ == Kind::diffuse; }  // diffuse only
+  bool transmits() const { return kind_ == Kind::dielectric; }
   // Reflectance of the purely diffuse part, for photon gathers and irradiance caches: f = albedo / pi. Black if there is none.
   Rgb diffuse_albedo() const;
 

@@ -9,12 +9,13 @@
 
 namespace etendue {
 
-// Origin of rays that leave a surface point to the side of `direction`: off the surface and, on the side that the point was
-// found from, back on the way to it.
+// Origin of rays that leave a surface point to the side of `direction`: off the surface. On the side that the point was found
+// from it lies on the way to the point, beside it only where that way grazes the surface.
 inline vec3 ray_origin(const SurfacePoint& point, const vec3& direction) {
-  const vec3 normal = glm::dot(direction, point.normal) < 0 ? -point.normal : point.normal;
-  const vec3 off = point.position + point.clearance * normal;
-  return glm::dot(point.retreat, normal) > 0 ? off + point.retreat : off;
+  const bool below = glm::dot(direction, point.normal) < 0;
+  const float height = glm::dot(point.retreat, point.normal) * (below ? -1.0f : 1.0f);
+  const vec3 on_way = height > 0 ? point.position + point.retreat : point.position;
+  return height >= point.clearance ? on_way : on_way + (below ? -point.clearance : point.clearance) * point.normal;
 }
 
 // A ray from a surface point along a unit direction, moved off the surface on the side it leaves to.
@@ -33,11 +34,9 @@ inline void trace(const RenderContext& context, std::span<const Ray> rays, std::
   context.rays.closest(rays, hits);
 }
 
-// Between two points that are off their surfaces.
+// Between two points that are off their surfaces. Its direction is the whole way.
 inline Ray segment(const vec3& from, const vec3& to) {
-  const vec3 way = to - from;
-  const float distance = glm::length(way);
-  return {.origin = from, .direction = way / distance, .t_max = distance * (1 - 4 * unit_roundoff)};
+  return {.origin = from, .direction = to - from, .t_max = 1 - 4 * unit_roundoff};
 }
 
 // Between two surface points that lie in unit direction wi from each other. Both ends are off their surfaces: a ray moved off

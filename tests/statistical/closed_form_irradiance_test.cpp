@@ -25,7 +25,7 @@ TEST(ClosedFormIrradiance, HasTheFormulasDerivatives) {
   const SceneContext scene(load_scene("builtin:disc-light"));
   const vec3 normal(0, 1, 0);
   for (const vec3& at : {vec3(0.3f, 0, 0.2f), vec3(-0.7f, 0, 0.5f)}) {
-    const IrradianceEstimate found = closed_form_irradiance(scene.context, {at, normal, normal, 0, 0});
+    const IrradianceEstimate found = closed_form_irradiance(scene.context, {at, normal, normal, at, 0, 0});
     const double x = at.x, z = at.z, h = 1e-4, here = disc_light(x, z);
     EXPECT_NEAR(found.irradiance.x / here, 1, 1e-5);
     EXPECT_NEAR(found.translation[0].x, (disc_light(x + h, z) - disc_light(x - h, z)) / (2 * h), 1e-3 * here);
@@ -46,8 +46,8 @@ TEST(ClosedFormIrradiance, HasTheFormulasDerivatives) {
 TEST(ClosedFormIrradiance, HasOneSidedDerivativesAtABorder) {
   const SceneContext scene(load_scene("builtin:broad-light?veil=false"));
   const vec3 normal(0, 1, 0);
-  const IrradianceEstimate inside = closed_form_irradiance(scene.context, {{1.9f, 0, 0}, normal, normal, 0, 0});
-  const IrradianceEstimate border = closed_form_irradiance(scene.context, {{1.9995f, 0, 0}, normal, normal, 0, 0});
+  const IrradianceEstimate inside = closed_form_irradiance(scene.context, {{1.9f, 0, 0}, normal, normal, vec3(0), 0, 0});
+  const IrradianceEstimate border = closed_form_irradiance(scene.context, {{1.9995f, 0, 0}, normal, normal, vec3(0), 0, 0});
   EXPECT_LT(inside.translation[0].x, 0);
   EXPECT_NEAR(border.translation[0].x / inside.translation[0].x, 1, 0.2);
   EXPECT_NE(inside.hessian.xx, 0);

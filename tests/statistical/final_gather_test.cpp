@@ -28,10 +28,10 @@ TEST(IncidentDirections, DensityIntegratesToOneAndIsTheOneThatIsSampled) {
     vec3 from(0.8f, 0.1f, 0.5f);
     if (i % 4 == 0) from = vec3(2 * random.next_float() - 1, 2 * random.next_float() - 1, 0.3f);
     from += 0.2f * vec3(random.next_float(), random.next_float(), random.next_float());
-    photons.add({random.next_float(), random.next_float(), 0}, Rgb(1 + random.next_float()), glm::normalize(from), {0, 0, 1},
+    photons.add({random.next_float(), random.next_float(), 0}, Rgb(1 + random.next_float()), glm::normalize(from), 1, {0, 0, 1},
                 photon_indirect, 1);
   }
-  photons.add(vec3(0), Rgb(1e6f), {0, 0, 1}, {0, 0, 1}, photon_direct, 0);
+  photons.add(vec3(0), Rgb(1e6f), {0, 0, 1}, 1, {0, 0, 1}, photon_direct, 0);
   PhotonMap map;
   map.build(std::move(photons), find_point_structure("brute", {}).make(), {.k = 50, .radius = 10});
   const Bsdf bsdf(plane.scene, origin);

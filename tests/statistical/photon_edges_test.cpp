@@ -48,7 +48,7 @@ class LitFloor {
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {
         const vec3 p(vec2(x - n / 2, y - n / 2) * spacing + 0.5f * spacing, height);
-        if (p.x > from && p.x < to) photons.add(p, Rgb(square(spacing) * pi), facing, facing, photon_indirect, 1);
+        if (p.x > from && p.x < to) photons.add(p, Rgb(square(spacing) * pi), facing, 1, facing, photon_indirect, 1);
       }
     map_.build(std::move(photons), find_point_structure("brute", {}).make(), options);
   }
@@ -118,7 +118,7 @@ std::pair<double, double> over_random_maps(const GatherOptions& options, float e
     for (int i = 0; i < photons_in_all; ++i) {
       const float x = 2 * random.next_float() - 1;
       const vec3 p(x, 2 * random.next_float() - 1, 0);
-      if (x < edge) photons.add(p, Rgb(pi / 300), {0, 0, 1}, {0, 0, 1}, photon_indirect, 1);
+      if (x < edge) photons.add(p, Rgb(pi / 300), {0, 0, 1}, 1, {0, 0, 1}, photon_indirect, 1);
     }
     PhotonMap map;
     map.build(std::move(photons), find_point_structure("kd-tree", {}).make(), options);
@@ -173,7 +173,7 @@ double probed_share(const SceneContext& stage, const SurfacePoint& point, const 
   const GatherPoint at(point, bsdf, wo, photon_any, 64);
   double sum = 0;
   for (int i = 0; i < 64; ++i)
-    for (int k = 0; k < 64; ++k) sum += coverage.probe(stage.context, at, r, (vec2(i, k) + 0.5f) / 64.0f);
+    for (int k = 0; k < 64; ++k) sum += coverage.probe(stage.context, at, r, (vec2(i, k) + 0.5f) / 64.0f, {});
   return sum / (64 * 64);
 }
 

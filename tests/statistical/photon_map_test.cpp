@@ -81,9 +81,9 @@ TEST(NearestPhotons, DensityIsUnbiasedForEveryKernelAndItsVarianceIsKnown) {
 TEST(PhotonMap, DepthBoundAndHistorySelectPhotons) {
   const SceneContext plane(white_plane());
   Photons photons;
-  photons.add({0, 0, 0}, Rgb(1), {0, 0, 1}, {0, 0, 1}, photon_direct, 0);
-  photons.add({0.1f, 0, 0}, Rgb(2), {0, 0, 1}, {0, 0, 1}, photon_caustic, 1);
-  photons.add({0, 0.1f, 0}, Rgb(4), {0, 0, 1}, {0, 0, 1}, photon_indirect, 2);
+  photons.add({0, 0, 0}, Rgb(1), {0, 0, 1}, 1, {0, 0, 1}, photon_direct, 0);
+  photons.add({0.1f, 0, 0}, Rgb(2), {0, 0, 1}, 1, {0, 0, 1}, photon_caustic, 1);
+  photons.add({0, 0.1f, 0}, Rgb(4), {0, 0, 1}, 1, {0, 0, 1}, photon_indirect, 2);
   PhotonMap map;
   map.build(std::move(photons), find_point_structure("brute", {}).make(), {0, 1, Kernel::box, true});
   const Bsdf bsdf(plane.scene, origin);
@@ -100,13 +100,14 @@ TEST(PhotonMap, DepthBoundAndHistorySelectPhotons) {
 
 TEST(PhotonMap, DistanceIsFoundFromTheSmallestRadiusOfTheSearch) {
   Photons photons;
-  for (const float x : {1.0f, 2.0f, 3.0f}) photons.add({x, 0, 0}, Rgb(1), {0, 0, 1}, {0, 0, 1}, photon_direct, 0);
+  for (const float x : {1.0f, 2.0f, 3.0f}) photons.add({x, 0, 0}, Rgb(1), {0, 0, 1}, 1, {0, 0, 1}, photon_direct, 0);
   PhotonMap map;
   map.build(std::move(photons), find_point_structure("brute", {}).make(),
             {0, std::numeric_limits<float>::denorm_min(), Kernel::box, true});
-  const GatherPoint at = GatherPoint::irradiance(vec3(0), {0, 0, 1});
-  EXPECT_EQ(map.distance_to(2, at, 10), 2);
-  EXPECT_EQ(map.distance_to(4, at, 10), 10);
+  const GatherPoint at = GatherPoint::irradiance(vec3(0), {0, 0, 1}, {0, 0, 1});
+  const testing::SceneContext stage(testing::white_plane());
+  EXPECT_EQ(map.distance_to(stage.context, 2, at, 10), 2);
+  EXPECT_EQ(map.distance_to(stage.context, 4, at, 10), 10);
 }
 
 // On a slanting plane, whose normal photons know rounded, grazing light is divided by the exact cosine; on another facet by the
@@ -125,7 +126,7 @@ TEST(PhotonMap, PhotonsAreDividedByTheCosineWhereTheyLanded) {
     const vec3 wi = height * normal + safe_sqrt(1 - height * height) * along;
     const vec3 value = bsdf.evaluate(normal, wi);
     Photons photons;
-    for (const vec3& landed : {normal, -normal, facet}) photons.add(vec3(0), Rgb(1), wi, landed, photon_direct, 0);
+    for (const vec3& landed : {normal, -normal, facet}) photons.add(vec3(0), Rgb(1), wi, 1, landed, photon_direct, 0);
     for (const std::uint32_t id : {0u, 1u}) EXPECT_NEAR(at.reflected(photons, id).x / (value.x / height), 1, 1e-5) << height;
     const float cosine = std::abs(glm::dot(wi, facet));
     EXPECT_NEAR(at.reflected(photons, 2).x / (value.x / cosine), 1, 0.006f / cosine) << height;

@@ -84,7 +84,7 @@ TEST(ProgressivePhotons, MeasuredDiscsLoseNoLightAtEdges) {
     }
 }
 
-TEST(ProgressivePhotons, DiscsEndAtWallsThatHideBrightLight) {
+TEST(ProgressivePhotons, PhotonsThatWallsHideAreRefused) {
   // Two rooms on one floor, a wall of 4 cm between them; kernels narrower than that leak nothing.
   const Scene scene = load_scene("builtin:keyhole");
   const auto mean = [&](const char* name, const decltype(ParamValue::value)& value) {
@@ -93,7 +93,7 @@ TEST(ProgressivePhotons, DiscsEndAtWallsThatHideBrightLight) {
     const Image image = render(scene, "sppm", options).image;
     return testing::block_means(image, 48).front().y;  // of the whole image
   };
-  const double narrow = mean("radius", 0.03), leaking = mean("clear_radius", false), clear = mean("clear_radius", true);
+  const double narrow = mean("radius", 0.03), leaking = mean("side_test", false), clear = mean("side_test", true);
   EXPECT_GT(leaking, 1.15 * narrow);
   EXPECT_LT(std::abs(clear - narrow), 0.4 * (leaking - narrow));
 }

@@ -5,6 +5,7 @@
 #include "integrators/adaptive_bandwidth.h"
 #include "integrators/chi_squared_radius.h"
 #include "integrators/radius_policy.h"
+#include "tests/scene_context.h"
 #include "tests/white_plane.h"
 
 #include <gtest/gtest.h>
@@ -16,6 +17,7 @@ namespace etendue {
 namespace {
 
 using testing::origin;
+using testing::SceneContext;
 using testing::white_plane;
 
 int poisson(Pcg32& random, double mean) {
@@ -29,18 +31,18 @@ int poisson(Pcg32& random, double mean) {
 // Photons of unit power on the plane z = 0, seen from above at its centre.
 class PlanePhotons {
  public:
-  PlanePhotons(const std::vector<vec2>& positions) : scene_(white_plane()), bsdf_(scene_, origin) {
+  PlanePhotons(const std::vector<vec2>& positions) : bsdf_(stage().scene, origin) {
     Photons photons;
-    for (const vec2& p : positions) photons.add(vec3(p, 0), Rgb(1), {0, 0, 1}, {0, 0, 1}, photon_indirect, 1);
+    for (const vec2& p : positions) photons.add(vec3(p, 0), Rgb(1), {0, 0, 1}, 1, {0, 0, 1}, photon_indirect, 1);
     map_.build(std::move(photons), find_point_structure("brute", {}).make(), {0, 1, Kernel::box, true});
   }
 
-  GatherSite site(std::uint32_t pass = 0) const { return {0, pass, map_, at_}; }
+  GatherSite site(std::uint32_t pass = 0) const { return {stage().context, 0, pass, map_, at_}; }
 
   template <class Observed>
   void observe(const GatherDisc& disc, Observed& observed) const {
     observed.begin(disc, at_, Rgb(1));
-    map_.gather(at_, disc.reach, [&](const auto&... photon) { observed.add(photon...); });
+    map_.gather(stage().context, at_, disc.reach, [&](const auto&... photon) { observed.add(photon...); });
   }
 
   // Runs a pass of `policy` on these photons; returns the irradiance.
@@ -50,7 +52,7 @@ class PlanePhotons {
     typename Policy::Observed observed;
     observed.begin(disc, at_, Rgb(1));
     double sum = 0;
-    map_.gather(at_, disc.reach, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
+    map_.gather(stage().context, at_, disc.reach, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
       observed.add(reflected, offset, distance_squared);
       const float x = distance_squared / square(disc.radius);
       if (x <= 1) sum += reflected.x * kernel_shape(kernel, x);
@@ -61,7 +63,11 @@ class PlanePhotons {
   }
 
  private:
-  Scene scene_;
+  static const SceneContext& stage() {
+    static const SceneContext plane(white_plane());
+    return plane;
+  }
+
   Bsdf bsdf_;
   GatherPoint at_{origin, bsdf_, {0, 0, 1}, photon_any, 64};
   PhotonMap map_;

@@ -1,0 +1,161 @@
+#include "integrators/wall_grid.h"
+
+#include "framework/core/parallel.h"
+#include "framework/scene/clearance.h"
+
+#include <optional>
+
+namespace etendue {
+
+namespace {
+
+constexpr float most_cells_aside = 64;
+constexpr float flat = 0x1p-12f;  // two planes are one within this share of the radius, and this angle
+
+std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive) {
+  const auto plane = [](const vec3& point, const vec3& normal) { return Sheet{normal, glm::dot(point, normal), false}; };
+  if (geometry.is_triangle(primitive)) {
+    const uvec3 v = geometry.triangles[primitive];
+    const vec3 &p0 = geometry.positions[v.x], &p1 = geometry.positions[v.y], &p2 = geometry.positions[v.z];
+    return plane(p0, vec3(glm::normalize(glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0)))));
+  }
+  const Quadric& quadric = geometry.quadric(primitive);
+  if (const auto* disk = std::get_if<Disk>(&quadric)) return plane(disk->centre, disk->normal);
+  if (const auto* sphere = std::get_if<Sphere>(&quadric)) return Sheet{sphere->centre, sphere->radius, true};
+  return std::nullopt;
+}
+
+}  // namespace
+
+// What separates the two within the radius stands between them on a sheet that is listed. On the sheet on which a photon landed,
+// its side is that of the way it came by.
+bool NearWalls::may_hide(const vec3& landed, const vec3& end) const {
+  if (count_ == too_many) return true;
+  for (int i = 0; i < count_; ++i) {
+    const float height = sheets_[i]->height(landed) * side_[i];
+    if (height > rounding_) continue;
+    if (height < -rounding_ || !(sheets_[i]->height(end) * side_[i] > rounding_)) return true;
+  }
+  return false;
+}
+
+// Layers of cells that one thread fills: the sheets of each, by the primitives in their order.
+class WallGrid::Slab {
+ public:
+  Slab(const WallGrid& grid, std::uint32_t begin, std::uint32_t end)
+      : grid_(grid), begin_(begin), end_(end), lists_(std::size_t{end - begin} * grid.size_.y * grid.size_.x) {}
+
+  void add(const Geometry& geometry) {
+    for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) {
+      const Range range = grid_.cells_about(geometry.primitive_bounds(id));
+      if (range.begin.z >= end_ || range.end.z <= begin_ || !geometry.is_valid(id)) continue;
+      add(range, sheet_of(geometry, id));
+    }
+  }
+  // No sheet: of a surface that is neither plane nor sphere.
+  void add(const Range& range, const std::optional<Sheet>& sheet) {
+    const float reach = grid_.radius_ + 0.87f * grid_.cell_size_;  // half a cell's diagonal
+    for (uvec3 c(0, 0, std::max(range.begin.z, begin_)); c.z < std::min(range.end.z, end_); ++c.z)
+      for (c.y = range.begin.y; c.y < range.end.y; ++c.y)
+        for (c.x = range.begin.x; c.x < range.end.x; ++c.x) {
+          List& list = lists_[(std::size_t{c.z - begin_} * grid_.size_.y + c.y) * grid_.size_.x + c.x];
+          const vec3 centre = grid_.centre(c);
+          if (list.count == NearWalls::too_many || (sheet && std::abs(sheet->height(centre)) > reach)) continue;
+          if (!sheet || (!holds(list, *sheet, centre) && list.count == most_sheets))
+            list.count = NearWalls::too_many;
+          else if (!holds(list, *sheet, centre))
+            list.sheets[list.count++] = *sheet;
+        }
+  }
+  void move_to(std::vector<Cell>& cells, std::vector<Sheet>& sheets) const {
+    for (const List& list : lists_) {
+      cells.push_back({static_cast<std::uint32_t>(sheets.size()), list.count});
+      if (list.count <= most_sheets) sheets.insert(sheets.end(), list.sheets.begin(), list.sheets.begin() + list.count);
+    }
+  }
+
+ private:
+  struct List {
+    std::uint32_t count = 0;
+    std::array<Sheet, most_sheets> sheets;
+  };
+
+  bool holds(const List& list, const Sheet& sheet, const vec3& centre) const {
+    const float height = sheet.height(centre);
+    return std::any_of(list.sheets.begin(), list.sheets.begin() + list.count, [&](const Sheet& other) {
+      if (other.is_sphere || sheet.is_sphere)
+        return other.is_sphere && sheet.is_sphere && other.normal_or_centre == sheet.normal_or_centre &&
+               other.height_or_radius == sheet.height_or_radius;
+      const float side = glm::dot(other.normal_or_centre, sheet.normal_or_centre) < 0 ? -1 : 1;
+      return length_squared(other.normal_or_centre - side * sheet.normal_or_centre) <= square(flat) &&
+             std::abs(other.height(centre) - side * height) <= flat * grid_.radius_;
+    });
+  }
+
+  const WallGrid& grid_;
+  std::uint32_t begin_, end_;
+  std::vector<List> lists_;
+};
+
+WallGrid::WallGrid(const Scene& scene, float radius) : radius_(radius) {
+  Bounds bounds = scene.bounds();
+  if (bounds.empty()) bounds = {vec3(0), vec3(0)};
+  const float extent = std::max(max_component(bounds.diagonal()), std::numeric_limits<float>::min());
+  rounding_ = 8 * unit_roundoff * (extent + max_component(glm::max(glm::abs(bounds.lower), glm::abs(bounds.upper))));
+  cell_size_ = std::max(radius, extent / most_cells_aside);
+  lower_ = bounds.lower;
+  size_ = uvec3(glm::min(bounds.diagonal() / cell_size_, vec3(most_cells_aside))) + 1u;
+
+  constexpr std::uint32_t slabs = 8;
+  const std::uint32_t layers = (size_.z + slabs - 1) / slabs;
+  std::vector<std::optional<Slab>> parts((size_.z + layers - 1) / layers);
+  parallel_for(parts.size(), 1, [&](std::size_t i) {
+    const auto first = static_cast<std::uint32_t>(i) * layers;
+    Slab& slab = parts[i].emplace(*this, first, std::min(first + layers, size_.z));
+    slab.add(scene.objects[0].geometry);
+    for (const InfinitePlane& plane : scene.planes)
+      slab.add({uvec3(0), size_}, Sheet{plane.normal, glm::dot(plane.point, plane.normal), false});
+    // Objects placed elsewhere are not looked into: in their boxes every way is traced.
+    for (std::size_t k = 1; k < scene.instances.size(); ++k) {
+      const Geometry& geometry = scene.objects[scene.instances[k].object].geometry;
+      Bounds local;
+      for (const std::uint32_t id : geometry.valid_primitives()) local.extend(geometry.primitive_bounds(id));
+      if (!local.empty()) slab.add(cells_about(scene.instances[k].to_world.bounds(local)), std::nullopt);
+    }
+  });
+  for (const auto& part : parts) part->move_to(cells_, sheets_);
+}
+
+WallGrid::Range WallGrid::cells_about(const Bounds& bounds) const {
+  const auto cell = [&](const vec3& p) { return glm::clamp((p - lower_) / cell_size_, vec3(0), vec3(size_) - 1.0f); };
+  return {uvec3(cell(bounds.lower - radius_)), uvec3(cell(bounds.upper + radius_)) + 1u};
+}
+
+NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius) const {
+  NearWalls walls;
+  walls.count_ = NearWalls::too_many;
+  const vec3 at = (position - lower_) / cell_size_, end(size_);
+  // Outside of the grid, as on an infinite plane.
+  if (radius > radius_ || !(at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < end.x && at.y < end.y && at.z < end.z)) return walls;
+  const Cell& cell = cells_[index(uvec3(at))];
+  if (cell.count == NearWalls::too_many) return walls;
+  walls.count_ = cell.count > 1 ? static_cast<int>(cell.count) : 0;  // one is the point's own
+  walls.rounding_ = rounding_;
+  for (int i = 0; i < walls.count_; ++i) {
+    const Sheet& sheet = sheets_[cell.first + static_cast<std::uint32_t>(i)];
+    const float height = sheet.height(position), facing = glm::dot(sheet.normal_at(position), normal);
+    walls.sheets_[i] = &sheet;
+    // On the point's own sheet the side is that of the normal.
+    walls.side_[i] = std::abs(height) > 2 * rounding_ ? std::copysign(1.0f, height)
+                     : std::abs(facing) > 0.999f      ? std::copysign(1.0f, facing)
+                                                      : 0.0f;
+  }
+  return walls;
+}
+
+std::shared_ptr<const WallGrid> wall_grid(const Scene& scene, float radius, std::shared_ptr<const WallGrid> grid) {
+  if (grid && radius <= grid->radius() && 2 * radius >= grid->radius()) return grid;
+  return std::make_shared<const WallGrid>(scene, radius);
+}
+
+}  // namespace etendue

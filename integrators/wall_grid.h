@@ -1,0 +1,99 @@
+// Where walls may stand between a point and what it gathers: photons, light vertices, values computed beforehand.
+//
+// A gather of radius r counts what lies within r, and behind a thin wall, round a sharp fold or beyond a corner there is light
+// that never reaches the point. Two tests keep it out together. Both ends must face each other (the callers' side test), and
+// nothing may stand on the way between them: from the point, off its surface, to a point on the last piece of the photon's own
+// way, which is free since the photon flew there, as far before its landing as point and photon lie apart. A photon that landed
+// outside of a closed wall came from outside, so that this way crosses the wall however sharp its folds are: no gather sees
+// through it. Raised by the distance, the way also clears surfaces that curve away between the two, unless light grazes them.
+//
+// The second test takes a ray, which is traced only where the way crosses the plane of a surface near by. A grid over the
+// scene's bounds lists for each cell the sheets of surface (planes and spheres) within the radius of it. Where there is one, it
+// is the point's own and the side test decides. Where there are a few, a way whose ends lie on the same side of each cannot be
+// blocked. Where there are more, as on curved meshes that are coarse against the radius, every way is traced.
+//
+// What the test costs in accuracy: light that reaches the photon but, for want of a way, not the point is no longer blurred
+// across the edge of a shadow within the radius; like all blur by the kernel it vanishes with the radius.
+#pragma once
+
+#include "framework/integrator.h"
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace etendue {
+
+// A plane, or a sphere, with its two sides.
+struct Sheet {
+  vec3 normal_or_centre;
+  float height_or_radius;
+  bool is_sphere;
+
+  // Metres from it, negative below or inside.
+  float height(const vec3& p) const {
+    return (is_sphere ? glm::length(p - normal_or_centre) : glm::dot(p, normal_or_centre)) - height_or_radius;
+  }
+  vec3 normal_at(const vec3& p) const { return is_sphere ? glm::normalize(p - normal_or_centre) : normal_or_centre; }
+};
+
+inline constexpr int most_sheets = 6;
+
+// The sheets about a point that gathers.
+class NearWalls {
+ public:
+  bool none() const { return count_ == 0; }
+  // May something within the radius hide the point `landed` of a surface, seen from its side where `end` lies? A ray must tell.
+  bool may_hide(const vec3& landed, const vec3& end) const;
+
+ private:
+  friend class WallGrid;
+  static constexpr int too_many = most_sheets + 1;
+
+  int count_ = 0;  // too_many: always
+  float rounding_ = 0;
+  std::array<const Sheet*, most_sheets> sheets_;
+  std::array<float, most_sheets> side_;  // of the point: 1 or -1; 0 where floats cannot tell
+};
+
+class WallGrid {
+ public:
+  // For gathers of at most `radius` (metres).
+  WallGrid(const Scene& scene, float radius);
+
+  float radius() const { return radius_; }
+  // About a surface point that gathers on the side of unit `normal`, within `radius`.
+  NearWalls near(const vec3& position, const vec3& normal, float radius) const;
+
+ private:
+  struct Cell {
+    std::uint32_t first = 0;  // of its sheets
+    std::uint32_t count = 0;  // NearWalls::too_many: they are not listed
+  };
+  struct Range {
+    uvec3 begin, end;
+  };
+  class Slab;
+
+  Range cells_about(const Bounds& bounds) const;
+  vec3 centre(const uvec3& cell) const { return lower_ + (vec3(cell) + 0.5f) * cell_size_; }
+  std::size_t index(const uvec3& c) const { return (static_cast<std::size_t>(c.z) * size_.y + c.y) * size_.x + c.x; }
+
+  float radius_, rounding_ = 0;
+  vec3 lower_{0};
+  float cell_size_ = 1;
+  uvec3 size_{0};
+  std::vector<Cell> cells_;
+  std::vector<Sheet> sheets_;
+};
+
+// The grid for gathers of `radius`: `grid` itself if it serves that radius and was not made for more than twice that.
+std::shared_ptr<const WallGrid> wall_grid(const Scene& scene, float radius, std::shared_ptr<const WallGrid> grid);
+
+// Where the way from a point `distance` away ends that must be free, if light came from unit `direction` over `flown` metres to
+// land at `landed`.
+inline vec3 before_landing(const vec3& landed, const vec3& direction, float flown, float distance) {
+  return landed + std::min(distance, 0.5f * flown) * direction;
+}
+
+}  // namespace etendue
