@@ -5,14 +5,23 @@
 #include "experiments/harness/manifest.h"
 #include "framework/core/counters.h"
 #include "framework/core/memory.h"
+#include "framework/core/parallel.h"
+#include "framework/core/threads.h"
 #include "framework/core/units.h"
+#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <functional>
 #include <new>
 #include <sstream>
+#include <system_error>
 
 namespace etendue {
 
@@ -109,7 +118,11 @@ class CommandLine {
 
   void add_render() {
     CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
-    c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf")->required()->type_name("");
+    c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf; with --from, where it lies now")
+        ->type_name("");
+    text(c, "--from", render_.from, "IMAGE",
+         "an .exr that render or run wrote: repeat it to the same bits, from what its attributes say. Refused if the scene has "
+         "changed; exit 1 if the bits differ");
     text(c, "-i,--integrator", render_.integrator, "NAME",
          "default path, with --load-cache that of the cache; see `etendue list integrators`");
     text(c, "--accel", render_.accel, "NAME", "default: binned-sah in the layout that suits; see `etendue list accels`");
@@ -166,6 +179,8 @@ class CommandLine {
             [this] { return report_command(report_); });
     c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
     text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
+    c->add_flag("--logs-only", report_.logs_only,
+                "believe the logs alone: no image, reference or scene is read and held against them");
     c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
     c->add_option(
          "WHAT", list_,
@@ -208,11 +223,31 @@ class CommandLine {
   std::function<int()> chosen_;
 };
 
-int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point started) {
+// Where an exception cannot pass: memory that is short in the middle of a library.
+[[noreturn]] void end_cleanly() {
+  const char* message = "error: the system refused memory or a thread where that cannot be helped; expected more memory\n";
   try {
+    if (const auto current = std::current_exception()) std::rethrow_exception(current);
+  } catch (const std::bad_alloc&) {
+    message = "error: out of memory; expected a smaller scene, image or number of photons, or more memory\n";
+  } catch (const std::system_error&) {
+  } catch (...) {
+    std::abort();  // a mistake of the program
+  }
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, message, std::strlen(message));
+  _exit(1);
+}
+
+int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point started) {
+  std::set_terminate(end_cleanly);
+  std::signal(SIGXFSZ, SIG_IGN);  // too large a file is an error of the write then
+  try {
+    start_threads(hardware_threads());  // before memory is taken
     const int status = CommandLine(started).run(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::runtime_error("cannot write to the standard output");
     return status;
+  } catch (const WriteError& e) {
+    std::fprintf(stderr, "error: %s\n", e.what());
   } catch (const Error& e) {
     std::fprintf(stderr, "error: %s\n", e.what());
     return 2;
