@@ -21,7 +21,6 @@
 #include <functional>
 #include <new>
 #include <sstream>
-#include <system_error>
 
 namespace etendue {
 
@@ -223,19 +222,22 @@ class CommandLine {
   std::function<int()> chosen_;
 };
 
-// Where an exception cannot pass: memory that is short in the middle of a library.
+// Where an exception cannot pass: memory or a thread that is refused in the middle of a library.
 [[noreturn]] void end_cleanly() {
-  const char* message = "error: the system refused memory or a thread where that cannot be helped; expected more memory\n";
+  const auto end = [](const char* what) {
+    for (const char* part : {"error: ", what, "; expected a smaller scene, image or number of photons, or more memory\n"})
+      if (write(STDERR_FILENO, part, std::strlen(part)) < 0) break;
+    _exit(1);
+  };
   try {
     if (const auto current = std::current_exception()) std::rethrow_exception(current);
   } catch (const std::bad_alloc&) {
-    message = "error: out of memory; expected a smaller scene, image or number of photons, or more memory\n";
-  } catch (const std::system_error&) {
+    end("out of memory");
+  } catch (const std::exception& e) {
+    end(e.what());
   } catch (...) {
-    std::abort();  // a mistake of the program
   }
-  [[maybe_unused]] const auto written = write(STDERR_FILENO, message, std::strlen(message));
-  _exit(1);
+  std::abort();  // a mistake of the program
 }
 
 int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point started) {

@@ -162,8 +162,12 @@ class Output {
 
   void write(const std::string& name, const std::string& text) {
     const fs::path path = directory_ / name;
-    make_folders(path.parent_path().string());
-    written_[name] = write_whole_file(path.string(), text);
+    const FileStamp stamp = stamp_of(text);
+    if (!difference(path.string(), stamp).empty()) {  // to flush what is there already would take as long
+      make_folders(path.parent_path().string());
+      write_whole_file(path.string(), text);
+    }
+    written_[name] = stamp;
   }
 
   // Removes what an earlier report left and this one did not write, and notes what was written.

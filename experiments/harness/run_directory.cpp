@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
+#include <span>
 
 namespace etendue {
 
@@ -81,9 +82,16 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
     std::vector<DamagedLine> damaged;
     earlier_ = read_log(log, damaged);
     refuse_mixture(earlier_, manifest, path);
+    const bool nothing_left = earlier_.manifests.empty() && earlier_.plans.empty() && earlier_.scenes.empty();
+    if (nothing_left && damaged.size() > 1)
+      throw Error(Location{log},
+                  "not a line of it is as `etendue run` writes them (older versions wrote no checksums); expected "
+                  "--fresh to start over, or --out DIR for another directory");
     set_aside(log, damaged);
-    for (const DamagedLine& line : damaged)
+    constexpr std::size_t most = 10;
+    for (const DamagedLine& line : std::span(damaged).first(std::min(damaged.size(), most)))
       notes_.push_back(line.what + "; it is set aside in runs.jsonl.damaged, and what it was part of runs again");
+    if (damaged.size() > most) notes_.push_back(fmt::format("{}: so are {} more lines", log, damaged.size() - most));
     if (earlier_.torn) notes_.push_back(log + ": its end is torn, as a run that is killed leaves it; that is cut off");
   }
   finished_ = earlier_.finished;
