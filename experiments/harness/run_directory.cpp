@@ -51,6 +51,22 @@ void refuse_mixture(const RunLog& log, const ManifestRecord& manifest, const std
   }
 }
 
+// Without the manifest under which it was logged nobody knows what a record was measured with: its line was damaged.
+void drop_nameless(RunLog& log, const std::string& own) {
+  std::set<std::string> known{own};
+  for (const ManifestRecord& manifest : log.manifests) known.insert(manifest.id);
+  const auto nameless = [&](const auto& record) { return !known.contains(record.manifest); };
+  std::set<CellName> cells;
+  for (const CheckpointRecord& checkpoint : log.checkpoints)
+    if (nameless(checkpoint)) cells.insert(checkpoint.cell);
+  std::erase_if(log.cells, [&](const CellRecord& record) { return cells.contains(record.cell); });
+  std::erase_if(log.checkpoints, nameless);
+  std::erase_if(log.structures, nameless);
+  std::erase_if(log.animations, nameless);
+  std::erase_if(log.claims, nameless);
+  std::erase_if(log.searches, nameless);
+}
+
 // The path from the directory, unless the two have nothing in common but the root: no other machine has such a path.
 std::string path_from(const fs::path& directory, const std::string& file) {
   std::error_code error;
@@ -71,7 +87,7 @@ std::string safe_name(const CellName& cell) {
 }  // namespace
 
 RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manifest, const PlanRecord& plan, bool fresh)
-    : path_(path), lock_(lock_directory(path)) {
+    : path_(path), manifest_id_(manifest.id), lock_(lock_directory(path)) {
   if (fresh) clear(path);
   remove_partial_files(path);
   for (const char* name : {"images", "references", "pictures", "tables", "charts"})
@@ -92,6 +108,7 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
     for (const DamagedLine& line : std::span(damaged).first(std::min(damaged.size(), most)))
       notes_.push_back(line.what + "; it is set aside in runs.jsonl.damaged, and what it was part of runs again");
     if (damaged.size() > most) notes_.push_back(fmt::format("{}: so are {} more lines", log, damaged.size() - most));
+    drop_nameless(earlier_, manifest_id_);
     if (earlier_.torn) notes_.push_back(log + ": its end is torn, as a run that is killed leaves it; that is cut off");
   }
   finished_ = earlier_.finished;
@@ -101,6 +118,11 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
   const auto same = [&](const ManifestRecord& other) { return to_json_line(other) == line; };
   if (std::none_of(earlier_.manifests.begin(), earlier_.manifests.end(), same)) append({line});
   if (earlier_.plans.empty() || earlier_.plans.back() != plan) append({to_json_line(plan)});
+}
+
+void RunDirectory::read_earlier() {
+  earlier_ = read_log(log_path(path_));
+  drop_nameless(earlier_, manifest_id_);
 }
 
 void RunDirectory::append(const std::vector<std::string>& lines) {
@@ -125,7 +147,7 @@ std::string RunDirectory::note_scene(const std::string& scene, const std::string
   const std::size_t had = count();
   append({to_json_line(record)});
   if (before == record.hash) return "";
-  earlier_ = read_log(log_path(path_));  // where the rule stands by which records no longer count
+  read_earlier();  // where the rule stands by which records no longer count
   return had == count() ? ""
                         : fmt::format("{} has changed since its cells were run (hash {}, then {}): they run again", scene,
                                       record.hash, before.empty() ? "not known" : before);
@@ -140,7 +162,7 @@ std::string RunDirectory::note_reference(const ReferenceRecord& record) {
   const bool differs = !is_known || known->stamp != record.stamp;
   const std::size_t had = earlier_.cells.size();
   append({to_json_line(record)});
-  earlier_ = read_log(log_path(path_));
+  read_earlier();
   return !differs || had == earlier_.cells.size()
              ? ""
              : fmt::format("the reference of {} is not the one that its cells were measured against: they run again",

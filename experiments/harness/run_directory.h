@@ -55,7 +55,9 @@ class RunDirectory {
   void finish();
 
  private:
-  std::string path_;
+  void read_earlier();
+
+  std::string path_, manifest_id_;
   FileLock lock_;
   RunLog earlier_;
   std::vector<std::string> notes_;
