@@ -82,8 +82,10 @@ class CellBlocks {
 };
 
 std::string read_all(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Location{path}, "cannot open the log; expected a runs.jsonl that `etendue run` wrote");
+  std::ifstream file;
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored)) file.open(path, std::ios::binary);  // a FIFO would wait
+  if (!file.is_open()) throw Error(Location{path}, "cannot open the log; expected a runs.jsonl that `etendue run` wrote");
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 

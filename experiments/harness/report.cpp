@@ -146,7 +146,7 @@ class Output {
  public:
   explicit Output(fs::path directory) : directory_(std::move(directory)) {
     std::error_code ignored;
-    if (!fs::exists(directory_ / written_list, ignored)) return;
+    if (!fs::is_regular_file(directory_ / written_list, ignored)) return;
     if (auto list = read_list(directory_ / written_list)) {
       old_ = std::move(*list);
     } else {

@@ -4,6 +4,7 @@
 
 #include "framework/io/exr.h"
 
+#include <sys/stat.h>
 #include <algorithm>
 
 namespace etendue {
@@ -154,6 +155,32 @@ TEST_F(Damage, MissingAndSwappedImagesAreNoticed) {
   EXPECT_NE(again.err.find("it is made again"), std::string::npos) << again.err;
   EXPECT_NE(again.err.find("2 of 2 cells are done already"), std::string::npos) << "the same reference: " << again.err;
   EXPECT_EQ(run({"report", "whole"}).status, 0);
+}
+
+TEST_F(Damage, GivenReferenceThatChangesIsNoticed) {
+  Image given({4, 4});
+  for (dvec3& pixel : given.pixels) pixel = dvec3(1);
+  write_exr(path("given.exr").string(), given);
+  const std::vector<std::string> command{"run",   "tiny.toml", "-o",        "reference.file=given.exr",
+                                         "--out", "given",     "--threads", "1"};
+  const Outcome first = run(command);
+  ASSERT_EQ(first.status, 0) << first.err;
+  EXPECT_NE(run(command).err.find("2 of 2 cells are done already"), std::string::npos);
+  for (dvec3& pixel : given.pixels) pixel = dvec3(2);
+  write_exr(path("given.exr").string(), given);
+  const double before = log("given").checkpoints[0].metrics.at("mse");
+  const Outcome again = run(command);
+  EXPECT_NE(again.err.find("is not the one that its cells were measured against: they run again"), std::string::npos)
+      << again.err;
+  EXPECT_NE(log("given").checkpoints[0].metrics.at("mse"), before);
+  EXPECT_EQ(run({"report", "given"}).status, 0);
+}
+
+TEST_F(Damage, WhatIsNoFileIsRefused) {
+  fs::remove(path("whole") / "runs.jsonl");
+  ASSERT_EQ(mkfifo((path("whole") / "runs.jsonl").c_str(), 0600), 0);
+  for (const auto& command : std::vector<std::vector<std::string>>{arguments("whole"), {"report", "whole"}})
+    EXPECT_EQ(run(command).status, 2) << command[0];
 }
 
 TEST_F(Damage, LogsOfMissingShardsAreNamed) {
