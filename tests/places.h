@@ -5,5 +5,6 @@ namespace etendue {
 
 extern const char* const program_path;    // the `etendue` that was built with the tests
 extern const char* const project_folder;  // with its slash
+extern const char* const fault_library;   // to preload (tests/faults)
 
 }  // namespace etendue

@@ -56,7 +56,10 @@ std::string to_json_line(const ClaimRecord& r) {
             {"reading", r.reading},      {"figures", std::move(figures)},
             {"remarks", r.remarks},      {"disagreements", r.disagreements}};
   if (const auto& stress = r.stress) {
-    json["stress"] = {{"methods", stress->methods}, {"picture", stress->picture}};
+    json["stress"] = {{"methods", stress->methods},
+                      {"picture", stress->picture},
+                      {"picture_bytes", stress->picture_stamp.bytes},
+                      {"picture_xxh3", stress->picture_stamp.hash}};
     if (std::isfinite(stress->holds_low)) json["stress"]["holds_low"] = stress->holds_low;
     if (std::isfinite(stress->holds_high)) json["stress"]["holds_high"] = stress->holds_high;
   }
@@ -79,8 +82,11 @@ ClaimRecord read_claim_line(const std::string& line) {
   r.remarks = json.at("remarks").get<std::vector<std::string>>();
   r.disagreements = json.at("disagreements");
   if (const auto stress = json.find("stress"); stress != json.end())
-    r.stress = {stress->value("holds_low", -endless), stress->value("holds_high", endless),
-                stress->at("methods").get<std::vector<std::string>>(), stress->at("picture").get<std::string>()};
+    r.stress = {stress->value("holds_low", -endless),
+                stress->value("holds_high", endless),
+                stress->at("methods").get<std::vector<std::string>>(),
+                stress->at("picture").get<std::string>(),
+                {stress->value("picture_bytes", std::uint64_t{0}), stress->value("picture_xxh3", "")}};
   return r;
 }
 

@@ -4,6 +4,7 @@
 
 #include "experiments/harness/cell_name.h"
 #include "experiments/harness/measured.h"
+#include "framework/io/whole_file.h"
 
 #include <cstdint>
 #include <optional>
@@ -29,6 +30,7 @@ struct StressNote {
   double holds_low = 0, holds_high = 0;  // the figure of a method that does not fail
   std::vector<std::string> methods;      // of the figures
   std::string picture;                   // beside the log: truth, then each method
+  FileStamp picture_stamp = {};
 };
 
 struct ClaimRecord {

@@ -1,10 +1,12 @@
 #include "experiments/claims/claims_run.h"
 
+#include "experiments/claims/claim_scenes.h"
 #include "experiments/claims/claims_report.h"
 #include "experiments/harness/record_run.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 
+#include <filesystem>
 #include <map>
 
 namespace etendue {
@@ -19,6 +21,12 @@ class ClaimsWork final : public RecordWork<ClaimRecord> {
     MeasureResult& result = results_[{record.cell.accel, record.cell.scene}];
     result = {{}, record.remarks, record.disagreements};
     for (const ClaimFigure& figure : record.figures) result.figures.emplace_back(figure.quantity, figure.value);
+  }
+
+  std::optional<SceneState> scene(const Cell& cell) override {
+    const std::string& name = choice_.rows[cell.integrator].measures[cell.accel].scenes[cell.scene];
+    if (!std::filesystem::is_regular_file(name)) return std::nullopt;
+    return SceneState{name, name, load_claim_scene(name).hash()};
   }
 
   void describe(const Cell& cell, ClaimRecord& record) override {

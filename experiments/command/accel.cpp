@@ -67,7 +67,7 @@ int accel_command(const AccelCommand& command) {
   ComparisonOptions options;
   options.resolution = static_cast<int>(whole_option("--resolution", command.resolution, 8, 8192));
   options.repetitions = static_cast<int>(whole_option("--repetitions", command.repetitions, 1, 1000));
-  options.threads = threads_option(command.threads);
+  options.threads = available_threads(threads_option(command.threads), console);
   options.check_rays = static_cast<std::uint64_t>(whole_option("--check", command.check, 0, 1'000'000'000'000));
   options.budget_s = duration_option("--budget", command.budget);
   std::vector<Scene> scenes;  // all of them before any is measured: a misspelt one is told at once

@@ -20,10 +20,10 @@ int run_command(const RunCommand& command);
 int stress_command(RunCommand command);
 
 struct RenderCommand {
-  std::string scene;
-  std::string integrator;  // empty: that of the cache to load, else path
-  std::string accel;       // empty: default_accel()
-  std::string spp, time, error, seed = "1", threads, resolution;
+  std::string scene, from;                                  // of the two at least one; `from`: an image to repeat
+  std::string integrator;                                   // empty: that of the cache to load, else path
+  std::string accel;                                        // empty: default_accel()
+  std::string spp, time, error, seed, threads, resolution;  // seed: default 1
   std::vector<std::string> params, aovs;
   std::string output, save_cache, load_cache;  // paths
   bool json = false;
@@ -54,6 +54,7 @@ int compare_command(const CompareCommand& command);
 struct ReportCommand {
   std::vector<std::string> directories;
   std::string out;
+  bool logs_only = false;
 };
 int report_command(const ReportCommand& command);
 

@@ -36,8 +36,14 @@ int report_command(const ReportCommand& command) {
   const std::string merged = (std::filesystem::path("out") / "merged").string();
   const std::string own = command.directories.size() > 1 ? merged : command.directories.front();
   const std::string out = command.out.empty() ? own : command.out;
-  for (const std::string& file : write_report(command.directories, out)) fmt::print("{}\n", file);
-  return 0;
+  ReportOptions options;
+  options.check_files = !command.logs_only;
+  const Report report = write_report(command.directories, out, options);
+  for (const std::string& file : report.files) fmt::print("{}\n", file);
+  Console console;
+  for (const std::string& note : report.notes) console.warning(note);
+  for (const std::string& finding : report.findings) console.warning(finding);
+  return report.findings.empty() ? 0 : 1;
 }
 
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "experiments/command/console.h"
 
+#include "framework/core/threads.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -83,6 +84,13 @@ void Console::status(const std::string& text) {
 void Console::clear_status() {
   if (shown_) std::fputs("\r\x1b[K", stderr);
   shown_ = false;
+}
+
+int available_threads(int wanted, Console& console) {
+  const int threads = start_threads(wanted);
+  if (threads < wanted)
+    console.warning(fmt::format("the system lets this program have {} of {} threads: it goes on with those", threads, wanted));
+  return threads;
 }
 
 std::string progress_bar(double share, int width) {

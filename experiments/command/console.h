@@ -31,6 +31,9 @@ class Console {
   std::chrono::steady_clock::time_point last_{};
 };
 
+// As many of these threads as the system lets this process have; says so where they are fewer.
+int available_threads(int wanted, Console& console);
+
 // "[#####     ]" of `width` places.
 std::string progress_bar(double share, int width);
 

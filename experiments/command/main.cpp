@@ -5,11 +5,19 @@
 #include "experiments/harness/manifest.h"
 #include "framework/core/counters.h"
 #include "framework/core/memory.h"
+#include "framework/core/parallel.h"
+#include "framework/core/threads.h"
 #include "framework/core/units.h"
+#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <functional>
 #include <new>
 #include <sstream>
@@ -109,7 +117,11 @@ class CommandLine {
 
   void add_render() {
     CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
-    c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf")->required()->type_name("");
+    c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf; with --from, where it lies now")
+        ->type_name("");
+    text(c, "--from", render_.from, "IMAGE",
+         "an .exr that render or run wrote: repeat it to the same bits, from what its attributes say. Refused if the scene has "
+         "changed; exit 1 if the bits differ");
     text(c, "-i,--integrator", render_.integrator, "NAME",
          "default path, with --load-cache that of the cache; see `etendue list integrators`");
     text(c, "--accel", render_.accel, "NAME", "default: binned-sah in the layout that suits; see `etendue list accels`");
@@ -166,6 +178,8 @@ class CommandLine {
             [this] { return report_command(report_); });
     c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
     text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
+    c->add_flag("--logs-only", report_.logs_only,
+                "believe the logs alone: no image, reference or scene is read and held against them");
     c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
     c->add_option(
          "WHAT", list_,
@@ -208,11 +222,34 @@ class CommandLine {
   std::function<int()> chosen_;
 };
 
-int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point started) {
+// Where an exception cannot pass: memory or a thread that is refused in the middle of a library.
+[[noreturn]] void end_cleanly() {
+  const auto end = [](const char* what) {
+    for (const char* part : {"error: ", what, "; expected a smaller scene, image or number of photons, or more memory\n"})
+      if (write(STDERR_FILENO, part, std::strlen(part)) < 0) break;
+    _exit(1);
+  };
   try {
+    if (const auto current = std::current_exception()) std::rethrow_exception(current);
+  } catch (const std::bad_alloc&) {
+    end("out of memory");
+  } catch (const std::exception& e) {
+    end(e.what());
+  } catch (...) {
+  }
+  std::abort();  // a mistake of the program
+}
+
+int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point started) {
+  std::set_terminate(end_cleanly);
+  std::signal(SIGXFSZ, SIG_IGN);  // too large a file is an error of the write then
+  try {
+    start_threads(hardware_threads());  // before memory is taken
     const int status = CommandLine(started).run(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::runtime_error("cannot write to the standard output");
     return status;
+  } catch (const WriteError& e) {
+    std::fprintf(stderr, "error: %s\n", e.what());
   } catch (const Error& e) {
     std::fprintf(stderr, "error: %s\n", e.what());
     return 2;

@@ -1,7 +1,6 @@
-// The files that a command writes: checked before its work, each replaced in one step after it.
+// The files that a command writes, checked before its work.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,9 +14,5 @@ struct OutputFile {
 // Can each be written, and is each another file? Leaves nothing behind and touches no file that exists. Throws Error naming
 // the option.
 void check_outputs(const std::vector<OutputFile>& outputs);
-
-// `write` fills the file whose path it is given, beside the final one, which it then replaces; of a symbolic link, what it
-// leads to. Throws Error, with the old file as it was.
-void replace_file(const std::string& path, const std::function<void(const std::string& partial)>& write);
 
 }  // namespace etendue

@@ -4,6 +4,7 @@
 #include "experiments/command/output_files.h"
 #include "experiments/command/render_cache.h"
 #include "experiments/harness/manifest.h"
+#include "experiments/harness/recipe.h"
 #include "experiments/harness/record_overlay.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report_text.h"
@@ -68,9 +69,10 @@ void count_from_the_start(Budget& budget, std::chrono::steady_clock::time_point 
   budget.time_s = std::max(1e-9, *budget.time_s - gone - reserve);
 }
 
-std::string output_path(const RenderCommand& command, const std::string& integrator) {
+std::string output_path(const RenderCommand& command, const std::string& scene, const std::string& integrator) {
   if (!command.output.empty() || command.json) return command.output;
-  return slug(command.scene) + "-" + slug(integrator) + ".exr";
+  if (!command.from.empty()) return std::filesystem::path(command.from).stem().string() + "-again.exr";
+  return slug(scene) + "-" + slug(integrator) + ".exr";
 }
 
 struct Rendered {
@@ -80,9 +82,16 @@ struct Rendered {
   ivec2 resolution{0};
   int threads = 1;
   std::uint64_t seed = 1;
+  std::string scene = {};
   std::string output = {};
-  std::string cache_to_load = {};  // bytes
-  std::string reference = {};      // what the metrics are measured against; "": none
+  std::string cache_to_load = {}, cache_hash = {};  // bytes of the one to begin with
+  bool states_error = false;
+  std::uint64_t scene_hash = 0;
+  std::string budget = {};
+  std::optional<Recipe> recipe = {};  // of the image to repeat,
+  Image original = {};                // and itself
+  std::optional<bool> repeats = {};   // whether it did, to the bit
+  std::string reference = {};         // what the metrics are measured against; "": none
   std::map<std::string, double> metrics = {};
 };
 
@@ -94,7 +103,7 @@ std::string aov_path(const std::string& output, const std::string& aov) {
 std::string to_json(const Rendered& r) {
   const CheckpointRecord& end = r.result.checkpoints.back();
   Json json{
-      {"scene", r.command.scene},
+      {"scene", r.scene},
       {"integrator", r.integrator.label()},
       {"accel", r.accel.label()},
       {"seed", r.seed},
@@ -115,6 +124,7 @@ std::string to_json(const Rendered& r) {
   if (!r.command.save_cache.empty()) json["cache"] = r.command.save_cache;
   if (!r.result.fallback.empty()) json["fallback"] = r.result.fallback;
   if (r.result.stopped) json["interrupted"] = true;
+  if (r.repeats) json["repeats"] = {{"image", r.command.from}, {"to_the_bit", *r.repeats}};
   if (!r.reference.empty()) json["reference"] = r.reference;
   for (const auto& [name, value] : r.metrics) json[name] = value;
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
@@ -125,6 +135,7 @@ std::string to_lines(const Rendered& r) {
   std::string text = fmt::format("image       {}\n", r.output);
   for (const std::string& aov : r.command.aovs) text += fmt::format("aov         {}\n", aov_path(r.output, aov));
   if (!r.command.save_cache.empty()) text += fmt::format("cache       {}\n", r.command.save_cache);
+  if (r.repeats) text += fmt::format("repeats     {}{}\n", r.command.from, *r.repeats ? ", to the bit" : ": no, other bits");
   text += fmt::format("hash        {:016x}\nspp         {}\ntime        {}", r.result.image_hash, end.iterations,
                       format_seconds(end.time_s));
   std::string separator = " (";
@@ -136,14 +147,18 @@ std::string to_lines(const Rendered& r) {
   return text;
 }
 
-void write_image(const Rendered& r, const CellResult& result, const std::string& path, const Image& image) {
-  replace_file(path, [&](const std::string& partial) {
-    if (path.ends_with(".png")) return write_png(partial, image);
-    write_exr(partial, image,
-              {{"etendue_manifest", to_json_line(make_manifest("", "", r.threads))},
-               {"etendue_cell", CellName{r.command.scene, r.accel.label(), r.integrator.label(), r.seed}.key()},
-               {"etendue_iterations", std::to_string(result.checkpoints.back().iterations)}});
-  });
+void write_image(const Rendered& r, const CellResult& result, const std::string& path, const Image& image,
+                 const std::string& aov = "") {
+  if (path.ends_with(".png")) {
+    write_png(path, image);
+    return;
+  }
+  auto attributes = recipe_attributes({r.scene, r.scene_hash, r.integrator, r.accel, r.seed, r.resolution,
+                                       result.checkpoints.back().iterations, r.budget, r.cache_hash, r.states_error},
+                                      make_manifest("", "", r.threads));
+  attributes["etendue_cell"] = CellName{r.scene, r.accel.label(), r.integrator.label(), r.seed}.key();
+  if (!aov.empty()) attributes["etendue_aov"] = aov;
+  write_exr(path, image, attributes);
 }
 
 // The image first, since it must be there in time; all else is off the clock. A file that fails does not stop the others.
@@ -159,12 +174,13 @@ void write_outputs(const Rendered& r, Integrator& integrator, const RenderContex
   if (!r.output.empty()) attempt([&] { write_image(r, result, r.output, result.image); });
   exit_on_interrupt("\ninterrupted\n");
   if (!r.command.save_cache.empty())
-    attempt([&] { write_cache_bytes(r.command.save_cache, integrator.savable_cache()->save(context)); });
+    attempt([&] { write_whole_file(r.command.save_cache, integrator.savable_cache()->save(context)); });
   for (const std::string& aov : r.command.aovs)
     attempt([&] {
       write_image(
           r, result, aov_path(r.output, aov),
-          aov == records_aov ? draw_records(result.image, context, *integrator.record_shapes()) : *integrator.standard_error());
+          aov == records_aov ? draw_records(result.image, context, *integrator.record_shapes()) : *integrator.standard_error(),
+          aov);
     });
   if (failure) std::rethrow_exception(failure);
 }
@@ -204,11 +220,50 @@ void warn_of_non_finite(const CellResult& result, Console& console) {
                               first.pixel.y, first.iteration));
 }
 
+// What the image to repeat was made of; of what is typed, nothing may say otherwise.
+void read_original(const RenderCommand& command, Rendered& r) {
+  const std::pair<const char*, bool> typed[] = {
+      {"-i", !command.integrator.empty()}, {"--accel", !command.accel.empty()},          {"--spp", !command.spp.empty()},
+      {"--time", !command.time.empty()},   {"--error", !command.error.empty()},          {"--seed", !command.seed.empty()},
+      {"-p", !command.params.empty()},     {"--resolution", !command.resolution.empty()}};
+  for (const auto& [option, is_typed] : typed)
+    if (is_typed)
+      throw Error(Location{option},
+                  fmt::format("of no use beside --from, which takes it from {}; expected one of them", command.from));
+  std::map<std::string, std::string> attributes;
+  r.original = read_exr(command.from, &attributes);
+  if (const auto aov = attributes.find("etendue_aov"); aov != attributes.end())
+    throw Error(Location{command.from}, fmt::format("shows {}; expected the image itself", aov->second));
+  r.recipe = read_recipe(attributes, command.from);
+  if (r.recipe->resolution != r.original.size)
+    throw Error(Location{command.from}, fmt::format("has {} x {} pixels, and says {} x {}", r.original.size.x,
+                                                    r.original.size.y, r.recipe->resolution.x, r.recipe->resolution.y));
+  r.integrator = r.recipe->integrator;
+  r.accel = r.recipe->accel;
+  r.resolution = r.recipe->resolution;
+  r.states_error = r.recipe->states_error;
+  if (command.scene.empty()) r.scene = r.recipe->scene;
+}
+
+// After the options: a cache that is asked for must be the one that the image began with, and none where there was none.
+void check_cache(const Rendered& r) {
+  if (!r.recipe || r.recipe->cache == r.cache_hash) return;
+  if (r.recipe->cache.empty())
+    throw Error(Location{"--load-cache"}, fmt::format("{} was begun without a cache; expected none", r.command.from));
+  throw Error(Location{r.command.from},
+              fmt::format("was begun with a saved cache (hash {}); expected it as --load-cache FILE{}", r.recipe->cache,
+                          r.cache_hash.empty() ? "" : ", and not one with hash " + r.cache_hash));
+}
+
 // Everything typed, checked before a scene is loaded.
 Budget read_options(const RenderCommand& command, Rendered& r) {
+  if (command.scene.empty() && command.from.empty()) throw Error("SCENE is required; see `etendue render --help`");
+  r.scene = command.scene;
+  if (!command.from.empty()) read_original(command, r);
   read_parameters(command, r.integrator, r.accel);
   if (!command.load_cache.empty()) {
     r.cache_to_load = read_cache_bytes(command.load_cache);
+    r.cache_hash = hash_text(r.cache_to_load);
     complete_from_cache(r.cache_to_load, command.load_cache, r.integrator);
     require_savable(r.integrator, "--load-cache");
   } else if (r.integrator.name.empty()) {
@@ -217,13 +272,43 @@ Budget read_options(const RenderCommand& command, Rendered& r) {
   validate_integrator(r.integrator);
   validate_accel(r.accel);
   if (!command.save_cache.empty()) require_savable(r.integrator, "--save-cache");
-  r.output = output_path(command, r.integrator.name);
+  check_cache(r);
+  r.output = output_path(command, r.scene, r.integrator.name);
   r.threads = threads_option(command.threads);
-  r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
+  if (r.recipe)
+    r.seed = r.recipe->seed;
+  else if (!command.seed.empty())
+    r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
   if (!command.resolution.empty()) r.resolution = resolution_option(command.resolution);
   check_aovs(command, r);
   check_files(command, r);
-  return read_budget(command);
+  if (std::find(command.aovs.begin(), command.aovs.end(), standard_error_aov) != command.aovs.end()) r.states_error = true;
+  Budget budget = read_budget(command);
+  if (r.recipe) budget.samples = r.recipe->iterations;
+  r.budget = r.recipe ? r.recipe->budget : budget.text();
+  return budget;
+}
+
+// Where the image named a file that does not lie here, beside the image perhaps.
+Scene load_original_scene(const Rendered& r) {
+  const std::filesystem::path beside = std::filesystem::path(r.command.from).parent_path() / r.scene;
+  std::error_code ignored;
+  const bool is_beside = r.command.scene.empty() && !std::filesystem::exists(r.scene, ignored) &&
+                         std::filesystem::is_regular_file(beside, ignored);
+  Scene scene = load_scene(is_beside ? beside.string() : r.scene);
+  if (const std::uint64_t hash = scene.hash(); hash != r.recipe->scene_hash)
+    throw Error(Location{r.command.from},
+                fmt::format("was made of another scene than {} is now: hash {:016x}, and not {:016x}; expected the scene as it "
+                            "was",
+                            r.scene, r.recipe->scene_hash, hash));
+  return scene;
+}
+
+void warn_of_commit(const Rendered& r, Console& console) {
+  const std::string commit = make_manifest("", "", r.threads).commit;
+  if (r.recipe && r.recipe->commit != commit)
+    console.warning(
+        fmt::format("{} was made by commit {}, and this is {}: bits may differ", r.command.from, r.recipe->commit, commit));
 }
 
 }  // namespace
@@ -235,7 +320,10 @@ int render_command(const RenderCommand& command) {
   const Method accel = command.accel.empty() ? default_accel() : Method{command.accel, {}, {"--accel"}};
   Rendered r{command, integrator, accel};
   Budget budget = read_options(command, r);
-  const Scene scene = load_scene(command.scene);
+  r.threads = available_threads(r.threads, console);
+  warn_of_commit(r, console);
+  const Scene scene = r.recipe ? load_original_scene(r) : load_scene(r.scene);
+  r.scene_hash = scene.hash();
   const SceneNeeds needs = scene_needs(scene);
   for (const std::string& warning : scene.warnings) console.warning(warning);
   if (r.resolution == ivec2(0)) r.resolution = scene.resolution;
@@ -245,7 +333,7 @@ int render_command(const RenderCommand& command) {
   const auto find_reference = [&] {
     reference = make_reference({scene,
                                 needs,
-                                command.scene,
+                                r.scene,
                                 r.resolution,
                                 {},
                                 r.threads,
@@ -272,7 +360,7 @@ int render_command(const RenderCommand& command) {
       integrator.savable_cache()->load(context, r.cache_to_load, Location{command.load_cache});
       r.cache_to_load = {};
     };
-  task.confidence = std::find(command.aovs.begin(), command.aovs.end(), standard_error_aov) != command.aovs.end();
+  task.confidence = r.states_error;
   task.finished = [&](Integrator& integrator, RenderContext& context, const CellResult& result) {
     console.clear_status();
     write_outputs(r, integrator, context, result);
@@ -281,6 +369,9 @@ int render_command(const RenderCommand& command) {
   note_interrupt("\ninterrupted: the image is written after this iteration; again to leave without it\n",
                  "\nno image is written\n");
   r.result = run_cell(task);
+  if (r.recipe)
+    r.repeats = std::equal(r.original.pixels.begin(), r.original.pixels.end(), r.result.image.pixels.begin(),
+                           r.result.image.pixels.end(), [](const dvec3& a, const dvec3& b) { return vec3(a) == vec3(b); });
   if (!reference && scene.closed_form) find_reference();
   if (reference) {
     r.reference = reference->rendered.source;
@@ -294,6 +385,10 @@ int render_command(const RenderCommand& command) {
     console.warning(fmt::format("took {} of {}: the method's preparation and its first iteration cannot be cut short",
                                 format_seconds(spent), format_seconds(*budget.time_s)));
   if (r.result.stopped) return 130;
+  if (r.repeats && !*r.repeats) {
+    console.warning(fmt::format("not the bits of {}", command.from));
+    return 1;
+  }
   if (!budget.error || r.result.reached_error) return 0;
   console.warning(
       fmt::format("relmse {:g} was not reached within {}", *budget.error, format_seconds(r.result.checkpoints.back().time_s)));

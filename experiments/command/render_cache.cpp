@@ -1,6 +1,5 @@
 #include "experiments/command/render_cache.h"
 
-#include "experiments/command/output_files.h"
 #include "framework/integrator.h"
 #include "integrators/cache_file.h"
 #include "integrators/registry.h"
@@ -74,15 +73,6 @@ void require_records(const Method& integrator, const std::string& option) {
 
 void require_standard_error(const Method& integrator, const std::string& option) {
   require(integrator, option, "does not estimate its own error", [](Integrator& i) { return i.standard_error().has_value(); });
-}
-
-void write_cache_bytes(const std::string& path, std::string_view bytes) {
-  replace_file(path, [&](const std::string& partial) {
-    std::ofstream file(partial, std::ios::binary);
-    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file) throw Error("is the disk full?");
-  });
 }
 
 }  // namespace etendue

@@ -21,7 +21,4 @@ void require_savable(const Method& integrator, const std::string& option);
 void require_records(const Method& integrator, const std::string& option);
 void require_standard_error(const Method& integrator, const std::string& option);
 
-// Throws Error, with the old file as it was.
-void write_cache_bytes(const std::string& path, std::string_view bytes);
-
 }  // namespace etendue

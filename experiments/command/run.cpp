@@ -85,11 +85,12 @@ int run_command(const RunCommand& command) {
   Console console;
   RunOptions options = command.options;
   if (!command.threads.empty()) options.threads = threads_option(command.threads);
-  const RunPlan plan = plan_run(options);
+  RunPlan plan = plan_run(options);
   if (command.dry_run) {
     print_plan(plan, console);
     return 0;
   }
+  plan.threads = available_threads(plan.threads, console);
   exit_on_interrupt("\ninterrupted; the same command goes on from here\n");
   if (plan.shard.count > 1)
     console.line(fmt::format("shard {} of {}: {} cells, into {}", plan.shard.index, plan.shard.count, plan.cells.size(),
@@ -102,7 +103,9 @@ int run_command(const RunCommand& command) {
   console.line(fmt::format("{} cell{} done, {} failed, {} done before; {}", summary.done, summary.done == 1 ? "" : "s",
                            summary.failed, summary.skipped, plan.directory));
   if (summary.disagreements > 0) console.warning(fmt::format("{} answers of structures are wrong", summary.disagreements));
-  return summary.failed > 0 || summary.disagreements > 0 ? 1 : 0;
+  for (const std::string& note : summary.notes) console.warning(note);
+  for (const std::string& finding : summary.findings) console.warning(finding);
+  return summary.failed > 0 || summary.disagreements > 0 || !summary.findings.empty() ? 1 : 0;
 }
 
 }  // namespace etendue

@@ -17,6 +17,11 @@ class AnimationWork final : public RecordWork<AnimationRecord> {
     if (!scenes_.contains(cell.scene)) scenes_.emplace(cell.scene, load_choice(plan_.config.scenes[cell.scene], observer_));
   }
 
+  std::optional<SceneState> scene(const Cell& cell) override {
+    const SceneChoice& choice = plan_.config.scenes[cell.scene];
+    return SceneState{choice.name, choice.path, scenes_.at(cell.scene).hash()};
+  }
+
   void fill(const Cell& cell, AnimationRecord& record, RunDirectory&, const Progress& progress) override {
     const AnimationChoice& choice = *plan_.config.animation;
     const AnimationTask task{

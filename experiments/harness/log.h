@@ -1,11 +1,15 @@
 // runs.jsonl: the truth of an experiment. Every table, chart and page is derived from it.
 //
-// One JSON object a line, its "type" first:
+// One JSON object a line, its "type" first, and last "xxh3", a checksum of the bytes before that key:
 //
 //   manifest    what ran: id (hash of what names the program, machine and settings), version, commit, compiler, flags, cpu,
 //               threads, title and hash of the experiment, its file, options and text, the time each cell had
+//   plan        what is to run into this directory: shard, of how many, cells of it and of all shards, the filter
+//   scene       a scene as it is from here on: its hash, and its file relative to the directory ("": built in). Where the hash
+//               is another than before, what was logged of the scene until then no longer counts
 //   reference   what a scene's error is measured against: scene, scene_hash, source, file (relative, or "" for a closed form
-//               evaluated on the spot), mse_floor (variance of its mean), checks (text of the agreement test)
+//               evaluated on the spot) with its size and hash, mse_floor (variance of its mean), checks (text of the agreement
+//               test). Where the file's hash is another than before, the scene's cells until then no longer count
 //   structure   a structure built over a scene: keys of StructureRecord
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
 //   animation   a scene in motion under several policies of change: keys of AnimationRecord
@@ -13,10 +17,12 @@
 //   rates       what theory says of convergence and what ratios are expected, all of the experiment (rate_law.h); the last such
 //               line counts
 //   search      point or ball structures over one set: keys of SearchRecord
-//   cell        the end of a cell: status "done" or "failed" (with error), image file and hash, expectation
+//   cell        the end of a cell: status "done" or "failed" (with error), how many checkpoints stand before it, hash of the
+//               image, files with size and hash, expectation
+//   finished    all that was to run did; whatever is logged later takes this back
 //
-// A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, so a killed run leaves whole
-// cells and at most one torn last line, which the reader drops and the next writer cuts off.
+// A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, after the files that they
+// name, so a killed run leaves whole cells and at most one torn last line, which the reader drops and the next writer cuts off.
 #pragma once
 
 #include "experiments/claims/claim_record.h"
@@ -26,9 +32,11 @@
 #include "experiments/harness/rate_law.h"
 #include "experiments/harness/ray_kind.h"
 #include "experiments/search/search_record.h"
+#include "framework/io/whole_file.h"
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,10 +49,24 @@ struct ManifestRecord {
   double budget_s = 0;                                   // of each cell, where time alone ended it; 0: not so, or not known
 };
 
+struct PlanRecord {
+  std::string experiment_hash, filter;
+  int shard = 0, shards = 1;
+  std::uint64_t cells = 0, all_cells = 0;  // of this shard, and of all of them
+
+  bool operator==(const PlanRecord&) const = default;
+};
+
+struct SceneRecord {
+  std::string scene, hash;
+  std::string file = {};  // relative to the log's directory; "": built in, or nowhere that another machine has
+};
+
 struct ReferenceRecord {
   std::string scene, scene_hash, source, file, checks;
   double mse_floor = 0;
   int width = 0, height = 0;
+  FileStamp stamp = {};
 };
 
 struct CheckpointRecord {
@@ -74,6 +96,8 @@ struct CellRecord {
   std::string note;
   std::string fallback = {};  // what replaced the structure, and why; empty: nothing did
   std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept
+  FileStamp image_stamp = {}, strip_stamp = {};
+  std::optional<std::uint64_t> checkpoints = {};  // that stand before it
 };
 
 struct StructureRecord {
@@ -108,6 +132,9 @@ struct RunLog {
   std::vector<ClaimRecord> claims;
   RateRecord rates;
   std::vector<SearchRecord> searches;
+  std::vector<PlanRecord> plans;  // the last is the one that counts
+  std::vector<SceneRecord> scenes;
+  bool finished = false, torn = false;  // torn: its last block was cut short
 };
 
 // Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).
@@ -116,14 +143,29 @@ std::string to_json_line(const ReferenceRecord& record);
 std::string to_json_line(const StructureRecord& record);
 std::string to_json_line(const CheckpointRecord& record);
 std::string to_json_line(const CellRecord& record);
+std::string to_json_line(const PlanRecord& record);
+std::string to_json_line(const SceneRecord& record);
+extern const char* const finished_line;
 
-// Reads a whole log. A torn last line is dropped; any other malformed line throws Error{file:line}. Of a cell logged twice the
-// last counts.
+// The line as it stands in the file: with its checksum.
+std::string sealed(const std::string& line);
+
+struct DamagedLine {
+  int line = 0;
+  std::string what;  // "file:line: what is wrong"
+};
+
+// Reads a whole log. A torn last block is dropped; any other malformed line, and one whose checksum is wrong, throws
+// Error{file:line}. Of a cell logged twice the last counts.
 RunLog read_log(const std::string& path);
+// Leaves such lines out and lists them instead.
+RunLog read_log(const std::string& path, std::vector<DamagedLine>& damaged);
+// Moves such lines to "<path>.damaged". Throws WriteError.
+void set_aside(const std::string& path, const std::vector<DamagedLine>& damaged);
 // Merges logs of shards, in order; the same cell twice counts once (the last).
 RunLog merge_logs(const std::vector<RunLog>& logs);
 
-// Appends whole blocks. Opening cuts a torn last line and checkpoints that no `cell` line closed.
+// Appends whole blocks, sealed. Opening cuts a torn last line and checkpoints that no `cell` line closed.
 class LogWriter {
  public:
   explicit LogWriter(const std::string& path);

@@ -34,6 +34,17 @@ Measured read_measured(const Json& j, const std::string& key) {
   return {median, j.value(key + "_low", median), j.value(key + "_high", median)};
 }
 
+// Of a file that stands under `key`.
+void put_stamp(Json& json, const std::string& key, const FileStamp& stamp) {
+  if (stamp.hash.empty()) return;
+  json[key + "_bytes"] = stamp.bytes;
+  json[key + "_xxh3"] = stamp.hash;
+}
+
+FileStamp read_stamp(const Json& j, const std::string& key) {
+  return {j.value(key + "_bytes", std::uint64_t{0}), j.value(key + "_xxh3", "")};
+}
+
 struct KindFigure {
   const char* suffix;
   ByRayKind<Measured> StructureRecord::*figures;
@@ -60,16 +71,26 @@ std::string to_json_line(const ManifestRecord& r) {
 }
 
 std::string to_json_line(const ReferenceRecord& r) {
-  return dump({{"type", "reference"},
-               {"scene", r.scene},
-               {"scene_hash", r.scene_hash},
-               {"source", r.source},
-               {"file", r.file},
-               {"mse_floor", finite(r.mse_floor)},
-               {"width", r.width},
-               {"height", r.height},
-               {"checks", r.checks}});
+  Json json{{"type", "reference"}, {"scene", r.scene},   {"scene_hash", r.scene_hash},
+            {"source", r.source},  {"file", r.file},     {"mse_floor", finite(r.mse_floor)},
+            {"width", r.width},    {"height", r.height}, {"checks", r.checks}};
+  put_stamp(json, "file", r.stamp);
+  return dump(json);
 }
+
+std::string to_json_line(const PlanRecord& r) {
+  Json json{{"type", "plan"},   {"experiment_hash", r.experiment_hash},
+            {"shard", r.shard}, {"shards", r.shards},
+            {"cells", r.cells}, {"all_cells", r.all_cells}};
+  if (!r.filter.empty()) json["filter"] = r.filter;
+  return dump(json);
+}
+
+std::string to_json_line(const SceneRecord& r) {
+  return dump({{"type", "scene"}, {"scene", r.scene}, {"hash", r.hash}, {"file", r.file}});
+}
+
+const char* const finished_line = R"({"type":"finished"})";
 
 std::string to_json_line(const StructureRecord& r) {
   Json json{{"type", "structure"},
@@ -126,7 +147,10 @@ std::string to_json_line(const CellRecord& r) {
   json["bias_bound"] = finite(r.bias_bound);
   json["note"] = r.note;
   if (!r.fallback.empty()) json["fallback"] = r.fallback;
+  put_stamp(json, "image", r.image_stamp);
   if (!r.strip.empty()) json["strip"] = r.strip;
+  put_stamp(json, "strip", r.strip_stamp);
+  if (r.checkpoints) json["checkpoints"] = *r.checkpoints;
   return dump(json);
 }
 
@@ -142,9 +166,15 @@ ManifestRecord read_manifest(const Json& j) {
 }
 
 ReferenceRecord read_reference(const Json& j) {
-  return {j.at("scene"),  j.at("scene_hash"), j.at("source"), j.at("file"),
-          j.at("checks"), j.at("mse_floor"),  j.at("width"),  j.at("height")};
+  return {j.at("scene"),     j.at("scene_hash"), j.at("source"), j.at("file"),         j.at("checks"),
+          j.at("mse_floor"), j.at("width"),      j.at("height"), read_stamp(j, "file")};
 }
+
+PlanRecord read_plan(const Json& j) {
+  return {j.at("experiment_hash"), j.value("filter", ""), j.at("shard"), j.at("shards"), j.at("cells"), j.at("all_cells")};
+}
+
+SceneRecord read_scene_record(const Json& j) { return {j.at("scene"), j.at("hash"), j.at("file")}; }
 
 StructureRecord read_structure(const Json& j) {
   StructureRecord r;
@@ -206,6 +236,9 @@ CellRecord read_cell(const Json& j) {
   r.note = j.at("note");
   r.fallback = j.value("fallback", "");
   r.strip = j.value("strip", "");
+  r.image_stamp = read_stamp(j, "image");
+  r.strip_stamp = read_stamp(j, "strip");
+  if (const auto count = j.find("checkpoints"); count != j.end()) r.checkpoints = count->get<std::uint64_t>();
   return r;
 }
 

@@ -14,5 +14,7 @@ ReferenceRecord read_reference(const nlohmann::ordered_json& json);
 StructureRecord read_structure(const nlohmann::ordered_json& json);
 CheckpointRecord read_checkpoint(const nlohmann::ordered_json& json);
 CellRecord read_cell(const nlohmann::ordered_json& json);
+PlanRecord read_plan(const nlohmann::ordered_json& json);
+SceneRecord read_scene_record(const nlohmann::ordered_json& json);
 
 }  // namespace etendue

@@ -1,10 +1,13 @@
 #include "experiments/harness/record_run.h"
 
 #include "experiments/harness/report.h"
+#include "experiments/harness/trust.h"
 
+#include <fmt/format.h>
 #include <chrono>
 #include <new>
 #include <set>
+#include <type_traits>
 
 namespace etendue {
 
@@ -22,12 +25,17 @@ class RecordExecution {
         observer_(observer),
         work_(work),
         manifest_(plan_manifest(plan, threads)),
-        directory_(plan.directory, manifest_, plan.fresh) {}
+        directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh) {}
 
   RunSummary run() {
+    for (const std::string& note : directory_.notes()) warn(note);
+    for (const Cell& cell : plan_.cells) work_.load(cell);
+    for (const Cell& cell : plan_.cells)
+      if (const auto scene = work_.scene(cell))
+        if (const std::string told = directory_.note_scene(scene->name, scene->path, scene->hash); !told.empty()) warn(told);
     std::set<CellName> done;
     for (const Record& record : records(directory_.earlier(), static_cast<const Record*>(nullptr))) {
-      if (record.status != "done") continue;
+      if (record.status != "done" || !is_whole(record)) continue;
       done.insert(record.cell);
       work_.remember(record);
     }
@@ -36,15 +44,29 @@ class RecordExecution {
       if (!done.contains(cell.name)) pending.push_back(&cell);
     summary_.skipped = plan_.cells.size() - pending.size();
     narrate_skipped(plan_, summary_.skipped, observer_);
-    for (const Cell* cell : pending) work_.load(*cell);
     for (std::size_t i = 0; i < pending.size(); ++i) run_one(*pending[i], i, pending.size());
+    directory_.finish();
     summary_.disagreements = work_.disagreements();
-    summary_.report_files = write_report({plan_.directory}, plan_.directory, {plan_.config.table_formats});
+    Report report = write_report({plan_.directory}, plan_.directory, {plan_.config.table_formats, true, true});
+    summary_.report_files = std::move(report.files);
+    summary_.findings = std::move(report.findings);
+    summary_.notes = std::move(report.notes);
     summary_.table = work_.summary(read_directory_log(plan_.directory));
     return std::move(summary_);
   }
 
  private:
+  void warn(const std::string& what) { observer_.narrate("warning: " + what); }
+
+  bool is_whole(const Record& record) {
+    if constexpr (std::is_same_v<Record, ClaimRecord>)
+      if (const std::string wrong = damage(record, plan_.directory); !wrong.empty()) {
+        warn(fmt::format("{}: {}; it runs again", record.cell.key(), wrong));
+        return false;
+      }
+    return true;
+  }
+
   void run_one(const Cell& cell, std::size_t position, std::size_t count) {
     observer_.cell_started(cell.name, position, count);
     const auto start = std::chrono::steady_clock::now();

@@ -5,6 +5,8 @@
 #include "experiments/harness/run.h"
 #include "experiments/harness/run_directory.h"
 
+#include <optional>
+
 namespace etendue {
 
 // What a kind of experiment does with its cells. `Record` is one of those that RunLog lists: it has a cell, a manifest, a
@@ -17,8 +19,15 @@ class RecordWork {
 
   virtual ~RecordWork() = default;
   virtual void remember(const Record&) {}  // done by an earlier run
-  // Before any cell runs, so that a file that cannot be read is known at once. May throw: nothing runs then.
+  // Before any cell runs, of all cells, so that a file that cannot be read is known at once. May throw: nothing runs then.
   virtual void load(const Cell&) {}
+  // The scene of a cell that was loaded, whose records count only as long as it stays as it is; nullopt: none, or one that
+  // cannot change.
+  struct SceneState {
+    std::string name, path;
+    std::uint64_t hash = 0;
+  };
+  virtual std::optional<SceneState> scene(const Cell&) { return std::nullopt; }
   // What stands in the record whether its cell fails or not.
   virtual void describe(const Cell&, Record&) {}
   // May throw: the cell has failed then.

@@ -88,7 +88,7 @@ std::optional<Reference> from_earlier(const ReferenceRequest& request) {
   try {
     RenderedReference rendered = read_reference(request.earlier);
     if (rendered.checks.empty() || rendered.image.size != request.resolution) return std::nullopt;
-    return Reference{std::move(rendered), {}};
+    return Reference{std::move(rendered), {}, true};
   } catch (const Error&) {
     return std::nullopt;  // lost or damaged
   }
@@ -155,7 +155,7 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
 }
 
 ReferenceRecord reference_record(const std::string& scene_name, const Scene& scene, const RenderedReference& rendered,
-                                 const std::string& file) {
+                                 const std::string& file, const FileStamp& stamp) {
   return {scene_name,
           fmt::format("{:016x}", scene.hash()),
           rendered.source,
@@ -163,7 +163,8 @@ ReferenceRecord reference_record(const std::string& scene_name, const Scene& sce
           rendered.checks,
           rendered.mse_floor,
           rendered.image.size.x,
-          rendered.image.size.y};
+          rendered.image.size.y,
+          stamp};
 }
 
 Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache) {

@@ -18,6 +18,7 @@ struct Reference {
   // Not empty, and names the scene: the estimators disagree, and nothing may be judged by this image; or memory does not hold
   // one, and there is none.
   std::string failure;
+  bool earlier = false;  // it is the file that the request named
 };
 
 struct ReferenceRequest {
@@ -38,7 +39,7 @@ inline constexpr std::uint64_t default_reference_samples = 1024;
 
 // The log's line; `file` as the caller stored the image.
 ReferenceRecord reference_record(const std::string& scene_name, const Scene& scene, const RenderedReference& rendered,
-                                 const std::string& file);
+                                 const std::string& file, const FileStamp& stamp);
 
 // Throws Error where the choice cannot be met: "exact" without a closed form, a file of another size.
 Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <system_error>
 
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when a reference of old must no longer be believed.
-constexpr std::string_view format_version = "1";
+constexpr std::string_view format_version = "2";
 
 std::string prefix(const Scene& scene) { return fmt::format("{:016x}-d{}-", scene.hash(), scene.max_depth.value_or(64)); }
 
@@ -41,14 +42,29 @@ std::optional<int> multiple(ivec2 large, ivec2 small) {
   return large.x / small.x;
 }
 
+// Of the pixels, as a file holds them, and of all that is said of them.
+std::string content_hash(const Image& image, std::map<std::string, std::string> attributes) {
+  std::string bytes;
+  for (const char* key : {"etendue_reference", "mse_floor", "samples", "source", "checks"}) bytes += attributes[key] + '\n';
+  const std::size_t start = bytes.size();
+  bytes.resize(start + image.pixels.size() * sizeof(vec3));
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const vec3 pixel(image.pixels[i]);
+    std::memcpy(bytes.data() + start + i * sizeof(vec3), &pixel, sizeof(vec3));
+  }
+  return hash_text(bytes);
+}
+
 }  // namespace
 
 std::map<std::string, std::string> reference_attributes(const RenderedReference& reference) {
-  return {{"etendue_reference", std::string(format_version)},
-          {"mse_floor", fmt::format("{:.17g}", reference.mse_floor)},
-          {"samples", std::to_string(reference.samples)},
-          {"source", reference.source},
-          {"checks", reference.checks}};
+  std::map<std::string, std::string> attributes{{"etendue_reference", std::string(format_version)},
+                                                {"mse_floor", fmt::format("{:.17g}", reference.mse_floor)},
+                                                {"samples", std::to_string(reference.samples)},
+                                                {"source", reference.source},
+                                                {"checks", reference.checks}};
+  attributes["content_xxh3"] = content_hash(reference.image, attributes);
+  return attributes;
 }
 
 RenderedReference read_reference(const std::string& path) {
@@ -56,6 +72,8 @@ RenderedReference read_reference(const std::string& path) {
   std::map<std::string, std::string> attributes;
   reference.image = read_exr(path, &attributes);
   if (attributes["etendue_reference"] != format_version) return reference;
+  if (attributes["content_xxh3"] != content_hash(reference.image, attributes))
+    throw Error(Location{path}, "a damaged reference: its pixels or attributes are not those that were written");
   reference.mse_floor = std::strtod(attributes["mse_floor"].c_str(), nullptr);
   reference.samples = std::strtoull(attributes["samples"].c_str(), nullptr, 10);
   reference.source = attributes["source"];

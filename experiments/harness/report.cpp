@@ -6,6 +6,7 @@
 #include "experiments/harness/report_html.h"
 #include "experiments/harness/report_images.h"
 #include "experiments/harness/tables.h"
+#include "experiments/harness/trust.h"
 #include "framework/core/error.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <set>
+#include <map>
+#include <optional>
 #include <sstream>
 
 namespace etendue {
@@ -21,23 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t image_budget_bytes = 24 << 20;
-constexpr const char* written_list = "report.files";  // what the last report wrote: the only files the next one may remove
-
-// A reader never meets half a file: it is written beside its name and renamed.
-void write_whole(const fs::path& path, const std::string& text) {
-  fs::create_directories(path.parent_path());
-  const fs::path beside = path.string() + ".part";
-  {
-    std::ofstream out(beside, std::ios::binary);
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
-    if (!out.flush()) {
-      std::error_code ignored;
-      fs::remove(beside, ignored);
-      throw Error(Location{path.string()}, "cannot write the report here; expected a writable directory with space left");
-    }
-  }
-  fs::rename(beside, path);
-}
+constexpr const char* written_list = "report.files";  // what the last report wrote: nothing else may be removed
 
 std::string read_small(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -53,11 +39,16 @@ void resolve(std::string& file, const fs::path& directory) {
 
 }  // namespace
 
-RunLog read_resolved_log(const std::string& directory) {
+namespace {
+
+RunLog read_directory(const std::string& directory) {
   const fs::path path = fs::path(directory) / "runs.jsonl";
   if (!fs::is_regular_file(path))
     throw Error(Location{directory}, "no runs.jsonl here; expected a directory that `etendue run` wrote");
-  RunLog log = read_log(path.string());
+  return read_log(path.string());
+}
+
+void resolve_files(RunLog& log, const std::string& directory) {
   for (CellRecord& cell : log.cells) {
     resolve(cell.image, directory);
     resolve(cell.strip, directory);
@@ -65,6 +56,22 @@ RunLog read_resolved_log(const std::string& directory) {
   for (ReferenceRecord& reference : log.references) resolve(reference.file, directory);
   for (ClaimRecord& record : log.claims)
     if (record.stress) resolve(record.stress->picture, directory);
+}
+
+// Without the files that the log names, which nobody held against it.
+void forget_files(RunLog& log) {
+  for (CellRecord& cell : log.cells) {
+    cell.image.clear();
+    cell.strip.clear();
+  }
+  for (ReferenceRecord& reference : log.references) reference.file.clear();
+}
+
+}  // namespace
+
+RunLog read_resolved_log(const std::string& directory) {
+  RunLog log = read_directory(directory);
+  resolve_files(log, directory);
   return log;
 }
 
@@ -114,37 +121,70 @@ std::vector<std::string> conflicting_scenes(const RunLog& merged, const std::vec
   return scenes;
 }
 
+// What a report wrote: a line for each file with its stamp and name, then the checksum of those lines.
+std::string list_text(const std::map<std::string, FileStamp>& files) {
+  std::string text;
+  for (const auto& [name, stamp] : files) text += fmt::format("{} {} {}\n", stamp.hash, stamp.bytes, name);
+  return text + hash_text(text) + "\n";
+}
+
+// nullopt where the list is not as it was written.
+std::optional<std::map<std::string, FileStamp>> read_list(const fs::path& path) {
+  std::map<std::string, FileStamp> files;
+  const std::string all = read_small(path);
+  std::istringstream lines(all);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    FileStamp stamp;
+    std::string name;
+    if (words >> stamp.hash >> stamp.bytes && words.get() == ' ' && std::getline(words, name)) files[name] = stamp;
+  }
+  return list_text(files) == all ? std::optional(files) : std::nullopt;
+}
+
 class Output {
  public:
-  explicit Output(fs::path directory) : directory_(std::move(directory)) {}
+  explicit Output(fs::path directory) : directory_(std::move(directory)) {
+    std::error_code ignored;
+    if (!fs::is_regular_file(directory_ / written_list, ignored)) return;
+    if (auto list = read_list(directory_ / written_list)) {
+      old_ = std::move(*list);
+    } else {
+      notes_.push_back(fmt::format("{} was changed since it was written: what an earlier report left stays",
+                                   (directory_ / written_list).string()));
+    }
+    for (const auto& [name, stamp] : old_)
+      if (fs::exists(directory_ / name, ignored))
+        if (const std::string wrong = difference((directory_ / name).string(), stamp); !wrong.empty())
+          notes_.push_back(
+              fmt::format("{} was changed since it was written ({}); it is written anew", (directory_ / name).string(), wrong));
+  }
 
   void write(const std::string& name, const std::string& text) {
-    write_whole(directory_ / name, text);
-    names_.push_back(name);
+    const fs::path path = directory_ / name;
+    const FileStamp stamp = stamp_of(text);
+    if (!difference(path.string(), stamp).empty()) {  // to flush what is there already would take as long
+      make_folders(path.parent_path().string());
+      write_whole_file(path.string(), text);
+    }
+    written_[name] = stamp;
   }
 
   // Removes what an earlier report left and this one did not write, and notes what was written.
-  std::vector<std::string> finish() {
-    const std::set<std::string> fresh(names_.begin(), names_.end());
-    std::istringstream old(read_small(directory_ / written_list));
-    for (std::string name; std::getline(old, name);) {
-      const fs::path path(name);
-      const bool below = path.is_relative() && std::find(path.begin(), path.end(), fs::path("..")) == path.end();
-      std::error_code ignored;
-      if (below && !name.empty() && !fresh.contains(name) && fs::is_regular_file(directory_ / path))
-        fs::remove(directory_ / path, ignored);
-    }
-    std::string list;
-    for (const std::string& name : names_) list += name + "\n";
-    write_whole(directory_ / written_list, list);
-    std::vector<std::string> paths;
-    for (const std::string& name : names_) paths.push_back((directory_ / name).string());
-    return paths;
+  Report finish() {
+    std::error_code ignored;
+    for (const auto& [name, stamp] : old_)
+      if (!written_.contains(name) && fs::is_regular_file(directory_ / name, ignored)) fs::remove(directory_ / name, ignored);
+    write_whole_file((directory_ / written_list).string(), list_text(written_));
+    Report report{{}, {}, std::move(notes_)};
+    for (const auto& [name, stamp] : written_) report.files.push_back((directory_ / name).string());
+    return report;
   }
 
  private:
   fs::path directory_;
-  std::vector<std::string> names_;
+  std::map<std::string, FileStamp> old_, written_;
+  std::vector<std::string> notes_;
 };
 
 std::string formatted(const Table& table, const std::string& format) {
@@ -155,17 +195,26 @@ std::string formatted(const Table& table, const std::string& format) {
 
 }  // namespace
 
-std::vector<std::string> write_report(const std::vector<std::string>& directories, const std::string& output,
-                                      const ReportOptions& options) {
+Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options) {
   const std::vector<std::string> formats{"md", "csv", "tex"};
   for (const std::string& format : options.table_formats)
     if (std::find(formats.begin(), formats.end(), format) == formats.end())
       throw Error(unknown_name("table format", format, formats));
   std::vector<RunLog> logs;
-  for (const std::string& directory : directories) logs.push_back(read_resolved_log(directory));
+  for (const std::string& directory : directories) logs.push_back(read_directory(directory));
+  std::vector<std::string> findings = missing_parts(logs, directories, !options.of_a_run);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    if (options.check_files) {
+      for (std::string& finding : distrust(logs[i], directories[i], !options.of_a_run)) findings.push_back(std::move(finding));
+      resolve_files(logs[i], directories[i]);
+    } else {
+      forget_files(logs[i]);
+    }
+  }
   const RunLog log = merge_logs(logs);
   ReportData data = arrange(log);
   data.conflicts = conflicting_scenes(log, logs);
+  data.findings = findings;
   PageContent content;
   content.rates = fit_rates(data);
   content.tables = report_tables(data, image_statistics(data));
@@ -185,7 +234,9 @@ std::vector<std::string> write_report(const std::vector<std::string>& directorie
   for (const Figure& figure : file_figures(data)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   for (const Figure& figure : rate_figures(content.rates)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   out.write("report.html", report_page(data, content));
-  return out.finish();
+  Report report = out.finish();
+  report.findings = std::move(findings);
+  return report;
 }
 
 }  // namespace etendue

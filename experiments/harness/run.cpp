@@ -3,12 +3,12 @@
 #include "experiments/claims/claims_run.h"
 #include "experiments/harness/accel_comparison.h"
 #include "experiments/harness/animation_run.h"
-#include "experiments/harness/manifest.h"
+#include "experiments/harness/recipe.h"
 #include "experiments/harness/reference.h"
 #include "experiments/harness/report.h"
-#include "experiments/harness/report_text.h"
 #include "experiments/harness/run_directory.h"
 #include "experiments/harness/tables.h"
+#include "experiments/harness/trust.h"
 #include "experiments/search/search_run.h"
 #include "experiments/stress/stress_run.h"
 #include "framework/core/parallel.h"
@@ -43,35 +43,69 @@ class Execution {
         config_(plan.config),
         observer_(observer),
         manifest_(plan_manifest(plan, plan.threads)),
-        directory_(plan.directory, manifest_, plan.fresh),
+        directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh),
         scenes_(config_.scenes.size()) {}
 
   RunSummary run() {
-    for (const Cell& cell : plan_.cells) {
-      if (directory_.is_done(cell.name))
-        ++summary_.skipped;
-      else
-        pending_.push_back(&cell);
-    }
-    narrate_resumption();
+    for (const std::string& note : directory_.notes()) warn(note);
     load_scenes();
+    choose_pending();
     const RateRecord rates{config_.rates, config_.regions, config_.ratios};
     if (const std::string line = to_json_line(rates); line != to_json_line(directory_.earlier().rates))
       directory_.append({line});
     for (std::size_t s = 0; s < scenes_.size(); ++s)
-      if (has_pending(s)) make_scene_reference(s);
-    for (std::size_t s = 0; s < scenes_.size(); ++s)
       if (wants_structures(s)) compare_scene_structures(s);
     for (std::size_t i = 0; i < pending_.size(); ++i) run_one(*pending_[i], i);
-    const ReportOptions options{config_.table_formats};
-    summary_.report_files = write_report({plan_.directory}, plan_.directory, options);
+    directory_.finish();
+    Report report = write_report({plan_.directory}, plan_.directory, {config_.table_formats, true, true});
+    summary_.report_files = std::move(report.files);
+    summary_.findings = std::move(report.findings);
+    summary_.notes = std::move(report.notes);
     summary_.table = summary_table(read_resolved_log(plan_.directory));
     return std::move(summary_);
   }
 
  private:
-  bool has_pending(std::size_t scene) const {
-    return std::any_of(pending_.begin(), pending_.end(), [&](const Cell* cell) { return cell->scene == scene; });
+  bool has_cells(std::size_t scene) const {
+    return std::any_of(plan_.cells.begin(), plan_.cells.end(), [&](const Cell& cell) { return cell.scene == scene; });
+  }
+
+  void warn(const std::string& what) { observer_.narrate("warning: " + what); }
+
+  // Of the cells that an earlier run ended, those are left out that are still what it logged: made of the same scene, measured
+  // against the same reference, their files whole.
+  void choose_pending() {
+    const std::set<CellName> whole = directory_.believed_cells([this](const std::string& what) { warn(what); });
+    for (std::size_t s = 0; s < scenes_.size(); ++s)
+      if (scenes_[s] && has_cells(s) && wants_reference(s, whole)) make_scene_reference(s);
+    // A reference that is another took its scene's cells out of the log.
+    std::set<CellName> logged;
+    for (const CellRecord& cell : directory_.earlier().cells) logged.insert(cell.cell);
+    for (const Cell& cell : plan_.cells) {
+      if (whole.contains(cell.name) && logged.contains(cell.name))
+        ++summary_.skipped;
+      else
+        pending_.push_back(&cell);
+    }
+    narrate_resumption();
+    for (std::size_t s = 0; s < scenes_.size(); ++s)
+      if (std::none_of(pending_.begin(), pending_.end(), [&](const Cell* cell) { return cell->scene == s; }) &&
+          !wants_structures(s))
+        scenes_[s].reset();
+  }
+
+  const ReferenceRecord* logged_reference(const std::string& scene) const {
+    for (const ReferenceRecord& record : directory_.earlier().references)
+      if (record.scene == scene) return &record;
+    return nullptr;
+  }
+
+  bool wants_reference(std::size_t s, const std::set<CellName>& whole) {
+    const ReferenceRecord* known = logged_reference(config_.scenes[s].name);
+    if (known == nullptr || config_.reference.kind == ReferenceChoice::Kind::file) return true;
+    if (!damage(*known, plan_.directory).empty()) return true;
+    return std::any_of(plan_.cells.begin(), plan_.cells.end(),
+                       [&](const Cell& cell) { return cell.scene == s && !whole.contains(cell.name); });
   }
 
   bool wants_structures(std::size_t scene) const {
@@ -87,24 +121,23 @@ class Execution {
                                       other.commit, other.cpu));
   }
 
-  // All of them before anything runs, so that a file that cannot be read is known at once.
+  // All of them before anything runs, so that a file that cannot be read is known at once, and so is one that has changed.
   void load_scenes() {
     for (std::size_t s = 0; s < scenes_.size(); ++s) {
-      if (!has_pending(s) && !wants_structures(s)) continue;
+      if (!has_cells(s) && !wants_structures(s)) continue;
       const SceneChoice& choice = config_.scenes[s];
       auto loaded = std::make_unique<LoadedScene>();
       loaded->scene = load_choice(choice, observer_);
       loaded->needs = scene_needs(loaded->scene);
       loaded->resolution = config_.resolution.value_or(loaded->scene.resolution);
       loaded->regions = make_regions(config_.regions, choice.name, loaded->resolution);
-      const std::string hash = fmt::format("{:016x}", loaded->scene.hash());
-      for (const ReferenceRecord& record : directory_.earlier().references)
-        if (record.scene == choice.name && record.scene_hash != hash)
-          throw Error(Location{plan_.directory},
-                      fmt::format("{} has changed since its first cells were run; expected --fresh to start over, "
-                                  "or --out DIR for another directory",
-                                  choice.name));
       scenes_[s] = std::move(loaded);
+    }
+    for (std::size_t s = 0; s < scenes_.size(); ++s) {
+      if (!scenes_[s]) continue;
+      const SceneChoice& choice = config_.scenes[s];
+      if (const std::string told = directory_.note_scene(choice.name, choice.path, scenes_[s]->scene.hash()); !told.empty())
+        warn(told);
     }
   }
 
@@ -114,12 +147,13 @@ class Execution {
     const auto narrate = [this](const std::string& line) { observer_.narrate(line); };
     const auto status = [this](const std::string& line) { observer_.status(line); };
     const RunLog& earlier = directory_.earlier();
-    const auto known = std::find_if(earlier.references.begin(), earlier.references.end(),
-                                    [&](const ReferenceRecord& r) { return r.scene == name; });
+    const ReferenceRecord* known = logged_reference(name);
+    const std::string wrong = known != nullptr ? damage(*known, plan_.directory) : "";
+    if (!wrong.empty()) warn(fmt::format("{}: the reference {}; it is made again", name, wrong));
     // By a reference that was refused nothing has been measured.
     const bool measured = std::any_of(earlier.cells.begin(), earlier.cells.end(),
                                       [&](const CellRecord& c) { return c.cell.scene == name && c.status == "done"; });
-    const bool begun = measured && known != earlier.references.end();
+    const bool begun = measured && known != nullptr && wrong.empty();
     const std::string begun_with = begun ? (fs::path(plan_.directory) / known->file).string() : "";
     try {
       loaded.reference = make_reference(
@@ -129,11 +163,10 @@ class Execution {
       loaded.reference.failure = fmt::format("no reference of {}: out of memory", name);
     }
     const RenderedReference& rendered = loaded.reference.rendered;
-    if (rendered.image.pixels.empty()) return;  // there is none, and its cells will say why
-    const std::string file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
-    // Once: a run that goes on ends with the log of one that was not stopped.
-    const std::string line = to_json_line(reference_record(name, loaded.scene, rendered, file));
-    if (known == earlier.references.end() || to_json_line(*known) != line) directory_.append({line});
+    if (rendered.image.pixels.empty() || loaded.reference.earlier) return;  // where there is none, its cells will say why
+    const StoredFile file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
+    const std::string told = directory_.note_reference(reference_record(name, loaded.scene, rendered, file.path, file.stamp));
+    if (!told.empty()) warn(told);
   }
 
   void compare_scene_structures(std::size_t s) {
@@ -188,8 +221,15 @@ class Execution {
     }
     fill(record, result);
     if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", cell.name.scene, cell.name.accel, record.fallback));
-    record.image = directory_.write_image(cell.name, result.image, attributes(cell, result));
-    if (!result.checkpoint_images.empty()) record.strip = directory_.write_strip(cell.name, result.checkpoint_images);
+    const StoredFile image = directory_.write_image(cell.name, result.image, attributes(cell, result));
+    record.image = image.path;
+    record.image_stamp = image.stamp;
+    if (!result.checkpoint_images.empty()) {
+      const StoredFile strip = directory_.write_strip(cell.name, result.checkpoint_images);
+      record.strip = strip.path;
+      record.strip_stamp = strip.stamp;
+    }
+    record.checkpoints = result.checkpoints.size();
     std::vector<std::string> lines;
     for (CheckpointRecord& checkpoint : result.checkpoints) {
       checkpoint.cell = cell.name;
@@ -247,13 +287,15 @@ class Execution {
   }
 
   std::map<std::string, std::string> attributes(const Cell& cell, const CellResult& result) const {
-    ManifestRecord manifest = manifest_;
-    manifest.experiment.clear();  // that stands in the log
-    return {{"etendue_cell", cell.name.key()},
-            {"etendue_experiment", config_.title},
-            {"etendue_manifest", to_json_line(manifest)},
-            {"etendue_iterations", std::to_string(result.checkpoints.back().iterations)},
-            {"etendue_time_s", fmt::format("{}", result.checkpoints.back().time_s)}};
+    const LoadedScene& loaded = *scenes_[cell.scene];
+    auto attributes = recipe_attributes(
+        {config_.scenes[cell.scene].path, loaded.scene.hash(), config_.integrators[cell.integrator], config_.accels[cell.accel],
+         cell.name.seed, loaded.resolution, result.checkpoints.back().iterations, config_.budget.text()},
+        manifest_);
+    attributes["etendue_cell"] = cell.name.key();
+    attributes["etendue_experiment"] = config_.title;
+    attributes["etendue_time_s"] = fmt::format("{}", result.checkpoints.back().time_s);
+    return attributes;
   }
 
   const CellFunction& compute_;
@@ -268,52 +310,7 @@ class Execution {
   RunSummary summary_;
 };
 
-std::string typed_options(const RunOptions& options) {
-  std::string text = options.quick ? "--quick" : "";
-  for (const std::string& assignment : options.overrides) text += (text.empty() ? "-o " : " -o ") + shell_word(assignment);
-  return text;
-}
-
-// As typed from here; "" where only this machine has such a path.
-std::string shown_file(const fs::path& path) {
-  const fs::path shown = path.is_absolute() ? path.lexically_proximate(fs::current_path()) : path;
-  return path.is_absolute() && (shown.is_absolute() || *shown.begin() == "..") ? "" : shown.string();
-}
-
 }  // namespace
-
-RunPlan plan_run(const RunOptions& options) {
-  RunPlan plan;
-  plan.config = load_config(options.experiment, {options.quick, options.overrides});
-  plan.threads = options.threads.value_or(plan.config.threads.value_or(hardware_threads()));
-  plan.fresh = options.fresh;
-  plan.options = typed_options(options);
-  if (!options.shard.empty())
-    plan.shard = Shard::parse(options.shard);
-  else
-    plan.shard = Shard::from_slurm().value_or(Shard{});
-  plan.cells = make_cells(plan.config);
-  if (!options.filter.empty()) plan.cells = filter_cells(plan.cells, options.filter);
-  plan.cells = shard_cells(plan.cells, plan.shard);
-  plan.directory = options.out;
-  if (plan.directory.empty()) {
-    std::string name = fs::path(options.experiment).stem().string() + (options.quick ? "-quick" : "");
-    if (plan.shard.count > 1) name += fmt::format("-shard-{}-of-{}", plan.shard.index, plan.shard.count);
-    plan.directory = (fs::path("out") / name).string();
-  }
-  return plan;
-}
-
-ManifestRecord plan_manifest(const RunPlan& plan, int threads) {
-  const ExperimentConfig& config = plan.config;
-  ManifestRecord manifest = make_manifest(config.title, config.hash, threads);
-  manifest.file = shown_file(config.path);
-  manifest.options = plan.options;
-  manifest.experiment = config.text;
-  // A cell that iterations or an error ended could have gone on; one that time ended has its last image until then.
-  if (config.budget.time_s && !config.budget.samples && !config.budget.error) manifest.budget_s = *config.budget.time_s;
-  return manifest;
-}
 
 Scene load_choice(const SceneChoice& choice, RunObserver& observer) {
   Scene scene = load_scene(choice.path, choice.where);

@@ -31,7 +31,9 @@ struct RunPlan {
   std::string directory;
   int threads = 1;
   bool fresh = false;
-  std::string options = {};  // of what was typed beside the experiment's file, what changes figures
+  std::string filter = {};
+  std::size_t all_cells = 0;  // of all shards
+  std::string options = {};   // of what was typed beside the experiment's file, what changes figures
 };
 
 // Reads and checks everything that can be checked without running. Throws Error.
@@ -50,6 +52,7 @@ class RunObserver {
 
 // Shared first steps of several kinds of experiments, reported to the observer.
 ManifestRecord plan_manifest(const RunPlan& plan, int threads);
+PlanRecord plan_record(const RunPlan& plan, const ManifestRecord& manifest);
 Scene load_choice(const SceneChoice& choice, RunObserver& observer);  // its warnings; throws Error
 void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& observer);
 
@@ -57,7 +60,8 @@ struct RunSummary {
   std::size_t done = 0, failed = 0, skipped = 0;  // skipped: done by an earlier run
   std::uint64_t disagreements = 0;                // of structures, in this run's comparisons
   std::vector<std::string> report_files;
-  std::string table;  // the summary, for people
+  std::vector<std::string> findings, notes;  // of the report: what is not to be believed, and what was put right
+  std::string table;                         // the summary, for people
 };
 
 // Throws Error; a failing cell is recorded and counted instead. `compute` does the work of a cell: tests put failures there.

@@ -148,6 +148,7 @@ double floor_share(const SceneData& scene) {
 
 std::vector<std::string> warnings_of(const ReportData& data) {
   std::vector<std::string> warnings;
+  for (const std::string& finding : data.findings) warnings.push_back(finding + ".");
   warn_of_runs(data, warnings);
   warn_of_fallbacks(data, warnings);
   warn_of_references(data, warnings);

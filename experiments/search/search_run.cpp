@@ -19,6 +19,13 @@ class SearchWork final : public RecordWork<SearchRecord> {
     if (scene && !scenes_.contains(*scene)) scenes_.emplace(*scene, load_choice(plan_.config.scenes[*scene], observer_));
   }
 
+  std::optional<SceneState> scene(const Cell& cell) override {
+    const auto scene = sets_[cell.scene].scene;
+    if (!scene) return std::nullopt;
+    const SceneChoice& choice = plan_.config.scenes[*scene];
+    return SceneState{choice.name, choice.path, scenes_.at(*scene).hash()};
+  }
+
   void fill(const Cell& cell, SearchRecord& record, RunDirectory&, const Progress& progress) override {
     const SearchChoice& choice = *plan_.config.search;
     const SearchSet& set = sets_[cell.scene];

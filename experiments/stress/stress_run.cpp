@@ -38,6 +38,11 @@ class StressWork final : public RecordWork<ClaimRecord> {
  public:
   StressWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer) {}
 
+  std::optional<SceneState> scene(const Cell& cell) override {
+    const std::string& name = row_of(cell).scene;
+    return SceneState{name, name, load_scene(name, {plan_.config.path}).hash()};
+  }
+
   void describe(const Cell& cell, ClaimRecord& record) override {
     const StressRow& row = row_of(cell);
     record.id = row.id;
@@ -85,8 +90,8 @@ class StressWork final : public RecordWork<ClaimRecord> {
     }
     record.stress->picture = fmt::format("pictures/{}.png", cell.name.integrator);
     const std::filesystem::path picture = std::filesystem::path(directory.path()) / record.stress->picture;
-    std::filesystem::create_directories(picture.parent_path());
-    write_png(picture.string(), side_by_side(images));
+    make_folders(picture.parent_path().string());
+    record.stress->picture_stamp = write_png(picture.string(), side_by_side(images));
   }
 
   std::string summary(const RunLog& log) const override { return stress_summary(log); }

@@ -68,6 +68,11 @@ std::uint64_t left_in_control_group() {
 
 void keep_freed_memory() {
 #if defined(__GLIBC__)
+  // Where the address space is short, nothing is kept beyond what is used, and no thread takes 64 MiB of it for itself.
+  if (rlimit limit{}; getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur < rlim_t{4} << 30) {
+    mallopt(M_ARENA_MAX, 1);
+    return;
+  }
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TOP_PAD, 64 << 20);

@@ -7,16 +7,14 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <ImfStringAttribute.h>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -195,7 +193,30 @@ Image read_pixels(const std::string& path, std::string_view bytes, std::map<std:
   return image;
 }
 
-void write_pixels(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes) {
+// OpenEXR's own streams leave errors of the last write, which a destructor makes, unsaid.
+class ByteStream final : public Imf::OStream {
+ public:
+  ByteStream() : Imf::OStream("memory") {}
+
+  void write(const char data[], int count) override {
+    const auto size = static_cast<std::size_t>(count);
+    bytes_.resize(std::max(bytes_.size(), position_ + size));
+    std::copy(data, data + count, bytes_.begin() + static_cast<std::ptrdiff_t>(position_));
+    position_ += size;
+  }
+  uint64_t tellp() override { return position_; }
+  void seekp(uint64_t position) override { position_ = position; }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+  std::size_t position_ = 0;
+};
+
+}  // namespace
+
+std::string encode_exr(const Image& image, const std::map<std::string, std::string>& attributes) {
+  CHECK(image.size.x > 0 && image.size.y > 0);
   std::vector<float> planes;
   planes.reserve(image.pixels.size() * 3);
   for (const dvec3& p : image.pixels)
@@ -210,24 +231,17 @@ void write_pixels(const std::string& path, const Image& image, const std::map<st
     buffer.insert(rgb_names[c], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(planes.data() + c), x_stride,
                                            x_stride * static_cast<std::size_t>(image.size.x)));
   }
-  Imf::OutputFile file(path.c_str(), header);
-  file.setFrameBuffer(buffer);
-  file.writePixels(image.size.y);
+  ByteStream stream;
+  {
+    Imf::OutputFile file(stream, header);
+    file.setFrameBuffer(buffer);
+    file.writePixels(image.size.y);
+  }
+  return stream.take();
 }
 
-}  // namespace
-
-void write_exr(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes) {
-  CHECK(image.size.x > 0 && image.size.y > 0);
-  const std::string unfinished = fmt::format("{}.{}.part", path, ::getpid());
-  try {
-    write_pixels(unfinished, image, attributes);
-    std::filesystem::rename(unfinished, path);
-  } catch (const std::exception& e) {
-    std::error_code ignored;
-    std::filesystem::remove(unfinished, ignored);
-    throw Error(fmt::format("cannot write '{}': {}", path, e.what()));
-  }
+FileStamp write_exr(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes) {
+  return write_whole_file(path, encode_exr(image, attributes));
 }
 
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {

@@ -2,14 +2,17 @@
 #pragma once
 
 #include "framework/image/film.h"
+#include "framework/io/whole_file.h"
 
 #include <map>
 #include <string>
 
 namespace etendue {
 
-// 32-bit RGB. Written beside its final name and renamed when complete. Throws Error.
-void write_exr(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes = {});
+// 32-bit RGB. Throws WriteError, with an older file as it was.
+FileStamp write_exr(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes = {});
+// The bytes of such a file.
+std::string encode_exr(const Image& image, const std::map<std::string, std::string>& attributes = {});
 
 // R, G, B (or Y) of any pixel type; the rest is ignored. Throws Error on missing, truncated or non-image files.
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);

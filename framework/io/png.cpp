@@ -1,11 +1,8 @@
 #include "framework/io/png.h"
 
-#include "framework/core/error.h"
 #include "framework/io/image_file.h"
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <vector>
 
 namespace etendue {
@@ -16,20 +13,13 @@ std::uint8_t linear_to_srgb_byte(double linear) {
   return static_cast<std::uint8_t>(std::lround(255 * curved));
 }
 
-void write_png(const std::string& path, const Image& image) {
+FileStamp write_png(const std::string& path, const Image& image) {
   std::vector<std::uint8_t> pixels;
   pixels.reserve(3 * image.pixels.size());
   for (const dvec3& pixel : image.pixels)
     for (int c = 0; c < 3; ++c) pixels.push_back(linear_to_srgb_byte(pixel[c]));
   const std::vector<std::uint8_t> bytes = encode_png(pixels.data(), image.size);
-  const std::string partial = path + ".part";
-  std::ofstream file(partial, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (!file || std::rename(partial.c_str(), path.c_str()) != 0) {
-    std::remove(partial.c_str());
-    throw Error(Location{path}, "cannot write the image; expected a writable path");
-  }
+  return write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace etendue

@@ -108,7 +108,7 @@ TEST_F(Log, RecordsAreReadBackExactly) {
 TEST_F(Log, TheLastTextOfAnExperimentCounts) {
   ManifestRecord manifest{"id", "0.1", "abc", "GCC", "-O2", "cpu", "title", "hash", 7, "a.toml", "", "exponent = -1\n"};
   const std::string path = (directory_ / "run").string();
-  const auto open = [&] { RunDirectory(path, manifest, false); };
+  const auto open = [&] { RunDirectory(path, manifest, {}, false); };
   open();
   manifest.experiment = "exponent = -2\n";
   manifest.options = "--quick";
@@ -162,6 +162,70 @@ TEST_F(Log, BlockCutShortByAFullDiskIsTakenBack) {
   EXPECT_EQ(content(), whole);
   writer.append(block);
   EXPECT_EQ(read_log(path_).cells.size(), 2u);
+}
+
+TEST_F(Log, EveryFlippedBitIsNoticed) {
+  write_cell(1);
+  write_cell(2);
+  LogWriter(path_).append({finished_line});
+  const std::string whole = content();
+  ASSERT_TRUE(read_log(path_).finished);
+  for (std::size_t bit = 0; bit < 8 * whole.size(); bit += 13) {
+    std::string flipped = whole;
+    flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ (1 << (bit % 8)));
+    std::ofstream(path_, std::ios::binary) << flipped;
+    std::vector<DamagedLine> damaged;
+    const RunLog log = read_log(path_, damaged);
+    EXPECT_TRUE(!damaged.empty() || log.torn) << "bit " << bit;
+    EXPECT_FALSE(log.finished && damaged.empty()) << "bit " << bit;
+    if (!damaged.empty()) {
+      EXPECT_THROW(read_log(path_), Error);
+    }
+  }
+}
+
+TEST_F(Log, DamagedLinesAreNamedAndSetAside) {
+  write_cell(1);
+  write_cell(2);
+  std::string text = content();
+  text[text.find("\"relmse\"") + 3] ^= 4;  // in the first line
+  std::ofstream(path_, std::ios::binary) << text;
+  std::vector<DamagedLine> damaged;
+  const RunLog log = read_log(path_, damaged);
+  ASSERT_EQ(damaged.size(), 1u);
+  EXPECT_TRUE(damaged[0].what.starts_with(path_ + ":1: ")) << damaged[0].what;
+  EXPECT_NE(damaged[0].what.find("checksum"), std::string::npos) << damaged[0].what;
+  set_aside(path_, damaged);
+  EXPECT_EQ(content(), text.substr(text.find('\n') + 1));
+  std::ifstream beside(path_ + ".damaged", std::ios::binary);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(beside), {}), text.substr(0, text.find('\n') + 1));
+}
+
+TEST_F(Log, CellWithoutAllItsCheckpointsIsDamaged) {
+  CellRecord whole = cell(1);
+  whole.checkpoints = 2;
+  LogWriter(path_).append({to_json_line(checkpoint(1, 1)), to_json_line(whole)});
+  EXPECT_THROW(read_log(path_), Error);
+}
+
+TEST_F(Log, AnotherHashTakesBackWhatWasLoggedOfAScene) {
+  const std::string name = cell(1).cell.scene;
+  const auto append = [&](const std::vector<std::string>& lines) { LogWriter(path_).append(lines); };
+  const ReferenceRecord reference{name, "h", "closed form", "references/s.exr", "agree", 1e-7, 64, 32, {3, "aa"}};
+  append({to_json_line(SceneRecord{name, "1"}), to_json_line(SceneRecord{"other", "1"}), to_json_line(reference)});
+  write_cell(1);
+  append({to_json_line(SceneRecord{name, "1"}), to_json_line(reference), to_json_line(SceneRecord{"other", "2"})});
+  EXPECT_EQ(read_log(path_).cells.size(), 1u);
+  ReferenceRecord another = reference;
+  another.stamp.hash = "bb";
+  append({to_json_line(another)});
+  EXPECT_TRUE(read_log(path_).cells.empty());
+  write_cell(1);
+  EXPECT_EQ(read_log(path_).checkpoints.size(), 2u);
+  append({to_json_line(SceneRecord{name, "2"})});
+  EXPECT_TRUE(read_log(path_).cells.empty());
+  EXPECT_TRUE(read_log(path_).references.empty());
+  EXPECT_TRUE(read_log(path_).checkpoints.empty());
 }
 
 TEST_F(Log, MalformedLineInsideIsAnErrorWithItsNumber) {

@@ -11,6 +11,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <thread>
@@ -44,6 +45,7 @@ class ProgramTest : public ::testing::Test {
     const pid_t pid = fork();
     if (pid != 0) return pid;
     std::filesystem::current_path(directory_);
+    if (in_child_) in_child_();
     setenv("XDG_CACHE_HOME", (directory_ / "cache").c_str(), 1);
     for (const auto& [name, descriptor] : {std::pair("stdout.txt", STDOUT_FILENO), std::pair("stderr.txt", STDERR_FILENO)})
       dup2(open(name, O_WRONLY | O_CREAT | O_TRUNC, 0644), descriptor);
@@ -66,6 +68,7 @@ class ProgramTest : public ::testing::Test {
   void write_file(const std::string& name, const std::string& text) { std::ofstream(directory_ / name) << text; }
 
   std::filesystem::path directory_;
+  std::function<void()> in_child_;  // before the program begins: limits, environment
 };
 
 }  // namespace etendue

@@ -148,6 +148,34 @@ TEST_F(ReferenceFiles, DamagedCacheFileIsIgnored) {
   EXPECT_FALSE(ReferenceCache({directory_}).find(scene, {8, 8}, 0).has_value());
 }
 
+TEST_F(ReferenceFiles, EveryFlippedBitIsNoticed) {
+  RenderedReference made{Image({3, 2}), 0.25, 64, "by hand", "agree"};
+  for (dvec3& pixel : made.image.pixels) pixel = dvec3(0.1f, 0.7f, 3);
+  std::filesystem::create_directories(directory_);
+  const std::string file = directory_ + "/r.exr";
+  write_exr(file, made.image, reference_attributes(made));
+  std::string bytes;
+  {
+    std::ifstream in(file, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  EXPECT_EQ(read_reference(file).checks, "agree");
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+    std::string flipped = bytes;
+    flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ (1 << (bit % 8)));
+    std::ofstream(file, std::ios::binary) << flipped;
+    try {
+      // Bits of no consequence (of the header's view of the screen) may differ; what is read may not.
+      const RenderedReference read = read_reference(file);
+      if (read.checks.empty()) continue;
+      EXPECT_TRUE(read.image.pixels == made.image.pixels && read.mse_floor == made.mse_floor && read.samples == made.samples &&
+                  read.source == made.source && read.checks == made.checks)
+          << "bit " << bit;
+    } catch (const Error&) {
+    }
+  }
+}
+
 TEST(Estimators, AreTwoAndSuitTheScene) {
   for (const char* name : {"builtin:cornell-spheres", "builtin:veach-mis", "builtin:mirror"}) {
     const Scene scene = load_scene(name);

@@ -3,8 +3,8 @@
 #include "experiments/harness/run.h"
 #include "framework/io/exr.h"
 #include "tests/unit/harness_process.h"
+#include "tests/unit/run_results.h"
 
-#include <fmt/format.h>
 #include <algorithm>
 #include <map>
 
@@ -21,20 +21,6 @@ constexpr const char* experiment =
     "[quick]\n"
     "seeds = 1\n"
     "budget = { samples = 2 }\n";
-
-// All of a log that no clock touches, in order of cells.
-std::map<std::string, std::string> results(const RunLog& log) {
-  std::map<std::string, std::string> text;
-  for (const CheckpointRecord& c : log.checkpoints) {
-    std::string& line = text[c.cell.key()];
-    line += std::to_string(c.iterations);
-    for (const auto& [name, value] : c.metrics) line += fmt::format(" {}={}", name, value);  // all digits
-    for (const auto& [name, value] : c.counters) line += " " + name + "=" + std::to_string(value);
-    line += "\n";
-  }
-  for (const CellRecord& c : log.cells) text[c.cell.key()] += c.status + " " + c.image + " " + c.image_hash + " " + c.bias;
-  return text;
-}
 
 class Run : public ProgramTest {
  protected:

@@ -118,10 +118,10 @@ TEST(Rates, RecordAndRegionsSurviveTheLog) {
   with_regions.regions["left"]["mse"] = 0.25;
   std::string old_line = to_json_line(log.checkpoints.front());
   EXPECT_EQ(old_line.find("regions"), std::string::npos) << "a log without regions is as it was";
-  std::ofstream(path) << to_json_line(record) << "\n"
-                      << old_line << "\n"
-                      << to_json_line(with_regions) << "\n"
-                      << to_json_line(log.cells.front()) << "\n";
+  std::ofstream(path) << sealed(to_json_line(record)) << "\n"
+                      << sealed(old_line) << "\n"
+                      << sealed(to_json_line(with_regions)) << "\n"
+                      << sealed(to_json_line(log.cells.front())) << "\n";
   const RunLog read = read_log(path.string());
   EXPECT_EQ(read.rates.laws, record.laws);
   ASSERT_EQ(read.checkpoints.size(), 2u);

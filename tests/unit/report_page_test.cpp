@@ -128,7 +128,7 @@ Image flat(double value, ivec2 size = ivec2(8, 6)) {
 }
 
 TEST_F(Report, WritesTablesChartsAndPage) {
-  const auto paths = write_report({directory("a", small_log())}, out());
+  const auto paths = write_report({directory("a", small_log())}, out()).files;
   EXPECT_TRUE(fs::exists(root_ / "out/report.html"));
   for (const char* name :
        {"tables/final.md", "tables/final.csv", "tables/final.tex", "tables/phases.md", "tables/manifest.csv",
@@ -153,13 +153,31 @@ TEST_F(Report, RemovesOnlyWhatAnEarlierReportWrote) {
   EXPECT_TRUE(fs::exists(root_ / "out/charts/error-time-hall-relmse.svg"));
   std::ofstream(root_ / "out/charts/mine.svg") << "mine";
   std::ofstream(root_ / "outside.txt") << "outside";
-  std::ofstream(root_ / "out/report.files", std::ios::app) << "../outside.txt\n" << (root_ / "outside.txt").string() << "\n";
   write_report({directory("one", small_log())}, out(), {{"csv"}});
   EXPECT_FALSE(fs::exists(root_ / "out/charts/error-time-hall-relmse.svg"));
   EXPECT_FALSE(fs::exists(root_ / "out/tables/final.md"));
   EXPECT_TRUE(fs::exists(root_ / "out/tables/final.csv"));
   EXPECT_TRUE(fs::exists(root_ / "out/charts/mine.svg"));
+  // A list that is not as it was written names nothing that may be removed.
+  std::ofstream(root_ / "out/report.files", std::ios::app)
+      << "0123456789abcdef 7 ../outside.txt\n0123456789abcdef 7 " << (root_ / "outside.txt").string() << "\n";
+  const auto report = write_report({directory("one", small_log())}, out(), {{"md"}});
+  ASSERT_EQ(report.notes.size(), 1u);
+  EXPECT_NE(report.notes[0].find("report.files was changed"), std::string::npos) << report.notes[0];
+  EXPECT_TRUE(fs::exists(root_ / "out/tables/final.csv"));
   EXPECT_TRUE(fs::exists(root_ / "outside.txt"));
+}
+
+TEST_F(Report, ChangedFilesAreToldAndWrittenAnew) {
+  const std::string a = directory("a", small_log());
+  write_report({a}, out());
+  const std::string table = file_text(root_ / "out/tables/final.md");
+  std::ofstream(root_ / "out/tables/final.md") << table.substr(1);
+  const auto report = write_report({a}, out());
+  ASSERT_EQ(report.notes.size(), 1u);
+  EXPECT_NE(report.notes[0].find("final.md was changed since it was written"), std::string::npos) << report.notes[0];
+  EXPECT_EQ(file_text(root_ / "out/tables/final.md"), table);
+  EXPECT_TRUE(write_report({a}, out()).notes.empty());
 }
 
 TEST_F(Report, MergesShardsOfOneExperiment) {
@@ -178,12 +196,16 @@ TEST_F(Report, MergesShardsOfOneExperiment) {
 
 TEST_F(Report, ShowsImagesErrorMapsAndBias) {
   RunLog log = small_log();
+  const std::string a = (root_ / "a").string();
+  fs::create_directories(a);
   log.references[0].file = "ref.exr";
-  for (CellRecord& cell : log.cells) cell.image = cell.cell.integrator + std::to_string(cell.cell.seed) + ".exr";
-  const std::string a = directory("a", log);
-  write_exr(a + "/ref.exr", flat(1));
-  for (const CellRecord& cell : log.cells) write_exr(a + "/" + cell.image, flat(cell.cell.integrator == "path" ? 1.1 : 1.3));
-  write_report({a}, out());
+  log.references[0].stamp = write_exr(a + "/ref.exr", flat(1));
+  for (CellRecord& cell : log.cells) {
+    cell.image = cell.cell.integrator + std::to_string(cell.cell.seed) + ".exr";
+    cell.image_stamp = write_exr(a + "/" + cell.image, flat(cell.cell.integrator == "path" ? 1.1 : 1.3));
+  }
+  LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line});
+  EXPECT_TRUE(write_report({a}, out()).findings.empty());
   const std::string page = file_text(root_ / "out/report.html");
   EXPECT_EQ(occurrences(page, "\"png\":\"iVBOR"), 3u);  // the reference and one for each integrator
   EXPECT_EQ(occurrences(page, "\"err\":\"iVBOR"), 2u);
@@ -193,17 +215,49 @@ TEST_F(Report, ShowsImagesErrorMapsAndBias) {
   EXPECT_NE(csv.find(",0.0100000"), std::string::npos) << csv;
 }
 
-TEST_F(Report, MissingOrMisfitImagesAreSaidNotFatal) {
+TEST_F(Report, CellsWhoseFilesAreNotAsLoggedCountAsFailed) {
   RunLog log = small_log();
+  const std::string a = (root_ / "a").string();
+  fs::create_directories(a);
   log.references[0].file = "ref.exr";
-  for (CellRecord& cell : log.cells) cell.image = cell.cell.integrator + ".exr";
-  const std::string a = directory("a", log);
-  write_exr(a + "/ref.exr", flat(1));
-  write_exr(a + "/path.exr", flat(1, ivec2(4, 4)));
-  write_report({a}, out());
+  log.references[0].stamp = write_exr(a + "/ref.exr", flat(1));
+  for (CellRecord& cell : log.cells) {
+    cell.image = cell.cell.integrator + std::to_string(cell.cell.seed) + ".exr";
+    cell.image_stamp = write_exr(a + "/" + cell.image, flat(1, ivec2(4, 4)));
+  }
+  LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line});
+  EXPECT_TRUE(write_report({a}, out()).findings.empty());
+  EXPECT_NE(file_text(root_ / "out/report.html").find("The image of path is missing or of another size."), std::string::npos);
+  fs::remove(a + "/path1.exr");
+  fs::resize_file(a + "/path2.exr", 0);
+  fs::copy_file(a + "/ref.exr", a + "/path3.exr", fs::copy_options::overwrite_existing);
+  const auto findings = write_report({a}, out()).findings;
+  ASSERT_EQ(findings.size(), 3u);
+  EXPECT_NE(findings[0].find("path1.exr is not as the log says: missing"), std::string::npos) << findings[0];
+  EXPECT_NE(findings[1].find("path2.exr is not as the log says: empty"), std::string::npos) << findings[1];
+  EXPECT_NE(findings[2].find("path3.exr is not as the log says: "), std::string::npos) << findings[2];
   const std::string page = file_text(root_ / "out/report.html");
-  EXPECT_NE(page.find("The image of path is missing or of another size."), std::string::npos);
-  EXPECT_NE(page.find("The image of sppm is missing or of another size."), std::string::npos);
+  EXPECT_NE(page.find("path1.exr is not as the log says"), std::string::npos);
+  EXPECT_EQ(file_text(root_ / "out/tables/final.csv").find("builtin:room,path"), std::string::npos);
+  EXPECT_EQ(write_report({a}, out(), {{"csv"}, false}).findings.size(), 0u) << "the log alone";
+  EXPECT_NE(file_text(root_ / "out/tables/final.csv").find("builtin:room,path"), std::string::npos);
+}
+
+TEST_F(Report, MissingShardsAndUnfinishedRunsAreFound) {
+  const auto shard = [&](int index, bool finished) {
+    const std::string path = directory("shard-" + std::to_string(index), small_log());
+    LogWriter writer((fs::path(path) / "runs.jsonl").string());
+    writer.append({to_json_line(PlanRecord{"hash", "", index, 3, 6, 18})});
+    if (finished) writer.append({finished_line});
+    return path;
+  };
+  const std::vector<std::string> all{shard(0, true), shard(1, false), shard(2, true)};
+  const auto two = write_report({all[0], all[2]}, out()).findings;
+  ASSERT_EQ(two.size(), 1u);
+  EXPECT_TRUE(two[0].starts_with("shard 1/3 is missing: 12 of 18 cells")) << two[0];
+  const auto three = write_report(all, out()).findings;
+  ASSERT_EQ(three.size(), 1u);
+  EXPECT_NE(three[0].find("shard-1: the run has not finished"), std::string::npos) << three[0];
 }
 
 TEST_F(Report, ImagesShrinkToTheBudget) {
