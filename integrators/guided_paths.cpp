@@ -42,7 +42,7 @@ struct LightGain {
   void arrive(const Ray& shadow_ray) const {
     float weight = 1;
     if (pdf_light > 0) {
-      const float pdf_guide = share < 1 ? directions->pdf_solid_angle(shadow_ray.direction) : 0;
+      const float pdf_guide = share < 1 ? directions->pdf_solid_angle(glm::normalize(shadow_ray.direction)) : 0;
       weight = mis_weight(mis, pdf_light, mixed_pdf(share, pdf_bsdf, pdf_guide));
     }
     *to += radiance * weight;
@@ -127,7 +127,7 @@ void add_direct_light(const RenderContext& context, const Walk& walk, const Surf
   const auto light = sample_direct_light(context, point, mixture.bsdf, wo, walk.path->sampler, MisMode::light);
   if (!light) return;
   wave.gain({&walk.path->radiance, walk.throughput * light->radiance, light->pdf_solid_angle, mixture.share,
-             mixture.bsdf.pdf(wo, light->shadow_ray.direction), &mixture.guide.directions(), mis},
+             mixture.bsdf.pdf(wo, glm::normalize(light->shadow_ray.direction)), &mixture.guide.directions(), mis},
             light->shadow_ray);
 }
 
