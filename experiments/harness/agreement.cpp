@@ -176,14 +176,18 @@ double BatchStatistics::mean_variance() const {
 
 double BatchStatistics::rare_value() const {
   CHECK_GT(batches_, 2);
-  dvec3 squares(0), cubes(0);
-  for (const dvec3& s : squares_.pixels) squares += s;
-  for (const dvec3& c : cubes_.pixels) cubes += c;
+  const double n = batches_;
+  dvec3 squares(0), cubes(0), variance(0);  // of the sum of cubes, of noise that is normal: 6 n sigma^6 a pixel
+  for (std::size_t i = 0; i < squares_.pixels.size(); ++i) {
+    const dvec3& s = squares_.pixels[i];
+    squares += s;
+    cubes += cubes_.pixels[i];
+    variance += 6.0 * s * s * s / (n * n);
+  }
   double largest = 0;
   for (int c = 0; c < 3; ++c)
-    if (squares[c] > 0) largest = std::max(largest, cubes[c] / squares[c]);
+    if (squares[c] > 0) largest = std::max(largest, (cubes[c] + 3 * std::sqrt(variance[c])) / squares[c]);
   // By way of the unbiased cumulants of a batch's mean, whose third falls with the square of the samples in it.
-  const double n = batches_;
   return largest * n / (n - 2) * static_cast<double>(samples_per_batch_);
 }
 

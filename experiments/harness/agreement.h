@@ -37,7 +37,7 @@ class BatchStatistics {
   const Image& mean() const { return mean_; }
   double mean_variance() const;  // variance of mean(), averaged over pixels and channels
   // What a sample carries of those, rare and bright, that the noise consists of: third over second cumulant of a pixel's
-  // sample, which of events in a Poisson process is their value, E[v^3] / E[v^2] if it varies. 0 where noise is symmetric.
+  // sample, which of events in a Poisson process is their value, E[v^3] / E[v^2] if it varies; at three standard errors above.
   double rare_value() const;
 
   // The image's mean and its blocks' means, batch by batch: [batch][region], region 0 being the whole image.

@@ -154,7 +154,7 @@ TEST(AgreementRates, SamplesAskedForSuffice) {
 
 // A pixel is an image and a block; no block is empty or counted twice.
 TEST(AgreementRates, OnePixelIsEnough) {
-  const Case c{"one pixel", 1, 65536, even(), even()};
+  const Case c{"one pixel", 1, 1 << 20, even(), even()};
   EXPECT_EQ(judge(c, 20, 1e-3).disagree, 0);
   EXPECT_EQ(judge(c, 20, 1e-3, 1.02).disagree, 20);
 }
