@@ -3,11 +3,23 @@
 // Each estimator is run in independent batches. Per channel, the mean of the image and of the 64 blocks of an 8 x 8 grid are
 // compared by Welch's t-test ([Welch1947]), held together to a false-alarm rate of 0.1 % by Sidak's correction ([Sidak1967]).
 // Differences within `indifference` of the image's mean pass: depth limits and single precision differ by 0.05 %.
+//
+// A t-test believes the spread that it sees, and a pixel of few samples may not have seen the rare bright paths that carry part
+// of its mean: no test of means is valid for all distributions ([Bahadur1956]). What makes this one valid at any size is a
+// bound on the light that one path carries. If no path of N did something, its probability is below ln(1 / level) / N at that
+// level
+// ([Hanley1983]), so paths not yet seen can add at most `brightest` ln(1 / level) / N to the mean. A difference convicts only
+// where it exceeds the t-test's limit by more than that allowance of the darker estimator. Between the two the data cannot
+// tell, and the verdict says how many samples could. The bound is the brightest light's radiance (paths are weighed against
+// each other so that none carries much more), or twice what the skewness of
+// the noise says of the rare samples in it, if that is larger: delta lights have no radiance.
 #pragma once
 
 #include "framework/image/film.h"
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace etendue {
@@ -17,28 +29,45 @@ inline constexpr int reference_batches = 16;
 // Mean and variance of an estimator's image from its batches.
 class BatchStatistics {
  public:
-  explicit BatchStatistics(ivec2 resolution);
+  explicit BatchStatistics(ivec2 resolution, std::uint64_t samples_per_batch = 1);  // samples: per pixel
 
   void add(const Image& batch);
   int batches() const { return batches_; }
-  Image mean() const;
+  std::uint64_t samples() const { return samples_per_batch_ * static_cast<std::uint64_t>(batches_); }  // per pixel
+  const Image& mean() const { return mean_; }
   double mean_variance() const;  // variance of mean(), averaged over pixels and channels
+  // What a sample carries of those, rare and bright, that the noise consists of: third over second cumulant of a pixel's
+  // sample, which of events in a Poisson process is their value, E[v^3] / E[v^2] if it varies; at three standard errors above.
+  double rare_value() const;
 
   // The image's mean and its blocks' means, batch by batch: [batch][region], region 0 being the whole image.
   const std::vector<std::vector<dvec3>>& regions() const { return regions_; }
+  const std::vector<std::uint64_t>& pixels() const { return pixels_; }  // of each region: 0 in blocks of a tiny image
   static std::string region_name(std::size_t region);
 
  private:
+  std::uint64_t samples_per_batch_;
   int batches_ = 0;
-  Image sum_, sum_of_squares_;
+  Image mean_, squares_, cubes_;  // the last two: sums of the powers of deviations from the mean
+  std::vector<std::uint64_t> pixels_;
   std::vector<std::vector<dvec3>> regions_;
 };
 
-struct Agreement {
-  bool agree = true;
-  std::string text;  // what was compared and how it came out
+struct AgreementOptions {
+  double indifference = 5e-4;      // of the image's mean
+  double brightest = 0;            // radiance that a sample may carry although none did yet, at least
+  double false_alarm_rate = 1e-3;  // of `disagree`, over all tests together
 };
 
-Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, double indifference = 5e-4);
+struct Agreement {
+  enum class Verdict : std::uint8_t { agree, cannot_tell, disagree } verdict = Verdict::agree;
+  std::string text;                  // what was compared and how it came out
+  std::uint64_t samples_needed = 0;  // per pixel and estimator, for a verdict: only where this one cannot tell
+};
+
+Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, const AgreementOptions& options = {});
+
+// What stands in the text of a verdict `cannot_tell`, and in no other; logs keep the text alone.
+inline constexpr std::string_view undecided = "CANNOT TELL";
 
 }  // namespace etendue

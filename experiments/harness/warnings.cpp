@@ -1,4 +1,5 @@
 // What should keep a reader from believing a report: failures, a noisy reference, biases and rates that are not as declared.
+#include "experiments/harness/agreement.h"
 #include "experiments/harness/report_text.h"
 #include "experiments/harness/verdicts.h"
 
@@ -29,6 +30,8 @@ void warn_of_references(const ReportData& data, std::vector<std::string>& warnin
         warnings.push_back(fmt::format("{}: the log holds no reference record.", scene.name));
       continue;
     }
+    if (scene.reference->checks.find(undecided) != std::string::npos)
+      warnings.push_back(fmt::format("{}: the reference is unproven; {}.", scene.name, scene.reference->checks));
     if (const double share = floor_share(scene); share > floor_share_limit)
       warnings.push_back(
           fmt::format("{}: the reference's own variance ({}) is {} % of the smallest mean squared error drawn; it should stay "

@@ -183,6 +183,33 @@ TEST(Bsdf, SwappingDirectionsGivesTheAdjoint) {
   }
 }
 
+// With a shading normal far from the geometric one, a direction may be above one surface and below the other.
+TEST(Bsdf, NormalsThatDisagreeOnTheSideLetNothingThrough) {
+  for (const Case& c : cases()) {
+    Setting setting(c.material);
+    const vec3 normal = setting.point.normal;
+    setting.point.shading_normal = setting.direction(0.6f, 0.3f);
+    const Bsdf bsdf = setting.bsdf();
+    const auto agree = [&](const vec3& wo, const vec3& wi) {
+      const vec3& shading = setting.point.shading_normal;
+      return (glm::dot(wo, normal) * glm::dot(wi, normal) > 0) == (glm::dot(wo, shading) * glm::dot(wi, shading) > 0);
+    };
+    int disagreeing = 0;
+    for (int i = 0; i < 2000; ++i) {
+      Sampler s = numbers(i, 7);
+      const vec3 wo = sample_unit_sphere(s.get_2d()), wi = sample_unit_sphere(s.get_2d());
+      if (!agree(wo, wi)) {
+        ++disagreeing;
+        EXPECT_EQ(bsdf.evaluate(wo, wi), Rgb(0)) << c.name;
+      }
+      const float u_lobe = s.get_1d();
+      const BsdfSample drawn = bsdf.sample(wo, u_lobe, s.get_2d());
+      if (drawn) EXPECT_TRUE(agree(wo, drawn.wi)) << c.name;
+    }
+    EXPECT_GT(disagreeing, 300) << c.name;
+  }
+}
+
 TEST(Fresnel, HemisphericalAverageMatchesQuadrature) {
   for (const float eta : {1.1f, 1.33f, 1.5f, 2.4f}) {
     constexpr int steps = 20000;

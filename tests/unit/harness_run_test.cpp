@@ -115,7 +115,7 @@ TEST_F(Run, GoesOnWithTheReferenceItBeganWith) {
 }
 
 TEST_F(Run, WhatARefusedReferenceLeftIsNeverMeasuredAgainst) {
-  std::ofstream(directory_ / "hidden.toml") << "scenes = [\"builtin:mirror?view=both\"]\nintegrators = [\"path\"]\n"
+  std::ofstream(directory_ / "hidden.toml") << "scenes = [\"builtin:mirror?view=mirror\"]\nintegrators = [\"path\"]\n"
                                                "resolution = [16, 16]\nbudget = { samples = 1 }\n"
                                                "reference = { samples = 16 }\n";
   for (int time = 0; time < 2; ++time) {
@@ -223,7 +223,7 @@ TEST_F(Run, FailedCellIsRecordedTheRestGoOnAndItIsTriedAgain) {
 // A mirror shows the caustic of a point light, which merging alone finds: there is nothing to judge a method by.
 TEST_F(Run, CausticOfAPointLightFailsTheScenesCells) {
   write_file("caustic.toml",
-             "scenes = [\"builtin:mirror?view=both\"]\nintegrators = [\"path\"]\nresolution = [16, 16]\n"
+             "scenes = [\"builtin:mirror?view=mirror\"]\nintegrators = [\"path\"]\nresolution = [16, 16]\n"
              "budget = { samples = 1 }\nreference = { samples = 16 }\n");
   const Outcome outcome = run({"run", "caustic.toml"});
   EXPECT_EQ(outcome.status, 1) << outcome.err;
