@@ -1,6 +1,6 @@
 // Units of length and of light do not matter: a scene scaled by a power of two has the image that it had, and one whose lamps
 // are a power of two brighter has that image times this power, to the bit.
-#include "tests/sealed_rooms.h"
+#include "tests/sealed_checks.h"
 
 namespace etendue {
 namespace {
