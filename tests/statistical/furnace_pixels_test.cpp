@@ -15,7 +15,7 @@ namespace {
 using testing::sealed_methods;
 using testing::SealedMethod;
 
-constexpr int replicates = 12;
+constexpr int replicates = 8;
 constexpr ivec2 size{12, 12};
 constexpr double edge_loss = 0.5;  // of a density estimate, in a pixel at an edge; at most half of its photons are lost there
 
@@ -119,7 +119,7 @@ void expect_even(const Furnace& furnace, const SealedMethod& method, std::uint32
 std::vector<SealedMethod> furnace_methods() {
   std::vector<SealedMethod> methods = sealed_methods();
   for (SealedMethod& method : methods)
-    if (method.name == "vcm") method.params = testing::params_of({{"paths", "20000"}});
+    if (method.name == "vcm") method.params = testing::params_of({{"paths", "6000"}});
   return methods;
 }
 
