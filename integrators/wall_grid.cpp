@@ -27,8 +27,8 @@ std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive)
 
 }  // namespace
 
-// What separates the two within the radius stands between them on a sheet that is listed. On the sheet on which a photon landed,
-// its side is that of the way it came by.
+// What separates the two within the radius stands between them on a sheet that is listed. On the sheet on which a photon
+// landed, its side is that of the way it came by.
 bool NearWalls::may_hide(const vec3& landed, const vec3& end) const {
   if (count_ == too_many) return true;
   for (int i = 0; i < count_; ++i) {
@@ -139,7 +139,9 @@ NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius)
   if (radius > radius_ || !(at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < end.x && at.y < end.y && at.z < end.z)) return walls;
   const Cell& cell = cells_[index(uvec3(at))];
   if (cell.count == NearWalls::too_many) return walls;
-  walls.count_ = cell.count > 1 ? static_cast<int>(cell.count) : 0;  // one is the point's own
+  // One is the point's own: where it is flat, directions tell its sides.
+  const bool flat_alone = cell.count == 1 && !sheets_[cell.first].is_sphere;
+  walls.count_ = flat_alone ? 0 : static_cast<int>(cell.count);
   walls.rounding_ = rounding_;
   for (int i = 0; i < walls.count_; ++i) {
     const Sheet& sheet = sheets_[cell.first + static_cast<std::uint32_t>(i)];
