@@ -162,7 +162,7 @@ TEST(SealedRooms, EveryMethodSeesNoLampBehindAWall) {
 TEST(SealedRooms, RaysLeaveNoRoomWhicheverTheStructure) {
   for (const RayEntry& entry : ray_structures())
     if (entry.available)
-      for (const char* name : {"box", "instances", "furnished sphere", "crumpled ball"})
+      for (const char* name : {"box", "instances", "furnished sphere", "rough ball"})
         expect_no_escape(find_room(name).make({}), entry.name, entry.name == "brute" ? 50 : 200, {},
                          beyond_floats(name, false));
 }
