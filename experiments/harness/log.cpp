@@ -3,6 +3,7 @@
 #include "experiments/harness/json_line.h"
 #include "experiments/harness/log_lines.h"
 #include "framework/core/error.h"
+#include "framework/io/text.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 
 namespace etendue {
@@ -65,9 +65,12 @@ class CellBlocks {
 };
 
 std::string read_all(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Location{path}, "cannot open the log; expected a runs.jsonl that `etendue run` wrote");
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  try {
+    return read_file(path);
+  } catch (const Error& e) {
+    throw Error(Location{path},
+                fmt::format("cannot open the log; expected a runs.jsonl that `etendue run` wrote: {}", e.what()));
+  }
 }
 
 std::string system_error() { return std::strerror(errno); }

@@ -93,7 +93,7 @@ class Execution {
       if (!has_pending(s) && !wants_structures(s)) continue;
       const SceneChoice& choice = config_.scenes[s];
       auto loaded = std::make_unique<LoadedScene>();
-      loaded->scene = load_choice(choice, observer_);
+      loaded->scene = load_choice(plan_, choice, observer_);
       loaded->needs = scene_needs(loaded->scene);
       loaded->resolution = config_.resolution.value_or(loaded->scene.resolution);
       loaded->regions = make_regions(config_.regions, choice.name, loaded->resolution);
@@ -287,6 +287,7 @@ RunPlan plan_run(const RunOptions& options) {
   plan.config = load_config(options.experiment, {options.quick, options.overrides});
   plan.threads = options.threads.value_or(plan.config.threads.value_or(hardware_threads()));
   plan.fresh = options.fresh;
+  plan.confined = options.confined;
   plan.options = typed_options(options);
   if (!options.shard.empty())
     plan.shard = Shard::parse(options.shard);
@@ -315,8 +316,8 @@ ManifestRecord plan_manifest(const RunPlan& plan, int threads) {
   return manifest;
 }
 
-Scene load_choice(const SceneChoice& choice, RunObserver& observer) {
-  Scene scene = load_scene(choice.path, choice.where);
+Scene load_choice(const RunPlan& plan, const SceneChoice& choice, RunObserver& observer) {
+  Scene scene = load_scene(choice.path, choice.where, {plan.confined});
   for (const std::string& warning : scene.warnings) {
     const bool named = warning.starts_with(choice.name + ":");
     observer.narrate("warning: " + (named ? warning : choice.name + ": " + warning));

@@ -12,6 +12,7 @@ namespace etendue {
 void write_exr(const std::string& path, const Image& image, const std::map<std::string, std::string>& attributes = {});
 
 // R, G, B (or Y) of any pixel type; the rest is ignored. Throws Error on missing, truncated or non-image files.
+Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes = nullptr);
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
 }  // namespace etendue
