@@ -5,7 +5,8 @@
 //   manifest    what ran: id (hash of what names the program, machine and settings), version, commit, compiler, flags, cpu,
 //               threads, title and hash of the experiment, its file, options and text, the time each cell had
 //   reference   what a scene's error is measured against: scene, scene_hash, source, file (relative, or "" for a closed form
-//               evaluated on the spot), mse_floor (variance of its mean), checks (text of the agreement test)
+//               evaluated on the spot), mse_floor (variance of its mean), checks (text of the agreement test), warnings of the
+//               scene's reader
 //   structure   a structure built over a scene: keys of StructureRecord
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
 //   animation   a scene in motion under several policies of change: keys of AnimationRecord
@@ -27,6 +28,7 @@
 #include "experiments/harness/ray_kind.h"
 #include "experiments/search/search_record.h"
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -45,6 +47,7 @@ struct ReferenceRecord {
   std::string scene, scene_hash, source, file, checks;
   double mse_floor = 0;
   int width = 0, height = 0;
+  std::vector<std::string> warnings = {};  // of the scene's reader: what was left out or replaced, and what is not finite
 };
 
 struct CheckpointRecord {
@@ -74,6 +77,8 @@ struct CellRecord {
   std::string note;
   std::string fallback = {};  // what replaced the structure, and why; empty: nothing did
   std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept
+  // Of the first ten non-finite samples, for replay: column, row, iteration.
+  std::vector<std::array<std::uint32_t, 3>> non_finite_at = {};
 };
 
 struct StructureRecord {

@@ -60,15 +60,11 @@ std::string to_json_line(const ManifestRecord& r) {
 }
 
 std::string to_json_line(const ReferenceRecord& r) {
-  return dump({{"type", "reference"},
-               {"scene", r.scene},
-               {"scene_hash", r.scene_hash},
-               {"source", r.source},
-               {"file", r.file},
-               {"mse_floor", finite(r.mse_floor)},
-               {"width", r.width},
-               {"height", r.height},
-               {"checks", r.checks}});
+  Json json{{"type", "reference"}, {"scene", r.scene},   {"scene_hash", r.scene_hash},
+            {"source", r.source},  {"file", r.file},     {"mse_floor", finite(r.mse_floor)},
+            {"width", r.width},    {"height", r.height}, {"checks", r.checks}};
+  if (!r.warnings.empty()) json["warnings"] = r.warnings;
+  return dump(json);
 }
 
 std::string to_json_line(const StructureRecord& r) {
@@ -127,6 +123,7 @@ std::string to_json_line(const CellRecord& r) {
   json["note"] = r.note;
   if (!r.fallback.empty()) json["fallback"] = r.fallback;
   if (!r.strip.empty()) json["strip"] = r.strip;
+  if (!r.non_finite_at.empty()) json["non_finite_at"] = r.non_finite_at;
   return dump(json);
 }
 
@@ -142,8 +139,9 @@ ManifestRecord read_manifest(const Json& j) {
 }
 
 ReferenceRecord read_reference(const Json& j) {
-  return {j.at("scene"),  j.at("scene_hash"), j.at("source"), j.at("file"),
-          j.at("checks"), j.at("mse_floor"),  j.at("width"),  j.at("height")};
+  return {j.at("scene"), j.at("scene_hash"), j.at("source"),
+          j.at("file"),  j.at("checks"),     j.at("mse_floor"),
+          j.at("width"), j.at("height"),     j.value("warnings", std::vector<std::string>{})};
 }
 
 StructureRecord read_structure(const Json& j) {
@@ -206,6 +204,7 @@ CellRecord read_cell(const Json& j) {
   r.note = j.at("note");
   r.fallback = j.value("fallback", "");
   r.strip = j.value("strip", "");
+  r.non_finite_at = j.value("non_finite_at", r.non_finite_at);
   return r;
 }
 

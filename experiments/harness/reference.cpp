@@ -163,7 +163,8 @@ ReferenceRecord reference_record(const std::string& scene_name, const Scene& sce
           rendered.checks,
           rendered.mse_floor,
           rendered.image.size.x,
-          rendered.image.size.y};
+          rendered.image.size.y,
+          scene.warnings};
 }
 
 Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache) {
