@@ -234,8 +234,11 @@ void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, fl
     const Rgb caustics = maps_.caustics(context, point, bsdf, wo, remaining);
     Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light) + caustics;
     // Of photons that stay; of those that are new in every iteration the samples' scatter tells.
-    if (context.states_error && !params_.retrace && params_.k > 0)
-      sample.cached_error += luminance(throughput * caustics) * std::sqrt(kernel_noise / static_cast<float>(params_.k));
+    const auto state_error_of = [&](const Rgb& by_photons) {
+      if (context.states_error && !params_.retrace && params_.k > 0)
+        sample.cached_error += luminance(throughput * by_photons) * std::sqrt(kernel_noise / static_cast<float>(params_.k));
+    };
+    state_error_of(caustics);
     // Records by density know nothing of walls; near them photons are gathered at the point itself.
     const PhotonMap& map = maps_.global();
     const bool by_walls =
@@ -254,10 +257,12 @@ void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, fl
       if (!sample.wanted && !(record && record->error < next_accuracy))
         sample.wanted = cache_point(context, point, wo, distance, depth);
     }
-    if (remaining >= 1 && !found)
-      (cached ? sample.cached : sample.sampled) +=
-          throughput * (gathers_ ? maps_.gather(context, 1, false)(point, bsdf, wo, depth, sample.pixel, sample.index)
-                                 : maps_.seen_directly(context, point, bsdf, wo, remaining));
+    if (remaining >= 1 && !found) {
+      const Rgb seen = gathers_ ? maps_.gather(context, 1, false)(point, bsdf, wo, depth, sample.pixel, sample.index)
+                                : maps_.seen_directly(context, point, bsdf, wo, remaining);
+      if (!gathers_) state_error_of(seen);
+      (cached ? sample.cached : sample.sampled) += throughput * seen;
+    }
     sample.sampled += throughput * radiance;
   };
   sample.sampled += CameraWalk{context, maps_.receivers(), max_depth_}(ray, sample.sampler, sample.sampler, at_receiver);
