@@ -45,6 +45,7 @@ class Wavefront {
       shadow_rays_.clear();
       std::size_t going_on = 0;
       for (std::size_t i = 0; i < walks_.size(); ++i) {
+        if (i + prefetched < hits_.size() && hits_[i + prefetched]) context.scene.prefetch_surface(hits_[i + prefetched]);
         Walk walk = walks_[i];
         Ray ray = rays_[i];
         if (!meet(walk, ray, hits_[i], depth)) continue;
@@ -58,6 +59,8 @@ class Wavefront {
   }
 
  private:
+  static constexpr std::size_t prefetched = 4;  // hits ahead: as long as memory takes
+
   std::vector<Walk> walks_;
   std::vector<Ray> rays_;  // of the walks
   std::vector<Hit> hits_;

@@ -32,10 +32,11 @@ void set_triangle_surface(const Object& object, const Shape& shape, const Hit& h
   const uvec3 v = g.triangles[hit.primitive];
   const vec3 &p0 = g.positions[v.x], &p1 = g.positions[v.y], &p2 = g.positions[v.z];
   const float b1 = hit.uv.x, b2 = hit.uv.y, b0 = 1 - b1 - b2;
-  const TrianglePoint point = triangle_point(p0, p1, p2, hit.uv);
+  const TrianglePlane triangle(p0, p1, p2);
+  const TrianglePoint point = point_of(triangle, hit.uv);
   s.position = point.position;
   s.clearance = point.clearance;
-  s.normal = shape.flip_normal ? -point.normal : point.normal;
+  s.normal = shape.flip_normal ? -triangle.normal : triangle.normal;
   s.shading_normal = s.normal;
   if (shape.has_normals) {
     s.shading_normal = normalised_or(b0 * object.normals[v.x] + b1 * object.normals[v.y] + b2 * object.normals[v.z], s.normal);
@@ -82,6 +83,18 @@ vec3 retreat_of(const Ray& ray, float t, float clearance) {
   return std::min(most_clearances * clearance, most_of_way * t) * -ray.direction;
 }
 
+void set_plane_surface(const InfinitePlane& plane, const vec3& p, SurfacePoint& s) {
+  s.position = p - glm::dot(p - plane.point, plane.normal) * plane.normal;
+  s.normal = s.shading_normal = plane.normal;
+  const Frame frame = Frame::from_normal(plane.normal);
+  s.tangent = frame.tangent;
+  const vec3 off = s.position - plane.point;
+  s.uv = {glm::dot(off, frame.tangent), glm::dot(off, frame.bitangent)};
+  s.material = plane.material;
+  s.light = no_id;
+  s.clearance = clearance_of(s.position, max_component(glm::abs(off)));
+}
+
 std::uint32_t light_of(const Shape& shape, const Hit& hit) {
   return shape.first_light == no_id || hit.instance != 0 ? no_id : shape.first_light + (hit.primitive - shape.first_primitive);
 }
@@ -106,22 +119,30 @@ std::uint64_t Scene::triangle_count() const {
   return count;
 }
 
+void Scene::prefetch_surface(const Hit& hit) const {
+  if (hit.instance == plane_instance) return;
+  const Object& object = objects[instances[hit.instance].object];
+  if (!object.geometry.is_triangle(hit.primitive)) return;
+  if (!object.shape_of.empty()) __builtin_prefetch(&object.shape_of[hit.primitive]);
+  const uvec3 v = object.geometry.triangles[hit.primitive];
+  for (const std::uint32_t i : {v.x, v.y, v.z}) {
+    __builtin_prefetch(&object.geometry.positions[i]);
+    if (!object.normals.empty()) __builtin_prefetch(&object.normals[i]);
+    if (!object.uvs.empty()) __builtin_prefetch(&object.uvs[i]);
+  }
+}
+
 SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
+  SurfacePoint s;  // returned by every path, so that it is made where the caller wants it and not copied
   if (hit.instance == plane_instance) {
-    const InfinitePlane& plane = planes[hit.primitive];
-    const vec3 p = ray.at(hit.t), position = p - glm::dot(p - plane.point, plane.normal) * plane.normal;
-    const Frame frame = Frame::from_normal(plane.normal);
-    const vec2 uv(glm::dot(position - plane.point, frame.tangent), glm::dot(position - plane.point, frame.bitangent));
-    const float clearance = clearance_of(position, max_component(glm::abs(position - plane.point)));
-    return {position,      plane.normal, plane.normal,
-            frame.tangent, uv,           plane.material,
-            no_id,         clearance,    retreat_of(ray, hit.t, clearance)};
+    set_plane_surface(planes[hit.primitive], ray.at(hit.t), s);
+    s.retreat = retreat_of(ray, hit.t, s.clearance);
+    return s;
   }
   const Instance& instance = instances[hit.instance];
   const Object& object = objects[instance.object];
   const Shape& shape = object.shape(hit.primitive);
   const bool in_world = hit.instance == 0;
-  SurfacePoint s;
   s.material = shape.material;
   s.light = light_of(shape, hit);
   if (object.geometry.is_triangle(hit.primitive)) {

@@ -92,6 +92,8 @@ struct Scene {
   std::uint64_t hash() const;            // of all that changes an image (XXH3)
   std::uint64_t content_hash() const;    // the same without camera, resolution and max_depth
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const;
+  // Begins to load what surface_at will read. The hit must be one.
+  void prefetch_surface(const Hit& hit) const;
 };
 
 // Fills shape_of where needed, checks indices (CHECK: a reader's mistake), and appends an AreaLight per primitive of emitting

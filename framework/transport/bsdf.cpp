@@ -199,20 +199,8 @@ float Bsdf::pdf_local(const vec3& wo_in, const vec3& wi_in) const {
   return 0;
 }
 
-BsdfSample Bsdf::sample(const vec3& wo, float u_lobe, const vec2& u, TransportMode mode) const {
-  const vec3 out = frame_.to_local(wo);
-  if (out.z == 0) return {};
-  BsdfSample s = sample_local(out, u_lobe, u, mode);
-  if (!s) return {};
-  const float in_z = s.wi.z;
-  s.wi = glm::normalize(frame_.to_world(s.wi));
-  const float out_geometric = glm::dot(wo, normal_), in_geometric = glm::dot(s.wi, normal_);
-  if ((out_geometric * in_geometric > 0) == s.transmitted || out_geometric * in_geometric == 0) return {};
-  if (mode == TransportMode::importance) s.weight *= std::abs((out.z * in_geometric) / (out_geometric * in_z));
-  return s;
-}
-
-BsdfSample Bsdf::sample_local(const vec3& wo_in, float u_lobe, const vec2& u, TransportMode mode) const {
+[[gnu::always_inline]] inline BsdfSample Bsdf::sample_local(const vec3& wo_in, float u_lobe, const vec2& u,
+                                                            TransportMode mode) const {
   const bool below = wo_in.z < 0;
   vec3 wo = wo_in;
   if (below) wo.z = -wo.z;
@@ -235,8 +223,11 @@ BsdfSample Bsdf::sample_local(const vec3& wo_in, float u_lobe, const vec2& u, Tr
   };
 
   switch (kind_) {
-    case Kind::diffuse:
-      return weighed(sample_cosine_hemisphere(u));
+    case Kind::diffuse: {
+      const vec3 wi = sample_cosine_hemisphere(u);
+      if (!(wi.z > 0)) return {};
+      return placed({.wi = wi, .weight = reflectance_, .pdf_solid_angle = inv_pi * wi.z});
+    }
     case Kind::conductor: {
       if (!smooth_) {
         const vec3 wi = reflect(wo, Ggx(alpha_).sample_visible(wo, u));
@@ -272,6 +263,25 @@ BsdfSample Bsdf::sample_local(const vec3& wo_in, float u_lobe, const vec2& u, Tr
     }
   }
   return {};
+}
+
+// Nothing is copied after it was written in parts, which stalls: all is computed first and written once, into the caller's.
+BsdfSample Bsdf::sample(const vec3& wo, float u_lobe, const vec2& u, TransportMode mode) const {
+  const vec3 out = frame_.to_local(wo);
+  if (out.z == 0) return {};
+  const BsdfSample local = sample_local(out, u_lobe, u, mode);
+  if (!local) return {};
+  const vec3 wi = glm::normalize(frame_.to_world(local.wi));
+  const float out_geometric = glm::dot(wo, normal_), in_geometric = glm::dot(wi, normal_);
+  if ((out_geometric * in_geometric > 0) == local.transmitted || out_geometric * in_geometric == 0) return {};
+  const float adjoint =
+      mode == TransportMode::importance ? std::abs((out.z * in_geometric) / (out_geometric * local.wi.z)) : 1.0f;
+  return {.wi = wi,
+          .weight = adjoint * local.weight,
+          .pdf_solid_angle = local.pdf_solid_angle,
+          .specular = local.specular,
+          .transmitted = local.transmitted,
+          .eta = local.eta};
 }
 
 }  // namespace etendue

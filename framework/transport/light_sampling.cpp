@@ -1,6 +1,5 @@
 #include "framework/transport/light_sampling.h"
 
-#include "framework/transport/area_light.h"
 #include "framework/transport/sampling.h"
 
 namespace etendue {
@@ -38,11 +37,12 @@ float emission_pdf_of(const AreaLight& light, float chosen, float area, float co
 
 // Emits from a light that was chosen with probability `chosen`. The ray is constructed in the return value: copying it right
 // after it was written would cost more than computing it.
-std::optional<LightRay> emit_from_area(const Scene& scene, const AreaLight& light, float chosen, std::uint32_t id,
+std::optional<LightRay> emit_from_area(const AreaEmitter& emitter, const AreaLight& light, float chosen, std::uint32_t id,
                                        const vec2& u_position, vec2 u_direction) {
   std::optional<LightRay> emitted;
-  const AreaPoint p = sample_area(scene, light, u_position);
-  if (p.area > 0) {
+  const float area = emitter.area();
+  if (area > 0) {
+    const AreaPoint p = emitter.sample(u_position);
     LightRay& ray = emitted.emplace();
     // `choose` has used the light's number up; a two-sided light splits the direction's first number to pick its side.
     const bool back = light.two_sided && u_direction.x < 0.5f;
@@ -50,20 +50,18 @@ std::optional<LightRay> emit_from_area(const Scene& scene, const AreaLight& ligh
     ray.normal = back ? -p.normal : p.normal;
     ray.ray.origin = p.position + p.clearance * ray.normal;
     ray.ray.direction = Frame::from_normal(ray.normal).to_world(sample_cosine_hemisphere(u_direction));
-    ray.power = light.radiance * (pi * p.area * (light.two_sided ? 2 : 1) / chosen);
-    ray.pdf = emission_pdf_of(light, chosen, p.area, glm::dot(ray.normal, ray.ray.direction));
+    ray.power = light.radiance * (pi * area * (light.two_sided ? 2 : 1) / chosen);
+    ray.pdf = emission_pdf_of(light, chosen, area, glm::dot(ray.normal, ray.ray.direction));
     ray.light = id;
   }
   return emitted;
 }
 
 struct LuminousPower {
-  const Scene& scene;
-  float radius;
+  float area;    // of an area light, m^2
+  float radius;  // of the scene, m
 
-  float operator()(const AreaLight& l) const {
-    return luminance(l.radiance) * pi * primitive_area(scene.objects[0].geometry, l.primitive) * (l.two_sided ? 2 : 1);
-  }
+  float operator()(const AreaLight& l) const { return luminance(l.radiance) * pi * area * (l.two_sided ? 2 : 1); }
   float operator()(const PointLight& l) const { return luminance(l.intensity) * 4 * pi; }
   float operator()(const SpotLight& l) const {
     return luminance(l.intensity) * 2 * pi * (1 - 0.5f * (l.cos_inner + l.cos_outer));
@@ -154,7 +152,11 @@ LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
     scene_radius_ = std::max(0.5f * glm::length(bounds.diagonal()), std::numeric_limits<float>::min());
   }
   std::vector<double> power;
-  for (const Light& light : scene.lights) power.push_back(std::visit(LuminousPower{scene, scene_radius_}, light));
+  for (const Light& light : scene.lights) {
+    const auto* area_light = std::get_if<AreaLight>(&light);
+    emitters_.push_back(area_light ? AreaEmitter(scene, *area_light) : AreaEmitter());
+    power.push_back(std::visit(LuminousPower{emitters_.back().area(), scene_radius_}, light));
+  }
   double total = 0;
   for (const double p : power) total += p;
   if (!(total > 0)) return;  // no light has power: as if there were none
@@ -211,7 +213,7 @@ std::optional<LightSample> LightSampler::sample_light(std::size_t i, const vec3&
   if (!(chosen > 0)) return std::nullopt;
 
   if (const auto* l = std::get_if<AreaLight>(&light)) {
-    const AreaSample s = sample_area_towards(scene_, *l, position, u);
+    const AreaSample s = emitters_[i].sample_towards(position, u);
     if (!(s.pdf_solid_angle > 0)) return std::nullopt;
     return LightSample{s.wi, s.distance, l->radiance, chosen * s.pdf_solid_angle, false, id, s.normal, s.end};
   }
@@ -237,8 +239,7 @@ std::optional<LightSample> LightSampler::sample_light(std::size_t i, const vec3&
 
 float LightSampler::pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const {
   if (empty() || point.light == no_id) return 0;
-  return probability_[point.light] *
-         area_pdf_towards(scene_, std::get<AreaLight>(scene_.lights[point.light]), position, wi, point);
+  return probability_[point.light] * emitters_[point.light].pdf_towards(position, wi, point);
 }
 
 // All environments together: their radiances add, and so do the densities that find a direction.
@@ -281,7 +282,8 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
   const Light& light = scene_.lights[i];
   const auto id = static_cast<std::uint32_t>(i);
 
-  if (const auto* l = std::get_if<AreaLight>(&light)) return emit_from_area(scene_, *l, chosen, id, u_position, u_direction);
+  if (const auto* l = std::get_if<AreaLight>(&light))
+    return emit_from_area(emitters_[i], *l, chosen, id, u_position, u_direction);
   if (const auto* l = std::get_if<PointLight>(&light)) {
     const Ray ray{.origin = l->position, .direction = sample_unit_sphere(u_direction)};
     return LightRay{ray,  ray.direction, l->intensity * (4 * pi / chosen), emission_pdf(id, {}, ray.direction, {}), id,
@@ -327,14 +329,13 @@ std::optional<LightRay> LightSampler::emit_from_infinity(std::uint32_t light, co
 float LightSampler::emission_pdf(std::uint32_t light, const vec3& normal, const vec3& direction, const vec3& to) const {
   const auto* area_light = std::get_if<AreaLight>(&scene_.lights[light]);
   if (!area_light) return emission_pdf_over_cosine(light, direction, to);
-  const float area = primitive_area(scene_.objects[0].geometry, area_light->primitive);
-  return emission_pdf_of(*area_light, probability_[light], area, glm::dot(normal, direction));
+  return emission_pdf_of(*area_light, probability_[light], emitters_[light].area(), glm::dot(normal, direction));
 }
 
 float LightSampler::emission_pdf_over_cosine(std::uint32_t light, const vec3& direction, const vec3& to) const {
   const float chosen = probability_[light];
   if (const auto* l = std::get_if<AreaLight>(&scene_.lights[light]))
-    return emission_pdf_of(*l, chosen, primitive_area(scene_.objects[0].geometry, l->primitive), 1);
+    return emission_pdf_of(*l, chosen, emitters_[light].area(), 1);
   if (std::holds_alternative<PointLight>(scene_.lights[light])) return chosen * 0.25f * inv_pi;
   if (const auto* l = std::get_if<SpotLight>(&scene_.lights[light]))
     return glm::dot(direction, l->direction) < l->cos_outer ? 0 : chosen / (2 * pi * (1 - l->cos_outer));

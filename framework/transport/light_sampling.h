@@ -3,7 +3,7 @@
 #pragma once
 
 #include "framework/core/sampler.h"
-#include "framework/scene/scene.h"
+#include "framework/transport/area_light.h"
 
 #include <optional>
 #include <vector>
@@ -75,7 +75,8 @@ class LightSampler {
   const ImageDistribution* distribution(std::size_t light) const;
 
   const Scene& scene_;
-  std::vector<float> probability_;  // per light
+  std::vector<AreaEmitter> emitters_;  // per light
+  std::vector<float> probability_;     // per light
   std::vector<float> cumulative_;
   std::vector<std::uint32_t> environments_;
   std::vector<ImageDistribution> distributions_;  // parallel to environments_; empty table where constant
