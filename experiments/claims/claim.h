@@ -6,6 +6,7 @@
 
 #include "experiments/claims/claim_record.h"
 #include "framework/core/error.h"
+#include "framework/io/scene_files.h"
 
 #include <functional>
 #include <span>
@@ -34,6 +35,7 @@ struct MeasureTask {
   int threads = 1;       // of a measurement that is parallel
   std::uint64_t seed = 1;
   std::function<void(double share)> progress = [](double) {};
+  SceneReading reading = {};
 };
 
 struct MeasureResult {

@@ -205,8 +205,8 @@ std::span<const ClaimScene> claim_scenes() {
   return scenes;
 }
 
-Scene load_claim_scene(const std::string& name) {
-  if (!name.starts_with(prefix)) return load_scene(name);
+Scene load_claim_scene(const std::string& name, const SceneReading& reading) {
+  if (!name.starts_with(prefix)) return load_scene(name, {"command line"}, reading);
   return find_claim_scene(name, {name}).make(name, parse_params(name, {name}));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "framework/core/params.h"
+#include "framework/io/scene_files.h"
 #include "framework/scene/scene.h"
 
 #include <functional>
@@ -19,7 +20,7 @@ struct ClaimScene {
 std::span<const ClaimScene> claim_scenes();
 
 // Any name load_scene takes, or one of the above. Both throw Error.
-Scene load_claim_scene(const std::string& name);
+Scene load_claim_scene(const std::string& name, const SceneReading& reading = {});
 void check_claim_scene(const std::string& name, const Location& where);
 
 }  // namespace etendue

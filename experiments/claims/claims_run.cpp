@@ -15,7 +15,7 @@ namespace {
 
 class ClaimsWork final : public RecordWork<ClaimRecord> {
  public:
-  explicit ClaimsWork(const RunPlan& plan) : choice_(*plan.config.claims), threads_(plan.threads) {}
+  explicit ClaimsWork(const RunPlan& plan) : choice_(*plan.config.claims), threads_(plan.threads), reading_{plan.confined} {}
 
   void remember(const ClaimRecord& record) override {
     MeasureResult& result = results_[{record.cell.accel, record.cell.scene}];
@@ -46,7 +46,8 @@ class ClaimsWork final : public RecordWork<ClaimRecord> {
                            choice_.repetitions,
                            threads_,
                            cell.name.seed,
-                           [&, steps = std::uint64_t{0}](double share) mutable { progress(share, ++steps); }};
+                           [&, steps = std::uint64_t{0}](double share) mutable { progress(share, ++steps); },
+                           reading_};
     // What another claim asked of the same scene serves this one as well.
     auto known = results_.find({measurement.name, task.scene});
     if (known == results_.end()) {
@@ -80,6 +81,7 @@ class ClaimsWork final : public RecordWork<ClaimRecord> {
 
   const ClaimsChoice& choice_;
   int threads_;
+  SceneReading reading_;
   std::uint64_t disagreements_ = 0;                                       // of what this run measured
   std::map<std::pair<std::string, std::string>, MeasureResult> results_;  // by measurement and scene
 };

@@ -29,7 +29,7 @@ Times trace_times(const MeasureTask& task, const Scene& scene, const std::vector
 
 MeasureResult measure_builders(const MeasureTask& task) {
   const ParamMap wide = text_param("layout", "wide16");
-  const Times times = trace_times(task, load_claim_scene(task.scene),
+  const Times times = trace_times(task, load_claim_scene(task.scene, task.reading),
                                   {{"sah", {}},
                                    {"median", {}},
                                    {"midpoint", {}},
@@ -49,7 +49,7 @@ MeasureResult measure_builders(const MeasureTask& task) {
 }
 
 MeasureResult measure_bins(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   constexpr int bins[] = {16, 4, 8, 32, 128};
   std::vector<Candidate> candidates;
   for (const int count : bins) candidates.push_back({"binned-sah", whole_param("bins", count)});
@@ -91,7 +91,7 @@ Measured crossing(const MeasureTask& task, const std::vector<double>& sizes, con
   const std::size_t rounds = static_cast<std::size_t>(task.repetitions);
   std::vector<std::vector<double>> ratio(rounds);
   for (const double size : sizes) {
-    const Scene scene = load_claim_scene(fmt::format("{}?count={}", task.scene, size));
+    const Scene scene = load_claim_scene(fmt::format("{}?count={}", task.scene, size), task.reading);
     const Times times = work(scene, record_claim_rays(scene, std::max(8, task.resolution / 2)));
     for (std::size_t r = 0; r < rounds; ++r) ratio[r].push_back(times[0][r] / times[1][r]);
   }
@@ -147,7 +147,7 @@ MeasureResult measure_brute(const MeasureTask& task) {
 }
 
 MeasureResult measure_build(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const auto with = [&](const char* name) { return [&, name] { keep_answer(make_structure(scene, name)); }; };
   const Times times = take_turns(task, {with("sah"), with("binned-sah"), with("median")});
   MeasureResult result;

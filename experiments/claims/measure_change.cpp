@@ -46,7 +46,7 @@ Measured refit_slowdown(const MeasureTask& task, const Scene& scene, const Claim
 }
 
 MeasureResult measure_refit(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const ClaimRays rays = record_claim_rays(scene, std::max(8, task.resolution / 2));
   MeasureResult result;
   result.add("scatter_few", refit_slowdown(task, scene, rays, "scatter", number_param("moving", 0.01), result));
@@ -76,7 +76,7 @@ std::vector<double> policy_seconds(const Scene& scene, const ClaimRays& rays, do
 
 // The policy over the best of the others, each repetition with other movements.
 MeasureResult measure_policy(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const ClaimRays rays = record_claim_rays(scene, std::max(8, task.resolution / 4));
   const int rounds = std::max(1, task.repetitions / 3);
   MeasureResult result;

@@ -150,7 +150,7 @@ bool agree(const Scene& scene, const Hit& bare, const Hit& with) {
 }
 
 MeasureResult measure_in_rays(const MeasureTask& task) {
-  const Scene bare = load_claim_scene(task.scene);
+  const Scene bare = load_claim_scene(task.scene, task.reading);
   const ClaimRays rays = record_claim_rays(bare, task.resolution);
   const std::vector<const Content*> contents = absent(in_rays, scene_needs(bare));
   const Method accel = default_accel();
@@ -191,7 +191,7 @@ double render_seconds(const Scene& scene, const std::string& method, const Measu
 }
 
 MeasureResult measure_in_images(const MeasureTask& task) {
-  const Scene bare = load_claim_scene(task.scene);
+  const Scene bare = load_claim_scene(task.scene, task.reading);
   MeasureResult result;
   const std::vector<const Content*> contents = absent(in_images, scene_needs(bare));
   std::vector<Scene> scenes;

@@ -50,7 +50,7 @@ std::vector<double> scaled(std::vector<double> values, double by) {
 }
 
 MeasureResult measure_image(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const NaiveLoop brute(scene, false), boxes(scene, true);
   const auto rotating = make_structure(scene, "median-rotating"), simd = make_structure(scene, "brute"),
              best = make_structure(scene, "binned-sah", text_param("layout", "wide16"));
@@ -88,7 +88,7 @@ MeasureResult measure_image(const MeasureTask& task) {
 
 // Path tracing with light sampling, all of it on the clock: seconds for 512 samples per pixel, from a few at a smaller size.
 MeasureResult measure_path_image(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const SceneNeeds needs = scene_needs(scene);
   const Method path{"path", whole_param("max_depth", 5), {}};
   constexpr std::uint64_t samples = 2;
@@ -122,7 +122,7 @@ MeasureResult measure_path_image(const MeasureTask& task) {
 // --- tasks ---
 
 MeasureResult measure_tasks(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const auto structure = make_structure(scene, "binned-sah");
   constexpr int samples = 4, workers = 16;
   const TaskRenderer renderer(scene, *structure, ivec2(task.resolution), samples, 2, task.seed);
@@ -150,7 +150,7 @@ MeasureResult measure_tasks(const MeasureTask& task) {
 }
 
 MeasureResult measure_locality(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const auto structure = make_structure(scene, "binned-sah");
   const TaskRenderer renderer(scene, *structure, ivec2(std::min(image_width, 4 * task.resolution)), 2, 1, task.seed);
   std::vector<std::function<void()>> works;

@@ -92,7 +92,7 @@ class Quadrics {
 };
 
 MeasureResult measure_cylinders(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const Quadrics quadrics(scene.objects[0].geometry);
   const std::vector<Ray> rays = some_rays(scene, task.resolution);
   Scene alone;
@@ -163,7 +163,7 @@ class RotatedList {
 };
 
 MeasureResult measure_rotated(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const RotatedList list(scene);
   const std::vector<Ray> rays = some_rays(scene, task.resolution);
   const auto product = make_structure(scene, "binned-sah");

@@ -99,7 +99,7 @@ Noise render_noise(const DiffusePaths& paths, const Scene& scene, Directions dir
 }
 
 MeasureResult measure_directions(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   MeasureResult result;
   const int resolution = std::max(32, task.resolution / 2);
   for (const auto& [name, sample_lights] : {std::pair{"indirect", true}, std::pair{"all_light", false}}) {
@@ -144,7 +144,7 @@ Curve error_curve(const std::vector<CheckpointRecord>& checkpoints, bool against
 }
 
 MeasureResult measure_cache(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const SceneNeeds needs = scene_needs(scene);
   const ivec2 resolution(96);
   const auto ignore = [](const std::string&) {};

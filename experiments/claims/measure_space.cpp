@@ -12,7 +12,7 @@ namespace {
 constexpr auto factor = FigureKind::factor, plain = FigureKind::plain;
 
 MeasureResult measure_cells(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const ClaimRays all = record_claim_rays(scene, task.resolution);
   const auto tree = make_structure(scene, "binned-sah"),
              wide = make_structure(scene, "binned-sah", text_param("layout", "wide16")),
@@ -43,7 +43,7 @@ std::uint64_t leaves_around(const BinaryTree& tree, const vec3& p, float slack, 
 }
 
 MeasureResult measure_duplicates(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const Geometry& geometry = scene.objects[0].geometry;
   const auto primitives = static_cast<double>(geometry.valid_primitives().size());
   const auto references = [&](const char* name) {
@@ -69,7 +69,7 @@ MeasureResult measure_duplicates(const MeasureTask& task) {
 
 MeasureResult measure_node_arithmetic(const MeasureTask& task) {
   constexpr double budget = 512.0 * (1 << 20);
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const Geometry& geometry = scene.objects[0].geometry;
   const auto primitives = static_cast<double>(geometry.valid_primitives().size());
   const BinaryTree single = find_ray_structure("binned-sah", {}).tree(geometry, whole_param("leaf_size", 1));

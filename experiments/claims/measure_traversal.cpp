@@ -24,7 +24,7 @@ struct ObserveCache {
 // The scene's tree, its nodes in both forms, the product's structure over the same tree, and the rays.
 struct Subject {
   explicit Subject(const MeasureTask& task)
-      : scene(load_claim_scene(task.scene)),
+      : scene(load_claim_scene(task.scene, task.reading)),
         tree(scene.objects[0].geometry, find_ray_structure("binned-sah", {}).tree(scene.objects[0].geometry, {})),
         packed(tree.tree),
         linked(tree.tree),
@@ -174,7 +174,7 @@ MeasureResult measure_together(const MeasureTask& task) {
 }
 
 MeasureResult measure_counting(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene);
+  const Scene scene = load_claim_scene(task.scene, task.reading);
   const std::vector<Ray> rays = record_claim_rays(scene, task.resolution).closest;
   const auto binary = make_structure(scene, "binned-sah"),
              wide = make_structure(scene, "binned-sah", text_param("layout", "wide16"));

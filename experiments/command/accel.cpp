@@ -72,7 +72,7 @@ int accel_command(const AccelCommand& command) {
   options.budget_s = duration_option("--budget", command.budget);
   std::vector<Scene> scenes;  // all of them before any is measured: a misspelt one is told at once
   for (const std::string& name : command.scenes) {
-    scenes.push_back(load_scene(name));
+    scenes.push_back(load_scene(name, {"command line"}, {command.confined}));
     for (const std::string& warning : scenes.back().warnings) console.warning(warning);
   }
   std::uint64_t disagreements = 0;

@@ -27,6 +27,7 @@ struct RenderCommand {
   std::vector<std::string> params, aovs;
   std::string output, save_cache, load_cache;  // paths
   bool json = false;
+  bool confined = false;                          // files of the scene outside its folder are errors
   std::chrono::steady_clock::time_point started;  // of the process: --time counts from there
 };
 int render_command(const RenderCommand& command);
@@ -34,14 +35,14 @@ int render_command(const RenderCommand& command);
 struct AccelCommand {
   std::vector<std::string> scenes;
   std::string structures, resolution = "256", repetitions = "3", threads, check = "0", budget = "10s";
-  bool json = false;
+  bool json = false, confined = false;
 };
 int accel_command(const AccelCommand& command);
 
 struct InspectCommand {
   std::string scene;
   bool measure = false;  // time what the scene is spared
-  bool json = false;
+  bool json = false, confined = false;
 };
 int inspect_command(const InspectCommand& command);
 

@@ -37,11 +37,11 @@ struct Spared {
   Measured factor;
 };
 
-std::vector<Spared> measure_spared(const std::string& scene, const Bounds& bounds) {
+std::vector<Spared> measure_spared(const std::string& scene, const Bounds& bounds, const SceneReading& reading) {
   if (bounds.empty()) throw Error("--measure: nothing to time in a scene without shapes of finite extent");
   Console console;
   std::vector<Spared> spared;
-  MeasureTask task{.scene = scene, .resolution = 128, .repetitions = 9};
+  MeasureTask task{.scene = scene, .resolution = 128, .repetitions = 9, .reading = reading};
   for (const char* name : {"contents-in-rays", "contents-in-images"}) {
     const Measurement& measurement = find_measurement(name, {});
     task.progress = [&](double share) { console.status(fmt::format("{} {:.0f} %", measurement.summary, 100 * share)); };
@@ -124,10 +124,11 @@ std::string to_lines(const std::string& name, const Scene& scene, const SceneNee
 }  // namespace
 
 int inspect_command(const InspectCommand& command) {
-  const Scene scene = load_scene(command.scene);
+  const Scene scene = load_scene(command.scene, {"command line"}, {command.confined});
   const SceneNeeds needs = scene_needs(scene);
   exit_on_interrupt("\ninterrupted\n");
-  const std::vector<Spared> spared = command.measure ? measure_spared(command.scene, scene.bounds()) : std::vector<Spared>{};
+  const std::vector<Spared> spared =
+      command.measure ? measure_spared(command.scene, scene.bounds(), {command.confined}) : std::vector<Spared>{};
   if (command.json) {
     Console console;  // a program that reads the rest may not look at these
     for (const std::string& warning : scene.warnings) console.warning(warning);

@@ -92,6 +92,10 @@ class CommandLine {
     command->add_option(name, value, help)->type_name(type);
   }
 
+  static void confined(CLI::App* command, bool& value) {
+    command->add_flag("--confined", value, "a file that a scene names outside its own folder is an error, not a warning");
+  }
+
   void add_run() {
     CLI::App* c =
         add("run", "run an experiment: its cells, then tables, charts and a page", [this] { return run_command(run_); });
@@ -109,6 +113,7 @@ class CommandLine {
     text(c, "--threads", run_.threads, "N", "default: the experiment's, else all of the machine's");
     c->add_flag("--quick", run_.options.quick, "a small version: what the file's [quick] table says");
     c->add_flag("--dry-run", run_.dry_run, "list the cells and run nothing");
+    confined(c, run_.options.confined);
     text(c, "--filter", run_.options.filter, "REGEX",
          "only cells whose name it finds: \"scene | accel | integrator | seed=N\"");
     text(c, "--shard", run_.options.shard, "I/N",
@@ -144,6 +149,7 @@ class CommandLine {
          "view and seed with refine=false: the same image to the bit; with refine, and hash-cache always, it goes on where it "
          "stood. Refused if the scene (but for the camera), a parameter its records depend on, or the version differs");
     c->add_flag("--json", render_.json, "figures as JSON on stdout");
+    confined(c, render_.confined);
     text(c, "--threads", render_.threads, "N", "default: all of the machine's");
     text(c, "--resolution", render_.resolution, "WxH", "default: the scene's");
   }
@@ -154,6 +160,7 @@ class CommandLine {
             [this] { return accel_command(accel_); });
     c->add_option("SCENE", accel_.scenes, "builtin:NAME or files")->required()->type_name("");
     c->add_flag("--json", accel_.json, "one JSON object a line");
+    confined(c, accel_.confined);
     text(c, "--structures", accel_.structures, "A,B:key=value", "default: all that are built in");
     text(c, "--resolution", accel_.resolution, "N", "about N x N rays of each kind; default 256");
     text(c, "--repetitions", accel_.repetitions, "N", "interleaved builds and timings, of which the median counts; default 3");
@@ -170,6 +177,7 @@ class CommandLine {
     c->add_flag("--measure", inspect_.measure,
                 "time what the scene is spared: the same scene with each thing that it lacks, over without (some seconds)");
     c->add_flag("--json", inspect_.json, "as JSON");
+    confined(c, inspect_.confined);
     c = add("compare", "every metric of an image against a reference", [this] { return compare_command(compare_); });
     c->add_option("IMAGE", compare_.image, ".exr")->required()->type_name("");
     c->add_option("REFERENCE", compare_.reference, ".exr of the same size")->required()->type_name("");

@@ -93,6 +93,7 @@ struct Rendered {
   std::optional<bool> repeats = {};   // whether it did, to the bit
   std::string reference = {};         // what the metrics are measured against; "": none
   std::map<std::string, double> metrics = {};
+  std::vector<std::string> warnings = {};  // of the scene's reader
 };
 
 // "b.exr" and "records" make "b.records.exr".
@@ -120,6 +121,9 @@ std::string to_json(const Rendered& r) {
       {"peak_memory_bytes", end.peak_memory_bytes},
       {"non_finite", end.non_finite},
       {"expectation", {{"bias", bias_name(r.result.expectation.bias)}, {"mse_exponent", r.result.expectation.mse_exponent}}}};
+  for (const NonFiniteSample& sample : r.result.non_finite)
+    json["non_finite_at"].push_back({sample.pixel.x, sample.pixel.y, sample.iteration});
+  if (!r.warnings.empty()) json["warnings"] = r.warnings;
   for (const std::string& aov : r.command.aovs) json["aovs"][aov] = aov_path(r.output, aov);
   if (!r.command.save_cache.empty()) json["cache"] = r.command.save_cache;
   if (!r.result.fallback.empty()) json["fallback"] = r.result.fallback;
@@ -215,9 +219,13 @@ void check_files(const RenderCommand& command, const Rendered& r) {
 void warn_of_non_finite(const CellResult& result, Console& console) {
   const auto count = result.checkpoints.back().non_finite;
   if (count == 0) return;
-  const NonFiniteSample& first = result.non_finite.front();
-  console.warning(fmt::format("{} non-finite samples, the first at pixel ({}, {}), iteration {}", count, first.pixel.x,
-                              first.pixel.y, first.iteration));
+  std::string at;
+  for (std::size_t i = 0; i < std::min<std::size_t>(result.non_finite.size(), 10); ++i) {
+    const NonFiniteSample& sample = result.non_finite[i];
+    at +=
+        fmt::format("{} pixel ({}, {}) iteration {}", at.empty() ? "" : ",", sample.pixel.x, sample.pixel.y, sample.iteration);
+  }
+  console.warning(fmt::format("{} non-finite samples were dropped, the first of them at{}", count, at));
 }
 
 // What the image to repeat was made of; of what is typed, nothing may say otherwise.
@@ -295,7 +303,7 @@ Scene load_original_scene(const Rendered& r) {
   std::error_code ignored;
   const bool is_beside = r.command.scene.empty() && !std::filesystem::exists(r.scene, ignored) &&
                          std::filesystem::is_regular_file(beside, ignored);
-  Scene scene = load_scene(is_beside ? beside.string() : r.scene);
+  Scene scene = load_scene(is_beside ? beside.string() : r.scene, {"command line"}, {r.command.confined});
   if (const std::uint64_t hash = scene.hash(); hash != r.recipe->scene_hash)
     throw Error(Location{r.command.from},
                 fmt::format("was made of another scene than {} is now: hash {:016x}, and not {:016x}; expected the scene as it "
@@ -322,10 +330,11 @@ int render_command(const RenderCommand& command) {
   Budget budget = read_options(command, r);
   r.threads = available_threads(r.threads, console);
   warn_of_commit(r, console);
-  const Scene scene = r.recipe ? load_original_scene(r) : load_scene(r.scene);
+  const Scene scene = r.recipe ? load_original_scene(r) : load_scene(r.scene, {"command line"}, {command.confined});
   r.scene_hash = scene.hash();
   const SceneNeeds needs = scene_needs(scene);
-  for (const std::string& warning : scene.warnings) console.warning(warning);
+  r.warnings = scene.warnings;
+  for (const std::string& warning : r.warnings) console.warning(warning);
   if (r.resolution == ivec2(0)) r.resolution = scene.resolution;
 
   // An error target needs the reference before, all else only afterwards, off the user's time.

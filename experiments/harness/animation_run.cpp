@@ -14,7 +14,8 @@ class AnimationWork final : public RecordWork<AnimationRecord> {
   AnimationWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer) {}
 
   void load(const Cell& cell) override {
-    if (!scenes_.contains(cell.scene)) scenes_.emplace(cell.scene, load_choice(plan_.config.scenes[cell.scene], observer_));
+    if (!scenes_.contains(cell.scene))
+      scenes_.emplace(cell.scene, load_choice(plan_, plan_.config.scenes[cell.scene], observer_));
   }
 
   std::optional<SceneState> scene(const Cell& cell) override {

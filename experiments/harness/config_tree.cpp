@@ -1,14 +1,12 @@
 #include "experiments/harness/config_tree.h"
 
 #include "framework/core/units.h"
+#include "framework/io/text.h"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <optional>
 
 namespace etendue {
@@ -125,12 +123,11 @@ ConfigNode parse_config(std::string_view text, const std::string& path) {
 }
 
 std::string read_config_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path) || std::filesystem::is_character_file(path))
-    throw Error(Location{path}, "cannot open the experiment; expected a .toml file");
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file.good() && !file.eof()) throw Error(Location{path}, "cannot read the experiment; expected a .toml file");
-  return text;
+  try {
+    return read_file(path);
+  } catch (const Error& e) {
+    throw Error(Location{path}, fmt::format("cannot open the experiment; expected a .toml file: {}", e.what()));
+  }
 }
 
 void apply_override(ConfigNode& root, const std::string& assignment) {

@@ -4,6 +4,7 @@
 #include "experiments/harness/log_lines.h"
 #include "framework/core/check.h"
 #include "framework/core/error.h"
+#include "framework/io/text.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,7 +14,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 
 namespace etendue {
@@ -82,11 +82,12 @@ class CellBlocks {
 };
 
 std::string read_all(const std::string& path) {
-  std::ifstream file;
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(path, ignored)) file.open(path, std::ios::binary);  // a FIFO would wait
-  if (!file.is_open()) throw Error(Location{path}, "cannot open the log; expected a runs.jsonl that `etendue run` wrote");
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  try {
+    return read_file(path);
+  } catch (const Error& e) {
+    throw Error(Location{path},
+                fmt::format("cannot open the log; expected a runs.jsonl that `etendue run` wrote: {}", e.what()));
+  }
 }
 
 std::string system_error() { return std::strerror(errno); }

@@ -127,7 +127,7 @@ class Execution {
       if (!has_cells(s) && !wants_structures(s)) continue;
       const SceneChoice& choice = config_.scenes[s];
       auto loaded = std::make_unique<LoadedScene>();
-      loaded->scene = load_choice(choice, observer_);
+      loaded->scene = load_choice(plan_, choice, observer_);
       loaded->needs = scene_needs(loaded->scene);
       loaded->resolution = config_.resolution.value_or(loaded->scene.resolution);
       loaded->regions = make_regions(config_.regions, choice.name, loaded->resolution);
@@ -312,8 +312,8 @@ class Execution {
 
 }  // namespace
 
-Scene load_choice(const SceneChoice& choice, RunObserver& observer) {
-  Scene scene = load_scene(choice.path, choice.where);
+Scene load_choice(const RunPlan& plan, const SceneChoice& choice, RunObserver& observer) {
+  Scene scene = load_scene(choice.path, choice.where, {plan.confined});
   for (const std::string& warning : scene.warnings) {
     const bool named = warning.starts_with(choice.name + ":");
     observer.narrate("warning: " + (named ? warning : choice.name + ": " + warning));

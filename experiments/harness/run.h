@@ -22,6 +22,7 @@ struct RunOptions {
   std::string shard;   // "": what Slurm says, else all cells
   std::optional<int> threads;
   bool fresh = false, quick = false;
+  bool confined = false;  // scenes may name only files below their own folders
 };
 
 struct RunPlan {
@@ -30,7 +31,7 @@ struct RunPlan {
   Shard shard;
   std::string directory;
   int threads = 1;
-  bool fresh = false;
+  bool fresh = false, confined = false;
   std::string filter = {};
   std::size_t all_cells = 0;  // of all shards
   std::string options = {};   // of what was typed beside the experiment's file, what changes figures
@@ -53,7 +54,7 @@ class RunObserver {
 // Shared first steps of several kinds of experiments, reported to the observer.
 ManifestRecord plan_manifest(const RunPlan& plan, int threads);
 PlanRecord plan_record(const RunPlan& plan, const ManifestRecord& manifest);
-Scene load_choice(const SceneChoice& choice, RunObserver& observer);  // its warnings; throws Error
+Scene load_choice(const RunPlan& plan, const SceneChoice& choice, RunObserver& observer);  // its warnings; throws Error
 void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& observer);
 
 struct RunSummary {

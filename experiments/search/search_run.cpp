@@ -16,7 +16,7 @@ class SearchWork final : public RecordWork<SearchRecord> {
 
   void load(const Cell& cell) override {
     const auto scene = sets_[cell.scene].scene;
-    if (scene && !scenes_.contains(*scene)) scenes_.emplace(*scene, load_choice(plan_.config.scenes[*scene], observer_));
+    if (scene && !scenes_.contains(*scene)) scenes_.emplace(*scene, load_choice(plan_, plan_.config.scenes[*scene], observer_));
   }
 
   std::optional<SceneState> scene(const Cell& cell) override {

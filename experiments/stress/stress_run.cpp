@@ -55,7 +55,7 @@ class StressWork final : public RecordWork<ClaimRecord> {
 
   void fill(const Cell& cell, ClaimRecord& record, RunDirectory& directory, const Progress& progress) override {
     const StressRow& row = row_of(cell);
-    const Scene scene = load_scene(row.scene, {plan_.config.path});
+    const Scene scene = load_scene(row.scene, {plan_.config.path}, {plan_.confined});
     const SceneNeeds needs = scene_needs(scene);
     const ivec2 resolution = plan_.config.resolution.value_or(scene.resolution);
     const Reference truth = make_reference({scene,

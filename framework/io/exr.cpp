@@ -2,6 +2,7 @@
 
 #include "framework/core/check.h"
 #include "framework/core/error.h"
+#include "framework/core/memory.h"
 #include "framework/io/text.h"
 
 #include <ImfChannelList.h>
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -72,6 +74,8 @@ ivec2 checked_size(const Imf::Header& header, std::size_t file_bytes) {
                         width * height <= (std::int64_t{1} << 27);
   if (!sensible || 2 * width * height > static_cast<std::int64_t>(file_bytes) * most_packed(header.compression()))
     throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, file_bytes));
+  if (width * height > (1 << 20))
+    require_memory(static_cast<double>(width * height) * (3 * sizeof(float) + sizeof(dvec3)), {}, "the image", "fewer pixels");
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
@@ -158,12 +162,33 @@ class HeaderCheck {
   std::size_t position_ = 8;  // after the magic number and the version
 };
 
-Image read_pixels(const std::string& path, std::string_view bytes, std::map<std::string, std::string>* attributes) {
+// A file is read once, into memory: what was checked is what is decoded.
+class MemoryStream : public Imf::IStream {
+ public:
+  MemoryStream(std::string_view bytes, const std::string& name) : Imf::IStream(name.c_str()), bytes_(bytes) {}
+
+  bool read(char* to, int count) override {
+    if (count < 0 || static_cast<std::uint64_t>(count) > bytes_.size() - position_)
+      throw Error("the file ends before its data does");
+    std::memcpy(to, bytes_.data() + position_, static_cast<std::size_t>(count));
+    position_ += static_cast<std::uint64_t>(count);
+    return position_ < bytes_.size();
+  }
+  std::uint64_t tellg() override { return position_; }
+  void seekg(std::uint64_t position) override { position_ = std::min<std::uint64_t>(position, bytes_.size()); }
+
+ private:
+  std::string_view bytes_;
+  std::uint64_t position_ = 0;
+};
+
+Image read_pixels(const std::string& name, std::string_view bytes, std::map<std::string, std::string>* attributes) {
   // OpenEXR allocates its table of offsets before it hands out the header.
   Imf::Header::setMaxImageSize(most_pixels_across, most_pixels_across);
   Imf::Header::setMaxTileSize(most_pixels_across, most_pixels_across);
   HeaderCheck(bytes).run();
-  Imf::InputFile file(path.c_str());
+  MemoryStream stream(bytes, name);
+  Imf::InputFile file(stream);
   const Imf::Header& header = file.header();
   const Imath::Box2i window = header.dataWindow();
   const ivec2 size = checked_size(header, bytes.size());
@@ -244,13 +269,16 @@ FileStamp write_exr(const std::string& path, const Image& image, const std::map<
   return write_whole_file(path, encode_exr(image, attributes));
 }
 
-Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {
-  const std::string bytes = read_file(path);
+Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes) {
   try {
-    return read_pixels(path, bytes, attributes);
+    return read_pixels(name, bytes, attributes);
   } catch (const std::exception& e) {
-    throw Error(fmt::format("cannot read '{}' as OpenEXR: {}", path, e.what()));
+    throw Error(fmt::format("cannot read '{}' as OpenEXR: {}", name, e.what()));
   }
+}
+
+Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {
+  return parse_exr(read_file(path), path, attributes);
 }
 
 }  // namespace etendue

@@ -15,6 +15,7 @@ FileStamp write_exr(const std::string& path, const Image& image, const std::map<
 std::string encode_exr(const Image& image, const std::map<std::string, std::string>& attributes = {});
 
 // R, G, B (or Y) of any pixel type; the rest is ignored. Throws Error on missing, truncated or non-image files.
+Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes = nullptr);
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
 }  // namespace etendue

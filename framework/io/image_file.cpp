@@ -1,6 +1,7 @@
 #include "framework/io/image_file.h"
 
 #include "framework/core/check.h"
+#include "framework/core/memory.h"
 #include "framework/io/exr.h"
 #include "framework/io/hdr.h"
 #include "framework/io/text.h"
@@ -65,6 +66,8 @@ void check_size(int width, int height, std::size_t bytes) {
   const std::int64_t pixels = std::int64_t{width} * height;
   if (pixels < 1 || pixels > (std::int64_t{1} << 27) || pixels > static_cast<std::int64_t>(bytes) * 10000)
     throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes));
+  // Of three words of 16 bits at most, and the texel that they become.
+  if (pixels > (1 << 22)) require_memory(static_cast<double>(pixels) * (sizeof(Rgb) + 6), {}, "the image", "fewer pixels");
 }
 
 // This stb writes past its tables when a JPEG states Huffman tables of more than 256 codes, so such files are refused first.
@@ -116,8 +119,8 @@ RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
   return image;
 }
 
-RgbImage decode_exr(const std::string& path) {
-  const Image pixels = read_exr(path);
+RgbImage decode_exr(const std::string& bytes, const std::string& name) {
+  const Image pixels = parse_exr(bytes, name);
   RgbImage image{.size = pixels.size, .texels = {}};
   image.texels.reserve(pixels.pixels.size());
   for (const dvec3& p : pixels.pixels) image.texels.emplace_back(p);
@@ -126,22 +129,25 @@ RgbImage decode_exr(const std::string& path) {
 
 }  // namespace
 
-RgbImage read_image(const std::string& path, Encoding encoding) {
-  const std::string bytes = read_file(path);
+RgbImage read_image(const std::string& path, Encoding encoding) { return decode_image(read_file(path), path, encoding); }
+
+RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding) {
   RgbImage image;
   if (bytes.starts_with("\x76\x2f\x31\x01")) {
-    image = decode_exr(path);
+    image = decode_exr(bytes, name);
   } else {
     try {
       image = is_hdr(bytes) ? decode_hdr(bytes) : decode_stb(bytes, encoding);
     } catch (const Error& e) {
-      throw Error(fmt::format("cannot read '{}' as an image: {}", path, e.what()));
+      throw Error(fmt::format("cannot read '{}' as an image: {}", name, e.what()));
     }
   }
-  for (Rgb& texel : image.texels) {
+  for (std::size_t i = 0; i < image.texels.size(); ++i) {
+    Rgb& texel = image.texels[i];
     if (is_finite(texel)) [[likely]]
       continue;
-    ++image.not_finite;
+    const auto width = static_cast<std::size_t>(image.size.x);
+    if (image.not_finite++ < RgbImage::most_listed) image.first_not_finite.emplace_back(i % width, i / width);
     for (int c = 0; c < 3; ++c)
       if (!std::isfinite(texel[c])) texel[c] = 0;
   }

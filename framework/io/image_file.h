@@ -14,13 +14,18 @@ enum class Encoding : std::uint8_t { srgb, linear };
 
 // Linear RGB, row 0 at the top.
 struct RgbImage {
+  static constexpr std::size_t most_listed = 10;
+
   ivec2 size{0};
   std::vector<Rgb> texels;
-  std::size_t not_finite = 0;  // texels that a file of floats holds as NaN or infinity; here they are 0
+  // Texels that a file of floats holds as NaN or infinity; here they are 0. Their number, and column and row of the first ten.
+  std::size_t not_finite = 0;
+  std::vector<ivec2> first_not_finite = {};
 };
 
 // PNG, JPEG, TGA, HDR (8 or 16 bits, or RGBE) and EXR, told apart by their content; alpha is ignored, grey becomes RGB.
-// Throws Error.
+// Throws Error; `name` names the image in messages.
+RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding = Encoding::srgb);
 RgbImage read_image(const std::string& path, Encoding encoding = Encoding::srgb);
 
 // `rgb`: 3 bytes per pixel, rows from the top. The bytes of a PNG file.

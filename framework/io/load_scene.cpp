@@ -63,12 +63,12 @@ Scene make_builtin(const std::string& name, const Location& where) {
   return found.params.empty() ? found.scene.make() : found.scene.make_with(found.params);
 }
 
-Scene load_file(const std::string& path, const Location& where) {
+Scene load_file(const std::string& path, const Location& where, const SceneReading& reading) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (!std::filesystem::exists(path)) throw Error(where, fmt::format("no such scene file: '{}'", path));
-  if (extension == ".pbrt") return read_pbrt(path);
+  if (extension == ".pbrt") return read_pbrt(path, reading);
   if (extension == ".obj") return mesh_scene(read_obj(path), path);
   if (extension == ".smf") return mesh_scene(read_smf(path), path);
   if (extension == ".ply") return mesh_scene(read_ply(path), path);
@@ -83,8 +83,8 @@ void check_builtin(const std::string& name, const Location& where) {
   if (!found.params.empty()) found.scene.check(found.params);
 }
 
-Scene load_scene(const std::string& name, const Location& where) {
-  Scene scene = name.starts_with(builtin_prefix) ? make_builtin(name, where) : load_file(name, where);
+Scene load_scene(const std::string& name, const Location& where, const SceneReading& reading) {
+  Scene scene = name.starts_with(builtin_prefix) ? make_builtin(name, where) : load_file(name, where, reading);
   scene.name = name;
   return scene;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "framework/core/params.h"
+#include "framework/io/scene_files.h"
 #include "framework/scene/scene.h"
 
 #include <functional>
@@ -12,7 +13,7 @@
 namespace etendue {
 
 // Throws Error (file:line:col) on anything it cannot read in full. `where` is the place that named the scene.
-Scene load_scene(const std::string& name, const Location& where = {"command line"});
+Scene load_scene(const std::string& name, const Location& where = {"command line"}, const SceneReading& reading = {});
 
 struct BuiltinScene {
   std::string name, summary;  // name without "builtin:"

@@ -1,5 +1,7 @@
 #include "framework/io/mesh.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace etendue {
@@ -24,9 +26,37 @@ std::vector<dvec3> surrounding_normals(const TriangleMesh& mesh) {
   return sums;
 }
 
+// Counts what is not finite, and keeps which were the first ten.
+class NotFinite {
+ public:
+  void add(std::size_t vertex) {
+    if (count_++ < 10) first_ += fmt::format("{}{}", first_.empty() ? "" : ", ", vertex);
+  }
+  void warn(TriangleMesh& mesh, const std::string& name, std::string_view what) const {
+    if (count_ > 0)
+      mesh.warnings.push_back(fmt::format("{}: NaN or infinity in the {} of {} vertices, counted from 0: {}{}", name, what,
+                                          count_, first_, count_ > 10 ? ", ..." : ""));
+  }
+
+ private:
+  std::uint64_t count_ = 0;
+  std::string first_;
+};
+
+void list_not_finite(TriangleMesh& mesh, const std::string& name) {
+  NotFinite normals, uvs;
+  for (std::size_t i = 0; i < mesh.normals.size(); ++i)
+    if (!is_finite(mesh.normals[i])) normals.add(i);
+  for (std::size_t i = 0; i < mesh.uvs.size(); ++i)
+    if (!std::isfinite(mesh.uvs[i].x) || !std::isfinite(mesh.uvs[i].y)) uvs.add(i);
+  normals.warn(mesh, name, "normals (replaced by those of the faces)");
+  uvs.warn(mesh, name, "texture coordinates (taken as 0)");
+}
+
 }  // namespace
 
-void mend_attributes(TriangleMesh& mesh) {
+void mend_attributes(TriangleMesh& mesh, const std::string& name) {
+  list_not_finite(mesh, name);
   for (vec2& uv : mesh.uvs)
     if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = vec2(0);
   for (vec3& n : mesh.normals) n = unit_or_zero(n);

@@ -18,7 +18,7 @@ struct TriangleMesh {
 
 // Makes every normal unit. A zero or non-finite one becomes the area-weighted mean of the geometric normals around its vertex,
 // each turned to the side of the usable normals of its face. Where no normal is usable, `normals` becomes empty. Texture
-// coordinates that are not finite become 0.
-void mend_attributes(TriangleMesh& mesh);
+// coordinates that are not finite become 0. What was not finite is listed in the mesh's warnings, which `name` begins.
+void mend_attributes(TriangleMesh& mesh, const std::string& name);
 
 }  // namespace etendue

@@ -83,12 +83,15 @@ class Checker {
     throw Error(location_at(name_, original_, offset), what);
   }
 
+  // Of a file without a vertex, which may be no mesh, nothing is shown.
+  std::string found(std::string_view word) const { return values_[0].empty() ? "" : ", found " + quoted(word); }
+
   void check_numbers(std::string_view keyword, int least, int most, int kind) {
     vec3 value(0);
     int numbers = 0;
     for (std::string_view word = next(); !word.empty(); word = next(), ++numbers) {
       const auto number = parse_number(word);
-      if (!number) fail(word_, fmt::format("expected a number, found {}", quoted(word)));
+      if (!number) fail(word_, "expected a number" + found(word));
       if (numbers < 3) value[numbers] = static_cast<float>(*number);
     }
     if (numbers < least || numbers > most)
@@ -118,7 +121,7 @@ class Checker {
     }
   }
   [[noreturn]] void fail_corner(std::string_view word) const {
-    fail(word_, fmt::format("expected a face's vertex as v, v/vt, v//vn or v/vt/vn, found {}", quoted(word)));
+    fail(word_, "expected a face's vertex as v, v/vt, v//vn or v/vt/vn" + found(word));
   }
 
   void check_index(std::string_view digits, int kind, std::string_view word) {
@@ -228,7 +231,7 @@ TriangleMesh parse_obj(std::string text, const std::string& name) {
     mesh.warnings.push_back(fmt::format("{}: {} triangles of degenerate polygons were left out", name,
                                         checker.triangles() - mesh.triangles.size()));
   if (checker.names_materials()) mesh.warnings.push_back(name + ": the materials it names are not read");
-  mend_attributes(mesh);
+  mend_attributes(mesh, name);
   return mesh;
 }
 

@@ -1,7 +1,7 @@
 // Scenes in the language of pbrt: a subset of version 4, with version 3's names beside it.
 //
 //   transforms   all of them, at one time; CoordinateSystem, CoordSysTransform, TransformBegin/End, AttributeBegin/End
-//   files        Include, Import; names are relative to the file that holds them, else to the first file
+//   files        Include, Import; names are relative to the file that holds them, else to the first file (scene_files.h)
 //   camera       perspective; film image or rgb; PixelFilter, Sampler, Integrator (maxdepth alone is kept), Accelerator
 //   shapes       trianglemesh, plymesh; whole spheres, cylinders and disks; ObjectBegin/End, ObjectInstance
 //   materials    diffuse/matte, mirror, conductor/metal, dielectric/glass, coateddiffuse/plastic; named ones
@@ -18,6 +18,7 @@
 // turned by ReverseOrientation alone.
 #pragma once
 
+#include "framework/io/scene_files.h"
 #include "framework/scene/scene.h"
 
 #include <string>
@@ -25,8 +26,8 @@
 namespace etendue {
 
 // Throws Error at `file:line:col`.
-Scene read_pbrt(const std::string& path);
+Scene read_pbrt(const std::string& path, const SceneReading& reading = {});
 // `path` names the text in messages and is where relative file names start from.
-Scene parse_pbrt(std::string text, const std::string& path);
+Scene parse_pbrt(std::string text, const std::string& path, const SceneReading& reading = {});
 
 }  // namespace etendue

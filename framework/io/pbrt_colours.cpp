@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 namespace etendue {
 
@@ -28,15 +27,13 @@ SampledSpectrum from_pairs(const std::vector<double>& numbers) {
 }
 
 // A text of wavelengths and values, with # comments.
-SampledSpectrum read_spectrum(const std::string& path) {
-  const std::string text = read_file(path);
+SampledSpectrum parse_spectrum(std::string_view text, const std::string& path) {
   std::vector<double> numbers;
   for (WordReader words(text); !words.at_end(); words.next_line())
     for (std::string_view word = words.word(); !word.empty() && word.front() != '#'; word = words.word()) {
       const auto number = parse_number(word);
-      if (!number)
-        throw Error(location_at(path, text, words.offset() - word.size()),
-                    fmt::format("expected a number, found {}", quoted(word)));
+      if (!number)  // what the file may be instead is not for the message
+        throw Error(location_at(path, text, words.offset() - word.size()), "no spectrum: expected a number");
       numbers.push_back(*number);
     }
   return from_pairs(numbers);
@@ -75,8 +72,10 @@ Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
     const std::string& name = param.strings[0];
     if (use == ColourUse::light && name == "stdillum-D65") return Rgb(1);
     if (const auto metal = metal_spectrum(name); metal && use == ColourUse::index) return *metal;
-    if (name.ends_with(".spd"))
-      return to_rgb(read_spectrum((std::filesystem::path(*file_).parent_path() / name).string()), use);
+    if (name.ends_with(".spd")) {
+      const SceneFiles::File file = files_->read(name, *file_, {});
+      return to_rgb(parse_spectrum(file.bytes, file.path), use);
+    }
     throw Error(unknown_name("spectrum", name, spectrum_names(use)));
   } catch (const Error& e) {
     throw Error(where(param.name), fmt::format("{}: '{}': {}", owner_, param.name, e.what()));

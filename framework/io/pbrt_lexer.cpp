@@ -89,14 +89,14 @@ Token PbrtLexer::scan() {
   token.text = std::string_view(text_).substr(begin, position_ - begin);
   if ((c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.') {
     const auto number = parse_number(token.text);
-    if (!number) throw Error(where(token), fmt::format("{} is not a number that single precision holds", quoted(token.text)));
+    if (!number) throw Error(where(token), fmt::format("{} is not a number that single precision holds", shown(token.text)));
     token.kind = TokenKind::number;
     token.number = *number;
     return token;
   }
   const auto is_letter = [](char l) { return (l >= 'a' && l <= 'z') || (l >= 'A' && l <= 'Z'); };
   if (!is_letter(c))
-    throw Error(where(token), fmt::format("expected a directive, a string or a number, found {}", quoted(token.text)));
+    throw Error(where(token), fmt::format("expected a directive, a string or a number, found {}", shown(token.text)));
   token.kind = TokenKind::word;
   return token;
 }
@@ -115,12 +115,18 @@ const Token& PbrtLexer::peek() {
   return peeked_;
 }
 
-std::string describe(const Token& token) {
+std::string PbrtLexer::shown(std::string_view word) const { return is_scene_ ? quoted(word) : "this word"; }
+
+std::string PbrtLexer::describe(const Token& token) const {
   switch (token.kind) {
     case TokenKind::end:
       return "the end of the file";
     case TokenKind::string:
-      return "the string " + quoted(token.text);
+      return is_scene_ ? "the string " + quoted(token.text) : "a string";
+    case TokenKind::word:
+      return is_scene_ ? quoted(token.text) : "a word";
+    case TokenKind::number:
+      return is_scene_ ? quoted(token.text) : "a number";
     default:
       return quoted(token.text);
   }

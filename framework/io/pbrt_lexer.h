@@ -1,7 +1,7 @@
 // The words of a pbrt file.
 #pragma once
 
-#include "framework/core/error.h"
+#include "framework/io/scene_files.h"
 
 #include <cstdint>
 #include <deque>
@@ -22,10 +22,14 @@ struct Token {
 
 // Words, "strings", numbers, [ and ], with # comments between them. Throws Error on anything else. Tokens refer to the lexer's
 // text and live as long as it does.
+//
+// A scene may include any file of the disk, and its messages may be read by someone else: what a file says is shown in a
+// message only once the file is known as a scene, by a directive it begins.
 class PbrtLexer {
  public:
-  PbrtLexer(std::string text, std::string file)
-      : text_(std::move(text)), file_(std::make_shared<const std::string>(std::move(file))) {}
+  // `files` reads what the text names.
+  PbrtLexer(std::string text, std::string file, SceneFiles& files)
+      : text_(std::move(text)), file_(std::make_shared<const std::string>(std::move(file))), files_(files) {}
   PbrtLexer(const PbrtLexer&) = delete;
   PbrtLexer& operator=(const PbrtLexer&) = delete;
 
@@ -33,6 +37,11 @@ class PbrtLexer {
   const Token& peek();
 
   const std::shared_ptr<const std::string>& file() const { return file_; }
+  SceneFiles& files() { return files_; }
+  void know_as_scene() { is_scene_ = true; }
+  bool is_scene() const { return is_scene_; }
+  // What was found, for a message: "the end of the file", "the string 'x'", or "a string" where the file may be no scene.
+  std::string describe(const Token& token) const;
   Location where(const Token& token) const { return {*file_, token.line, token.column}; }
 
  private:
@@ -40,17 +49,17 @@ class PbrtLexer {
   void skip_blanks();
   void scan_string(Token& token);
   char advance();
+  std::string shown(std::string_view word) const;
 
   std::string text_;
   std::shared_ptr<const std::string> file_;
+  SceneFiles& files_;
+  bool is_scene_ = false;
   std::size_t position_ = 0;
   int line_ = 1, column_ = 1;
   Token peeked_;
   bool has_peeked_ = false;
   std::deque<std::string> unescaped_;  // strings that differ from their text
 };
-
-// "the end of the file", "the string 'x'": what was found, for a message.
-std::string describe(const Token& token);
 
 }  // namespace etendue

@@ -1,6 +1,5 @@
 // Light sources. The colour of a light times its "scale" is radiance, intensity or irradiance as it stands.
 
-#include "framework/io/image_file.h"
 #include "framework/io/octahedral.h"
 #include "framework/io/pbrt_reader.h"
 #include "framework/io/text.h"
@@ -126,19 +125,17 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
   }
   // Directions are looked up by the inverse; a transform that is no similarity would bend them unevenly.
   if (!attributes_.ctm.similarity_scale()) params.fail(param, "stands under a transform that distorts directions");
-  try {
-    RgbImage image = read_image(resolve(lexer, file));
-    warn_of_not_finite(image, params.where(param), file);
-    if (version4 && image.size.x != image.size.y)
-      throw Error(fmt::format(
-          "'{}' is {} x {}: pbrt-v4's 'filename' expects a square octahedral image; give an equirectangular one as 'mapname'",
-          file, image.size.x, image.size.y));
-    if (version4) image = octahedral_to_equirectangular(image);
-    light.size = image.size;
-    light.texels = std::move(image.texels);
-  } catch (const Error& e) {
-    throw Error(params.where(param), e.what());
-  }
+  RgbImage image = files_.image(file, *lexer.file(), params.where(param));
+  warn_of_not_finite(image, params.where(param), file);
+  if (version4 && image.size.x != image.size.y)
+    throw Error(
+        params.where(param),
+        fmt::format(
+            "'{}' is {} x {}: pbrt-v4's 'filename' expects a square octahedral image; give an equirectangular one as 'mapname'",
+            file, image.size.x, image.size.y));
+  if (version4) image = octahedral_to_equirectangular(image);
+  light.size = image.size;
+  light.texels = std::move(image.texels);
   float least = 0;
   for (Rgb& texel : light.texels) {
     least = std::min({least, texel.x, texel.y, texel.z});

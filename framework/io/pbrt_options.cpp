@@ -1,4 +1,4 @@
-// Camera, film, and what is left to the command line.
+// Camera, film and options.
 
 #include "framework/io/pbrt_reader.h"
 #include "framework/io/text.h"
@@ -44,7 +44,7 @@ void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
 // Once the resolution is known: only frames that fit it are supported.
 void PbrtReader::check_camera() {
   if (!camera_) {
-    warn({first_file_}, "the scene has no Camera: at the origin, looking along +z, with a field of view of 90 degrees");
+    warn({files_.first_file()}, "the scene has no Camera: at the origin, looking along +z, with a field of view of 90 degrees");
     scene_.camera.fov = pi / 2;
     return;
   }
@@ -94,30 +94,6 @@ void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
   params.finish();
 }
 
-void PbrtReader::pixel_filter(PbrtLexer& lexer, const Token& token) {
-  const std::string type = expect_string(lexer, "PixelFilter");
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
-  bool is_unit_box = type == "box";
-  if (type == "box")
-    for (const std::string_view radius : {"xradius", "yradius", "xwidth", "ywidth"})
-      is_unit_box &= params.number(radius, 0.5f) == 0.5f;
-  if (!is_unit_box)
-    warn(params.where(), fmt::format("PixelFilter \"{}\": images are filtered with a box one pixel wide", type));
-  params.ignore_all();
-}
-
-void PbrtReader::integrator(PbrtLexer& lexer, const Token& token) {
-  const std::string type = expect_string(lexer, "Integrator");
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
-  if (params.has("maxdepth")) scene_.max_depth = params.integer("maxdepth", 5, 0, 65536);
-  params.ignore_all();
-}
-
-void PbrtReader::sampler(PbrtLexer& lexer, const Token& token) {
-  const std::string type = expect_string(lexer, std::string(token.text));
-  PbrtParams(lexer, titled(token.text, type), lexer.where(token)).ignore_all();
-}
-
 void PbrtReader::color_space(PbrtLexer& lexer, const Token&) {
   const Location where = lexer.where(lexer.peek());
   const std::string name = expect_string(lexer, "ColorSpace");
@@ -128,7 +104,7 @@ void PbrtReader::option(PbrtLexer& lexer, const Token& token) {
   const PbrtParams params(lexer, "Option", lexer.where(token));
   if (params.boolean("forcediffuse", false)) params.fail("forcediffuse", "is not supported");
   params.ignore({"disablepixeljitter", "disabletexturefiltering", "disablewavelengthjitter", "displacementedgescale",
-                 "msereferenceimage", "msereferenceout", "rendercoordsys", "seed", "wavefront"});
+                 "msereferenceimage", "msereferenceout", "pixelstats", "rendercoordsys", "seed", "wavefront"});
   params.finish();
 }
 

@@ -46,7 +46,7 @@ ValueKind values_of(const PbrtParam& param) { return find_type(param.type)->valu
 void add_value(const PbrtLexer& lexer, const Token& token, ValueKind kind, PbrtParam& param) {
   const auto fail = [&](const char* expected) {
     throw Error(lexer.where(token),
-                fmt::format("expected {} for \"{} {}\", found {}", expected, param.type, param.name, describe(token)));
+                fmt::format("expected {} for \"{} {}\", found {}", expected, param.type, param.name, lexer.describe(token)));
   };
   if (kind == ValueKind::boolean) {
     const bool is_true = token.text == "true", is_text = token.kind == TokenKind::word || token.kind == TokenKind::string;
@@ -66,7 +66,7 @@ void add_value(const PbrtLexer& lexer, const Token& token, ValueKind kind, PbrtP
 }  // namespace
 
 PbrtParams::PbrtParams(PbrtLexer& lexer, std::string owner, const Location& where)
-    : owner_(std::move(owner)), where_(where), file_(lexer.file()) {
+    : owner_(std::move(owner)), where_(where), file_(lexer.file()), files_(&lexer.files()) {
   while (lexer.peek().kind == TokenKind::string) read(lexer);
 }
 
@@ -237,8 +237,10 @@ void PbrtParams::ignore(std::initializer_list<std::string_view> names) const {
   for (const std::string_view name : names) find(name);
 }
 
-void PbrtParams::ignore_all() const {
-  for (const PbrtParam& param : params_) param.used = true;
+void PbrtParams::accept(std::string_view name, std::string_view type) const {
+  const PbrtParam* param = find(name);
+  if (param && param->type != type && !(type == "float" && param->type == "integer"))
+    fail(name, fmt::format("is of type {}; expected {}", param->type, type));
 }
 
 void PbrtParams::finish() const {

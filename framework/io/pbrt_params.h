@@ -53,7 +53,8 @@ class PbrtParams {
   void reject(std::string_view name, const std::string& reason) const;
   // Known, and without effect here.
   void ignore(std::initializer_list<std::string_view> names) const;
-  void ignore_all() const;
+  // Known, and left to the command line; throws where it is of another type.
+  void accept(std::string_view name, std::string_view type) const;
   void finish() const;
   [[noreturn]] void fail(std::string_view name, const std::string& what) const;
 
@@ -70,6 +71,7 @@ class PbrtParams {
   std::string owner_;
   Location where_;
   std::shared_ptr<const std::string> file_;
+  SceneFiles* files_;
   std::vector<PbrtParam> params_;
   mutable std::vector<std::string> understood_;
 };

@@ -6,20 +6,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 namespace etendue {
-
-namespace {
-
-constexpr int most_nested_includes = 32;
-
-}  // namespace
 
 std::span<const PbrtReader::Directive> PbrtReader::directives() {
   using R = PbrtReader;
   static constexpr Directive table[] = {
-      {"Accelerator", Phase::options, &R::sampler},
+      {"Accelerator", Phase::options, &R::accelerator},
       {"ActiveTransform", Phase::any, &R::active_transform},
       {"AreaLightSource", Phase::world, &R::area_light_source},
       {"Attribute", Phase::any, &R::unsupported},
@@ -65,7 +58,7 @@ std::span<const PbrtReader::Directive> PbrtReader::directives() {
 }
 
 Scene PbrtReader::read(std::string text) {
-  PbrtLexer lexer(std::move(text), first_file_);
+  PbrtLexer lexer(std::move(text), files_.first_file(), files_);
   parse(lexer);
   finish();
   return std::move(scene_);
@@ -74,18 +67,31 @@ Scene PbrtReader::read(std::string text) {
 void PbrtReader::parse(PbrtLexer& lexer) {
   for (Token token = lexer.next(); token.kind != TokenKind::end; token = lexer.next()) {
     const Location where = lexer.where(token);
-    if (token.kind != TokenKind::word) throw Error(where, fmt::format("expected a directive, found {}", describe(token)));
-    const auto table = directives();
-    const auto found = std::find_if(table.begin(), table.end(), [&](const Directive& d) { return d.name == token.text; });
-    if (found == table.end()) {
-      std::vector<std::string> names;
-      for (const Directive& d : table)
-        if (d.handler != &PbrtReader::unsupported) names.emplace_back(d.name);
-      throw Error(where, unknown_name("directive", token.text, names));
-    }
+    if (token.kind != TokenKind::word) throw Error(where, fmt::format("expected a directive, found {}", lexer.describe(token)));
+    const Directive* found = find_directive(token.text);
+    if (!found) fail_unknown_directive(lexer, token);
+    // Prose may begin with a word such as Scale, but then goes on with another.
+    if (const Token& next = lexer.peek(); lexer.is_scene() || next.kind != TokenKind::word || find_directive(next.text))
+      lexer.know_as_scene();
     check_phase(*found, where);
     (this->*found->handler)(lexer, token);
   }
+}
+
+const PbrtReader::Directive* PbrtReader::find_directive(std::string_view name) {
+  const auto table = directives();
+  const auto found = std::find_if(table.begin(), table.end(), [&](const Directive& d) { return d.name == name; });
+  return found == table.end() ? nullptr : &*found;
+}
+
+void PbrtReader::fail_unknown_directive(const PbrtLexer& lexer, const Token& token) {
+  std::vector<std::string> names;
+  for (const Directive& d : directives())
+    if (d.handler != &PbrtReader::unsupported) names.emplace_back(d.name);
+  if (lexer.is_scene()) throw Error(lexer.where(token), unknown_name("directive", token.text, names));
+  const std::vector<std::string> nearest = nearest_names(token.text, names, 1);
+  throw Error(lexer.where(token), "no pbrt scene: its first word is no directive such as Camera, Shape or Include" +
+                                      (nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest[0])));
 }
 
 void PbrtReader::check_phase(const Directive& directive, const Location& where) const {
@@ -101,17 +107,18 @@ void PbrtReader::finish() {
     constexpr std::string_view names[] = {"AttributeBegin", "TransformBegin", "ObjectBegin"};
     throw Error(stack_.back().where, fmt::format("{} is never closed", names[static_cast<int>(stack_.back().block)]));
   }
-  if (!in_world_) throw Error(Location{first_file_}, "the file has no WorldBegin");
+  if (!in_world_) throw Error(Location{files_.first_file()}, "the file has no WorldBegin");
   check_camera();
   std::vector<Emission> emissions;
   scene_.objects[0] = world_.parts[0].builder.take(&emissions);
-  if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({first_file_}, "the scene has no shapes");
-  if (emissions.empty() && scene_.lights.empty()) warn({first_file_}, "the scene has no lights");
+  if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({files_.first_file()}, "the scene has no shapes");
+  if (emissions.empty() && scene_.lights.empty()) warn({files_.first_file()}, "the scene has no lights");
+  for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
   for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   finish_scene(scene_, emissions);
   if (const Bounds bounds = scene_.bounds();
       scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))
-    throw Error(Location{first_file_}, fmt::format("an instance lies beyond {:g} m", farthest));
+    throw Error(Location{files_.first_file()}, fmt::format("an instance lies beyond {:g} m", farthest));
 }
 
 void PbrtReader::unsupported(PbrtLexer& lexer, const Token& token) {
@@ -123,17 +130,12 @@ void PbrtReader::unsupported(PbrtLexer& lexer, const Token& token) {
 
 void PbrtReader::include(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
-  const std::string path = resolve(lexer, expect_string(lexer, std::string(token.text)));
-  if (include_depth_ == most_nested_includes)
-    throw Error(where,
-                fmt::format("files include each other more than {} deep: does one include itself?", most_nested_includes));
-  std::string text;
-  try {
-    text = read_file(path);
-  } catch (const Error& e) {
-    throw Error(where, e.what());
-  }
-  PbrtLexer included(std::move(text), path);
+  const std::string name = expect_string(lexer, std::string(token.text));
+  if (include_depth_ == SceneFiles::most_nested_includes)
+    throw Error(where, fmt::format("files include each other more than {} deep: does one include itself?",
+                                   SceneFiles::most_nested_includes));
+  SceneFiles::File file = files_.include(name, *lexer.file(), where);
+  PbrtLexer included(std::move(file.bytes), file.path, files_);
   ++include_depth_;
   parse(included);
   --include_depth_;
@@ -184,28 +186,21 @@ void PbrtReader::reverse_orientation(PbrtLexer&, const Token&) {
 std::string PbrtReader::expect_string(PbrtLexer& lexer, const std::string& what) const {
   const Token token = lexer.next();
   if (token.kind != TokenKind::string)
-    throw Error(lexer.where(token), fmt::format("{}: expected a string, found {}", what, describe(token)));
+    throw Error(lexer.where(token), fmt::format("{}: expected a string, found {}", what, lexer.describe(token)));
   return std::string(token.text);
 }
 
 float PbrtReader::expect_number(PbrtLexer& lexer, const std::string& what) const {
   const Token token = lexer.next();
   if (token.kind != TokenKind::number)
-    throw Error(lexer.where(token), fmt::format("{}: expected a number, found {}", what, describe(token)));
+    throw Error(lexer.where(token), fmt::format("{}: expected a number, found {}", what, lexer.describe(token)));
   return static_cast<float>(token.number);
 }
 
-std::string PbrtReader::resolve(const PbrtLexer& lexer, const std::string& file) const {
-  namespace fs = std::filesystem;
-  const fs::path beside = fs::path(*lexer.file()).parent_path() / file;  // `file` itself when absolute
-  std::error_code ignored;
-  if (fs::exists(beside, ignored)) return beside.string();
-  const fs::path beside_first = fs::path(first_file_).parent_path() / file;
-  return fs::exists(beside_first, ignored) ? beside_first.string() : beside.string();
+Scene parse_pbrt(std::string text, const std::string& path, const SceneReading& reading) {
+  return PbrtReader(path, reading).read(std::move(text));
 }
 
-Scene parse_pbrt(std::string text, const std::string& path) { return PbrtReader(path).read(std::move(text)); }
-
-Scene read_pbrt(const std::string& path) { return parse_pbrt(read_file(path), path); }
+Scene read_pbrt(const std::string& path, const SceneReading& reading) { return parse_pbrt(read_file(path), path, reading); }
 
 }  // namespace etendue

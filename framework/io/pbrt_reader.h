@@ -1,12 +1,12 @@
 // The state of reading a pbrt scene, and its directives. Internal to framework/io/pbrt_*.cpp, which split it by concept:
-// pbrt_reader (files, attributes, transforms), pbrt_options (camera, film), pbrt_shapes, pbrt_materials, pbrt_textures,
-// pbrt_lights.
+// pbrt_reader (files, attributes, transforms), pbrt_options (camera, film), pbrt_rendering (what the command line
+// decides), pbrt_shapes, pbrt_materials, pbrt_textures, pbrt_lights.
 #pragma once
 
-#include "framework/io/image_file.h"
 #include "framework/io/left_out.h"
 #include "framework/io/object_builder.h"
 #include "framework/io/pbrt_params.h"
+#include "framework/io/scene_files.h"
 #include "framework/scene/scene.h"
 
 #include <map>
@@ -15,7 +15,7 @@ namespace etendue {
 
 class PbrtReader {
  public:
-  explicit PbrtReader(std::string path) : first_file_(std::move(path)) {}
+  PbrtReader(const std::string& path, const SceneReading& reading) : files_(path, reading) {}
   Scene read(std::string text);
 
  private:
@@ -27,6 +27,8 @@ class PbrtReader {
     Handler handler;
   };
   static std::span<const Directive> directives();
+  static const Directive* find_directive(std::string_view name);
+  [[noreturn]] static void fail_unknown_directive(const PbrtLexer& lexer, const Token& token);
 
   // What AttributeBegin saves.
   struct Attributes {
@@ -105,12 +107,16 @@ class PbrtReader {
   // pbrt_options.cpp
   void camera(PbrtLexer& lexer, const Token& token);
   void film(PbrtLexer& lexer, const Token& token);
-  void pixel_filter(PbrtLexer& lexer, const Token& token);
-  void integrator(PbrtLexer& lexer, const Token& token);
-  void sampler(PbrtLexer& lexer, const Token& token);
   void color_space(PbrtLexer& lexer, const Token& token);
   void option(PbrtLexer& lexer, const Token& token);
   void check_camera();
+
+  // pbrt_rendering.cpp
+  void integrator(PbrtLexer& lexer, const Token& token);
+  void sampler(PbrtLexer& lexer, const Token& token);
+  void accelerator(PbrtLexer& lexer, const Token& token);
+  void pixel_filter(PbrtLexer& lexer, const Token& token);
+  void accept_known(PbrtLexer& lexer, const Token& token, std::string_view kind);
 
   // pbrt_shapes.cpp
   void shape(PbrtLexer& lexer, const Token& token);
@@ -170,13 +176,12 @@ class PbrtReader {
   // Helpers of all of them.
   std::string expect_string(PbrtLexer& lexer, const std::string& what) const;
   float expect_number(PbrtLexer& lexer, const std::string& what) const;
-  std::string resolve(const PbrtLexer& lexer, const std::string& file) const;
   void warn(const Location& where, const std::string& what) { scene_.warnings.push_back(where.text() + ": " + what); }
   static std::string titled(std::string_view directive, const std::string& name) {
     return std::string(directive) + " \"" + name + "\"";
   }
 
-  std::string first_file_;
+  SceneFiles files_;
   Scene scene_;
   bool in_world_ = false, world_ended_ = false;
   int include_depth_ = 0;

@@ -119,8 +119,9 @@ void PbrtReader::ply_mesh(PbrtLexer& lexer, const PbrtParams& params) {
   const std::string file = params.string("filename", "");
   if (file.empty()) params.fail("filename", "is missing");
   params.reject("displacement", "surfaces are not displaced");
+  const SceneFiles::File read = files_.read(file, *lexer.file(), params.where("filename"));
   try {
-    place(read_ply(resolve(lexer, file)), params, "'" + file + "'");
+    place(parse_ply(read.bytes, read.path), params, "'" + file + "'");
   } catch (const Error& e) {
     throw Error(params.where("filename"), e.what());
   }
@@ -142,7 +143,8 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
       throw Error(params.where(), fmt::format("{}: placed, a vertex lies beyond {:g} m", params.owner(), farthest));
   }
   for (vec3& n : mesh.normals) n = reverse ? -t.normal(n) : t.normal(n);
-  mend_attributes(mesh);
+  mend_attributes(mesh, name);
+  for (const std::string& warning : mesh.warnings) warn(params.where(), warning);
   const std::size_t triangles = mesh.triangles.size();
   Definition& definition = open_definition_ ? *open_definition_ : world_;
   const std::uint64_t invalid = definition.parts[0].builder.add(std::move(mesh), look(params, reverse != t.swaps_handedness()));

@@ -127,14 +127,11 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
   params.ignore({"trilinear", "maxanisotropy"});
   ImageTexture texture{
       .size = {}, .texels = {}, .uv_scale = mapping.scale, .uv_offset = mapping.offset, .gain = params.number("scale", 1, 0)};
-  try {
-    RgbImage image = read_image(resolve(lexer, file), read_encoding(params));
-    warn_of_not_finite(image, params.where("filename"), file);
-    texture.size = image.size;
-    texture.texels = std::move(image.texels);
-  } catch (const Error& e) {
-    throw Error(params.where("filename"), e.what());
-  }
+  const Encoding encoding = read_encoding(params);
+  RgbImage image = files_.image(file, *lexer.file(), params.where("filename"), encoding);
+  warn_of_not_finite(image, params.where("filename"), file);
+  texture.size = image.size;
+  texture.texels = std::move(image.texels);
   if (params.boolean("invert", false)) {
     for (Rgb& texel : texture.texels) texel = glm::max(Rgb(1) - texture.gain * texel, Rgb(0));
     texture.gain = 1;
@@ -143,8 +140,11 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
 }
 
 void PbrtReader::warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file) {
-  if (image.not_finite > 0)
-    warn(where, fmt::format("'{}' holds NaN or infinity in {} texels, which are taken as 0", file, image.not_finite));
+  if (image.not_finite == 0) return;
+  std::string at;
+  for (const ivec2& texel : image.first_not_finite) at += fmt::format("{} ({}, {})", at.empty() ? "" : ",", texel.x, texel.y);
+  warn(where, fmt::format("'{}' holds NaN or infinity in {} texels, which are taken as 0: at{} (column, row)", file,
+                          image.not_finite, at + (image.not_finite > image.first_not_finite.size() ? ", ..." : "")));
 }
 
 Texture PbrtReader::checker_texture(const PbrtParams& params, TextureMap& textures) {

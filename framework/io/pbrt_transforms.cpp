@@ -59,7 +59,7 @@ Transform PbrtReader::read_matrix(PbrtLexer& lexer, const Token& token) const {
   for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = expect_number(lexer, name);
   if (bracketed)
     if (const Token close = lexer.next(); close.kind != TokenKind::close)
-      throw Error(lexer.where(close), fmt::format("{}: expected ] after 16 numbers, found {}", name, describe(close)));
+      throw Error(lexer.where(close), fmt::format("{}: expected ] after 16 numbers, found {}", name, lexer.describe(close)));
   for (int i = 0; i < 4; ++i) {
     const float affine = i < 3 ? 0 : 1;
     if (std::abs(m[i][3] - affine) > 1e-6f)
@@ -97,7 +97,8 @@ void PbrtReader::coord_sys_transform(PbrtLexer& lexer, const Token&) {
 void PbrtReader::active_transform(PbrtLexer& lexer, const Token&) {
   const Token which = lexer.next();
   if (which.kind != TokenKind::word || which.text != "All")
-    throw Error(lexer.where(which), fmt::format("ActiveTransform: expected All (nothing moves), found {}", describe(which)));
+    throw Error(lexer.where(which),
+                fmt::format("ActiveTransform: expected All (nothing moves), found {}", lexer.describe(which)));
 }
 
 }  // namespace etendue

@@ -223,7 +223,7 @@ TriangleMesh parse_ply(std::string_view bytes, const std::string& name) {
     mesh = BodyReader(header, BinarySource<false>(bytes, header.body, name)).read();
   else
     mesh = BodyReader(header, BinarySource<true>(bytes, header.body, name)).read();
-  mend_attributes(mesh);
+  mend_attributes(mesh, name);
   return mesh;
 }
 

@@ -49,7 +49,8 @@ class HeaderReader {
 
   Header read() {
     if (next() != "ply") fail("expected 'ply', the first word of a PLY file");
-    end_line();
+    if (!next().empty()) fail("no PLY file: expected 'ply' alone on the first line");
+    words_.next_line();
     bool has_format = false;
     for (;;) {
       if (words_.at_end()) fail("the header has no 'end_header'");
@@ -64,7 +65,7 @@ class HeaderReader {
       } else if (keyword == "end_header") {
         break;
       } else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
-        fail(fmt::format("expected format, element, property, comment or end_header, found {}", quoted(keyword)));
+        fail("expected format, element, property, comment or end_header" + (has_format ? ", found " + quoted(keyword) : ""));
       }
       keyword == "comment" || keyword == "obj_info" ? words_.next_line() : end_line();
     }
@@ -96,9 +97,8 @@ class HeaderReader {
     else if (format == "binary_big_endian")
       header_.format = Format::big;
     else
-      fail(fmt::format("unknown format {}; expected ascii, binary_little_endian or binary_big_endian", quoted(format)));
-    if (const std::string_view version = next(); version != "1.0")
-      fail(fmt::format("expected version 1.0, found {}", quoted(version)));
+      fail("unknown format; expected ascii, binary_little_endian or binary_big_endian");
+    if (next() != "1.0") fail("expected version 1.0");
   }
 
   void read_element() {

@@ -38,6 +38,9 @@ class SmfReader {
   }
   [[noreturn]] void fail(const std::string& what) const { throw Error(location_at(name_, text_, word_), what); }
 
+  // Of a file without a vertex, which may be no mesh, nothing is shown.
+  std::string found(std::string_view word) const { return mesh_.positions.empty() ? "" : ", found " + quoted(word); }
+
   void read_line() {
     static const std::vector<std::string> known{"v", "f", "begin", "end", "bind", "n", "c", "r", "tex"};
     constexpr std::array<std::string_view, 6> transforms{"trans", "scale", "rot", "mmult", "mload", "set"};
@@ -60,6 +63,7 @@ class SmfReader {
     } else if (in(transforms, keyword)) {
       fail(fmt::format("'{}' is not supported: apply it to the vertices", keyword));
     } else {
+      if (mesh_.positions.empty()) fail("no SMF file: expected v, f, begin or another of its keywords");
       fail(unknown_name("keyword", keyword, known));
     }
   }
@@ -69,13 +73,10 @@ class SmfReader {
     for (int i = 0; i < 3; ++i) {
       const std::string_view word = next();
       const auto number = parse_number(word);
-      if (!number)
-        fail(word.empty() ? std::string("expected 3 numbers after 'v'")
-                          : fmt::format("expected a number, found {}", quoted(word)));
+      if (!number) fail(word.empty() ? std::string("expected 3 numbers after 'v'") : "expected a number" + found(word));
       p[i] = static_cast<float>(*number);
     }
-    if (const std::string_view word = next(); !word.empty())
-      fail(fmt::format("expected 3 numbers after 'v', found {} as well", quoted(word)));
+    if (const std::string_view word = next(); !word.empty()) fail("expected 3 numbers after 'v'" + found(word));
     mesh_.positions.push_back(p);
   }
 
@@ -100,8 +101,7 @@ class SmfReader {
   std::int64_t read_index(std::string_view word) const {
     std::int64_t index = 0;
     const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), index);
-    if (error != std::errc() || stop != word.data() + word.size())
-      fail(fmt::format("expected the index of a vertex, found {}", quoted(word)));
+    if (error != std::errc() || stop != word.data() + word.size()) fail("expected the index of a vertex" + found(word));
     if (index == 0 || index < -vertex_count() || index > 0x7fffffff)
       fail(fmt::format("vertex {}, but there are {} so far (indices count from 1, or back from -1)", index, vertex_count()));
     return index < 0 ? vertex_count() + index : blocks_.back() + index - 1;

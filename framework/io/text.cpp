@@ -1,38 +1,73 @@
 #include "framework/io/text.h"
 
+#include "framework/core/memory.h"
+
 #include <fmt/format.h>
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <limits>
-#include <memory>
 
 namespace etendue {
 
-std::string read_file(const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) throw Error(fmt::format("cannot read '{}': it is a directory", path));
-  // Some of them never end.
-  if (std::filesystem::is_character_file(path, ignored)) throw Error(fmt::format("cannot read '{}': it is a device", path));
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
-  if (!file) throw Error(fmt::format("cannot open '{}': {}", path, std::strerror(errno)));
-  std::string bytes;
-  const auto size = std::filesystem::file_size(path, ignored);
-  if (!ignored) bytes.reserve(size + 1);
-  for (std::size_t used = 0;;) {
-    bytes.resize(std::max<std::size_t>(bytes.capacity(), used + 65536));
-    const std::size_t count = std::fread(bytes.data() + used, 1, bytes.size() - used, file.get());
-    used += count;
-    if (used == bytes.size()) continue;
-    bytes.resize(used);
-    break;
+namespace {
+
+// To look how much memory is free takes longer than to read a smaller file.
+constexpr std::size_t look_above_bytes = std::size_t{1} << 26;
+
+struct OpenFile {
+  int descriptor;
+  explicit OpenFile(int d) : descriptor(d) {}
+  ~OpenFile() {
+    if (descriptor >= 0) ::close(descriptor);
   }
-  if (std::ferror(file.get())) throw Error(fmt::format("cannot read '{}': {}", path, std::strerror(errno)));
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+};
+
+const char* kind_of(mode_t mode) {
+  if (S_ISDIR(mode)) return "a directory";
+  if (S_ISFIFO(mode)) return "a FIFO";
+  if (S_ISSOCK(mode)) return "a socket";
+  return "a device";
+}
+
+}  // namespace
+
+std::string read_file(const std::string& path) {
+  const auto fail = [&](const std::string& what) { throw Error(fmt::format("cannot read '{}': {}", path, what)); };
+  // Without O_NONBLOCK a FIFO would wait for a writer here, and a terminal for its line.
+  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (file.descriptor < 0) throw Error(fmt::format("cannot open '{}': {}", path, std::strerror(errno)));
+  struct stat status {};
+  if (::fstat(file.descriptor, &status) != 0) fail(std::strerror(errno));
+  if (!S_ISREG(status.st_mode)) fail(fmt::format("it is {}; expected a regular file", kind_of(status.st_mode)));
+  const auto size = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
+  if (size >= look_above_bytes) require_memory(static_cast<double>(size), {}, etendue::quoted(path), "a smaller file");
+  std::string bytes;
+  // What grows while it is read ends at its limit; files of the system state a size of 0.
+  const std::size_t most = size + look_above_bytes;
+  bytes.resize(size + 4096);
+  for (std::size_t used = 0;;) {
+    const ssize_t count = ::read(file.descriptor, bytes.data() + used, bytes.size() - used);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(std::strerror(errno));
+    used += static_cast<std::size_t>(count);
+    if (used > most) fail(fmt::format("it grows: {} bytes were announced, and there are more than {}", size, most));
+    if (count == 0) {
+      bytes.resize(used);
+      break;
+    }
+    if (used == bytes.size()) bytes.resize(2 * used);
+  }
   if (bytes.starts_with("\x1f\x8b")) throw Error(fmt::format("'{}' is gzip-compressed: decompress it first", path));
   return bytes;
 }

@@ -223,7 +223,7 @@ TEST(PbrtFiles, IncludeImportAndMeshesAreFoundFromTheirFile) {
   EXPECT_ERROR(load_scene(main), "parts/a.pbrt:1:7: unknown shape 'spher'; did you mean 'sphere'");
   directory.write("parts/mesh.ply", "ply\nformat");
   directory.write("parts/a.pbrt", "Shape \"plymesh\" \"string filename\" \"mesh.ply\"");
-  EXPECT_ERROR(load_scene(main), "mesh.ply:2:7: unknown format ''");
+  EXPECT_ERROR(load_scene(main), "mesh.ply:2:7: unknown format");
   EXPECT_ERROR(world("Include \"absent.pbrt\""), "s.pbrt:3:9: cannot open 'absent.pbrt'");
 }
 

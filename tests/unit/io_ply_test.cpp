@@ -180,7 +180,7 @@ TEST(PlyReader, LyingHeaderIsRefusedBeforeAllocation) {
 TEST(PlyReader, HeaderErrorsNameTheirPlace) {
   EXPECT_ERROR(parse_ply("", "m.ply"), "m.ply:1:1: expected 'ply'");
   EXPECT_ERROR(parse_ply("plyx\n", "m.ply"), "expected 'ply'");
-  EXPECT_ERROR(parse_ply("ply\nformat text 1.0\n", "m.ply"), "m.ply:2:8: unknown format 'text'");
+  EXPECT_ERROR(parse_ply("ply\nformat text 1.0\n", "m.ply"), "m.ply:2:8: unknown format; expected ascii");
   EXPECT_ERROR(parse_ply("ply\nformat ascii 2.0\n", "m.ply"), "m.ply:2:14: expected version 1.0");
   EXPECT_ERROR(parse_ply("ply\nelement vertex 3\nend_header\n", "m.ply"), "no 'format'");
   EXPECT_ERROR(parse_ply("ply\nformat ascii 1.0\nproperty float x\n", "m.ply"), "m.ply:3:1: a property before");

@@ -1,0 +1,64 @@
+// The files that the file of a scene names: where they may lie, and how much may be read of them.
+//
+// A scene from elsewhere is not trusted: it must neither read what lies beside it on the disk unnoticed, nor take a reader's
+// time or memory without end. So all that it names is read here.
+//
+//   place    a file outside the folder of the scene and the folders below it, symbolic links resolved, is told in a warning;
+//            where the scene is confined, it is an error
+//   includes 10,000 files and 1 GiB in all, each counted as often as it is included, at most 32 deep
+//   memory   what is read, and the texels it becomes, must fit into the memory that is free
+#pragma once
+
+#include "framework/core/error.h"
+#include "framework/io/image_file.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct SceneReading {
+  bool confined = false;  // a file outside the scene's folder is an error
+};
+
+// Every function throws Error, at the place that is given, where a file cannot be read.
+class SceneFiles {
+ public:
+  static constexpr int most_nested_includes = 32;
+  static constexpr std::uint64_t most_includes = 10'000, most_included_bytes = std::uint64_t{1} << 30;
+
+  SceneFiles(std::string first_file, const SceneReading& reading);
+
+  const std::string& first_file() const { return first_file_; }
+
+  struct File {
+    std::string path;  // as messages name it
+    std::string bytes;
+  };
+  // `name`: relative to the folder of the file `named_in`, else to that of the first file.
+  File read(const std::string& name, const std::string& named_in, const Location& where);
+  File include(const std::string& name, const std::string& named_in, const Location& where);
+  RgbImage image(const std::string& name, const std::string& named_in, const Location& where,
+                 Encoding encoding = Encoding::srgb);
+
+  // Of files outside the scene's folder: the first ten by name, and how many more there are.
+  std::vector<std::string> warnings() const;
+
+ private:
+  std::string resolve(const std::string& name, const std::string& named_in) const;
+  void check_place(const std::string& path, const std::string& name, const Location& where);
+  void need_memory(std::uint64_t bytes, const std::string& name);
+
+  std::string first_file_;
+  bool confined_;
+  std::filesystem::path folder_;  // of the first file, symbolic links resolved
+  std::set<std::filesystem::path> outside_;
+  std::vector<std::string> outside_warnings_;
+  std::uint64_t includes_ = 0, included_bytes_ = 0;
+  std::uint64_t unchecked_bytes_ = 0;  // taken since the free memory was looked at
+};
+
+}  // namespace etendue

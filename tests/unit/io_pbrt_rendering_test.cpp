@@ -1,0 +1,72 @@
+// Integrator, Sampler, PixelFilter and Accelerator: pbrt's names and parameters are known, all others refused.
+#include "tests/unit/io_pbrt_helpers.h"
+
+namespace etendue {
+namespace {
+
+Scene with(const std::string& directives) {
+  return parse_pbrt("Camera \"perspective\"\n" + directives + "\nWorldBegin\nLightSource \"point\"\n" + triangle, "s.pbrt");
+}
+
+TEST(PbrtRendering, MisspeltNamesAreErrors) {
+  EXPECT_ERROR(with("Integrator \"patth\" \"integer maxdepth\" 1"),
+               "s.pbrt:2:12: unknown integrator 'patth'; did you mean 'path'");
+  EXPECT_ERROR(with("Sampler \"haltton\""), "s.pbrt:2:9: unknown sampler 'haltton'; did you mean 'halton'");
+  EXPECT_ERROR(with("PixelFilter \"gausian\""), "s.pbrt:2:13: unknown pixel filter 'gausian'; did you mean 'gaussian'");
+  EXPECT_ERROR(with("Accelerator \"bhv\""), "s.pbrt:2:13: unknown accelerator 'bhv'; did you mean 'bvh'");
+  EXPECT_ERROR(with("ColorSpace \"srgbb\""), "s.pbrt:2:12: unknown colour space 'srgbb'; did you mean 'srgb'");
+  EXPECT_ERROR(with("Film \"rgbb\""), "s.pbrt:2:6: unknown film 'rgbb'; did you mean 'rgb'");
+}
+
+TEST(PbrtRendering, MisspeltParametersAreErrors) {
+  const std::string known = "; did you mean 'maxdepth'?";
+  for (const char* name : {"path", "volpath", "bdpt", "sppm", "mlt", "directlighting", "whitted", "randomwalk", "simplepath"})
+    EXPECT_ERROR(with(std::string("Integrator \"") + name + "\" \"integer maxxdepth\" 1"),
+                 std::string("s.pbrt:2:") + std::to_string(15 + std::string_view(name).size()) + ": Integrator \"" + name +
+                     "\": unknown parameter 'maxxdepth'" + known);
+  EXPECT_ERROR(with("Sampler \"halton\" \"integer foo\" 4"), "s.pbrt:2:18: Sampler \"halton\": unknown parameter 'foo'");
+  EXPECT_ERROR(with("Sampler \"zsobol\" \"integer pixelsample\" 4"), "did you mean 'pixelsamples'");
+  EXPECT_ERROR(with("PixelFilter \"box\" \"float xradiuss\" 1"), "did you mean 'xradius'");
+  EXPECT_ERROR(with("PixelFilter \"gaussian\" \"float B\" 1"), "unknown parameter 'B'");
+  EXPECT_ERROR(with("Accelerator \"bvh\" \"integer maxnodeprim\" 1"), "did you mean 'maxnodeprims'");
+  EXPECT_ERROR(with("Film \"rgb\" \"integer xresolutio\" 1"), "did you mean 'xresolution'");
+  EXPECT_ERROR(with("Option \"integer sed\" 1"), "did you mean 'seed'");
+  EXPECT_ERROR(parse_pbrt("Camera \"perspective\" \"float fovv\" 1\nWorldBegin\n", "s.pbrt"), "did you mean 'fov'");
+}
+
+TEST(PbrtRendering, ParametersHaveTheirTypes) {
+  EXPECT_ERROR(with("Integrator \"path\" \"float maxdepth\" 1"), "'maxdepth' is of type float; expected integer");
+  EXPECT_ERROR(with("Sampler \"halton\" \"string pixelsamples\" \"4\""), "'pixelsamples' is of type string; expected integer");
+  EXPECT_ERROR(with("PixelFilter \"box\" \"bool xradius\" true"), "'xradius' is of type bool; expected float");
+  EXPECT_ERROR(with("Integrator \"path\" \"integer maxdepth\" [1 2]"), "'maxdepth' has 2 values; expected one");
+}
+
+TEST(PbrtRendering, PbrtsOwnAreAccepted) {
+  for (const char* accepted :
+       {"Integrator \"path\" \"integer maxdepth\" 7 \"string lightsampler\" \"power\" \"bool regularize\" false",
+        "Integrator \"path\" \"float rrthreshold\" 1 \"string lightsamplestrategy\" \"spatial\"",
+        "Integrator \"bdpt\" \"bool visualizestrategies\" false", "Integrator \"simplepath\" \"bool samplebsdf\" true",
+        "Integrator \"sppm\" \"integer photonsperiteration\" -1 \"float radius\" 0.1 \"integer numiterations\" 64",
+        "Integrator \"mlt\" \"integer chains\" 1000 \"float sigma\" 0.01",
+        "Sampler \"halton\" \"integer pixelsamples\" 4 \"string randomization\" \"owen\" \"integer seed\" 3",
+        "Sampler \"stratified\" \"bool jitter\" true \"integer xsamples\" 4 \"integer ysamples\" 4",
+        "Sampler \"02sequence\" \"integer pixelsamples\" 4 \"integer dimensions\" 2", "Sampler \"independent\"",
+        "Accelerator \"bvh\" \"string splitmethod\" \"sah\"", "Accelerator \"kdtree\" \"float emptybonus\" 0.5",
+        "PixelFilter \"box\" \"float xradius\" 0.5", "Option \"bool disablepixeljitter\" false"}) {
+    Scene scene;
+    ASSERT_EQ(error_of([&] { scene = with(accepted); }), "") << accepted;
+    EXPECT_TRUE(scene.warnings.empty()) << accepted << ": " << scene.warnings.front();
+  }
+  EXPECT_EQ(with("Integrator \"path\" \"integer maxdepth\" 7").max_depth, 7);
+}
+
+TEST(PbrtRendering, WhatWouldChangeTheImageIsTold) {
+  EXPECT_TRUE(
+      warns(with("Integrator \"volpath\" \"bool regularize\" true"), "s.pbrt:2:22: Integrator: 'regularize' has no effect"));
+  EXPECT_TRUE(warns(with("Integrator \"path\" \"integer pixelbounds\" [0 1 0 1]"), "'pixelbounds' has no effect"));
+  EXPECT_TRUE(warns(with("Integrator \"whitted\""), "s.pbrt:2:12: Integrator \"whitted\" shows a part of the light in pbrt"));
+  EXPECT_TRUE(warns(with("PixelFilter \"mitchell\" \"float B\" 0.3"), "filtered with a box"));
+}
+
+}  // namespace
+}  // namespace etendue
