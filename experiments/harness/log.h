@@ -9,7 +9,8 @@
 //               is another than before, what was logged of the scene until then no longer counts
 //   reference   what a scene's error is measured against: scene, scene_hash, source, file (relative, or "" for a closed form
 //               evaluated on the spot) with its size and hash, mse_floor (variance of its mean), checks (text of the agreement
-//               test). Where the file's hash is another than before, the scene's cells until then no longer count
+//               test), warnings of the scene's reader. Where the file's hash is another than before, the scene's cells until
+//               then no longer count
 //   structure   a structure built over a scene: keys of StructureRecord
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
 //   animation   a scene in motion under several policies of change: keys of AnimationRecord
@@ -34,6 +35,7 @@
 #include "experiments/search/search_record.h"
 #include "framework/io/whole_file.h"
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -67,6 +69,7 @@ struct ReferenceRecord {
   double mse_floor = 0;
   int width = 0, height = 0;
   FileStamp stamp = {};
+  std::vector<std::string> warnings = {};  // of the scene's reader: what was left out or replaced, and what is not finite
 };
 
 struct CheckpointRecord {
@@ -98,6 +101,8 @@ struct CellRecord {
   std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept
   FileStamp image_stamp = {}, strip_stamp = {};
   std::optional<std::uint64_t> checkpoints = {};  // that stand before it
+  // Of the first ten non-finite samples, for replay: column, row, iteration.
+  std::vector<std::array<std::uint32_t, 3>> non_finite_at = {};
 };
 
 struct StructureRecord {

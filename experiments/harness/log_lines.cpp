@@ -75,6 +75,7 @@ std::string to_json_line(const ReferenceRecord& r) {
             {"source", r.source},  {"file", r.file},     {"mse_floor", finite(r.mse_floor)},
             {"width", r.width},    {"height", r.height}, {"checks", r.checks}};
   put_stamp(json, "file", r.stamp);
+  if (!r.warnings.empty()) json["warnings"] = r.warnings;
   return dump(json);
 }
 
@@ -151,6 +152,7 @@ std::string to_json_line(const CellRecord& r) {
   if (!r.strip.empty()) json["strip"] = r.strip;
   put_stamp(json, "strip", r.strip_stamp);
   if (r.checkpoints) json["checkpoints"] = *r.checkpoints;
+  if (!r.non_finite_at.empty()) json["non_finite_at"] = r.non_finite_at;
   return dump(json);
 }
 
@@ -166,8 +168,11 @@ ManifestRecord read_manifest(const Json& j) {
 }
 
 ReferenceRecord read_reference(const Json& j) {
-  return {j.at("scene"),     j.at("scene_hash"), j.at("source"), j.at("file"),         j.at("checks"),
-          j.at("mse_floor"), j.at("width"),      j.at("height"), read_stamp(j, "file")};
+  return {j.at("scene"),         j.at("scene_hash"),
+          j.at("source"),        j.at("file"),
+          j.at("checks"),        j.at("mse_floor"),
+          j.at("width"),         j.at("height"),
+          read_stamp(j, "file"), j.value("warnings", std::vector<std::string>{})};
 }
 
 PlanRecord read_plan(const Json& j) {
@@ -239,6 +244,7 @@ CellRecord read_cell(const Json& j) {
   r.image_stamp = read_stamp(j, "image");
   r.strip_stamp = read_stamp(j, "strip");
   if (const auto count = j.find("checkpoints"); count != j.end()) r.checkpoints = count->get<std::uint64_t>();
+  r.non_finite_at = j.value("non_finite_at", r.non_finite_at);
   return r;
 }
 

@@ -207,7 +207,8 @@ ReferenceRecord reference_record(const std::string& scene_name, const Scene& sce
           rendered.mse_floor,
           rendered.image.size.x,
           rendered.image.size.y,
-          stamp};
+          stamp,
+          scene.warnings};
 }
 
 Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache) {

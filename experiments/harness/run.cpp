@@ -280,6 +280,10 @@ class Execution {
     record.note = result.expectation.note;
     record.fallback = result.fallback;
     if (result.non_finite.empty()) return;
+    for (const NonFiniteSample& sample : result.non_finite)
+      if (record.non_finite_at.size() < 10)
+        record.non_finite_at.push_back(
+            {static_cast<std::uint32_t>(sample.pixel.x), static_cast<std::uint32_t>(sample.pixel.y), sample.iteration});
     const NonFiniteSample& first = result.non_finite.front();
     record.note +=
         fmt::format("{}{} non-finite samples, the first at pixel ({}, {}), iteration {}", record.note.empty() ? "" : "; ",

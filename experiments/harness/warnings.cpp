@@ -107,21 +107,50 @@ void warn_of_fallbacks(const ReportData& data, std::vector<std::string>& warning
   for (const CellRecord& cell : data.log->cells) tell(cell.cell.scene, cell.cell.accel, cell.fallback);
 }
 
+// What the readers left out, replaced or found not finite: the image is of another scene than its files say.
+void warn_of_scenes(const ReportData& data, std::vector<std::string>& warnings) {
+  constexpr std::size_t most_told = 10;
+  for (const SceneData& scene : data.scenes) {
+    if (scene.reference == nullptr) continue;
+    std::vector<std::string> told = scene.reference->warnings;
+    std::stable_partition(told.begin(), told.end(),
+                          [](const std::string& w) { return w.find("NaN or infinity") != std::string::npos; });
+    const std::size_t more = told.size() - std::min(told.size(), most_told);
+    told.resize(told.size() - more);
+    for (const std::string& warning : told)
+      warnings.push_back(warning.starts_with(scene.name + ":") ? warning : scene.name + ": " + warning);
+    if (more > 0) warnings.push_back(fmt::format("{}: {} more warnings of its reader stand in the log.", scene.name, more));
+  }
+}
+
+// "seed 3: pixel (4, 5), iteration 6": the first ten of all cells.
+std::string non_finite_places(const std::vector<const CellRecord*>& cells) {
+  std::vector<std::string> places;
+  for (const CellRecord* cell : cells)
+    for (const auto& [x, y, iteration] : cell->non_finite_at)
+      if (places.size() < 10)
+        places.push_back(
+            fmt::format("{} seed {} pixel ({}, {}) iteration {}", cell->cell.integrator, cell->cell.seed, x, y, iteration));
+  return places.empty() ? "" : " First: " + enumerate(places, "; ", 10) + ".";
+}
+
 void warn_of_runs(const ReportData& data, std::vector<std::string>& warnings) {
   if (data.failed > 0)
     warnings.push_back(fmt::format("{} of {} cells failed; they are listed below.", data.failed, data.failed + data.done));
   std::uint64_t non_finite = 0;
   std::set<std::string> sources;
+  std::vector<const CellRecord*> cells;
   for (const SceneData& scene : data.scenes)
     for (const Configuration& configuration : scene.configurations)
       for (const Replicate& replicate : configuration.replicates)
         if (replicate.last()->non_finite > 0) {
           non_finite += replicate.last()->non_finite;
+          cells.push_back(replicate.cell);
           sources.insert(fmt::format("{} on {}", label(data, configuration), scene.name));
         }
   if (non_finite > 0)
-    warnings.push_back(fmt::format("{} non-finite samples were dropped: {}.", non_finite,
-                                   enumerate({sources.begin(), sources.end()}, ", ", 6)));
+    warnings.push_back(fmt::format("{} non-finite samples were dropped: {}.{}", non_finite,
+                                   enumerate({sources.begin(), sources.end()}, ", ", 6), non_finite_places(cells)));
   for (const StructureRecord& record : data.log->structures)
     if (record.disagreements > 0)
       warnings.push_back(fmt::format("{}: {} gave {} wrong answers to {} rays.", record.scene, record.structure,
@@ -153,6 +182,7 @@ std::vector<std::string> warnings_of(const ReportData& data) {
   std::vector<std::string> warnings;
   for (const std::string& finding : data.findings) warnings.push_back(finding + ".");
   warn_of_runs(data, warnings);
+  warn_of_scenes(data, warnings);
   warn_of_fallbacks(data, warnings);
   warn_of_references(data, warnings);
   warn_of_bias(data, warnings);

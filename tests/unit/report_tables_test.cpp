@@ -288,6 +288,17 @@ TEST(Warnings, NoisyReferenceIsFlaggedAboveOnePercent) {
   EXPECT_TRUE(warns(log, "own variance"));
 }
 
+TEST(Warnings, WhatTheReadersFoundIsSaid) {
+  RunLog log = small_log();
+  const std::string scene = log.references[0].scene;
+  for (int i = 0; i < 12; ++i) log.references[0].warnings.push_back("s.pbrt:" + std::to_string(i + 1) + ":1: skipped");
+  log.references[0].warnings.push_back("s.pbrt:20:1: 'a.exr' holds NaN or infinity in 3 texels");
+  EXPECT_TRUE(warns(log, scene + ": s.pbrt:20:1: 'a.exr' holds NaN or infinity in 3 texels")) << "before what is less";
+  EXPECT_TRUE(warns(log, "s.pbrt:9:1: skipped"));
+  EXPECT_FALSE(warns(log, "s.pbrt:10:1: skipped"));
+  EXPECT_TRUE(warns(log, scene + ": 3 more warnings of its reader stand in the log."));
+}
+
 TEST(Warnings, OneSeedFailuresAndNonFiniteSamplesAreSaid) {
   RunLog log;
   log.references.push_back(reference("room"));
@@ -295,6 +306,9 @@ TEST(Warnings, OneSeedFailuresAndNonFiniteSamplesAreSaid) {
   EXPECT_TRUE(warns(log, "One seed"));
   log.checkpoints.back().non_finite = 3;
   EXPECT_TRUE(warns(log, "3 non-finite samples"));
+  log.cells.back().non_finite_at = {{4, 5, 6}, {7, 8, 9}};
+  EXPECT_TRUE(warns(log, "seed 1 pixel (4, 5) iteration 6;"));
+  EXPECT_TRUE(warns(log, "pixel (7, 8) iteration 9."));
   EXPECT_FALSE(warns(small_log(), "One seed"));
   EXPECT_FALSE(warns(small_log(), "non-finite"));
 }
