@@ -4,10 +4,19 @@
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 #include <algorithm>
 #include <charconv>
 #include <optional>
+
+namespace etendue {
+[[noreturn]] static void fail_assumption() { throw Error("a key or table that is malformed"); }
+}  // namespace etendue
+
+// The parser assumes of some inputs what they do not hold ("[[[a]"), and anything may follow: what it assumes is checked.
+#include <toml++/impl/preprocessor.h>
+#undef TOML_ASSERT_ASSUME
+#define TOML_ASSERT_ASSUME(condition) ((condition) ? static_cast<void>(0) : ::etendue::fail_assumption())
+#include <toml++/toml.h>
 
 namespace etendue {
 
@@ -115,11 +124,16 @@ const char* type_name(const ConfigNode& node) {
 }
 
 ConfigNode parse_config(std::string_view text, const std::string& path) {
-  try {
-    return convert(toml::parse(text, std::string_view(path)), path);
-  } catch (const toml::parse_error& e) {
-    throw Error(location(path, e.source()), fmt::format("not TOML: {}", e.description()));
-  }
+  const auto parse = [&] {
+    try {
+      return toml::parse(text, std::string_view(path));
+    } catch (const toml::parse_error& e) {
+      throw Error(location(path, e.source()), fmt::format("not TOML: {}", e.description()));
+    } catch (const Error& e) {  // of fail_assumption, which knows no place
+      throw Error(Location{path}, fmt::format("not TOML: {}", e.what()));
+    }
+  };
+  return convert(parse(), path);
 }
 
 std::string read_config_text(const std::string& path) {

@@ -45,11 +45,14 @@ Error::Error(const Location& where, const std::string& what)
     : std::runtime_error(where.file.empty() ? what : where.text() + ": " + what) {}
 
 std::vector<std::string> nearest_names(std::string_view word, std::span<const std::string> names, std::size_t most) {
+  const std::size_t farthest = std::max<std::size_t>(2, word.size() / 3);
   std::vector<std::pair<std::size_t, std::string>> ranked;
   for (const std::string& name : names) {
-    std::size_t distance = edit_distance(word, name);
+    // Lengths that differ by more need as many edits: a word of megabytes is not compared.
+    const std::size_t lengths = std::max(word.size(), name.size()) - std::min(word.size(), name.size());
+    std::size_t distance = lengths > farthest ? lengths : edit_distance(word, name);
     if (word.size() >= 3 && name.find(word) != std::string::npos) distance = std::min<std::size_t>(distance, 1);
-    if (distance <= std::max<std::size_t>(2, word.size() / 3)) ranked.emplace_back(distance, name);
+    if (distance <= farthest) ranked.emplace_back(distance, name);
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   if (ranked.size() > most) ranked.resize(most);
