@@ -74,6 +74,8 @@ void check_size(int width, int height, std::size_t bytes) {
 // The segments up to the image data are walked; after that, where no segment but a table's holds these bytes, every one is
 // checked.
 void check_huffman_tables(std::string_view bytes) {
+  // No format begins so; stb would take it for padding before a JPEG's first marker.
+  if (bytes.starts_with("\xff\xff")) throw Error("neither PNG, JPEG, TGA, HDR nor EXR, or damaged");
   if (!bytes.starts_with("\xff\xd8")) return;
   const auto byte = [&](std::size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u; };
   bool in_data = false;
