@@ -1,0 +1,9 @@
+// pbrt scenes. They are confined to a folder that does not exist: no file of the disk is read.
+#include "framework/io/pbrt.h"
+#include "tests/fuzz/fuzz_input.h"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace etendue;
+  return fuzz::expect_read_or_refused(
+      [&] { (void)parse_pbrt(fuzz::text_of(data, size), "/nonexistent-folder/s.pbrt", {.confined = true}); });
+}
