@@ -69,7 +69,8 @@ class Log : public ::testing::Test {
 TEST_F(Log, RecordsAreReadBackExactly) {
   const ManifestRecord manifest{
       "id", "0.1", "abc", "GCC", "-O2", "cpu", "title", "hash", 7, "a.toml", "--quick", "title = \"t\"\n", 2.5};
-  const ReferenceRecord reference{"s", "h", "closed form", "references/s.exr", "agree", 1e-7, 64, 32, {"a warning"}};
+  ReferenceRecord reference{"s", "h", "closed form", "references/s.exr", "agree", 1e-7, 64, 32};
+  reference.warnings = {"a warning"};
   StructureRecord structure;
   structure.scene = "s";
   structure.structure = "sah";
