@@ -20,7 +20,7 @@ import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-TIERS = ("unit", "statistical", "oracle", "agreement")
+TIERS = ("unit", "statistical", "oracle", "agreement", "faults")
 REQUIRED_SHARE = 0.9
 
 
