@@ -17,9 +17,8 @@ inline FourFloats smaller(FourFloats a, FourFloats b) { return a < b ? a : b; }
 inline FourFloats larger(FourFloats a, FourFloats b) { return a > b ? a : b; }
 
 inline FourFloats cross(FourFloats a, FourFloats b) {
-  constexpr FourInts yzx{1, 2, 0, 3};
-  const FourFloats zxy = a * __builtin_shuffle(b, yzx) - __builtin_shuffle(a, yzx) * b;
-  return __builtin_shuffle(zxy, yzx);
+  const auto yzx = [](FourFloats v) { return __builtin_shufflevector(v, v, 1, 2, 0, 3); };
+  return yzx(a * yzx(b) - yzx(a) * b);
 }
 
 // Bounds::centre, by two loads that overlap. The fourth lane does not count, but is finite where the box is.
@@ -28,7 +27,7 @@ inline FourFloats centre_of(const Bounds& b) {
   FourFloats lower, upper;
   std::memcpy(&lower, &b.lower.x, sizeof lower);
   std::memcpy(&upper, &b.lower.z, sizeof upper);  // lanes 1 to 3
-  return 0.5f * lower + 0.5f * __builtin_shuffle(upper, FourInts{1, 2, 3, 3});
+  return 0.5f * lower + 0.5f * __builtin_shufflevector(upper, upper, 1, 2, 3, 3);
 }
 
 // A box around points. Negative zeros become positive, so that it depends on no order.
@@ -49,7 +48,7 @@ class PointBounds {
 
 // Of x, y and z; the fourth lanes must be zero.
 inline float dot(FourFloats a, FourFloats b) {
-  const FourFloats products = a * b, pairs = products + __builtin_shuffle(products, FourInts{1, 0, 3, 2});
+  const FourFloats products = a * b, pairs = products + __builtin_shufflevector(products, products, 1, 0, 3, 2);
   return pairs[0] + pairs[2];
 }
 

@@ -48,7 +48,7 @@ Keys sort_keys(const BuildItem& item, std::uint32_t index) {
   Floats lower, upper;
   std::memcpy(&lower, &item.bounds.lower.x, sizeof lower);
   std::memcpy(&upper, &item.bounds.lower.z, sizeof upper);  // lanes 1 to 3
-  const Floats centre = 0.5f * lower + 0.5f * __builtin_shuffle(upper, Keys{1, 2, 3, 3});
+  const Floats centre = 0.5f * lower + 0.5f * __builtin_shufflevector(upper, upper, 1, 2, 3, 3);
   Keys bits;
   std::memcpy(&bits, &centre, sizeof bits);
   const Keys negative = (bits >> 31) * 0xffffffffu;

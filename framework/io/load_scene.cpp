@@ -5,6 +5,7 @@
 #include "framework/io/pbrt.h"
 #include "framework/io/ply.h"
 #include "framework/io/smf.h"
+#include "framework/scene/precision.h"
 
 #include <fmt/format.h>
 
@@ -86,6 +87,7 @@ void check_builtin(const std::string& name, const Location& where) {
 Scene load_scene(const std::string& name, const Location& where, const SceneReading& reading) {
   Scene scene = name.starts_with(builtin_prefix) ? make_builtin(name, where) : load_file(name, where, reading);
   scene.name = name;
+  for (const std::string& warning : precision_warnings(scene)) scene.warnings.push_back(name + ": " + warning);
   return scene;
 }
 

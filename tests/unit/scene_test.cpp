@@ -1,8 +1,10 @@
 #include "framework/core/sampler.h"
 #include "framework/io/load_scene.h"
+#include "framework/io/pbrt.h"
 #include "framework/scene/builder.h"
 #include "framework/scene/intersect.h"
 #include "framework/scene/needs.h"
+#include "framework/scene/precision.h"
 
 #include <gtest/gtest.h>
 
@@ -159,4 +161,30 @@ TEST(BuiltinScenes, HaveLightsGeometryAndACameraInside) {
 }
 
 }  // namespace
+// A box of 2 m at a distance, with a flake of 0.1 m before it.
+std::vector<std::string> warnings_at(const std::string& distance) {
+  return precision_warnings(parse_pbrt("WorldBegin\nTranslate " + distance + R"( 0 0
+Shape "trianglemesh" "point3 P" [-1 -1 -1 1 -1 -1 1 1 1] "integer indices" [0 1 2]
+Shape "trianglemesh" "point3 P" [0 0 0 0.1 0 0 0 0.1 0] "integer indices" [0 1 2]
+)",
+                                       "s.pbrt"));
+}
+
+TEST(Precision, WhatFloatsHoldIsNotWarnedOf) {
+  EXPECT_TRUE(warnings_at("0").empty());
+  EXPECT_TRUE(warnings_at("1000").empty());
+}
+
+TEST(Precision, ScenesFarFromTheOriginAreTold) {
+  const std::vector<std::string> warnings = warnings_at("1e5");
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_EQ(
+      warnings[0],
+      "the scene spans 2 m at 1e+05 m from the origin, where floats lie 0.0078 m apart: corners, contacts and shadows are as "
+      "coarse; move it to the origin");
+  EXPECT_EQ(warnings[1],
+            "1 of 2 primitives are small for where they are, the smallest 0.102 m at 1e+05 m from the origin, where floats lie "
+            "0.0078 m apart: rays may start beyond them");
+}
+
 }  // namespace etendue
