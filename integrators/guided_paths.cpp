@@ -216,7 +216,9 @@ void ask_cache(Walk& walk, const Mixture& mixture, std::vector<Event>& events) {
 void trace_guided_paths(const RenderContext& context, std::span<PathSample> paths, const PathSettings& settings,
                         const SdTree& guide, std::vector<GuideRecord>& records) {
   static thread_local GuidedWavefront wave;  // for its memory
-  auto& [walks, events, last_events] = wave;
+  Wavefront<Walk, LightGain>& walks = wave.paths;
+  std::vector<Event>& events = wave.events;
+  std::vector<std::uint32_t>& last_events = wave.last_events;
   walks.clear();
   events.clear();
   last_events.assign(paths.size(), none);

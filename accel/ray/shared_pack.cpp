@@ -25,7 +25,7 @@ class VertexSet {
   // vertices at a time.
   std::uint32_t slot(std::uint32_t vertex) {
     std::uint32_t at = (vertex * 0x9e3779b1u) >> 24;
-    while ((table_[at].generation == generation_) & (table_[at].vertex != vertex)) [[unlikely]] at = (at + 1) % table_.size();
+    while (table_[at].generation == generation_ && table_[at].vertex != vertex) [[unlikely]] at = (at + 1) % table_.size();
     const std::uint32_t is_new = table_[at].generation != generation_,
                         slot = table_[at].slot ^ ((table_[at].slot ^ size_) & (0 - is_new));
     table_[at] = {generation_, vertex, slot, 0};

@@ -126,7 +126,9 @@ MeasureResult measure_brute(const MeasureTask& task) {
   // `make` gives brute force and tree.
   const auto against = [&](const auto& make) {
     return [&](const Scene& scene, const ClaimRays& rays) {
-      const auto [brute, tree] = make(scene);
+      const auto structures = make(scene);
+      const auto& brute = structures.first;
+      const auto& tree = structures.second;
       result.disagreements +=
           count_disagreements(*make_structure(scene, "sah"), rays.closest, [&](const Ray& ray) { return brute->closest(ray); });
       return take_turns(task, {tracing(rays.closest, [&](const Ray& ray) { return tree->closest(ray); }),

@@ -143,14 +143,15 @@ class Comparison {
     const double used = seconds_of([&] {
       if (options_.threads > 1) contender.parallel_build_times.push_back(build(contender, options_.threads).second);
     });
-    auto [structure, build_s] = build(contender, 1);
-    contender.build_times.push_back(build_s);
+    const auto built = build(contender, 1);
+    const auto& structure = built.first;
+    contender.build_times.push_back(built.second);
     if (repetition == 0) choose_rays(contender, *structure);
     const double traced = seconds_of([&] { trace(contender, *structure); });
     if (repetition > 0) return;
     describe(contender, *structure);
     judge(contender, *structure);
-    const double round = used + build_s + traced;
+    const double round = used + built.second + traced;
     contender.repetitions = std::clamp(static_cast<int>(options_.budget_s / round), 1, options_.repetitions);
     if (contender.repetitions < options_.repetitions)
       contender.note(

@@ -128,14 +128,14 @@ Table search_times_table(const RunLog& log) {
     for (const std::string& structure : structures) {
       std::vector<TableCell> row{TableCell::words(record.cell.scene), TableCell::count(record.count),
                                  TableCell::words(structure)};
-      for (const auto& [measure, parameter] : measures) {
+      for (const auto& wanted : measures) {
         const auto found = std::find_if(record.figures.begin(), record.figures.end(), [&](const SearchFigure& f) {
-          return f.structure == structure && f.measure == measure && f.parameter == parameter;
+          return f.structure == structure && std::pair(f.measure, f.parameter) == wanted;
         });
         for (const auto part : {&Measured::median, &Measured::low, &Measured::high})
           row.push_back(found == record.figures.end()
                             ? TableCell{}
-                            : TableCell::number(found->value.*part, value_text(measure, found->value.*part)));
+                            : TableCell::number(found->value.*part, value_text(wanted.first, found->value.*part)));
       }
       table.rows.push_back(std::move(row));
     }

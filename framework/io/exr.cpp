@@ -200,9 +200,7 @@ Image read_pixels(const std::string& name, std::string_view bytes, std::map<std:
   const std::size_t y_stride = x_stride * static_cast<std::size_t>(size.x);
   const bool grey = std::string_view(names[0]) == "Y";
   for (int i = 0; i < (grey ? 1 : 3); ++i) {
-    char* base = reinterpret_cast<char*>(planes.data() + i) - static_cast<std::ptrdiff_t>(x_stride) * window.min.x -
-                 static_cast<std::ptrdiff_t>(y_stride) * window.min.y;
-    buffer.insert(names[i], Imf::Slice(Imf::FLOAT, base, x_stride, y_stride));
+    buffer.insert(names[i], Imf::Slice::Make(Imf::FLOAT, planes.data() + i, window, x_stride, y_stride));
   }
   file.setFrameBuffer(buffer);
   file.readPixels(window.min.y, window.max.y);

@@ -4,6 +4,7 @@
 #include "framework/io/builtin_specular.h"
 #include "framework/transport/fresnel.h"
 #include "tests/image_checks.h"
+#include "tests/sealed_checks.h"
 
 #include <gtest/gtest.h>
 
@@ -71,6 +72,20 @@ TEST(ClosedForms, OfVeiledLightsMatchPathTracing) {
     expect_exact_mean({scene, "path", 64});
   for (const char* scene : {"builtin:slit-light", "builtin:hidden-occluder", "builtin:black-surroundings"})
     expect_exact_mean({scene, "path", 256});
+}
+
+TEST(ClosedForms, OfTheBackOfALightIsBlackToEveryMethod) {
+  SceneBuilder builder("back of a light");
+  builder.mesh(quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), builder.material(Diffuse{}), Rgb(1));  // shines up
+  builder.camera({0, -2, 0.1f}, {0, 0, 0}, 90, {8, 8});
+  const Scene scene = builder.finish();
+  for (const testing::SealedMethod& method : testing::sealed_methods()) {
+    RenderOptions options;
+    options.params = method.params;
+    options.resolution = {8, 8};
+    const Image image = render(scene, method.name, options).image;
+    for (const dvec3& p : image.pixels) ASSERT_EQ(p, dvec3(0)) << method.name << method.variant;
+  }
 }
 
 TEST(ClosedForms, OfCausticsMatchLightTracing) {

@@ -27,9 +27,9 @@ struct Furnace {
   std::function<Scene()> make;
 };
 
-Scene glowing(const char* name, const MeshData& walls) {
+Scene glowing(const char* name, const MeshData& walls, const Material& material = Diffuse{Rgb(0.5f)}) {
   SceneBuilder builder(name);
-  builder.mesh(walls, builder.material(Diffuse{Rgb(0.5f)}), Rgb(1));
+  builder.mesh(walls, builder.material(material), Rgb(1));
   testing::see_from_inside(builder, {});
   Scene scene = builder.finish();
   for (Light& light : scene.lights) std::get<AreaLight>(light).two_sided = true;
@@ -40,6 +40,8 @@ std::vector<Furnace> furnaces() {
   return {{"glowing sphere", 2, false, false, [] { return load_scene("builtin:furnace"); }},
           {"glowing box", 2, false, true, [] { return glowing("glowing box", testing::box_walls(2)); }},
           {"glowing icosphere", 2, false, false, [] { return glowing("glowing icosphere", testing::icosphere(1, 2, false)); }},
+          {"glowing mirrors", 5, true, false,
+           [] { return glowing("glowing mirrors", testing::box_walls(2), Conductor{.tint = Rgb(0.8f), .ideal = true}); }},
           {"lossless objects", 1, true, false, [] { return load_scene("builtin:white-furnace"); }}};
 }
 

@@ -181,6 +181,32 @@ TEST(IrradianceRecords, RecordInFrontOrTurnedAwayIsRefused) {
   EXPECT_FALSE(step.covered({0.1f, 0.3f, 0}, glm::normalize(vec3(1, 1, 0)))) << "45 degrees apart";
 }
 
+TEST(IrradianceRecords, GradientsAreOfTheIrradianceTowardsAPointAndANormal) {
+  IrradianceRecord record{{0, 0, 0}, up, 2, Rgb(1)};
+  record.translation[0] = vec3(0.1f, 0, 0.2f);  // red, per metre
+  record.rotation[1] = vec3(0, 0, 0.3f);        // green, per radian about an axis
+  const IrradianceRecords records = records_of({record}, 0.9f);
+  const auto moved = records.interpolate({0.2f, 0, 0.1f}, up);
+  ASSERT_TRUE(moved);
+  EXPECT_NEAR(moved->irradiance.x, 1 + 0.02 + 0.02, 1e-6);
+  EXPECT_NEAR(moved->irradiance.y, 1, 1e-6);
+  // Turned about z, from y towards -x: cross(normal of the record, normal) is along +z.
+  const auto turned = records.interpolate({0, 0, 0}, {-std::sin(0.1f), std::cos(0.1f), 0});
+  ASSERT_TRUE(turned);
+  EXPECT_NEAR(turned->irradiance.x, 1, 1e-6);
+  EXPECT_NEAR(turned->irradiance.y, 1 + 0.3 * std::sin(0.1), 1e-6);
+}
+
+TEST(IrradianceRecords, AnEllipseReachesLessFarAlongItsNarrowAxis) {
+  IrradianceRecord record{{0, 0, 0}, up, 1, Rgb(1)};
+  record.squeeze = vec3(0, 0, std::sqrt(3.0f));  // half as far along z
+  const IrradianceRecords records = records_of({record}, 0.5f);
+  EXPECT_TRUE(records.covered({0.45f, 0, 0}, up));
+  EXPECT_FALSE(records.covered({0, 0, 0.45f}, up));
+  EXPECT_TRUE(records.covered({0, 0, 0.24f}, up));
+  EXPECT_FALSE(records.covered({0, 0, 0.26f}, up));
+}
+
 IrradianceRecord bounded_record(const IrradianceEstimate& estimate, bool extrapolates) {
   const MetricContext context{.accuracy = 0.2f,
                               .scene_size = 1,

@@ -132,6 +132,26 @@ TEST(Sampler, DimensionsAreUncorrelated) {
   }
 }
 
+TEST(Sampler, PairsOfDimensionsAreUncorrelatedAlongIterations) {
+  // Pairs that are shuffled alike would rise and fall together, from one iteration of a pixel to the next.
+  for (const SamplerKind kind : {SamplerKind::sobol, SamplerKind::independent}) {
+    constexpr int n = 1 << 6, pixels = 1 << 8;
+    double square = 0;
+    for (int pixel = 0; pixel < pixels; ++pixel) {
+      double sum = 0;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        Sampler s(kind, 3, Stream::test, static_cast<std::uint64_t>(pixel), i);
+        const float a = s.get_1d(), b = s.get_1d();
+        sum += (a - 0.5) * (b - 0.5);
+      }
+      square += sum * sum;
+    }
+    // Of independent numbers n / 144. A shuffle within blocks keeps neighbours together, which makes it up to twice as much;
+    // equal shuffles would make it some n^2 / 144.
+    EXPECT_LT(square / pixels, 3 * n / (12.0 * 12.0));
+  }
+}
+
 TEST(Parallel, EveryPixelOnceAtAnyThreadCount) {
   for (const int threads : {1, 2, 3}) {
     std::vector<std::atomic<int>> visits(37 * 21);

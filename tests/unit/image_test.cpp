@@ -55,6 +55,14 @@ TEST(Metrics, TrimmingDropsTheWorstTenthOfAPercent) {
 
 TEST(Metrics, BiasOverABlackReferenceIsAbsolute) { EXPECT_NEAR(bias(constant(0.3), constant(0)), 0.3, 1e-15); }
 
+TEST(Metrics, ErrorsOfOppositeSignCancelInTheBiasAlone) {
+  Image x = constant(0.5);
+  x.at(0, 0) = dvec3(0.9);
+  x.at(1, 0) = dvec3(0.1);
+  EXPECT_NEAR(bias(x, constant(0.5)), 0, 1e-15);
+  EXPECT_NEAR(mse(x, constant(0.5)), 2 * 0.16 / 100, 1e-15);
+}
+
 TEST(Metrics, EqualImagesHaveNoError) {
   for (const Metric& metric : metrics()) EXPECT_EQ(metric.compute(constant(2), constant(2)), 0) << metric.name;
 }

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 namespace etendue {
 namespace {
 
@@ -148,6 +150,42 @@ TEST(SceneHash, ChangesWithWhatChangesAnImage) {
   EXPECT_EQ(scene.hash(), changed.hash());
 }
 
+TEST(SceneHash, ChangesWithEachPropertyOfALight) {
+  const auto hash = [](const Light& light) {
+    Scene scene;
+    scene.lights = {light};
+    return scene.content_hash();
+  };
+  std::vector<Light> lights{AreaLight{},
+                            AreaLight{.primitive = 1},
+                            AreaLight{.radiance = Rgb(2)},
+                            AreaLight{.two_sided = true},
+                            PointLight{},
+                            PointLight{.position = {1, 0, 0}},
+                            PointLight{.intensity = Rgb(2)},
+                            SpotLight{},
+                            SpotLight{.position = {1, 0, 0}},
+                            SpotLight{.direction = {1, 0, 0}},
+                            SpotLight{.intensity = Rgb(2)},
+                            SpotLight{.cos_outer = 0.7f},
+                            SpotLight{.cos_inner = 0.95f},
+                            DirectionalLight{},
+                            DirectionalLight{.direction = {1, 0, 0}},
+                            DirectionalLight{.irradiance = Rgb(2)}};
+  const auto environment = [](Rgb scale, ivec2 size, std::vector<Rgb> texels, float turned) {
+    return EnvironmentLight{scale, size, std::move(texels), Transform::rotate(turned, {0, 1, 0})};
+  };
+  lights.push_back(environment(Rgb(1), {0, 0}, {}, 0));
+  lights.push_back(environment(Rgb(2), {0, 0}, {}, 0));
+  lights.push_back(environment(Rgb(1), {2, 1}, {Rgb(1), Rgb(1)}, 0));
+  lights.push_back(environment(Rgb(1), {1, 2}, {Rgb(1), Rgb(1)}, 0));
+  lights.push_back(environment(Rgb(1), {2, 1}, {Rgb(1), Rgb(2)}, 0));
+  lights.push_back(environment(Rgb(1), {0, 0}, {}, 0.1f));
+  std::set<std::uint64_t> hashes;
+  for (const Light& light : lights) hashes.insert(hash(light));
+  EXPECT_EQ(hashes.size(), lights.size());
+}
+
 TEST(BuiltinScenes, HaveLightsGeometryAndACameraInside) {
   for (const BuiltinScene& entry : builtin_scenes()) {
     if (entry.name == "mesh-large") continue;  // slow to make, and like mesh
@@ -160,7 +198,6 @@ TEST(BuiltinScenes, HaveLightsGeometryAndACameraInside) {
   }
 }
 
-}  // namespace
 // A box of 2 m at a distance, with a flake of 0.1 m before it.
 std::vector<std::string> warnings_at(const std::string& distance) {
   return precision_warnings(parse_pbrt("WorldBegin\nTranslate " + distance + R"( 0 0
@@ -187,4 +224,5 @@ TEST(Precision, ScenesFarFromTheOriginAreTold) {
             "0.0078 m apart: rays may start beyond them");
 }
 
+}  // namespace
 }  // namespace etendue
