@@ -14,9 +14,9 @@ namespace etendue {
 // those of objects without a valid primitive are left out.
 BuildItems instance_items(const Scene& scene);
 
-// Ray::direction and origin by the transform; t_min and t_max stay.
-inline Ray transformed(const Transform& to_object, const Ray& ray) {
-  return {to_object.point(ray.origin), ray.t_min, to_object.vector(ray.direction), ray.t_max};
+// t_min and t_max stay: the direction is not normalised.
+inline Ray to_object_space(const Transform& to_world, const Ray& ray) {
+  return {to_world.inverse_point(ray.origin), ray.t_min, to_world.inverse_vector(ray.direction), ray.t_max};
 }
 
 template <RayStructure Bottom>
@@ -43,7 +43,7 @@ class TwoLevel {
 
  private:
   struct Placed {
-    Transform to_object;
+    Transform to_world;
     std::uint32_t object, instance;
     bool is_identity;
   };
@@ -64,7 +64,7 @@ TwoLevel<Bottom>::TwoLevel(std::vector<Bottom> bottoms, const Scene& scene, cons
     : bottoms_(std::move(bottoms)), top_(top) {
   for (const std::uint32_t id : top.primitives) {
     const Instance& instance = scene.instances[id];
-    placed_.push_back({instance.to_world.inverse(), instance.object, id, instance.to_world.is_identity()});
+    placed_.push_back({instance.to_world, instance.object, id, instance.to_world.is_identity()});
   }
   // As for one level, a leaf costing what its instances' bottoms cost.
   for (const TreeNode& node : top.nodes) {
@@ -83,7 +83,7 @@ Hit TwoLevel<Bottom>::closest_with(const Ray& ray, Count count, const Closest& c
   best.t = ray.t_max;
   top_.traverse(ray, best.t, count, [&](std::uint32_t first, std::uint32_t size) {
     for (const Placed& placed : std::span(placed_).subspan(first, size)) {
-      Ray local = placed.is_identity ? ray : transformed(placed.to_object, ray);
+      Ray local = placed.is_identity ? ray : to_object_space(placed.to_world, ray);
       local.t_max = best.t;
       const Hit hit = closest(bottoms_[placed.object], local);
       if (!hit || (hit.t == best.t && placed.instance > best.instance)) continue;
@@ -102,7 +102,7 @@ bool TwoLevel<Bottom>::occluded_with(const Ray& ray, Count count, const Occluded
   bool found = false;
   top_.traverse(ray, ray.t_max, count, [&](std::uint32_t first, std::uint32_t size) {
     for (const Placed& placed : std::span(placed_).subspan(first, size)) {
-      found = occluded(bottoms_[placed.object], placed.is_identity ? ray : transformed(placed.to_object, ray));
+      found = occluded(bottoms_[placed.object], placed.is_identity ? ray : to_object_space(placed.to_world, ray));
       if (found) return true;
     }
     return false;

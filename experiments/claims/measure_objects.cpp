@@ -125,7 +125,7 @@ class RotatedList {
       Bounds own;
       const Geometry& geometry = scene.objects[instance.object].geometry;
       for (const std::uint32_t id : geometry.valid_primitives()) own.extend(geometry.primitive_bounds(id));
-      placed_.push_back({item.bounds, own, instance.to_world.inverse(), instance.object, item.id});
+      placed_.push_back({item.bounds, own, instance.to_world, instance.object, item.id});
       extent_ = std::max({extent_, largest_coordinate(item.bounds), largest_coordinate(own)});
     }
   }
@@ -138,7 +138,7 @@ class RotatedList {
     const TraversalLimit limit(ray, extent_);
     for (const Placed& placed : placed_) {
       if (world_box && world.entry(placed.world, limit(best.t)) == infinity) continue;
-      Ray local = transformed(placed.to_object, ray);
+      Ray local = to_object_space(placed.to_world, ray);
       local.t_max = best.t;
       if (!world_box && ScalarSlab(local).entry(placed.own, TraversalLimit(local, extent_)(best.t)) == infinity) continue;
       ++entered;
@@ -153,7 +153,7 @@ class RotatedList {
  private:
   struct Placed {
     Bounds world, own;
-    Transform to_object;
+    Transform to_world;
     std::uint32_t object, instance;
   };
 

@@ -1,5 +1,7 @@
 #include "framework/scene/intersect.h"
 
+#include "framework/scene/clearance.h"
+
 #include <optional>
 
 namespace etendue {
@@ -53,41 +55,48 @@ struct IntersectQuadric {
     return accept(t, {azimuth_to_unit(p.y, p.x), std::acos(std::clamp(p.z, -1.0f, 1.0f)) * inv_pi});
   }
 
-  bool operator()(const Disk& d) { return disk(d.centre, d.normal, d.radius, d.inner_radius, t_max, 0, 1); }
+  bool operator()(const Disk& d) { return ring({ray.origin - d.centre, d.normal, d.radius, d.inner_radius}, t_max, 0, 1); }
 
-  // Flat ring; v runs over [v_begin, v_end] from the rim to the centre.
-  bool disk(const vec3& centre, const vec3& normal, float radius, float inner_radius, float limit, float v_begin, float v_end) {
-    const float cosine = glm::dot(ray.direction, normal);
+  // A flat ring and the ray's origin, both as seen from the ring's centre.
+  struct Ring {
+    vec3 origin, normal;
+    float radius, inner_radius;
+  };
+  // v runs over [v_begin, v_end] from the rim to the centre.
+  bool ring(const Ring& r, float limit, float v_begin, float v_end) {
+    const float cosine = glm::dot(ray.direction, r.normal);
     if (cosine == 0) return false;
-    const float t = glm::dot(centre - ray.origin, normal) / cosine;
+    const float t = -glm::dot(r.origin, r.normal) / cosine;
     if (!(t > ray.t_min && t <= limit)) return false;
-    const vec3 p = ray.at(t) - centre;
+    const vec3 p = r.origin + t * ray.direction;
     const float distance = std::sqrt(glm::dot(p, p));
-    if (distance > radius || distance < inner_radius) return false;
-    const Frame frame = Frame::from_normal(normal);
-    const float along = (radius - distance) / std::max(radius - inner_radius, std::numeric_limits<float>::min());
+    if (distance > r.radius || distance < r.inner_radius) return false;
+    const Frame frame = Frame::from_normal(r.normal);
+    const float along = (r.radius - distance) / std::max(r.radius - r.inner_radius, std::numeric_limits<float>::min());
     return accept(t,
                   {azimuth_to_unit(glm::dot(p, frame.bitangent), glm::dot(p, frame.tangent)), glm::mix(v_begin, v_end, along)});
   }
 
-  // The tube, then the caps: v is the height in [0, 1]; caps lie at v = 0 and v = 1 exactly.
+  // The tube, then the caps: v is the height in [0, 1]; caps lie at v = 0 and v = 1 exactly. Where there are caps, both reach
+  // beyond the rim by what their tests may be off, so that no ray passes between them.
   bool operator()(const Cylinder& c) {
     bool found = false;
     const vec3 o = ray.origin - c.base;
+    const float slack = c.caps ? 16 * unit_roundoff * (max_component(glm::abs(o)) + c.length + c.radius) : 0;
     const float o_along = glm::dot(o, c.axis), d_along = glm::dot(ray.direction, c.axis);
     if (const auto roots = solve(o - o_along * c.axis, ray.direction - d_along * c.axis, c.radius)) {
       for (const float t : {roots->near, roots->far}) {
         const float height = o_along + t * d_along;
-        if (found || !in_range(t) || height < 0 || height > c.length) continue;
+        if (found || !in_range(t) || height < -slack || height > c.length + slack) continue;
         const Frame frame = Frame::from_normal(c.axis);
-        const vec3 p = ray.at(t) - c.base;
+        const vec3 p = o + t * ray.direction;
         const float v = std::clamp(height / c.length, 0x1p-20f, 1 - 0x1p-20f);
         found = accept(t, {azimuth_to_unit(glm::dot(p, frame.bitangent), glm::dot(p, frame.tangent)), v});
       }
     }
     if (c.caps) {
-      if (disk(c.base, -c.axis, c.radius, 0, found ? t_out : t_max, 0, 0)) found = true;
-      if (disk(c.base + c.length * c.axis, c.axis, c.radius, 0, found ? t_out : t_max, 1, 1)) found = true;
+      if (ring({o, -c.axis, c.radius + slack, 0}, found ? t_out : t_max, 0, 0)) found = true;
+      if (ring({o - c.length * c.axis, c.axis, c.radius + slack, 0}, found ? t_out : t_max, 1, 1)) found = true;
     }
     return found;
   }

@@ -66,13 +66,17 @@ struct QuadricSurface {
     return {position, d.normal, d.normal, Frame::from_normal(d.normal).tangent, uv};
   }
   QuadricPoint operator()(const Cylinder& c) const {
-    if (c.caps && (uv.y == 0 || uv.y == 1))
-      return (*this)(Disk{c.base + uv.y * c.length * c.axis, c.radius, uv.y == 0 ? -c.axis : c.axis});
-    // Between caps it keeps off them, as points of triangles keep off their edges.
+    // The tube and its caps keep off each other, as points of triangles keep off their edges.
     const float extent = c.length + 4 * c.radius + max_component(glm::abs(p));
-    const float margin = c.caps ? std::min(16 * unit_roundoff * extent, 0.25f * c.length) : 0;
-    const float height = std::clamp(glm::dot(p - c.base, c.axis), margin, c.length - margin);
-    const vec3 on_axis = c.base + height * c.axis;
+    const float margin = c.caps ? std::min(16 * unit_roundoff * extent, 0.25f * std::min(c.length, c.radius)) : 0;
+    const vec3 from_base = p - c.base;
+    const float along = glm::dot(from_base, c.axis);
+    if (c.caps && (uv.y == 0 || uv.y == 1)) {
+      const vec3 across = from_base - along * c.axis, normal = uv.y == 0 ? -c.axis : c.axis;
+      const float inwards = std::min(1.0f, (c.radius - margin) / glm::length(across));
+      return {c.base + (uv.y * c.length * c.axis + inwards * across), normal, normal, Frame::from_normal(normal).tangent, uv};
+    }
+    const vec3 on_axis = c.base + std::clamp(along, margin, c.length - margin) * c.axis;
     const vec3 n = normalised_or(p - on_axis, Frame::from_normal(c.axis).tangent);
     return {on_axis + c.radius * n, n, n, glm::cross(c.axis, n), uv};
   }
@@ -148,7 +152,7 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
   if (object.geometry.is_triangle(hit.primitive)) {
     set_triangle_surface(object, shape, hit, s);
   } else {
-    const vec3 p = in_world ? ray.at(hit.t) : instance.to_world.inverse().point(ray.at(hit.t));
+    const vec3 p = in_world ? ray.at(hit.t) : instance.to_world.inverse_point(ray.at(hit.t));
     const Quadric& quadric = object.geometry.quadric(hit.primitive);
     const QuadricPoint on = std::visit(QuadricSurface{p, hit.uv}, quadric);
     s.position = on.position;

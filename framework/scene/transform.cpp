@@ -75,11 +75,11 @@ Bounds Transform::bounds(const Bounds& b) const {
   return result;
 }
 
-// Each coordinate is a sum of four products: it is off by at most four roundings of the sum of their sizes.
+// Each coordinate is a sum of up to four products: it is off by at most four roundings of the sum of their sizes.
 vec3 Transform::error(const vec3& world, const vec3& local, float local_error) const {
   constexpr float gamma = 4 * unit_roundoff;
   const vec3 there = gamma * (absolute(linear_) * glm::abs(local) + glm::abs(offset_));
-  const vec3 back = gamma * (absolute(inverse_linear_) * glm::abs(world) + glm::abs(inverse_offset_));
+  const vec3 back = gamma * (absolute(inverse_linear_) * glm::abs(world - offset_));
   return there + absolute(linear_) * (back + local_error);
 }
 

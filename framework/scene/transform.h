@@ -22,8 +22,11 @@ class Transform {
   vec3 point(const vec3& p) const { return linear_ * p + offset_; }
   vec3 vector(const vec3& v) const { return linear_ * v; }
   vec3 normal(const vec3& n) const { return n * inverse_linear_; }  // by the inverse transpose; not normalised
+  // The inverse of point and vector. Far from the origin as exact as near it: the offset goes before anything is rounded.
+  vec3 inverse_point(const vec3& p) const { return inverse_linear_ * (p - offset_); }
+  vec3 inverse_vector(const vec3& v) const { return inverse_linear_ * v; }
   Bounds bounds(const Bounds& b) const;
-  // Bound on how far, along each axis, point(local) = `world` may lie from what rays meet that were moved by the inverse: both
+  // Bound on how far, along each axis, point(local) = `world` may lie from what rays meet that were moved by inverse_point: both
   // directions round, and their matrices are not quite each other's inverse. `local_error`: of the local point, likewise.
   vec3 error(const vec3& world, const vec3& local, float local_error) const;
 

@@ -48,7 +48,7 @@ std::vector<NamedPlacement> scales() {
 // as narrow as a few clearances, and, far away, walls that meet within a few floats.
 double beyond_floats(const std::string& room, bool far) {
   const bool folds = room.find("crumpled") != std::string::npos;
-  if (far) return folds || room == "cylinder" || room == "rough ball" ? 1e-2 : 0;
+  if (far) return folds || room == "rough ball" ? 1e-2 : 0;
   return folds ? 5e-4 : 0;
 }
 

@@ -119,6 +119,16 @@ TEST_F(ReferenceFiles, RenderedOnceThenCachedWithItsChecks) {
   EXPECT_NEAR(small.rendered.image.at(0, 0).x, mean, 1e-6);
 }
 
+TEST_F(ReferenceFiles, CachedOneOfFewerSamplesIsNotServed) {
+  make({ReferenceChoice::Kind::samples, 32, {}, {}}, {16, 16});
+  const ReferenceCache cache({directory_});
+  const Scene scene = load_scene("builtin:cornell-box");
+  const auto found = cache.find(scene, {16, 16}, 32);
+  ASSERT_TRUE(found);
+  EXPECT_GE(found->samples, 32u);
+  EXPECT_FALSE(cache.find(scene, {16, 16}, found->samples + 1));
+}
+
 TEST_F(ReferenceFiles, ClosedFormComesFirst) {
   const Reference reference = make({}, {8, 8}, "builtin:furnace");
   EXPECT_TRUE(reference.rendered.source.starts_with("closed form"));
