@@ -52,7 +52,6 @@ struct PhotonCacheParams : PhotonMapsParams, CacheParams {
     precompute = 16;
     follow_near = true;
     edges = "hull";           // a disc's loss at edges darkens whole rooms
-    structure = "nanoflann";  // photons are many times denser by the lights than where most gather rays end
   }
 
   std::string fill = "gather";

@@ -27,14 +27,41 @@ std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive)
 
 }  // namespace
 
+// The point's own plane is lowered, so that photons on it are above it: they came from that side, as the side test tells.
+void NearWalls::add(const Sheet& sheet, float side, bool own) {
+  if (sheet.is_sphere) {
+    side_[sphere_count_] = side;
+    spheres_[sphere_count_++] = &sheet;
+    return;
+  }
+  const std::uint32_t lane = plane_count_ % 4;
+  Planes& four = planes_[plane_count_++ / 4];
+  if (lane == 0) four = {Floats{}, Floats{}, Floats{}, Floats{} - infinity};  // those behind the last hide nothing
+  const vec3 normal = side * sheet.normal_or_centre;
+  four.x[lane] = normal.x;
+  four.y[lane] = normal.y;
+  four.z[lane] = normal.z;
+  four.height[lane] = side * sheet.height_or_radius - (own ? 2 * rounding_ : 0);
+}
+
 // What separates the two within the radius stands between them on a sheet that is listed. On the sheet on which a photon
 // landed, its side is that of the way it came by.
 bool NearWalls::may_hide(const vec3& landed, const vec3& end) const {
   if (count_ == too_many) return true;
-  for (int i = 0; i < count_; ++i) {
-    const float height = sheets_[i]->height(landed) * side_[i];
-    if (height > rounding_) continue;
-    if (height < -rounding_ || !(sheets_[i]->height(end) * side_[i] > rounding_)) return true;
+  using Pair = std::int64_t __attribute__((vector_size(16)));
+  const auto any = [](Pair lanes) { return (lanes[0] | lanes[1]) != 0; };
+  for (std::uint32_t i = 0; i < plane_count_; i += 4) {
+    const Floats there = planes_[i / 4].heights(landed);
+    const auto not_above = ~(there > rounding_);
+    if (!any(Pair(not_above))) [[likely]]
+      continue;
+    const auto crossed = not_above & ((there < -rounding_) | ~(planes_[i / 4].heights(end) > rounding_));
+    if (any(Pair(crossed))) return true;
+  }
+  for (std::uint32_t i = 0; i < sphere_count_; ++i) {
+    const float there = spheres_[i]->height(landed) * side_[i];
+    if (there > rounding_) continue;
+    if (there < -rounding_ || !(spheres_[i]->height(end) * side_[i] > rounding_)) return true;
   }
   return false;
 }
@@ -146,11 +173,9 @@ NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius)
   for (int i = 0; i < walls.count_; ++i) {
     const Sheet& sheet = sheets_[cell.first + static_cast<std::uint32_t>(i)];
     const float height = sheet.height(position), facing = glm::dot(sheet.normal_at(position), normal);
-    walls.sheets_[i] = &sheet;
     // On the point's own sheet the side is that of the normal.
-    walls.side_[i] = std::abs(height) > 2 * rounding_ ? std::copysign(1.0f, height)
-                     : std::abs(facing) > 0.999f      ? std::copysign(1.0f, facing)
-                                                      : 0.0f;
+    const bool apart = std::abs(height) > 2 * rounding_, own = !apart && std::abs(facing) > 0.999f;
+    walls.add(sheet, apart ? std::copysign(1.0f, height) : own ? std::copysign(1.0f, facing) : 0.0f, own);
   }
   return walls;
 }

@@ -50,10 +50,22 @@ class NearWalls {
   friend class WallGrid;
   static constexpr int too_many = most_sheets + 1;
 
+  // Four planes, turned so that the point is above them. Planes of zeros may hide all: of such are those of which floats cannot
+  // tell the point's side.
+  using Floats = float __attribute__((vector_size(16)));
+  struct Planes {
+    Floats x, y, z, height;
+
+    Floats heights(const vec3& p) const { return x * p.x + y * p.y + z * p.z - height; }
+  };
+  void add(const Sheet& sheet, float side, bool own);
+
   int count_ = 0;  // too_many: always
+  std::uint32_t plane_count_ = 0, sphere_count_ = 0;
   float rounding_ = 0;
-  std::array<const Sheet*, most_sheets> sheets_;
-  std::array<float, most_sheets> side_;  // of the point: 1 or -1; 0 where floats cannot tell
+  std::array<Planes, 2> planes_;
+  std::array<const Sheet*, most_sheets> spheres_;
+  std::array<float, most_sheets> side_;  // of the point, at each sphere: 1 outside, -1 inside, or 0
 };
 
 class WallGrid {

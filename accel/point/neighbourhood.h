@@ -4,6 +4,7 @@
 #include "framework/query.h"
 
 #include <array>
+#include <bit>
 
 #ifdef __SSE4_1__
 #include <smmintrin.h>
@@ -19,18 +20,16 @@ inline bool can_find(const vec3& p, float r) { return is_finite(p) && r >= 0; }
 // r enlarged by the rounding error: no point with a float distance^2 <= r^2 lies farther than this along any axis.
 inline float reach(float r) { return r * (1 + 8 * std::numeric_limits<float>::epsilon()) + 1e-22f; }
 
+// By distance, then by id: the order of the bits of both, as no distance is negative.
 inline bool is_nearer(const Neighbour& a, const Neighbour& b) {
-  return a.distance_squared < b.distance_squared || (a.distance_squared == b.distance_squared && a.id < b.id);
+  const auto key = [](const Neighbour& n) {
+    return std::uint64_t{std::bit_cast<std::uint32_t>(n.distance_squared)} << 32 | n.id;
+  };
+  return key(a) < key(b);
 }
 
 // The k nearest of `found`, nearest first.
-inline void keep_nearest(Neighbours& found, std::size_t k) {
-  if (k < found.size()) {
-    std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(k), found.end(), is_nearer);
-    found.resize(k);
-  }
-  std::sort(found.begin(), found.end(), is_nearer);
-}
+void keep_nearest(Neighbours& found, std::size_t k);
 
 // Points as the structures place them in the order of their cells: a query reads runs of them.
 struct PlacedPoint {
