@@ -60,12 +60,14 @@ void decode(const Word* words, Encoding encoding, std::vector<Rgb>& texels) {
     texels[i] = {table[words[3 * i]], table[words[3 * i + 1]], table[words[3 * i + 2]]};
 }
 
-// Checks the size a header states against the file's length before anything is allocated: deflate packs at most 1 : 1032, and a
-// JPEG of one colour about as much.
-void check_size(int width, int height, std::size_t bytes) {
+// Checks the size a header states against the file's length before anything is allocated: deflate packs at most 1 : 1032 (of
+// pixels of one bit), a JPEG of one colour about as much, and runs of a TGA 128 pixels into two bytes.
+void check_size(int width, int height, std::string_view bytes) {
   const std::int64_t pixels = std::int64_t{width} * height;
-  if (pixels < 1 || pixels > (std::int64_t{1} << 27) || pixels > static_cast<std::int64_t>(bytes) * 10000)
-    throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes));
+  const bool runs_only = !bytes.starts_with("\x89PNG") && !bytes.starts_with("\xff\xd8");
+  if (pixels < 1 || pixels > (std::int64_t{1} << 27) ||
+      pixels > static_cast<std::int64_t>(bytes.size()) * (runs_only ? 64 : 10000))
+    throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes.size()));
   // Of three words of 16 bits at most, and the texel that they become.
   if (pixels > (1 << 22)) require_memory(static_cast<double>(pixels) * (sizeof(Rgb) + 6), {}, "the image", "fewer pixels");
 }
@@ -99,25 +101,60 @@ void check_huffman_tables(std::string_view bytes) {
   }
 }
 
+// Hands stb a file and knows whether it wanted more than there is: it would go on with zeros.
+class StbReader {
+ public:
+  explicit StbReader(std::string_view bytes) : rest_(bytes) {}
+
+  template <class Function, class... Arguments>
+  auto operator()(Function* function, Arguments... arguments) {
+    const stbi_io_callbacks callbacks{
+        [](void* self, char* out, int size) {
+          return static_cast<StbReader*>(self)->take(out, static_cast<std::size_t>(size));
+        },
+        [](void* self, int size) { static_cast<StbReader*>(self)->take(nullptr, static_cast<std::size_t>(std::max(size, 0))); },
+        [](void* self) { return static_cast<int>(static_cast<StbReader*>(self)->rest_.empty()); }};
+    return function(&callbacks, this, arguments...);
+  }
+  bool ended() const { return ended_; }
+
+ private:
+  int take(char* out, std::size_t size) {
+    const std::size_t taken = std::min(size, rest_.size());
+    // Its buffer is filled as far as there are bytes; whatever else it asks for it needs.
+    ended_ |= taken == 0 || (taken < size && size != sizeof(stbi__context::buffer_start));
+    if (out) std::copy_n(rest_.data(), taken, out);
+    rest_.remove_prefix(taken);
+    return static_cast<int>(taken);
+  }
+
+  std::string_view rest_;
+  bool ended_ = false;
+};
+
+template <class Word>
+void load(const std::string& bytes, Word* (*function)(const stbi_io_callbacks*, void*, int*, int*, int*, int),
+          Encoding encoding, std::vector<Rgb>& texels) {
+  StbReader reader(bytes);
+  int x = 0, y = 0, channels = 0;
+  const Pixels<Word> pixels = reader(function, &x, &y, &channels, 3);
+  if (reader.ended()) throw Error("the file is cut short");
+  decode(pixels.words.get(), encoding, texels);
+}
+
 RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) throw Error("larger than 2 GiB");
-  const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
-  const int length = static_cast<int>(bytes.size());
   check_huffman_tables(bytes);
   RgbImage image;
   int channels = 0;
-  if (!stbi_info_from_memory(data, length, &image.size.x, &image.size.y, &channels))
+  if (!StbReader(bytes)(&stbi_info_from_callbacks, &image.size.x, &image.size.y, &channels))
     throw Error("neither PNG, JPEG, TGA, HDR nor EXR, or damaged");
-  check_size(image.size.x, image.size.y, bytes.size());
+  check_size(image.size.x, image.size.y, bytes);
   image.texels.resize(static_cast<std::size_t>(image.size.x) * image.size.y);
-  int x = 0, y = 0;
-  if (stbi_is_16_bit_from_memory(data, length)) {
-    const Pixels<stbi_us> pixels = stbi_load_16_from_memory(data, length, &x, &y, &channels, 3);
-    decode(pixels.words.get(), encoding, image.texels);
-  } else {
-    const Pixels<stbi_uc> pixels = stbi_load_from_memory(data, length, &x, &y, &channels, 3);
-    decode(pixels.words.get(), encoding, image.texels);
-  }
+  if (StbReader(bytes)(&stbi_is_16_bit_from_callbacks))
+    load<stbi_us>(bytes, &stbi_load_16_from_callbacks, encoding, image.texels);
+  else
+    load<stbi_uc>(bytes, &stbi_load_from_callbacks, encoding, image.texels);
   return image;
 }
 

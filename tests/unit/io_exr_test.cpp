@@ -56,6 +56,23 @@ std::string plain_exr(const std::vector<Channel>& channels, ivec2 origin, ivec2 
   return file;
 }
 
+// Runs and rows of a TGA of 64 x 2 grey pixels.
+TEST(ImageFile, CutShortIsRefused) {
+  std::string runs("\0\0\x0b\0\0\0\0\0\0\0\0\0\x40\0\x02\0\x08\0", 18), rows = runs;
+  rows[2] = 3;
+  for (int row = 0; row < 2; ++row) {
+    runs += std::string("\xbf\x80", 2);
+    rows += std::string(64, '\x80');
+  }
+  for (const std::string& whole : {runs, rows}) {
+    const RgbImage image = decode_image(whole, "i.tga", Encoding::linear);
+    ASSERT_EQ(image.size, ivec2(64, 2));
+    for (const Rgb& texel : image.texels) EXPECT_EQ(texel, Rgb(128.0f / 255));
+    for (std::size_t size = 0; size < whole.size(); ++size)
+      EXPECT_THROW(decode_image(whole.substr(0, size), "i.tga", Encoding::linear), Error) << size;
+  }
+}
+
 TEST(Exr, RoundTripKeepsSinglePrecisionAndAttributes) {
   const TestDirectory directory;
   const std::string path = directory.path("a.exr");
