@@ -36,7 +36,8 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
   const float facing = std::abs(glm::dot(point.normal, normal));
   if (!receivers_.stores(point.material) || facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
   // Behind a wall no photons count.
-  if (!walls.none() && walls.may_hide(point.position, ray.origin) && !unoccluded(context, segment(at.origin(), ray.origin)))
+  if (!walls.none() && walls.may_hide(point.position, [&] { return ray.origin; }) &&
+      !unoccluded(context, segment(at.origin(), ray.origin)))
     return 0;
   const float hit_x = x + square((height - hit.t) / radius), shape = kernel_shape(rules_.kernel, x);
   return hit_x < 1 && shape > 0 ? kernel_shape(rules_.kernel, hit_x) / (shape * facing) : 0;

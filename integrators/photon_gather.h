@@ -75,12 +75,14 @@ class GatherPoint {
   }
   // Does no wall stand between the point and the way of a photon that counts? Photons on the far side of a surface that lets
   // light through are looked at from there.
-  bool sees(const RenderContext& context, const Photons& photons, std::uint32_t id, float distance,
+  bool sees(const RenderContext& context, const Photons& photons, std::uint32_t id, float distance_squared,
             const NearWalls& walls) const {
     const bool same_side = !transmits_ || glm::dot(photons.side[id].normal(), normal_) > 0;
-    const vec3 end = before_landing(photons.position[id], photons.direction[id], photons.flown[id], distance);
+    const auto end = [&] {
+      return before_landing(photons.position[id], photons.direction[id], photons.flown[id], std::sqrt(distance_squared));
+    };
     if (same_side && !walls.may_hide(photons.position[id], end)) return true;
-    return unoccluded(context, segment(same_side ? origin_ : far_origin_, end));
+    return unoccluded(context, segment(same_side ? origin_ : far_origin_, end()));
   }
   const vec3& origin() const { return origin_; }
   // f_r times the power of a photon that counts.
@@ -173,7 +175,7 @@ class PhotonMap {
   bool counts(const RenderContext& context, const GatherPoint& at, std::uint32_t id, float distance_squared,
               const NearWalls& walls) const {
     return at.counts(photons_, id, options_.side_test) &&
-           (walls.none() || at.sees(context, photons_, id, std::sqrt(distance_squared), walls));
+           (walls.none() || at.sees(context, photons_, id, distance_squared, walls));
   }
   // In a buffer of this thread's.
   const Neighbours& within(const vec3& position, float radius) const;

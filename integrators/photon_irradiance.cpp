@@ -40,8 +40,10 @@ std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const RenderContext&
   const NearWalls walls = map_.near_walls(position, normal, reach);
   const auto sees = [&](const Neighbour& n) {
     if (walls.none()) return true;
-    const vec3 end = before_landing(position_[n.id], direction_[n.id], flown_[n.id], std::sqrt(n.distance_squared));
-    return !walls.may_hide(position_[n.id], end) || unoccluded(context, segment(origin, end));
+    const auto end = [&] {
+      return before_landing(position_[n.id], direction_[n.id], flown_[n.id], std::sqrt(n.distance_squared));
+    };
+    return !walls.may_hide(position_[n.id], end) || unoccluded(context, segment(origin, end()));
   };
   for (const std::size_t k : {1, 8}) {
     query_->nearest(position, k, reach, nearest);

@@ -64,9 +64,11 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
       weight = mis_balance(photon.vcm * connect + photon.vm * light_reverse, camera.merged(connect, camera_reverse));
     }
     const Rgb merged = photon.power_over_cosine * scattered * (share * weight);
-    const vec3 end = before_landing(positions_[neighbour.id], photon.wo, photon.flown, std::sqrt(neighbour.distance_squared));
+    const auto end = [&] {
+      return before_landing(positions_[neighbour.id], photon.wo, photon.flown, std::sqrt(neighbour.distance_squared));
+    };
     if (!walls.none() && (glm::dot(photon.wo, normal) < 0 || walls.may_hide(positions_[neighbour.id], end)))
-      conditional.push_back({merged, segment(ray_origin(point, photon.wo), end)});
+      conditional.push_back({merged, segment(ray_origin(point, photon.wo), end())});
     else
       sum += merged;
   }

@@ -13,7 +13,9 @@ constexpr float most_cells_aside = 64;
 constexpr float flat = 0x1p-12f;  // two planes are one within this share of the radius, and this angle
 
 std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive) {
-  const auto plane = [](const vec3& point, const vec3& normal) { return Sheet{normal, glm::dot(point, normal), false}; };
+  const auto plane = [&](const vec3& point, const vec3& normal) {
+    return Sheet{normal, glm::dot(point, normal), false, geometry.primitive_bounds(primitive)};
+  };
   if (geometry.is_triangle(primitive)) {
     const uvec3 v = geometry.triangles[primitive];
     const vec3 &p0 = geometry.positions[v.x], &p1 = geometry.positions[v.y], &p2 = geometry.positions[v.z];
@@ -35,6 +37,7 @@ void NearWalls::add(const Sheet& sheet, float side, bool own) {
     return;
   }
   const std::uint32_t lane = plane_count_ % 4;
+  of_planes_[plane_count_] = &sheet;
   Planes& four = planes_[plane_count_++ / 4];
   if (lane == 0) four = {Floats{}, Floats{}, Floats{}, Floats{} - infinity};  // those behind the last hide nothing
   const vec3 normal = side * sheet.normal_or_centre;
@@ -44,24 +47,30 @@ void NearWalls::add(const Sheet& sheet, float side, bool own) {
   four.height[lane] = side * sheet.height_or_radius - (own ? 2 * rounding_ : 0);
 }
 
-// What separates the two within the radius stands between them on a sheet that is listed. On the sheet on which a photon
-// landed, its side is that of the way it came by.
-bool NearWalls::may_hide(const vec3& landed, const vec3& end) const {
-  if (count_ == too_many) return true;
-  using Pair = std::int64_t __attribute__((vector_size(16)));
-  const auto any = [](Pair lanes) { return (lanes[0] | lanes[1]) != 0; };
-  for (std::uint32_t i = 0; i < plane_count_; i += 4) {
-    const Floats there = planes_[i / 4].heights(landed);
-    const auto not_above = ~(there > rounding_);
-    if (!any(Pair(not_above))) [[likely]]
-      continue;
-    const auto crossed = not_above & ((there < -rounding_) | ~(planes_[i / 4].heights(end) > rounding_));
-    if (any(Pair(crossed))) return true;
+// Does the way to `end` meet something that lies on a plane? What separates the point from where a photon landed within the
+// radius stands on a sheet that is listed, on which the photon did not land from the point's side.
+bool NearWalls::crosses_plane(const vec3& end) const {
+  for (std::uint32_t first = 0; first < plane_count_; first += 4) {
+    const Planes& four = planes_[first / 4];
+    const Floats there = four.heights(end), here = four.heights(position_);
+    const auto beyond = ~(there > rounding_);
+    if (!any(beyond)) continue;
+    for (std::uint32_t i = first; i < std::min(first + 4, plane_count_); ++i) {
+      if (beyond[i % 4] == 0) continue;
+      // Where the way meets the plane; not a number where floats cannot tell.
+      const vec3 at = position_ + here[i % 4] / (here[i % 4] - there[i % 4]) * (end - position_);
+      const Bounds& bounds = of_planes_[i]->bounds;
+      const vec3 beside = glm::max(bounds.lower - at, at - bounds.upper);
+      if (!(max_component(beside) > 4 * rounding_)) return true;
+    }
   }
+  return false;
+}
+
+bool NearWalls::crosses_sphere(const vec3& landed, const vec3& end) const {
   for (std::uint32_t i = 0; i < sphere_count_; ++i) {
     const float there = spheres_[i]->height(landed) * side_[i];
-    if (there > rounding_) continue;
-    if (there < -rounding_ || !(spheres_[i]->height(end) * side_[i] > rounding_)) return true;
+    if (!(there > rounding_) && !(spheres_[i]->height(end) * side_[i] > rounding_)) return true;
   }
   return false;
 }
@@ -87,29 +96,32 @@ class WallGrid::Slab {
         for (c.x = range.begin.x; c.x < range.end.x; ++c.x) {
           List& list = lists_[(std::size_t{c.z - begin_} * grid_.size_.y + c.y) * grid_.size_.x + c.x];
           const vec3 centre = grid_.centre(c);
-          if (list.count == NearWalls::too_many || (sheet && std::abs(sheet->height(centre)) > reach)) continue;
-          if (!sheet || (!holds(list, *sheet, centre) && list.count == most_sheets))
-            list.count = NearWalls::too_many;
-          else if (!holds(list, *sheet, centre))
-            list.sheets[list.count++] = *sheet;
+          if (list.too_many || (sheet && std::abs(sheet->height(centre)) > reach)) continue;
+          if (sheet && holds(list, *sheet, centre)) continue;
+          if (!sheet || list.sheets.size() == most_sheets)
+            list = {.too_many = true, .sheets = {}};
+          else
+            list.sheets.push_back(*sheet);
         }
   }
   void move_to(std::vector<Cell>& cells, std::vector<Sheet>& sheets) const {
     for (const List& list : lists_) {
-      cells.push_back({static_cast<std::uint32_t>(sheets.size()), list.count});
-      if (list.count <= most_sheets) sheets.insert(sheets.end(), list.sheets.begin(), list.sheets.begin() + list.count);
+      const auto count = static_cast<std::uint32_t>(list.too_many ? NearWalls::too_many : list.sheets.size());
+      cells.push_back({static_cast<std::uint32_t>(sheets.size()), count});
+      sheets.insert(sheets.end(), list.sheets.begin(), list.sheets.end());
     }
   }
 
  private:
   struct List {
-    std::uint32_t count = 0;
-    std::array<Sheet, most_sheets> sheets;
+    bool too_many = false;
+    std::vector<Sheet> sheets;
   };
 
-  bool holds(const List& list, const Sheet& sheet, const vec3& centre) const {
+  // Has the list the sheet? Then the sheet's surfaces lie on that one, too.
+  bool holds(List& list, const Sheet& sheet, const vec3& centre) const {
     const float height = sheet.height(centre);
-    return std::any_of(list.sheets.begin(), list.sheets.begin() + list.count, [&](const Sheet& other) {
+    const auto same = std::find_if(list.sheets.begin(), list.sheets.end(), [&](const Sheet& other) {
       if (other.is_sphere || sheet.is_sphere)
         return other.is_sphere && sheet.is_sphere && other.normal_or_centre == sheet.normal_or_centre &&
                other.height_or_radius == sheet.height_or_radius;
@@ -117,6 +129,9 @@ class WallGrid::Slab {
       return length_squared(other.normal_or_centre - side * sheet.normal_or_centre) <= square(flat) &&
              std::abs(other.height(centre) - side * height) <= flat * grid_.radius_;
     });
+    if (same == list.sheets.end()) return false;
+    same->bounds.extend(sheet.bounds);
+    return true;
   }
 
   const WallGrid& grid_;
@@ -131,7 +146,8 @@ WallGrid::WallGrid(const Scene& scene, float radius) : radius_(radius) {
   rounding_ = 8 * unit_roundoff * (extent + max_component(glm::max(glm::abs(bounds.lower), glm::abs(bounds.upper))));
   cell_size_ = std::max(radius, extent / most_cells_aside);
   lower_ = bounds.lower;
-  size_ = uvec3(glm::min(bounds.diagonal() / cell_size_, vec3(most_cells_aside))) + 1u;
+  cells_per_metre_ = 1 / cell_size_;
+  size_ = uvec3(glm::min(bounds.diagonal() * cells_per_metre_, vec3(most_cells_aside))) + 1u;
 
   constexpr std::uint32_t slabs = 8;
   const std::uint32_t layers = (size_.z + slabs - 1) / slabs;
@@ -141,7 +157,8 @@ WallGrid::WallGrid(const Scene& scene, float radius) : radius_(radius) {
     Slab& slab = parts[i].emplace(*this, first, std::min(first + layers, size_.z));
     slab.add(scene.objects[0].geometry);
     for (const InfinitePlane& plane : scene.planes)
-      slab.add({uvec3(0), size_}, Sheet{plane.normal, glm::dot(plane.point, plane.normal), false});
+      slab.add({uvec3(0), size_},
+               Sheet{plane.normal, glm::dot(plane.point, plane.normal), false, {vec3(-infinity), vec3(infinity)}});
     // Objects placed elsewhere are not looked into: in their boxes every way is traced.
     for (std::size_t k = 1; k < scene.instances.size(); ++k) {
       const Geometry& geometry = scene.objects[scene.instances[k].object].geometry;
@@ -154,14 +171,15 @@ WallGrid::WallGrid(const Scene& scene, float radius) : radius_(radius) {
 }
 
 WallGrid::Range WallGrid::cells_about(const Bounds& bounds) const {
-  const auto cell = [&](const vec3& p) { return glm::clamp((p - lower_) / cell_size_, vec3(0), vec3(size_) - 1.0f); };
+  const auto cell = [&](const vec3& p) { return glm::clamp((p - lower_) * cells_per_metre_, vec3(0), vec3(size_) - 1.0f); };
   return {uvec3(cell(bounds.lower - radius_)), uvec3(cell(bounds.upper + radius_)) + 1u};
 }
 
 NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius) const {
   NearWalls walls;
+  walls.position_ = position;
   walls.count_ = NearWalls::too_many;
-  const vec3 at = (position - lower_) / cell_size_, end(size_);
+  const vec3 at = (position - lower_) * cells_per_metre_, end(size_);
   // Outside of the grid, as on an infinite plane.
   if (radius > radius_ || !(at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < end.x && at.y < end.y && at.z < end.z)) return walls;
   const Cell& cell = cells_[index(uvec3(at))];

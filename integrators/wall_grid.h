@@ -9,8 +9,9 @@
 //
 // The second test takes a ray, which is traced only where the way crosses the plane of a surface near by. A grid over the
 // scene's bounds lists for each cell the sheets of surface (planes and spheres) within the radius of it. Where there is one, it
-// is the point's own and the side test decides. Where there are a few, a way whose ends lie on the same side of each cannot be
-// blocked. Where there are more, as on curved meshes that are coarse against the radius, every way is traced.
+// is the point's own and the side test decides. Where there are a few, a way whose ends lie on the same side of each, or that
+// passes beside what lies on it, cannot be blocked. Where there are more, as on curved meshes that are coarse against the
+// radius, every way is traced.
 //
 // What the test costs in accuracy: light that reaches the photon but, for want of a way, not the point is no longer blurred
 // across the edge of a shadow within the radius; like all blur by the kernel it vanishes with the radius.
@@ -24,11 +25,12 @@
 
 namespace etendue {
 
-// A plane, or a sphere, with its two sides.
+// A plane, or a sphere, with its two sides, and a box about the surfaces that lie on it.
 struct Sheet {
   vec3 normal_or_centre;
   float height_or_radius;
   bool is_sphere;
+  Bounds bounds = {};
 
   // Metres from it, negative below or inside.
   float height(const vec3& p) const {
@@ -37,14 +39,23 @@ struct Sheet {
   vec3 normal_at(const vec3& p) const { return is_sphere ? glm::normalize(p - normal_or_centre) : normal_or_centre; }
 };
 
-inline constexpr int most_sheets = 6;
+inline constexpr std::size_t most_sheets = 16;
 
 // The sheets about a point that gathers.
 class NearWalls {
  public:
   bool none() const { return count_ == 0; }
-  // May something within the radius hide the point `landed` of a surface, seen from its side where `end` lies? A ray must tell.
-  bool may_hide(const vec3& landed, const vec3& end) const;
+  // May something within the radius hide the point `landed` of a surface, seen from its side where end() lies? A ray must tell.
+  template <class End>
+  bool may_hide(const vec3& landed, const End& end) const {
+    if (count_ == too_many) return true;
+    for (std::uint32_t i = 0; i < plane_count_; i += 4)
+      if (any(~(planes_[i / 4].heights(landed) > rounding_))) {
+        if (crosses_plane(end())) return true;
+        break;
+      }
+    return sphere_count_ > 0 && crosses_sphere(landed, end());
+  }
 
  private:
   friend class WallGrid;
@@ -59,12 +70,20 @@ class NearWalls {
     Floats heights(const vec3& p) const { return x * p.x + y * p.y + z * p.z - height; }
   };
   void add(const Sheet& sheet, float side, bool own);
+  bool crosses_plane(const vec3& end) const;
+  bool crosses_sphere(const vec3& landed, const vec3& end) const;
+  template <class Lanes>
+  static bool any(Lanes lanes) {
+    using Pair = std::int64_t __attribute__((vector_size(16)));
+    return (Pair(lanes)[0] | Pair(lanes)[1]) != 0;
+  }
 
   int count_ = 0;  // too_many: always
   std::uint32_t plane_count_ = 0, sphere_count_ = 0;
   float rounding_ = 0;
-  std::array<Planes, 2> planes_;
-  std::array<const Sheet*, most_sheets> spheres_;
+  vec3 position_;
+  std::array<Planes, most_sheets / 4> planes_;
+  std::array<const Sheet*, most_sheets> of_planes_, spheres_;
   std::array<float, most_sheets> side_;  // of the point, at each sphere: 1 outside, -1 inside, or 0
 };
 
@@ -93,7 +112,7 @@ class WallGrid {
 
   float radius_, rounding_ = 0;
   vec3 lower_{0};
-  float cell_size_ = 1;
+  float cell_size_ = 1, cells_per_metre_ = 1;
   uvec3 size_{0};
   std::vector<Cell> cells_;
   std::vector<Sheet> sheets_;

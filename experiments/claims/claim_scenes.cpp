@@ -3,9 +3,9 @@
 #include "framework/core/rng.h"
 #include "framework/io/builtin_meshes.h"
 #include "framework/io/load_scene.h"
+#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
-#include <filesystem>
 
 namespace etendue {
 
@@ -215,7 +215,7 @@ void check_claim_scene(const std::string& name, const Location& where) {
     find_claim_scene(name, where).check(name, parse_params(name, where));
   else if (name.starts_with(builtin_prefix))
     check_builtin(name, where);
-  else if (!std::filesystem::is_regular_file(name))
+  else if (!is_file(name))
     throw Error(where,
                 fmt::format("no scene '{}'; expected claim:NAME, builtin:NAME or a file in the working directory", name));
 }

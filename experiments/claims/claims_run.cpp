@@ -5,8 +5,8 @@
 #include "experiments/harness/record_run.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
+#include "framework/io/whole_file.h"
 
-#include <filesystem>
 #include <map>
 
 namespace etendue {
@@ -25,7 +25,7 @@ class ClaimsWork final : public RecordWork<ClaimRecord> {
 
   std::optional<SceneState> scene(const Cell& cell) override {
     const std::string& name = choice_.rows[cell.integrator].measures[cell.accel].scenes[cell.scene];
-    if (!std::filesystem::is_regular_file(name)) return std::nullopt;
+    if (!is_file(name)) return std::nullopt;
     return SceneState{name, name, load_claim_scene(name).hash()};
   }
 

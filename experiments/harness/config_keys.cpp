@@ -1,6 +1,7 @@
 #include "experiments/harness/config_keys.h"
 
 #include "framework/io/load_scene.h"
+#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -19,7 +20,7 @@ SceneChoice read_scene(const ConfigNode& node, const fs::path& directory) {
     return scene;
   }
   for (const fs::path& candidate : {directory / scene.name, fs::path(scene.name)}) {
-    if (!fs::is_regular_file(candidate)) continue;
+    if (!is_file(candidate.string())) continue;
     scene.path = candidate.string();
     return scene;
   }
@@ -103,7 +104,7 @@ ReferenceChoice read_reference(const ConfigNode* node, const fs::path& directory
             samples->where};
   const std::string name = read_text(*file, "reference.file");
   for (const fs::path& candidate : {directory / name, fs::path(name)})
-    if (fs::is_regular_file(candidate)) return {Kind::file, 0, candidate.string(), file->where};
+    if (is_file(candidate.string())) return {Kind::file, 0, candidate.string(), file->where};
   throw Error(file->where, fmt::format("reference: no file '{}' beside the experiment or in the working directory", name));
 }
 

@@ -3,18 +3,17 @@
 // added to the format later have defaults, so that older logs can still be read.
 #pragma once
 
+#include "experiments/harness/json_fwd.h"
 #include "experiments/harness/log.h"
-
-#include <nlohmann/json_fwd.hpp>
 
 namespace etendue {
 
-ManifestRecord read_manifest(const nlohmann::ordered_json& json);
-ReferenceRecord read_reference(const nlohmann::ordered_json& json);
-StructureRecord read_structure(const nlohmann::ordered_json& json);
-CheckpointRecord read_checkpoint(const nlohmann::ordered_json& json);
-CellRecord read_cell(const nlohmann::ordered_json& json);
-PlanRecord read_plan(const nlohmann::ordered_json& json);
-SceneRecord read_scene_record(const nlohmann::ordered_json& json);
+ManifestRecord read_manifest(const Json& json);
+ReferenceRecord read_reference(const Json& json);
+StructureRecord read_structure(const Json& json);
+CheckpointRecord read_checkpoint(const Json& json);
+CellRecord read_cell(const Json& json);
+PlanRecord read_plan(const Json& json);
+SceneRecord read_scene_record(const Json& json);
 
 }  // namespace etendue

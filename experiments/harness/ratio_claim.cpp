@@ -1,12 +1,13 @@
 #include "experiments/harness/ratio_claim.h"
 
+#include "experiments/harness/json_line.h"
+
 #include "experiments/harness/rate_law.h"
 #include "framework/core/error.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 namespace etendue {
 
@@ -54,14 +55,14 @@ std::vector<RatioClaim> read_ratios(const ConfigNode& node, const RateContext& c
   return claims;
 }
 
-nlohmann::ordered_json to_json(const RatioClaim& claim) {
-  nlohmann::ordered_json json{{"method", claim.method}, {"over", claim.over}, {"scene", claim.scene}, {"region", claim.region}};
+Json to_json(const RatioClaim& claim) {
+  Json json{{"method", claim.method}, {"over", claim.over}, {"scene", claim.scene}, {"region", claim.region}};
   if (claim.expected) json["expected"] = *claim.expected;
   json["source"] = claim.source;
   return json;
 }
 
-RatioClaim read_ratio(const nlohmann::ordered_json& json) {
+RatioClaim read_ratio(const Json& json) {
   RatioClaim claim{json.at("method"), json.at("over"), json.at("scene"), json.at("region"), {}, json.at("source")};
   if (json.contains("expected")) claim.expected = json.at("expected").get<double>();
   return claim;

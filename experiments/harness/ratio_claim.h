@@ -13,8 +13,7 @@
 #pragma once
 
 #include "experiments/harness/config_tree.h"
-
-#include <nlohmann/json_fwd.hpp>
+#include "experiments/harness/json_fwd.h"
 
 #include <optional>
 #include <string>
@@ -35,7 +34,7 @@ struct RatioClaim {
 // Throw Error.
 std::vector<RatioClaim> read_ratios(const ConfigNode& node, const RateContext& context);
 
-nlohmann::ordered_json to_json(const RatioClaim& claim);
-RatioClaim read_ratio(const nlohmann::ordered_json& json);
+Json to_json(const RatioClaim& claim);
+RatioClaim read_ratio(const Json& json);
 
 }  // namespace etendue

@@ -8,6 +8,7 @@
 #include "experiments/harness/tables.h"
 #include "experiments/harness/trust.h"
 #include "framework/core/error.h"
+#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
 
@@ -43,7 +44,7 @@ namespace {
 
 RunLog read_directory(const std::string& directory) {
   const fs::path path = fs::path(directory) / "runs.jsonl";
-  if (!fs::is_regular_file(path))
+  if (!is_file(path.string()))
     throw Error(Location{directory}, "no runs.jsonl here; expected a directory that `etendue run` wrote");
   return read_log(path.string());
 }

@@ -98,6 +98,11 @@ std::string hash_text(std::string_view bytes) { return fmt::format("{:016x}", XX
 
 FileStamp stamp_of(std::string_view bytes) { return {bytes.size(), hash_text(bytes)}; }
 
+bool is_file(const std::string& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
 std::string difference(const std::string& path, const FileStamp& stamp) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
