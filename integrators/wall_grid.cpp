@@ -10,7 +10,7 @@ namespace etendue {
 namespace {
 
 constexpr float most_cells_aside = 64;
-constexpr float flat = 0x1p-12f;  // two planes are one within this share of the radius, and this angle
+constexpr float same_normal = 0x1p-20f;  // two planes are one within this angle, and within rounding
 
 std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive) {
   const auto plane = [&](const vec3& point, const vec3& normal) {
@@ -126,8 +126,8 @@ class WallGrid::Slab {
         return other.is_sphere && sheet.is_sphere && other.normal_or_centre == sheet.normal_or_centre &&
                other.height_or_radius == sheet.height_or_radius;
       const float side = glm::dot(other.normal_or_centre, sheet.normal_or_centre) < 0 ? -1 : 1;
-      return length_squared(other.normal_or_centre - side * sheet.normal_or_centre) <= square(flat) &&
-             std::abs(other.height(centre) - side * height) <= flat * grid_.radius_;
+      return length_squared(other.normal_or_centre - side * sheet.normal_or_centre) <= square(same_normal) &&
+             std::abs(other.height(centre) - side * height) <= 2 * grid_.rounding_;
     });
     if (same == list.sheets.end()) return false;
     same->bounds.extend(sheet.bounds);

@@ -52,6 +52,13 @@ double beyond_floats(const std::string& room, bool far) {
   return folds ? 5e-4 : 0;
 }
 
+// Far away, walls 1 mm apart are nearer than the clearance, and of a quadric a million sizes away floats hold eight values.
+bool is_promised_far_away(const std::string& room, const Placement& place) {
+  const bool quadric = room.ends_with("sphere") && !room.starts_with("ico") && !room.starts_with("smooth");
+  return room != "double walls" && room.find("crumpled") == std::string::npos &&
+         !((quadric || room == "cylinder") && place.offset == far_away(1e6f).offset);
+}
+
 double allowed_leak(const SealedMethod& method, bool flat) { return method.of_photons && !flat ? curved_leak : 0; }
 
 void expect_sealed_for_every_method(const Room& room, const NamedPlacement& at = {}, const char* photons = "20000") {
@@ -180,7 +187,8 @@ TEST(LongSealedRooms, EveryMethodInEveryRoom) {
 
 TEST(LongSealedRooms, EveryMethodInEveryRoomFarAway) {
   for (const Room& room : sealed_rooms())
-    for (const NamedPlacement& at : distances()) expect_sealed_for_every_method(room, at);
+    for (const NamedPlacement& at : distances())
+      if (is_promised_far_away(room.name, at.place)) expect_sealed_for_every_method(room, at);
 }
 
 TEST(LongSealedRooms, EveryMethodInEveryTinyOrHugeRoom) {
