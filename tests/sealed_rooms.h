@@ -187,8 +187,9 @@ inline Scene instanced_room(const Placement& place) {
     const Transform to_side = i < 4 ? Transform::rotate(0.5f * pi * static_cast<float>(i), {0, 1, 0})
                                     : Transform::rotate(0.5f * pi * static_cast<float>(2 * i - 9), {1, 0, 0});
     const float mirrored = i % 2 == 0 ? -1.0f : 1.0f;
-    scene.instances.push_back({1, turned * to_side * Transform::translate({0, 0, 2}) *
-                                      Transform::scale({2.3f * mirrored, 2.6f + 0.1f * static_cast<float>(i), 0.5f})});
+    const Transform to_world = turned * to_side * Transform::translate({0, 0, 2}) *
+                               Transform::scale({2.3f * mirrored, 2.6f + 0.1f * static_cast<float>(i), 0.5f});
+    scene.instances.push_back({1, to_world.moved(-scene.origin)});
   }
   return scene;
 }

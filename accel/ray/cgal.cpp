@@ -73,11 +73,12 @@ std::optional<Met> meet_plane(const Geometry& geometry, std::uint32_t id, const 
   return Met{t, vec2(glm::dot(glm::cross(p, e2), normal) / area, glm::dot(glm::cross(e1, p), normal) / area)};
 }
 
-// CGAL keeps a ray as two points: the second lies well away from the first, whatever the direction's length.
-Point second_point(const Ray& ray) {
+double largest(const dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+// CGAL keeps a ray as two points: the second lies as far from the first as what it may meet, whatever the direction's length.
+Point second_point(const Ray& ray, double reach) {
   const dvec3 origin(ray.origin), direction(ray.direction);
-  const auto largest = [](const dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
-  return to_point(origin + direction * (std::max(1.0, largest(origin)) / largest(direction)));
+  return to_point(origin + direction * (std::max(reach, largest(origin)) / largest(direction)));
 }
 
 // A walk of CGAL's tree that ends with the first triangle met within (t_min, t_max].
@@ -112,14 +113,18 @@ struct Cgal::State {
   const Geometry& geometry;
   Tree tree;
   std::vector<std::uint32_t> quadrics;
+  double reach = 0;  // the largest coordinate, metres
 
   explicit State(const Geometry& g) : geometry(g) {
     std::vector<Source> triangles;
     for (const std::uint32_t id : g.valid_primitives())
-      if (g.is_triangle(id))
+      if (g.is_triangle(id)) {
         triangles.push_back({&g, id});
-      else
+        for (const std::uint32_t v : {g.triangles[id].x, g.triangles[id].y, g.triangles[id].z})
+          reach = std::max(reach, largest(g.positions[v]));
+      } else {
         quadrics.push_back(id);
+      }
     tree.do_not_accelerate_distance_queries();
     tree.insert(triangles.cbegin(), triangles.cend());
     tree.build();
@@ -130,7 +135,7 @@ struct Cgal::State {
     if (!is_traceable(ray)) return {};
     Hit hit;
     hit.t = ray.t_max;
-    const Kernel::Ray_3 query(to_point(ray.origin), second_point(ray));
+    const Kernel::Ray_3 query(to_point(ray.origin), second_point(ray, reach));
     const auto skip = [&](std::uint32_t id) {
       count.primitives(1);
       return !meet_plane(geometry, id, ray);
@@ -154,7 +159,7 @@ struct Cgal::State {
       vec2 uv;
       if (intersect_quadric(ray, geometry.quadric(id), ray.t_max, t, uv)) return true;
     }
-    if (ray.t_max == infinity) return any(Kernel::Ray_3(to_point(ray.origin), second_point(ray)), ray, count);
+    if (ray.t_max == infinity) return any(Kernel::Ray_3(to_point(ray.origin), second_point(ray, reach)), ray, count);
     const dvec3 end = dvec3(ray.origin) + static_cast<double>(ray.t_max) * dvec3(ray.direction);
     return any(Kernel::Segment_3(to_point(ray.origin), to_point(end)), ray, count);
   }

@@ -57,9 +57,14 @@ std::vector<Spared> measure_spared(const std::string& scene, const Bounds& bound
 
 Json vector_json(const vec3& v) { return Json::array({v.x, v.y, v.z}); }
 
+Bounds bounds_in_file(const Scene& scene) {
+  const Bounds bounds = scene.bounds();
+  return bounds.empty() ? bounds : Bounds{bounds.lower + scene.origin, bounds.upper + scene.origin};
+}
+
 std::string to_json(const std::string& name, const Scene& scene, const SceneNeeds& needs, const std::vector<Spared>& spared) {
   const Contents contents = count_contents(scene);
-  const Bounds bounds = scene.bounds();
+  const Bounds bounds = bounds_in_file(scene);
   Json json{{"scene", name},
             {"hash", fmt::format("{:016x}", scene.hash())},
             {"triangles", contents.triangles},
@@ -88,7 +93,7 @@ std::string to_json(const std::string& name, const Scene& scene, const SceneNeed
 
 std::string to_lines(const std::string& name, const Scene& scene, const SceneNeeds& needs, const std::vector<Spared>& spared) {
   const Contents contents = count_contents(scene);
-  const Bounds bounds = scene.bounds();
+  const Bounds bounds = bounds_in_file(scene);
   std::string text = fmt::format("{}  ({:016x})\n", name, scene.hash());
   const auto add = [&](const char* what, const std::string& value) { text += fmt::format("  {:<14}{}\n", what, value); };
   add("triangles", contents.stored_triangles == contents.triangles

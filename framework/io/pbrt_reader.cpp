@@ -115,10 +115,10 @@ void PbrtReader::finish() {
   if (emissions.empty() && scene_.lights.empty()) warn({files_.first_file()}, "the scene has no lights");
   for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
   for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
-  finish_scene(scene_, emissions);
   if (const Bounds bounds = scene_.bounds();
       scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))
     throw Error(Location{files_.first_file()}, fmt::format("an instance lies beyond {:g} m", farthest));
+  finish_scene(scene_, emissions);
 }
 
 void PbrtReader::unsupported(PbrtLexer& lexer, const Token& token) {

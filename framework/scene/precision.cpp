@@ -16,9 +16,9 @@ constexpr float fewest_ulps_of_primitive = 16;  // a clearance of 4 leaves half 
 struct Coarseness {
   float extent = 0, distance = 0, ulp = 0;
 
-  explicit Coarseness(const Bounds& bounds) {
+  Coarseness(const Bounds& bounds, const vec3& origin) {
     extent = max_component(bounds.diagonal());
-    distance = max_component(glm::max(glm::abs(bounds.lower), glm::abs(bounds.upper)));
+    distance = max_component(glm::max(glm::abs(bounds.lower + origin), glm::abs(bounds.upper + origin)));
     ulp = std::nextafter(distance, infinity) - distance;
   }
   float ulps() const { return extent / ulp; }
@@ -53,12 +53,12 @@ std::vector<std::string> precision_warnings(const Scene& scene) {
       if (!g.is_valid(i)) continue;
       const Bounds bounds = g.primitive_bounds(i);
       of_object[o].extend(bounds);
-      primitives.add(Coarseness(bounds));
+      primitives.add({bounds, o == 0 ? scene.origin : vec3(0)});
     }
   }
   for (const Instance& instance : scene.instances)
     if (const Bounds& bounds = of_object[instance.object]; !bounds.empty())
-      objects.add(Coarseness(instance.to_world.bounds(bounds)));
+      objects.add({instance.to_world.bounds(bounds), scene.origin});
   std::vector<std::string> warnings;
   if (objects.worst)
     warnings.push_back(fmt::format(

@@ -1,6 +1,7 @@
 #include "framework/scene/scene.h"
 
 #include "framework/core/check.h"
+#include "framework/scene/recentre.h"
 #include "framework/scene/triangle_point.h"
 
 namespace etendue {
@@ -202,6 +203,7 @@ void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
     for (std::uint32_t i = 0; i < shape.primitive_count; ++i)
       scene.lights.emplace_back(AreaLight{shape.first_primitive + i, emission.radiance, emission.two_sided});
   }
+  recentre(scene);
 }
 
 }  // namespace etendue

@@ -74,6 +74,7 @@ struct ClosedForm {
 
 struct Scene {
   std::string name;
+  vec3 origin{0};                               // where 0 lies in the file's coordinates, metres: see recentre.h
   std::vector<Object> objects{1};               // 0: the world's own geometry
   std::vector<Instance> instances{Instance{}};  // 0: object 0, identity
   std::vector<InfinitePlane> planes;
@@ -97,7 +98,7 @@ struct Scene {
 };
 
 // Fills shape_of where needed, checks indices (CHECK: a reader's mistake), and appends an AreaLight per primitive of emitting
-// shapes. Readers call it last.
+// shapes, and moves a distant scene to the origin. Readers call it last.
 struct Emission {
   std::uint32_t shape;  // of object 0
   Rgb radiance;

@@ -83,6 +83,10 @@ vec3 Transform::error(const vec3& world, const vec3& local, float local_error) c
   return there + absolute(linear_) * (back + local_error);
 }
 
+Transform Transform::moved(const vec3& by) const {
+  return {linear_, offset_ + by, inverse_linear_, -(inverse_linear_ * (offset_ + by))};
+}
+
 Transform Transform::inverse() const { return {inverse_linear_, inverse_offset_, linear_, offset_}; }
 
 Transform Transform::operator*(const Transform& inner) const {

@@ -26,10 +26,11 @@ class Transform {
   vec3 inverse_point(const vec3& p) const { return inverse_linear_ * (p - offset_); }
   vec3 inverse_vector(const vec3& v) const { return inverse_linear_ * v; }
   Bounds bounds(const Bounds& b) const;
-  // Bound on how far, along each axis, point(local) = `world` may lie from what rays meet that were moved by inverse_point: both
-  // directions round, and their matrices are not quite each other's inverse. `local_error`: of the local point, likewise.
+  // Bound on how far, along each axis, point(local) = `world` may lie from what rays meet that were moved by inverse_point:
+  // both directions round, and their matrices are not quite each other's inverse. `local_error`: of the local point, likewise.
   vec3 error(const vec3& world, const vec3& local, float local_error) const;
 
+  Transform moved(const vec3& by) const;  // by an offset, afterwards; `by` is added and nothing else rounded
   Transform inverse() const;
   Transform operator*(const Transform& inner) const;  // inner first
   bool operator==(const Transform&) const = default;

@@ -1,11 +1,13 @@
 #include "framework/transport/light_sampling.h"
 
-#include "framework/scene/clearance.h"
 #include "framework/transport/sampling.h"
 
 namespace etendue {
 
 namespace {
+
+// Distance from the scene's centre to the disk through which light from infinity enters, in radii of the scene.
+constexpr float disk_distance = 1.01f;
 
 vec3 to_light_space(const EnvironmentLight& light, const vec3& direction) {
   return glm::normalize(light.light_to_world.inverse().vector(direction));
@@ -148,8 +150,6 @@ LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
   if (!bounds.empty()) {
     scene_centre_ = bounds.centre();
     scene_radius_ = std::max(0.5f * glm::length(bounds.diagonal()), std::numeric_limits<float>::min());
-    const float rounding = rounding_at(glm::max(glm::abs(bounds.lower), glm::abs(bounds.upper)));
-    disk_distance_ = std::max(1.01f * scene_radius_, scene_radius_ + 4 * rounding);
   }
   std::vector<double> power;
   for (const Light& light : scene.lights) {
@@ -315,7 +315,8 @@ std::optional<LightRay> LightSampler::emit_from_infinity(std::uint32_t light, co
   if (!(density > 0)) return std::nullopt;
   const vec2 disk = scene_radius_ * sample_unit_disk(u_position);
   const Frame frame = Frame::from_normal(direction);
-  const vec3 origin = scene_centre_ + disk.x * frame.tangent + disk.y * frame.bitangent - disk_distance_ * direction;
+  const vec3 origin =
+      scene_centre_ + disk.x * frame.tangent + disk.y * frame.bitangent - disk_distance * scene_radius_ * direction;
   for (const InfinitePlane& plane : scene_.planes) {
     const float along = -glm::dot(direction, plane.normal), height = glm::dot(plane.point - origin, plane.normal);
     if (along * height > 0) return std::nullopt;
@@ -341,7 +342,8 @@ float LightSampler::emission_pdf_over_cosine(std::uint32_t light, const vec3& di
   if (!scene_.planes.empty()) {  // all else lies before the disk, and within its edge
     const vec3 from_centre = to - scene_centre_;
     const float along = glm::dot(from_centre, direction);
-    if (along < -disk_distance_ || length_squared(from_centre - along * direction) > square(scene_radius_)) return 0;
+    if (along < -disk_distance * scene_radius_ || length_squared(from_centre - along * direction) > square(scene_radius_))
+      return 0;
   }
   const bool directional = std::holds_alternative<DirectionalLight>(scene_.lights[light]);
   return (directional ? chosen : environment_pdf(-direction)) / (pi * square(scene_radius_));

@@ -82,7 +82,6 @@ class LightSampler {
   std::vector<ImageDistribution> distributions_;  // parallel to environments_; empty table where constant
   vec3 scene_centre_{0};
   float scene_radius_ = 1;
-  float disk_distance_ = 1.01f;  // from the centre to the disks through which light from infinity enters, metres
 
  public:
   ~LightSampler();

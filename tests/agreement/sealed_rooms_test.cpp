@@ -23,9 +23,9 @@ using testing::SealedMethod;
 using testing::survives;
 
 constexpr double curved_leak = 1e-3;  // of the light outside
-// Of the rays of other libraries' structures, whose own triangle tests may miss where triangles meet: Embree's fast test does
-// (29 of 131,594 rays in a box, none with `robust`). What their images may show is the same share.
-constexpr double adapter_leak = 1e-3;
+// Of rays a third of which aim at corners, those of Embree, whose fast test misses where triangles meet (in a box 10 of 65,871,
+// none with `robust`; in an icosahedron 442 of 56,005), and those that meet an edge of any structure exactly.
+constexpr double embree_escapes = 1e-2, edge_escapes = 5e-5;
 const SealedMethod path_tracing{.name = "path", .variant = "", .params = {}, .iterations = 8};
 
 struct NamedPlacement {
@@ -45,19 +45,8 @@ std::vector<NamedPlacement> scales() {
 }
 
 // The share of rays that may leave a room whose walls floats do not hold (docs/guarantees.md, "What light cannot pass"): folds
-// as narrow as a few clearances, and, far away, walls that meet within a few floats.
-double beyond_floats(const std::string& room, bool far) {
-  const bool folds = room.find("crumpled") != std::string::npos;
-  if (far) return folds || room == "rough ball" ? 1e-2 : 0;
-  return folds ? 5e-4 : 0;
-}
-
-// Far away, walls 1 mm apart are nearer than the clearance, and of a quadric a million sizes away floats hold eight values.
-bool is_promised_far_away(const std::string& room, const Placement& place) {
-  const bool quadric = room.ends_with("sphere") && !room.starts_with("ico") && !room.starts_with("smooth");
-  return room != "double walls" && room.find("crumpled") == std::string::npos &&
-         !((quadric || room == "cylinder") && place.offset == far_away(1e6f).offset);
-}
+// as narrow as a few clearances.
+double beyond_floats(const std::string& room) { return room.find("crumpled") != std::string::npos ? 5e-4 : 0; }
 
 double allowed_leak(const SealedMethod& method, bool flat) { return method.of_photons && !flat ? curved_leak : 0; }
 
@@ -76,7 +65,7 @@ void expect_no_escape(const Scene& scene, const std::string& accel, int paths, c
     std::printf("%-90s %llu of %llu rays escape, %llu unoccluded\n", (scene.name + where + ", rays of " + accel).c_str(),
                 static_cast<unsigned long long>(escapes.escaped), static_cast<unsigned long long>(escapes.rays),
                 static_cast<unsigned long long>(escapes.unoccluded));
-  const double allowed = (is_adapter(accel) ? adapter_leak : share) * static_cast<double>(escapes.rays);
+  const double allowed = (accel == "embree" ? embree_escapes : share) * static_cast<double>(escapes.rays);
   EXPECT_LE(static_cast<double>(escapes.escaped), allowed)
       << scene.name << where << ", " << accel << ", of " << escapes.rays << " rays";
   EXPECT_LE(static_cast<double>(escapes.unoccluded), allowed)
@@ -102,29 +91,28 @@ TEST(SealedRooms, PathTracingSeesNothingInAnyRoom) {
 }
 
 TEST(SealedRooms, RaysLeaveNoRoom) {
-  for (const Room& room : sealed_rooms())
-    expect_no_escape(room.make({}), "binned-sah", 2000, {}, beyond_floats(room.name, false));
+  for (const Room& room : sealed_rooms()) expect_no_escape(room.make({}), "binned-sah", 2000, {}, beyond_floats(room.name));
 }
 
 TEST(SealedRooms, RaysLeaveNoRoomFarAway) {
   for (const Room& room : sealed_rooms())
     for (const auto& [where, place] : distances()) {
       const Scene scene = room.make(place);
-      if (survives(scene)) expect_no_escape(scene, "binned-sah", 500, where, beyond_floats(room.name, true));
+      if (survives(scene)) expect_no_escape(scene, "binned-sah", 500, where, beyond_floats(room.name));
     }
 }
 
 TEST(SealedRooms, RaysLeaveNoTinyOrHugeRoom) {
   for (const Room& room : sealed_rooms())
     for (const auto& [where, place] : scales())
-      expect_no_escape(room.make(place), "binned-sah", 500, where, beyond_floats(room.name, false));
+      expect_no_escape(room.make(place), "binned-sah", 500, where, beyond_floats(room.name));
 }
 
 TEST(SealedRooms, PathTracingSeesNothingFarAway) {
   for (const Room& room : sealed_rooms())
     for (const auto& [where, place] : distances()) {
       const Scene scene = room.make(place);
-      if (survives(scene) && beyond_floats(room.name, true) == 0) expect_sealed(scene, path_tracing, 0, where);
+      if (survives(scene)) expect_sealed(scene, path_tracing, 0, where);
     }
 }
 
@@ -170,15 +158,20 @@ TEST(SealedRooms, RaysLeaveNoRoomWhicheverTheStructure) {
   for (const RayEntry& entry : ray_structures())
     if (entry.available)
       for (const char* name : {"box", "instances", "furnished sphere", "rough ball"})
-        expect_no_escape(find_room(name).make({}), entry.name, entry.name == "brute" ? 50 : 200, {},
-                         beyond_floats(name, false));
+        expect_no_escape(find_room(name).make({}), entry.name, entry.name == "brute" ? 50 : 200, {}, beyond_floats(name));
+}
+
+TEST(SealedRooms, RaysLeaveNoTinyRoomWhicheverTheStructure) {
+  const Scene scene = find_room("icosphere 320").make({std::ldexp(1.0f, -20)});
+  for (const RayEntry& entry : ray_structures())
+    if (entry.available && entry.name != "brute") expect_no_escape(scene, entry.name, 200, " times 2^-20");
 }
 
 TEST(SealedRooms, PathTracingSeesNothingWhicheverTheStructure) {
   for (const RayEntry& entry : ray_structures())
     if (entry.available)
       for (const char* name : {"box", "instances", "furnished sphere", "smooth icosphere 320"})
-        expect_sealed(find_room(name).make({}), path_tracing, is_adapter(entry.name) ? adapter_leak : 0, "", entry.name);
+        expect_sealed(find_room(name).make({}), path_tracing, 0, "", entry.name);
 }
 
 TEST(LongSealedRooms, EveryMethodInEveryRoom) {
@@ -188,7 +181,7 @@ TEST(LongSealedRooms, EveryMethodInEveryRoom) {
 TEST(LongSealedRooms, EveryMethodInEveryRoomFarAway) {
   for (const Room& room : sealed_rooms())
     for (const NamedPlacement& at : distances())
-      if (is_promised_far_away(room.name, at.place)) expect_sealed_for_every_method(room, at);
+      if (beyond_floats(room.name) == 0) expect_sealed_for_every_method(room, at);
 }
 
 TEST(LongSealedRooms, EveryMethodInEveryTinyOrHugeRoom) {
@@ -217,8 +210,8 @@ TEST(LongSealedRooms, EveryStructureInEveryRoomAndPlace) {
       if (!survives(scene)) continue;
       for (const RayEntry& entry : ray_structures()) {
         if (!entry.available) continue;
-        expect_no_escape(scene, entry.name, 2000, where);
-        expect_sealed(scene, path_tracing, is_adapter(entry.name) ? adapter_leak : 0, where, entry.name);
+        expect_no_escape(scene, entry.name, 2000, where, std::max(edge_escapes, beyond_floats(room.name)));
+        expect_sealed(scene, path_tracing, 0, where, entry.name);
       }
     }
 }
