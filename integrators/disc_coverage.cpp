@@ -43,12 +43,13 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
   return hit_x < 1 && shape > 0 ? kernel_shape(rules_.kernel, hit_x) / (shape * facing) : 0;
 }
 
-void DiscCoverage::measure(const RenderContext& context, std::size_t slot, const GatherPoint& at, float radius, float weight,
-                           const NearWalls& walls) {
+void DiscCoverage::measure(const RenderContext& context, std::size_t slot, const PhotonMap& map, const GatherPoint& at,
+                           float radius, float weight) {
   Slot& s = slots_[slot];
   const bool whole = s.covered >= nearly_whole * s.whole;
   if (whole && s.probes >= 32 && s.gathers++ % 16 != 0) return;
   const std::uint32_t probes = s.probes == 0 ? 16 : whole ? 1 : s.probes < 64 ? 4 : 2;
+  const NearWalls walls = map.near_walls(at, radius);
   double sum = 0;
   if (rules_.sampler == SamplerKind::sobol) {
     const SobolPair points(context.seed, Stream::probe, slot, 0);

@@ -37,13 +37,11 @@ class DiscCoverage {
   DiscCoverage(const Receivers& receivers, const Rules& rules, std::size_t slots)
       : receivers_(receivers), rules_(rules), slots_(slots) {}
 
-  static bool near_plane(const vec3& offset, const vec3& normal, float radius) {
-    return std::abs(glm::dot(offset, normal)) <= flatness * radius;
-  }
-  // The kernel's disc of one gather, with the weight that its photons have in the image. `walls`: what may hide part of the
-  // disc from the point.
-  void measure(const RenderContext& context, std::size_t slot, const GatherPoint& at, float radius, float weight,
-               const NearWalls& walls);
+  static constexpr float flatness = 0.2f;  // of the radius
+
+  // The kernel's disc of one gather in a map, with the weight that its photons have in the image.
+  void measure(const RenderContext& context, std::size_t slot, const PhotonMap& map, const GatherPoint& at, float radius,
+               float weight);
   // The factor by which the photons' sum over all passes must be multiplied.
   double correction(std::size_t slot) const;
 
@@ -51,7 +49,6 @@ class DiscCoverage {
   float probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u, const NearWalls& walls) const;
 
  private:
-  static constexpr float flatness = 0.2f;  // of the radius
   static constexpr double nearly_whole = 0.99;
 
   struct Slot {

@@ -96,32 +96,27 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   const float radius = std::sqrt(disc.radius_squared);
   const float grain = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;
   if (disc.count == 0 || !(disc.radius_squared > 0)) return {Rgb(0), radius};
-  const std::span<const Neighbour> near(neighbours.data(), disc.count);
-  if (options_.edges == Edges::hull) return {over_hull(context, at, near, disc), radius, grain};
+  const std::span<const Neighbour> near = counting(context, at, {neighbours.data(), disc.count}, near_walls(at, radius));
+  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius, grain};
   std::optional<VisibleDomain> domain;
   if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), radius);
-  const NearWalls walls = near_walls(at, radius);
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
-    if (counts(context, at, id, distance_squared, walls) &&
-        (!domain || domain->contains(photons_.position[id] - at.position())))
+    if (!domain || domain->contains(photons_.position[id] - at.position()))
       sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
   return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius, grain};
 }
 
 // The hull of a few photons does not tell where the surface ends: then the whole disc is used.
-Rgb PhotonMap::over_hull(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
-                         const KernelDisc& disc) const {
+Rgb PhotonMap::over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const {
   constexpr std::size_t fewest = 8;
   static thread_local std::vector<Rgb> reflected;
   static thread_local std::vector<vec2> positions;
   reflected.clear();
   positions.clear();
   const Frame frame = Frame::from_normal(at.normal());
-  const NearWalls walls = near_walls(at, std::sqrt(disc.radius_squared));
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near) {
-    if (!counts(context, at, id, distance_squared, walls)) continue;
     reflected.push_back(at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared));
     positions.push_back(in_tangent_plane(frame, photons_.position[id] - at.position()));
     sum += reflected.back();
@@ -131,6 +126,35 @@ Rgb PhotonMap::over_hull(const RenderContext& context, const GatherPoint& at, st
   for (const std::uint32_t corner : hull.corners()) sum -= reflected[corner];
   const float share = hull.share(options_.kernel, std::sqrt(disc.radius_squared));
   return share > 0 ? glm::max(sum, Rgb(0)) * (disc.per_area() / share) : Rgb(0);
+}
+
+std::span<const Neighbour> PhotonMap::counting(const RenderContext& context, const GatherPoint& at,
+                                               std::span<const Neighbour> near, const NearWalls& walls) const {
+  static thread_local Neighbours kept;
+  static thread_local std::vector<Ray> ways;
+  static thread_local std::vector<std::size_t> asked;  // the places in `kept` of those that ways lead to
+  kept.clear();
+  ways.clear();
+  asked.clear();
+  for (const Neighbour& photon : near) {
+    if (!at.counts(photons_, photon.id, options_.side_test)) continue;
+    if (!walls.none())
+      if (const auto way = at.way_to(photons_, photon, walls)) {
+        asked.push_back(kept.size());
+        ways.push_back(*way);
+      }
+    kept.push_back(photon);
+  }
+  if (ways.empty()) return kept;
+  static thread_local std::vector<std::uint8_t> hidden;  // by place in `kept`
+  hidden.assign(kept.size(), 0);
+  for (const std::size_t place : asked) hidden[place] = 1;
+  for_unoccluded(context, ways, [&](std::size_t i) { hidden[asked[i]] = 0; });
+  std::size_t seen = 0;
+  for (std::size_t place = 0; place < kept.size(); ++place)
+    if (hidden[place] == 0) kept[seen++] = kept[place];
+  kept.resize(seen);
+  return kept;
 }
 
 const Neighbours& PhotonMap::within(const vec3& position, float radius) const {
@@ -149,23 +173,29 @@ const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
 }
 
 // Balls of growing radius until one holds enough that count: behind a thin wall may lie thousands that do not, which would all
-// be among the nearest.
+// be among the nearest. Of those on the right side the nearest are looked at first, and no more than it takes.
 float PhotonMap::distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max) const {
   if (photons_.empty() || k < 1) return r_max;
-  static thread_local std::vector<float> counted;
+  static thread_local Neighbours on_side;
   const float first = std::max(0.25f * radius_, std::numeric_limits<float>::min());  // from zero it would not grow
+  const auto nearer = [](const Neighbour& a, const Neighbour& b) { return a.distance_squared < b.distance_squared; };
   for (float r = std::min(r_max, first);; r = std::min(r_max, 1.6f * r)) {
     const Neighbours& found = within(at.position(), r);
-    counted.clear();
+    on_side.clear();
+    for (const Neighbour& photon : found)
+      if (at.counts(photons_, photon.id, options_.side_test)) on_side.push_back(photon);
     const NearWalls walls = near_walls(at, r);
-    for (const auto& [id, distance_squared] : found)
-      if (counts(context, at, id, distance_squared, walls)) counted.push_back(distance_squared);
-    if (counted.size() >= static_cast<std::size_t>(k)) break;
+    std::ptrdiff_t missing = k;
+    for (auto begin = on_side.begin(); on_side.end() - begin >= missing;) {
+      const auto end = begin + missing;
+      std::nth_element(begin, end - 1, on_side.end(), nearer);
+      const std::span<const Neighbour> seen = counting(context, at, {begin, end}, walls);
+      missing -= static_cast<std::ptrdiff_t>(seen.size());
+      if (missing == 0) return std::sqrt((end - 1)->distance_squared);
+      begin = end;
+    }
     if (r >= r_max || found.size() == photons_.size()) return r_max;
   }
-  const auto kth = counted.begin() + (k - 1);
-  std::nth_element(counted.begin(), kth, counted.end());
-  return std::sqrt(*kth);
 }
 
 }  // namespace etendue

@@ -73,16 +73,16 @@ class GatherPoint {
     if (!((transmits_ ? std::abs(facing) : facing) >= 0.1f)) return false;
     return !of_flanks() || bsdf_->pdf(wo_, photons.direction[id]) < flank_density_;
   }
-  // Does no wall stand between the point and the way of a photon that counts? Photons on the far side of a surface that lets
-  // light through are looked at from there.
-  bool sees(const RenderContext& context, const Photons& photons, std::uint32_t id, float distance_squared,
-            const NearWalls& walls) const {
+  // The way to a photon that counts, if a wall may stand on it. Photons on the far side of a surface that lets light through
+  // are looked at from there.
+  std::optional<Ray> way_to(const Photons& photons, const Neighbour& photon, const NearWalls& walls) const {
+    const auto& [id, distance_squared] = photon;
     const bool same_side = !transmits_ || glm::dot(photons.side[id].normal(), normal_) > 0;
     const auto end = [&] {
       return before_landing(photons.position[id], photons.direction[id], photons.flown[id], std::sqrt(distance_squared));
     };
-    if (same_side && !walls.may_hide(photons.position[id], end)) return true;
-    return unoccluded(context, segment(same_side ? origin_ : far_origin_, end()));
+    if (same_side && !walls.may_hide(photons.position[id], end)) return std::nullopt;
+    return segment(same_side ? origin_ : far_origin_, end());
   }
   const vec3& origin() const { return origin_; }
   // f_r times the power of a photon that counts.
@@ -117,6 +117,13 @@ class GatherPoint {
   Rgb constant_reflectance_;
 };
 
+// What a photon makes a point reflect (f_r times power, in W/sr), and where it lies, seen from there.
+struct GatheredPhoton {
+  Rgb reflected;
+  vec3 offset;
+  float distance_squared;
+};
+
 class PhotonMap {
  public:
   // Takes the photons along a space-filling curve and builds `query` over them.
@@ -139,16 +146,23 @@ class PhotonMap {
   Rgb estimate(const RenderContext& context, const GatherPoint& at) const { return measure(context, at).radiance; }
   Estimate measure(const RenderContext& context, const GatherPoint& at) const;
 
-  // Calls visit(reflected, offset, distance_squared) for every photon within `radius` that counts at the point: what it makes
-  // the point reflect (f_r times power, in W/sr), and where it lies, seen from there. The sum, each times kernel_shape over
-  // pi radius^2, is the radiance.
+  // Calls visit(GatheredPhoton, way) for every photon within `radius` and `off_plane` (metres) of the point's tangent plane
+  // that counts. Where a wall may hide it there is a way (std::optional<Ray>): it counts if nothing blocks that. The sum of
+  // what they reflect, each times kernel_shape over pi radius^2, is the radiance.
   template <class Visit>
-  void gather(const RenderContext& context, const GatherPoint& at, float radius, const Visit& visit) const {
+  void gather(const GatherPoint& at, float radius, float off_plane, const Visit& visit) const {
     if (photons_.empty()) return;
+    const Neighbours& near = within(at.position(), radius);
+    if (near.empty()) return;
     const NearWalls walls = near_walls(at, radius);
-    for (const auto& [id, distance_squared] : within(at.position(), radius))
-      if (counts(context, at, id, distance_squared, walls))
-        visit(at.reflected(photons_, id), photons_.position[id] - at.position(), distance_squared);
+    const bool open = walls.none();
+    for (const Neighbour& photon : near) {
+      const vec3 offset = photons_.position[photon.id] - at.position();
+      if (!(std::abs(glm::dot(offset, at.normal())) <= off_plane) || !at.counts(photons_, photon.id, options_.side_test))
+        continue;
+      visit(GatheredPhoton{at.reflected(photons_, photon.id), offset, photon.distance_squared},
+            open ? std::nullopt : at.way_to(photons_, photon, walls));
+    }
   }
 
   // Calls visit(direction, reflected) for those of the k nearest photons, within the radius of the search, that count at the
@@ -172,17 +186,14 @@ class PhotonMap {
   NearWalls near_walls(const GatherPoint& at, float radius) const { return near_walls(at.position(), at.normal(), radius); }
 
  private:
-  bool counts(const RenderContext& context, const GatherPoint& at, std::uint32_t id, float distance_squared,
-              const NearWalls& walls) const {
-    return at.counts(photons_, id, options_.side_test) &&
-           (walls.none() || at.sees(context, photons_, id, distance_squared, walls));
-  }
+  // Those of the photons that count at the point and that no wall hides from it, in their order.
+  std::span<const Neighbour> counting(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
+                                      const NearWalls& walls) const;
   // In a buffer of this thread's.
   const Neighbours& within(const vec3& position, float radius) const;
   const Neighbours& nearest(const vec3& position, int k) const;
   float automatic_radius() const;
-  Rgb over_hull(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
-                const KernelDisc& disc) const;
+  Rgb over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const;
 
   Photons photons_;
   PhotonHistory held_ = 0;  // histories that photons have

@@ -4,6 +4,10 @@ namespace etendue {
 
 namespace {
 
+struct NoArrival {
+  void arrive(const Ray& /*way*/) const {}
+};
+
 constexpr std::uint64_t pilot_key = 0xffffffffffffffffull;
 
 float median(std::vector<float> values) {
@@ -87,13 +91,16 @@ InitialRadii ProgressivePasses::pilot(const RenderContext& context) {
   const PhotonMap map = pilot_map(context);
   InitialRadii radii(states(context), 0);
   const int of_flanks = std::max(1, params_.neighbours / 4);
-  parallel_pixels(context.resolution, [&](ivec2 pixel) {
+  parallel_for(path_tile_count(context.resolution), 1, [&](std::size_t number) {
+    std::vector<Rgb> unused;
     for (std::uint32_t i = 0; i < points_.per_pixel(); ++i)
-      camera(context, pixel, i, [&](const GatherPoint& at, const Rgb&) {
-        const std::size_t state = first_state(context, pixel, i) + (at.of_flanks() ? 1 : 0);
-        if (radii[state] == 0)
-          radii[state] = map.distance_to(context, at.of_flanks() ? of_flanks : params_.neighbours, at, widest_);
-      });
+      camera<NoArrival>(context, path_tile(context.resolution, number), i, false, unused,
+                        [&](ivec2 pixel, const GatherPoint& at, const Rgb&, auto&) {
+                          const std::size_t state = first_state(context, pixel, i) + (at.of_flanks() ? 1 : 0);
+                          if (radii[state] == 0)
+                            radii[state] =
+                                map.distance_to(context, at.of_flanks() ? of_flanks : params_.neighbours, at, widest_);
+                        });
   });
   for (std::size_t kind = 0; kind < kinds(); ++kind) {
     std::vector<float> known;

@@ -39,10 +39,12 @@
 #include "integrators/path.h"
 #include "integrators/radius_policy.h"
 #include "integrators/visible_region.h"
+#include "integrators/wavefront.h"
 
 #include <array>
 #include <atomic>
 #include <functional>
+#include <variant>
 
 namespace etendue {
 
@@ -111,25 +113,56 @@ class ProgressivePasses {
   PhotonMap trace_map(const RenderContext& context, std::uint32_t pass) const;
   InitialRadii pilot(const RenderContext& context);
 
-  // Radiance that arrives along the camera path of a pixel without photons. at(GatherPoint, throughput) at each receiver.
-  template <class Gather>
-  Rgb camera(const RenderContext& context, ivec2 pixel, std::uint32_t iteration, const Gather& at) const {
-    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-    Sampler path(sampler_, context.seed, Stream::camera, key, points_.path(iteration));
-    Sampler light(sampler_, context.seed, Stream::gather, key, iteration);
-    const Ray ray = sample_camera_ray(context, pixel, path);
-    Rgb direct(0);
-    const Rgb met = CameraWalk{context, *receivers_, max_depth_}(
-        ray, path, light,
-        [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
-          if (sample_direct_) direct += throughput * direct_light(context, point, bsdf, wo, light, MisMode::light);
-          at(GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput);
-        },
-        [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
-          const auto histories = static_cast<PhotonHistory>(gathered_ & ~photon_direct);
-          at(GatherPoint(point, bsdf, wo, histories, max_depth_ - depth - 1, receivers_->flank_density()), throughput);
-        });
-    return met + direct;
+  // Radiance that arrives along the camera paths of a tile without photons, pixel by pixel as for_pixels has them; the paths
+  // are traced together. at(pixel, GatherPoint, throughput, arrivals) at each receiver: what arrivals.gain({Arrival}, way) is
+  // given arrives before the paths go on, if its way is free. `direct`: light as the parameter says, or none.
+  template <class Arrival, class Gather>
+  void camera(const RenderContext& context, const Tile& tile, std::uint32_t iteration, bool direct, std::vector<Rgb>& radiance,
+              const Gather& at) const {
+    struct View {
+      ivec2 pixel;
+      Rgb* radiance;
+      Sampler path, light;
+      CameraWalk::State state;
+    };
+    struct Gained {
+      std::variant<Gain, Arrival> what;
+      void arrive(const Ray& way) const {
+        std::visit([&](const auto& gained) { gained.arrive(way); }, what);
+      }
+    };
+    static thread_local Wavefront<View, Gained> wave;
+    wave.clear();
+    radiance.assign(static_cast<std::size_t>(tile.end.x - tile.begin.x) * (tile.end.y - tile.begin.y), Rgb(0));
+    Rgb* next = radiance.data();
+    for_pixels(tile, [&](ivec2 pixel) {
+      const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+      View view{pixel,
+                next++,
+                {sampler_, context.seed, Stream::camera, key, points_.path(iteration)},
+                {sampler_, context.seed, Stream::gather, key, iteration},
+                {}};
+      const Ray ray = sample_camera_ray(context, pixel, view.path);
+      wave.start(view, ray);
+    });
+    const CameraWalk walk{context, *receivers_, max_depth_};
+    wave.run(context, 0, [&](View& view, Ray& ray, const Hit& hit, int so_far) {
+      const bool goes_on = walk.meet(
+          view.state, ray, hit, so_far, view.path, view.light,
+          [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
+            if (direct && sample_direct_)
+              if (const auto light = sample_direct_light(context, point, bsdf, wo, view.light, MisMode::light))
+                wave.gain({Gain{view.radiance, throughput * light->radiance}}, light->shadow_ray);
+            at(view.pixel, GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput, wave);
+          },
+          [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
+            const auto histories = static_cast<PhotonHistory>(gathered_ & ~photon_direct);
+            at(view.pixel, GatherPoint(point, bsdf, wo, histories, max_depth_ - depth - 1, receivers_->flank_density()),
+               throughput, wave);
+          });
+      if (!goes_on) *view.radiance += view.state.radiance;
+      return goes_on;
+    });
   }
 
   const VisiblePoints& points() const { return points_; }
@@ -190,11 +223,8 @@ class ProgressivePhotonMapping final : public Integrator {
     const auto timed = context.phases.measure("gather");
     const std::uint32_t pass = index / per_pixel();
     if constexpr (requires { policy_->begin_pass(pass); }) policy_->begin_pass(pass);
-    parallel_pixels(context.resolution, [&](ivec2 pixel) {
-      const Radiance radiance = pixel_radiance(context, map, pixel, index);
-      film.add(pixel, radiance.other + radiance.from_photons[0] + radiance.from_photons[1], index);
-      if (coverage_) film.set(pixel, corrected(context, pixel, index, radiance));
-    });
+    parallel_for(path_tile_count(context.resolution), 1,
+                 [&](std::size_t number) { gather_tile(context, map, path_tile(context.resolution, number), index, film); });
   }
 
   Expectation expectation() const override { return expected_; }
@@ -226,36 +256,72 @@ class ProgressivePhotonMapping final : public Integrator {
     return sum / (index + 1.0);
   }
 
-  Radiance pixel_radiance(const RenderContext& context, const PhotonMap& map, ivec2 pixel, std::uint32_t index) {
-    const std::size_t first = passes_.first_state(context, pixel, index);
-    const std::uint32_t pass = index / per_pixel();
-    const Kernel kernel = passes_.kernel();
-    std::array<typename Policy::Observed, most_kinds> all_observed;
-    std::array<bool, most_kinds> gathered{};
-    Radiance radiance;
-    radiance.other = passes_.camera(context, pixel, index, [&](const GatherPoint& at, const Rgb& throughput) {
-      const std::size_t kind = at.of_flanks() ? 1 : 0, state = first + kind;
-      auto& observed = all_observed[kind];
-      const GatherDisc disc = policy_->disc({context, state, pass, map, at});
-      for (float widest = widest_reach_; widest < disc.reach && !widest_reach_.compare_exchange_weak(widest, disc.reach);)
-        continue;
-      const float per_square = 1 / square(disc.radius);
-      observed.begin(disc, at, throughput);
-      Rgb sum(0);
-      map.gather(context, at, disc.reach, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
-        if (coverage_ && !DiscCoverage::near_plane(offset, at.normal(), disc.radius)) return;
-        observed.add(reflected, offset, distance_squared);
-        const float x = distance_squared * per_square;
-        if (x <= 1) sum += reflected * kernel_shape(kernel, x);
-      });
-      if (coverage_)
-        coverage_->measure(context, state, at, disc.radius, luminance(throughput), map.near_walls(at, disc.radius));
-      radiance.from_photons[kind] += throughput * sum * (inv_pi * per_square);
-      gathered[kind] = true;
+  // A kernel's disc at one point, and what collects its photons.
+  struct Disc {
+    typename Policy::Observed observed;
+    Rgb weight{0};  // of what a photon reflects
+    float per_square = 0;
+    Rgb radiance{0};
+    bool gathers = false;
+
+    void add(const GatheredPhoton& photon, Kernel kernel) {
+      observed.add(photon.reflected, photon.offset, photon.distance_squared);
+      const float x = photon.distance_squared * per_square;
+      if (x <= 1) radiance += weight * photon.reflected * kernel_shape(kernel, x);
+    }
+  };
+  using Discs = std::array<Disc, most_kinds>;  // of a pixel
+  // A photon that counts if its way is free.
+  struct Arrival {
+    Disc* disc;
+    Kernel kernel;
+    GatheredPhoton photon;
+
+    void arrive(const Ray& /*way*/) const { disc->add(photon, kernel); }
+  };
+
+  void gather_tile(const RenderContext& context, const PhotonMap& map, const Tile& tile, std::uint32_t index, Film& film) {
+    static thread_local std::vector<Rgb> other;
+    static thread_local std::vector<Discs> discs;
+    const int width = tile.end.x - tile.begin.x;
+    discs.assign(static_cast<std::size_t>(width) * (tile.end.y - tile.begin.y), {});
+    passes_.camera<Arrival>(context, tile, index, true, other,
+                            [&](ivec2 pixel, const GatherPoint& at, const Rgb& throughput, auto& arrivals) {
+                              const ivec2 place = pixel - tile.begin;
+                              const std::size_t kind = at.of_flanks() ? 1 : 0;
+                              gather({context, passes_.first_state(context, pixel, index) + kind, index / per_pixel(), map, at},
+                                     throughput, discs[static_cast<std::size_t>(place.y) * width + place.x][kind], arrivals);
+                            });
+    std::size_t place = 0;
+    for_pixels(tile, [&](ivec2 pixel) {
+      const Discs& of_pixel = discs[place];
+      const Radiance radiance{other[place++], {of_pixel[0].radiance, of_pixel[1].radiance}};
+      const std::size_t first = passes_.first_state(context, pixel, index);
+      for (std::size_t kind = 0; kind < most_kinds; ++kind)
+        if (of_pixel[kind].gathers) policy_->update(first + kind, index / per_pixel(), of_pixel[kind].observed);
+      film.add(pixel, radiance.other + radiance.from_photons[0] + radiance.from_photons[1], index);
+      if (coverage_) film.set(pixel, corrected(context, pixel, index, radiance));
     });
-    for (std::size_t kind = 0; kind < most_kinds; ++kind)
-      if (gathered[kind]) policy_->update(first + kind, pass, all_observed[kind]);
-    return radiance;
+  }
+
+  template <class Arrivals>
+  void gather(const GatherSite& site, const Rgb& throughput, Disc& disc, Arrivals& arrivals) {
+    const GatherDisc size = policy_->disc(site);
+    for (float widest = widest_reach_; widest < size.reach && !widest_reach_.compare_exchange_weak(widest, size.reach);)
+      continue;
+    const Kernel kernel = passes_.kernel();
+    disc.per_square = 1 / square(size.radius);
+    disc.weight = throughput * (inv_pi * disc.per_square);
+    disc.gathers = true;
+    disc.observed.begin(size, site.at, throughput);
+    const float off_plane = coverage_ ? DiscCoverage::flatness * size.radius : infinity;
+    site.map.gather(site.at, size.reach, off_plane, [&](const GatheredPhoton& photon, const std::optional<Ray>& way) {
+      if (way)
+        arrivals.gain({Arrival{&disc, kernel, photon}}, *way);
+      else
+        disc.add(photon, kernel);
+    });
+    if (coverage_) coverage_->measure(site.context, site.pixel, site.map, site.at, size.radius, luminance(throughput));
   }
 
   ProgressivePasses passes_;

@@ -23,7 +23,8 @@ std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive)
   }
   const Quadric& quadric = geometry.quadric(primitive);
   if (const auto* disk = std::get_if<Disk>(&quadric)) return plane(disk->centre, disk->normal);
-  if (const auto* sphere = std::get_if<Sphere>(&quadric)) return Sheet{sphere->centre, sphere->radius, true};
+  if (const auto* sphere = std::get_if<Sphere>(&quadric))
+    return Sheet{sphere->centre, sphere->radius, true, quadric_bounds(quadric)};
   return std::nullopt;
 }
 
@@ -59,9 +60,7 @@ bool NearWalls::crosses_plane(const vec3& end) const {
       if (beyond[i % 4] == 0) continue;
       // Where the way meets the plane; not a number where floats cannot tell.
       const vec3 at = position_ + here[i % 4] / (here[i % 4] - there[i % 4]) * (end - position_);
-      const Bounds& bounds = of_planes_[i]->bounds;
-      const vec3 beside = glm::max(bounds.lower - at, at - bounds.upper);
-      if (!(max_component(beside) > 4 * rounding_)) return true;
+      if (!of_planes_[i]->is_beside(at, 4 * rounding_)) return true;
     }
   }
   return false;
@@ -104,11 +103,21 @@ class WallGrid::Slab {
             list.sheets.push_back(*sheet);
         }
   }
+  // Cells whose lists are those of a neighbour share them: most do, and lists that are near in memory are found fast.
   void move_to(std::vector<Cell>& cells, std::vector<Sheet>& sheets) const {
-    for (const List& list : lists_) {
-      const auto count = static_cast<std::uint32_t>(list.too_many ? NearWalls::too_many : list.sheets.size());
-      cells.push_back({static_cast<std::uint32_t>(sheets.size()), count});
-      sheets.insert(sheets.end(), list.sheets.begin(), list.sheets.end());
+    const std::size_t row = grid_.size_.x, layer = row * grid_.size_.y, before = cells.size();
+    for (std::size_t i = 0; i < lists_.size(); ++i) {
+      const List& list = lists_[i];
+      Cell cell{static_cast<std::uint32_t>(sheets.size()),
+                static_cast<std::uint32_t>(list.too_many ? NearWalls::too_many : list.sheets.size())};
+      bool shared = false;
+      for (const std::size_t back : {std::size_t{1}, row, layer})
+        if (!shared && back <= i && lists_[i - back].sheets == list.sheets) {
+          cell.first = cells[before + i - back].first;
+          shared = true;
+        }
+      cells.push_back(cell);
+      if (!shared) sheets.insert(sheets.end(), list.sheets.begin(), list.sheets.end());
     }
   }
 
@@ -184,16 +193,19 @@ NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius)
   if (radius > radius_ || !(at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < end.x && at.y < end.y && at.z < end.z)) return walls;
   const Cell& cell = cells_[index(uvec3(at))];
   if (cell.count == NearWalls::too_many) return walls;
-  // One is the point's own: where it is flat, directions tell its sides.
-  const bool flat_alone = cell.count == 1 && !sheets_[cell.first].is_sphere;
-  walls.count_ = flat_alone ? 0 : static_cast<int>(cell.count);
+  walls.count_ = 0;
+  if (cell.count == 1 && !sheets_[cell.first].is_sphere) return walls;
   walls.rounding_ = rounding_;
-  for (int i = 0; i < walls.count_; ++i) {
-    const Sheet& sheet = sheets_[cell.first + static_cast<std::uint32_t>(i)];
-    const float height = sheet.height(position), facing = glm::dot(sheet.normal_at(position), normal);
-    // On the point's own sheet the side is that of the normal.
+  const float longest_way = 2 * radius + rounding_;  // to a photon within the radius, and from there before its landing
+  for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
+    const Sheet& sheet = sheets_[i];
+    const float height = sheet.height(position);
+    if (std::abs(height) > longest_way || sheet.is_beside(position, longest_way)) continue;
+    const float facing = glm::dot(sheet.normal_at(position), normal);
+    // On the point's own sheet the side is that of the normal. Where it is flat, and nothing else near, directions tell sides.
     const bool apart = std::abs(height) > 2 * rounding_, own = !apart && std::abs(facing) > 0.999f;
     walls.add(sheet, apart ? std::copysign(1.0f, height) : own ? std::copysign(1.0f, facing) : 0.0f, own);
+    if (!own || sheet.is_sphere) walls.count_ = static_cast<int>(cell.count);
   }
   return walls;
 }

@@ -32,9 +32,17 @@ struct Sheet {
   bool is_sphere;
   Bounds bounds = {};
 
+  bool operator==(const Sheet& other) const {
+    return normal_or_centre == other.normal_or_centre && height_or_radius == other.height_or_radius &&
+           is_sphere == other.is_sphere && bounds.lower == other.bounds.lower && bounds.upper == other.bounds.upper;
+  }
   // Metres from it, negative below or inside.
   float height(const vec3& p) const {
     return (is_sphere ? glm::length(p - normal_or_centre) : glm::dot(p, normal_or_centre)) - height_or_radius;
+  }
+  // Farther from the surfaces than `distance` (metres)?
+  bool is_beside(const vec3& p, float distance) const {
+    return max_component(glm::max(bounds.lower - p, p - bounds.upper)) > distance;
   }
   vec3 normal_at(const vec3& p) const { return is_sphere ? glm::normalize(p - normal_or_centre) : normal_or_centre; }
 };

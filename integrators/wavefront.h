@@ -52,7 +52,7 @@ class Wavefront {
         walks_[going_on] = walk;
         rays_[going_on++] = ray;
       }
-      walks_.resize(going_on);
+      walks_.erase(walks_.begin() + static_cast<std::ptrdiff_t>(going_on), walks_.end());
       rays_.resize(going_on);
       for_unoccluded(context, shadow_rays_, [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
     }

@@ -28,29 +28,33 @@ vec3 triangle_tangent(const vec3& e1, const vec3& e2, const vec2& d1, const vec2
   return (d2.y * e1 - d1.y * e2) / determinant;
 }
 
-void set_triangle_surface(const Object& object, const Shape& shape, const Hit& hit, SurfacePoint& s) {
-  const Geometry& g = object.geometry;
-  const uvec3 v = g.triangles[hit.primitive];
-  const vec3 &p0 = g.positions[v.x], &p1 = g.positions[v.y], &p2 = g.positions[v.z];
+// Normals and texture coordinates that the file gives.
+[[gnu::noinline]] void set_vertex_values(const Object& object, const Shape& shape, const Hit& hit,
+                                         const TrianglePlane& triangle, SurfacePoint& s) {
+  const uvec3 v = object.geometry.triangles[hit.primitive];
   const float b1 = hit.uv.x, b2 = hit.uv.y, b0 = 1 - b1 - b2;
-  const TrianglePlane triangle(p0, p1, p2);
-  const TrianglePoint point = point_of(triangle, hit.uv);
-  s.position = point.position;
-  s.clearance = point.clearance;
-  s.normal = shape.flip_normal ? -triangle.normal : triangle.normal;
-  s.shading_normal = s.normal;
   if (shape.has_normals) {
     s.shading_normal = normalised_or(b0 * object.normals[v.x] + b1 * object.normals[v.y] + b2 * object.normals[v.z], s.normal);
     if (glm::dot(s.normal, s.shading_normal) < 0) s.normal = -s.normal;
   }
-  if (!shape.has_uvs) {  // (0, 0), (1, 0), (1, 1)
-    s.uv = {b1 + b2, b2};
-    s.tangent = p1 - p0;
-    return;
-  }
+  if (!shape.has_uvs) return;
   const vec2 &t0 = object.uvs[v.x], &t1 = object.uvs[v.y], &t2 = object.uvs[v.z];
   s.uv = b0 * t0 + b1 * t1 + b2 * t2;
-  s.tangent = triangle_tangent(p1 - p0, p2 - p0, t1 - t0, t2 - t0, s.normal);
+  s.tangent = triangle_tangent(triangle.e1, triangle.e2, t1 - t0, t2 - t0, s.normal);
+}
+
+void set_triangle_surface(const Object& object, const Shape& shape, const Hit& hit, SurfacePoint& s) {
+  const Geometry& g = object.geometry;
+  const uvec3 v = g.triangles[hit.primitive];
+  const TrianglePlane triangle(g.positions[v.x], g.positions[v.y], g.positions[v.z]);
+  const TrianglePoint point = point_of(triangle, hit.uv);
+  const vec3 normal = shape.flip_normal ? -triangle.normal : triangle.normal;
+  s.position = point.position;
+  s.clearance = point.clearance;
+  s.normal = s.shading_normal = normal;
+  s.uv = {hit.uv.x + hit.uv.y, hit.uv.y};  // (0, 0), (1, 0), (1, 1)
+  s.tangent = triangle.e1;
+  if (shape.has_normals || shape.has_uvs) set_vertex_values(object, shape, hit, triangle, s);
 }
 
 // Points are moved onto the surface exactly, so that rays leaving them start where they should.
@@ -88,7 +92,29 @@ vec3 retreat_of(const Ray& ray, float t, float clearance) {
   return std::min(most_clearances * clearance, most_of_way * t) * -ray.direction;
 }
 
-void set_plane_surface(const InfinitePlane& plane, const vec3& p, SurfacePoint& s) {
+// At a point `p` of the object's space that rounding took off the quadric.
+[[gnu::noinline]] void set_quadric_surface(const Object& object, const Shape& shape, const Hit& hit, const vec3& p,
+                                           SurfacePoint& s) {
+  const Quadric& quadric = object.geometry.quadric(hit.primitive);
+  const QuadricPoint on = std::visit(QuadricSurface{p, hit.uv}, quadric);
+  s.position = on.position;
+  s.normal = shape.flip_normal ? -on.normal : on.normal;
+  s.shading_normal = shape.flip_normal ? -on.shading_normal : on.shading_normal;
+  s.tangent = on.tangent;
+  s.uv = on.uv;
+  s.clearance = clearance_of(s.position, quadric_extent(quadric));
+}
+
+[[gnu::noinline]] void place_in_world(const Transform& to_world, SurfacePoint& s) {
+  const vec3 local = s.position;
+  s.position = to_world.point(local);
+  s.normal = glm::normalize(to_world.normal(s.normal));
+  s.shading_normal = glm::normalize(to_world.normal(s.shading_normal));
+  s.tangent = to_world.vector(s.tangent);
+  s.clearance = rounding_at(s.position) + glm::length(to_world.error(s.position, local, s.clearance));
+}
+
+[[gnu::noinline]] void set_plane_surface(const InfinitePlane& plane, const vec3& p, SurfacePoint& s) {
   s.position = p - glm::dot(p - plane.point, plane.normal) * plane.normal;
   s.normal = s.shading_normal = plane.normal;
   const Frame frame = Frame::from_normal(plane.normal);
@@ -147,31 +173,14 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
   const Instance& instance = instances[hit.instance];
   const Object& object = objects[instance.object];
   const Shape& shape = object.shape(hit.primitive);
-  const bool in_world = hit.instance == 0;
   s.material = shape.material;
   s.light = light_of(shape, hit);
-  if (object.geometry.is_triangle(hit.primitive)) {
+  if (object.geometry.is_triangle(hit.primitive))
     set_triangle_surface(object, shape, hit, s);
-  } else {
-    const vec3 p = in_world ? ray.at(hit.t) : instance.to_world.inverse_point(ray.at(hit.t));
-    const Quadric& quadric = object.geometry.quadric(hit.primitive);
-    const QuadricPoint on = std::visit(QuadricSurface{p, hit.uv}, quadric);
-    s.position = on.position;
-    s.normal = shape.flip_normal ? -on.normal : on.normal;
-    s.shading_normal = shape.flip_normal ? -on.shading_normal : on.shading_normal;
-    s.tangent = on.tangent;
-    s.uv = on.uv;
-    s.clearance = clearance_of(s.position, quadric_extent(quadric));
-  }
-  if (!in_world) {
-    const Transform& t = instance.to_world;
-    const vec3 local = s.position;
-    s.position = t.point(local);
-    s.normal = glm::normalize(t.normal(s.normal));
-    s.shading_normal = glm::normalize(t.normal(s.shading_normal));
-    s.tangent = t.vector(s.tangent);
-    s.clearance = rounding_at(s.position) + glm::length(t.error(s.position, local, s.clearance));
-  }
+  else
+    set_quadric_surface(object, shape, hit, hit.instance == 0 ? ray.at(hit.t) : instance.to_world.inverse_point(ray.at(hit.t)),
+                        s);
+  if (hit.instance != 0) place_in_world(instance.to_world, s);
   s.retreat = retreat_of(ray, hit.t, s.clearance);
   return s;
 }

@@ -42,7 +42,9 @@ class PlanePhotons {
   template <class Observed>
   void observe(const GatherDisc& disc, Observed& observed) const {
     observed.begin(disc, at_, Rgb(1));
-    map_.gather(stage().context, at_, disc.reach, [&](const auto&... photon) { observed.add(photon...); });
+    map_.gather(at_, disc.reach, infinity, [&](const GatheredPhoton& photon, const auto& /*way*/) {
+      observed.add(photon.reflected, photon.offset, photon.distance_squared);
+    });
   }
 
   // Runs a pass of `policy` on these photons; returns the irradiance.
@@ -52,10 +54,10 @@ class PlanePhotons {
     typename Policy::Observed observed;
     observed.begin(disc, at_, Rgb(1));
     double sum = 0;
-    map_.gather(stage().context, at_, disc.reach, [&](const Rgb& reflected, const vec3& offset, float distance_squared) {
-      observed.add(reflected, offset, distance_squared);
-      const float x = distance_squared / square(disc.radius);
-      if (x <= 1) sum += reflected.x * kernel_shape(kernel, x);
+    map_.gather(at_, disc.reach, infinity, [&](const GatheredPhoton& photon, const auto& /*way*/) {
+      observed.add(photon.reflected, photon.offset, photon.distance_squared);
+      const float x = photon.distance_squared / square(disc.radius);
+      if (x <= 1) sum += photon.reflected.x * kernel_shape(kernel, x);
     });
     const double radiance = sum / (std::numbers::pi * square(disc.radius));
     policy.update(0, pass, observed);
