@@ -44,5 +44,7 @@ using Material = std::variant<Diffuse, Conductor, Dielectric, Plastic>;
 bool has_specular(const Material& material);
 // Is there a lobe that is not a delta?
 bool has_non_specular(const Material& material);
+// Does it depend on texture coordinates, or on the tangent along them? (Textures and anisotropic lobes do.)
+bool uses_uvs(const Material& material);
 
 }  // namespace etendue

@@ -37,7 +37,7 @@ vec3 triangle_tangent(const vec3& e1, const vec3& e2, const vec2& d1, const vec2
     s.shading_normal = normalised_or(b0 * object.normals[v.x] + b1 * object.normals[v.y] + b2 * object.normals[v.z], s.normal);
     if (glm::dot(s.normal, s.shading_normal) < 0) s.normal = -s.normal;
   }
-  if (!shape.has_uvs) return;
+  if (!shape.uses_uvs) return;
   const vec2 &t0 = object.uvs[v.x], &t1 = object.uvs[v.y], &t2 = object.uvs[v.z];
   s.uv = b0 * t0 + b1 * t1 + b2 * t2;
   s.tangent = triangle_tangent(triangle.e1, triangle.e2, t1 - t0, t2 - t0, s.normal);
@@ -54,7 +54,7 @@ void set_triangle_surface(const Object& object, const Shape& shape, const Hit& h
   s.normal = s.shading_normal = normal;
   s.uv = {hit.uv.x + hit.uv.y, hit.uv.y};  // (0, 0), (1, 0), (1, 1)
   s.tangent = triangle.e1;
-  if (shape.has_normals || shape.has_uvs) set_vertex_values(object, shape, hit, triangle, s);
+  if (shape.has_normals || shape.uses_uvs) set_vertex_values(object, shape, hit, triangle, s);
 }
 
 // Points are moved onto the surface exactly, so that rays leaving them start where they should.
@@ -191,12 +191,13 @@ void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
   for (Object& object : scene.objects) {
     const Geometry& g = object.geometry;
     std::uint32_t next = 0;
-    for (const Shape& shape : object.shapes) {
+    for (Shape& shape : object.shapes) {
       CHECK_EQ(shape.first_primitive, next);
       next += shape.primitive_count;
       CHECK_LT(shape.material, scene.materials.size());
       CHECK(!shape.has_normals || object.normals.size() == g.positions.size());
       CHECK(!shape.has_uvs || object.uvs.size() == g.positions.size());
+      shape.uses_uvs = shape.has_uvs && uses_uvs(scene.materials[shape.material]);
     }
     CHECK_EQ(next, g.primitive_count());
     for (const uvec3& t : g.triangles) CHECK(t.x < g.positions.size() && t.y < g.positions.size() && t.z < g.positions.size());

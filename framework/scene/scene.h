@@ -24,6 +24,7 @@ struct Shape {
   std::uint32_t first_light = no_id;  // light of the first primitive; the others follow. no_id: does not emit
   bool flip_normal = false;           // the geometric normal is minus the winding's (or the quadric's outward one)
   bool has_normals = false, has_uvs = false;
+  bool uses_uvs = false;  // has them, and its material depends on them; set by finish_scene
 };
 
 struct Object {
@@ -58,7 +59,7 @@ struct SurfacePoint {
   vec3 position;
   vec3 normal;
   vec3 shading_normal;
-  vec3 tangent;  // dp/du, not normalised; used by anisotropic materials
+  vec3 tangent;  // dp/du, not normalised; of the triangle itself where the material does not use_uvs, and so is uv
   vec2 uv;
   std::uint32_t material;
   std::uint32_t light;  // index into Scene::lights, or no_id

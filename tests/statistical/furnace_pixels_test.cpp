@@ -172,10 +172,14 @@ TEST(CrateOfCells, MeanIsWithinWhatEachMethodDeclares) {
   EXPECT_LT(std::abs(many), 0.5 * std::abs(few));
 }
 
+// So long that noise hides nothing of the blur of few caustic photons in the gaps between the lossless objects (28 % of the
+// radiance with 5,000 of them): as many as by default.
 TEST(LongFurnacePixels, EveryMethodIsEvenWithinWhatItDeclares) {
   for (const Furnace& furnace : furnaces())
-    for (const SealedMethod& method : furnace_methods())
+    for (SealedMethod method : furnace_methods()) {
+      method.params.erase("caustic_photons");
       if (applies(furnace, method)) expect_even(furnace, method, 16);
+    }
 }
 
 }  // namespace
