@@ -1,10 +1,10 @@
 // The registry's row of a structure that is no tree of boxes by a builder.
 #pragma once
 
-#include "accel/memory_need.h"
-#include "accel/over_scene.h"
-#include "accel/ray/build_sah.h"
+#include "accel/bvh/build/sah.h"
 #include "accel/registry.h"
+#include "accel/scene/memory_need.h"
+#include "accel/scene/over_scene.h"
 
 #include <utility>
 

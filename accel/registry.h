@@ -1,8 +1,9 @@
-// Every structure by name. To add one: write its .h/.cpp in ray/, point/ or ball/ and a line in registry.cpp.
+// Every structure by name. To add one: write its .h/.cpp in a room of its family (bvh/build/, spatial/, points/, records/) and
+// a line in registry.cpp.
 #pragma once
 
-#include "accel/memory_budget.h"
-#include "accel/ray/binary_tree.h"
+#include "accel/bvh/build/binary_tree.h"
+#include "accel/scene/memory_budget.h"
 #include "framework/core/params.h"
 #include "framework/query.h"
 #include "framework/scene/scene.h"

@@ -1,4 +1,4 @@
-// Every integrator by name. To add one: write its .h/.cpp beside this file and a line in registry.cpp.
+// Every integrator by name. To add one: write its .h/.cpp in a room of its family and a line in registry.cpp.
 #pragma once
 
 #include "framework/integrator.h"

@@ -2,7 +2,7 @@
 // Sidak-corrected to one false alarm in a thousand runs of a file. Biased methods are allowed the bias stated beside them.
 #pragma once
 
-#include "experiments/harness/statistics.h"
+#include "experiments/statistics/statistics.h"
 #include "tests/render_scene.h"
 
 #include <gtest/gtest.h>

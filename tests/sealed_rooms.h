@@ -7,9 +7,9 @@
 
 #include "framework/core/error.h"
 #include "framework/core/rng.h"
-#include "framework/io/builtin_meshes.h"
 #include "framework/io/object_builder.h"
 #include "framework/scene/builder.h"
+#include "framework/scenes/meshes.h"
 
 #include <functional>
 #include <map>

@@ -1,11 +1,11 @@
 // `etendue accel`: every ray structure on one scene, on the same rays.
-#include "experiments/harness/accel_comparison.h"
+#include "experiments/kinds/structures/accel_comparison.h"
 
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/harness/method.h"
-#include "experiments/harness/report_data.h"
-#include "experiments/harness/tables.h"
+#include "experiments/config/method.h"
+#include "experiments/report/report_data.h"
+#include "experiments/report/tables.h"
 #include "framework/core/units.h"
 #include "framework/io/load_scene.h"
 

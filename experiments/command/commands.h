@@ -2,7 +2,7 @@
 // failed or a gate tripped). Bad input is thrown as Error and becomes 2 in main.
 #pragma once
 
-#include "experiments/harness/run.h"
+#include "experiments/run/run.h"
 
 #include <chrono>
 #include <string>

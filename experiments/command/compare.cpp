@@ -1,10 +1,10 @@
 // `etendue compare` and `etendue report`: from files alone, with no scene and no rendering.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/harness/log.h"
-#include "experiments/harness/report.h"
+#include "experiments/log/log.h"
+#include "experiments/report/report.h"
 #include "framework/image/metrics.h"
-#include "framework/io/exr.h"
+#include "framework/io/image/exr.h"
 
 #include <fmt/format.h>
 #include <filesystem>

@@ -1,7 +1,7 @@
 // Output for people at a terminal: narration and a progress bar on stderr; stdout is left to data.
 #pragma once
 
-#include "experiments/harness/run.h"
+#include "experiments/run/run.h"
 
 #include <chrono>
 #include <string>

@@ -2,7 +2,7 @@
 //
 //   0 done   1 a cell failed, a gate tripped or the machine did   2 bad usage, config or scene   130 interrupted
 #include "experiments/command/commands.h"
-#include "experiments/harness/manifest.h"
+#include "experiments/log/manifest.h"
 #include "framework/core/counters.h"
 #include "framework/core/memory.h"
 #include "framework/core/parallel.h"

@@ -1,7 +1,7 @@
 // Caches on disk as `etendue render` reads and writes them.
 #pragma once
 
-#include "experiments/harness/method.h"
+#include "experiments/config/method.h"
 
 #include <string>
 #include <string_view>

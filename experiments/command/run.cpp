@@ -1,9 +1,9 @@
-#include "experiments/harness/run.h"
+#include "experiments/run/run.h"
 
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/harness/report_text.h"
-#include "experiments/harness/run_directory.h"
+#include "experiments/report/report_text.h"
+#include "experiments/run/run_directory.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>

@@ -1,10 +1,10 @@
 #include "framework/io/load_scene.h"
 
-#include "framework/io/mesh_scene.h"
-#include "framework/io/obj.h"
-#include "framework/io/pbrt.h"
-#include "framework/io/ply.h"
-#include "framework/io/smf.h"
+#include "framework/io/mesh/mesh_scene.h"
+#include "framework/io/mesh/obj.h"
+#include "framework/io/mesh/ply.h"
+#include "framework/io/mesh/smf.h"
+#include "framework/io/pbrt/pbrt.h"
 #include "framework/scene/precision.h"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 // Collects the shapes of one object in the order they are met and lays them out as an Object: triangles first, then quadrics.
 #pragma once
 
-#include "framework/io/mesh.h"
+#include "framework/io/mesh/mesh.h"
 #include "framework/scene/scene.h"
 
 #include <optional>

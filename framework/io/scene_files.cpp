@@ -44,7 +44,7 @@ std::string SceneFiles::resolve(const std::string& name, const std::string& name
 void SceneFiles::check_place(const std::string& path, const std::string& name, const Location& where) {
   const fs::path place = resolved(path);
   if (lies_below(place, folder_)) return;
-  const std::string what = fmt::format("{} lies outside the folder of the scene", etendue::quoted(name));
+  const std::string what = fmt::format("{} lies outside the folder of the scene", etendue::quote(name));
   if (confined_) throw Error(what + "; --confined allows only files below that folder");
   if (outside_.insert(place).second && outside_warnings_.size() < most_named)
     outside_warnings_.push_back(where.text() + ": " + what);
@@ -53,7 +53,7 @@ void SceneFiles::check_place(const std::string& path, const std::string& name, c
 void SceneFiles::need_memory(std::uint64_t bytes, const std::string& name) {
   unchecked_bytes_ += bytes;
   if (unchecked_bytes_ < look_every_bytes) return;
-  require_memory(static_cast<double>(bytes), {}, etendue::quoted(name), "a smaller file, or fewer of them");
+  require_memory(static_cast<double>(bytes), {}, etendue::quote(name), "a smaller file, or fewer of them");
   unchecked_bytes_ = 0;
 }
 

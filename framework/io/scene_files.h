@@ -10,7 +10,7 @@
 #pragma once
 
 #include "framework/core/error.h"
-#include "framework/io/image_file.h"
+#include "framework/io/image/image_file.h"
 
 #include <cstdint>
 #include <filesystem>

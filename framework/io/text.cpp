@@ -51,7 +51,7 @@ std::string read_file(const std::string& path) {
   if (::fstat(file.descriptor, &status) != 0) fail(std::strerror(errno));
   if (!S_ISREG(status.st_mode)) fail(fmt::format("it is {}; expected a regular file", kind_of(status.st_mode)));
   const auto size = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
-  if (size >= look_above_bytes) require_memory(static_cast<double>(size), {}, etendue::quoted(path), "a smaller file");
+  if (size >= look_above_bytes) require_memory(static_cast<double>(size), {}, etendue::quote(path), "a smaller file");
   std::string bytes;
   // What grows while it is read ends at its limit; files of the system state a size of 0.
   const std::size_t most = size + look_above_bytes;
@@ -98,7 +98,7 @@ std::optional<double> parse_number(std::string_view word) {
   return value;
 }
 
-std::string quoted(std::string_view word) {
+std::string quote(std::string_view word) {
   std::string text = "'";
   for (const char c : word.substr(0, 60)) text += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
   return text + (word.size() > 60 ? "...'" : "'");

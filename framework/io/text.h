@@ -22,7 +22,7 @@ Location location_at(const std::string& file, std::string_view text, std::size_t
 std::optional<double> parse_number(std::string_view word);
 
 // `word` in quotes, shortened, with control characters shown as '?': fit for a message.
-std::string quoted(std::string_view word);
+std::string quote(std::string_view word);
 
 // Words and line ends of a text, with offsets; never past the end.
 class WordReader {

@@ -1,12 +1,12 @@
 // Builds of ray structures over a bumpy sphere, one thread: the whole structure as the registry makes it, and each builder's
 // tree alone.
-#include "accel/ray/build_binned_sah.h"
-#include "accel/ray/build_lbvh.h"
-#include "accel/ray/build_median.h"
-#include "accel/ray/build_median_rotating.h"
-#include "accel/ray/build_midpoint.h"
-#include "accel/ray/build_ploc.h"
-#include "accel/ray/build_sah.h"
+#include "accel/bvh/build/binned_sah.h"
+#include "accel/bvh/build/lbvh.h"
+#include "accel/bvh/build/median.h"
+#include "accel/bvh/build/median_rotating.h"
+#include "accel/bvh/build/midpoint.h"
+#include "accel/bvh/build/ploc.h"
+#include "accel/bvh/build/sah.h"
 #include "accel/registry.h"
 
 #include <benchmark/benchmark.h>

@@ -1,9 +1,9 @@
 // Single rays through every ray structure: primary, diffuse-bounce and shadow rays of built-in scenes, one thread. The answers
 // are compared with brute force on a sample before anything is timed.
-#include "accel/ray/build_binned_sah.h"
-#include "accel/ray/bvh.h"
+#include "accel/bvh/build/binned_sah.h"
+#include "accel/bvh/bvh.h"
 #include "accel/registry.h"
-#include "experiments/harness/accel_rays.h"
+#include "experiments/kinds/structures/accel_rays.h"
 #include "framework/io/load_scene.h"
 
 #include <benchmark/benchmark.h>

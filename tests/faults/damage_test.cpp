@@ -2,7 +2,7 @@
 // swapped without `run` and `report` noticing.
 #include "tests/faults/faulted_run.h"
 
-#include "framework/io/exr.h"
+#include "framework/io/image/exr.h"
 
 #include <sys/stat.h>
 #include <algorithm>

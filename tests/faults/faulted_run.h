@@ -1,9 +1,9 @@
 // A small experiment, run into a folder that is disturbed, and what must hold afterwards.
 #pragma once
 
-#include "experiments/harness/report.h"
-#include "experiments/harness/run_directory.h"
-#include "experiments/harness/trust.h"
+#include "experiments/log/trust.h"
+#include "experiments/report/report.h"
+#include "experiments/run/run_directory.h"
 #include "framework/core/rng.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/run_results.h"

@@ -1,7 +1,7 @@
 // SIGKILL at random times: the same command goes on and ends with the bits of a run that nobody killed.
 #include "tests/faults/faulted_run.h"
 
-#include "framework/io/exr.h"
+#include "framework/io/image/exr.h"
 
 namespace etendue {
 namespace {

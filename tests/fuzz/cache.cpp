@@ -1,6 +1,6 @@
 // Caches on disk: the bytes as a whole file, and as what a file with a right checksum holds: its records.
-#include "integrators/cache_file.h"
-#include "integrators/record_file.h"
+#include "integrators/caches/cache_file.h"
+#include "integrators/caches/records/record_file.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

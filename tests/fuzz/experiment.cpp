@@ -1,5 +1,5 @@
 // Experiments: TOML whose every key is checked.
-#include "experiments/harness/config.h"
+#include "experiments/config/config.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

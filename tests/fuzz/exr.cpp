@@ -1,5 +1,5 @@
 // OpenEXR images, with their attributes.
-#include "framework/io/exr.h"
+#include "framework/io/image/exr.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 // PNG, JPEG, TGA and HDR images.
-#include "framework/io/image_file.h"
+#include "framework/io/image/image_file.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

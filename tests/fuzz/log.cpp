@@ -1,6 +1,6 @@
 // Logs of runs (runs.jsonl), read from a file that lives in memory. Every line that could be a record is given the checksum
 // that its bytes have: what is to be tried lies behind it.
-#include "experiments/harness/log.h"
+#include "experiments/log/log.h"
 #include "tests/fuzz/fuzz_input.h"
 
 #include <sys/mman.h>

@@ -1,5 +1,5 @@
 // OBJ meshes.
-#include "framework/io/obj.h"
+#include "framework/io/mesh/obj.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 // pbrt scenes. They are confined to a folder that does not exist: no file of the disk is read.
-#include "framework/io/pbrt.h"
+#include "framework/io/pbrt/pbrt.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

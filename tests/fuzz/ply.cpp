@@ -1,5 +1,5 @@
 // PLY meshes.
-#include "framework/io/ply.h"
+#include "framework/io/mesh/ply.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 // SMF meshes.
-#include "framework/io/smf.h"
+#include "framework/io/mesh/smf.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 // TOML, as a tree of values with their places.
-#include "experiments/harness/config_tree.h"
+#include "experiments/config/config_tree.h"
 #include "tests/fuzz/fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,10 +1,10 @@
 // The comparison of structures, and the arbiter it trusts: both must be able to say no.
-#include "experiments/harness/accel_comparison.h"
+#include "experiments/kinds/structures/accel_comparison.h"
 
-#include "accel/ray/exact.h"
+#include "accel/exact/exact.h"
 #include "accel/registry.h"
-#include "experiments/harness/accel_check.h"
-#include "experiments/harness/accel_rays.h"
+#include "experiments/kinds/structures/accel_check.h"
+#include "experiments/kinds/structures/accel_rays.h"
 #include "framework/io/load_scene.h"
 #include "tests/oracle/ray_cases.h"
 

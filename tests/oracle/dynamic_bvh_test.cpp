@@ -1,7 +1,7 @@
 // Trees that change over time: after any change, however it was dealt with, the hits are those of a tree built anew.
-#include "accel/ray/dynamic_bvh.h"
-#include "accel/ray/brute_force.h"
+#include "accel/bvh/dynamic/dynamic_bvh.h"
 #include "accel/registry.h"
+#include "accel/spatial/brute_force.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"
 

@@ -1,8 +1,8 @@
 // End-point overlap against cases worked out by hand, and the sample against the whole.
-#include "accel/ray/epo_cost.h"
+#include "accel/bvh/build/epo_cost.h"
 
-#include "accel/ray/build_binned_sah.h"
-#include "accel/ray/build_median.h"
+#include "accel/bvh/build/binned_sah.h"
+#include "accel/bvh/build/median.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>

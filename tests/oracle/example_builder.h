@@ -3,8 +3,8 @@
 // Limits: as good as that order. A shuffled mesh makes a tree of boxes that all overlap.
 #pragma once
 
-#include "accel/bvh_entry.h"
-#include "accel/ray/grow_tree.h"
+#include "accel/bvh/build/grow_tree.h"
+#include "accel/bvh/bvh_entry.h"
 
 namespace etendue {
 

@@ -1,7 +1,7 @@
 // Instances at the limits: a million of them, and objects within objects.
 #include "accel/registry.h"
 #include "framework/core/error.h"
-#include "framework/io/pbrt.h"
+#include "framework/io/pbrt/pbrt.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>

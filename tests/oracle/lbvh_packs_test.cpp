@@ -1,11 +1,11 @@
 // The linear BVH straight down to packs, and what it stands on: Morton order, and vertices told apart along it.
-#include "accel/ray/build_lbvh.h"
-#include "accel/ray/build_lbvh_packs.h"
-#include "accel/ray/corner_repeats.h"
-#include "accel/ray/morton_order.h"
-#include "accel/ray/pack_test.h"
-#include "accel/ray/shared_pack.h"
-#include "accel/ray/triangle_pack.h"
+#include "accel/bvh/wide/lbvh_packs.h"
+#include "accel/bvh/build/lbvh.h"
+#include "accel/bvh/build/morton_order.h"
+#include "accel/bvh/build/pack_test.h"
+#include "accel/bvh/wide/corner_repeats.h"
+#include "accel/bvh/wide/shared_pack.h"
+#include "accel/bvh/wide/triangle_pack.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"
 

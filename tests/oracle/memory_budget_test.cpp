@@ -1,7 +1,7 @@
 // The memory budget of every ray structure: what exceeds it gives way, says so, and answers as brute force does; estimates
 // hold.
-#include "accel/memory_need.h"
 #include "accel/registry.h"
+#include "accel/scene/memory_need.h"
 #include "framework/io/load_scene.h"
 #include "tests/oracle/ray_cases.h"
 

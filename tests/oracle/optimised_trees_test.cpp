@@ -1,9 +1,9 @@
 // Trees that are no plain recursive halving: optimised by reinsertion, or cut through primitives.
-#include "accel/ray/build_binned_sah.h"
-#include "accel/ray/build_median.h"
-#include "accel/ray/build_sbvh.h"
-#include "accel/ray/reinsertion.h"
-#include "accel/ray/split_primitive.h"
+#include "accel/bvh/build/binned_sah.h"
+#include "accel/bvh/build/median.h"
+#include "accel/bvh/build/reinsertion.h"
+#include "accel/bvh/build/sbvh.h"
+#include "accel/bvh/build/split_primitive.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"
 

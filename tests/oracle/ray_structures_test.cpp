@@ -1,8 +1,8 @@
 // Every ray structure of the registry against brute force, and brute force against double precision.
-#include "accel/ray/bvh.h"
-#include "accel/ray/exact.h"
-#include "accel/ray/two_level.h"
+#include "accel/bvh/bvh.h"
+#include "accel/exact/exact.h"
 #include "accel/registry.h"
+#include "accel/scene/two_level.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Many rays at the vertices and edges of a closed mesh, near and far, at several scales: every structure finds the same
 // surface, and none lets a ray out.
-#include "accel/ray/exact.h"
+#include "accel/exact/exact.h"
 #include "accel/registry.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"

@@ -1,6 +1,6 @@
 // The test that a rendered reference must pass, on samples whose distributions are known: how often it convicts estimators of
 // the same mean, and whether it finds the difference of others.
-#include "experiments/harness/agreement.h"
+#include "experiments/statistics/agreement.h"
 #include "framework/core/rng.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // What caches take their own error to be, against the truth and against their scatter over seeds.
-#include "experiments/harness/confidence.h"
+#include "experiments/report/confidence.h"
 #include "framework/io/load_scene.h"
 #include "integrators/registry.h"
 #include "tests/render_scene.h"

@@ -1,9 +1,9 @@
 // Records filled from a scene's closed form: their irradiance and derivatives against the formula, and the orders that
 // interpolation between them must have.
-#include "integrators/closed_form_irradiance.h"
+#include "integrators/caches/closed_form_irradiance.h"
 #include "framework/core/error.h"
-#include "framework/io/builtin_exact.h"
 #include "framework/io/load_scene.h"
+#include "framework/scenes/exact.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 

@@ -1,7 +1,7 @@
 // The built-in scenes' closed forms against estimators that share nothing with them.
-#include "experiments/harness/closed_form.h"
-#include "framework/io/builtin_exact.h"
-#include "framework/io/builtin_specular.h"
+#include "experiments/run/closed_form.h"
+#include "framework/scenes/exact.h"
+#include "framework/scenes/specular.h"
 #include "framework/transport/fresnel.h"
 #include "tests/image_checks.h"
 #include "tests/sealed_checks.h"

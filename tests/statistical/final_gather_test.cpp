@@ -1,9 +1,9 @@
 // Final gathering: directions from photons, and irradiance computed beforehand.
-#include "integrators/final_gather.h"
+#include "integrators/photons/final_gather.h"
 #include "framework/scene/builder.h"
-#include "integrators/camera_walk.h"
-#include "integrators/incident_directions.h"
-#include "integrators/path.h"
+#include "integrators/paths/camera_walk.h"
+#include "integrators/paths/path.h"
+#include "integrators/photons/incident_directions.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 #include "tests/white_plane.h"

@@ -1,8 +1,8 @@
 // Second derivatives of irradiance against closed forms differentiated twice, and the metrics that use them.
-#include "integrators/irradiance_hessian.h"
+#include "integrators/caches/records/irradiance_hessian.h"
 #include "framework/core/sampler.h"
-#include "framework/io/builtin_exact.h"
-#include "integrators/cache_metric.h"
+#include "framework/scenes/exact.h"
+#include "integrators/caches/records/cache_metric.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The path tracer, the light tracer and the bidirectional one against every closed form.
-#include "integrators/path.h"
+#include "integrators/paths/path.h"
 #include "tests/image_checks.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // What density estimation loses at edges and lets through walls, against its formulas, and what the remedies leave of it.
 #include "framework/scene/builder.h"
-#include "integrators/disc_coverage.h"
-#include "integrators/kernel_domain.h"
-#include "integrators/photon_gather.h"
+#include "integrators/photons/disc_coverage.h"
+#include "integrators/photons/kernel_domain.h"
+#include "integrators/photons/photon_gather.h"
 #include "tests/scene_context.h"
 #include "tests/white_plane.h"
 

@@ -1,6 +1,6 @@
 // Emission where photons matter: the same light as emission by power, on more photons.
 #include "framework/scene/builder.h"
-#include "integrators/visible_region.h"
+#include "integrators/photons/visible_region.h"
 #include "tests/scene_context.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Photons and their density: kernels and nearest neighbours against theory, the map against closed forms.
 #include "framework/scene/builder.h"
 #include "framework/structure_names.h"
-#include "integrators/photon_gather.h"
+#include "integrators/photons/photon_gather.h"
 #include "tests/image_checks.h"
 #include "tests/scene_context.h"
 #include "tests/white_plane.h"

@@ -2,9 +2,9 @@
 #include "accel/registry.h"
 #include "framework/core/rng.h"
 #include "framework/scene/builder.h"
-#include "integrators/adaptive_bandwidth.h"
-#include "integrators/chi_squared_radius.h"
-#include "integrators/radius_policy.h"
+#include "integrators/progressive/adaptive_bandwidth.h"
+#include "integrators/progressive/chi_squared_radius.h"
+#include "integrators/progressive/radius_policy.h"
 #include "tests/scene_context.h"
 #include "tests/white_plane.h"
 

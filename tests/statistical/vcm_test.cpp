@@ -1,5 +1,5 @@
 // Vertex connection and merging against closed forms: paths that only merging finds among them.
-#include "experiments/harness/closed_form.h"
+#include "experiments/run/closed_form.h"
 #include "framework/scene/builder.h"
 #include "tests/block_agreement.h"
 #include "tests/faceted_ball.h"

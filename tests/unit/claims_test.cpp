@@ -1,7 +1,7 @@
 // Experiments on claims: the rule of verdicts, and the way from their TOML to their report.
-#include "experiments/claims/claims_report.h"
-#include "experiments/claims/verdict.h"
-#include "experiments/harness/run.h"
+#include "experiments/kinds/claims/claims_report.h"
+#include "experiments/kinds/claims/verdict.h"
+#include "experiments/run/run.h"
 #include "tests/places.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"

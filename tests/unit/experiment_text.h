@@ -1,7 +1,7 @@
 // Experiments as texts, for the tests of what reads them.
 #pragma once
 
-#include "experiments/harness/config.h"
+#include "experiments/config/config.h"
 #include "framework/core/error.h"
 
 #include <gtest/gtest.h>

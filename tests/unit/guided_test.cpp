@@ -1,10 +1,10 @@
 // The pieces of path guiding: directional quadtree, spatio-directional tree, blocks of samples.
-#include "experiments/harness/statistics.h"
+#include "experiments/statistics/statistics.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
 #include "framework/transport/sampling.h"
-#include "integrators/image_blocks.h"
-#include "integrators/sd_tree.h"
+#include "integrators/guiding/image_blocks.h"
+#include "integrators/guiding/sd_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The budget and the one loop that spends it.
-#include "experiments/harness/budget.h"
-#include "experiments/harness/run_cell.h"
+#include "experiments/run/budget.h"
+#include "experiments/run/run_cell.h"
 #include "framework/core/error.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"

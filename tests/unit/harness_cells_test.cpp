@@ -1,5 +1,5 @@
 // The matrix: its order, filters and shards.
-#include "experiments/harness/cells.h"
+#include "experiments/config/cells.h"
 
 #include <gtest/gtest.h>
 #include <algorithm>

@@ -1,6 +1,6 @@
 // runs.jsonl: what is written is read back, and a torn end is cut off.
-#include "experiments/harness/log.h"
-#include "experiments/harness/run_directory.h"
+#include "experiments/log/log.h"
+#include "experiments/run/run_directory.h"
 #include "framework/core/error.h"
 
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
 // What errors are measured against: closed forms over pixels, the agreement of two estimators, and the cache.
-#include "experiments/harness/agreement.h"
-#include "experiments/harness/closed_form.h"
-#include "experiments/harness/reference.h"
+#include "experiments/run/closed_form.h"
+#include "experiments/run/reference.h"
+#include "experiments/statistics/agreement.h"
 #include "framework/core/rng.h"
 #include "framework/image/metrics.h"
-#include "framework/io/exr.h"
+#include "framework/io/image/exr.h"
 #include "framework/io/load_scene.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // `etendue run` from outside: interrupted anywhere it resumes, and ends with what an uninterrupted run would have written.
-#include "experiments/harness/log.h"
-#include "experiments/harness/run.h"
-#include "framework/io/exr.h"
+#include "experiments/log/log.h"
+#include "experiments/run/run.h"
+#include "framework/io/image/exr.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/run_results.h"
 

@@ -1,6 +1,6 @@
-#include "framework/io/exr.h"
-#include "framework/io/image_file.h"
-#include "framework/io/octahedral.h"
+#include "framework/io/image/exr.h"
+#include "framework/io/image/image_file.h"
+#include "framework/io/image/octahedral.h"
 #include "tests/unit/io_helpers.h"
 
 #include <cstring>

@@ -1,9 +1,9 @@
-#include "framework/io/left_out.h"
 #include "framework/io/load_scene.h"
-#include "framework/io/mesh_scene.h"
-#include "framework/io/obj.h"
+#include "framework/io/mesh/left_out.h"
+#include "framework/io/mesh/mesh_scene.h"
+#include "framework/io/mesh/obj.h"
+#include "framework/io/mesh/smf.h"
 #include "framework/io/object_builder.h"
-#include "framework/io/smf.h"
 #include "tests/unit/io_helpers.h"
 
 #include <set>

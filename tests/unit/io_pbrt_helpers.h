@@ -1,7 +1,7 @@
 // What the tests of the pbrt reader share: scenes of a few lines, and what became of them.
 #pragma once
 
-#include "framework/io/pbrt.h"
+#include "framework/io/pbrt/pbrt.h"
 #include "tests/unit/io_helpers.h"
 
 #include <algorithm>

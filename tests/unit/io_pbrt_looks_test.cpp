@@ -1,6 +1,6 @@
 // Materials, textures, lights and spectra.
-#include "framework/io/exr.h"
-#include "framework/io/image_file.h"
+#include "framework/io/image/exr.h"
+#include "framework/io/image/image_file.h"
 #include "framework/io/spectra.h"
 #include "tests/unit/io_pbrt_helpers.h"
 

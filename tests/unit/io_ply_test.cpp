@@ -1,4 +1,4 @@
-#include "framework/io/ply.h"
+#include "framework/io/mesh/ply.h"
 #include "tests/unit/io_helpers.h"
 
 #include <algorithm>

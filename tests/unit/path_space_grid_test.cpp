@@ -1,5 +1,5 @@
 // The hash grid of path-space filtering.
-#include "integrators/path_space_grid.h"
+#include "integrators/path_space/path_space_grid.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
 

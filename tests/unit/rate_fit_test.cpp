@@ -1,5 +1,5 @@
 // Fitted exponents on trajectories whose exponents are known.
-#include "experiments/harness/rate_fit.h"
+#include "experiments/statistics/rate_fit.h"
 #include "framework/core/rng.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Regions and rates from the experiment to the report.
-#include "experiments/harness/rate_report.h"
+#include "experiments/report/rate_report.h"
 #include "framework/image/metrics.h"
-#include "framework/io/exr.h"
+#include "framework/io/image/exr.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/report_helpers.h"

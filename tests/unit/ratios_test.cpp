@@ -1,5 +1,5 @@
 // Ratios from the experiment to the report.
-#include "experiments/harness/ratios.h"
+#include "experiments/report/ratios.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/report_helpers.h"
 

@@ -1,5 +1,5 @@
 // What `etendue render` writes where: nothing lost, nothing replaced that was not meant.
-#include "experiments/harness/log.h"
+#include "experiments/log/log.h"
 #include "tests/unit/harness_process.h"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-#include "experiments/harness/charts.h"
-#include "experiments/harness/structure_figures.h"
+#include "experiments/kinds/structures/structure_figures.h"
+#include "experiments/report/charts.h"
 #include "tests/unit/report_helpers.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Small logs and pictures for the tests of the report.
 #pragma once
 
-#include "experiments/harness/log.h"
+#include "experiments/log/log.h"
 
 #include <gtest/gtest.h>
 

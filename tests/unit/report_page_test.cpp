@@ -1,9 +1,9 @@
-#include "experiments/harness/report.h"
-#include "experiments/harness/report_html.h"
-#include "experiments/harness/run.h"
-#include "experiments/harness/tables.h"
+#include "experiments/report/page/html.h"
+#include "experiments/report/report.h"
+#include "experiments/report/tables.h"
+#include "experiments/run/run.h"
 #include "framework/core/error.h"
-#include "framework/io/exr.h"
+#include "framework/io/image/exr.h"
 #include "tests/unit/report_helpers.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
-#include "experiments/harness/confidence.h"
-#include "experiments/harness/report_text.h"
-#include "experiments/harness/tables.h"
-#include "experiments/harness/verdicts.h"
+#include "experiments/report/confidence.h"
+#include "experiments/report/report_text.h"
+#include "experiments/report/tables.h"
+#include "experiments/report/verdicts.h"
 #include "tests/unit/report_helpers.h"
 
 #include <algorithm>

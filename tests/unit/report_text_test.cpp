@@ -1,4 +1,4 @@
-#include "experiments/harness/report_text.h"
+#include "experiments/report/report_text.h"
 #include "framework/core/units.h"
 
 #include <gtest/gtest.h>

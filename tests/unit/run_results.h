@@ -1,7 +1,7 @@
 // What a run found, without what a clock touches: two runs of one experiment agree in it to the bit.
 #pragma once
 
-#include "experiments/harness/log.h"
+#include "experiments/log/log.h"
 
 #include <fmt/format.h>
 #include <map>

@@ -1,5 +1,5 @@
 // How camera samples are shared out: where they go, how many they are, and that choosing them adds no bias.
-#include "integrators/sample_shares.h"
+#include "integrators/paths/sample_shares.h"
 #include "framework/core/sampler.h"
 
 #include <gtest/gtest.h>

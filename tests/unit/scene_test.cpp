@@ -1,6 +1,6 @@
 #include "framework/core/sampler.h"
 #include "framework/io/load_scene.h"
-#include "framework/io/pbrt.h"
+#include "framework/io/pbrt/pbrt.h"
 #include "framework/scene/builder.h"
 #include "framework/scene/intersect.h"
 #include "framework/scene/needs.h"

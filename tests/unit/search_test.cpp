@@ -1,9 +1,9 @@
 // Experiments on point and ball structures: what they read, measure, log and conclude.
-#include "experiments/harness/config.h"
-#include "experiments/search/measure_search.h"
-#include "experiments/search/search_curves.h"
-#include "experiments/search/search_report.h"
-#include "experiments/search/search_sets.h"
+#include "experiments/config/config.h"
+#include "experiments/kinds/search/measure_search.h"
+#include "experiments/kinds/search/search_curves.h"
+#include "experiments/kinds/search/search_report.h"
+#include "experiments/kinds/search/search_sets.h"
 #include "framework/io/load_scene.h"
 #include "tests/unit/experiment_text.h"
 

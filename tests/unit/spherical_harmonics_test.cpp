@@ -1,9 +1,9 @@
 // Spherical harmonics and records of radiance in them.
-#include "integrators/spherical_harmonics.h"
+#include "integrators/caches/records/spherical_harmonics.h"
 #include "framework/core/sampler.h"
 #include "framework/transport/sampling.h"
-#include "integrators/radiance_cache_records.h"
-#include "integrators/rough_cache.h"
+#include "integrators/caches/records/radiance_cache_records.h"
+#include "integrators/caches/rough_cache.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "experiments/harness/statistics.h"
+#include "experiments/statistics/statistics.h"
 
 #include "framework/core/rng.h"
 

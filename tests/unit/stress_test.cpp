@@ -1,7 +1,7 @@
 // The catalogue of failures: its figures, its verdicts, and the way from its TOML to its report.
-#include "experiments/claims/claims_report.h"
-#include "experiments/harness/cells.h"
-#include "experiments/stress/stress_report.h"
+#include "experiments/config/cells.h"
+#include "experiments/kinds/claims/claims_report.h"
+#include "experiments/kinds/stress/stress_report.h"
 #include "tests/places.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"

@@ -1,6 +1,6 @@
 // Tables as `run`, `report` and `accel` print them.
-#include "experiments/harness/report_text.h"
-#include "experiments/harness/tables.h"
+#include "experiments/report/report_text.h"
+#include "experiments/report/tables.h"
 #include "tests/unit/report_helpers.h"
 
 #include <sstream>

@@ -1,8 +1,8 @@
 // The recursive weights of vertex connection and merging against the balance heuristic written out: the densities of all ways
 // to sample the same path, and each one's share of them.
-#include "integrators/vcm_mis.h"
+#include "integrators/bidirectional/vcm_mis.h"
 #include "framework/core/rng.h"
-#include "integrators/vcm_correlation.h"
+#include "integrators/bidirectional/vcm_correlation.h"
 
 #include <gtest/gtest.h>
 #include <vector>

@@ -1,0 +1,84 @@
+#include "accel/bvh/wide/shared_pack.h"
+
+#include "framework/core/check.h"
+
+#include <algorithm>
+#include <array>
+
+namespace etendue {
+
+namespace {
+
+// The different vertices of a few triangles, in an open hash table that is used again and again: what an earlier generation
+// wrote is as good as empty. Whether a vertex is new cannot be predicted, so no branch depends on it.
+class VertexSet {
+ public:
+  static constexpr std::uint32_t most = SharedPack::slots;
+
+  void clear() {
+    size_ = 0;
+    if (++generation_ > 0) return;
+    table_ = {};
+    generation_ = 1;
+  }
+  // The slot of a vertex, which is added where it is new. To be asked while there are no more than `most`, for a triangle's
+  // vertices at a time.
+  std::uint32_t slot(std::uint32_t vertex) {
+    std::uint32_t at = (vertex * 0x9e3779b1u) >> 24;
+    while (table_[at].generation == generation_ && table_[at].vertex != vertex) [[unlikely]] at = (at + 1) % table_.size();
+    const std::uint32_t is_new = table_[at].generation != generation_,
+                        slot = table_[at].slot ^ ((table_[at].slot ^ size_) & (0 - is_new));
+    table_[at] = {generation_, vertex, slot, 0};
+    vertices_[slot] = vertex;
+    size_ += is_new;
+    return slot;
+  }
+  std::uint32_t size() const { return size_; }
+  std::uint32_t operator[](std::uint32_t slot) const { return vertices_[slot]; }
+
+ private:
+  struct Entry {
+    std::uint32_t generation = 0, vertex = 0, slot = 0, unused = 0;
+  };
+  std::array<Entry, 256> table_;
+  std::array<std::uint32_t, most + 3> vertices_{};
+  std::uint32_t size_ = 0, generation_ = 0;
+};
+
+VertexSet& empty_vertex_set() {
+  thread_local constinit VertexSet set;
+  set.clear();
+  return set;
+}
+
+}  // namespace
+
+SharedPack::SharedPack() {
+  std::fill_n(&vertices[0][0], 3 * slots, 0.0f);
+  std::fill_n(ids, lanes, no_id);
+}
+
+bool SharedPack::fits(std::span<const uvec3> triangles) {
+  if (triangles.size() > lanes) return false;
+  if (3 * triangles.size() <= slots) return true;
+  VertexSet& set = empty_vertex_set();
+  for (const uvec3& triangle : triangles) {
+    for (int corner = 0; corner < 3; ++corner) set.slot(triangle[corner]);
+    if (set.size() > VertexSet::most) return false;
+  }
+  return true;
+}
+
+void SharedPack::fill(const Geometry& geometry, std::span<const std::uint32_t> triangle_ids, std::span<const uvec3> triangles) {
+  VertexSet& set = empty_vertex_set();
+  for (const uvec3& triangle : triangles) {
+    ids[count] = triangle_ids[count];
+    for (int corner = 0; corner < 3; ++corner) corners[corner][count] = static_cast<std::uint8_t>(set.slot(triangle[corner]));
+    CHECK_LE(set.size(), VertexSet::most);
+    ++count;
+  }
+  for (std::uint32_t slot = 0; slot < set.size(); ++slot)
+    for (int axis = 0; axis < 3; ++axis) vertices[axis][slot] = geometry.positions[set[slot]][axis];
+}
+
+}  // namespace etendue

@@ -1,0 +1,97 @@
+// Bounding volume hierarchy over one geometry: any builder's tree in a wide layout, traversed with the widest SIMD instructions
+// that the machine has (chosen once, at run time).
+#pragma once
+
+#include "accel/bvh/wide/wide_tree.h"
+#include "accel/kernels/traversal_limit.h"
+#include "framework/query.h"
+
+#include <algorithm>
+#include <span>
+#include <string_view>
+
+namespace etendue {
+
+// The instruction sets the traversal is compiled for, one file each (wide_isa_*.cpp). All give the same bits.
+enum class Isa : std::uint8_t { scalar, sse, avx2, avx512 };
+
+std::string_view isa_name(Isa isa);
+std::span<const Isa> supported_isas();  // by this machine, narrowest first
+
+template <int node_width, class Pack>
+struct WideView {
+  const WideTree<node_width, Pack>& tree;
+  const Geometry& geometry;
+  float extent;  // largest_coordinate of the root's box
+};
+
+template <int node_width, class Pack>
+struct WideKernels {
+  using View = WideView<node_width, Pack>;
+
+  Hit (*closest)(const View&, const Ray&);
+  bool (*occluded)(const View&, const Ray&);
+  void (*closest_of)(const View&, std::span<const Ray>, std::span<Hit>);
+  void (*occluded_of)(const View&, std::span<const Ray>, std::span<bool>);
+  Hit (*closest_counted)(const View&, const Ray&, TraversalCounters&);
+  bool (*occluded_counted)(const View&, const Ray&, TraversalCounters&);
+};
+
+template <int node_width, class Pack>
+const WideKernels<node_width, Pack>& wide_kernels(Isa isa);
+
+template <int node_width, class Pack>
+class WideBvh {
+ public:
+  // Down to how many primitives a binary tree need be built: about as many packs will come of it as of a finer one.
+  static constexpr int tree_leaf_size = Pack::lanes == 16 ? 5 : Pack::lanes / 4;
+
+  using LeafPack = Pack;
+
+  // The geometry must outlive the structure (its quadrics are looked up; triangles are copied).
+  WideBvh(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options = {},
+          Isa isa = supported_isas().back())
+      : WideBvh(vertices.geometry(), tree, collapse<node_width, Pack>(vertices, tree, options), isa) {}
+  WideBvh(const Geometry& geometry, PackTree<Pack> packs, Isa isa = supported_isas().back())
+      : WideBvh(geometry, packs.tree, collapse<node_width, Pack>(std::move(packs)), isa) {}
+
+  Hit closest(const Ray& ray) const { return kernels_->closest({tree_, *geometry_, extent_}, ray); }
+  bool occluded(const Ray& ray) const { return kernels_->occluded({tree_, *geometry_, extent_}, ray); }
+  void closest(std::span<const Ray> rays, std::span<Hit> hits) const {
+    kernels_->closest_of({tree_, *geometry_, extent_}, rays, hits);
+  }
+  void occluded(std::span<const Ray> rays, std::span<bool> occluded) const {
+    kernels_->occluded_of({tree_, *geometry_, extent_}, rays, occluded);
+  }
+  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const {
+    return kernels_->closest_counted({tree_, *geometry_, extent_}, ray, counters);
+  }
+  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const {
+    return kernels_->occluded_counted({tree_, *geometry_, extent_}, ray, counters);
+  }
+  RayStructureStats stats() const {
+    std::uint64_t references = tree_.list_ids.size();
+    for (const Pack& pack : tree_.packs) references += Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id);
+    return {tree_.bytes(), tree_.nodes.size(), tree_.depth, references, tree_.sah_cost, layout_name};
+  }
+
+ private:
+  WideBvh(const Geometry& geometry, const BinaryTree& tree, WideTree<node_width, Pack> wide, Isa isa)
+      : geometry_(&geometry),
+        tree_(std::move(wide)),
+        kernels_(&wide_kernels<node_width, Pack>(isa)),
+        extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
+
+  static constexpr const char* layout_name = node_width == 4 ? "wide4" : node_width == 8 ? "wide8" : "wide16";
+
+  const Geometry* geometry_;
+  WideTree<node_width, Pack> tree_;
+  const WideKernels<node_width, Pack>* kernels_;
+  float extent_;
+};
+
+using Wide4Bvh = WideBvh<4, TrianglePack<4>>;
+using Wide8Bvh = WideBvh<8, TrianglePack<8>>;
+using Wide16Bvh = WideBvh<16, SharedPack>;
+
+}  // namespace etendue

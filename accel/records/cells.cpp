@@ -1,0 +1,150 @@
+#include "accel/records/cells.h"
+
+#include <bit>
+
+namespace etendue {
+
+static_assert(BallStructure<BallCells>);
+
+namespace {
+
+constexpr unsigned lower_half[3] = {0x55, 0x33, 0x0f};
+
+}  // namespace
+
+BallCells::BallCells(const Bounds& bounds) : lower_(-1), cells_(1) {
+  const bool usable = !bounds.empty() && is_finite(bounds.lower) && is_finite(bounds.diagonal());
+  const float side = usable ? max_component(bounds.diagonal()) : 2;
+  if (usable) lower_ = bounds.lower;
+  scale_ = vec3(static_cast<float>(1 << levels) / std::max(side, 1e-30f));
+}
+
+glm::ivec3 BallCells::step(const vec3& p) const {
+  constexpr float last = (1 << levels) - 1;
+  return glm::ivec3(glm::clamp((p - lower_) * scale_, vec3(0), vec3(last)));
+}
+
+BallCells::Box BallCells::box_of(const Ball& ball) const {
+  const vec3 half(reach(ball.radius));
+  return {step(ball.centre - half), step(ball.centre + half)};
+}
+
+unsigned BallCells::eighths(const Box& box, const glm::ivec3& middle) {
+  unsigned touched = 0xff;
+  for (int a = 0; a < 3; ++a) {
+    if (box.lower[a] >= middle[a]) touched &= ~lower_half[a];
+    if (box.upper[a] < middle[a]) touched &= lower_half[a];
+  }
+  return touched;
+}
+
+void BallCells::insert(const vec3& centre, float radius, std::uint32_t id) {
+  if (!is_ball(centre, radius)) return;
+  const Ball ball{centre, radius, id};
+  insert_into(0, levels, ball, box_of(ball));
+}
+
+// `level`: a cell's side is 2^level steps. Bits above it are those of the cell's lower corner for the part of a box that lies
+// in the cell, so that boxes are cut to cells as they go down.
+void BallCells::insert_into(std::uint32_t index, int level, const Ball& ball, const Box& box) {
+  const int half = level > 0 ? 1 << (level - 1) : 0;
+  const glm::ivec3 corner = (box.lower >> level) << level, middle = corner + half;
+  if (cells_[index].children == no_id) {
+    list(cells_[index], ball);
+    // Asked again whenever the list has doubled.
+    const std::uint32_t count = cells_[index].count;
+    if (count <= width || !std::has_single_bit(count - 1) || !cuts(cells_[index], level, middle)) return;
+    const auto children = static_cast<std::uint32_t>(cells_.size());
+    cells_.resize(cells_.size() + 8);
+    const std::uint32_t first = std::exchange(cells_[index].chunks, no_id);
+    cells_[index].children = children;
+    for (std::uint32_t i = first; i != no_id;) {
+      const Chunk chunk = chunks_[i];
+      chunks_[i].next = std::exchange(free_, i);
+      for (std::uint32_t k = 0; k < chunk.count; ++k) {
+        const Ball moved = chunk.ball(k);
+        Box within = box_of(moved);
+        within.lower = glm::max(within.lower, corner);
+        within.upper = glm::min(within.upper, corner + (2 * half - 1));
+        insert_into(index, level, moved, within);
+      }
+      i = chunk.next;
+    }
+    return;
+  }
+  for (unsigned left = eighths(box, middle); left != 0; left &= left - 1) {
+    const int child = std::countr_zero(left);
+    Box part = box;
+    for (int a = 0; a < 3; ++a)
+      if (child >> a & 1)
+        part.lower[a] = std::max(part.lower[a], middle[a]);
+      else
+        part.upper[a] = std::min(part.upper[a], middle[a] - 1);
+    insert_into(cells_[index].children + static_cast<std::uint32_t>(child), level - 1, ball, part);
+  }
+}
+
+// Would half of the children's places in lists be spared? Balls wider than the cell count as if they filled it: else the faces
+// of boxes that coincide would be cut out to the last step.
+bool BallCells::cuts(const Cell& cell, int level, const glm::ivec3& middle) const {
+  if (level == 0) return false;
+  int places = 0;
+  for (std::uint32_t i = cell.chunks; i != no_id; i = chunks_[i].next)
+    for (std::uint32_t k = 0; k < chunks_[i].count; ++k) {
+      const Box box = box_of(chunks_[i].ball(k));
+      const glm::ivec3 extent = box.upper - box.lower;
+      const bool wide = std::max({extent.x, extent.y, extent.z}) >= 1 << level;
+      places += wide ? 8 : std::popcount(eighths(box, middle));
+    }
+  return places <= 4 * static_cast<int>(cell.count);
+}
+
+void BallCells::list(Cell& cell, const Ball& ball) {
+  if (cell.chunks == no_id || chunks_[cell.chunks].count == width) {
+    std::uint32_t added = free_;
+    if (added == no_id) {
+      added = static_cast<std::uint32_t>(chunks_.size());
+      chunks_.emplace_back();
+    } else {
+      free_ = chunks_[added].next;
+    }
+    Chunk& chunk = chunks_[added];
+    std::fill_n(chunk.radius_squared, width, -1.0f);
+    chunk.count = 0;
+    chunk.next = cell.chunks;
+    cell.chunks = added;
+  }
+  Chunk& chunk = chunks_[cell.chunks];
+  const std::uint32_t k = chunk.count++;
+  for (int a = 0; a < 3; ++a) chunk.centre[a][k] = ball.centre[a];
+  chunk.radius_squared[k] = ball.radius * ball.radius;
+  chunk.radius[k] = ball.radius;
+  chunk.id[k] = ball.id;
+  ++cell.count;
+}
+
+void BallCells::covering(const vec3& p, Neighbours& out) const {
+  out.clear();
+  if (!is_finite(p)) return;
+  const glm::ivec3 at = step(p);
+  std::uint32_t cell = 0;
+  for (int level = levels - 1; cells_[cell].children != no_id; --level) {
+    const glm::ivec3 bit = (at >> level) & 1;
+    cell = cells_[cell].children + static_cast<std::uint32_t>(bit.x | bit.y << 1 | bit.z << 2);
+  }
+  for (std::uint32_t i = cells_[cell].chunks; i != no_id; i = chunks_[i].next) {
+    const Chunk& chunk = chunks_[i];
+    std::array<float, width> d2;
+    for (std::uint32_t k = 0; k < width; ++k)
+      d2[k] = distance_squared(vec3(chunk.centre[0][k], chunk.centre[1][k], chunk.centre[2][k]), p);
+    unsigned covers = 0;
+    for (std::uint32_t k = 0; k < width; ++k) covers |= static_cast<unsigned>(d2[k] <= chunk.radius_squared[k]) << k;
+    for (; covers != 0; covers &= covers - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(covers));
+      out.push_back({chunk.id[k], d2[k]});
+    }
+  }
+  sort_by_id(out);
+}
+
+}  // namespace etendue

@@ -1,0 +1,24 @@
+// The values of an experiment's keys, one function a key. Each throws Error at the value's place in the file.
+#pragma once
+
+#include "experiments/config/config.h"
+#include "experiments/config/config_tree.h"
+
+#include <filesystem>
+
+namespace etendue {
+
+// Files are looked for in `directory`, that of the experiment, then in the working directory.
+std::vector<SceneChoice> read_scenes(const ConfigNode& node, const std::filesystem::path& directory);
+// A null `node` is a key that was left out: seed 1, and the reference chosen automatically.
+std::vector<std::uint64_t> read_seeds(const ConfigNode* node);
+ReferenceChoice read_reference(const ConfigNode* node, const std::filesystem::path& directory);
+Budget read_budget(const ConfigNode& node);
+ivec2 read_resolution(const ConfigNode& node);
+std::optional<StructureTiming> read_structures(const ConfigNode& node);
+bool read_flag(const ConfigNode& node, const std::string& key);
+// Names among `valid`, each once; `kind` is what an error calls them.
+std::vector<std::string> read_names(const ConfigNode& node, const std::string& key, const std::string& kind,
+                                    const std::vector<std::string>& valid);
+
+}  // namespace etendue

@@ -1,0 +1,164 @@
+#include "experiments/config/method.h"
+
+#include "accel/bvh/dynamic/change_policy.h"
+#include "accel/registry.h"
+#include "framework/core/units.h"
+#include "framework/scene/motion.h"
+#include "integrators/registry.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <map>
+
+namespace etendue {
+
+namespace {
+
+void normalise_integers(Method& method, const std::vector<ParamInfo>& infos) {
+  for (const ParamInfo& info : infos) {
+    const auto found = method.params.find(info.name);
+    if (info.type != "integer" || found == method.params.end()) continue;
+    if (const auto* text = std::get_if<std::string>(&found->second.value)) found->second.value = parse_count(*text);
+  }
+}
+
+ParamValue read_param(const ConfigNode& node, const std::string& key, const char* expected) {
+  if (const auto* b = std::get_if<bool>(&node.value)) return {*b, node.where};
+  if (const auto* i = std::get_if<std::int64_t>(&node.value)) return {*i, node.where};
+  if (const auto* d = std::get_if<double>(&node.value)) return {*d, node.where};
+  if (const auto* s = node.text()) return {*s, node.where};
+  wrong_type(node, key, expected);
+}
+
+// A single value, or those of an array.
+std::vector<ParamValue> read_values(const ConfigNode& node, const std::string& key) {
+  const auto* array = node.array();
+  if (!array) return {read_param(node, key, "a boolean, a number, text or an array of these")};
+  if (array->empty()) throw Error(node.where, key + " is empty; expected one value or more");
+  std::vector<ParamValue> values;
+  for (const ConfigNode& element : *array) values.push_back(read_param(element, key, "a boolean, a number or text"));
+  return values;
+}
+
+constexpr std::size_t most_combinations = 10'000;
+
+// A table stands for one method for each combination of the values that its arrays list: by name of parameter, the last
+// changing fastest. `find` is find_integrator or one of its kin.
+template <class Find>
+std::vector<Method> read_combinations(const ConfigNode& node, const std::string& key, const Find& find) {
+  if (const auto* text = node.text()) return {{*text, {}, node.where}};
+  const auto* table = node.table();
+  if (!table) wrong_type(node, key, "names or tables { name = \"…\", parameters… }");
+  const auto name = table->find("name");
+  if (name == table->end()) throw Error(node.where, key + ": a table without a name; expected { name = \"…\", parameters… }");
+  const Method bare{read_text(name->second, key + ".name"), {}, name->second.where};
+
+  std::vector<std::string> known{"name"};
+  for (const ParamInfo& info : find(bare.name, bare.where).params) known.push_back(info.name);
+  std::vector<Method> methods{bare};
+  for (const auto& [parameter, value] : *table) {
+    if (parameter == "name") continue;
+    if (std::find(known.begin(), known.end(), parameter) == known.end())
+      throw Error(value.key_where, bare.name + ": " + unknown_name("parameter", parameter, known));
+    const std::vector<ParamValue> values = read_values(value, key + "." + parameter);
+    if (methods.size() * values.size() > most_combinations)
+      throw Error(value.where, fmt::format("{}.{} makes {} combinations of the arrays so far; expected {} at most", key,
+                                           parameter, methods.size() * values.size(), most_combinations));
+    std::vector<Method> combined;
+    for (const Method& method : methods)
+      for (const ParamValue& choice : values) combined.emplace_back(method).params.emplace(parameter, choice);
+    methods = std::move(combined);
+  }
+  return methods;
+}
+
+// Where an array of one table lists a value twice ("3" is 3), at that element; else at the name.
+[[noreturn]] void refuse_repetition(const std::string& key, const Method& earlier, const Method& method, bool of_one_table) {
+  if (of_one_table)
+    for (const auto& [parameter, value] : method.params)
+      if (value.where.text() != earlier.params.at(parameter).where.text())
+        throw Error(value.where, fmt::format("{}: {} of {} lists {} twice; expected each value once", key, parameter,
+                                             method.name, to_text(value)));
+  throw Error(method.where, fmt::format("{}: '{}' stands there twice; expected each once", key, method.label()));
+}
+
+template <class Find, class Validate>
+std::vector<Method> read_methods(const ConfigNode& node, const std::string& key, const Find& find, const Validate& validate) {
+  std::vector<Method> methods;
+  std::map<std::string, std::size_t> index_by_label;
+  for (const ConfigNode* element : list_elements(node, key, "an array of names or tables")) {
+    const std::size_t first_of_table = methods.size();
+    for (Method& method : read_combinations(*element, key, find)) {
+      validate(method);
+      const auto [found, is_new] = index_by_label.emplace(method.label(), methods.size());
+      if (!is_new) refuse_repetition(key, methods[found->second], method, found->second >= first_of_table);
+      methods.push_back(std::move(method));
+    }
+  }
+  return methods;
+}
+
+}  // namespace
+
+std::string Method::label() const {
+  std::string text = name;
+  for (const auto& [key, value] : params) text += fmt::format(" {}={}", key, to_text(value));
+  return text;
+}
+
+void validate_integrator(Method& method) {
+  const IntegratorEntry& entry = find_integrator(method.name, method.where);
+  entry.make(method.params);
+  normalise_integers(method, entry.params);
+}
+
+void validate_accel(Method& method) {
+  const RayEntry& entry = find_ray_structure(method.name, method.where);
+  entry.make(Scene{}, method.params);
+  normalise_integers(method, entry.params);
+}
+
+std::vector<Method> read_integrators(const ConfigNode& node) {
+  return read_methods(node, "integrators", find_integrator, validate_integrator);
+}
+
+std::vector<Method> read_accels(const ConfigNode& node) {
+  if (!node.text() || *node.text() != "all") return read_methods(node, "accels", find_ray_structure, validate_accel);
+  return all_accels(node.where);
+}
+
+std::vector<Method> read_motions(const ConfigNode& node) {
+  return read_methods(node, "dynamic.motions", find_motion, [](Method& method) {
+    const MotionEntry& entry = find_motion(method.name, method.where);
+    entry.make({Geometry{}, 1, 1}, method.params);
+    normalise_integers(method, entry.params);
+  });
+}
+
+std::vector<Method> read_policies(const ConfigNode& node) {
+  return read_methods(node, "dynamic.policies", find_change_policy,
+                      [](Method& method) { find_change_policy(method.name, method.where).make(method.params); });
+}
+
+Method default_accel() { return {"binned-sah", {{"layout", {std::string("auto"), {}}}}, {}}; }
+
+std::vector<Method> all_accels(const Location& where) {
+  std::vector<Method> methods;
+  for (const RayEntry& entry : ray_structures()) {
+    if (!entry.available) continue;
+    methods.push_back({entry.name, {}, where});
+    const auto add = [&](const char* parameter, const auto& value) {
+      methods.push_back({entry.name, {{parameter, {value, where}}}, where});
+    };
+    if (entry.name == "binned-sah")
+      for (const char* layout : {"wide4", "wide8"}) add("layout", std::string(layout));
+    if (entry.name == "binned-sah" || entry.name == "sbvh" || entry.name == "ploc") add("layout", std::string("wide16"));
+    if (entry.name == "embree") {
+      add("robust", true);
+      add("batches", std::string("coherent"));
+    }
+  }
+  return methods;
+}
+
+}  // namespace etendue

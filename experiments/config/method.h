@@ -1,0 +1,39 @@
+// A structure, an integrator, a motion or a policy of change as an experiment or the command line names it.
+#pragma once
+
+#include "experiments/config/config_tree.h"
+#include "framework/core/params.h"
+
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct Method {
+  std::string name;
+  ParamMap params;
+  Location where;
+
+  std::string label() const;  // "photon-map photons=200000": what logs and charts call it
+};
+
+// Check a method's name and parameters by making it, and spell integers one way ("200k" is 200000). Throw Error.
+void validate_integrator(Method& method);
+void validate_accel(Method& method);
+
+// The default of renders: binned SAH, in the layout that suits scene and machine. Every structure and layout finds the same
+// hits, so images do not depend on it.
+Method default_accel();
+
+// Every structure that is built in, with default parameters; also the better trees in wide layouts, and Embree in its
+// watertight mode and with streams flagged as coherent.
+std::vector<Method> all_accels(const Location& where);
+
+// Names, tables { name, parameters… } (arrays of values: every combination), or an array; each label once. "all": all_accels.
+std::vector<Method> read_integrators(const ConfigNode& node);
+std::vector<Method> read_accels(const ConfigNode& node);
+// Likewise motions and policies of change, under the keys `dynamic.motions` and `dynamic.policies`.
+std::vector<Method> read_motions(const ConfigNode& node);
+std::vector<Method> read_policies(const ConfigNode& node);
+
+}  // namespace etendue

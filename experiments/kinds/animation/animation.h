@@ -1,0 +1,48 @@
+// Experiments on change over time: scenes that move, and what keeps a ray structure up to date while they do.
+//
+//   [dynamic]
+//   frames       beyond the rest position; default 100
+//   resolution   of the frame that is traced: primary rays, and a bounce from each hit; default 128
+//   repetitions  of tracing a frame, of which the median counts; default 3
+//   motions      names or tables { name, parameters… } (framework/scene/motion.h); default wave, twist, explode and scatter
+//   policies     names or tables (accel/bvh/dynamic/change_policy.h); default refit, rebuild and hybrid
+//
+// `accels` are then the builders. A cell is one (scene, builder, motion, seed). Its policies take turns in each frame, so that
+// a machine that slows down slows all of them.
+#pragma once
+
+#include "experiments/config/method.h"
+#include "experiments/kinds/animation/animation_record.h"
+#include "framework/scene/scene.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct AnimationChoice {
+  int frames = 100, resolution = 128, repetitions = 3;
+  std::vector<Method> motions, policies;
+};
+
+// Of the value of the key `dynamic`. Throws Error.
+AnimationChoice read_animation(const ConfigNode& node);
+// The `accels` of such an experiment: "all" is every builder. Throws Error where one cannot build for change.
+std::vector<Method> read_builders(const ConfigNode* node);
+
+struct AnimationTask {
+  const Scene& scene;
+  const Method& builder;
+  const Method& motion;
+  const std::vector<Method>& policies;
+  int frames = 1, resolution = 1, repetitions = 1;
+  std::uint64_t seed = 1;
+  int threads = 1;  // that update and trace
+  std::function<void(int frame)> progress = {};
+};
+
+// `cell`, `manifest` and `status` are the caller's to fill. Throws Error for a scene with instances, or with nothing to move.
+AnimationRecord run_animation(const AnimationTask& task);
+
+}  // namespace etendue

@@ -1,0 +1,50 @@
+// The part of an experiment that names claims.
+//
+//   timing  { resolution, repetitions, large }: see ClaimsChoice
+//   [[claims]]
+//   id, claim, source, claimed   as the source has them
+//   reading                      how the words became intervals, and what else a reader must know; optional
+//   [[claims.measures]]
+//   name    of a measurement (claim.h)
+//   scenes  as load_claim_scene takes them
+//   expect  { quantity = [low, high], … }: intervals that judge; the measurement's other figures stand beside
+//   large   true: left out where timing.large is false
+//
+// A cell is one (claim, measurement, scene).
+#pragma once
+
+#include "experiments/config/config_tree.h"
+#include "experiments/kinds/claims/claim.h"
+
+#include <map>
+
+namespace etendue {
+
+struct ClaimMeasure {
+  const Measurement* measurement = nullptr;
+  std::vector<std::string> scenes;
+  std::map<std::string, Expected> expect;
+  bool large = false;
+};
+
+struct Claim {
+  int id = 0;
+  std::string claim, source, claimed, reading;
+  std::vector<ClaimMeasure> measures;
+};
+
+struct ClaimsChoice {
+  int resolution = 256;  // about its square of rays of each kind
+  int repetitions = 9;   // interleaved
+  bool large = true;     // with the measures that take gigabytes and minutes
+  std::vector<Claim> rows;
+};
+
+// A key that must be there, and an interval [low, high] whose ends may be infinite; both throw Error.
+const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key);
+Expected read_interval(const ConfigNode& node, const std::string& key);
+
+// Of the values of the keys `claims` and `timing` (may be null). Throws Error.
+ClaimsChoice read_claims(const ConfigNode& claims, const ConfigNode* timing);
+
+}  // namespace etendue

@@ -1,0 +1,31 @@
+// What a report says of claims: the table of verdicts, and every figure behind it.
+#pragma once
+
+#include "experiments/kinds/claims/verdict.h"
+#include "experiments/log/log.h"
+#include "experiments/report/table_format.h"
+
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// The cells of one claim that are done, in order of the log.
+struct ClaimFindings {
+  int id = 0;
+  std::vector<const ClaimRecord*> records;
+  ClaimVerdict verdict = ClaimVerdict::depends;
+  std::string on_what;                // of "depends": which figures say what
+  std::vector<std::string> measured;  // a line for each quantity
+};
+
+// By id; keeps pointers into `log`. Claims of which no judged figure is there are left out.
+std::vector<ClaimFindings> arrange_claims(const RunLog& log);
+
+Table claims_table(const RunLog& log);         // claim | source | claimed | measured | verdict
+Table claim_figures_table(const RunLog& log);  // all figures, judged or not
+
+std::string claims_section(const RunLog& log);  // of report.html; empty without claims
+std::string claims_summary(const RunLog& log);  // what `etendue run` prints at its end
+
+}  // namespace etendue

@@ -1,0 +1,196 @@
+#include "experiments/kinds/search/measure_search.h"
+
+#include "accel/registry.h"
+#include "experiments/kinds/search/search_sets.h"
+#include "experiments/statistics/statistics.h"
+#include "framework/core/parallel.h"
+#include "framework/core/rng.h"
+
+#include <bit>
+#include <ctime>
+
+namespace etendue {
+
+namespace {
+
+constexpr double batch_s = 0.02;  // a batch of a slow structure is cut to about this
+
+// Of this thread's CPU: what else runs on the machine takes its share of caches, but not of the clock.
+double cpu_now() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+template <class Work>
+double seconds(const Work& work) {
+  const double start = cpu_now();
+  work();
+  return cpu_now() - start;
+}
+
+Measured spread_of(const std::vector<double>& values) {
+  return {median(values), quantile(values, 0.25), quantile(values, 0.75)};
+}
+
+// The same for equal sets, in whatever order.
+std::uint64_t checksum(const Neighbours& found) {
+  std::uint64_t sum = mix_bits(found.size());
+  for (const Neighbour& n : found) sum += hash_keys(n.id, std::bit_cast<std::uint32_t>(n.distance_squared));
+  return sum;
+}
+
+// Asks each structure the same queries: ask(structure, query, out).
+template <class Structure, class Ask>
+class QueryTiming {
+ public:
+  QueryTiming(const std::vector<std::unique_ptr<Structure>>& structures, std::size_t queries, const Ask& ask)
+      : structures_(structures), ask_(ask), batches_(structures.size()) {
+    for (std::size_t s = 0; s < structures.size(); ++s) {
+      const std::size_t few = std::min<std::size_t>(queries, 16);
+      run(s, few);  // warm
+      const double each = seconds([&] { run(s, few); }) / static_cast<double>(few) + 1e-9;
+      batches_[s].queries = std::clamp(static_cast<std::size_t>(batch_s / each), few, queries);
+    }
+  }
+
+  void repeat() {
+    for (std::size_t s = 0; s < structures_.size(); ++s)
+      batches_[s].times.push_back(seconds([&] { run(s, batches_[s].queries); }) / static_cast<double>(batches_[s].queries));
+  }
+
+  // Compares all answers, and appends a figure for each structure.
+  void finish(const char* measure, double parameter, const SearchChoice& choice, SearchRecord& record) {
+    std::vector<std::uint64_t> expected;
+    for (std::size_t s = 0; s < structures_.size(); ++s) {
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < batches_[s].queries; ++i) {
+        ask_(*structures_[s], i, out_);
+        found += out_.size();
+        const std::uint64_t sum = checksum(out_);
+        if (i == expected.size()) {
+          expected.push_back(sum);
+          continue;
+        }
+        ++record.checked;
+        record.disagreements += sum != expected[i];
+      }
+      record.figures.push_back({choice.structures[s], measure, parameter, spread_of(batches_[s].times),
+                                static_cast<double>(found) / static_cast<double>(batches_[s].queries)});
+    }
+  }
+
+ private:
+  struct Batch {
+    std::size_t queries = 0;
+    std::vector<double> times;
+  };
+
+  void run(std::size_t s, std::size_t queries) {
+    for (std::size_t i = 0; i < queries; ++i) ask_(*structures_[s], i, out_);
+  }
+
+  const std::vector<std::unique_ptr<Structure>>& structures_;
+  const Ask& ask_;
+  std::vector<Batch> batches_;
+  Neighbours out_;
+};
+
+// Each repetition makes all structures anew: make(name) is timed; the last ones stay.
+template <class Structure, class Make>
+std::vector<std::unique_ptr<Structure>> time_making(const SearchTask& task, const char* measure, const Make& make,
+                                                    SearchRecord& record) {
+  const auto& names = task.choice.structures;
+  std::vector<std::unique_ptr<Structure>> structures(names.size());
+  std::vector<std::vector<double>> times(names.size());
+  const auto count = static_cast<double>(task.count);
+  for (int repetition = 0; repetition < task.choice.repetitions; ++repetition)
+    for (std::size_t s = 0; s < names.size(); ++s) {
+      structures[s] = nullptr;
+      times[s].push_back(seconds([&] { structures[s] = make(names[s]); }) / count);
+    }
+  for (std::size_t s = 0; s < names.size(); ++s) {
+    record.figures.push_back({names[s], measure, 0, spread_of(times[s]), 0});
+    const double bytes = static_cast<double>(structures[s]->bytes()) / count;
+    record.figures.push_back({names[s], "memory", 0, {bytes, bytes, bytes}, 0});
+  }
+  return structures;
+}
+
+// Distances to the k-th neighbour: for photons of a scene the same for all queries, their median, as a fixed radius is chosen;
+// on a set whose density varies on purpose each query's own, so that each finds as many.
+std::vector<float> radii_for(const PointQuery& points, const PointSet& set, std::size_t k, bool own) {
+  std::vector<double> distances;
+  Neighbours out;
+  for (const vec3& p : set.queries) {
+    points.nearest(p, k, infinity, out);
+    distances.push_back(std::sqrt(out.back().distance_squared));
+  }
+  const auto middle = static_cast<float>(median(distances));
+  std::vector<float> radii;
+  for (const double d : distances) radii.push_back(own ? static_cast<float>(d) : middle);
+  return radii;
+}
+
+void measure_points(const SearchTask& task, SearchRecord& record) {
+  const auto queries = static_cast<std::uint64_t>(task.choice.queries);
+  const PointSet set = task.scene ? photons_of_scene(*task.scene, task.count, queries, task.seed)
+                                  : clustered_points(task.set.variation, task.count, queries, task.seed);
+  const auto make = [&](const std::string& name) {
+    auto points = find_point_structure(name, {}).make();
+    points->build(set.points);
+    return points;
+  };
+  const auto structures = time_making<PointQuery>(task, "build", make, record);
+  const auto guide = make("hash-grid");
+  for (std::size_t i = 0; i < task.choice.neighbours.size(); ++i) {
+    const auto k = static_cast<std::size_t>(task.choice.neighbours[i]);
+    if (task.progress) task.progress((1 + static_cast<double>(i)) / (1 + static_cast<double>(task.choice.neighbours.size())));
+    if (4 * k > task.count && k > 1) continue;
+    const std::vector<float> radii = radii_for(*guide, set, k, !task.scene);
+    const auto within = [&](const PointQuery& s, std::size_t q, Neighbours& out) { s.within(set.queries[q], radii[q], out); };
+    const auto nearest = [&](const PointQuery& s, std::size_t q, Neighbours& out) {
+      s.nearest(set.queries[q], k, infinity, out);
+    };
+    QueryTiming by_radius(structures, set.queries.size(), within);
+    QueryTiming by_number(structures, set.queries.size(), nearest);
+    for (int repetition = 0; repetition < task.choice.repetitions; ++repetition) {
+      by_radius.repeat();
+      by_number.repeat();
+    }
+    by_radius.finish("within", static_cast<double>(k), task.choice, record);
+    by_number.finish("nearest", static_cast<double>(k), task.choice, record);
+  }
+}
+
+void measure_balls(const SearchTask& task, SearchRecord& record) {
+  const BallSet set = records_of_scene(*task.scene, task.set.variation, task.choice.covering, task.count,
+                                       static_cast<std::uint64_t>(task.choice.queries), task.seed);
+  const Bounds bounds = task.scene->bounds();
+  const auto make = [&](const std::string& name) {
+    auto balls = find_ball_structure(name, {}).make(bounds);
+    for (std::uint32_t id = 0; id < set.centres.size(); ++id) balls->insert(set.centres[id], set.radii[id], id);
+    return balls;
+  };
+  const auto structures = time_making<BallQuery>(task, "insert", make, record);
+  if (task.progress) task.progress(0.5);
+  const auto covering = [&](const BallQuery& s, std::size_t q, Neighbours& out) { s.covering(set.queries[q], out); };
+  QueryTiming timing(structures, set.queries.size(), covering);
+  for (int repetition = 0; repetition < task.choice.repetitions; ++repetition) timing.repeat();
+  timing.finish("covering", 0, task.choice, record);
+}
+
+}  // namespace
+
+SearchRecord measure_search(const SearchTask& task) {
+  SearchRecord record;
+  record.kind = task.choice.kind();
+  record.set = task.set.name;
+  record.varies = task.set.varies;
+  record.variation = task.set.variation;
+  record.count = task.count;
+  with_threads(1, [&] { task.choice.balls ? measure_balls(task, record) : measure_points(task, record); });
+  return record;
+}
+
+}  // namespace etendue

@@ -1,0 +1,55 @@
+// The part of an experiment that compares point or ball structures.
+//
+//   [points]     over photons of the scenes, and over squares with a dense spot
+//   structures   names, or "all" (default)
+//   counts       of points; default 10, 100, … 1,000,000
+//   neighbours   points that a query is to find: k of `nearest`, and by its distance the radius of `within`;
+//                default 1, 10, 50, 500
+//   contrasts    of density of the spot to what lies about it, 1 for none; default [], no such set
+//   queries      a batch, fewer where a structure is slow; default 4000
+//   repetitions  of building and of each batch; default 7
+//
+//   [balls]      over records where a camera sees the scenes
+//   structures, counts (default 10 to 100,000), queries, repetitions
+//   spreads      of the largest radius to the smallest; default 1, 10, 100
+//   covering     balls over a point, on the mean; default 8
+//
+// A cell is one (set, count, seed). Structures take turns within it, on one thread.
+#pragma once
+
+#include "experiments/config/config_tree.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct SearchChoice {
+  bool balls = false;
+  std::vector<std::string> structures;
+  std::vector<std::uint64_t> counts;
+  std::vector<double> neighbours;  // points only
+  std::vector<double> variations;  // contrasts or spreads
+  double covering = 8;             // balls only
+  int queries = 4000, repetitions = 7;
+
+  const char* kind() const { return balls ? "balls" : "points"; }
+};
+
+// One of the sets that an experiment searches.
+struct SearchSet {
+  std::string name;                  // without the variation: the scene's, or "clustered"
+  std::string label;                 // with it
+  std::optional<std::size_t> scene;  // index into the experiment's
+  std::string varies;                // "contrast", "spread" or ""
+  double variation = 0;
+};
+
+// Of the value of the key `points` or `balls`. Throws Error.
+SearchChoice read_search(const ConfigNode& node, bool balls);
+
+// Of the scenes' names; every scene's for points, then the clustered ones; for balls each scene's with every spread.
+std::vector<SearchSet> search_sets(const SearchChoice& choice, const std::vector<std::string>& scenes);
+
+}  // namespace etendue

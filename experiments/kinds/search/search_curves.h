@@ -1,0 +1,56 @@
+// From records of point or ball structures to curves, and where one structure overtakes another.
+#pragma once
+
+#include "experiments/log/log.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct CurvePoint {
+  double x = 0;
+  Measured value;
+};
+
+struct StructureCurve {
+  std::string structure;
+  std::vector<CurvePoint> points;  // x ascending
+};
+
+// One measure of all structures over one abscissa, all else fixed.
+struct SearchPlot {
+  std::string kind;
+  std::string set;       // with its variation, where that is fixed
+  std::string base;      // without
+  std::string measure;   // "within"
+  std::string abscissa;  // "count", "neighbours", "contrast", "spread"
+  double parameter = 0;  // of the measure; 0 where it has none, or where it is the abscissa
+  double count = 0;      // 0: the abscissa
+  std::vector<StructureCurve> curves;
+};
+
+// Every measure over the count; queries also over the number of neighbours, and all measures over the variation, both at the
+// largest count that has them. With several seeds: the median of their medians, and the extremes of their quartiles.
+std::vector<SearchPlot> search_plots(const RunLog& log);
+
+// Where `overtaking` begins to be faster than `overtaken`: log-log linear between two abscissas.
+struct Crossover {
+  std::string overtaken, overtaking;
+  double at = 0;
+  bool clear = false;  // their quartiles are apart on both sides
+  bool lead = false;   // it takes the lead of all with it
+};
+
+// Of memory: where it begins to take less. Crossings of brute force, and those that change the lead.
+std::vector<Crossover> crossovers(const SearchPlot& plot);
+
+// Index of the curve with the least value at x; nullopt where none is there.
+std::optional<std::size_t> leader_at(const SearchPlot& plot, double x);
+
+// All abscissas of the plot, ascending.
+std::vector<double> abscissas(const SearchPlot& plot);
+const CurvePoint* point_at(const StructureCurve& curve, double x);
+
+}  // namespace etendue

@@ -1,0 +1,175 @@
+#include "experiments/kinds/stress/stress_report.h"
+
+#include "experiments/report/report_text.h"
+#include "framework/core/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+namespace etendue {
+
+namespace {
+
+bool within(double value, double low, double high) { return low <= value && value <= high; }
+
+double distance(double value, double low, double high) { return std::max({0.0, low - value, value - high}); }
+
+std::string interval_text(double low, double high) {
+  if (std::isinf(high)) return "above " + format_figure(low);
+  if (std::isinf(low)) return "below " + format_figure(high);
+  return fmt::format("{} to {}", format_figure(low), format_figure(high));
+}
+
+std::string measured_text(const Measured& value) {
+  std::string text = format_figure(value.median);
+  if (value.low < value.high) text += fmt::format(" ({} to {})", format_figure(value.low), format_figure(value.high));
+  return text;
+}
+
+constexpr const char* rule =
+    "Measured: the median over seeds, with its quartiles. A method fails as expected where its figure lies where the failure "
+    "is "
+    "expected to bring it, and holds where it lies in the interval of a method that does not fail. A remedy holds likewise; it "
+    "helps where it has brought the figure at least half of the way.";
+
+std::string embedded_picture(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+  return bytes.empty() ? std::string() : base64(bytes);
+}
+
+}  // namespace
+
+std::string_view verdict_name(StressVerdict verdict) {
+  constexpr std::string_view names[] = {"fails as expected", "fails otherwise", "holds", "helps", "does not help"};
+  return names[static_cast<int>(verdict)];
+}
+
+std::vector<StressVerdict> judge_stress(const ClaimRecord& record) {
+  CHECK(record.stress.has_value() && !record.figures.empty());
+  const double low = record.stress->holds_low, high = record.stress->holds_high;
+  const ClaimFigure& first = record.figures.front();
+  const double failing = first.value.median;
+  std::vector<StressVerdict> verdicts;
+  if (within(failing, low, high))
+    verdicts.push_back(StressVerdict::holds);
+  else
+    verdicts.push_back(within(failing, first.expected_low, first.expected_high) ? StressVerdict::fails_as_expected
+                                                                                : StressVerdict::fails_otherwise);
+  for (std::size_t i = 1; i < record.figures.size(); ++i) {
+    const double left = distance(record.figures[i].value.median, low, high);
+    verdicts.push_back(left == 0                                    ? StressVerdict::holds
+                       : left <= 0.5 * distance(failing, low, high) ? StressVerdict::helps
+                                                                    : StressVerdict::no_help);
+  }
+  return verdicts;
+}
+
+std::vector<const ClaimRecord*> arrange_stress(const RunLog& log) {
+  std::vector<const ClaimRecord*> rows;
+  for (const ClaimRecord& record : log.claims)
+    if (record.stress && record.status == "done") rows.push_back(&record);
+  std::stable_sort(rows.begin(), rows.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
+  return rows;
+}
+
+Table stress_table(const RunLog& log) {
+  Table table{"stress", "Methods on the scenes that break them", {}, {}, {}, {}};
+  table.columns = {{"id", "#"},
+                   {"failure", "failure", false},
+                   {"source", "source", false},
+                   {"scene", "scene", false},
+                   {"figure", "figure", false},
+                   {"method", "method", false},
+                   {"remedy", "remedy", false},
+                   {"expected", "expected", false},
+                   {"measured", "measured", false, Audience::people},
+                   {"median", "", true, Audience::machines},
+                   {"low", "", true, Audience::machines},
+                   {"high", "", true, Audience::machines},
+                   {"verdict", "verdict", false}};
+  for (const ClaimRecord* record : arrange_stress(log)) {
+    const std::vector<StressVerdict> verdicts = judge_stress(*record);
+    for (std::size_t i = 0; i < record->figures.size(); ++i) {
+      const ClaimFigure& figure = record->figures[i];
+      table.rows.push_back({TableCell::count(static_cast<std::uint64_t>(record->id)), TableCell::words(record->claim),
+                            TableCell::words(record->source), TableCell::words(record->cell.scene),
+                            TableCell::words(figure.text), TableCell::words(record->stress->methods.at(i)),
+                            i == 0 ? TableCell{} : TableCell::words(figure.quantity),
+                            TableCell::words(interval_text(figure.expected_low, figure.expected_high)),
+                            TableCell::words(measured_text(figure.value)), TableCell::number(figure.value.median),
+                            TableCell::number(figure.value.low), TableCell::number(figure.value.high),
+                            TableCell::words(std::string(verdict_name(verdicts[i])))});
+    }
+  }
+  if (!table.rows.empty()) table.notes.push_back(rule);
+  for (const ClaimRecord& record : log.claims)
+    if (record.stress && record.status != "done")
+      table.notes.push_back(fmt::format("Failed: {}: {}", record.cell.key(), record.error));
+  return table;
+}
+
+std::string stress_section(const RunLog& log) {
+  const std::vector<const ClaimRecord*> rows = arrange_stress(log);
+  std::string failed;
+  for (const ClaimRecord& record : log.claims)
+    if (record.stress && record.status != "done")
+      failed += fmt::format("<p>Failed: {}: {}</p>\n", escape_html(record.cell.key()), escape_html(record.error));
+  if (rows.empty() && failed.empty()) return {};
+  std::string out =
+      fmt::format("<section id=\"stress\"><h2>Where methods fail</h2>\n<p class=\"note\">{}</p>\n<div class=\"findings\">\n",
+                  escape_html(rule));
+  for (const ClaimRecord* record : rows) {
+    const std::vector<StressVerdict> verdicts = judge_stress(*record);
+    out += fmt::format("<article class=\"card\"><h3>{}. {}</h3>", record->id, escape_html(record->claim));
+    std::string caption = "truth";
+    for (const ClaimFigure& figure : record->figures) caption += " | " + figure.quantity;
+    if (const std::string png = embedded_picture(record->stress->picture); !png.empty())
+      out += fmt::format(
+          "<figure><img style=\"width:100%\" alt=\"{0}\" "
+          "src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>",
+          escape_html(caption), png);
+    out += fmt::format("<p class=\"note\">{}: {}; {}. Would hold: {}.</p><dl>", escape_html(record->cell.scene),
+                       escape_html(record->claimed), escape_html(record->source),
+                       interval_text(record->stress->holds_low, record->stress->holds_high));
+    for (std::size_t i = 0; i < record->figures.size(); ++i) {
+      const ClaimFigure& figure = record->figures[i];
+      out += fmt::format("<dt>{}</dt><dd><strong>{}</strong>: {} <span class=\"note\">(expected {}; {})</span></dd>",
+                         escape_html(figure.quantity), verdict_name(verdicts[i]), measured_text(figure.value),
+                         interval_text(figure.expected_low, figure.expected_high), escape_html(record->stress->methods.at(i)));
+    }
+    out += "</dl></article>\n";
+  }
+  return out + "</div>\n" + failed + "</section>\n";
+}
+
+std::string stress_summary(const RunLog& log) {
+  std::string out;
+  for (const ClaimRecord* record : arrange_stress(log)) {
+    const std::vector<StressVerdict> verdicts = judge_stress(*record);
+    out += fmt::format("{:2}  {}  ({}: {})\n", record->id, record->claim, record->cell.scene, record->claimed);
+    std::size_t widest = 16;
+    for (const ClaimFigure& figure : record->figures) widest = std::max(widest, display_width(figure.quantity));
+    for (std::size_t i = 0; i < record->figures.size(); ++i) {
+      const ClaimFigure& figure = record->figures[i];
+      const std::string found =
+          fmt::format("{:<24} expected {:<14} {}", measured_text(figure.value),
+                      interval_text(figure.expected_low, figure.expected_high), verdict_name(verdicts[i]));
+      // A long name stands above its figures, so that a terminal's 100 columns hold both.
+      if (const std::string line = fmt::format("      {:<{}} {}\n", figure.quantity, widest, found); display_width(line) <= 101)
+        out += line;
+      else
+        out += fmt::format("      {}\n        {}\n", figure.quantity, found);
+    }
+  }
+  if (out.empty()) out = "The log holds no finished row.\n";
+  for (const ClaimRecord& record : log.claims)
+    if (record.stress && record.status != "done") out += fmt::format("Failed: {}: {}\n", record.cell.key(), record.error);
+  return out;
+}
+
+}  // namespace etendue

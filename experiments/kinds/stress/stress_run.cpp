@@ -1,0 +1,113 @@
+#include "experiments/kinds/stress/stress_run.h"
+
+#include "experiments/kinds/stress/stress_report.h"
+#include "experiments/kinds/structures/accel_timing.h"
+#include "experiments/run/record_run.h"
+#include "experiments/run/reference.h"
+#include "experiments/statistics/statistics.h"
+#include "framework/core/check.h"
+#include "framework/io/image/png.h"
+#include "framework/io/load_scene.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+namespace etendue {
+
+namespace {
+
+// Images side by side, exposed so that all but a hundredth of the first one's pixels are within the range of a screen.
+Image side_by_side(const std::vector<Image>& images) {
+  const ivec2 size = images.front().size;
+  std::vector<double> values;
+  for (const dvec3& pixel : images.front().pixels) values.push_back(std::max(pixel.x, std::max(pixel.y, pixel.z)));
+  const double bright = quantile(values, 0.99), exposure = bright > 0 ? 0.85 / bright : 1;
+  constexpr int gap = 2;
+  const int count = static_cast<int>(images.size());
+  Image strip({count * size.x + (count - 1) * gap, size.y});
+  std::fill(strip.pixels.begin(), strip.pixels.end(), dvec3(1));
+  for (int i = 0; i < count; ++i)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        strip.at(i * (size.x + gap) + x, y) = exposure * images[static_cast<std::size_t>(i)].at(x, y);
+  return strip;
+}
+
+class StressWork final : public RecordWork<ClaimRecord> {
+ public:
+  StressWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer) {}
+
+  std::optional<SceneState> scene(const Cell& cell) override {
+    const std::string& name = row_of(cell).scene;
+    return SceneState{name, name, load_scene(name, {plan_.config.path}).hash()};
+  }
+
+  void describe(const Cell& cell, ClaimRecord& record) override {
+    const StressRow& row = row_of(cell);
+    record.id = row.id;
+    record.claim = row.failure;
+    record.source = row.source;
+    record.claimed = row.figure->text;
+    record.stress = StressNote{row.holds.low, row.holds.high, {}, {}};
+    for (const StressTrial& trial : row.trials) record.stress->methods.push_back(trial.method.label());
+  }
+
+  void fill(const Cell& cell, ClaimRecord& record, RunDirectory& directory, const Progress& progress) override {
+    const StressRow& row = row_of(cell);
+    const Scene scene = load_scene(row.scene, {plan_.config.path}, {plan_.confined});
+    const SceneNeeds needs = scene_needs(scene);
+    const ivec2 resolution = plan_.config.resolution.value_or(scene.resolution);
+    const Reference truth = make_reference({scene,
+                                            needs,
+                                            row.scene,
+                                            resolution,
+                                            {},
+                                            plan_.threads,
+                                            [this](const std::string& line) { observer_.narrate(line); },
+                                            [this](const std::string& line) { observer_.status(line); }},
+                                           ReferenceCache::standard(plan_.config.path));
+    if (!truth.failure.empty()) throw Error(truth.failure);
+    Budget budget = plan_.config.budget;
+    if (row.samples) budget.samples = row.samples;
+    budget.checkpoints.linear = 1;
+    const Method accel = default_accel();
+    std::vector<Image> images{truth.rendered.image};
+    const std::size_t seeds = plan_.config.seeds.size();
+    for (std::size_t t = 0; t < row.trials.size(); ++t) {
+      std::vector<double> values;
+      for (const std::uint64_t seed : plan_.config.seeds) {
+        const CellResult result =
+            run_cell({scene, needs, accel, row.trials[t].method, seed, resolution, budget, plan_.threads});
+        values.push_back(row.figure->compute(result.image, truth.rendered.image));
+        if (values.size() == 1) images.push_back(result.image);
+        const std::size_t done = t * seeds + values.size();
+        progress(static_cast<double>(done) / static_cast<double>(row.trials.size() * seeds), done);
+      }
+      const Expected& expected = t == 0 ? row.fails : row.holds;
+      record.figures.push_back({t == 0 ? "as it is" : row.trials[t].name, row.figure->text, FigureKind::plain,
+                                summarise(values), true, expected.low, expected.high});
+    }
+    record.stress->picture = fmt::format("pictures/{}.png", cell.name.integrator);
+    const std::filesystem::path picture = std::filesystem::path(directory.path()) / record.stress->picture;
+    make_folders(picture.parent_path().string());
+    record.stress->picture_stamp = write_png(picture.string(), side_by_side(images));
+  }
+
+  std::string summary(const RunLog& log) const override { return stress_summary(log); }
+
+ private:
+  const StressRow& row_of(const Cell& cell) const { return plan_.config.stress[cell.integrator]; }
+
+  const RunPlan& plan_;
+  RunObserver& observer_;
+};
+
+}  // namespace
+
+RunSummary execute_stress(const RunPlan& plan, RunObserver& observer) {
+  StressWork work(plan, observer);
+  return execute_records(plan, plan.threads, observer, work);
+}
+
+}  // namespace etendue

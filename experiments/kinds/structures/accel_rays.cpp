@@ -1,0 +1,173 @@
+#include "experiments/kinds/structures/accel_rays.h"
+
+#include "accel/registry.h"
+#include "framework/core/parallel.h"
+#include "integrators/paths/path.h"
+#include "integrators/registry.h"
+
+#include <xxhash.h>
+
+#include <unordered_set>
+
+namespace etendue {
+
+namespace {
+
+constexpr std::size_t run_length = 64;
+constexpr std::int64_t path_events = 5, gather_rays = 16;
+constexpr int gather_side = 4;  // a gather stands for gather_side^2 pixels
+
+std::uint64_t hash_of(const Ray& ray) {
+  const float values[]{ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y, ray.direction.z};
+  return XXH3_64bits(values, sizeof values);
+}
+
+// A structure that writes down what it is asked. For one thread.
+class RecordingQuery final : public RayQuery {
+ public:
+  explicit RecordingQuery(const RayQuery& inner) : inner_(inner) {}
+
+  // Where what is asked from now on goes (nullptr: nowhere): rays of closest() to `primary` if they are among `camera`, else to
+  // `others`; those of occluded() to `shadow`.
+  void record(const std::unordered_set<std::uint64_t>* camera, std::vector<Ray>* primary, std::vector<Ray>* others,
+              std::vector<Ray>* shadow) {
+    camera_ = camera;
+    primary_ = primary;
+    others_ = others;
+    shadow_ = shadow;
+  }
+
+  Hit closest(const Ray& ray) const override {
+    if (std::vector<Ray>* to = camera_ && camera_->contains(hash_of(ray)) ? primary_ : others_) to->push_back(ray);
+    return inner_.closest(ray);
+  }
+  bool occluded(const Ray& ray) const override {
+    if (shadow_) shadow_->push_back(ray);
+    return inner_.occluded(ray);
+  }
+  void closest(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = closest(rays[i]);
+  }
+  void occluded(std::span<const Ray> rays, std::span<bool> occluded) const override {
+    for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = this->occluded(rays[i]);
+  }
+  Hit closest_counted(const Ray& ray, TraversalCounters&) const override { return closest(ray); }
+  bool occluded_counted(const Ray& ray, TraversalCounters&) const override { return occluded(ray); }
+  RayStructureStats stats() const override { return inner_.stats(); }
+
+ private:
+  const RayQuery& inner_;
+  const std::unordered_set<std::uint64_t>* camera_ = nullptr;
+  std::vector<Ray>*primary_ = nullptr, *others_ = nullptr, *shadow_ = nullptr;
+};
+
+// All that an integrator needs to render a scene through a structure.
+class Render {
+ public:
+  Render(const Scene& scene, const RayQuery& rays, int resolution)
+      : needs_(scene_needs(scene)),
+        lights_(scene),
+        context_{scene,
+                 needs_,
+                 rays,
+                 lights_,
+                 1,
+                 ivec2(resolution),
+                 phases_,
+                 [](const std::string& name) { return find_point_structure(name, {}).make(); },
+                 [](const std::string& name, const Bounds& bounds) { return find_ball_structure(name, {}).make(bounds); }},
+        film_(ivec2(resolution)) {}
+
+  RenderContext& context() { return context_; }
+  Film& film() { return film_; }
+
+  // The camera rays of iteration 0: those of the same sampler, pixel by pixel.
+  std::unordered_set<std::uint64_t> camera_rays() const {
+    std::unordered_set<std::uint64_t> hashes;
+    for (int y = 0; y < context_.resolution.y; ++y)
+      for (int x = 0; x < context_.resolution.x; ++x) {
+        const auto key = static_cast<std::uint64_t>(y) * context_.resolution.x + x;
+        Sampler sampler(SamplerKind::sobol, context_.seed, Stream::camera, key, 0);
+        hashes.insert(hash_of(sample_camera_ray(context_, {x, y}, sampler)));
+      }
+    return hashes;
+  }
+
+ private:
+  SceneNeeds needs_;
+  LightSampler lights_;
+  PhaseTimes phases_;
+  RenderContext context_;
+  Film film_;
+};
+
+std::unique_ptr<Integrator> make_integrator(const std::string& name, ParamMap params) {
+  params["sampler"] = {std::string("sobol"), {}};
+  return find_integrator(name, {}).make(params);
+}
+
+void record_path(const Scene& scene, const RayQuery& tracer, int resolution, RaysByKind& rays) {
+  RecordingQuery recorder(tracer);
+  Render render(scene, recorder, resolution);
+  const auto camera = render.camera_rays();
+  recorder.record(&camera, &rays[index_of(RayKind::primary)], &rays[index_of(RayKind::diffuse)],
+                  &rays[index_of(RayKind::shadow)]);
+  const auto path = make_integrator("path", {{"max_depth", {path_events, {}}}});
+  path->prepare(render.context());
+  path->iteration(render.context(), 0, render.film());
+}
+
+// While the map is prepared, photons fly; of what the gathering then asks, all but the camera's rays are gather rays (with, in
+// scenes of mirrors and glass, what a camera ray becomes there).
+void record_photon_map(const Scene& scene, const RayQuery& tracer, int resolution, RaysByKind& rays) {
+  RecordingQuery recorder(tracer);
+  Render render(scene, recorder, std::max(1, resolution / gather_side));
+  const auto photons = static_cast<std::int64_t>(resolution) * resolution;
+  const auto camera = render.camera_rays();
+  // Few neighbours, for the photons' density is of no interest here.
+  const auto map = make_integrator("photon-map", {{"photons", {photons, {}}},
+                                                  {"caustic_photons", {std::int64_t{1}, {}}},
+                                                  {"k", {std::int64_t{2}, {}}},
+                                                  {"final_gather", {gather_rays, {}}},
+                                                  {"max_depth", {path_events, {}}}});
+  recorder.record(nullptr, nullptr, &rays[index_of(RayKind::photon)], nullptr);
+  map->prepare(render.context());
+  recorder.record(&camera, nullptr, &rays[index_of(RayKind::gather)], nullptr);
+  map->iteration(render.context(), 0, render.film());
+}
+
+}  // namespace
+
+const char* ray_kind_name(RayKind kind) {
+  static constexpr const char* names[] = {"primary", "diffuse", "shadow", "photon", "gather"};
+  return names[index_of(kind)];
+}
+
+std::vector<Ray> spread_runs(const std::vector<Ray>& rays, std::size_t count) {
+  if (rays.size() <= count) return rays;
+  const std::size_t runs = std::max<std::size_t>(1, count / run_length), length = std::min(count, run_length);
+  std::vector<Ray> kept;
+  for (std::size_t run = 0; run < runs; ++run) {
+    const auto begin =
+        rays.begin() + static_cast<std::ptrdiff_t>(run * (rays.size() - length) / std::max<std::size_t>(1, runs - 1));
+    kept.insert(kept.end(), begin, begin + static_cast<std::ptrdiff_t>(length));
+  }
+  return kept;
+}
+
+RaysByKind record_rays(const Scene& scene, const RayQuery& tracer, int resolution) {
+  std::optional<Scene> lit;
+  if (scene.lights.empty()) {
+    lit = scene;
+    lit->lights.emplace_back(EnvironmentLight{.scale = Rgb(1), .size = ivec2(0), .texels = {}, .light_to_world = {}});
+  }
+  RaysByKind rays;
+  with_threads(1, [&] {
+    record_path(lit ? *lit : scene, tracer, resolution, rays);
+    record_photon_map(lit ? *lit : scene, tracer, resolution, rays);
+  });
+  for (std::vector<Ray>& kind : rays) kind = spread_runs(kind, static_cast<std::size_t>(resolution) * resolution);
+  return rays;
+}
+
+}  // namespace etendue

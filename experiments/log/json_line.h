@@ -1,0 +1,41 @@
+// What every record of a log needs to become a line of JSON.
+#pragma once
+
+#include "experiments/log/json_fwd.h"
+#include "framework/core/check.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace etendue {
+
+template <class T, class SFINAE>
+struct CheckedNumber : nlohmann::adl_serializer<T> {};
+
+template <class T>
+struct CheckedNumber<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool>>> : nlohmann::adl_serializer<T> {
+  static void from_json(const Json& json, T& value) {
+    const bool fits = json.is_number_unsigned()  ? std::in_range<T>(*json.get_ptr<const std::uint64_t*>())
+                      : json.is_number_integer() ? std::in_range<T>(*json.get_ptr<const std::int64_t*>())
+                                                 : false;
+    if (!fits) throw nlohmann::detail::type_error::create(302, "expected a whole number in range, not " + json.dump(), &json);
+    nlohmann::adl_serializer<T>::from_json(json, value);
+  }
+};
+
+// JSON has no infinity and no NaN: a figure that is neither is the caller's duty.
+inline double finite(double x) {
+  CHECK(std::isfinite(x));
+  return x;
+}
+
+inline const std::vector<double>& finite(const std::vector<double>& values) {
+  for (const double value : values) finite(value);
+  return values;
+}
+
+// On one line. Bytes that are not UTF-8, which the text of an error may hold, are replaced.
+inline std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+}  // namespace etendue

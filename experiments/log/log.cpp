@@ -1,0 +1,315 @@
+#include "experiments/log/log.h"
+
+#include "experiments/log/json_line.h"
+#include "experiments/log/log_lines.h"
+#include "framework/core/check.h"
+#include "framework/core/error.h"
+#include "framework/io/text.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iterator>
+
+namespace etendue {
+
+namespace {
+
+// Appends a record, or replaces the one that is the same by `same`.
+template <class Record, class Same>
+void put(std::vector<Record>& records, Record record, const Same& same) {
+  const auto found = std::find_if(records.begin(), records.end(), [&](const Record& other) { return same(other, record); });
+  if (found == records.end())
+    records.push_back(std::move(record));
+  else
+    *found = std::move(record);
+}
+
+void put_manifest(RunLog& log, ManifestRecord record) {
+  put(log.manifests, std::move(record), [](const auto& a, const auto& b) { return a.id == b.id; });
+}
+void put_plan(RunLog& log, PlanRecord record) {
+  std::erase(log.plans, record);
+  log.plans.push_back(std::move(record));
+}
+void put_reference(RunLog& log, ReferenceRecord record) {
+  put(log.references, std::move(record), [](const auto& a, const auto& b) { return a.scene == b.scene; });
+}
+void put_structure(RunLog& log, StructureRecord record) {
+  put(log.structures, std::move(record),
+      [](const auto& a, const auto& b) { return a.scene == b.scene && a.structure == b.structure && a.layout == b.layout; });
+}
+// Animations, claims and searches: a record each for a cell.
+template <class Record>
+void put_by_cell(std::vector<Record>& records, Record record) {
+  put(records, std::move(record), [](const auto& a, const auto& b) { return a.cell == b.cell; });
+}
+
+// A cell's checkpoints and closing line, in the place of any that it left before.
+class CellBlocks {
+ public:
+  void put(const CellRecord& cell, std::vector<CheckpointRecord> checkpoints) {
+    const auto [found, inserted] = position_.try_emplace(cell.cell, blocks_.size());
+    if (inserted) blocks_.emplace_back();
+    blocks_[found->second] = {cell, std::move(checkpoints)};
+  }
+  void drop_scene(const std::string& scene) {
+    std::vector<Block> kept;
+    position_.clear();
+    for (Block& block : blocks_) {
+      if (block.first.cell.scene == scene) continue;
+      position_[block.first.cell] = kept.size();
+      kept.push_back(std::move(block));
+    }
+    blocks_ = std::move(kept);
+  }
+  void move_into(RunLog& log) {
+    for (auto& [cell, checkpoints] : blocks_) {
+      log.cells.push_back(std::move(cell));
+      std::move(checkpoints.begin(), checkpoints.end(), std::back_inserter(log.checkpoints));
+    }
+  }
+
+ private:
+  using Block = std::pair<CellRecord, std::vector<CheckpointRecord>>;
+  std::map<CellName, std::size_t> position_;
+  std::vector<Block> blocks_;
+};
+
+std::string read_all(const std::string& path) {
+  try {
+    return read_file(path);
+  } catch (const Error& e) {
+    throw Error(Location{path},
+                fmt::format("cannot open the log; expected a runs.jsonl that `etendue run` wrote: {}", e.what()));
+  }
+}
+
+std::string system_error() { return std::strerror(errno); }
+
+// Length of the log without a torn last line and without checkpoints that no `cell` line closed. Both come from a write that
+// was cut short, so they stand at the end.
+std::size_t whole_length(const std::string& text) {
+  std::size_t kept = 0;
+  for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    if (std::string_view(text).substr(begin, end - begin).find("\"type\":\"checkpoint\"") == std::string_view::npos)
+      kept = end + 1;
+  }
+  return kept;
+}
+
+constexpr std::string_view checksum_start = ",\"xxh3\":\"", checksum_end = "\"}";
+constexpr std::size_t checksum_digits = 16;
+
+// Throws Error where a line is not what was written.
+void check_seal(std::string_view line) {
+  const std::size_t length = checksum_start.size() + checksum_digits + checksum_end.size();
+  const std::string_view body = line.substr(0, line.size() - std::min(line.size(), length)), end = line.substr(body.size());
+  if (end.size() != length || !end.starts_with(checksum_start) || !end.ends_with(checksum_end))
+    throw Error("bad record: no checksum; expected a line that `etendue run` wrote");
+  if (end.substr(checksum_start.size(), checksum_digits) != hash_text(body))
+    throw Error("bad record: the checksum is wrong, so the line is not as `etendue run` wrote it");
+}
+
+class LogReader {
+ public:
+  RunLog read(const std::string& path, std::vector<DamagedLine>* damaged) {
+    const std::string text = read_all(path);
+    int number = 0;
+    for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+      ++number;
+      try {
+        take(text.substr(begin, end - begin));
+      } catch (const std::exception& e) {  // of ours, and of the JSON library
+        const bool ours = dynamic_cast<const Error*>(&e) != nullptr;
+        const std::string what =
+            ours ? e.what() : fmt::format("bad record: {}; expected a line that `etendue run` wrote", e.what());
+        const Error error(Location{path, number}, what);
+        if (damaged == nullptr) throw error;
+        damaged->push_back({number, error.what()});
+        log_.finished = false;
+      }
+    }
+    log_.torn = whole_length(text) < text.size();
+    if (log_.torn) log_.finished = false;
+    blocks_.move_into(log_);
+    return std::move(log_);
+  }
+
+ private:
+  void take(const std::string& line) {
+    check_seal(line);
+    const Json json = Json::parse(line);
+    const std::string type = json.at("type");
+    log_.finished = type == "finished";
+    if (type == "manifest") {
+      put_manifest(log_, read_manifest(json));
+    } else if (type == "plan") {
+      put_plan(log_, read_plan(json));
+    } else if (type == "scene") {
+      take_scene(read_scene_record(json));
+    } else if (type == "reference") {
+      take_reference(read_reference(json));
+    } else if (type == "structure") {
+      put_structure(log_, read_structure(json));
+    } else if (type == "animation") {
+      put_by_cell(log_.animations, read_animation_line(line));
+    } else if (type == "claim") {
+      put_by_cell(log_.claims, read_claim_line(line));
+    } else if (type == "rates") {
+      log_.rates = read_rate_line(line);
+    } else if (type == "search") {
+      put_by_cell(log_.searches, read_search_line(line));
+    } else if (type == "checkpoint") {
+      CheckpointRecord record = read_checkpoint(json);
+      open_[record.cell].push_back(std::move(record));
+    } else if (type == "cell") {
+      take_cell(read_cell(json));
+    } else if (!log_.finished) {
+      const std::vector<std::string> types{"manifest", "plan",  "scene",  "reference",  "structure", "animation",
+                                           "claim",    "rates", "search", "checkpoint", "cell",      "finished"};
+      throw Error(unknown_name("record", type, types));
+    }
+  }
+
+  void take_cell(const CellRecord& record) {
+    std::vector<CheckpointRecord> checkpoints = std::move(open_[record.cell]);
+    open_.erase(record.cell);
+    if (record.checkpoints) {
+      if (checkpoints.size() < *record.checkpoints)
+        throw Error(fmt::format("bad record: {} of the cell's {} checkpoints stand before it", checkpoints.size(),
+                                *record.checkpoints));
+      // What stands before them is left of a block whose end is gone.
+      checkpoints.erase(checkpoints.begin(), checkpoints.end() - static_cast<std::ptrdiff_t>(*record.checkpoints));
+    }
+    blocks_.put(record, std::move(checkpoints));
+  }
+
+  void take_scene(SceneRecord record) {
+    const auto same = [&](const SceneRecord& other) { return other.scene == record.scene; };
+    const auto known = std::find_if(log_.scenes.begin(), log_.scenes.end(), same);
+    if (known == log_.scenes.end() || known->hash != record.hash) drop_scene(record.scene);
+    put(log_.scenes, std::move(record), [](const auto& a, const auto& b) { return a.scene == b.scene; });
+  }
+
+  void take_reference(ReferenceRecord record) {
+    const auto same = [&](const ReferenceRecord& other) { return other.scene == record.scene; };
+    const auto known = std::find_if(log_.references.begin(), log_.references.end(), same);
+    if (known == log_.references.end() || known->stamp != record.stamp) blocks_.drop_scene(record.scene);
+    put_reference(log_, std::move(record));
+  }
+
+  // What was logged of a scene that has changed since.
+  void drop_scene(const std::string& scene) {
+    blocks_.drop_scene(scene);
+    std::erase_if(log_.references, [&](const auto& record) { return record.scene == scene; });
+    std::erase_if(log_.structures, [&](const auto& record) { return record.scene == scene; });
+    std::erase_if(log_.animations, [&](const auto& record) { return record.cell.scene == scene; });
+    std::erase_if(log_.claims, [&](const auto& record) { return record.cell.scene == scene; });
+    // A set of a scene is named for the scene and what varies in it.
+    std::erase_if(log_.searches,
+                  [&](const auto& record) { return record.cell.scene == scene || record.cell.scene.starts_with(scene + " "); });
+  }
+
+  RunLog log_;
+  CellBlocks blocks_;
+  std::map<CellName, std::vector<CheckpointRecord>> open_;
+};
+
+}  // namespace
+
+std::string CellName::key() const { return fmt::format("{} | {} | {} | seed={}", scene, accel, integrator, seed); }
+
+std::string sealed(const std::string& line) {
+  CHECK(line.ends_with('}'));
+  const std::string body = line.substr(0, line.size() - 1);
+  return fmt::format("{}{}{}{}", body, checksum_start, hash_text(body), checksum_end);
+}
+
+RunLog read_log(const std::string& path) { return LogReader().read(path, nullptr); }
+
+RunLog read_log(const std::string& path, std::vector<DamagedLine>& damaged) { return LogReader().read(path, &damaged); }
+
+void set_aside(const std::string& path, const std::vector<DamagedLine>& damaged) {
+  if (damaged.empty()) return;
+  const std::string text = read_all(path), beside = path + ".damaged";
+  std::string kept, removed = std::filesystem::exists(beside) ? read_all(beside) : "";
+  int number = 0;
+  auto next = damaged.begin();
+  for (std::size_t begin = 0, end; begin < text.size(); begin = end) {
+    end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    const bool bad = next != damaged.end() && next->line == ++number;
+    (bad ? removed : kept).append(text, begin, end - begin);
+    if (bad) ++next;
+  }
+  write_whole_file(beside, removed);
+  write_whole_file(path, kept);
+}
+
+RunLog merge_logs(const std::vector<RunLog>& logs) {
+  RunLog merged;
+  merged.finished = !logs.empty();
+  CellBlocks blocks;
+  for (const RunLog& log : logs) {
+    merged.finished = merged.finished && log.finished;
+    merged.torn = merged.torn || log.torn;
+    for (const auto& record : log.manifests) put_manifest(merged, record);
+    for (const auto& record : log.plans) put_plan(merged, record);
+    for (const auto& record : log.scenes)
+      put(merged.scenes, record, [](const auto& a, const auto& b) { return a.scene == b.scene; });
+    for (const auto& record : log.references) put_reference(merged, record);
+    for (const auto& record : log.structures) put_structure(merged, record);
+    for (const auto& record : log.animations) put_by_cell(merged.animations, record);
+    for (const auto& record : log.claims) put_by_cell(merged.claims, record);
+    merged.rates.merge(log.rates);
+    for (const auto& record : log.searches) put_by_cell(merged.searches, record);
+    std::map<CellName, std::vector<CheckpointRecord>> checkpoints;
+    for (const auto& record : log.checkpoints) checkpoints[record.cell].push_back(record);
+    for (const auto& record : log.cells) blocks.put(record, std::move(checkpoints[record.cell]));
+  }
+  blocks.move_into(merged);
+  return merged;
+}
+
+LogWriter::LogWriter(const std::string& path) : path_(path) {
+  const bool is_new = !std::filesystem::exists(path);
+  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (file_ < 0) throw WriteError(Location{path}, "cannot write the log: " + system_error());
+  try {
+    if (is_new) sync_folder(std::filesystem::path(path).parent_path().string());
+    const std::string text = read_all(path);
+    const std::size_t kept = whole_length(text);
+    if (kept < text.size() && (ftruncate(file_, static_cast<off_t>(kept)) != 0 || fsync(file_) != 0))
+      throw WriteError(Location{path}, "cannot cut the log's torn end: " + system_error());
+  } catch (const Error&) {
+    close(file_);
+    throw;
+  }
+}
+
+LogWriter::~LogWriter() { close(file_); }
+
+void LogWriter::append(const std::vector<std::string>& lines) {
+  std::string block;
+  for (const std::string& line : lines) block += sealed(line) + '\n';
+  const off_t before = lseek(file_, 0, SEEK_END);
+  const auto take_back = [&](std::string why) {
+    if (ftruncate(file_, before) != 0) why += "; nor can the torn line be cut off";  // or the next one would begin in it
+    throw WriteError(Location{path_}, "cannot write the log: " + why);
+  };
+  // A write to a file is cut short only by a full disk or a signal: go on from there, so that the block is whole or torn last.
+  for (std::size_t written = 0; written < block.size();) {
+    const ssize_t n = write(file_, block.data() + written, block.size() - written);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) take_back(system_error());
+    written += static_cast<std::size_t>(n);
+  }
+  if (fsync(file_) != 0) take_back("cannot be flushed to disk: " + system_error());
+}
+
+}  // namespace etendue

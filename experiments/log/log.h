@@ -1,0 +1,187 @@
+// runs.jsonl: the truth of an experiment. Every table, chart and page is derived from it.
+//
+// One JSON object a line, its "type" first, and last "xxh3", a checksum of the bytes before that key:
+//
+//   manifest    what ran: id (hash of what names the program, machine and settings), version, commit, compiler, flags, cpu,
+//               threads, title and hash of the experiment, its file, options and text, the time each cell had
+//   plan        what is to run into this directory: shard, of how many, cells of it and of all shards, the filter
+//   scene       a scene as it is from here on: its hash, and its file relative to the directory ("": built in). Where the hash
+//               is another than before, what was logged of the scene until then no longer counts
+//   reference   what a scene's error is measured against: scene, scene_hash, source, file (relative, or "" for a closed form
+//               evaluated on the spot) with its size and hash, mse_floor (variance of its mean), checks (text of the agreement
+//               test), warnings of the scene's reader. Where the file's hash is another than before, the scene's cells until
+//               then no longer count
+//   structure   a structure built over a scene: keys of StructureRecord
+//   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
+//   animation   a scene in motion under several policies of change: keys of AnimationRecord
+//   claim       a claim as one measurement found it on one scene: keys of ClaimRecord
+//   rates       what theory says of convergence and what ratios are expected, all of the experiment (rate_law.h); the last such
+//               line counts
+//   search      point or ball structures over one set: keys of SearchRecord
+//   cell        the end of a cell: status "done" or "failed" (with error), how many checkpoints stand before it, hash of the
+//               image, files with size and hash, expectation
+//   finished    all that was to run did; whatever is logged later takes this back
+//
+// A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, after the files that they
+// name, so a killed run leaves whole cells and at most one torn last line, which the reader drops and the next writer cuts off.
+#pragma once
+
+#include "experiments/config/cell_name.h"
+#include "experiments/config/rate_law.h"
+#include "experiments/kinds/animation/animation_record.h"
+#include "experiments/kinds/claims/claim_record.h"
+#include "experiments/kinds/search/search_record.h"
+#include "experiments/kinds/structures/ray_kind.h"
+#include "experiments/log/measured.h"
+#include "framework/io/whole_file.h"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct ManifestRecord {
+  std::string id, version, commit, compiler, flags, cpu, title, experiment_hash;
+  int threads = 0;
+  std::string file = {}, options = {}, experiment = {};  // file ("": elsewhere), what was typed beside it, its text
+  double budget_s = 0;                                   // of each cell, where time alone ended it; 0: not so, or not known
+};
+
+struct PlanRecord {
+  std::string experiment_hash, filter;
+  int shard = 0, shards = 1;
+  std::uint64_t cells = 0, all_cells = 0;  // of this shard, and of all of them
+
+  bool operator==(const PlanRecord&) const = default;
+};
+
+struct SceneRecord {
+  std::string scene, hash;
+  std::string file = {};  // relative to the log's directory; "": built in, or nowhere that another machine has
+};
+
+struct ReferenceRecord {
+  std::string scene, scene_hash, source, file, checks;
+  double mse_floor = 0;
+  int width = 0, height = 0;
+  FileStamp stamp = {};
+  std::vector<std::string> warnings = {};  // of the scene's reader: what was left out or replaced, and what is not finite
+};
+
+struct CheckpointRecord {
+  CellName cell;
+  std::string manifest;
+  std::uint64_t iterations = 0;
+  double time_s = 0;                       // wall time of build + prepare + iterations; metrics and images are off the clock
+  double cpu_s = 0;                        // user + system, same span
+  std::map<std::string, double> phases_s;  // "build", "emit", "trace", ..., "other"
+  std::map<std::string, double> metrics;   // by metric name; against the scene's reference, its floor not subtracted
+  std::map<std::string, std::uint64_t> counters;
+  std::uint64_t peak_memory_bytes = 0;
+  std::uint64_t non_finite = 0;
+  std::map<std::string, std::map<std::string, double>> regions = {};  // the metrics of each region by its name
+  std::map<std::string, double> confidence = {};  // as of confidence.h; empty: the method knows no error of its own
+};
+
+struct CellRecord {
+  CellName cell;
+  std::string status;  // "done" | "failed"
+  std::string error;   // of a failed cell
+  std::string image;   // EXR, relative to the experiment's directory
+  std::string image_hash;
+  std::string bias;  // "unbiased" | "consistent" | "biased"
+  double mse_exponent = 0;
+  double bias_bound = 0;  // relative bias of the mean that the method declares
+  std::string note;
+  std::string fallback = {};  // what replaced the structure, and why; empty: nothing did
+  std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept
+  FileStamp image_stamp = {}, strip_stamp = {};
+  std::optional<std::uint64_t> checkpoints = {};  // that stand before it
+  // Of the first ten non-finite samples, for replay: column, row, iteration.
+  std::vector<std::array<std::uint32_t, 3>> non_finite_at = {};
+};
+
+struct StructureRecord {
+  std::string scene, structure, layout, manifest;
+  std::string note;      // what was left out of the measurement, and why; empty: nothing
+  std::string fallback;  // what was measured instead of the structure, and why; empty: the structure itself
+  std::uint64_t triangles = 0, bytes = 0, nodes = 0, depth = 0;
+  std::uint64_t checked = 0, disagreements = 0;  // rays whose answers were checked, and wrong answers
+  int threads = 1;                               // of parallel_build_s
+  Measured build_s, parallel_build_s;            // the first on one thread
+  double sah_cost = 0, epo_cost = 0;
+  std::uint64_t epo_triangles = 0;  // that epo_cost was computed from
+  double nodes_per_ray = 0, primitives_per_ray = 0;
+  // Millions of rays a second on one thread, ray by ray and in batches.
+  ByRayKind<Measured> mrays_per_s, batched_mrays_per_s;
+  // Speed ray by ray over that of Embree, repetition by repetition: in its default mode, and with its watertight test.
+  ByRayKind<Measured> to_embree, to_robust_embree;
+  // Of batches over Embree's streams, told that rays are coherent or not, whichever is faster with rays of the kind.
+  ByRayKind<Measured> batched_to_embree;
+
+  const Measured& speed(RayKind kind) const { return mrays_per_s[index_of(kind)]; }
+  Measured& speed(RayKind kind) { return mrays_per_s[index_of(kind)]; }
+};
+
+struct RunLog {
+  std::vector<ManifestRecord> manifests;
+  std::vector<ReferenceRecord> references;
+  std::vector<StructureRecord> structures;
+  std::vector<CheckpointRecord> checkpoints;
+  std::vector<CellRecord> cells;
+  std::vector<AnimationRecord> animations;
+  std::vector<ClaimRecord> claims;
+  RateRecord rates;
+  std::vector<SearchRecord> searches;
+  std::vector<PlanRecord> plans;  // the last is the one that counts
+  std::vector<SceneRecord> scenes;
+  bool finished = false, torn = false;  // torn: its last block was cut short
+};
+
+// Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).
+std::string to_json_line(const ManifestRecord& record);
+std::string to_json_line(const ReferenceRecord& record);
+std::string to_json_line(const StructureRecord& record);
+std::string to_json_line(const CheckpointRecord& record);
+std::string to_json_line(const CellRecord& record);
+std::string to_json_line(const PlanRecord& record);
+std::string to_json_line(const SceneRecord& record);
+extern const char* const finished_line;
+
+// The line as it stands in the file: with its checksum.
+std::string sealed(const std::string& line);
+
+struct DamagedLine {
+  int line = 0;
+  std::string what;  // "file:line: what is wrong"
+};
+
+// Reads a whole log. A torn last block is dropped; any other malformed line, and one whose checksum is wrong, throws
+// Error{file:line}. Of a cell logged twice the last counts.
+RunLog read_log(const std::string& path);
+// Leaves such lines out and lists them instead.
+RunLog read_log(const std::string& path, std::vector<DamagedLine>& damaged);
+// Moves such lines to "<path>.damaged". Throws WriteError.
+void set_aside(const std::string& path, const std::vector<DamagedLine>& damaged);
+// Merges logs of shards, in order; the same cell twice counts once (the last).
+RunLog merge_logs(const std::vector<RunLog>& logs);
+
+// Appends whole blocks, sealed. Opening cuts a torn last line and checkpoints that no `cell` line closed.
+class LogWriter {
+ public:
+  explicit LogWriter(const std::string& path);
+  ~LogWriter();
+  LogWriter(const LogWriter&) = delete;
+  LogWriter& operator=(const LogWriter&) = delete;
+  void append(const std::vector<std::string>& lines);  // one write, then fsync
+
+ private:
+  int file_ = -1;
+  std::string path_;
+};
+
+}  // namespace etendue

@@ -1,0 +1,134 @@
+#include "experiments/report/chart_axis.h"
+
+#include "framework/core/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace etendue {
+namespace {
+
+std::string superscript(int exponent) {
+  constexpr const char* digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string out = exponent < 0 ? "⁻" : "";
+  for (const char c : std::to_string(std::abs(exponent))) out += digits[c - '0'];
+  return out;
+}
+
+struct Candidate {
+  int decade;
+  int factor;  // value = factor * 10^decade
+  bool labelled;
+
+  double value() const { return factor * std::pow(10.0, decade); }
+};
+
+// One style for a whole axis: plain figures from 0.001 to 10000, powers of ten beyond.
+std::string log_label(const Candidate& tick, bool plain) {
+  if (plain) return fmt::format("{:.{}f}", tick.value(), std::max(0, -tick.decade));
+  const std::string power = "10" + superscript(tick.decade);
+  return tick.factor == 1 ? power : fmt::format("{}·{}", tick.factor, power);
+}
+
+std::vector<Tick> linear_ticks(Interval range, int most) {
+  const double rough = (range.high - range.low) / std::max(1, most);
+  const double decade = std::pow(10.0, std::floor(std::log10(rough)));
+  double step = 10 * decade;
+  for (const double factor : {5.0, 2.0, 1.0})
+    if (factor * decade >= rough * (1 - 1e-9)) step = factor * decade;
+  const int exponent = static_cast<int>(std::floor(std::log10(step) + 1e-9));
+  const double largest = std::max(std::abs(range.low), std::abs(range.high));
+  // Beyond these sizes the power of ten is written once per label, with as many digits as the step needs.
+  const bool plain = largest < 1e5 && exponent >= -4;
+  const int power = largest > 0 ? static_cast<int>(std::floor(std::log10(largest))) : 0;
+  std::vector<Tick> result;
+  const auto first = static_cast<long long>(std::ceil(range.low / step - 1e-9));
+  const auto last = static_cast<long long>(std::floor(range.high / step + 1e-9));
+  for (long long i = first; i <= last; ++i) {
+    const double value = static_cast<double>(i) * step;
+    std::string text = plain    ? fmt::format("{:.{}f}", value, std::max(0, -exponent))
+                       : i == 0 ? std::string("0")
+                                : fmt::format("{:.{}f}·10{}", value / std::pow(10.0, power), std::max(0, power - exponent),
+                                              superscript(power));
+    if (text.starts_with('-')) text.replace(0, 1, "−");
+    result.push_back({value, text});
+  }
+  return result;
+}
+
+std::size_t label_some(std::vector<Candidate>& candidates, std::initializer_list<int> factors, int decade_step, int origin) {
+  std::size_t count = 0;
+  for (Candidate& tick : candidates) {
+    tick.labelled =
+        std::find(factors.begin(), factors.end(), tick.factor) != factors.end() && (tick.decade - origin) % decade_step == 0;
+    count += tick.labelled;
+  }
+  return count;
+}
+
+}  // namespace
+
+std::vector<Tick> ticks(Interval range, Scale scale, int most) {
+  CHECK_LT(range.low, range.high);
+  if (scale == Scale::linear) return linear_ticks(range, most);
+  CHECK(range.low > 0);
+  std::vector<Candidate> candidates;
+  const int first = static_cast<int>(std::floor(std::log10(range.low)));
+  const int last = static_cast<int>(std::floor(std::log10(range.high)));
+  for (int decade = first; decade <= last; ++decade)
+    for (int factor = 1; factor < 10; ++factor) {
+      const Candidate tick{decade, factor, false};
+      if (tick.value() >= range.low * (1 - 1e-9) && tick.value() <= range.high * (1 + 1e-9)) candidates.push_back(tick);
+    }
+  const auto decades = std::count_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.factor == 1; });
+  if (3 * decades > most || decades > 3) {
+    const int step = static_cast<int>((decades + most - 1) / most);
+    // Multiples of the step, so that 10^0 keeps its label.
+    label_some(candidates, {1}, step, step * (first / step));
+  } else if (label_some(candidates, {1, 2, 5}, 1, 0) < 2) {
+    if (label_some(candidates, {1, 2, 3, 4, 5, 6, 7, 8, 9}, 1, 0) < 2) return linear_ticks(range, std::min(most, 4));
+  }
+
+  bool plain = true;
+  for (const Candidate& tick : candidates)
+    if (tick.labelled) plain = plain && tick.decade >= -3 && tick.decade <= 4;
+  const bool minor = last - first <= 9;
+  std::vector<Tick> result;
+  for (const Candidate& tick : candidates)
+    if (tick.labelled || tick.factor == 1 || minor)
+      result.push_back({tick.value(), tick.labelled ? log_label(tick, plain) : std::string()});
+  return result;
+}
+
+double position(double value, Interval range, Scale scale) {
+  if (scale == Scale::linear) return (value - range.low) / (range.high - range.low);
+  if (value <= 0) return -std::numeric_limits<double>::infinity();
+  return std::log(value / range.low) / std::log(range.high / range.low);
+}
+
+Interval padded_range(const std::vector<double>& values, Scale scale) {
+  // What no measurement is, but a damaged log may hold: its ratios and differences would overflow.
+  constexpr double most = 1e150;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double value : values) {
+    if (!(std::abs(value) <= most) || (scale == Scale::log && value < 1 / most)) continue;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  if (low > high) return scale == Scale::log ? Interval{0.1, 1} : Interval{0, 1};
+  if (scale == Scale::log) {
+    const double middle = std::sqrt(low) * std::sqrt(high);
+    const double half = std::max(0.5 * std::log(high / low) * 1.08, std::log(1.5));
+    return {middle * std::exp(-half), middle * std::exp(half)};
+  }
+  const double span = std::max(high - low, 1e-6 * std::max(std::abs(high), std::abs(low)));
+  if (span == 0) return {low - 0.5, high + 0.5};
+  // Zero is worth showing where it is near.
+  if (low > 0 && low < 0.5 * span) return {0, high + 0.05 * span};
+  return {low - 0.05 * span, high + 0.05 * span};
+}
+
+}  // namespace etendue

@@ -1,0 +1,74 @@
+// Charts as hand-written SVG: a stand-alone file on white, or a piece of a page that takes its colours from the page's style.
+//
+// A series is told by colour (Okabe and Ito's palette, safe for the colour-blind), dash and marker together. Each series' group
+// carries its points as data, from which the page's script reads what lies under the pointer.
+#pragma once
+
+#include "experiments/report/chart_axis.h"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct ChartPoint {
+  double x = 0, y = 0;
+  double low = 0, high = 0;  // equal to y: no band
+};
+
+struct ChartSeries {
+  enum class Draw : std::uint8_t {
+    line,    // markers joined by a line, within a band
+    dots,    // markers alone
+    faint,   // small markers, pale
+    stairs,  // a bold line that runs level, then down: what is reached by x
+    guide,   // a thin dotted line in the series' colour, in no legend: what was fitted to it
+    context  // a grey line behind the rest, in no legend
+  };
+  std::string key;     // series of one key are switched together
+  std::string label;   // for the legend
+  std::string detail;  // behind the label where one point is read out
+  std::size_t colour = 0, dash = 0, marker = 0;
+  Draw draw = Draw::line;
+  std::vector<ChartPoint> points;
+};
+
+struct ChartLabel {
+  double x = 0, y = 0;
+  std::string text;
+};
+
+struct Axis {
+  std::string title;
+  Scale scale = Scale::log;
+  std::optional<Interval> range;  // empty: what shows every point
+};
+
+struct Chart {
+  std::string title;  // empty: none
+  Axis x, y;
+  std::vector<std::string> rows;  // where given, y is an index into these names, the first on top
+  std::vector<ChartSeries> series;
+  std::vector<ChartLabel> labels;  // placed beside their points where there is room
+};
+
+inline constexpr std::size_t chart_colours = 8, chart_dashes = 6, chart_markers = 8;
+
+// The ranges a chart takes by itself; to share axes among panels.
+Interval natural_x_range(const Chart& chart);
+Interval natural_y_range(const Chart& chart);
+
+// The plot without legend, for a page; `compact` for one of several panels. Text in it is escaped.
+std::string inline_svg(const Chart& chart, bool compact = false);
+
+// A file of its own: title, panels (one, or several in a grid), legend, notes.
+std::string standalone_svg(const std::string& title, std::span<const Chart> panels, const std::vector<std::string>& notes);
+
+// The line and marker of a series, for a legend in HTML.
+std::string legend_swatch(const ChartSeries& series);
+
+// What the plots' classes need beyond colours, which a file brings itself and a page takes from its own style.
+std::string chart_css();
+
+}  // namespace etendue

@@ -1,0 +1,22 @@
+// Does a method know its own error? The share of pixels whose true error lies within one and two of the standard errors that
+// the method itself states (Integrator::standard_error). Errors that are normal and stated rightly give 68 % and 95 %.
+#pragma once
+
+#include "experiments/report/table_format.h"
+#include "framework/image/film.h"
+
+#include <map>
+#include <string>
+
+namespace etendue {
+
+struct ReportData;
+
+// "within_1", "within_2": shares of the pixels, by luminance; "stated", "true": root mean squares of the standard error and of
+// the error. The reference counts as exact.
+std::map<std::string, double> confidence_of(const Image& image, const Image& standard_error, const Image& reference);
+
+// On scenes with a closed form, medians over seeds at the last checkpoint.
+Table confidence_table(const ReportData& data);
+
+}  // namespace etendue

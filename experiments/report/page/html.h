@@ -1,0 +1,28 @@
+// report.html: one page that needs nothing beyond itself.
+#pragma once
+
+#include "experiments/report/page/images.h"
+#include "experiments/report/rates.h"
+#include "experiments/report/report_data.h"
+#include "experiments/report/table_format.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace etendue {
+
+inline const std::string nameless_experiment = "EXPERIMENT.toml";  // whose file cannot be named
+
+struct PageContent {
+  std::vector<Table> tables;
+  std::vector<SceneImages> images;
+  std::vector<FittedRate> rates;
+  std::vector<std::string> directories;                          // that the report was made of, as the reader types them
+  std::vector<std::pair<std::string, std::string>> experiments;  // files that asked the question: name, text
+  std::size_t chart_budget_bytes = 24 << 20;                     // beyond it, charts of lesser use are left to charts/
+};
+
+std::string report_page(const ReportData& data, const PageContent& content);
+
+}  // namespace etendue

@@ -1,0 +1,287 @@
+#include "experiments/report/rates.h"
+
+#include "framework/core/error.h"
+#include "framework/io/image/exr.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace etendue {
+
+namespace {
+
+constexpr double slack = 1e-9;  // of a window's ends
+
+const std::map<std::string, double>& metrics_in(const CheckpointRecord& checkpoint, const std::string& region) {
+  static const std::map<std::string, double> none;
+  if (region.empty()) return checkpoint.metrics;
+  const auto found = checkpoint.regions.find(region);
+  return found == checkpoint.regions.end() ? none : found->second;
+}
+
+std::optional<double> mse_in(const CheckpointRecord& checkpoint, const std::string& region) {
+  const auto& metrics = metrics_in(checkpoint, region);
+  const auto found = metrics.find("mse");
+  return found == metrics.end() ? std::nullopt : std::optional(found->second);
+}
+
+double abscissa(const CheckpointRecord& checkpoint, const RateLaw& law) {
+  const std::string& x = law.x;
+  if (x == "iterations") return static_cast<double>(checkpoint.iterations);
+  if (x == "time") return checkpoint.time_s;
+  if (x == "records" && !law.region.empty()) {
+    const auto& metrics = metrics_in(checkpoint, law.region);
+    const auto found = metrics.find(x);
+    return found == metrics.end() ? 0 : found->second;  // the image's number is another measure
+  }
+  const auto found = checkpoint.counters.find(x);
+  return found == checkpoint.counters.end() ? 0 : static_cast<double>(found->second);
+}
+
+// A point of which only the seeds' own errors are known.
+RatePoint diagonal_point(const std::vector<double>& x, const std::vector<double>& mse, double offset) {
+  const std::size_t seeds = x.size();
+  RatePoint point{x, std::vector<double>(seeds * seeds, 0), offset};
+  for (std::size_t i = 0; i < seeds; ++i) point.products[i * seeds + i] = mse[i];
+  return point;
+}
+
+// The reference's own variance is known for the image as a whole; of a region it is left in.
+double offset_of(const RateLaw& law, const SceneData& scene) {
+  return law.region.empty() && scene.reference != nullptr ? scene.reference->mse_floor : 0;
+}
+
+using Strips = std::vector<Image>;  // of a configuration's seeds, the images of its checkpoints one below the other
+
+// The errors of every seed at one checkpoint, multiplied seed by seed.
+std::vector<double> products_of(const Strips& strips, const Image& reference, const std::vector<std::size_t>& pixels,
+                                std::size_t checkpoint) {
+  const std::size_t seeds = strips.size(), first = checkpoint * reference.pixels.size();
+  std::vector<double> products(seeds * seeds, 0);
+  std::vector<dvec3> errors(seeds);
+  for (const std::size_t pixel : pixels) {
+    for (std::size_t i = 0; i < seeds; ++i) errors[i] = strips[i].pixels[first + pixel] - reference.pixels[pixel];
+    for (std::size_t i = 0; i < seeds; ++i)
+      for (std::size_t j = i; j < seeds; ++j) products[i * seeds + j] += glm::dot(errors[i], errors[j]) / 3;
+  }
+  for (std::size_t i = 0; i < seeds; ++i)
+    for (std::size_t j = i; j < seeds; ++j)
+      products[j * seeds + i] = products[i * seeds + j] /= static_cast<double>(pixels.size());
+  return products;
+}
+
+class Gatherer {
+ public:
+  Gatherer(const ReportData& data, const SceneData& scene, const RateLaw& law) : data_(data), scene_(scene), law_(law) {}
+
+  // Throws Error where the log does not hold what the law speaks of.
+  std::vector<RatePoint> checkpoints(const Configuration& configuration) const {
+    const std::size_t seeds = configuration.replicates.size();
+    if (seeds < 2 && law_.needs_images()) throw Error("needs two seeds");
+    if (!aligned(configuration)) {
+      if (law_.needs_images()) throw Error("seeds stopped at different iterations");
+      return interpolated(configuration);
+    }
+    const std::size_t count = configuration.replicates.front().checkpoints.size();
+    std::vector<RatePoint> points;
+    std::vector<double> x(seeds), mse(seeds);
+    for (std::size_t k = 0; k < count; ++k) {
+      for (std::size_t i = 0; i < seeds; ++i) {
+        const CheckpointRecord& checkpoint = *configuration.replicates[i].checkpoints[k];
+        x[i] = abscissa(checkpoint, law_);
+        mse[i] = known_mse(checkpoint);
+      }
+      points.push_back(diagonal_point(x, mse, offset_of(law_, scene_)));
+    }
+    if (law_.needs_images()) add_products(configuration, points);
+    return points;
+  }
+
+  // The last checkpoint of each configuration, of the seeds that all of them have.
+  std::vector<RatePoint> ends(const std::vector<const Configuration*>& configurations) const {
+    std::set<std::uint64_t> seeds;
+    for (const Replicate& replicate : configurations.front()->replicates) seeds.insert(replicate.seed);
+    for (const Configuration* configuration : configurations)
+      std::erase_if(seeds, [&](std::uint64_t seed) { return replicate_of(*configuration, seed) == nullptr; });
+    if (seeds.empty()) throw Error("the configurations have no seed in common");
+    if (law_.needs_images()) throw Error("bias and variance are found over checkpoints only");
+    std::vector<RatePoint> points;
+    for (const Configuration* configuration : configurations) {
+      std::vector<double> x, mse;
+      for (const std::uint64_t seed : seeds) {
+        const CheckpointRecord& last = *replicate_of(*configuration, seed)->last();
+        x.push_back(abscissa(last, law_));
+        mse.push_back(known_mse(last));
+      }
+      points.push_back(diagonal_point(x, mse, offset_of(law_, scene_)));
+    }
+    return points;
+  }
+
+ private:
+  static const Replicate* replicate_of(const Configuration& configuration, std::uint64_t seed) {
+    for (const Replicate& replicate : configuration.replicates)
+      if (replicate.seed == seed) return &replicate;
+    return nullptr;
+  }
+
+  static bool aligned(const Configuration& configuration) {
+    const auto& first = configuration.replicates.front().checkpoints;
+    return std::all_of(configuration.replicates.begin(), configuration.replicates.end(), [&](const Replicate& replicate) {
+      return std::equal(first.begin(), first.end(), replicate.checkpoints.begin(), replicate.checkpoints.end(),
+                        [](const auto* a, const auto* b) { return a->iterations == b->iterations; });
+    });
+  }
+
+  double known_mse(const CheckpointRecord& checkpoint) const {
+    const auto mse = mse_in(checkpoint, law_.region);
+    if (!mse) throw Error(law_.region.empty() ? "mse was not logged" : fmt::format("region '{}' was not logged", law_.region));
+    return *mse;
+  }
+
+  // Runs that a clock ended: each seed's curve is read where their checkpoints lie on the mean.
+  std::vector<RatePoint> interpolated(const Configuration& configuration) const {
+    std::vector<Curve> curves;
+    double low = 0, high = std::numeric_limits<double>::infinity();
+    std::size_t shared = std::numeric_limits<std::size_t>::max();
+    for (const Replicate& replicate : configuration.replicates) {
+      Curve& curve = curves.emplace_back();
+      for (const CheckpointRecord* checkpoint : replicate.checkpoints) {
+        const double x = abscissa(*checkpoint, law_);
+        if (!(x > (curve.empty() ? 0 : curve.x.back()))) continue;
+        curve.x.push_back(x);
+        curve.y.push_back(known_mse(*checkpoint));
+      }
+      if (curve.empty()) throw Error(fmt::format("{} was not counted", law_.x));
+      low = std::max(low, curve.x.front());
+      high = std::min(high, curve.x.back());
+      shared = std::min(shared, curve.x.size());
+    }
+    std::vector<RatePoint> points;
+    double last = 0;
+    for (std::size_t k = 0; k < shared && low <= high; ++k) {
+      std::vector<double> at, mse;
+      for (const Curve& curve : curves) at.push_back(curve.x[curve.x.size() - shared + k]);
+      const double x = std::clamp(geometric_mean(at), low, high);
+      if (x <= last * (1 + slack)) continue;
+      last = x;
+      for (const Curve& curve : curves) mse.push_back(value_at(curve, x).value_or(curve.y.back()));
+      points.push_back(diagonal_point(std::vector<double>(curves.size(), x), mse, offset_of(law_, scene_)));
+    }
+    return points;
+  }
+
+  void add_products(const Configuration& configuration, std::vector<RatePoint>& points) const {
+    if (scene_.reference == nullptr || scene_.reference->file.empty()) throw Error("the reference's image is not at hand");
+    const Image reference = image_at(scene_.reference->file);
+    Strips strips;
+    for (const Replicate& replicate : configuration.replicates) {
+      if (replicate.cell->strip.empty()) throw Error("images of the checkpoints were not kept");
+      strips.push_back(image_at(replicate.cell->strip));
+      if (strips.back().pixels.size() != points.size() * reference.pixels.size())
+        throw Error(fmt::format("{} does not hold {} images of {} x {}", replicate.cell->strip, points.size(), reference.size.x,
+                                reference.size.y));
+    }
+    const std::vector<std::size_t> pixels = pixels_of(reference.size);
+    for (std::size_t k = 0; k < points.size(); ++k) points[k].products = products_of(strips, reference, pixels, k);
+  }
+
+  static Image image_at(const std::string& path) {
+    try {
+      return read_exr(path);
+    } catch (const Error&) {
+      throw Error(fmt::format("{} cannot be read", path));
+    }
+  }
+
+  std::vector<std::size_t> pixels_of(ivec2 size) const {
+    if (law_.region.empty()) {
+      std::vector<std::size_t> all(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
+      for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+      return all;
+    }
+    for (Region& region : make_regions(data_.log->rates.regions, scene_.name, size))
+      if (region.name == law_.region) return std::move(region.pixels);
+    throw Error(fmt::format("the log does not say where region '{}' lies", law_.region));
+  }
+
+  const ReportData& data_;
+  const SceneData& scene_;
+  const RateLaw& law_;
+};
+
+void fit_points(FittedRate& rate) {
+  std::vector<double> ones(rate.points.empty() ? 0 : rate.points.front().x.size(), 1);
+  rate.seeds = ones.size();
+  std::vector<std::size_t> order(rate.points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto x_of = [&](std::size_t i) { return rate_abscissa(rate.points[i], ones); };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x_of(a) < x_of(b); });
+  std::vector<RatePoint> sorted, window;
+  std::vector<std::string> names;
+  for (const std::size_t i : order) {
+    sorted.push_back(rate.points[i]);
+    if (!rate.names.empty()) names.push_back(rate.names[i]);
+    const double x = x_of(i);
+    if (x >= rate.law->from * (1 - slack) && x <= rate.law->to * (1 + slack)) window.push_back(rate.points[i]);
+  }
+  rate.points = std::move(sorted);
+  rate.names = std::move(names);
+  rate.fit = fit_rate(window, rate.law->metric, rate.law->model);
+  if (!rate.fit)
+    rate.problem = fmt::format("{} of {} points lie in the window, too few for a fit", window.size(), rate.points.size());
+}
+
+template <class Gather>
+FittedRate make_rate(const RateLaw& law, const SceneData& scene, const Configuration& first, bool alone, const Gather& gather) {
+  FittedRate rate;
+  rate.law = &law;
+  rate.scene = scene.name;
+  rate.method = alone ? law.method : first.integrator;
+  rate.integrator_index = first.integrator_index;
+  try {
+    rate.points = gather();
+    fit_points(rate);
+  } catch (const Error& e) {
+    rate.problem = e.what();
+  }
+  return rate;
+}
+
+}  // namespace
+
+std::optional<bool> FittedRate::contains() const {
+  if (!fit || !fit->exponent_interval) return std::nullopt;
+  return fit->exponent_interval->contains(law->exponent);
+}
+
+std::vector<FittedRate> fit_rates(const ReportData& data) {
+  std::vector<FittedRate> rates;
+  for (const RateLaw& law : data.log->rates.laws)
+    for (const SceneData& scene : data.scenes) {
+      if (!data.log->rates.concerns(law.scene, law.region, scene.name)) continue;
+      // One structure says it all: structures change only the time.
+      std::vector<const Configuration*> selected;
+      std::set<std::size_t> seen;
+      for (const Configuration& configuration : scene.configurations)
+        if (!configuration.replicates.empty() && selects(law.method, configuration.integrator) &&
+            (law.x == "time" || seen.insert(configuration.integrator_index).second))
+          selected.push_back(&configuration);
+      if (selected.empty()) continue;
+      const Gatherer gatherer(data, scene, law);
+      if (law.across) {
+        rates.push_back(make_rate(law, scene, *selected.front(), true, [&] { return gatherer.ends(selected); }));
+        continue;
+      }
+      for (const Configuration* configuration : selected) {
+        rates.push_back(
+            make_rate(law, scene, *configuration, selected.size() == 1, [&] { return gatherer.checkpoints(*configuration); }));
+        if (law.x == "time" && data.accels.size() > 1) rates.back().method = label(data, *configuration);
+      }
+    }
+  return rates;
+}
+
+}  // namespace etendue

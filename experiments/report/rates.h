@@ -1,0 +1,32 @@
+// The laws of an experiment compared with its log: points collected by region, method and metric, fitted, and compared with
+// theory.
+#pragma once
+
+#include "experiments/report/report_data.h"
+#include "experiments/statistics/rate_fit.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct FittedRate {
+  const RateLaw* law = nullptr;
+  std::string scene, method;         // as the law names it, or, where that selects several, as charts do
+  std::size_t integrator_index = 0;  // for its colour
+  std::size_t seeds = 0;
+  std::vector<RatePoint> points;   // all that were logged, by x, within the law's window or not
+  std::vector<std::string> names;  // of points that are configurations
+  std::optional<RateFit> fit;
+  std::string problem;  // why there is no fit
+
+  // Whether the interval holds theory's exponent; empty where there is no interval.
+  std::optional<bool> contains() const;
+};
+
+// One a law, scene and configuration, in the order of the laws. Reads the images of laws on bias and variance; keeps pointers
+// into the log.
+std::vector<FittedRate> fit_rates(const ReportData& data);
+
+}  // namespace etendue

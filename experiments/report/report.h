@@ -1,0 +1,30 @@
+// Tables, charts and report.html from logs alone.
+#pragma once
+
+#include "experiments/log/log.h"
+
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct ReportOptions {
+  std::vector<std::string> table_formats{"md", "csv", "tex"};
+  bool check_files = true;  // hold images and references against the log; else nothing but the log is read
+  bool of_a_run = false;    // by the run itself, which has looked at its scenes and knows of its shards
+};
+
+struct Report {
+  std::vector<std::string> files;     // that were written
+  std::vector<std::string> findings;  // what is missing or not to be believed; the page states it as well
+  std::vector<std::string> notes;     // what was put right
+};
+
+// The log of a directory that `etendue run` wrote, the files it names found from here. Throws Error.
+RunLog read_resolved_log(const std::string& directory);
+
+// `directories` hold runs.jsonl (and the images and references it names); several are merged. Cells that are not to be believed
+// count as failed. Writes tables/, charts/ and report.html into `output`, replacing what stood there.
+Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options = {});
+
+}  // namespace etendue

@@ -1,0 +1,338 @@
+#include "experiments/report/report_data.h"
+
+#include "experiments/report/report_text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace etendue {
+namespace {
+
+std::size_t index_of(std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  names.push_back(name);
+  return names.size() - 1;
+}
+
+// Metrics with relmse first, then as metrics.h orders them by importance, then whatever else was logged.
+std::vector<std::string> order_metrics(const std::set<std::string>& seen) {
+  std::vector<std::string> ordered;
+  for (const char* name : {"relmse", "mse", "trimmed_relmse", "smape", "bias"})
+    if (seen.contains(name)) ordered.push_back(name);
+  for (const std::string& name : seen)
+    if (std::find(ordered.begin(), ordered.end(), name) == ordered.end()) ordered.push_back(name);
+  // A signed figure cannot lead: its zero says nothing of noise.
+  if (ordered.size() > 1 && ordered.front() == "bias") std::rotate(ordered.begin(), ordered.begin() + 1, ordered.end());
+  return ordered;
+}
+
+// The smallest of 1, 2, 5 times a power of ten that is not below `value`.
+double round_up_nicely(double value) {
+  const double decade = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * decade >= value * (1 - 1e-9)) return factor * decade;
+  return 10 * decade;
+}
+
+// Until when the last value of the metric's curve is that of the image: a last image without a value has none to hold.
+double held_until(const Replicate& replicate, const std::string& metric) {
+  return replicate.last()->metrics.contains(metric) ? replicate.held_s : 0;
+}
+
+void set_common_time(SceneData& scene, const std::string& metric, bool with_sign) {
+  double common = std::numeric_limits<double>::infinity();
+  for (const Configuration& configuration : scene.configurations)
+    for (const Replicate& replicate : configuration.replicates) {
+      const Curve curve = curve_of(replicate, metric, Abscissa::time);
+      if (!curve.empty()) common = std::min(common, std::max(curve.x.back(), held_until(replicate, metric)));
+    }
+  if (!std::isfinite(common)) return;
+  scene.common_time_s = common;
+
+  if (with_sign) return;
+  std::vector<double> errors;
+  for (const Configuration& configuration : scene.configurations)
+    if (const auto estimate = estimate_at(configuration, metric, common)) errors.push_back(estimate->centre);
+  if (errors.empty()) return;
+  std::sort(errors.begin(), errors.end());
+  const double middle = errors[(errors.size() - 1) / 2];
+  if (middle > 0) scene.target_error = round_up_nicely(middle);
+}
+
+void name_files(std::vector<SceneData>& scenes) {
+  std::map<std::string, int> used;
+  for (SceneData& scene : scenes) {
+    const std::string stem = slug(scene.name);
+    const int count = ++used[stem];
+    scene.file_stem = stem;
+    if (count > 1) scene.file_stem += "-" + std::to_string(count);
+  }
+}
+
+using CellKey = std::pair<std::size_t, std::size_t>;  // integrator, accel
+
+// Places cells and checkpoints in their scene and configuration; `slots` finds them again in O(log n).
+class Arranger {
+ public:
+  explicit Arranger(ReportData& data) : data_(data) {}
+
+  SceneData& scene(const std::string& name) {
+    const auto [entry, fresh] = scene_slots_.try_emplace(name, data_.scenes.size());
+    if (fresh) {
+      data_.scenes.emplace_back().name = name;
+      slots_.emplace_back();
+    }
+    return data_.scenes[entry->second];
+  }
+
+  Configuration& configuration(const CellName& name) {
+    SceneData& where = scene(name.scene);
+    const std::size_t s = scene_slots_.at(name.scene);
+    const CellKey key{index_of(data_.integrators, name.integrator), index_of(data_.accels, name.accel)};
+    const auto [entry, fresh] = slots_[s].try_emplace(key, where.configurations.size());
+    if (fresh) {
+      Configuration& made = where.configurations.emplace_back();
+      made.scene = name.scene;
+      made.integrator = name.integrator;
+      made.accel = name.accel;
+      made.integrator_index = key.first;
+      made.accel_index = key.second;
+    }
+    return where.configurations[entry->second];
+  }
+
+ private:
+  ReportData& data_;
+  std::map<std::string, std::size_t> scene_slots_;
+  std::vector<std::map<CellKey, std::size_t>> slots_;
+};
+
+}  // namespace
+
+const CellRecord* Configuration::any_cell() const {
+  for (const Replicate& replicate : replicates)
+    if (replicate.cell != nullptr) return replicate.cell;
+  return failures.empty() ? nullptr : failures.front();
+}
+
+ReportData arrange(const RunLog& log) {
+  ReportData data;
+  data.log = &log;
+  std::map<std::string, double> budgets;  // by manifest
+  for (const ManifestRecord& manifest : log.manifests) budgets[manifest.id] = manifest.budget_s;
+  std::map<CellName, std::vector<const CheckpointRecord*>> checkpoints;
+  std::set<std::string> metrics, phases, counters;
+  for (const CheckpointRecord& record : log.checkpoints) {
+    checkpoints[record.cell].push_back(&record);
+    for (const auto& [name, value] : record.metrics) {
+      metrics.insert(name);
+      if (value < 0 || name == "bias") data.signed_metrics.insert(name);
+    }
+    for (const auto& [name, value] : record.phases_s) phases.insert(name);
+    for (const auto& [name, value] : record.counters) counters.insert(name);
+  }
+  data.metrics = order_metrics(metrics);
+  data.phases.assign(phases.begin(), phases.end());
+  if (const auto other = std::find(data.phases.begin(), data.phases.end(), "other"); other != data.phases.end())
+    std::rotate(other, other + 1, data.phases.end());
+  data.counters.assign(counters.begin(), counters.end());
+
+  Arranger arranger(data);
+  for (const CellRecord& cell : log.cells) {
+    Configuration& configuration = arranger.configuration(cell.cell);
+    auto found = checkpoints.find(cell.cell);
+    if (cell.status != "done") {
+      configuration.failures.push_back(&cell);
+      ++data.failed;
+      continue;
+    }
+    ++data.done;
+    if (found == checkpoints.end()) continue;
+    std::stable_sort(found->second.begin(), found->second.end(),
+                     [](const auto* a, const auto* b) { return a->iterations < b->iterations; });
+    const double held_s = budgets[found->second.back()->manifest];
+    configuration.replicates.push_back({cell.cell.seed, &cell, std::move(found->second), held_s});
+  }
+  for (const StructureRecord& record : log.structures) arranger.scene(record.scene);
+  for (SceneData& scene : data.scenes) {
+    for (const ReferenceRecord& record : log.references)
+      if (record.scene == scene.name) scene.reference = &record;
+    for (Configuration& configuration : scene.configurations) {
+      std::stable_sort(configuration.replicates.begin(), configuration.replicates.end(),
+                       [](const Replicate& a, const Replicate& b) { return a.seed < b.seed; });
+      data.most_seeds = std::max(data.most_seeds, configuration.replicates.size());
+    }
+    if (!data.empty()) set_common_time(scene, data.main_metric(), data.is_signed(data.main_metric()));
+  }
+  name_files(data.scenes);
+  return data;
+}
+
+std::string label(const ReportData& data, const Configuration& configuration) {
+  return data.accels.size() < 2 ? configuration.integrator : configuration.integrator + " · " + configuration.accel;
+}
+
+Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa) {
+  Curve curve;
+  for (const CheckpointRecord* checkpoint : replicate.checkpoints) {
+    const auto found = checkpoint->metrics.find(metric);
+    const double x = abscissa == Abscissa::time ? checkpoint->time_s : static_cast<double>(checkpoint->iterations);
+    if (found == checkpoint->metrics.end() || !(x > (curve.empty() ? 0 : curve.x.back()))) continue;
+    curve.x.push_back(x);
+    curve.y.push_back(found->second);
+  }
+  return curve;
+}
+
+std::vector<double> values_at(const Configuration& configuration, const std::string& metric, double time_s) {
+  std::vector<double> values;
+  for (const Replicate& replicate : configuration.replicates)
+    if (const Curve curve = curve_of(replicate, metric, Abscissa::time); !curve.empty()) {
+      if (const auto value = value_at(curve, time_s))
+        values.push_back(*value);
+      else if (time_s > curve.x.back() && time_s <= held_until(replicate, metric))
+        values.push_back(curve.y.back());
+    }
+  return values;
+}
+
+std::optional<Estimate> estimate_at(const Configuration& configuration, const std::string& metric, double time_s,
+                                    bool with_sign) {
+  const std::vector<double> values = values_at(configuration, metric, time_s);
+  // An average over only those seeds that were early enough would favour them.
+  if (values.empty() || values.size() < configuration.replicates.size()) return std::nullopt;
+  return with_sign ? signed_estimate(values) : geometric_estimate(values);
+}
+
+std::vector<double> final_values(const Configuration& configuration, const std::string& metric) {
+  std::vector<double> values;
+  for (const Replicate& replicate : configuration.replicates) {
+    const auto found = replicate.last()->metrics.find(metric);
+    if (found != replicate.last()->metrics.end()) values.push_back(found->second);
+  }
+  return values;
+}
+
+std::vector<SeriesPoint> aggregate(const Configuration& configuration, const std::string& metric, Abscissa abscissa,
+                                   bool with_sign) {
+  std::vector<Curve> curves;
+  for (const Replicate& replicate : configuration.replicates)
+    if (Curve curve = curve_of(replicate, metric, abscissa); !curve.empty()) curves.push_back(std::move(curve));
+  if (curves.empty()) return {};
+  const auto estimate = [&](const std::vector<double>& y) { return with_sign ? signed_estimate(y) : geometric_estimate(y); };
+
+  double low = 0, high = std::numeric_limits<double>::infinity();
+  std::size_t shared = std::numeric_limits<std::size_t>::max();
+  for (const Curve& curve : curves) {
+    low = std::max(low, curve.x.front());
+    high = std::min(high, curve.x.back());
+    shared = std::min(shared, curve.x.size());
+  }
+  std::vector<double> at(curves.size()), y(curves.size());
+  if (!(low < high)) {  // no span that all seeds share: their last checkpoints as one point
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+      at[i] = curves[i].x.back();
+      y[i] = curves[i].y.back();
+    }
+    return {{geometric_mean(at), estimate(y)}};
+  }
+  std::vector<double> grid;
+  for (std::size_t k = 0; k <= shared; ++k) {
+    for (std::size_t i = 0; i < curves.size() && k < shared; ++i) at[i] = curves[i].x[k];
+    const double x = k < shared ? std::clamp(geometric_mean(at), low, high) : high;
+    if (grid.empty() || x > grid.back() * (1 + 1e-9)) grid.push_back(x);
+  }
+  std::vector<SeriesPoint> points;
+  for (const double x : grid) {
+    for (std::size_t i = 0; i < curves.size(); ++i) y[i] = value_at(curves[i], x).value_or(curves[i].y.back());
+    points.push_back({x, estimate(y)});
+  }
+  return points;
+}
+
+std::optional<MeasuredRate> measured_rate(const Configuration& configuration, const ReferenceRecord* reference) {
+  const auto logged = [&](const char* metric) {
+    return !configuration.replicates.empty() && configuration.replicates.front().last()->metrics.contains(metric);
+  };
+  const std::string metric = logged("mse") ? "mse" : "relmse";
+  if (!logged(metric.c_str())) return std::nullopt;
+
+  std::map<double, std::vector<double>> by_iteration;
+  for (const Replicate& replicate : configuration.replicates) {
+    const Curve curve = curve_of(replicate, metric, Abscissa::iterations);
+    for (std::size_t i = 0; i < curve.x.size(); ++i) by_iteration[curve.x[i]].push_back(curve.y[i]);
+  }
+  const std::size_t replicates = configuration.replicates.size();
+  std::erase_if(by_iteration, [&](const auto& entry) { return entry.second.size() != replicates; });
+  if (by_iteration.size() < 3) return std::nullopt;
+  const double middle = std::sqrt(by_iteration.begin()->first * by_iteration.rbegin()->first);
+  while (by_iteration.size() > 3 && by_iteration.begin()->first < middle) by_iteration.erase(by_iteration.begin());
+
+  std::vector<double> x;
+  std::vector<std::vector<double>> y(replicates);
+  for (const auto& [iterations, values] : by_iteration) {
+    x.push_back(iterations);
+    for (std::size_t r = 0; r < replicates; ++r) y[r].push_back(values[r]);
+  }
+  const double floor = metric == "mse" && reference != nullptr ? reference->mse_floor : 0;
+  const auto fit = fit_slope(x, y, floor);
+  if (!fit) return std::nullopt;
+  return MeasuredRate{*fit, x.front(), x.back(), replicates, metric};
+}
+
+std::optional<ArrivalMedian> arrival_of(const Configuration& configuration, const std::string& metric, double target) {
+  std::vector<Arrival> arrivals;
+  for (const Replicate& replicate : configuration.replicates)
+    if (const Curve curve = curve_of(replicate, metric, Abscissa::time); !curve.empty())
+      arrivals.push_back(time_to(curve, target));
+  if (arrivals.empty() || target <= 0) return std::nullopt;
+  return median_arrival(arrivals);
+}
+
+std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& metric) {
+  std::vector<FrontPoint> points;
+  std::vector<dvec2> positions;
+  for (std::size_t c = 0; c < scene.configurations.size(); ++c)
+    for (const SeriesPoint& point : aggregate(scene.configurations[c], metric, Abscissa::time, false)) {
+      points.push_back({c, point.x, point.y.centre, false});
+      positions.emplace_back(point.x, point.y.centre);
+    }
+  for (const std::size_t i : pareto_front(positions)) points[i].on_front = true;
+  return points;
+}
+
+std::vector<Reign> reigns(const SceneData& scene, const std::string& metric) {
+  std::vector<Curve> curves;
+  std::set<double> times;
+  for (const Configuration& configuration : scene.configurations) {
+    Curve& curve = curves.emplace_back();
+    for (const SeriesPoint& point : aggregate(configuration, metric, Abscissa::time, false)) {
+      curve.x.push_back(point.x);
+      curve.y.push_back(point.y.centre);
+      times.insert(point.x);
+    }
+  }
+  std::vector<Reign> result;
+  for (const double time : times) {
+    std::size_t leader = curves.size();
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < curves.size(); ++c) {
+      if (curves[c].empty() || time < curves[c].x.front()) continue;
+      // What a run had when it ended it has from then on.
+      const double error = value_at(curves[c], time).value_or(curves[c].y.back());
+      if (error < least) {
+        least = error;
+        leader = c;
+      }
+    }
+    if (leader == curves.size() || (!result.empty() && result.back().configuration == leader)) continue;
+    result.push_back({leader, time});
+  }
+  return result;
+}
+
+}  // namespace etendue

@@ -1,0 +1,117 @@
+// A log arranged for reading: scenes, the configurations tried on each (integrator and structure, every parameter fixed), their
+// seeds as replicates, and what statistics say of them. Tables, charts and the page are all drawn from this.
+#pragma once
+
+#include "experiments/log/log.h"
+#include "experiments/statistics/statistics.h"
+
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace etendue {
+
+enum class Abscissa : std::uint8_t { time, iterations };
+
+struct Replicate {
+  std::uint64_t seed = 0;
+  const CellRecord* cell = nullptr;
+  std::vector<const CheckpointRecord*> checkpoints;  // by iterations
+  double held_s =
+      0;  // the time that ended it: it stopped before an iteration that would not fit, and has its last image until then
+
+  const CheckpointRecord* last() const { return checkpoints.empty() ? nullptr : checkpoints.back(); }
+};
+
+struct Configuration {
+  std::string scene, integrator, accel;
+  std::size_t integrator_index = 0, accel_index = 0;  // over the whole log, in order of first appearance: colour and dash
+  std::vector<Replicate> replicates;                  // cells that are done and have a checkpoint, by seed
+  std::vector<const CellRecord*> failures;
+
+  const CellRecord* any_cell() const;
+};
+
+struct SceneData {
+  std::string name;
+  std::string file_stem;  // unique among scenes
+  const ReferenceRecord* reference = nullptr;
+  std::vector<Configuration> configurations;
+  double common_time_s =
+      0;  // the latest time until which every replicate ran, or its budget of time lasted; 0: nothing finished
+  double target_error = 0;  // of the main metric: what at least half of the configurations reach by the common time; 0: none
+};
+
+struct ReportData {
+  const RunLog* log = nullptr;
+  std::vector<std::string> metrics;      // the main one first
+  std::set<std::string> signed_metrics;  // bias, and any of which a negative value was seen: averaged as they are
+  std::vector<std::string> integrators, accels, phases, counters;
+  std::vector<SceneData> scenes;
+  std::size_t done = 0, failed = 0, most_seeds = 0;
+  std::vector<std::string> findings;   // what is missing or not to be believed (trust.h); the reader of the files' to fill
+  std::vector<std::string> conflicts;  // scenes that merged logs measured against different references; the merger's to fill
+
+  bool empty() const { return metrics.empty(); }
+  const std::string& main_metric() const { return metrics.front(); }  // relmse where it was logged
+  bool is_signed(const std::string& metric) const { return signed_metrics.contains(metric); }
+};
+
+// Keeps pointers into `log`.
+ReportData arrange(const RunLog& log);
+
+// "integrator" alone where the log has one structure, else "integrator · structure".
+std::string label(const ReportData& data, const Configuration& configuration);
+
+// One replicate's metric; checkpoints at time 0, out of order or without the metric are left out.
+Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa);
+
+// The metric over replicates at a time: nothing before a replicate's first checkpoint, or after its last and its budget.
+std::optional<Estimate> estimate_at(const Configuration& configuration, const std::string& metric, double time_s,
+                                    bool with_sign = false);
+// The metric of each replicate there; fewer than the replicates where some have no value.
+std::vector<double> values_at(const Configuration& configuration, const std::string& metric, double time_s);
+// The metric of each replicate's last checkpoint.
+std::vector<double> final_values(const Configuration& configuration, const std::string& metric);
+
+// The configuration's curve over all its seeds. Vertices lie at the checkpoints (averaged over seeds); each seed is
+// interpolated there, so no seed is read outside what it measured.
+struct SeriesPoint {
+  double x = 0;
+  Estimate y;
+};
+std::vector<SeriesPoint> aggregate(const Configuration& configuration, const std::string& metric, Abscissa abscissa,
+                                   bool with_sign);
+
+// Slope of the mean squared error over iterations against the declared exponent: over the later half (in log iterations) of the
+// iteration counts all seeds share, at least three of them; of mse less the reference's variance, or of relmse where mse was
+// not logged.
+struct MeasuredRate {
+  SlopeFit fit;
+  double first_iteration = 0, last_iteration = 0;
+  std::size_t replicates = 0;
+  std::string metric;
+};
+std::optional<MeasuredRate> measured_rate(const Configuration& configuration, const ReferenceRecord* reference);
+
+// When the configuration's seeds reach the scene's target error.
+std::optional<ArrivalMedian> arrival_of(const Configuration& configuration, const std::string& metric, double target);
+
+// Every checkpoint of every configuration as (time, error), and which of them nothing beats.
+struct FrontPoint {
+  std::size_t configuration = 0;
+  double time_s = 0, error = 0;
+  bool on_front = false;
+};
+std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& metric);
+
+// `configuration` has the least error from `begin_s` on, until the next one has; curves are interpolated between checkpoints.
+struct Reign {
+  std::size_t configuration = 0;
+  double begin_s = 0;
+};
+std::vector<Reign> reigns(const SceneData& scene, const std::string& metric);
+
+}  // namespace etendue

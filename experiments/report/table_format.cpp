@@ -1,0 +1,172 @@
+#include "experiments/report/table_format.h"
+
+#include "experiments/report/report_text.h"
+#include "framework/core/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+namespace etendue {
+namespace {
+
+std::vector<std::size_t> widths(const Table& table, const std::vector<std::size_t>& columns,
+                                const std::function<std::string(std::string_view)>& escape) {
+  std::vector<std::size_t> result;
+  for (const std::size_t c : columns) {
+    std::size_t width = std::max<std::size_t>(3, display_width(escape(table.columns[c].title)));
+    for (const auto& row : table.rows) width = std::max(width, display_width(escape(row[c].text)));
+    result.push_back(width);
+  }
+  return result;
+}
+
+std::string markdown_group(const Table& table, std::size_t group) {
+  const auto columns = visible_columns(table, group);
+  const auto width = widths(table, columns, escape_markdown);
+  std::string head = "|", rule = "|", body;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const TableColumn& column = table.columns[columns[i]];
+    head += " " + padded(escape_markdown(column.title), width[i], column.right) + " |";
+    rule += column.right ? " " + std::string(width[i] - 1, '-') + ": |" : " " + std::string(width[i], '-') + " |";
+  }
+  for (const auto& row : table.rows) {
+    body += "|";
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      body += " " + padded(escape_markdown(row[columns[i]].text), width[i], table.columns[columns[i]].right) + " |";
+    body += "\n";
+  }
+  return head + "\n" + rule + "\n" + body;
+}
+
+std::string tex_group(const Table& table, std::size_t group, const std::string& title) {
+  const auto columns = visible_columns(table, group);
+  std::string spec, head, body;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    std::size_t longest = 0;
+    for (const auto& row : table.rows) longest = std::max(longest, display_width(row[columns[i]].text));
+    spec += table.columns[columns[i]].right ? "r" : longest <= 48 ? "l" : "p{0.4\\linewidth}";
+    head += (i > 0 ? " & " : "") + escape_tex(table.columns[columns[i]].title);
+  }
+  for (const auto& row : table.rows) {
+    body += "    ";
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      // A leading "[" would be read as the option of the \\ before it.
+      std::string text = escape_tex(row[columns[i]].text);
+      if (text.starts_with('[') || text.starts_with('*')) text.insert(0, "{}");
+      body += (i > 0 ? " & " : "") + text;
+    }
+    body += " \\\\\n";
+  }
+  return fmt::format(
+      "\\begin{{table}}\n  \\centering\\small\n  \\caption{{{}}}\n  \\label{{tab:{}}}\n  \\begin{{tabular}}{{{}}}\n    "
+      "\\toprule\n"
+      "    {} \\\\\n    \\midrule\n{}    \\bottomrule\n  \\end{{tabular}}\n\\end{{table}}\n",
+      escape_tex(title), group == all_groups ? table.name : fmt::format("{}-{}", table.name, group), spec, head, body);
+}
+
+}  // namespace
+
+TableCell TableCell::words(std::string text) { return {text, text, std::nullopt}; }
+TableCell TableCell::number(double value, std::string text) { return {std::move(text), format_exact(value), value}; }
+TableCell TableCell::number(double value) { return number(value, format_figure(value)); }
+TableCell TableCell::count(std::uint64_t value) {
+  return {fmt::format("{}", value), fmt::format("{}", value), static_cast<double>(value)};
+}
+
+std::vector<std::size_t> visible_columns(const Table& table, std::size_t group) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    const TableColumn& column = table.columns[i];
+    const bool in_group = group == all_groups || column.group == 0 || column.group == group;
+    if (in_group && column.audience != Audience::machines) chosen.push_back(i);
+  }
+  return chosen;
+}
+
+void check_shape(const Table& table) {
+  for (const auto& row : table.rows) CHECK_EQ(row.size(), table.columns.size());
+}
+
+std::string to_markdown(const Table& table) {
+  check_shape(table);
+  std::string out = fmt::format("# {}\n\n", table.title);
+  if (table.rows.empty()) {
+    out += "None.\n";
+  } else if (table.group_titles.empty()) {
+    out += markdown_group(table, all_groups);
+  } else {
+    for (std::size_t g = 0; g < table.group_titles.size(); ++g)
+      out += fmt::format("{}## {}\n\n{}", g > 0 ? "\n" : "", table.group_titles[g], markdown_group(table, g + 1));
+  }
+  if (!table.notes.empty()) out += "\n";
+  for (const std::string& note : table.notes) out += "- " + escape_markdown(note) + "\n";
+  return out;
+}
+
+std::string to_csv(const Table& table) {
+  check_shape(table);
+  std::vector<std::size_t> columns;
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    if (table.columns[i].audience != Audience::people) columns.push_back(i);
+  std::string out;
+  for (std::size_t i = 0; i < columns.size(); ++i) out += (i > 0 ? "," : "") + escape_csv(table.columns[columns[i]].key);
+  out += "\n";
+  for (const auto& row : table.rows) {
+    for (std::size_t i = 0; i < columns.size(); ++i) out += (i > 0 ? "," : "") + escape_csv(row[columns[i]].raw);
+    out += "\n";
+  }
+  return out;
+}
+
+std::string to_tex(const Table& table) {
+  check_shape(table);
+  std::string out = "% needs \\usepackage{booktabs}\n";
+  if (table.rows.empty()) return out + "% " + table.title + ": none.\n";
+  if (table.group_titles.empty()) {
+    out += tex_group(table, all_groups, table.title);
+  } else {
+    for (std::size_t g = 0; g < table.group_titles.size(); ++g)
+      out += (g > 0 ? "\n" : "") + tex_group(table, g + 1, table.title + ": " + table.group_titles[g]);
+  }
+  for (const std::string& note : table.notes) {
+    std::string line = note;
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    out += "% " + line + "\n";
+  }
+  return out;
+}
+
+std::string to_html(const Table& table) {
+  check_shape(table);
+  std::string out = fmt::format("<figure class=\"table\" id=\"table-{}\"><figcaption>{}</figcaption>\n",
+                                escape_html(table.name), escape_html(table.title));
+  if (table.rows.empty()) return out + "<p class=\"none\">None.</p></figure>\n";
+  out += "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>";
+  const auto columns = visible_columns(table);
+  for (const std::size_t c : columns)
+    out += fmt::format("<th scope=\"col\"{}><button type=\"button\">{}</button></th>",
+                       table.columns[c].right ? " class=\"num\"" : "", escape_html(table.columns[c].title));
+  out += "</tr></thead><tbody>\n";
+  for (const auto& row : table.rows) {
+    out += "<tr>";
+    for (const std::size_t c : columns) {
+      // Names stay on one line; only sentences wrap.
+      const bool short_text = display_width(row[c].text) <= 40;
+      out += table.columns[c].right ? "<td class=\"num\"" : short_text ? "<td class=\"name\"" : "<td";
+      if (row[c].order) out += fmt::format(" data-v=\"{}\"", *row[c].order);
+      out += ">" + escape_html(row[c].text) + "</td>";
+    }
+    out += "</tr>\n";
+  }
+  out += "</tbody></table></div>\n";
+  if (!table.notes.empty()) {
+    out += "<ul class=\"notes\">";
+    for (const std::string& note : table.notes) out += "<li>" + escape_html(note) + "</li>";
+    out += "</ul>";
+  }
+  return out + "</figure>\n";
+}
+
+}  // namespace etendue

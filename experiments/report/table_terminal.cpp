@@ -1,0 +1,193 @@
+// Tables on a terminal, in 100 columns where that can be.
+#include "experiments/report/report_text.h"
+#include "experiments/report/table_format.h"
+
+#include <algorithm>
+#include <numeric>
+#include <sstream>
+
+namespace etendue {
+namespace {
+
+constexpr std::size_t terminal_width = 100, gap = 2;
+constexpr std::size_t narrowest_name = 14, indent = 2;  // to which names are broken, and how much deeper they go on
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+// Lines of whole words, which go on `indent` deeper; a word that is longer keeps a line of its own.
+std::vector<std::string> lines_of(const std::string& text, std::size_t width, std::size_t indent) {
+  std::vector<std::string> lines;
+  for (const std::string& word : words_of(text)) {
+    if (!lines.empty() && display_width(lines.back()) + 1 + display_width(word) <= width)
+      lines.back() += " " + word;
+    else
+      lines.push_back(std::string(lines.empty() ? 0 : indent, ' ') + word);
+  }
+  return lines;
+}
+
+std::size_t longest_word(const std::string& text) {
+  std::size_t longest = 0;
+  for (const std::string& word : words_of(text)) longest = std::max(longest, display_width(word));
+  return longest;
+}
+
+struct Column {
+  std::string title;
+  bool right;
+  std::vector<std::string> cells;
+  std::size_t title_width, cell_width;
+
+  std::size_t width() const { return std::max(title_width, cell_width); }
+  void measure() {
+    title_width = display_width(title);
+    cell_width = 3;
+    for (const std::string& cell : cells) cell_width = std::max(cell_width, display_width(cell));
+  }
+};
+
+class TerminalTable {
+ public:
+  TerminalTable(const Table& table, std::size_t group) {
+    for (const std::size_t i : visible_columns(table, group)) {
+      const TableColumn& from = table.columns[i];
+      Column column{from.title, from.right, {}, 0, 0};
+      for (const auto& row : table.rows) column.cells.push_back(row[i].text);
+      column.measure();
+      columns_.push_back(std::move(column));
+    }
+    rows_ = table.rows.size();
+  }
+
+  std::string text() {
+    fit();
+    std::string out;
+    for (const std::string& what : said_) out += (out.empty() ? "  in all rows: " : ", ") + what;
+    if (!out.empty()) out = wrapped(out, terminal_width);
+    if (!fits()) return out + blocks();
+    std::vector<std::vector<std::string>> row;
+    for (const Column& column : columns_) row.push_back(lines_of(column.title, column.width(), 0));
+    out += lines(row, true);
+    for (std::size_t r = 0; r < rows_; ++r) {
+      row.clear();
+      for (const Column& column : columns_)
+        row.push_back(display_width(column.cells[r]) <= column.width() ? std::vector{column.cells[r]}
+                                                                       : lines_of(column.cells[r], column.width(), indent));
+      out += lines(row, false);
+    }
+    return out;
+  }
+
+ private:
+  bool fits() const {
+    return terminal_width >= std::accumulate(columns_.begin(), columns_.end(), std::size_t{0},
+                                             [](std::size_t sum, const Column& c) { return sum + gap + c.width(); });
+  }
+
+  void fit() {
+    if (fits()) return;
+    for (Column& column : columns_) column.title_width = std::max(longest_word(column.title), column.title_width / 2);
+    for (std::size_t i = columns_.size(); i-- > 0 && !fits() && rows_ > 1;) say_column_once(i);
+    const auto has_parameters = [](const Column& c) { return !c.right && c.cells.front().find('=') != std::string::npos; };
+    const bool named = rows_ > 1 && std::count_if(columns_.begin(), columns_.end(), has_parameters) > 1;
+    for (Column& column : columns_)
+      if (!fits() && !column.right && rows_ > 1) say_parameters_once(column, named);
+    // The widest that can be first, as far as is needed.
+    while (!fits()) {
+      Column* widest = nullptr;
+      for (Column& column : columns_)
+        if (!column.right && column.width() > least_width(column) && (!widest || column.width() > widest->width()))
+          widest = &column;
+      if (!widest) return;
+      const std::size_t narrower = widest->width() - 1;
+      widest->cell_width = std::min(widest->cell_width, narrower);
+      widest->title_width = std::min(widest->title_width, narrower);
+    }
+  }
+
+  static std::size_t least_width(const Column& column) {
+    std::size_t least = std::max(narrowest_name, longest_word(column.title));
+    for (const std::string& cell : column.cells) least = std::max(least, longest_word(cell) + indent);
+    return least;
+  }
+
+  // The first column's line begins a row.
+  std::string blocks() const {
+    std::string out;
+    for (std::size_t r = 0; r < rows_; ++r)
+      for (std::size_t c = 0; c < columns_.size(); ++c)
+        out += wrapped(std::string(c == 0 ? gap : gap + indent, ' ') + columns_[c].title + ": " + columns_[c].cells[r],
+                       terminal_width);
+    return out;
+  }
+
+  void say_column_once(std::size_t i) {
+    const std::vector<std::string>& cells = columns_[i].cells;
+    if (std::any_of(cells.begin(), cells.end(), [&](const std::string& cell) { return cell != cells.front(); })) return;
+    said_.insert(said_.begin(), columns_[i].title + " " + cells.front());  // columns come from the last to the first
+    columns_.erase(columns_.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+
+  // "sppm k=8 photons=1M" and "ppm k=8" share k=8. The column is named where others have parameters too.
+  void say_parameters_once(Column& column, bool named) {
+    for (const std::string& word : words_of(column.cells.front())) {
+      if (word.find('=') == std::string::npos) continue;
+      const bool shared = std::all_of(column.cells.begin(), column.cells.end(), [&](const std::string& cell) {
+        const auto words = words_of(cell);
+        return std::find(words.begin(), words.end(), word) != words.end();
+      });
+      if (!shared) continue;
+      said_.push_back(named ? column.title + " " + word : word);
+      for (std::string& cell : column.cells) {
+        auto words = words_of(cell);
+        std::erase(words, word);
+        cell = joined(words);
+      }
+    }
+    const std::size_t title_width = column.title_width;
+    column.measure();
+    column.title_width = title_width;
+  }
+
+  // A row whose cells take several lines: headings stand on the last of them, cells on the first.
+  std::string lines(const std::vector<std::vector<std::string>>& row, bool at_bottom) const {
+    std::size_t height = 0;
+    for (const auto& cell : row) height = std::max(height, cell.size());
+    std::string out;
+    for (std::size_t i = 0; i < height; ++i) {
+      std::string line;
+      for (std::size_t c = 0; c < row.size(); ++c) {
+        const std::size_t above = at_bottom ? height - row[c].size() : 0;
+        const bool empty = i < above || i - above >= row[c].size();
+        line += std::string(gap, ' ') + padded(empty ? "" : row[c][i - above], columns_[c].width(), columns_[c].right);
+      }
+      line.erase(line.find_last_not_of(' ') + 1);
+      out += line + "\n";
+    }
+    return out;
+  }
+
+  std::vector<Column> columns_;
+  std::size_t rows_ = 0;
+  std::vector<std::string> said_;
+};
+
+}  // namespace
+
+std::string to_terminal(const Table& table, std::size_t group) {
+  check_shape(table);
+  return TerminalTable(table, group).text();
+}
+
+}  // namespace etendue

@@ -1,0 +1,42 @@
+// The tables of a report, each the same data in every format.
+//
+//   final         per scene, integrator and structure: the error at equal time, cost, every metric, theory against measurement
+//   phases        where the time went
+//   counters      work per iteration, which no clock's noise touches
+//   structures    what `etendue accel` measured of the ray structures
+//   references    what the errors are measured against, and its own noise
+//   expectations  what each integrator declares of itself
+//   bias          on scenes with a closed form: the bias of the mean against what the method declares
+//   confidence    on scenes with a closed form: the share of pixels within the error that the method itself states
+//   failures      cells that failed, with their errors
+//   manifest      what ran: version, compiler, machine
+#pragma once
+
+#include "experiments/report/report_data.h"
+#include "experiments/report/table_format.h"
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace etendue {
+
+// Squared bias and variance by (scene, integrator), where images of several seeds were at hand.
+using ImageStatistics = std::map<std::pair<std::string, std::string>, BiasVariance>;
+
+Table final_table(const ReportData& data, const ImageStatistics& images = {});
+Table phases_table(const ReportData& data);
+Table counters_table(const ReportData& data);
+Table structures_table(const ReportData& data);
+Table references_table(const ReportData& data);
+Table expectations_table(const ReportData& data);
+Table bias_table(const ReportData& data);
+Table failures_table(const ReportData& data);
+Table manifest_table(const ReportData& data);
+std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images = {});
+
+// What `etendue run` prints at its end: per scene the errors at equal time, the verdict, and warnings.
+std::string summary_table(const RunLog& log);
+
+}  // namespace etendue

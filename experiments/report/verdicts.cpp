@@ -1,0 +1,221 @@
+#include "experiments/report/verdicts.h"
+
+#include "experiments/report/report_text.h"
+#include "framework/core/units.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace etendue {
+namespace {
+
+std::string seeds_text(std::size_t count) { return count == 1 ? "1 seed" : fmt::format("{} seeds", count); }
+
+struct Contender {
+  const Configuration* configuration;
+  Estimate error;
+};
+
+// Each integrator's best configuration at the common time, least error first. Structures change only the time, so one
+// integrator's variants do not compete with each other here.
+std::vector<Contender> contenders(const ReportData& data, const SceneData& scene, std::vector<std::string>& late) {
+  std::map<std::size_t, Contender> best;
+  std::map<std::size_t, std::string> absent;
+  for (const Configuration& configuration : scene.configurations) {
+    if (configuration.replicates.empty()) continue;
+    const auto estimate = estimate_at(configuration, data.main_metric(), scene.common_time_s);
+    if (!estimate) {
+      absent.emplace(configuration.integrator_index, configuration.integrator);
+      continue;
+    }
+    const auto [entry, fresh] = best.try_emplace(configuration.integrator_index, Contender{&configuration, *estimate});
+    if (!fresh && estimate->centre < entry->second.error.centre) entry->second = {&configuration, *estimate};
+  }
+  for (const auto& [index, name] : absent)
+    if (!best.contains(index)) late.push_back(name);
+  std::vector<Contender> sorted;
+  for (const auto& [index, contender] : best) sorted.push_back(contender);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Contender& a, const Contender& b) { return a.error.centre < b.error.centre; });
+  return sorted;
+}
+
+Verdict accuracy(const ReportData& data, const SceneData& scene) {
+  Verdict verdict{"Accuracy", {}, {}};
+  std::vector<std::string> late;
+  const auto ranked = contenders(data, scene, late);
+  const std::string when = format_seconds(scene.common_time_s);
+  if (ranked.empty()) return verdict;
+  const Contender& first = ranked.front();
+  verdict.lead =
+      fmt::format("{} has {}{}", label(data, *first.configuration), ranked.size() > 1 ? "the least " : "", data.main_metric());
+  std::string& text = verdict.text;
+  text = fmt::format(" at {}: {}, {}.", when, describe(first.error), seeds_text(first.error.count));
+  if (ranked.size() > 1) {
+    const Contender& next = ranked[1];
+    const std::string name = label(data, *next.configuration);
+    const auto a = values_at(*next.configuration, data.main_metric(), scene.common_time_s);
+    const auto b = values_at(*first.configuration, data.main_metric(), scene.common_time_s);
+    if (const auto ratio = geometric_ratio(a, b)) {
+      const std::string times = fmt::format("{} times the error (95 % interval {}–{})", format_figure(ratio->value),
+                                            format_figure(ratio->interval.low), format_figure(ratio->interval.high));
+      text += ratio->interval.low > 1 ? fmt::format(" Next comes {}, {}.", name, times)
+                                      : fmt::format(" These seeds do not tell it from {}: {}.", name, times);
+    } else if (first.error.centre > 0) {
+      text += fmt::format(" Next comes {}, {} times the error; with so few seeds the order may be chance.", name,
+                          format_figure(next.error.centre / first.error.centre));
+    }
+  }
+  if (!late.empty()) text += fmt::format(" No result by then: {}.", enumerate(late, ", ", 8));
+  return verdict;
+}
+
+std::string reign_text(const ReportData& data, const SceneData& scene) {
+  std::vector<std::string> parts;
+  std::size_t ruler = data.integrators.size();
+  for (const Reign& reign : reigns(scene, data.main_metric())) {
+    const Configuration& configuration = scene.configurations[reign.configuration];
+    if (configuration.integrator_index == ruler) continue;  // another structure under the same method
+    ruler = configuration.integrator_index;
+    parts.push_back(fmt::format("{} from {}", configuration.integrator, format_seconds(reign.begin_s)));
+  }
+  return parts.size() < 2 ? std::string() : "Least error at each time: " + enumerate(parts, ", then ", 6) + ".";
+}
+
+bool earlier(const ArrivalMedian& a, const ArrivalMedian& b) {
+  const bool never_a = a.median.kind == Arrival::Kind::never, never_b = b.median.kind == Arrival::Kind::never;
+  return never_a != never_b ? never_b : a.median.time < b.median.time;
+}
+
+// Each integrator on its best structure.
+std::string target_text(const ReportData& data, const SceneData& scene) {
+  std::map<std::size_t, std::pair<ArrivalMedian, const Configuration*>> best;
+  for (const Configuration& configuration : scene.configurations) {
+    const auto arrival = arrival_of(configuration, data.main_metric(), scene.target_error);
+    if (!arrival) continue;
+    const auto [entry, fresh] = best.try_emplace(configuration.integrator_index, *arrival, &configuration);
+    if (!fresh && earlier(*arrival, entry->second.first)) entry->second = {*arrival, &configuration};
+  }
+  if (best.size() < 2) return {};
+  std::vector<std::pair<ArrivalMedian, const Configuration*>> sorted;
+  for (const auto& [index, entry] : best) sorted.push_back(entry);
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return earlier(a.first, b.first); });
+  std::vector<std::string> parts;
+  for (const auto& [arrival, configuration] : sorted)
+    parts.push_back(fmt::format("{} {}", label(data, *configuration), describe(arrival)));
+  return fmt::format("To {} {}: {}.", data.main_metric(), format_short(scene.target_error), enumerate(parts, "; ", 6));
+}
+
+// Iterations per second of each structure against the fastest, averaged geometrically over the integrators that ran on all.
+std::string throughput_text(const ReportData& data, const SceneData& scene) {
+  std::map<std::size_t, std::map<std::size_t, double>> rates;  // integrator, accel
+  std::set<std::size_t> accels;
+  for (const Configuration& configuration : scene.configurations) {
+    std::vector<double> values;
+    for (const Replicate& replicate : configuration.replicates)
+      if (replicate.last()->time_s > 0)
+        values.push_back(static_cast<double>(replicate.last()->iterations) / replicate.last()->time_s);
+    if (values.empty() || median(values) <= 0) continue;
+    rates[configuration.integrator_index][configuration.accel_index] = median(values);
+    accels.insert(configuration.accel_index);
+  }
+  std::erase_if(rates, [&](const auto& entry) { return entry.second.size() != accels.size(); });
+  if (accels.size() < 2 || rates.empty()) return {};
+  std::vector<std::pair<double, std::size_t>> ranked;
+  for (const std::size_t accel : accels) {
+    std::vector<double> values;
+    for (const auto& [integrator, by_accel] : rates) values.push_back(by_accel.at(accel));
+    ranked.emplace_back(geometric_mean(values), accel);
+  }
+  std::sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> parts;
+  for (const auto& [rate, accel] : ranked)
+    parts.push_back(fmt::format("{} {}", data.accels[accel], format_figure(rate / ranked.front().first)));
+  return fmt::format("Iterations per second, {} = 1, over {}: {}.", data.accels[ranked.front().second],
+                     rates.size() == 1 ? "one integrator" : fmt::format("{} integrators", rates.size()),
+                     enumerate(parts, ", ", 12));
+}
+
+std::string structures_text(const RunLog& log, const std::string& scene) {
+  const StructureRecord *fastest = nullptr, *quickest = nullptr, *smallest = nullptr;
+  std::size_t count = 0;
+  for (const StructureRecord& record : log.structures) {
+    if (record.scene != scene) continue;
+    ++count;
+    if (fastest == nullptr || record.speed(RayKind::diffuse).median > fastest->speed(RayKind::diffuse).median)
+      fastest = &record;
+    if (record.nodes > 0 && (quickest == nullptr || record.build_s.median < quickest->build_s.median)) quickest = &record;
+    if (record.bytes > 0 && (smallest == nullptr || record.bytes < smallest->bytes)) smallest = &record;
+  }
+  if (count < 2) return {};
+  const auto name = [](const StructureRecord& r) {
+    return r.layout.empty() || r.layout == "-" ? r.structure : r.structure + " " + r.layout;
+  };
+  std::string text =
+      fmt::format("Of {} structures, {} traces diffuse rays fastest ({} Mrays/s, built in {})", count, name(*fastest),
+                  format_figure(fastest->speed(RayKind::diffuse).median), format_seconds(fastest->build_s.median));
+  if (quickest != nullptr)
+    text += fmt::format("; {} is built first ({})", name(*quickest), format_seconds(quickest->build_s.median));
+  if (smallest != nullptr)
+    text += fmt::format("; {} is smallest ({})", name(*smallest), format_bytes(static_cast<double>(smallest->bytes)));
+  return text + ".";
+}
+
+}  // namespace
+
+std::string enumerate(const std::vector<std::string>& names, std::string_view separator, std::size_t most) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i == most) return text + fmt::format(" and {} more", names.size() - most);
+    if (i > 0) text += separator;
+    text += names[i];
+  }
+  return text;
+}
+
+std::string describe(const Estimate& estimate) {
+  const std::string centre = format_figure(estimate.centre);
+  if (estimate.spread == Spread::none) return centre;
+  return fmt::format("{} ({} {})", centre, estimate.spread == Spread::t95 ? "95 % interval" : "extremes",
+                     format_interval(estimate.interval.low, estimate.interval.high));
+}
+
+std::string describe(const ArrivalMedian& arrival) {
+  const std::string time = format_seconds(arrival.median.time);
+  switch (arrival.median.kind) {
+    case Arrival::Kind::at:
+      return time;
+    case Arrival::Kind::before:
+      return "≤ " + time;
+    case Arrival::Kind::never:
+      break;
+  }
+  return arrival.count == 1 ? "> " + time : fmt::format("> {} ({} of {} arrived)", time, arrival.arrived, arrival.count);
+}
+
+Conclusions conclude(const ReportData& data) {
+  Conclusions conclusions;
+  for (const SceneData& scene : data.scenes) {
+    SceneVerdicts verdicts{scene.name, {}};
+    const auto add = [&](const char* topic, const std::string& text) {
+      if (!text.empty()) verdicts.verdicts.push_back({topic, "", text});
+    };
+    // A signed figure has no order of good and bad: where nothing else was logged, nobody leads.
+    if (!data.empty() && scene.common_time_s > 0 && !data.is_signed(data.main_metric())) {
+      if (Verdict verdict = accuracy(data, scene); !verdict.text.empty()) verdicts.verdicts.push_back(std::move(verdict));
+      add("Over time", reign_text(data, scene));
+      add("Time to error", target_text(data, scene));
+    }
+    add("Throughput", throughput_text(data, scene));
+    add("Structures", structures_text(*data.log, scene.name));
+    if (!verdicts.verdicts.empty()) conclusions.scenes.push_back(std::move(verdicts));
+  }
+  conclusions.warnings = warnings_of(data);
+  return conclusions;
+}
+
+}  // namespace etendue

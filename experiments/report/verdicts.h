@@ -1,0 +1,41 @@
+// Findings of a log in words: which method leads on each scene and by how much, which structure is fastest, and reasons for
+// doubt. Every sentence is computed; none is written in advance for a method.
+#pragma once
+
+#include "experiments/report/report_data.h"
+
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct Verdict {
+  std::string topic, lead, text;  // "Accuracy", "path has the least relmse", " at 12 s: ..."; the lead may be empty
+};
+
+struct SceneVerdicts {
+  std::string scene;
+  std::vector<Verdict> verdicts;
+};
+
+struct Conclusions {
+  std::vector<SceneVerdicts> scenes;
+  std::vector<std::string> warnings;
+};
+
+Conclusions conclude(const ReportData& data);
+std::vector<std::string> warnings_of(const ReportData& data);
+
+// "a, b and 3 more".
+std::string enumerate(const std::vector<std::string>& names, std::string_view separator, std::size_t most);
+
+// "1.23e-3 (1.1e-3–1.4e-3)": the centre, with its interval where there is one.
+std::string describe(const Estimate& estimate);
+// "1.20 s", "≤ 0.10 s" (below the target at the first checkpoint) or "> 60 s, 3 of 10" (never, and how many seeds arrived).
+std::string describe(const ArrivalMedian& arrival);
+
+// The reference's own variance as a share of the smallest mean squared error drawn for a scene; 0 where unknown.
+double floor_share(const SceneData& scene);
+inline constexpr double floor_share_limit = 0.01;
+
+}  // namespace etendue

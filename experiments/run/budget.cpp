@@ -1,0 +1,129 @@
+#include "experiments/run/budget.h"
+
+#include "framework/core/check.h"
+#include "framework/core/error.h"
+#include "framework/core/units.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace etendue {
+
+namespace {
+
+constexpr double never = std::numeric_limits<double>::infinity();
+// A ladder has at most so many rungs below its end; what comes before the lowest one is the first iteration's checkpoint.
+constexpr int lowest_rung_log2 = 20;
+
+double wall_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+double cpu_now() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+}  // namespace
+
+CheckpointLadder CheckpointLadder::parse(const std::string& text) {
+  if (text == "log") return {2, 0};
+  if (text == "sqrt2") return {std::numbers::sqrt2, 0};
+  constexpr std::string_view prefix = "linear:";
+  if (text.starts_with(prefix)) {
+    int count = 0;
+    const auto [end, error] = std::from_chars(text.data() + prefix.size(), text.data() + text.size(), count);
+    if (error == std::errc() && end == text.data() + text.size() && count >= 1 && count <= 100000) return {2, count};
+  }
+  throw Error(fmt::format("bad checkpoints '{}'; expected \"log\", \"sqrt2\" or \"linear:N\" with N in 1 .. 100000", text));
+}
+
+std::string Budget::text() const {
+  std::string text;
+  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  if (error) add(fmt::format("relmse {:g}", *error));
+  if (samples) add(fmt::format("{} iterations", *samples));
+  if (time_s) add(format_seconds(*time_s));
+  return text;
+}
+
+double Budget::progress(std::uint64_t iterations, double seconds) const {
+  double share = 0;
+  if (samples) share = std::max(share, static_cast<double>(iterations) / static_cast<double>(*samples));
+  if (time_s) share = std::max(share, seconds / *time_s);
+  return std::min(share, 1.0);
+}
+
+BudgetSchedule::BudgetSchedule(const Budget& budget) : budget_(budget) {
+  CHECK(budget.time_s || budget.samples);
+  // The first iteration is always a checkpoint: the error a method starts from.
+  next_iterations_ = budget.samples ? 1 : never;
+  next_time_ = budget.time_s ? 0 : never;
+}
+
+bool BudgetSchedule::finished(std::uint64_t iterations, double time_s, double last_iteration_s) {
+  lengths_ = {lengths_[1], lengths_[2], last_iteration_s};
+  if (iterations >= std::numeric_limits<std::uint32_t>::max()) return true;  // an iteration's index has 32 bits
+  if (budget_.samples && iterations >= *budget_.samples) return true;
+  if (!budget_.time_s) return false;
+  const auto [a, b, c] = lengths_;
+  const double predicted =
+      iterations < lengths_.size() ? last_iteration_s : std::max(std::min(a, b), std::min(std::max(a, b), c));
+  return time_s + predicted > *budget_.time_s;
+}
+
+double BudgetSchedule::next_rung(double total, double reached) const {
+  if (budget_.checkpoints.linear > 0) {
+    const double step = total / budget_.checkpoints.linear;
+    return step * (std::floor(reached / step * (1 + 1e-12)) + 1);
+  }
+  // The lowest total / factor^k above what is reached.
+  double rung = total;
+  while (rung / budget_.checkpoints.factor > reached * (1 + 1e-12) && rung > std::ldexp(total, -lowest_rung_log2))
+    rung /= budget_.checkpoints.factor;
+  return rung;
+}
+
+bool BudgetSchedule::checkpoint_due(std::uint64_t iterations, double time_s) {
+  bool due = false;
+  if (const auto count = static_cast<double>(iterations); count >= next_iterations_) {
+    due = true;
+    next_iterations_ = std::ceil(next_rung(static_cast<double>(*budget_.samples), count) - 1e-9);
+  }
+  if (time_s >= next_time_) {
+    due = true;
+    next_time_ = next_rung(*budget_.time_s, time_s);
+  }
+  return due;
+}
+
+bool BudgetSchedule::error_due(std::uint64_t iterations) {
+  if (!budget_.error || iterations < next_error_) return false;
+  next_error_ = iterations + std::max<std::uint64_t>(1, iterations / 10);
+  return true;
+}
+
+void RunClock::start() {
+  CHECK(!running_);
+  running_ = true;
+  wall_start_ = wall_now();
+  cpu_start_ = cpu_now();
+}
+
+void RunClock::stop() {
+  CHECK(running_);
+  wall_ += wall_now() - wall_start_;
+  cpu_ += cpu_now() - cpu_start_;
+  running_ = false;
+}
+
+double RunClock::wall_s() const { return running_ ? wall_ + wall_now() - wall_start_ : wall_; }
+double RunClock::cpu_s() const { return running_ ? cpu_ + cpu_now() - cpu_start_ : cpu_; }
+
+}  // namespace etendue

@@ -1,0 +1,108 @@
+#include "experiments/run/recipe.h"
+
+#include "accel/registry.h"
+#include "framework/core/error.h"
+#include "integrators/registry.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <sstream>
+
+namespace etendue {
+
+namespace {
+
+std::string resolved(const Method& method, const std::vector<ParamInfo>& infos) {
+  Method all = method;
+  for (const ParamInfo& info : infos) all.params.try_emplace(info.name, ParamValue{info.default_value, {}});
+  return all.label();
+}
+
+// Parameters at their default are left so: what is listed may be rounded.
+Method parse_method(const std::string& text, const auto& find, const Location& where) {
+  std::istringstream words(text);
+  Method method{{}, {}, where};
+  words >> method.name;
+  const auto& infos = find(method.name, where).params;
+  for (std::string word; words >> word;) {
+    const std::size_t equals = word.find('=');
+    if (equals == std::string::npos) throw Error(where, fmt::format("'{}'; expected key=value", word));
+    const std::string key = word.substr(0, equals), value = word.substr(equals + 1);
+    const auto same = [&](const ParamInfo& info) { return info.name == key && info.default_value == value; };
+    if (std::none_of(infos.begin(), infos.end(), same)) method.params[key] = parse_param_value(value, where);
+  }
+  return method;
+}
+
+std::uint64_t whole(const std::string& text, int base, const Location& where) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (error != std::errc() || end != text.data() + text.size())
+    throw Error(where, fmt::format("'{}' is no number; expected an image as `etendue` wrote it", text));
+  return value;
+}
+
+}  // namespace
+
+std::string resolved_integrator(const Method& integrator) {
+  return resolved(integrator, find_integrator(integrator.name, integrator.where).params);
+}
+
+std::string resolved_accel(const Method& accel) { return resolved(accel, find_ray_structure(accel.name, accel.where).params); }
+
+std::map<std::string, std::string> recipe_attributes(const Recipe& recipe, ManifestRecord manifest) {
+  manifest.experiment.clear();  // that stands in the log
+  std::map<std::string, std::string> attributes{
+      {"etendue_scene", recipe.scene},
+      {"etendue_scene_hash", fmt::format("{:016x}", recipe.scene_hash)},
+      {"etendue_integrator", resolved_integrator(recipe.integrator)},
+      {"etendue_accel", resolved_accel(recipe.accel)},
+      {"etendue_seed", std::to_string(recipe.seed)},
+      {"etendue_resolution", fmt::format("{}x{}", recipe.resolution.x, recipe.resolution.y)},
+      {"etendue_iterations", std::to_string(recipe.iterations)},
+      {"etendue_budget", recipe.budget},
+      {"etendue_version", manifest.version},
+      {"etendue_commit", manifest.commit},
+      {"etendue_manifest", to_json_line(manifest)}};
+  if (!recipe.cache.empty()) attributes["etendue_cache"] = recipe.cache;
+  if (recipe.states_error) attributes["etendue_states_error"] = "true";
+  return attributes;
+}
+
+Recipe read_recipe(const std::map<std::string, std::string>& attributes, const std::string& path) {
+  const auto text = [&](const std::string& key) {
+    const auto found = attributes.find("etendue_" + key);
+    if (found == attributes.end())
+      throw Error(Location{path}, fmt::format("no attribute etendue_{}; expected an image that `etendue render` or `etendue "
+                                              "run` wrote, with all that it takes to repeat it",
+                                              key));
+    return found->second;
+  };
+  const auto at = [&](const char* key) { return Location{fmt::format("{}: etendue_{}", path, key)}; };
+  Recipe recipe;
+  recipe.scene = text("scene");
+  recipe.scene_hash = whole(text("scene_hash"), 16, at("scene_hash"));
+  recipe.integrator = parse_method(text("integrator"), find_integrator, at("integrator"));
+  recipe.accel = parse_method(text("accel"), find_ray_structure, at("accel"));
+  recipe.seed = whole(text("seed"), 10, at("seed"));
+  const std::string size = text("resolution");
+  const std::size_t cross = size.find('x');
+  if (cross == std::string::npos) throw Error(at("resolution"), fmt::format("'{}'; expected WxH", size));
+  for (int i = 0; i < 2; ++i) {
+    const std::string side = i == 0 ? size.substr(0, cross) : size.substr(cross + 1);
+    const std::uint64_t pixels = whole(side, 10, at("resolution"));
+    if (pixels < 1 || pixels > 65536)
+      throw Error(at("resolution"), fmt::format("{} is out of range; expected 1 .. 65536", pixels));
+    recipe.resolution[i] = static_cast<int>(pixels);
+  }
+  recipe.iterations = whole(text("iterations"), 10, at("iterations"));
+  if (recipe.iterations < 1) throw Error(at("iterations"), "0 is out of range; expected 1 or more");
+  recipe.budget = text("budget");
+  recipe.commit = text("commit");
+  if (attributes.contains("etendue_cache")) recipe.cache = text("cache");
+  recipe.states_error = attributes.contains("etendue_states_error");
+  return recipe;
+}
+
+}  // namespace etendue

@@ -1,0 +1,41 @@
+// What an image was made of, as it stands in the attributes of its EXR file, and back: enough to make the same bits again.
+//
+//   etendue_scene, etendue_scene_hash        as typed; of all that changes an image
+//   etendue_integrator, etendue_accel        "path max_depth=0 mis=power": every parameter, those at their default too
+//   etendue_seed, etendue_resolution         "640x480"
+//   etendue_iterations, etendue_budget       how many it has, and what ended it
+//   etendue_version, etendue_commit, etendue_manifest
+//   etendue_cache, etendue_states_error      where a render began with a saved cache (XXH3 of it), or its error was asked for
+#pragma once
+
+#include "experiments/config/method.h"
+#include "experiments/log/log.h"
+#include "framework/core/vec.h"
+
+#include <map>
+#include <string>
+
+namespace etendue {
+
+struct Recipe {
+  std::string scene;
+  std::uint64_t scene_hash = 0;
+  Method integrator, accel;
+  std::uint64_t seed = 1;
+  ivec2 resolution{0};
+  std::uint64_t iterations = 0;
+  std::string budget;
+  std::string cache = {};  // hash of the one it began with
+  bool states_error = false;
+  std::string commit = {};  // of the program that made it; read_recipe fills it
+};
+
+// "path max_depth=0 mis=power": the method with every parameter.
+std::string resolved_integrator(const Method& integrator);
+std::string resolved_accel(const Method& accel);
+
+std::map<std::string, std::string> recipe_attributes(const Recipe& recipe, ManifestRecord manifest);
+// Of the image at `path`. Throws Error where it has none, or where a method or a parameter is not known.
+Recipe read_recipe(const std::map<std::string, std::string>& attributes, const std::string& path);
+
+}  // namespace etendue

@@ -1,0 +1,249 @@
+#include "experiments/run/reference.h"
+
+#include "accel/registry.h"
+#include "experiments/run/closed_form.h"
+#include "experiments/run/file_lock.h"
+#include "experiments/run/run_cell.h"
+#include "framework/core/parallel.h"
+#include "framework/core/rng.h"
+#include "integrators/registry.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <optional>
+
+namespace etendue {
+
+namespace {
+
+// Seeds of references share no bits with those of experiments, which are small numbers.
+constexpr std::uint64_t reference_seed = 0x7265666572656e63ull;
+
+// With the independent sampler where the method has a choice.
+Method independent(const std::string& name, ParamMap params = {}) {
+  for (const ParamInfo& info : find_integrator(name, {}).params)
+    if (info.name == "sampler") params["sampler"] = {std::string("independent"), {}};
+  return {name, std::move(params), {}};
+}
+
+Reference from_closed_form(const ReferenceRequest& request) {
+  Image image;
+  with_threads(request.threads, [&] { image = integrate_closed_form(request.scene, request.resolution); });
+  return {{std::move(image), 0, 0, "closed form: " + request.scene.closed_form->source,
+           "integrated over each pixel by Gauss-Legendre quadrature"},
+          {}};
+}
+
+Reference from_file(const ReferenceRequest& request) {
+  const std::string& path = request.choice.file;
+  RenderedReference rendered = read_reference(path);
+  if (rendered.source.empty()) rendered.source = path;
+  if (rendered.checks.empty()) rendered.checks = "none: given by the experiment, its variance unknown";
+  const ivec2 size = rendered.image.size;
+  auto reduced = reduce(rendered, request.resolution);
+  if (!reduced)
+    throw Error(request.choice.where, fmt::format("{} is {} x {}; expected {} x {} or a whole multiple", path, size.x, size.y,
+                                                  request.resolution.x, request.resolution.y));
+  return {std::move(*reduced), {}};
+}
+
+BatchStatistics run_batches(const ReferenceRequest& request, const Method& method, std::uint64_t samples,
+                            std::uint64_t stream) {
+  const Method accel = default_accel();
+  Budget budget;
+  budget.samples = std::max<std::uint64_t>(1, (samples + reference_batches - 1) / reference_batches);
+  budget.checkpoints.linear = 1;
+  BatchStatistics statistics(request.resolution, *budget.samples);
+  const std::string what = fmt::format("reference of {}: {} samples per pixel of {}", request.name, samples, method.label());
+  if (request.narrate) request.narrate(what);
+  for (int batch = 0; batch < reference_batches; ++batch) {
+    if (request.status) request.status(fmt::format("{}, {} of {} batches", what, batch, reference_batches));
+    const std::uint64_t seed = hash_keys(reference_seed, stream, batch);
+    statistics.add(
+        run_cell({request.scene, request.needs, accel, method, seed, request.resolution, budget, request.threads}).image);
+  }
+  return statistics;
+}
+
+// To what a file holds: a run is measured against the same bits whether it rendered its reference or found it in the cache.
+// (By way of an array, as GCC 12 leaves out a conversion to float and back where it vectorises.)
+void round_as_stored(Image& image) {
+  const std::vector<vec3> stored(image.pixels.begin(), image.pixels.end());
+  std::copy(stored.begin(), stored.end(), image.pixels.begin());
+}
+
+std::optional<Reference> from_cache(const ReferenceRequest& request, const ReferenceCache& cache) {
+  // What an experiment is measured against must not depend on what others left in the cache: at least as good as it would
+  // render.
+  const std::uint64_t samples = request.choice.samples > 0 ? request.choice.samples : default_reference_samples;
+  auto found = cache.find(request.scene, request.resolution, samples);
+  if (!found) return std::nullopt;
+  round_as_stored(found->image);  // one that was reduced is finer
+  return Reference{std::move(*found), {}};
+}
+
+// A run goes on with the reference it began with, whatever the cache has got since.
+std::optional<Reference> from_earlier(const ReferenceRequest& request) {
+  if (request.earlier.empty()) return std::nullopt;
+  try {
+    RenderedReference rendered = read_reference(request.earlier);
+    if (rendered.checks.empty() || rendered.image.size != request.resolution) return std::nullopt;
+    return Reference{std::move(rendered), {}, true};
+  } catch (const Error&) {
+    return std::nullopt;  // lost or damaged
+  }
+}
+
+bool has_delta_light(const Scene& scene) {
+  return std::any_of(scene.lights.begin(), scene.lights.end(), [](const Light& light) {
+    return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
+  });
+}
+
+// Why there is no room for a reference that needs so many copies of the image; "" where there is.
+std::string refuse_for_memory(const ReferenceRequest& request, int copies) {
+  try {
+    require_room_for_image(request.name, request.resolution, copies);
+    return {};
+  } catch (const Error& e) {
+    return std::string("no reference of ") + e.what();
+  }
+}
+
+// The radiance of the brightest light that has one.
+double brightest_light(const Scene& scene) {
+  Rgb brightest(0);
+  for (const Light& light : scene.lights) {
+    if (const auto* area = std::get_if<AreaLight>(&light)) brightest = glm::max(brightest, area->radiance);
+    if (const auto* environment = std::get_if<EnvironmentLight>(&light)) {
+      Rgb texel(environment->texels.empty() ? 1.0f : 0.0f);
+      for (const Rgb& t : environment->texels) texel = glm::max(texel, t);
+      brightest = glm::max(brightest, environment->scale * texel);
+    }
+  }
+  return std::max({brightest.x, brightest.y, brightest.z});
+}
+
+// The mean square of what two images differ by: if their means are the same, the sum of their variances.
+double mean_square_difference(const Image& a, const Image& b) {
+  double squares = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    const dvec3 difference = a.pixels[i] - b.pixels[i];
+    squares += dot(difference, difference) / 3;
+  }
+  return squares / static_cast<double>(a.pixels.size());
+}
+
+// What to do about estimators that disagree.
+std::string remedy(const EstimatorPair& pair, std::uint64_t samples) {
+  if (pair.second_checks_only)
+    return "only merging finds caustics of delta lights that mirrors or glass show; expected reference = { file = \"...\" } "
+           "with "
+           "an image made otherwise";
+  return fmt::format(
+      "one of them is wrong on this scene, unless reference = {{ samples = {} }} lets them agree; expected reference = "
+      "{{ file = \"...\" }} with an image made otherwise",
+      4 * samples);
+}
+
+}  // namespace
+
+EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ivec2 resolution) {
+  if (!needs.caustic_map || !has_delta_light(scene)) return {{"path", {}, {}}, independent("bdpt")};
+  // Enough light paths for a merging radius that blurs small images little.
+  const std::int64_t paths = std::max(65536, resolution.x * resolution.y);
+  return {{"bdpt", {}, {}}, independent("vcm", {{"paths", {paths, {}}}}), true};
+}
+
+Reference render_reference(const ReferenceRequest& request, std::uint64_t samples) {
+  const EstimatorPair pair = choose_estimators(request.scene, request.needs, request.resolution);
+  const BatchStatistics first = run_batches(request, pair.first, samples, 1);
+  const BatchStatistics second = run_batches(request, pair.second, samples, 2);
+  AgreementOptions options;
+  options.brightest = brightest_light(request.scene);
+  if (pair.second_checks_only) options.indifference = biased_check_indifference;
+  const Agreement agreement = compare_means(first, second, options);
+  const bool told = agreement.verdict != Agreement::Verdict::cannot_tell;
+
+  // One weight for all pixels, so that the variances' own noise biases nothing. Where the test cannot tell, an estimator's
+  // variance is small perhaps because it has missed what is bright: both get the same weight.
+  const double a = first.mean_variance(), b = second.mean_variance();
+  const double weight = pair.second_checks_only ? 1 : told && a + b > 0 ? b / (a + b) : 0.5;
+  RenderedReference rendered;
+  rendered.image = first.mean();
+  const Image other = second.mean();
+  const double squared_error = mean_square_difference(rendered.image, other) * weight * weight;
+  for (std::size_t i = 0; i < other.pixels.size(); ++i)
+    rendered.image.pixels[i] = weight * rendered.image.pixels[i] + (1 - weight) * other.pixels[i];
+  round_as_stored(rendered.image);
+  rendered.mse_floor = weight * weight * a + (1 - weight) * (1 - weight) * b;
+  if (!told) rendered.mse_floor = std::max(rendered.mse_floor, squared_error);
+  rendered.samples = samples;
+  rendered.source = pair.second_checks_only
+                        ? fmt::format("{} alone, checked by {} to {:g} % of the image's mean, {} samples per pixel each",
+                                      pair.first.label(), pair.second.label(), 100 * biased_check_indifference, samples)
+                        : fmt::format("{:.3g} of {} and {:.3g} of {}, {} samples per pixel each", weight, pair.first.label(),
+                                      1 - weight, pair.second.label(), samples);
+  rendered.checks = agreement.text;
+  Reference reference{std::move(rendered), {}};
+  if (agreement.verdict == Agreement::Verdict::disagree)
+    reference.failure = fmt::format("no reference of {}: {} and {} disagree ({}): {}", request.name, pair.first.label(),
+                                    pair.second.label(), remedy(pair, samples), agreement.text);
+  if (!told && request.narrate)
+    request.narrate(fmt::format(
+        "warning: the reference of {} is used, but unproven: {} samples per pixel are too few to tell whether {} and {} agree; "
+        "expected reference = {{ samples = {} }} or more",
+        request.name, samples, pair.first.label(), pair.second.label(), agreement.samples_needed));
+  return reference;
+}
+
+ReferenceRecord reference_record(const std::string& scene_name, const Scene& scene, const RenderedReference& rendered,
+                                 const std::string& file, const FileStamp& stamp) {
+  return {scene_name,
+          fmt::format("{:016x}", scene.hash()),
+          rendered.source,
+          file,
+          rendered.checks,
+          rendered.mse_floor,
+          rendered.image.size.x,
+          rendered.image.size.y,
+          stamp,
+          scene.warnings};
+}
+
+Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache) {
+  using Kind = ReferenceChoice::Kind;
+  const Kind kind = request.choice.kind;
+  if (kind == Kind::file) return from_file(request);
+  if (kind == Kind::exact && !request.scene.closed_form)
+    throw Error(request.choice.where,
+                fmt::format("reference \"exact\": scene {} has no closed form; expected \"auto\", {{ samples = N }} "
+                            "or {{ file = \"ref.exr\" }}",
+                            request.name));
+  if (kind != Kind::samples && request.scene.closed_form) {
+    // It, and beside the film the two images of the cells that are measured against it.
+    const std::string refusal = refuse_for_memory(request, 3);
+    return refusal.empty() ? from_closed_form(request) : Reference{{}, refusal};
+  }
+  if (auto earlier = from_earlier(request)) return std::move(*earlier);
+  if (auto cached = from_cache(request, cache)) return std::move(*cached);
+  // Another shard may be rendering the same one: wait for it, then look again.
+  std::optional<FileLock> lock;
+  if (const auto path = cache.lock_path(request.scene, request.resolution)) {
+    lock.emplace(*path);
+    if (auto cached = from_cache(request, cache)) return std::move(*cached);
+  }
+  // Two images of a cell, and of two estimators the sums, those of squares, and the largest values.
+  if (const std::string refusal = refuse_for_memory(request, 8); !refusal.empty()) return {{}, refusal};
+  Reference reference = render_reference(request, kind == Kind::samples ? request.choice.samples : default_reference_samples);
+  // One that is unproven is none for others.
+  if (reference.failure.empty() && reference.rendered.checks.find(undecided) == std::string::npos) {
+    const auto stored = cache.store(request.scene, reference.rendered);
+    if (request.narrate)
+      request.narrate(stored ? "reference kept in " + *stored
+                             : "the reference cache cannot be written; the reference is not kept");
+  }
+  return reference;
+}
+
+}  // namespace etendue

@@ -1,0 +1,72 @@
+// An experiment from its TOML to its report: plan, then execute. Killing it at any moment loses at most the cell it is in; the
+// same plan executed again goes on from there.
+#pragma once
+
+#include "experiments/config/cells.h"
+#include "experiments/config/config.h"
+#include "experiments/log/log.h"
+#include "experiments/run/run_cell.h"
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct RunOptions {
+  std::string experiment;
+  std::vector<std::string> overrides;
+  std::string out;     // "": out/<name of the experiment>[-quick][-shard-i-of-n]
+  std::string filter;  // "": all cells
+  std::string shard;   // "": what Slurm says, else all cells
+  std::optional<int> threads;
+  bool fresh = false, quick = false;
+  bool confined = false;  // scenes may name only files below their own folders
+};
+
+struct RunPlan {
+  ExperimentConfig config;
+  std::vector<Cell> cells;  // of this shard, after the filter
+  Shard shard;
+  std::string directory;
+  int threads = 1;
+  bool fresh = false, confined = false;
+  std::string filter = {};
+  std::size_t all_cells = 0;  // of all shards
+  std::string options = {};   // of what was typed beside the experiment's file, what changes figures
+};
+
+// Reads and checks everything that can be checked without running. Throws Error.
+RunPlan plan_run(const RunOptions& options);
+
+// Receives the progress of a run.
+class RunObserver {
+ public:
+  virtual ~RunObserver() = default;
+  virtual void narrate(const std::string& line) = 0;
+  virtual void status(const std::string& line) = 0;  // transient: the next one replaces it
+  virtual void cell_started(const CellName& cell, std::size_t position, std::size_t count) = 0;  // position from 0
+  virtual void cell_progress(double share, std::uint64_t iterations, double time_s) = 0;
+  virtual void cell_finished(const CellRecord& cell, const CheckpointRecord* last) = 0;
+};
+
+// Shared first steps of several kinds of experiments, reported to the observer.
+ManifestRecord plan_manifest(const RunPlan& plan, int threads);
+PlanRecord plan_record(const RunPlan& plan, const ManifestRecord& manifest);
+Scene load_choice(const RunPlan& plan, const SceneChoice& choice, RunObserver& observer);  // its warnings; throws Error
+void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& observer);
+
+struct RunSummary {
+  std::size_t done = 0, failed = 0, skipped = 0;  // skipped: done by an earlier run
+  std::uint64_t disagreements = 0;                // of structures, in this run's comparisons
+  std::vector<std::string> report_files;
+  std::vector<std::string> findings, notes;  // of the report: what is not to be believed, and what was put right
+  std::string table;                         // the summary, for people
+};
+
+// Throws Error; a failing cell is recorded and counted instead. `compute` does the work of a cell: tests put failures there.
+using CellFunction = std::function<CellResult(const CellTask&)>;
+RunSummary execute_run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute = run_cell);
+
+}  // namespace etendue

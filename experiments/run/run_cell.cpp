@@ -1,0 +1,196 @@
+#include "experiments/run/run_cell.h"
+
+#include "accel/registry.h"
+#include "experiments/report/confidence.h"
+#include "framework/core/check.h"
+#include "framework/core/counters.h"
+#include "framework/core/memory.h"
+#include "framework/core/parallel.h"
+#include "framework/image/metrics.h"
+#include "integrators/registry.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <optional>
+
+namespace etendue {
+
+namespace {
+
+constexpr double progress_interval_s = 0.1;
+
+// What earlier cells left goes back to the system, and the kernel's high-water mark of this process starts anew (Linux; where
+// it cannot be reset, the peak is that of the run).
+void reset_peak_memory() {
+  release_freed_memory();
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
+
+// Error of an image by the metrics asked for. A value that is not finite (from an image full of overflow) is left out: a log
+// cannot hold it.
+std::map<std::string, double> measure(const Image& image, const Image& reference, const std::vector<std::string>& metrics) {
+  std::map<std::string, double> values;
+  for (const std::string& name : metrics) {
+    const Metric* metric = find_metric(name);
+    CHECK(metric != nullptr);
+    if (const double value = metric->compute(image, reference); std::isfinite(value)) values[name] = value;
+  }
+  return values;
+}
+
+class CellRunner {
+ public:
+  explicit CellRunner(const CellTask& task) : task_(task), film_(task.resolution), schedule_(task.budget) {}
+
+  CellResult run() {
+    reset_counters();
+    reset_peak_memory();
+    clock_.start();
+    std::unique_ptr<RayQuery> rays;
+    std::optional<LightSampler> lights;
+    {
+      const auto building = phases_.measure("build");
+      const ParamMap& params = task_.accel.params;
+      rays = find_ray_structure(task_.accel.name, task_.accel.where).make(task_.scene, params);
+      result_.fallback = rays->fallback;
+      lights.emplace(task_.scene);
+    }
+    const auto& entry = find_integrator(task_.integrator.name, task_.integrator.where);
+    const auto integrator = entry.make(task_.integrator.params);
+    RenderContext context{
+        task_.scene,
+        task_.needs,
+        *rays,
+        *lights,
+        task_.seed,
+        task_.resolution,
+        phases_,
+        [](const std::string& name) { return find_point_structure(name, {}).make(); },
+        [](const std::string& name, const Bounds& bounds) { return find_ball_structure(name, {}).make(bounds); }};
+    context.states_error = task_.confidence;
+    if (task_.before_prepare) task_.before_prepare(*integrator, context);
+    integrator->prepare(context);
+    iterate(*integrator, context);
+    clock_.stop();
+    result_.expectation = integrator->expectation();
+    result_.image_hash = film_.hash();
+    result_.image = film_.mean();
+    result_.non_finite = film_.non_finite();
+    if (task_.finished) task_.finished(*integrator, context, result_);
+    return std::move(result_);
+  }
+
+ private:
+  void iterate(Integrator& integrator, RenderContext& context) {
+    for (bool last = false; !last;) {
+      const double before = clock_.wall_s();
+      integrator.iteration(context, static_cast<std::uint32_t>(iterations_), film_);
+      const double now = clock_.wall_s();
+      ++iterations_;
+      const bool done = schedule_.finished(iterations_, now, now - before);
+      result_.stopped = !done && task_.stop && task_.stop();
+      last = done || result_.stopped;
+      const bool due = schedule_.checkpoint_due(iterations_, now);
+      const bool error_due = schedule_.error_due(iterations_);
+      if (!last && !due && !error_due && now - told_s_ < progress_interval_s) continue;
+      clock_.stop();
+      if (error_due || (last && task_.budget.error)) {
+        result_.reached_error = error_reached();
+        last = last || result_.reached_error;
+        result_.stopped = result_.stopped && !result_.reached_error;
+      }
+      if (last || due) checkpoint(integrator);
+      if (task_.progress) task_.progress(iterations_, clock_.wall_s());
+      told_s_ = now;
+      clock_.start();
+    }
+  }
+
+  bool error_reached() const {
+    CHECK(task_.reference != nullptr);
+    return relmse(film_.mean(), *task_.reference) <= *task_.budget.error;
+  }
+
+  // With the clock stopped.
+  void checkpoint(const Integrator& integrator) {
+    CheckpointRecord record;
+    record.iterations = iterations_;
+    record.time_s = clock_.wall_s();
+    record.cpu_s = clock_.cpu_s();
+    record.peak_memory_bytes = peak_memory_bytes();  // before the metrics take their own
+    record.phases_s = phases_.seconds();
+    double other = record.time_s;
+    for (const auto& [phase, seconds] : record.phases_s) other -= seconds;
+    record.phases_s["other"] = std::max(0.0, other);
+    const CounterValues counters = read_counters();
+    for (std::size_t i = 0; i < counter_count; ++i)
+      record.counters[std::string(counter_name(static_cast<Counter>(i)))] = counters[i];
+    record.non_finite = film_.non_finite_count();
+    Image image = film_.mean();
+    if (task_.reference) {
+      record.metrics = measure(image, *task_.reference, task_.metrics);
+      if (const auto stated = task_.confidence ? integrator.standard_error() : std::nullopt)
+        record.confidence = confidence_of(image, *stated, *task_.reference);
+      for (const Region& region : task_.regions)
+        record.regions[region.name] = measure(crop(image, region), crop(*task_.reference, region), task_.metrics);
+      if (!task_.regions.empty()) count_records(integrator, record);
+    }
+    if (task_.keep_images) result_.checkpoint_images.push_back(std::move(image));
+    result_.checkpoints.push_back(std::move(record));
+  }
+
+  // Of a cache, how many records lie in each region: those on its border belong to what lies beside it too.
+  void count_records(const Integrator& integrator, CheckpointRecord& record) const {
+    const auto shapes = integrator.record_shapes();
+    if (!shapes) return;
+    for (const Region& region : task_.regions)
+      record.regions[region.name]["records"] =
+          static_cast<double>(std::count_if(shapes->begin(), shapes->end(), [&](const auto& shape) {
+            const auto seen = task_.scene.camera.connect(task_.resolution, shape.position, vec2(0.5f));
+            return seen && region.holds(ivec2(seen->film), task_.resolution);
+          }));
+  }
+
+  const CellTask& task_;
+  Film film_;
+  BudgetSchedule schedule_;
+  PhaseTimes phases_;
+  RunClock clock_;
+  CellResult result_;
+  std::uint64_t iterations_ = 0;
+  double told_s_ = 0;
+};
+
+}  // namespace
+
+void require_room_for_image(const std::string& scene, ivec2 resolution, int copies) {
+  constexpr double most = 1 << 28;
+  const Location where{fmt::format("{}{}{} x {} pixels", scene, scene.empty() ? "" : " at ", resolution.x, resolution.y)};
+  const double pixels = static_cast<double>(resolution.x) * resolution.y;
+  if (pixels > most) throw Error(where, fmt::format("expected {:.0f} pixels (16384 x 16384) in all at most", most));
+  require_memory(pixels * (sizeof(dvec3) + sizeof(double) + static_cast<double>(copies) * sizeof(dvec3)), where,
+                 "the image, with the sums it is made of,", "fewer pixels, or more memory");
+}
+
+CellResult run_cell(const CellTask& task) {
+  require_room_for_image(task.scene.name, task.resolution, 2);
+  CellResult result;
+  with_threads(task.threads, [&] { result = CellRunner(task).run(); });
+  return result;
+}
+
+std::string_view bias_name(Bias bias) {
+  switch (bias) {
+    case Bias::unbiased:
+      return "unbiased";
+    case Bias::consistent:
+      return "consistent";
+    case Bias::biased:
+      return "biased";
+  }
+  return "";
+}
+
+}  // namespace etendue

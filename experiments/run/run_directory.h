@@ -1,0 +1,71 @@
+// The directory an experiment writes: runs.jsonl, images/, references/, pictures/, and what `report` derives from them. One
+// process writes it at a time, and it holds one experiment only.
+//
+// A file is on the disk before the log names it, with its size and hash; what the log says is believed only after the file was
+// held against them.
+#pragma once
+
+#include "experiments/log/log.h"
+#include "experiments/run/file_lock.h"
+#include "framework/image/film.h"
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// A file of the directory, on disk.
+struct StoredFile {
+  std::string path;  // relative to the directory
+  FileStamp stamp;
+};
+
+class RunDirectory {
+ public:
+  // Makes the directory, locks it, reads what an earlier run left (`fresh`: deletes that), sets aside what of the log is
+  // damaged, and appends manifest and plan if they are new ones. Throws Error where another process holds the lock, or where
+  // the log is of another experiment or thread count: figures of both would be mixed. WriteError as all that follows.
+  RunDirectory(const std::string& path, const ManifestRecord& manifest, const PlanRecord& plan, bool fresh);
+
+  const std::string& path() const { return path_; }
+  const RunLog& earlier() const { return earlier_; }
+  // What was found wrong with the log, for people.
+  const std::vector<std::string>& notes() const { return notes_; }
+  // The scene as it is now. Where the log has it otherwise, what it holds of the scene is dropped, here and there; returns then
+  // what to tell of it, else "".
+  std::string note_scene(const std::string& scene, const std::string& path, std::uint64_t hash);
+  // Logs what the scene's cells are measured against from now on, if that is new. Where it is another than before, the cells
+  // that were measured are dropped; returns then what to tell of it, else "".
+  std::string note_reference(const ReferenceRecord& record);
+  // Cells that are done and whose files are what the log says; `told`, where they are not.
+  std::set<CellName> believed_cells(const std::function<void(const std::string&)>& told) const;
+  bool has_structures(const std::string& scene, std::size_t count) const;
+
+  StoredFile write_image(const CellName& cell, const Image& image, const std::map<std::string, std::string>& attributes);
+  // Images one below the other, as `image` is named.
+  StoredFile write_strip(const CellName& cell, const std::vector<Image>& images);
+  StoredFile write_reference(const std::string& scene, const Image& image,
+                             const std::map<std::string, std::string>& attributes);
+  void append(const std::vector<std::string>& lines);
+  // All that was to run did.
+  void finish();
+
+ private:
+  void read_earlier();
+
+  std::string path_, manifest_id_;
+  FileLock lock_;
+  RunLog earlier_;
+  std::vector<std::string> notes_;
+  std::unique_ptr<LogWriter> writer_;
+  bool finished_ = false;
+};
+
+// Reads the log without touching the directory, for --dry-run and reports of progress; an empty log where there is none.
+RunLog read_directory_log(const std::string& path);
+
+}  // namespace etendue

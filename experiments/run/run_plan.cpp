@@ -1,0 +1,75 @@
+// From what was typed to what is to run: the experiment read, its cells chosen, its manifest and plan written out.
+#include "experiments/log/manifest.h"
+#include "experiments/report/report_text.h"
+#include "experiments/run/recipe.h"
+#include "experiments/run/run.h"
+#include "framework/core/parallel.h"
+
+#include <fmt/format.h>
+#include <filesystem>
+
+namespace etendue {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string typed_options(const RunOptions& options) {
+  std::string text = options.quick ? "--quick" : "";
+  for (const std::string& assignment : options.overrides) text += (text.empty() ? "-o " : " -o ") + shell_word(assignment);
+  return text;
+}
+
+// As typed from here; "" where only this machine has such a path.
+std::string shown_file(const fs::path& path) {
+  const fs::path shown = path.is_absolute() ? path.lexically_proximate(fs::current_path()) : path;
+  return path.is_absolute() && (shown.is_absolute() || *shown.begin() == "..") ? "" : shown.string();
+}
+
+}  // namespace
+
+RunPlan plan_run(const RunOptions& options) {
+  RunPlan plan;
+  plan.config = load_config(options.experiment, {options.quick, options.overrides});
+  plan.threads = options.threads.value_or(plan.config.threads.value_or(hardware_threads()));
+  plan.fresh = options.fresh;
+  plan.confined = options.confined;
+  plan.filter = options.filter;
+  plan.options = typed_options(options);
+  if (!options.shard.empty())
+    plan.shard = Shard::parse(options.shard);
+  else
+    plan.shard = Shard::from_slurm().value_or(Shard{});
+  plan.cells = make_cells(plan.config);
+  if (!options.filter.empty()) plan.cells = filter_cells(plan.cells, options.filter);
+  plan.all_cells = plan.cells.size();
+  plan.cells = shard_cells(plan.cells, plan.shard);
+  plan.directory = options.out;
+  if (plan.directory.empty()) {
+    std::string name = fs::path(options.experiment).stem().string() + (options.quick ? "-quick" : "");
+    if (plan.shard.count > 1) name += fmt::format("-shard-{}-of-{}", plan.shard.index, plan.shard.count);
+    plan.directory = (fs::path("out") / name).string();
+  }
+  return plan;
+}
+
+ManifestRecord plan_manifest(const RunPlan& plan, int threads) {
+  const ExperimentConfig& config = plan.config;
+  // With every parameter that the file leaves at its default: a program with other defaults runs another experiment.
+  std::string resolved = config.hash;
+  for (const Method& accel : config.accels) resolved += "\n" + resolved_accel(accel);
+  for (const Method& integrator : config.integrators) resolved += "\n" + resolved_integrator(integrator);
+  ManifestRecord manifest = make_manifest(config.title, hash_text(resolved), threads);
+  manifest.file = shown_file(config.path);
+  manifest.options = plan.options;
+  manifest.experiment = config.text;
+  // A cell that iterations or an error ended could have gone on; one that time ended has its last image until then.
+  if (config.budget.time_s && !config.budget.samples && !config.budget.error) manifest.budget_s = *config.budget.time_s;
+  return manifest;
+}
+
+PlanRecord plan_record(const RunPlan& plan, const ManifestRecord& manifest) {
+  return {manifest.experiment_hash, plan.filter, plan.shard.index, plan.shard.count, plan.cells.size(), plan.all_cells};
+}
+
+}  // namespace etendue

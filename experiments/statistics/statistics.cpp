@@ -1,0 +1,336 @@
+#include "experiments/statistics/statistics.h"
+
+#include "framework/core/check.h"
+#include "framework/core/rng.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace etendue {
+namespace {
+
+std::vector<double> logarithms(std::span<const double> values) {
+  std::vector<double> logs(values.size());
+  std::transform(values.begin(), values.end(), logs.begin(), [](double v) { return std::log(v); });
+  return logs;
+}
+
+bool all_positive(std::span<const double> values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return v > 0; });
+}
+
+// The regularised incomplete beta function by Lentz's continued fraction ([Press2007] section 6.4); x < (a + 1) / (a + b + 2).
+double beta_fraction(double a, double b, double x) {
+  constexpr double tiny = 1e-300;
+  double c = 1, d = 1 - (a + b) * x / (a + 1);
+  d = 1 / (std::abs(d) < tiny ? tiny : d);
+  double fraction = d;
+  for (int m = 1; m <= 500; ++m) {
+    const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
+    const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
+    double step = 1;
+    for (const double term : {even, odd}) {
+      d = 1 + term * d;
+      c = 1 + term / c;
+      d = 1 / (std::abs(d) < tiny ? tiny : d);
+      if (std::abs(c) < tiny) c = tiny;
+      step = c * d;
+      fraction *= step;
+    }
+    if (std::abs(step - 1) < 1e-15) break;
+  }
+  return fraction;
+}
+
+double incomplete_beta(double a, double b, double x) {
+  if (x <= 0) return 0;
+  if (x >= 1) return 1;
+  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x));
+  if (x < (a + 1) / (a + b + 2)) return front * beta_fraction(a, b, x) / a;
+  return 1 - front * beta_fraction(b, a, 1 - x) / b;
+}
+
+}  // namespace
+
+double mean(std::span<const double> values) {
+  CHECK(!values.empty());
+  // Equal values average to themselves, so that shared iteration counts stay whole numbers.
+  if (std::all_of(values.begin(), values.end(), [&](double v) { return v == values[0]; })) return values[0];
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double geometric_mean(std::span<const double> values) {
+  CHECK(!values.empty());
+  if (std::all_of(values.begin(), values.end(), [&](double v) { return v == values[0]; })) return values[0];
+  return all_positive(values) ? std::exp(mean(logarithms(values))) : 0;
+}
+
+double sample_sd(std::span<const double> values) {
+  if (values.size() < 2) return 0;
+  const double centre = mean(values);
+  double squares = 0;
+  for (const double v : values) squares += (v - centre) * (v - centre);
+  return std::sqrt(squares / static_cast<double>(values.size() - 1));
+}
+
+double quantile(std::span<const double> values, double p) {
+  CHECK(!values.empty());
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  const double position = std::clamp(p, 0.0, 1.0) * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<std::size_t>(position);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  const double fraction = position - static_cast<double>(below);
+  return fraction == 0 || sorted[below] == sorted[above] ? sorted[below]
+                                                         : sorted[below] + fraction * (sorted[above] - sorted[below]);
+}
+
+double median(std::span<const double> values) { return quantile(values, 0.5); }
+
+double student_t_quantile(double p, double degrees) {
+  CHECK(p > 0 && p < 1 && degrees > 0);
+  if (p == 0.5) return 0;
+  if (p < 0.5) return -student_t_quantile(1 - p, degrees);
+  // Bisection on the upper tail, which keeps its digits where the distribution function is close to 1.
+  const auto tail = [&](double t) { return 0.5 * incomplete_beta(degrees / 2, 0.5, degrees / (degrees + t * t)); };
+  double low = 0, high = 1;
+  while (tail(high) > 1 - p) high *= 2;
+  for (int i = 0; i < 200 && high - low > 1e-13 * high; ++i) {
+    const double middle = 0.5 * (low + high);
+    (tail(middle) > 1 - p ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+double sidak_level(double level, std::size_t tests) {
+  return tests < 2 ? level : -std::expm1(std::log1p(-level) / static_cast<double>(tests));
+}
+
+Estimate signed_estimate(std::span<const double> values, double confidence) {
+  Estimate estimate{mean(values), {}, Spread::none, values.size()};
+  estimate.interval = {estimate.centre, estimate.centre};
+  if (values.size() == 2) {
+    estimate.interval = {std::min(values[0], values[1]), std::max(values[0], values[1])};
+    estimate.spread = Spread::min_max;
+  } else if (values.size() > 2) {
+    const auto n = static_cast<double>(values.size());
+    const double half = student_t_quantile(0.5 + confidence / 2, n - 1) * sample_sd(values) / std::sqrt(n);
+    estimate.interval = {estimate.centre - half, estimate.centre + half};
+    estimate.spread = Spread::t95;
+  }
+  return estimate;
+}
+
+Estimate geometric_estimate(std::span<const double> values) {
+  if (!all_positive(values)) {
+    Estimate estimate{median(values), {}, values.size() > 1 ? Spread::min_max : Spread::none, values.size()};
+    estimate.interval = {*std::min_element(values.begin(), values.end()), *std::max_element(values.begin(), values.end())};
+    return estimate;
+  }
+  Estimate estimate = signed_estimate(logarithms(values));
+  estimate.centre = geometric_mean(values);
+  estimate.interval = {std::exp(estimate.interval.low), std::exp(estimate.interval.high)};
+  if (estimate.spread == Spread::none) estimate.interval = {estimate.centre, estimate.centre};
+  return estimate;
+}
+
+std::optional<Ratio> geometric_ratio(std::span<const double> a, std::span<const double> b) {
+  if (a.size() < 3 || b.size() < 3 || !all_positive(a) || !all_positive(b)) return std::nullopt;
+  const auto log_a = logarithms(a), log_b = logarithms(b);
+  const auto squared_error = [](const std::vector<double>& v) {
+    const double sd = sample_sd(v);
+    return sd * sd / static_cast<double>(v.size());
+  };
+  const double difference = mean(log_a) - mean(log_b), va = squared_error(log_a), vb = squared_error(log_b);
+  if (va + vb == 0) return Ratio{std::exp(difference), {std::exp(difference), std::exp(difference)}};
+  const double degrees =
+      (va + vb) * (va + vb) / (va * va / static_cast<double>(a.size() - 1) + vb * vb / static_cast<double>(b.size() - 1));
+  const double half = student_t_quantile(0.975, degrees) * std::sqrt(va + vb);
+  return Ratio{std::exp(difference), {std::exp(difference - half), std::exp(difference + half)}};
+}
+
+std::vector<std::optional<Interval>> bootstrap_intervals(
+    std::size_t count, std::size_t figures,
+    const std::function<void(std::span<const std::size_t>, std::span<double>)>& statistics, const BootstrapOptions& options) {
+  CHECK(count > 0 && options.resamples > 0);
+  Pcg32 rng(options.seed, count);
+  std::vector<std::size_t> indices(count);
+  std::vector<std::vector<double>> results(figures);
+  std::vector<double> result(figures);
+  for (int i = 0; i < options.resamples; ++i) {
+    for (auto& index : indices) index = static_cast<std::size_t>((std::uint64_t{rng.next()} * count) >> 32);
+    statistics(indices, result);
+    for (std::size_t f = 0; f < figures; ++f)
+      if (std::isfinite(result[f])) results[f].push_back(result[f]);
+  }
+  double tail = (1 - options.confidence) / 2;
+  if (count > 1) {
+    const auto n = static_cast<double>(count);
+    tail = 0.5 * std::erfc(std::sqrt(n / (n - 1)) * student_t_quantile(1 - tail, n - 1) / std::numbers::sqrt2);
+  }
+  std::vector<std::optional<Interval>> intervals(figures);
+  for (std::size_t f = 0; f < figures; ++f)
+    if (2 * results[f].size() >= static_cast<std::size_t>(options.resamples))
+      intervals[f] = Interval{quantile(results[f], tail), quantile(results[f], 1 - tail)};
+  return intervals;
+}
+
+std::optional<Interval> bootstrap_interval(std::size_t count,
+                                           const std::function<double(std::span<const std::size_t>)>& statistic,
+                                           const BootstrapOptions& options) {
+  const auto one = [&](std::span<const std::size_t> chosen, std::span<double> out) { out[0] = statistic(chosen); };
+  return bootstrap_intervals(count, 1, one, options)[0];
+}
+
+std::optional<double> value_at(const Curve& curve, double x) {
+  if (curve.empty()) return std::nullopt;
+  // An average of equal times may differ from them in its last bits.
+  constexpr double slack = 1e-12;
+  if (x < curve.x.front() * (1 - slack) || x > curve.x.back() * (1 + slack)) return std::nullopt;
+  const auto upper = std::lower_bound(curve.x.begin(), curve.x.end(), x);
+  if (upper == curve.x.begin()) return curve.y.front();
+  if (upper == curve.x.end()) return curve.y.back();
+  const auto i = static_cast<std::size_t>(upper - curve.x.begin());
+  if (curve.x[i] == x) return curve.y[i];
+  const double fraction = std::log(x / curve.x[i - 1]) / std::log(curve.x[i] / curve.x[i - 1]);
+  const double a = curve.y[i - 1], b = curve.y[i];
+  return a > 0 && b > 0 ? a * std::pow(b / a, fraction) : a + fraction * (b - a);
+}
+
+std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y) {
+  CHECK_EQ(x.size(), y.size());
+  std::vector<double> log_x, log_y;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!(x[i] > 0 && y[i] > 0)) continue;
+    log_x.push_back(std::log(x[i]));
+    log_y.push_back(std::log(y[i]));
+  }
+  if (log_x.size() < 2) return std::nullopt;
+  const double mean_x = mean(log_x), mean_y = mean(log_y);
+  double xx = 0, xy = 0;
+  for (std::size_t i = 0; i < log_x.size(); ++i) {
+    xx += (log_x[i] - mean_x) * (log_x[i] - mean_x);
+    xy += (log_x[i] - mean_x) * (log_y[i] - mean_y);
+  }
+  if (xx == 0) return std::nullopt;
+  return xy / xx;
+}
+
+std::optional<SlopeFit> fit_slope(std::span<const double> x, const std::vector<std::vector<double>>& y, double offset) {
+  const std::size_t replicates = y.size();
+  if (replicates == 0) return std::nullopt;
+  std::vector<double> average(x.size());
+  const auto slope_of = [&](std::span<const std::size_t> chosen) {
+    std::fill(average.begin(), average.end(), 0.0);
+    for (const std::size_t r : chosen)
+      for (std::size_t i = 0; i < x.size(); ++i) average[i] += y[r][i] / static_cast<double>(chosen.size());
+    for (double& value : average) value -= offset;
+    return log_log_slope(x, average).value_or(std::numeric_limits<double>::quiet_NaN());
+  };
+  std::vector<std::size_t> all(replicates);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const double slope = slope_of(all);
+  if (!std::isfinite(slope)) return std::nullopt;
+  SlopeFit fit{slope, std::nullopt};
+  if (replicates >= 3) fit.interval = bootstrap_interval(replicates, slope_of);
+  return fit;
+}
+
+Arrival time_to(const Curve& curve, double target) {
+  if (curve.empty()) return {};
+  const auto found = std::find_if(curve.y.begin(), curve.y.end(), [&](double y) { return y <= target; });
+  if (found == curve.y.end()) return {Arrival::Kind::never, curve.x.back()};
+  const auto i = static_cast<std::size_t>(found - curve.y.begin());
+  if (i == 0) return {Arrival::Kind::before, curve.x.front()};
+  const double a = curve.y[i - 1], b = curve.y[i];
+  const double fraction = b > 0 && target > 0 ? std::log(target / a) / std::log(b / a) : (a - target) / (a - b);
+  return {Arrival::Kind::at, curve.x[i - 1] * std::pow(curve.x[i] / curve.x[i - 1], fraction)};
+}
+
+ArrivalMedian median_arrival(std::span<const Arrival> arrivals) {
+  CHECK(!arrivals.empty());
+  std::vector<Arrival> sorted(arrivals.begin(), arrivals.end());
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Arrival& a, const Arrival& b) {
+    const bool never_a = a.kind == Arrival::Kind::never, never_b = b.kind == Arrival::Kind::never;
+    return never_a != never_b ? never_b : a.time < b.time;
+  });
+  ArrivalMedian result;
+  result.count = sorted.size();
+  result.arrived = static_cast<std::size_t>(
+      std::count_if(sorted.begin(), sorted.end(), [](const Arrival& a) { return a.kind != Arrival::Kind::never; }));
+  const std::size_t upper = sorted.size() / 2, lower = (sorted.size() - 1) / 2;
+  result.median = sorted[upper];
+  if (result.median.kind != Arrival::Kind::never) {
+    result.median.time = 0.5 * (sorted[lower].time + sorted[upper].time);
+    if (sorted[lower].kind == Arrival::Kind::at) result.median.kind = Arrival::Kind::at;
+  }
+  return result;
+}
+
+std::vector<std::size_t> pareto_front(std::span<const dvec2> points) {
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return points[a].x != points[b].x ? points[a].x < points[b].x : points[a].y < points[b].y;
+  });
+  std::vector<std::size_t> front;
+  for (const std::size_t i : order)
+    if (front.empty() || points[i].y < points[front.back()].y) front.push_back(i);
+  return front;
+}
+
+namespace {
+
+// bias^2 + variance of the sums over `count` images, averaged over pixels and channels.
+BiasVariance from_sums(const Image& sum, const Image& squares, std::size_t count, const Image& reference, double offset) {
+  const auto n = static_cast<double>(count);
+  BiasVariance result{0, 0, 0, count};
+  for (std::size_t i = 0; i < sum.pixels.size(); ++i) {
+    const dvec3 average = sum.pixels[i] / n;
+    const dvec3 variance = glm::max((squares.pixels[i] - n * average * average) / (n - 1), dvec3(0));
+    const dvec3 difference = average - reference.pixels[i];
+    const dvec3 bias_squared = difference * difference - variance / n;
+    result.bias_squared += (bias_squared.x + bias_squared.y + bias_squared.z) / 3;
+    result.variance += (variance.x + variance.y + variance.z) / 3;
+  }
+  const auto pixels = static_cast<double>(sum.pixels.size());
+  result.bias_squared = result.bias_squared / pixels - offset;
+  result.variance /= pixels;
+  return result;
+}
+
+}  // namespace
+
+BiasVariance bias_variance(std::size_t count, const std::function<Image(std::size_t)>& load, const Image& reference,
+                           double reference_variance) {
+  CHECK_LE(std::size_t{2}, count);
+  // Deviations from the reference keep the sums of squares free of cancellation.
+  const auto add = [&](Image& sum, Image& squares, const Image& image, double sign) {
+    CHECK(image.size == reference.size);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      const dvec3 deviation = image.pixels[i] - reference.pixels[i];
+      sum.pixels[i] += sign * deviation;
+      squares.pixels[i] += sign * deviation * deviation;
+    }
+  };
+  const Image zero(reference.size);
+  Image sum(reference.size), squares(reference.size);
+  for (std::size_t i = 0; i < count; ++i) add(sum, squares, load(i), 1);
+  BiasVariance result = from_sums(sum, squares, count, zero, reference_variance);
+  if (count < 3) return result;
+
+  // Images are read twice rather than held: ten seeds of a large film do not fit everywhere.
+  std::vector<double> without(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Image image = load(i);
+    add(sum, squares, image, -1);
+    without[i] = from_sums(sum, squares, count - 1, zero, reference_variance).bias_squared;
+    add(sum, squares, image, 1);
+  }
+  const auto n = static_cast<double>(count);
+  result.standard_error = (n - 1) / std::sqrt(n) * sample_sd(without);
+  return result;
+}
+
+}  // namespace etendue

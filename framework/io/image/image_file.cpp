@@ -1,0 +1,208 @@
+#include "framework/io/image/image_file.h"
+
+#include "framework/core/check.h"
+#include "framework/core/memory.h"
+#include "framework/io/image/exr.h"
+#include "framework/io/image/hdr.h"
+#include "framework/io/text.h"
+
+// The one place where stb's functions are compiled.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#pragma GCC diagnostic ignored "-Wsign-compare"
+#pragma GCC diagnostic ignored "-Wunused-but-set-variable"
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_MAX_DIMENSIONS 65536
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#define STBI_ONLY_TGA
+#define STBI_NO_HDR
+#define STBI_NO_LINEAR
+#include <stb/stb_image.h>
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_STATIC
+#include <stb/stb_image_write.h>
+#pragma GCC diagnostic pop
+
+#include <limits>
+#include <memory>
+#include <string_view>
+
+namespace etendue {
+
+namespace {
+
+// IEC 61966-2-1.
+float srgb_to_linear(float encoded) {
+  return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+template <class Word>
+struct Pixels {
+  std::unique_ptr<Word, void (*)(void*)> words;
+  Pixels(Word* w) : words(w, &stbi_image_free) {
+    if (!w) throw Error(stbi_failure_reason());
+  }
+};
+
+template <class Word>
+void decode(const Word* words, Encoding encoding, std::vector<Rgb>& texels) {
+  constexpr std::size_t levels = std::size_t{std::numeric_limits<Word>::max()} + 1;
+  std::vector<float> table(levels);
+  for (std::size_t i = 0; i < levels; ++i) {
+    const float value = static_cast<float>(i) / static_cast<float>(levels - 1);
+    table[i] = encoding == Encoding::srgb ? srgb_to_linear(value) : value;
+  }
+  for (std::size_t i = 0; i < texels.size(); ++i)
+    texels[i] = {table[words[3 * i]], table[words[3 * i + 1]], table[words[3 * i + 2]]};
+}
+
+// Checks the size a header states against the file's length before anything is allocated: deflate packs at most 1 : 1032 (of
+// pixels of one bit), a JPEG of one colour about as much, and runs of a TGA 128 pixels into two bytes.
+void check_size(int width, int height, std::string_view bytes) {
+  const std::int64_t pixels = std::int64_t{width} * height;
+  const bool runs_only = !bytes.starts_with("\x89PNG") && !bytes.starts_with("\xff\xd8");
+  if (pixels < 1 || pixels > (std::int64_t{1} << 27) ||
+      pixels > static_cast<std::int64_t>(bytes.size()) * (runs_only ? 64 : 10000))
+    throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes.size()));
+  // Of three words of 16 bits at most, and the texel that they become.
+  if (pixels > (1 << 22)) require_memory(static_cast<double>(pixels) * (sizeof(Rgb) + 6), {}, "the image", "fewer pixels");
+}
+
+// This stb writes past its tables when a JPEG states Huffman tables of more than 256 codes, so such files are refused first.
+// The segments up to the image data are walked; after that, where no segment but a table's holds these bytes, every one is
+// checked.
+void check_huffman_tables(std::string_view bytes) {
+  // No format begins so; stb would take it for padding before a JPEG's first marker.
+  if (bytes.starts_with("\xff\xff")) throw Error("neither PNG, JPEG, TGA, HDR nor EXR, or damaged");
+  if (!bytes.starts_with("\xff\xd8")) return;
+  const auto byte = [&](std::size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u; };
+  bool in_data = false;
+  for (std::size_t i = 2; i + 1 < bytes.size();) {
+    const unsigned marker = byte(i + 1);
+    if (byte(i) != 0xff || marker == 0 || marker == 0xff || marker == 0x01 || (marker >= 0xd0 && marker <= 0xd9)) {
+      ++i;
+      continue;
+    }
+    const std::size_t end = i + 2 + 256 * byte(i + 2) + byte(i + 3);
+    if (marker == 0xc4) {
+      for (std::size_t table = i + 4; table < end;) {
+        std::size_t codes = 0;
+        for (std::size_t length = 1; length <= 16; ++length) codes += byte(table + length);
+        if (codes > 256) throw Error("a Huffman table of more than 256 codes");
+        table += 17 + codes;
+      }
+    }
+    in_data |= marker == 0xda;
+    i = in_data ? i + 2 : std::max(end, i + 2);
+  }
+}
+
+// Hands stb a file and knows whether it wanted more than there is: it would go on with zeros.
+class StbReader {
+ public:
+  explicit StbReader(std::string_view bytes) : rest_(bytes) {}
+
+  template <class Function, class... Arguments>
+  auto operator()(Function* function, Arguments... arguments) {
+    const stbi_io_callbacks callbacks{
+        [](void* self, char* out, int size) {
+          return static_cast<StbReader*>(self)->take(out, static_cast<std::size_t>(size));
+        },
+        [](void* self, int size) { static_cast<StbReader*>(self)->take(nullptr, static_cast<std::size_t>(std::max(size, 0))); },
+        [](void* self) { return static_cast<int>(static_cast<StbReader*>(self)->rest_.empty()); }};
+    return function(&callbacks, this, arguments...);
+  }
+  bool ended() const { return ended_; }
+
+ private:
+  int take(char* out, std::size_t size) {
+    const std::size_t taken = std::min(size, rest_.size());
+    // Its buffer is filled as far as there are bytes; whatever else it asks for it needs.
+    ended_ |= taken == 0 || (taken < size && size != sizeof(stbi__context::buffer_start));
+    if (out) std::copy_n(rest_.data(), taken, out);
+    rest_.remove_prefix(taken);
+    return static_cast<int>(taken);
+  }
+
+  std::string_view rest_;
+  bool ended_ = false;
+};
+
+template <class Word>
+void load(const std::string& bytes, Word* (*function)(const stbi_io_callbacks*, void*, int*, int*, int*, int),
+          Encoding encoding, std::vector<Rgb>& texels) {
+  StbReader reader(bytes);
+  int x = 0, y = 0, channels = 0;
+  const Pixels<Word> pixels = reader(function, &x, &y, &channels, 3);
+  if (reader.ended()) throw Error("the file is cut short");
+  decode(pixels.words.get(), encoding, texels);
+}
+
+RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) throw Error("larger than 2 GiB");
+  check_huffman_tables(bytes);
+  RgbImage image;
+  int channels = 0;
+  if (!StbReader(bytes)(&stbi_info_from_callbacks, &image.size.x, &image.size.y, &channels))
+    throw Error("neither PNG, JPEG, TGA, HDR nor EXR, or damaged");
+  check_size(image.size.x, image.size.y, bytes);
+  image.texels.resize(static_cast<std::size_t>(image.size.x) * image.size.y);
+  if (StbReader(bytes)(&stbi_is_16_bit_from_callbacks))
+    load<stbi_us>(bytes, &stbi_load_16_from_callbacks, encoding, image.texels);
+  else
+    load<stbi_uc>(bytes, &stbi_load_from_callbacks, encoding, image.texels);
+  return image;
+}
+
+RgbImage decode_exr(const std::string& bytes, const std::string& name) {
+  const Image pixels = parse_exr(bytes, name);
+  RgbImage image{.size = pixels.size, .texels = {}};
+  image.texels.reserve(pixels.pixels.size());
+  for (const dvec3& p : pixels.pixels) image.texels.emplace_back(p);
+  return image;
+}
+
+}  // namespace
+
+RgbImage read_image(const std::string& path, Encoding encoding) { return decode_image(read_file(path), path, encoding); }
+
+RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding) {
+  RgbImage image;
+  if (bytes.starts_with("\x76\x2f\x31\x01")) {
+    image = decode_exr(bytes, name);
+  } else {
+    try {
+      image = is_hdr(bytes) ? decode_hdr(bytes) : decode_stb(bytes, encoding);
+    } catch (const Error& e) {
+      throw Error(fmt::format("cannot read '{}' as an image: {}", name, e.what()));
+    }
+  }
+  for (std::size_t i = 0; i < image.texels.size(); ++i) {
+    Rgb& texel = image.texels[i];
+    if (is_finite(texel)) [[likely]]
+      continue;
+    const auto width = static_cast<std::size_t>(image.size.x);
+    if (image.not_finite++ < RgbImage::most_listed) image.first_not_finite.emplace_back(i % width, i / width);
+    for (int c = 0; c < 3; ++c)
+      if (!std::isfinite(texel[c])) texel[c] = 0;
+  }
+  return image;
+}
+
+std::vector<std::uint8_t> encode_png(const std::uint8_t* rgb, ivec2 size) {
+  CHECK(rgb != nullptr && size.x > 0 && size.y > 0);
+  std::vector<std::uint8_t> bytes;
+  const auto append = [](void* context, void* data, int count) {
+    const auto* begin = static_cast<const std::uint8_t*>(data);
+    static_cast<std::vector<std::uint8_t>*>(context)->insert(static_cast<std::vector<std::uint8_t>*>(context)->end(), begin,
+                                                             begin + count);
+  };
+  CHECK(stbi_write_png_to_func(append, &bytes, size.x, size.y, 3, rgb, 3 * size.x) != 0);
+  return bytes;
+}
+
+}  // namespace etendue

@@ -1,0 +1,72 @@
+#include "framework/io/image/octahedral.h"
+
+#include "framework/core/check.h"
+#include "framework/core/parallel.h"
+
+namespace etendue {
+
+namespace {
+
+// Past an edge of the square the sphere goes on at that edge, mirrored about its middle.
+Rgb texel(const RgbImage& square, int x, int y) {
+  const int n = square.size.x;
+  if (x < 0 || x >= n) {
+    x = x < 0 ? -1 - x : 2 * n - 1 - x;
+    y = n - 1 - y;
+  }
+  if (y < 0 || y >= n) {
+    x = n - 1 - x;
+    y = y < 0 ? -1 - y : 2 * n - 1 - y;
+  }
+  return square.texels[static_cast<std::size_t>(y) * n + x];
+}
+
+Rgb bilinear(const RgbImage& square, const vec2& p) {
+  const vec2 position = p * static_cast<float>(square.size.x) - 0.5f, base = glm::floor(position), f = position - base;
+  const int x = static_cast<int>(base.x), y = static_cast<int>(base.y);
+  return glm::mix(glm::mix(texel(square, x, y), texel(square, x + 1, y), f.x),
+                  glm::mix(texel(square, x, y + 1), texel(square, x + 1, y + 1), f.x), f.y);
+}
+
+}  // namespace
+
+vec3 octahedral_to_direction(const vec2& p) {
+  const float u = 2 * p.x - 1, v = 2 * p.y - 1, up = std::abs(u), vp = std::abs(v);
+  const float to_diagonal = 1 - (up + vp), r = 1 - std::abs(to_diagonal);
+  const float phi = (r == 0 ? 1 : (vp - up) / r + 1) * (pi / 4);
+  const float sine = r * safe_sqrt(2 - r * r);
+  return {std::copysign(std::cos(phi), u) * sine, std::copysign(std::sin(phi), v) * sine,
+          std::copysign(1 - r * r, to_diagonal)};
+}
+
+vec2 direction_to_octahedral(const vec3& d) {
+  const float r = safe_sqrt(1 - std::abs(d.z));
+  const float azimuth = std::atan2(std::abs(d.y), std::abs(d.x)) * (2 * inv_pi);  // [0, 1] over the quadrant
+  vec2 p(r - azimuth * r, azimuth * r);
+  if (d.z < 0) p = vec2(1 - p.y, 1 - p.x);
+  return {0.5f + 0.5f * std::copysign(p.x, d.x), 0.5f + 0.5f * std::copysign(p.y, d.y)};
+}
+
+RgbImage octahedral_to_equirectangular(const RgbImage& square) {
+  CHECK_EQ(square.size.x, square.size.y);
+  const ivec2 size(2 * square.size.x, square.size.y);
+  RgbImage result{size, std::vector<Rgb>(static_cast<std::size_t>(size.x) * size.y)};
+  // Four points per texel, as a texel at the equator is about as large as one of the square.
+  parallel_for(static_cast<std::size_t>(size.y), 1, [&](std::size_t y) {
+    for (int x = 0; x < size.x; ++x) {
+      Rgb sum(0);
+      for (int i = 0; i < 4; ++i) {
+        const float phi =
+            2 * pi * (static_cast<float>(x) + 0.25f + 0.5f * static_cast<float>(i % 2)) / static_cast<float>(size.x);
+        const float theta =
+            pi * (static_cast<float>(y) + 0.25f + 0.5f * static_cast<float>(i / 2)) / static_cast<float>(size.y);
+        const vec3 direction(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+        sum += bilinear(square, direction_to_octahedral(direction));
+      }
+      result.texels[y * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)] = 0.25f * sum;
+    }
+  });
+  return result;
+}
+
+}  // namespace etendue

@@ -1,0 +1,16 @@
+// The equal-area octahedral map of the sphere to the square ([Clarberg2008]), in which pbrt-v4 stores environments.
+#pragma once
+
+#include "framework/io/image/image_file.h"
+
+namespace etendue {
+
+// The direction at a point of the unit square, and back. Unit vectors.
+vec3 octahedral_to_direction(const vec2& p);
+vec2 direction_to_octahedral(const vec3& direction);
+
+// A square octahedral image (the square's y runs down the rows) as the equirectangular image of an EnvironmentLight, twice as
+// wide as high and as high as the square.
+RgbImage octahedral_to_equirectangular(const RgbImage& square);
+
+}  // namespace etendue

@@ -1,0 +1,240 @@
+// tinyobjloader is lenient: it reads "1..5" as 1, drops faces it does not understand, and reads tags and materials that are of
+// no use here. So the text is checked first, line by line, and everything but v, vt, vn and f lines is blanked out before the
+// loader sees it. Blanking keeps every byte's place, so that places in messages are those of the file. Numbers are kept from
+// the check too: the loader's are not correctly rounded, and its 0e999 is NaN. It triangulates, and resolves indices.
+
+#include "framework/io/mesh/obj.h"
+
+#include "framework/core/check.h"
+#include "framework/io/text.h"
+
+#define TINYOBJLOADER_IMPLEMENTATION
+#include <tiny_obj_loader.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <istream>
+#include <streambuf>
+
+namespace etendue {
+
+namespace {
+
+// Ear clipping takes time quadratic in the corners.
+constexpr std::size_t most_corners = 4096;
+
+// Ends of lines that a backslash continues become blanks, and so do comments.
+void join_lines(std::string& text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '#') {
+      for (; i < text.size() && text[i] != '\n' && text[i] != '\r'; ++i) text[i] = ' ';
+    } else if (text[i] == '\\' && i + 1 < text.size() && (text[i + 1] == '\n' || text[i + 1] == '\r')) {
+      const bool two = text[i + 1] == '\r' && i + 2 < text.size() && text[i + 2] == '\n';
+      std::fill_n(text.begin() + static_cast<std::ptrdiff_t>(i), two ? 3 : 2, ' ');
+    }
+  }
+}
+
+class Checker {
+ public:
+  Checker(std::string& text, const std::string& original, const std::string& name)
+      : text_(text), original_(original), name_(name), words_(text) {}
+
+  // Throws on the first thing that is wrong. Blanks out the lines that are not geometry.
+  void check() {
+    for (; !words_.at_end(); words_.next_line()) {
+      const std::string_view keyword = next();
+      if (keyword == "v")
+        check_numbers(keyword, 3, 8, 0);
+      else if (keyword == "vt")
+        check_numbers(keyword, 1, 3, 1);
+      else if (keyword == "vn")
+        check_numbers(keyword, 3, 3, 2);
+      else if (keyword == "f")
+        check_face();
+      else
+        blank_line(keyword);
+    }
+    for (int kind = 0; kind < 3; ++kind)
+      if (largest_[kind].index > count(kind)) fail_index(largest_[kind], kind);
+    if (triangles_ == 0) throw Error(Location{name_}, "no faces");
+  }
+
+  std::size_t triangles() const { return triangles_; }
+  const std::vector<vec3>& positions() const { return values_[0]; }
+  const std::vector<vec3>& uvs() const { return values_[1]; }
+  const std::vector<vec3>& normals() const { return values_[2]; }
+  bool names_materials() const { return names_materials_; }
+
+ private:
+  struct Reference {
+    std::int64_t index = 0;
+    std::size_t offset = 0;
+  };
+
+  std::int64_t count(int kind) const { return static_cast<std::int64_t>(values_[kind].size()); }
+  std::string_view next() {
+    const std::string_view word = words_.word();
+    word_ = words_.offset() - word.size();
+    return word;
+  }
+  [[noreturn]] void fail(std::size_t offset, const std::string& what) const {
+    throw Error(location_at(name_, original_, offset), what);
+  }
+
+  // Of a file without a vertex, which may be no mesh, nothing is shown.
+  std::string found(std::string_view word) const { return values_[0].empty() ? "" : ", found " + quote(word); }
+
+  void check_numbers(std::string_view keyword, int least, int most, int kind) {
+    vec3 value(0);
+    int numbers = 0;
+    for (std::string_view word = next(); !word.empty(); word = next(), ++numbers) {
+      const auto number = parse_number(word);
+      if (!number) fail(word_, "expected a number" + found(word));
+      if (numbers < 3) value[numbers] = static_cast<float>(*number);
+    }
+    if (numbers < least || numbers > most)
+      fail(word_, fmt::format("expected {} numbers after '{}', found {}",
+                              least == most ? fmt::to_string(least) : fmt::format("{} to {}", least, most), keyword, numbers));
+    values_[kind].push_back(value);
+  }
+
+  void check_face() {
+    std::size_t corners = 0;
+    for (std::string_view word = next(); !word.empty(); word = next(), ++corners) check_corner(word);
+    if (corners < 3) fail(word_, fmt::format("a face needs 3 vertices or more, found {}", corners));
+    if (corners > most_corners) fail(word_, fmt::format("a polygon of {} vertices; at most {}", corners, most_corners));
+    triangles_ += corners - 2;
+  }
+
+  // v, v/vt, v//vn or v/vt/vn
+  void check_corner(std::string_view word) {
+    std::string_view rest = word;
+    for (int kind = 0;; ++kind) {
+      const std::size_t slash = std::min(rest.find('/'), rest.size());
+      if (slash > 0) check_index(rest.substr(0, slash), kind, word);
+      const bool may_be_empty = kind == 1 && slash < rest.size();
+      if ((slash == 0 && !may_be_empty) || (kind == 2 && slash < rest.size())) fail_corner(word);
+      if (slash == rest.size()) return;
+      rest.remove_prefix(slash + 1);
+    }
+  }
+  [[noreturn]] void fail_corner(std::string_view word) const {
+    fail(word_, "expected a face's vertex as v, v/vt, v//vn or v/vt/vn" + found(word));
+  }
+
+  void check_index(std::string_view digits, int kind, std::string_view word) {
+    Reference reference{0, word_};
+    const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), reference.index);
+    if (error != std::errc() || stop != digits.data() + digits.size()) fail_corner(word);
+    if (reference.index == 0 || reference.index < -count(kind) || reference.index > 0x7fffffff) fail_index(reference, kind);
+    if (reference.index > largest_[kind].index) largest_[kind] = reference;
+  }
+  [[noreturn]] void fail_index(const Reference& reference, int kind) const {
+    constexpr const char* what[] = {"vertex", "texture coordinate", "normal"};
+    fail(reference.offset, fmt::format("index {} of a {}, but there are {}{} (indices count from 1, or back from -1)",
+                                       reference.index, what[kind], count(kind), reference.index < 0 ? " before it" : ""));
+  }
+
+  void blank_line(std::string_view keyword) {
+    names_materials_ |= keyword == "usemtl" || keyword == "mtllib";
+    const std::size_t begin = word_;
+    while (!next().empty()) {
+    }
+    std::fill(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.begin() + static_cast<std::ptrdiff_t>(words_.offset()),
+              ' ');
+  }
+
+  std::string& text_;
+  const std::string& original_;
+  const std::string& name_;
+  WordReader words_;
+  std::size_t word_ = 0;
+  std::array<std::vector<vec3>, 3> values_;
+  std::array<Reference, 3> largest_{};
+  std::size_t triangles_ = 0;
+  bool names_materials_ = false;
+};
+
+// A stream over bytes that live elsewhere.
+class ViewBuffer : public std::streambuf {
+ public:
+  explicit ViewBuffer(std::string& bytes) { setg(bytes.data(), bytes.data(), bytes.data() + bytes.size()); }
+};
+
+// One vertex per distinct triple. Vertices that share a position are chained, as there are few of each.
+class VertexTable {
+ public:
+  VertexTable(const Checker& text, TriangleMesh& mesh) : text_(text), mesh_(mesh), first_(text.positions().size(), no_vertex) {}
+
+  std::uint32_t vertex(const tinyobj::index_t& corner) {
+    std::uint32_t* link = &first_[static_cast<std::size_t>(corner.vertex_index)];
+    for (; *link != no_vertex; link = &next_[*link])
+      if (corners_[*link].texcoord_index == corner.texcoord_index && corners_[*link].normal_index == corner.normal_index)
+        return *link;
+    const auto added = static_cast<std::uint32_t>(corners_.size());
+    *link = added;
+    corners_.push_back(corner);
+    next_.push_back(no_vertex);
+    append(corner);
+    return added;
+  }
+
+ private:
+  static constexpr std::uint32_t no_vertex = 0xffffffffu;
+
+  void append(const tinyobj::index_t& corner) {
+    const auto at = [](const std::vector<vec3>& values, int index) {
+      return index < 0 ? vec3(0) : values[static_cast<std::size_t>(index)];
+    };
+    mesh_.positions.push_back(at(text_.positions(), corner.vertex_index));
+    if (!text_.normals().empty()) mesh_.normals.push_back(at(text_.normals(), corner.normal_index));
+    if (!text_.uvs().empty()) mesh_.uvs.emplace_back(at(text_.uvs(), corner.texcoord_index));
+  }
+
+  const Checker& text_;
+  TriangleMesh& mesh_;
+  std::vector<std::uint32_t> first_, next_;
+  std::vector<tinyobj::index_t> corners_;
+};
+
+}  // namespace
+
+TriangleMesh parse_obj(std::string text, const std::string& name) {
+  const std::string original = text;
+  join_lines(text);
+  Checker checker(text, original, name);
+  checker.check();
+
+  tinyobj::attrib_t attributes;
+  std::vector<tinyobj::shape_t> shapes;
+  std::vector<tinyobj::material_t> materials;
+  std::string warning, error;
+  ViewBuffer buffer(text);
+  std::istream stream(&buffer);
+  if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, &stream)) throw Error(Location{name}, error);
+
+  TriangleMesh mesh;
+  mesh.triangles.reserve(checker.triangles());
+  VertexTable table(checker, mesh);
+  for (const tinyobj::shape_t& shape : shapes) {
+    const auto& corners = shape.mesh.indices;
+    CHECK_EQ(corners.size() % 3, 0u);
+    for (std::size_t i = 0; i < corners.size(); i += 3) {
+      const std::uint32_t a = table.vertex(corners[i]), b = table.vertex(corners[i + 1]);
+      mesh.triangles.emplace_back(a, b, table.vertex(corners[i + 2]));
+    }
+  }
+  if (mesh.triangles.empty()) throw Error(Location{name}, "no faces: every polygon is degenerate");
+  if (mesh.triangles.size() < checker.triangles())
+    mesh.warnings.push_back(fmt::format("{}: {} triangles of degenerate polygons were left out", name,
+                                        checker.triangles() - mesh.triangles.size()));
+  if (checker.names_materials()) mesh.warnings.push_back(name + ": the materials it names are not read");
+  mend_attributes(mesh, name);
+  return mesh;
+}
+
+TriangleMesh read_obj(const std::string& path) { return parse_obj(read_file(path), path); }
+
+}  // namespace etendue

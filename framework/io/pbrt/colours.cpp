@@ -1,0 +1,117 @@
+// The colours of pbrt parameters: rgb, float, blackbody and spectrum, as RGB.
+
+#include "framework/io/pbrt/params.h"
+#include "framework/io/spectra.h"
+#include "framework/io/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+SampledSpectrum from_pairs(const std::vector<double>& numbers) {
+  if (numbers.empty() || numbers.size() % 2 != 0)
+    throw Error(fmt::format("expected pairs of wavelength and value, found {} numbers", numbers.size()));
+  SampledSpectrum spectrum;
+  for (std::size_t i = 0; i < numbers.size(); i += 2) {
+    if (i > 0 && !(numbers[i] > numbers[i - 2]))
+      throw Error(fmt::format("wavelengths must increase, but {} nm follows {} nm", numbers[i], numbers[i - 2]));
+    if (!(numbers[i + 1] >= 0)) throw Error(fmt::format("the value {} at {} nm is negative", numbers[i + 1], numbers[i]));
+    spectrum.wavelengths.push_back(numbers[i]);
+    spectrum.values.push_back(numbers[i + 1]);
+  }
+  return spectrum;
+}
+
+// A text of wavelengths and values, with # comments.
+SampledSpectrum parse_spectrum(std::string_view text, const std::string& path) {
+  std::vector<double> numbers;
+  for (WordReader words(text); !words.at_end(); words.next_line())
+    for (std::string_view word = words.word(); !word.empty() && word.front() != '#'; word = words.word()) {
+      const auto number = parse_number(word);
+      if (!number)  // what the file may be instead is not for the message
+        throw Error(location_at(path, text, words.offset() - word.size()), "no spectrum: expected a number");
+      numbers.push_back(*number);
+    }
+  return from_pairs(numbers);
+}
+
+Rgb to_rgb(const SampledSpectrum& spectrum, ColourUse use) {
+  return use == ColourUse::light ? light_rgb(spectrum) : surface_rgb(spectrum);
+}
+
+std::optional<Rgb> metal_spectrum(std::string_view name) {
+  for (const MetalIndex& metal : metals()) {
+    if (name == fmt::format("metal-{}-eta", metal.name)) return metal.eta;
+    if (name == fmt::format("metal-{}-k", metal.name)) return metal.k;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> spectrum_names(ColourUse use) {
+  std::vector<std::string> names;
+  if (use == ColourUse::light) names.emplace_back("stdillum-D65");
+  if (use == ColourUse::index)
+    for (const MetalIndex& metal : metals()) {
+      names.push_back(fmt::format("metal-{}-eta", metal.name));
+      names.push_back(fmt::format("metal-{}-k", metal.name));
+    }
+  names.emplace_back("FILE.spd");
+  return names;
+}
+
+}  // namespace
+
+Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
+  try {
+    if (param.strings.empty()) return to_rgb(from_pairs(param.numbers), use);
+    if (param.strings.size() != 1 || !param.numbers.empty()) throw Error("expected one name, or pairs of wavelength and value");
+    const std::string& name = param.strings[0];
+    if (use == ColourUse::light && name == "stdillum-D65") return Rgb(1);
+    if (const auto metal = metal_spectrum(name); metal && use == ColourUse::index) return *metal;
+    if (name.ends_with(".spd")) {
+      const SceneFiles::File file = files_->read(name, *file_, {});
+      return to_rgb(parse_spectrum(file.bytes, file.path), use);
+    }
+    throw Error(unknown_name("spectrum", name, spectrum_names(use)));
+  } catch (const Error& e) {
+    throw Error(where(param.name), fmt::format("{}: '{}': {}", owner_, param.name, e.what()));
+  }
+}
+
+// One value: pbrt-v4, of luminance 1. Two, temperature and scale: pbrt-v3, of unit peak.
+Rgb PbrtParams::blackbody_colour(const PbrtParam& param, ColourUse use) const {
+  if (use != ColourUse::light) fail(param.name, "is a blackbody, which only lights can be");
+  const std::vector<double>& n = param.numbers;
+  if (n.size() != 1 && n.size() != 2) fail(param.name, "expected a temperature, or a temperature and a scale");
+  if (!(n[0] >= 100 && n[0] <= 1e6)) fail(param.name, fmt::format("is {} K; expected 100 to 1e6", n[0]));
+  return n.size() == 1 ? blackbody_rgb(n[0]) : static_cast<float>(n[1]) * blackbody_rgb_of_unit_peak(n[0]);
+}
+
+std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) const {
+  const PbrtParam* param =
+      find_typed(name, {"rgb", "float", "integer", "blackbody", "spectrum"}, "rgb, float, blackbody or spectrum");
+  if (!param) return std::nullopt;
+  Rgb colour;
+  if (param->type == "spectrum") {
+    colour = spectrum_colour(*param, use);
+  } else if (param->type == "blackbody") {
+    colour = blackbody_colour(*param, use);
+  } else if (param->type == "rgb") {
+    if (param->numbers.size() != 3) fail(name, fmt::format("has {} values; expected three", param->numbers.size()));
+    colour = {param->numbers[0], param->numbers[1], param->numbers[2]};
+  } else {
+    colour = Rgb(static_cast<float>(single(*param)));
+  }
+  // Metals have indices of hundreds at most, in the far infrared.
+  const float most = use == ColourUse::reflectance ? 1 : use == ColourUse::index ? 1000 : 1e30f;
+  for (int c = 0; c < 3; ++c)
+    if (!(colour[c] >= 0 && colour[c] <= most))
+      fail(name, fmt::format("has the component {}; expected 0 to {:g}", colour[c], most));
+  return colour;
+}
+
+}  // namespace etendue

@@ -1,0 +1,79 @@
+// The typed parameters of one pbrt directive: "type name" value, "type name" [ values ].
+//
+// Reading a parameter marks it. `finish` throws on what nobody read, so that no parameter is ignored in silence.
+#pragma once
+
+#include "framework/core/vec.h"
+#include "framework/io/pbrt/lexer.h"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace etendue {
+
+struct PbrtParam {
+  std::string type;  // canonical: "point" is "point3", "color" is "rgb"
+  std::string name;
+  std::vector<double> numbers;  // booleans are 0 and 1
+  std::vector<std::string> strings;
+  int line = 0, column = 0;
+  mutable bool used = false;
+};
+
+// What a colour stands for, which says how spectra become RGB and which values are possible.
+enum class ColourUse : std::uint8_t { reflectance, index, light };
+
+class PbrtParams {
+ public:
+  // Reads parameters up to the next token that begins none. `owner` is the directive as messages name it: Shape "sphere".
+  PbrtParams(PbrtLexer& lexer, std::string owner, const Location& where);
+
+  const std::string& owner() const { return owner_; }
+  const Location& where() const { return where_; }
+  Location where(std::string_view name) const;  // of the parameter, else of the directive
+
+  bool has(std::string_view name) const;
+  // Each throws Error on a value of another type, a wrong number of values, or one that is out of range.
+  float number(std::string_view name, float otherwise, float low = -1e30f, float high = 1e30f) const;
+  int integer(std::string_view name, int otherwise, int low, int high) const;
+  bool boolean(std::string_view name, bool otherwise) const;
+  std::string string(std::string_view name, const std::string& otherwise) const;
+  vec3 point(std::string_view name, const vec3& otherwise) const;  // point3 or vector3
+  std::vector<float> numbers(std::string_view name) const;         // empty where absent
+  std::vector<int> integers(std::string_view name) const;
+  std::vector<vec2> points2(std::string_view name) const;  // point2, vector2 or pairs of float
+  std::vector<vec3> points3(std::string_view name) const;  // point3, vector3 or normal3
+  std::optional<Rgb> colour(std::string_view name, ColourUse use) const;
+  // Of a parameter of type "texture".
+  std::optional<std::string> texture(std::string_view name) const;
+  std::optional<std::string> named_spectrum(std::string_view name) const;
+
+  // The parameter exists but cannot be honoured: throws with the reason.
+  void reject(std::string_view name, const std::string& reason) const;
+  // Known, and without effect here.
+  void ignore(std::initializer_list<std::string_view> names) const;
+  // Known, and left to the command line; throws where it is of another type.
+  void accept(std::string_view name, std::string_view type) const;
+  void finish() const;
+  [[noreturn]] void fail(std::string_view name, const std::string& what) const;
+
+ private:
+  void read(PbrtLexer& lexer);
+  void read_values(PbrtLexer& lexer, PbrtParam& param) const;
+  const PbrtParam* find(std::string_view name) const;
+  const PbrtParam* find_typed(std::string_view name, std::initializer_list<std::string_view> types,
+                              std::string_view expected) const;
+  double single(const PbrtParam& param) const;
+  Rgb spectrum_colour(const PbrtParam& param, ColourUse use) const;
+  Rgb blackbody_colour(const PbrtParam& param, ColourUse use) const;
+
+  std::string owner_;
+  Location where_;
+  std::shared_ptr<const std::string> file_;
+  SceneFiles* files_;
+  std::vector<PbrtParam> params_;
+  mutable std::vector<std::string> understood_;
+};
+
+}  // namespace etendue

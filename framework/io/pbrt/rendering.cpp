@@ -1,0 +1,144 @@
+// Integrator, Sampler, PixelFilter and Accelerator: how pbrt itself would render, which the command line decides here. Each
+// name and each parameter of versions 3 and 4 is known, and anything else an error: a misspelt "maxdepth" must not be lost. Of
+// an integrator, maxdepth alone is kept; what else would change the image has a warning.
+
+#include "framework/io/pbrt/reader.h"
+#include "framework/io/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+struct Known {
+  std::string_view name;
+  std::string_view parameters;  // "integer maxdepth, bool regularize!"; ! marks those that would change the image
+  bool all_light = true;        // of an integrator: computes all transport, as the methods here do
+};
+
+constexpr Known integrators[] = {
+    {"ambientocclusion", "bool cossample, float maxdistance, integer nsamples, integer pixelbounds!", false},
+    {"ao", "bool cossample, float maxdistance, integer nsamples, integer pixelbounds!", false},
+    {"bdpt",
+     "integer maxdepth, bool regularize!, bool visualizestrategies!, bool visualizeweights!, string lightsamplestrategy, "
+     "integer pixelbounds!"},
+    {"directlighting", "integer maxdepth, string strategy, integer pixelbounds!", false},
+    {"function", "string function, bool skipbad, string imagefilename", false},
+    {"lightpath", "integer maxdepth"},
+    {"mlt",
+     "integer maxdepth, integer bootstrapsamples, integer chains, integer mutationsperpixel, float largestepprobability, "
+     "float sigma, bool regularize!"},
+    {"path",
+     "integer maxdepth, string lightsampler, bool regularize!, float rrthreshold, string lightsamplestrategy, "
+     "integer pixelbounds!"},
+    {"randomwalk", "integer maxdepth"},
+    {"simplepath", "integer maxdepth, bool samplebsdf, bool samplelights"},
+    {"simplevolpath", "integer maxdepth"},
+    {"sppm",
+     "integer maxdepth, integer iterations, integer numiterations, integer photonsperiteration, integer imagewritefrequency, "
+     "float radius, integer seed"},
+    {"volpath",
+     "integer maxdepth, string lightsampler, bool regularize!, float rrthreshold, string lightsamplestrategy, "
+     "integer pixelbounds!"},
+    {"whitted", "integer maxdepth, integer pixelbounds!", false},
+};
+
+// Of version 3: random, lowdiscrepancy and its other name, maxmindist. Some of its scenes give pixelsamples to every sampler.
+constexpr Known samplers[] = {
+    {"02sequence", "integer pixelsamples, integer dimensions"},
+    {"halton", "integer pixelsamples, integer seed, string randomization, bool samplepixelcenter"},
+    {"independent", "integer pixelsamples, integer seed"},
+    {"lowdiscrepancy", "integer pixelsamples, integer dimensions"},
+    {"maxmindist", "integer pixelsamples, integer dimensions"},
+    {"paddedsobol", "integer pixelsamples, integer seed, string randomization"},
+    {"pmj02bn", "integer pixelsamples, integer seed"},
+    {"random", "integer pixelsamples, integer seed"},
+    {"sobol", "integer pixelsamples, integer seed, string randomization"},
+    {"stratified", "integer xsamples, integer ysamples, bool jitter, integer seed, integer dimensions, integer pixelsamples"},
+    {"zsobol", "integer pixelsamples, integer seed, string randomization"},
+};
+
+constexpr Known filters[] = {
+    {"box", "float xradius, float yradius, float xwidth, float ywidth"},
+    {"gaussian", "float xradius, float yradius, float xwidth, float ywidth, float sigma, float alpha"},
+    {"mitchell", "float xradius, float yradius, float xwidth, float ywidth, float B, float C"},
+    {"sinc", "float xradius, float yradius, float xwidth, float ywidth, float tau"},
+    {"triangle", "float xradius, float yradius, float xwidth, float ywidth"},
+};
+
+constexpr Known accelerators[] = {
+    {"bvh", "integer maxnodeprims, string splitmethod"},
+    {"kdtree", "integer intersectcost, integer traversalcost, float emptybonus, integer maxprims, integer maxdepth"},
+};
+
+const Known& find_known(std::span<const Known> table, std::string_view kind, const std::string& name, const Location& where) {
+  const auto found = std::find_if(table.begin(), table.end(), [&](const Known& k) { return k.name == name; });
+  if (found != table.end()) return *found;
+  std::vector<std::string> names;
+  for (const Known& k : table) names.emplace_back(k.name);
+  throw Error(where, unknown_name(kind, name, names));
+}
+
+// Calls `visit(type, name, changes_image)` for each parameter.
+template <class Visit>
+void for_known(std::string_view parameters, const Visit& visit) {
+  for (WordReader words(parameters); !words.at_end();) {
+    const std::string_view type = words.word();
+    std::string_view name = words.word();
+    if (name.ends_with(',')) name.remove_suffix(1);
+    const bool changes_image = name.ends_with('!');
+    if (changes_image) name.remove_suffix(1);
+    visit(type, name, changes_image);
+  }
+}
+
+}  // namespace
+
+void PbrtReader::integrator(PbrtLexer& lexer, const Token& token) {
+  const Location where = lexer.where(lexer.peek());
+  const std::string type = expect_string(lexer, "Integrator");
+  const Known& known = find_known(integrators, "integrator", type, where);
+  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool changes_image) {
+    params.accept(name, kind);
+    const bool given = params.has(name) && (kind != "bool" || params.boolean(name, false));
+    if (given && changes_image) warn(params.where(name), fmt::format("Integrator: '{}' has no effect here", name));
+    if (given && name == "maxdepth") scene_.max_depth = params.integer(name, 5, 0, 65536);
+  });
+  params.finish();
+  if (!known.all_light)
+    warn(where, fmt::format("Integrator \"{}\" shows a part of the light in pbrt; here every method computes all of it", type));
+}
+
+void PbrtReader::sampler(PbrtLexer& lexer, const Token& token) { accept_known(lexer, token, "sampler"); }
+void PbrtReader::accelerator(PbrtLexer& lexer, const Token& token) { accept_known(lexer, token, "accelerator"); }
+
+void PbrtReader::accept_known(PbrtLexer& lexer, const Token& token, std::string_view kind) {
+  const Location where = lexer.where(lexer.peek());
+  const std::string type = expect_string(lexer, std::string(token.text));
+  const Known& known =
+      kind == "sampler" ? find_known(samplers, kind, type, where) : find_known(accelerators, kind, type, where);
+  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  for_known(known.parameters, [&](std::string_view of, std::string_view name, bool) { params.accept(name, of); });
+  params.finish();
+}
+
+void PbrtReader::pixel_filter(PbrtLexer& lexer, const Token& token) {
+  const Location where = lexer.where(lexer.peek());
+  const std::string type = expect_string(lexer, "PixelFilter");
+  const Known& known = find_known(filters, "pixel filter", type, where);
+  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  bool is_unit_box = type == "box";
+  for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool) {
+    params.accept(name, kind);
+    if (is_unit_box) is_unit_box = params.number(name, 0.5f) == 0.5f;
+  });
+  params.finish();
+  if (!is_unit_box)
+    warn(params.where(), fmt::format("PixelFilter \"{}\": images are filtered with a box one pixel wide", type));
+}
+
+}  // namespace etendue

@@ -1,0 +1,261 @@
+// Textures. What is constant becomes a colour as it is read; images and checkerboards are kept for reflectances.
+
+#include "framework/io/pbrt/reader.h"
+#include "framework/io/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+// The "uv" mapping, the only one.
+struct UvMapping {
+  vec2 scale, offset;
+
+  explicit UvMapping(const PbrtParams& params)
+      : scale(params.number("uscale", 1), params.number("vscale", 1)),
+        offset(params.number("udelta", 0), params.number("vdelta", 0)) {
+    if (const std::string mapping = params.string("mapping", "uv"); mapping != "uv")
+      params.fail("mapping", fmt::format("is '{}'; only uv is supported", mapping));
+  }
+};
+
+Encoding read_encoding(const PbrtParams& params) {
+  const std::string encoding = params.string("encoding", params.boolean("gamma", true) ? "sRGB" : "linear");
+  if (encoding != "sRGB" && encoding != "linear")
+    params.fail("encoding", fmt::format("is '{}'; expected sRGB or linear", encoding));
+  return encoding == "linear" ? Encoding::linear : Encoding::srgb;
+}
+
+struct ScaleTexture {
+  const Rgb& factor;
+
+  Texture operator()(ImageTexture t) const {
+    if (factor.x == factor.y && factor.y == factor.z) {
+      t.gain *= factor.x;
+    } else {
+      for (Rgb& texel : t.texels) texel *= factor;
+    }
+    return t;
+  }
+  Texture operator()(CheckerTexture t) const {
+    t.even *= factor;
+    t.odd *= factor;
+    return t;
+  }
+};
+
+struct Extremes {
+  float least = 0, most = 0;
+  bool nan = false;
+
+  void add(const Rgb& value) {
+    for (int c = 0; c < 3; ++c) {
+      least = std::min(least, value[c]);  // either is left as it is by NaN
+      most = std::max(most, value[c]);
+      nan = nan || std::isnan(value[c]);
+    }
+  }
+  void operator()(const ImageTexture& t) {
+    for (const Rgb& texel : t.texels) add(t.gain * texel);
+  }
+  void operator()(const CheckerTexture& t) {
+    add(t.even);
+    add(t.odd);
+  }
+};
+
+// NaN (of a gain that overflows) is 0.
+Rgb within_unit(Rgb value) {
+  for (int c = 0; c < 3; ++c) value[c] = value[c] > 0 ? std::min(value[c], 1.0f) : 0;
+  return value;
+}
+
+struct ClampToUnit {
+  Texture operator()(ImageTexture t) const {
+    for (Rgb& texel : t.texels) texel = within_unit(t.gain * texel);
+    t.gain = 1;
+    return t;
+  }
+  Texture operator()(CheckerTexture t) const {
+    t.even = within_unit(t.even);
+    t.odd = within_unit(t.odd);
+    return t;
+  }
+};
+
+}  // namespace
+
+void PbrtReader::texture(PbrtLexer& lexer, const Token& token) {
+  const Location where = lexer.where(lexer.peek());
+  const std::string name = expect_string(lexer, "Texture");
+  const Location at_kind = lexer.where(lexer.peek());
+  const std::string kind = expect_string(lexer, "Texture");
+  if (kind != "spectrum" && kind != "color" && kind != "float")
+    throw Error(at_kind, unknown_name("kind of texture", kind, std::vector<std::string>{"spectrum", "float"}));
+  const Location at_type = lexer.where(lexer.peek());
+  const std::string type = expect_string(lexer, "Texture");
+  const PbrtParams params(lexer, titled(token.text, name), at_type);
+  TextureMap& textures = kind == "float" ? float_textures_ : spectrum_textures_;
+  if (textures.contains(name)) throw Error(where, fmt::format("{} texture '{}' is defined twice", kind, name));
+  textures.emplace(name, make_texture(lexer, type, params, textures));
+  params.finish();
+}
+
+PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params,
+                                                  TextureMap& textures) {
+  if (type == "constant") return {constant_operand(params, "value", Rgb(1), textures)};
+  if (type == "imagemap") return image_texture(lexer, params);
+  if (type == "checkerboard") return {checker_texture(params, textures)};
+  if (type == "scale") return scaled_texture(params, textures);
+  if (type == "mix") return {mixed_texture(params, textures)};
+  throw Error(params.where(),
+              unknown_name("texture", type, std::vector<std::string>{"constant", "imagemap", "checkerboard", "scale", "mix"}));
+}
+
+PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
+  const UvMapping mapping(params);
+  const std::string file = params.string("filename", "");
+  if (file.empty()) params.fail("filename", "is missing");
+  if (const std::string wrap = params.string("wrap", "repeat"); wrap != "repeat")
+    params.fail("wrap", fmt::format("is '{}'; only repeat is supported", wrap));
+  if (params.string("filter", "bilinear") == "point") warn(params.where("filter"), "images are interpolated between texels");
+  params.ignore({"trilinear", "maxanisotropy"});
+  ImageTexture texture{
+      .size = {}, .texels = {}, .uv_scale = mapping.scale, .uv_offset = mapping.offset, .gain = params.number("scale", 1, 0)};
+  const Encoding encoding = read_encoding(params);
+  RgbImage image = files_.image(file, *lexer.file(), params.where("filename"), encoding);
+  warn_of_not_finite(image, params.where("filename"), file);
+  texture.size = image.size;
+  texture.texels = std::move(image.texels);
+  if (params.boolean("invert", false)) {
+    for (Rgb& texel : texture.texels) texel = glm::max(Rgb(1) - texture.gain * texel, Rgb(0));
+    texture.gain = 1;
+  }
+  return {std::move(texture), file};
+}
+
+void PbrtReader::warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file) {
+  if (image.not_finite == 0) return;
+  std::string at;
+  for (const ivec2& texel : image.first_not_finite) at += fmt::format("{} ({}, {})", at.empty() ? "" : ",", texel.x, texel.y);
+  warn(where, fmt::format("'{}' holds NaN or infinity in {} texels, which are taken as 0: at{} (column, row)", file,
+                          image.not_finite, at + (image.not_finite > image.first_not_finite.size() ? ", ..." : "")));
+}
+
+Texture PbrtReader::checker_texture(const PbrtParams& params, TextureMap& textures) {
+  if (const int dimension = params.integer("dimension", 2, 2, 3); dimension != 2)
+    params.fail("dimension", "is 3; only 2 is supported");
+  const UvMapping mapping(params);
+  params.ignore({"aamode"});
+  return CheckerTexture{.even = constant_operand(params, "tex1", Rgb(1), textures),
+                        .odd = constant_operand(params, "tex2", Rgb(0), textures),
+                        .uv_scale = mapping.scale,
+                        .uv_offset = mapping.offset};
+}
+
+// Version 3 multiplies tex1 and tex2, version 4 tex and scale.
+PbrtReader::TextureEntry PbrtReader::scaled_texture(const PbrtParams& params, TextureMap& textures) {
+  const bool version4 = params.has("tex") || params.has("scale");
+  const std::string_view names[] = {version4 ? "tex" : "tex1", version4 ? "scale" : "tex2"};
+  auto a = operand(params, names[0], Rgb(1), textures), b = operand(params, names[1], Rgb(1), textures);
+  if (const Rgb* first = std::get_if<Rgb>(&a)) {
+    if (const Rgb* second = std::get_if<Rgb>(&b)) return {*first * *second};
+    std::swap(a, b);
+  }
+  const Rgb* factor = std::get_if<Rgb>(&b);
+  if (!factor) params.fail(names[1], "is not constant, nor is the other: only products with a constant are supported");
+  const TextureEntry& entry = *std::get<const TextureEntry*>(a);
+  const Texture& texture = entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value);
+  return {std::visit(ScaleTexture{*factor}, texture), entry.file};
+}
+
+Rgb PbrtReader::mixed_texture(const PbrtParams& params, TextureMap& textures) {
+  const Rgb a = constant_operand(params, "tex1", Rgb(0), textures), b = constant_operand(params, "tex2", Rgb(1), textures);
+  return glm::mix(a, b, number(params, "amount", 0.5f, 0, 1));
+}
+
+PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std::string_view param, const std::string& name,
+                                                   TextureMap& textures) {
+  const auto found = textures.find(name);
+  if (found != textures.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& [known, entry] : textures) names.push_back(known);
+  throw Error(params.where(param),
+              fmt::format("{}: {}", params.owner(),
+                          unknown_name(&textures == &float_textures_ ? "float texture" : "spectrum texture", name, names)));
+}
+
+std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const PbrtParams& params, std::string_view name,
+                                                                       const Rgb& otherwise, TextureMap& textures) {
+  const auto texture = params.texture(name);
+  if (!texture) return params.colour(name, ColourUse::index).value_or(otherwise);
+  const TextureEntry& entry = find_texture(params, name, *texture, textures);
+  if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return *constant;
+  return &entry;
+}
+
+Rgb PbrtReader::constant_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures) {
+  const auto value = operand(params, name, otherwise, textures);
+  const Rgb* constant = std::get_if<Rgb>(&value);
+  if (!constant) params.fail(name, "is a texture that varies: only constants are supported here");
+  return *constant;
+}
+
+float PbrtReader::number(const PbrtParams& params, std::string_view name, float otherwise, float low, float high) {
+  if (!params.texture(name)) return params.number(name, otherwise, low, high);
+  const float value = constant_operand(params, name, Rgb(0), float_textures_).x;
+  if (!(value >= low && value <= high)) params.fail(name, fmt::format("is {}; expected {} to {}", value, low, high));
+  return value;
+}
+
+Rgb PbrtReader::colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use) {
+  if (!params.texture(name)) return params.colour(name, use).value_or(otherwise);
+  const Rgb value = constant_operand(params, name, Rgb(0), spectrum_textures_);
+  if (!is_finite(value)) params.fail(name, "is a texture of a value that is not finite; expected finite values");
+  if (use == ColourUse::reflectance && max_component(value) > 1) params.fail(name, "is a texture above 1; expected 0 to 1");
+  return value;
+}
+
+TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, bool& textured) {
+  const auto texture = params.texture(name);
+  if (!texture) return colour(params, name, otherwise, ColourUse::reflectance);
+  TextureEntry& entry = find_texture(params, name, *texture, spectrum_textures_);
+  if (std::holds_alternative<Rgb>(entry.value)) return colour(params, name, otherwise, ColourUse::reflectance);
+  if (!entry.scene_index) {
+    Texture reflectance = take_reflectance(entry, params.where(name), *texture);
+    entry.scene_index = static_cast<std::uint32_t>(scene_.textures.size());
+    scene_.textures.push_back(std::move(reflectance));
+  }
+  textured = true;
+  TexturedRgb result;
+  result.texture = *entry.scene_index;
+  return result;
+}
+
+// No surface reflects more light than it receives, nor less than none: values are clamped to 0 .. 1, as by pbrt-v4. The
+// texture keeps its own, which another may scale.
+Texture PbrtReader::take_reflectance(TextureEntry& entry, const Location& where, const std::string& name) {
+  Texture& value = std::get<Texture>(entry.value);
+  Extremes found;
+  std::visit(found, value);
+  if (found.least >= 0 && found.most <= 1 && !found.nan) {
+    entry.moved = true;
+    return std::move(value);
+  }
+  constexpr float rounding = 1e-4f;
+  const std::string texture =
+      fmt::format("texture '{}'{}", name, entry.file.empty() ? "" : fmt::format(" of '{}'", entry.file));
+  if (found.most > 1 + rounding)
+    warn(where, fmt::format("{} reaches {:.4g}, more than a surface can reflect: clamped to 1", texture, found.most));
+  if (found.least < -rounding)
+    warn(where, fmt::format("{} falls to {:.4g}, less than a surface can reflect: clamped to 0", texture, found.least));
+  if (found.nan) warn(where, fmt::format("{} holds NaN, as of a product of infinity and 0: taken as 0", texture));
+  return std::visit(ClampToUnit{}, value);
+}
+
+}  // namespace etendue

@@ -1,0 +1,162 @@
+#include "integrators/bidirectional/vcm.h"
+
+#include "framework/core/parallel.h"
+#include "integrators/bidirectional/vcm_camera_paths.h"
+#include "integrators/paths/path.h"
+#include "integrators/progressive/radius_policy.h"
+
+namespace etendue {
+
+namespace {
+
+enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
+
+// Pixels a side of a tile whose shadow rays are traced together.
+constexpr int tile_of_paths = 8;
+// Points a side of the grid at which the pilot pass looks for light vertices, and its number among the iterations.
+constexpr int pilot_grid = 32;
+constexpr std::uint32_t pilot_iteration = 0xffffffffu;
+
+bool is_delta(const Light& light) {
+  return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
+}
+
+// The first surface with a lobe to merge at that a camera ray meets, through delta lobes.
+std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
+  const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+  Sampler sampler(SamplerKind::independent, context.seed, Stream::prefill, key, 0);
+  Ray ray = sample_camera_ray(context, pixel, sampler);
+  for (int depth = 0; depth < 16; ++depth) {
+    const Hit hit = trace(context, ray);
+    if (!hit) return std::nullopt;
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    const Bsdf bsdf(context.scene, point);
+    if (bsdf.has_non_specular()) return point.position;
+    const float u_lobe = sampler.get_1d();
+    const BsdfSample next = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
+    if (!next) return std::nullopt;
+    ray = spawn_ray(point, next.wi);
+  }
+  return std::nullopt;
+}
+
+class Vcm final : public Integrator {
+ public:
+  Vcm(const VcmParams& params, Setting setting) : params_(params), setting_(setting) {
+    settings_.connect = setting != Setting::light_trace;
+    settings_.roulette_depth = params.roulette_depth;
+    settings_.wall_test = params.wall_test;
+    settings_.correlation = params.mis == "correlation-aware";
+    settings_.sampler = parse_sampler(params.sampler);
+  }
+
+  void prepare(RenderContext& context) override;
+  void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
+  Expectation expectation() const override;
+
+ private:
+  float first_radius(const RenderContext& context);
+
+  VcmParams params_;
+  Setting setting_;
+  VcmSettings settings_;
+  float first_radius_ = 0;
+  bool specular_ = false, hidden_caustics_ = false;
+  LightPaths light_paths_;
+  VcmMerges merges_;
+  std::vector<dvec3> splats_;
+};
+
+void Vcm::prepare(RenderContext& context) {
+  settings_.max_depth = context.max_depth(params_.max_depth);
+  const auto pixels = static_cast<std::uint32_t>(context.resolution.x * context.resolution.y);
+  settings_.paths = params_.paths > 0 ? static_cast<std::uint32_t>(params_.paths) : pixels;
+  const Scene& scene = context.scene;
+  specular_ = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return has_specular(m); });
+  hidden_caustics_ = context.needs.caustic_map && std::any_of(scene.lights.begin(), scene.lights.end(), is_delta);
+  if (setting_ == Setting::vcm) first_radius_ = params_.radius > 0 ? params_.radius : first_radius(context);
+}
+
+float Vcm::first_radius(const RenderContext& context) {
+  const auto timed = context.phases.measure("pilot");
+  const ivec2 grid = glm::min(ivec2(pilot_grid), context.resolution);
+  std::vector<std::optional<vec3>> seen(static_cast<std::size_t>(grid.x) * grid.y);
+  parallel_pixels(grid, [&](ivec2 i) {
+    seen[static_cast<std::size_t>(i.y) * grid.x + i.x] = visible_point(context, (2 * i + 1) * context.resolution / (2 * grid));
+  });
+  std::vector<vec3> points;
+  for (const auto& point : seen)
+    if (point) points.push_back(*point);
+  light_paths_.trace(context, settings_, pilot_iteration, true);
+  const float usual =
+      VcmMerges::usual_distance(context, light_paths_, points, static_cast<std::size_t>(params_.neighbours), params_.structure);
+  return usual > 0 ? usual : 0.01f * glm::length(context.scene.bounds().diagonal());
+}
+
+void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
+  if (setting_ == Setting::vcm) settings_.merge_radius = first_radius_ * memoryless_shrinkage(index, params_.alpha);
+  {
+    const auto timed = context.phases.measure("emit");
+    light_paths_.trace(context, settings_, index, settings_.connect);
+    splats_.assign(static_cast<std::size_t>(context.resolution.x) * context.resolution.y, dvec3(0));
+    light_paths_.add_splats(splats_);
+  }
+  if (setting_ == Setting::vcm) {
+    const auto timed = context.phases.measure("build");
+    merges_.build(context, light_paths_, settings_, params_.structure);
+  }
+  const auto timed = context.phases.measure("trace");
+  parallel_tiles(context.resolution, tile_of_paths, [&](const Tile& tile) {
+    CameraPaths paths(context, settings_, light_paths_, merges_);
+    std::array<Rgb, tile_of_paths * tile_of_paths> radiance{};
+    auto value = radiance.begin();
+    for_pixels(tile, [&](ivec2 pixel) { paths.trace(pixel, index, *value++); });
+    paths.finish();
+    value = radiance.begin();
+    for_pixels(tile, [&](ivec2 pixel) {
+      const dvec3& splat = splats_[static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x];
+      film.add(pixel, *value++ + Rgb(splat), index);
+    });
+  });
+}
+
+Expectation Vcm::expectation() const {
+  if (setting_ == Setting::vcm) {
+    const double alpha = params_.alpha;
+    return {alpha < 1 ? Bias::consistent : Bias::biased, -std::min(alpha, 2 - 2 * alpha), 0.02,
+            "blur within the merging radius, which shrinks ([Knaus2011]); paths that need no merging converge as N^-1"};
+  }
+  if (setting_ == Setting::light_trace && specular_)
+    return {Bias::biased, -1, 1,
+            "specular surfaces are black: the method cannot sample paths that end on one before the camera"};
+  if (setting_ == Setting::bdpt && hidden_caustics_)
+    return {Bias::biased, -1, 1, "caustics of point, spot and directional lights are black where specular surfaces show them"};
+  return {Bias::unbiased, -1, 0, ""};
+}
+
+template <class Params>
+IntegratorEntry entry(const char* name, const char* summary, Setting setting) {
+  return {name, summary, list_params<Params>(), [name, setting](const ParamMap& map) {
+            VcmParams params;
+            static_cast<Params&>(params) = read_params<Params>(map, name);
+            return std::make_unique<Vcm>(params, setting);
+          }};
+}
+
+}  // namespace
+
+IntegratorEntry light_trace_entry() {
+  return entry<LightTraceParams>("light-trace", "particles from the lights joined to the camera", Setting::light_trace);
+}
+
+IntegratorEntry bdpt_entry() {
+  return entry<BdptParams>("bdpt", "bidirectional path tracing: all ways to join paths from the camera and from the lights",
+                           Setting::bdpt);
+}
+
+IntegratorEntry vcm_entry() {
+  return entry<VcmParams>(
+      "vcm", "vertex connection and merging: bidirectional path tracing and photon mapping, weighed together", Setting::vcm);
+}
+
+}  // namespace etendue

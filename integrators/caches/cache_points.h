@@ -1,0 +1,51 @@
+// Where irradiance is cached: diffuse surfaces, unless they are black, and the diffuse base under a smooth coat.
+#pragma once
+
+#include "framework/integrator.h"
+#include "framework/transport/bsdf.h"
+#include "integrators/photons/photons.h"
+
+#include <functional>
+
+namespace etendue {
+
+// A cached surface as a camera path finds it.
+struct CachePoint {
+  vec3 position{0};
+  vec3 normal{0}, geometric{0};  // both on the side that is seen
+  vec3 origin{0};                // of rays that leave to that side
+  float pixel_width = 0;         // metres per pixel, there
+  int depth = -1;                // carrying events before it; -1: nothing to cache is seen
+
+  explicit operator bool() const { return depth >= 0; }
+};
+
+// Depth limits above which the points of all depths share records.
+inline constexpr int shared_above = 16;
+
+inline bool is_cached(const Bsdf& bsdf) {
+  return bsdf.is_diffuse() ? !is_black(bsdf.diffuse_albedo()) : bsdf.has_specular() && bsdf.has_non_specular();
+}
+
+inline vec3 towards(const vec3& normal, const vec3& side, const vec3& wo) { return glm::dot(side, wo) < 0 ? -normal : normal; }
+
+// `distance`: of the whole path from the camera.
+CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, const vec3& wo, float distance, int depth);
+
+enum class Follow { arrives, ends, goes_on };
+
+// Follows the ray through the centre of a pixel, with less than `deepest` events, to the surface at which judge(point, bsdf)
+// says that it arrives. From a cached surface it goes on only through the coat.
+CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
+                        const std::function<Follow(const SurfacePoint&, const Bsdf&)>& judge);
+
+// Follows the ray through the centre of a pixel to a cached surface with less than `deepest` events before it: past all other
+// surfaces, or past those that are no `receivers`.
+CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
+                            const Receivers* receivers = nullptr);
+
+// The share of uniform incident light that the diffuse part reflects towards wo. A coated base, f = g T(wo) T(wi) / pi, is
+// evaluated along the normal and T(wi) replaced by its cosine-weighted mean.
+Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo);
+
+}  // namespace etendue

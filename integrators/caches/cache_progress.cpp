@@ -1,0 +1,108 @@
+#include "integrators/caches/cache_progress.h"
+
+#include "framework/core/check.h"
+#include "framework/core/rng.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+constexpr std::uint64_t asking_pixels = 32;  // one in so many
+constexpr double refined_by = 50;            // iterations, in which t first doubles
+constexpr double steps_per_doubling = 10;
+constexpr double pass_by_pass = 22;  // passes, from which on a step is one of them
+
+double passes_of(double time) { return std::pow(time, 2.0 / 3); }
+// Slightly larger, so that passes_of(time_of(passes)) is not less than passes.
+double time_of(double passes) { return std::pow(passes + 1e-6, 1.5); }
+
+double time_of_step(double step) { return std::exp2(step / steps_per_doubling); }
+double step_of(double time) { return std::floor(steps_per_doubling * std::log2(time) + 1e-6); }
+
+}  // namespace
+
+double CacheProgress::time_at(std::uint32_t iteration) const {
+  const double time = 1 + std::max(0.0, static_cast<double>(iteration) - overture_rounds) / refined_by;
+  if (passes_of(time) >= pass_by_pass) return time_of(std::floor(passes_of(time)));
+  return time_of_step(step_of(time));
+}
+
+double CacheProgress::time_after(double time) const {
+  const double next = time_of_step(step_of(time) + 1);
+  if (passes_of(time) >= pass_by_pass) return time_of(std::floor(passes_of(time)) + 1);
+  return std::min(next, time_of(pass_by_pass));
+}
+
+bool CacheProgress::steps_at(std::uint32_t iteration) const {
+  return refines && iteration > overture_rounds && time_at(iteration) > time_at(iteration - 1);
+}
+
+double CacheProgress::passes_at(std::uint32_t iteration) const { return refines ? passes_of(time_at(iteration)) : 1; }
+
+float CacheProgress::accuracy_at(std::uint32_t iteration) const {
+  if (!refines) return accuracy;
+  if (iteration < overture_rounds) return accuracy * std::exp2(0.5f * static_cast<float>(overture_rounds - iteration));
+  return accuracy * static_cast<float>(std::pow(time_at(iteration), -1.0 / 6));
+}
+
+float CacheProgress::accuracy_after(std::uint32_t iteration) const {
+  if (!refines || iteration < overture_rounds) return accuracy_at(iteration + 1);
+  return accuracy * static_cast<float>(std::pow(time_after(time_at(iteration)), -1.0 / 6));
+}
+
+double CacheProgress::weight_at(std::uint32_t iteration) const {
+  return refines ? std::min(1.0, std::pow(accuracy / accuracy_at(iteration), 4)) : 1;
+}
+
+bool CacheProgress::asks(std::uint64_t pixel, std::uint32_t iteration) const {
+  return hash_keys(pixel, iteration) % asking_pixels == 0;
+}
+
+void CachedLight::begin(std::uint32_t iteration, double weight) {
+  weights_before_ += weight_;
+  shared_ = weight_ > 0 && weight > 0 ? std::pow(std::min(weight_ / weight, 1.0), forgetting_) : 1;
+  iteration_ = iteration;
+  weight_ = weight;
+}
+
+// The film averages equally, so it is given what makes its mean the weighted one.
+void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error) {
+  if (!is_finite(sampled + cached)) {
+    film.add(pixel, sampled + cached, iteration_);  // which counts it
+    return;
+  }
+  const std::size_t i = static_cast<std::size_t>(pixel.y) * film.resolution().x + pixel.x;
+  dvec3& sum = sums_[i];
+  const double t = iteration_ + 1.0;
+  if (!scatter_.empty()) {
+    Scatter& scatter = scatter_[i];
+    const double step = luminance(sampled + cached) - scatter.mean;
+    scatter.mean += step / t;
+    scatter.squares += step * (luminance(sampled + cached) - scatter.mean);
+    const double noise = weight_ * error.noise;
+    scatter.noise *= shared_;
+    scatter.noise_squares += noise * (2 * scatter.noise + noise);
+    scatter.noise += noise;
+    scatter.bias += weight_ * error.bias;
+  }
+  const dvec3 mean_before = weights_before_ > 0 ? (t - 1) / weights_before_ * sum : dvec3(0);
+  sum += weight_ * dvec3(cached);
+  film.add(pixel, sampled + Rgb(t / (weights_before_ + weight_) * sum - mean_before), iteration_);
+}
+
+Image CachedLight::standard_error() const {
+  CHECK_EQ(scatter_.size(), sums_.size());  // kept only under RenderContext::states_error
+  Image image(resolution_);
+  const double n = iteration_ + 1.0, weights = weights_before_ + weight_;
+  if (!(weights > 0)) return image;
+  for (std::size_t i = 0; i < scatter_.size(); ++i) {
+    const double of_mean = n > 1 ? scatter_[i].squares / (n * (n - 1)) : 0, bias = scatter_[i].bias / weights;
+    image.pixels[i] = dvec3(std::sqrt(of_mean + scatter_[i].noise_squares / (weights * weights) + bias * bias));
+  }
+  return image;
+}
+
+}  // namespace etendue

@@ -1,0 +1,34 @@
+// Paths that end at the first surface which an irradiance cache covers: its records answer for all further bounces, so that the
+// hemispheres of new records cost a few events a ray.
+//
+// A record holds light of as many scattering events as its own depth leaves it, but where a path ends some of these events have
+// happened already: it would count paths that are longer than the depth limit allows. The share of a record's light that one
+// event less would leave hardly varies over a scene, because after some bounces light of any further event has nearly the same
+// distribution. So it is measured once, as a mean over a few points, and the record's light is multiplied by it. Beyond
+// `shared_above` events the limit no longer matters.
+#pragma once
+
+#include "integrators/caches/cache_fill.h"
+#include "integrators/paths/path.h"
+
+namespace etendue {
+
+class EndInCache final : public PathEnd {
+ public:
+  // Ends paths in the level of `depth`. `cache_direct`: records hold direct light too. `kept`: see kept_below_limit.
+  EndInCache(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept);
+
+  std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const override;
+
+ private:
+  const CacheLevels& cache_;
+  int depth_;
+  Rgb kept_;
+};
+
+// The share of the irradiance at the points `seen` that a depth limit of one event less than paths.max_depth would leave, per
+// channel in [0, 1]; by path tracing from at most 64 of the points, with the same random numbers for both limits.
+Rgb kept_below_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen,
+                     const PathSettings& paths, bool cache_direct);
+
+}  // namespace etendue

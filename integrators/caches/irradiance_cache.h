@@ -1,0 +1,90 @@
+// Irradiance caching ([Ward1988]) with rotation and translation gradients ([Ward1992]).
+//
+// Indirect irradiance changes slowly over diffuse surfaces: it is computed by path tracing over a stratified hemisphere at few
+// points and interpolated between. Cached are diffuse surfaces and the diffuse base of a smooth plastic (whose coat's
+// transmission of the incoming light is taken at its hemispherical mean). Direct light is sampled per camera sample; delta
+// lobes and all rough lobes are followed by path tracing until a cached surface.
+//
+// The cache refines (integrators/caches/cache_progress.h): after an overture, each iteration renders samples of each pixel and
+// notes where the accuracy of the next refinement is not met, which begins with more passes over the hemispheres of the records
+// there are and new records there. What the cache adds to a pixel is averaged, the overture with less weight. Pixels that
+// scatter take more camera samples than others (integrators/paths/sample_shares.h). Without `refine` the cache is filled before
+// the first iteration and stays as it is; with `records` it is filled to that number, and only passes are added (and, loaded
+// for another view, records for what is not covered there).
+//
+// A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased; with `records` the nearest
+// record answers there as far as four times the accuracy, since a given number leaves gaps that paths would fill with noise.
+//
+// With `fill = "closed-form"` records are exact (closed_form_irradiance.h): what is left is the error of interpolation and of
+// where records lie. It needs a scene whose answer is known, and `cache_direct`, since that answer is of all light; there too
+// the nearest record answers in a gap, and camera rays go through the centres of pixels, so that there is no noise at all and
+// pixels do not average errors away (of smooth light the centre's value is the pixel's mean, but for a second difference). What
+// judges by the distances that a hemisphere saw is not to be had (the geometric Hessian, the split sphere, Tabellion's metric),
+// and the occlusion Hessian is without its floor; the Hessian metrics judge by the true one. There are no extra samples.
+//
+// With `fill = "exact-values"` records hold the same exact answer and gradients, but hemispheres are sampled as ever and say
+// how far a record serves: every metric as it is, without the noise of what records hold. It needs the same scenes.
+//
+// With `fill = "records"` the paths of a hemisphere end at the first surface that the records so far cover, which answer for
+// all further bounces; with "paths" they are traced to their end.
+//
+// Depth: the light a record holds has a bound on its scattering events, so records serve the camera depth they were made at.
+// Where the limit is above 16 all depths share them, and a path seen through c carrying events may be c events too long; where
+// records answer for records, light may be so too.
+//
+// A cache can be saved and loaded (record_file.h). Loaded records serve any view of the same scene; what they do not cover gets
+// new ones. The refinement goes on where it stood: after N iterations saved, iteration i refines as N + i would, but for what
+// was noted since the last refinement, which is not saved. Loaded for the same view, resolution and seed without `refine`, a
+// cache gives the same image as a fresh one, to the bit. `accuracy` (without `records`), `extra_samples`, `refine` and
+// `structure` may differ; all other parameters decide what records hold, and must agree.
+//
+// Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
+#pragma once
+
+#include "framework/structure_names.h"
+#include "integrators/caches/cache_file.h"
+#include "integrators/caches/cache_params.h"
+#include "integrators/caches/rough_cache.h"
+
+namespace etendue {
+
+struct IrradianceCacheParams : CacheParams {
+  IrradianceCacheParams() { samples = 768; }
+  int records = 0;
+  bool overture = true;
+  std::string fill = "records";
+  bool cache_direct = false;
+  int max_depth = 0;
+  std::string structure = "cells";
+  std::string sampler = "sobol";
+};
+
+template <class Visitor>
+void describe(Visitor& v, IrradianceCacheParams& p) {
+  describe_cache(v, p);
+  v.integer("records", p.records, 0, 10000000, "records",
+            "this many: the accuracy is found by bisection; 0: as many as it takes");
+  v.flag("overture", p.overture,
+         "pixels are looked at on coarse grids first; off: row by row on one thread, so that records lie where "
+         "those before them end");
+  v.choice("fill", p.fill, {"records", "paths", "closed-form", "exact-values"},
+           "what gives a hemisphere's light its further bounces; closed-form: no hemispheres, records hold the exact answer; "
+           "exact-values: that too, but hemispheres say how far they serve");
+  v.flag("cache_direct", p.cache_direct, "records hold direct light too, as far as rays can find it; no light samples there");
+  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
+  v.choice("structure", p.structure, ball_structure_names, "what finds the records");
+  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+}
+
+// Rough metals and plastics are answered too (radiance_cache.h), by an integrator of another name and parameters.
+struct RoughExtension {
+  RoughCacheSettings settings;
+  std::string integrator;
+  ParamTexts params;
+};
+std::unique_ptr<Integrator> make_irradiance_cache(const IrradianceCacheParams& params,
+                                                  const std::optional<RoughExtension>& rough = std::nullopt);
+
+IntegratorEntry irradiance_cache_entry();
+
+}  // namespace etendue

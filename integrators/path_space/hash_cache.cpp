@@ -1,0 +1,307 @@
+#include "integrators/path_space/hash_cache.h"
+
+#include "framework/core/check.h"
+#include "framework/core/parallel.h"
+#include "integrators/caches/cache_points.h"
+#include "integrators/caches/cache_progress.h"
+#include "integrators/caches/file_cache.h"
+#include "integrators/path_space/path_space_grid.h"
+#include "integrators/paths/emission.h"
+#include "integrators/paths/path.h"
+#include "integrators/paths/wavefront.h"
+
+#include <optional>
+#include <utility>
+
+namespace etendue {
+
+namespace {
+
+constexpr std::uint32_t none = no_id;
+
+// A camera sample: the light it found itself, and its lookup in the cache.
+struct Pixel {
+  Sampler sampler;
+  Rgb radiance{0};
+  Rgb found{0};    // once the cache is asked: by the path since its last event was followed
+  Rgb brought{0};  // indirect light at the surface the cache is asked about, by this path alone
+  Rgb weight{0};   // of the cache's answer in the pixel; black: nothing is asked
+  vec3 position{0}, normal{0};
+  vec2 u{0};
+  int depth = 0;
+};
+
+// A diffuse surface that a path left in one direction. The values of events follow from the last back to the first:
+// value(event) = arrived(next) + carried(next) value(next), or the light found up to the path's end.
+struct Event {
+  vec3 position, normal;
+  int depth;
+  std::uint32_t previous;
+  Rgb carried;            // of this event's value to the one before: albedo, and all between the two
+  Rgb arrived{0};         // to the event before, before this one's value: light between the two, and this one's direct light
+  bool followed = false;  // the path met what is next, or nothing
+};
+
+struct Walk {
+  std::uint32_t pixel;
+  Rgb throughput{1};  // to the camera; once the cache is asked, to the last event
+  float eta_scale = 1, pdf_bsdf = 0;
+  bool asked = false, from_diffuse = false;
+  std::uint32_t last_event = none;
+};
+
+struct TileWavefront {
+  Wavefront<Walk> paths;
+  std::vector<Event> events;
+  std::vector<std::uint32_t> last_events;  // of the pixels
+};
+
+class HashCache final : public Integrator, public FileCache {
+ public:
+  explicit HashCache(const HashCacheParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
+
+  void prepare(RenderContext& context) override {
+    max_depth_ = context.max_depth(params_.max_depth);
+    const ivec2 size = context.resolution;
+    if (!grid_) make_grid(context);
+    first_ = samples_;
+    pixels_.resize(path_tile_count(size));
+    values_.resize(pixels_.size());
+    cached_ = CachedLight(size, context.states_error, PathSpaceGrid::forgetting);
+  }
+
+  void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
+
+  SavableCache* savable_cache() override { return this; }
+  std::optional<std::vector<RecordShape>> record_shapes() const override {
+    return grid_ ? grid_->cells() : std::vector<RecordShape>();
+  }
+  std::optional<Image> standard_error() const override { return cached_.standard_error(); }
+
+  Expectation expectation() const override {
+    return {Bias::consistent, -2.0 / 3, 0.03, "indirect light blurred within cells, which shrink [Binder2018]"};
+  }
+
+ private:
+  // Format 2: sums in which older values weigh less; 3: their squared weights too.
+  Identity identity() const override { return {"hash-cache", param_texts(params_), {"enough", "finest", "light_samples"}, 3}; }
+  void write(ByteWriter& body) const override {
+    CHECK(grid_.has_value());
+    body.add(samples_);
+    grid_->write(body);
+  }
+  void read(const RenderContext& context, ByteReader& body) override;
+  void make_grid(const RenderContext& context);
+  void trace_tile(const RenderContext& context, std::size_t number, std::uint32_t sample);
+  void add_tile(const RenderContext& context, std::size_t number, Film& film);
+  // Depths that cells tell apart; that of a cell.
+  static int depths(int max_depth) { return max_depth > shared_above ? 1 : std::max(max_depth, 1); }
+  int key_depth(int depth) const { return max_depth_ > shared_above ? 0 : depth; }
+  bool meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
+            TileWavefront& wave) const;
+  void meet_light(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point, Pixel& pixel,
+                  TileWavefront& wave) const;
+  bool goes_on(const Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel) const;
+  void leave_diffuse(Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
+                     TileWavefront& wave) const;
+
+  HashCacheParams params_;
+  SamplerKind sampler_;
+  int max_depth_ = 0;
+  float traced_on_ = 0;  // of paths where they could end, in this iteration
+  std::optional<PathSpaceGrid> grid_;
+  std::uint32_t samples_ = 0, first_ = 0;         // per pixel, that the grid knows; of them from a file
+  std::vector<std::vector<Pixel>> pixels_;        // per tile
+  std::vector<std::vector<CachedValue>> values_;  // likewise
+  CachedLight cached_;
+};
+
+void HashCache::make_grid(const RenderContext& context) {
+  const ivec2 size = context.resolution;
+  const float pixel_angle = 2 * context.scene.camera.half_extent(size).x / static_cast<float>(size.x);
+  const vec3 eye = context.scene.camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
+  grid_.emplace(context.scene.bounds(), PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough});
+}
+
+void HashCache::read(const RenderContext& context, ByteReader& body) {
+  constexpr std::uint32_t most_samples = 1u << 30;  // so that adding iterations does not wrap
+  if (body.take(samples_); samples_ > most_samples) body.refuse("more iterations than can be");
+  make_grid(context);
+  grid_->read(body, depths(context.max_depth(params_.max_depth)));
+}
+
+// Emission that a ray meets, weighted against the light sample at the ray's origin. For a ray from an event it is direct light
+// of that surface, which is not part of the event's value.
+void HashCache::meet_light(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point,
+                           Pixel& pixel, TileWavefront& wave) const {
+  const Rgb met = walk.throughput * met_emission(context, ray, point, walk.pdf_bsdf);
+  if (!walk.from_diffuse) {
+    (walk.asked ? pixel.found : pixel.radiance) += met;
+    return;
+  }
+  Event& event = wave.events[walk.last_event];
+  event.followed = true;
+  if (event.previous == none) {
+    pixel.radiance += pixel.weight * met;
+  } else {
+    event.arrived = pixel.found + event.carried * met;
+    pixel.found = Rgb(0);
+  }
+}
+
+// Whether a path follows a direction from a diffuse surface. If not, and the path is beyond its lookup, it ends with a cell's
+// value.
+bool HashCache::goes_on(const Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+                        Pixel& pixel) const {
+  if (depth + 1 >= max_depth_ || is_black(walk.throughput * albedo)) return false;
+  if (!walk.asked || pixel.sampler.get_1d() < traced_on_) return true;
+  count(Counter::lookups);
+  const auto mean = grid_->mean(position, normal, key_depth(depth));
+  if (mean) pixel.found += walk.throughput * albedo * *mean;
+  return !mean;
+}
+
+// The first such surface of a path is where the cache will be looked up, once the paths of this sample are added.
+void HashCache::leave_diffuse(Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
+                              TileWavefront& wave) const {
+  if (!walk.asked) {
+    pixel.weight = walk.throughput * albedo;
+    pixel.position = position;
+    pixel.normal = normal;
+    pixel.u = pixel.sampler.get_2d();
+    pixel.depth = key_depth(depth);
+  }
+  wave.events.push_back({position, normal, key_depth(depth), walk.last_event, walk.asked ? walk.throughput * albedo : Rgb(1)});
+  walk.last_event = static_cast<std::uint32_t>(wave.events.size() - 1);
+  walk.asked = true;
+}
+
+// Handles what a ray meets and samples how the path continues; false where it ends.
+bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
+                     TileWavefront& wave) const {
+  Pixel& pixel = pixels[walk.pixel];
+  if (!hit) {
+    meet_light(context, walk, ray, nullptr, pixel, wave);
+    return false;
+  }
+  const SurfacePoint point = context.scene.surface_at(ray, hit);
+  meet_light(context, walk, ray, &point, pixel, wave);
+  if (depth >= max_depth_) return false;
+  const vec3 wo = -ray.direction, normal = towards(point.shading_normal, point.shading_normal, wo);
+  const Bsdf bsdf(context.scene, point);
+  const bool diffuse = bsdf.is_diffuse();
+  const Rgb albedo = diffuse ? bsdf.diffuse_albedo() : Rgb(1);
+  const bool follows = !diffuse || goes_on(walk, point.position, normal, albedo, depth, pixel);
+  const int samples = diffuse && !walk.asked ? params_.light_samples : 1;
+  for (int i = 0; i < samples; ++i)
+    if (const auto light =
+            sample_direct_light(context, point, bsdf, wo, pixel.sampler, follows ? MisMode::power : MisMode::light))
+      wave.paths.gain(
+          {walk.asked ? &pixel.found : &pixel.radiance, walk.throughput * light->radiance / static_cast<float>(samples)},
+          light->shadow_ray);
+  if (!follows) return false;
+  // Roulette goes by the weight of this event's value in that of the event before, once there is one: the weight in the pixel
+  // says nothing about that in the cell.
+  float worth = max_component(walk.throughput * albedo) * walk.eta_scale;
+  if (diffuse) {
+    leave_diffuse(walk, point.position, normal, albedo, depth, pixel, wave);
+    walk.throughput = Rgb(1);
+    walk.eta_scale = 1;
+  }
+  const float u_lobe = pixel.sampler.get_1d();
+  const BsdfSample scattered = bsdf.sample(wo, u_lobe, pixel.sampler.get_2d());
+  if (!scattered) return false;
+  // A diffuse surface's albedo is counted already.
+  if (!diffuse) {
+    walk.throughput *= scattered.weight;
+    if (scattered.transmitted) walk.eta_scale *= scattered.eta * scattered.eta;
+    worth = max_component(walk.throughput) * walk.eta_scale;
+  }
+  walk.from_diffuse = diffuse;
+  walk.pdf_bsdf = scattered.pdf_solid_angle;
+  ray = spawn_ray(point, scattered.wi);
+  if (depth + 1 < params_.roulette_depth) return true;
+  const float survival = std::min(0.95f, worth);
+  if (!(pixel.sampler.get_1d() < survival)) return false;
+  walk.throughput /= survival;
+  return true;
+}
+
+// Computes the value of each event.
+void collect(std::vector<Pixel>& pixels, TileWavefront& wave, std::vector<CachedValue>& values) {
+  for (std::size_t p = 0; p < pixels.size(); ++p) {
+    Rgb value = pixels[p].found;
+    for (std::uint32_t i = wave.last_events[p]; i != none; i = wave.events[i].previous) {
+      Event& event = wave.events[i];
+      if (!event.followed) event.arrived = std::exchange(value, Rgb(0));
+      if (is_finite(value)) values.push_back({event.position, event.normal, event.depth, value});
+      value = event.arrived + event.carried * value;
+    }
+    pixels[p].brought = value;
+  }
+}
+
+// Traces the camera paths of a tile, without what the cache will answer.
+void HashCache::trace_tile(const RenderContext& context, std::size_t number, std::uint32_t sample) {
+  static thread_local TileWavefront wave;  // for its memory
+  std::vector<Pixel>& pixels = pixels_[number];
+  pixels.clear();
+  wave.paths.clear();
+  wave.events.clear();
+  for_pixels(path_tile(context.resolution, number), [&](ivec2 pixel) {
+    const PathSample path = camera_path(context, pixel, sampler_, sample);
+    wave.paths.start({static_cast<std::uint32_t>(pixels.size())}, path.ray);
+    pixels.push_back({path.sampler});
+  });
+  wave.last_events.assign(pixels.size(), none);
+  wave.paths.run(context, 0, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
+    const bool goes_on = meet(context, walk, ray, hit, depth, pixels, wave);
+    wave.last_events[walk.pixel] = walk.last_event;
+    return goes_on;
+  });
+  values_[number].clear();
+  collect(pixels, wave, values_[number]);
+}
+
+// Adds the tile's pixels to the film, each with the cache's answer where it asks for one.
+void HashCache::add_tile(const RenderContext& context, std::size_t number, Film& film) {
+  auto next = pixels_[number].begin();
+  for_pixels(path_tile(context.resolution, number), [&](ivec2 at) {
+    const Pixel& pixel = *next++;
+    Rgb cached(0);
+    CachedError error;
+    if (!is_black(pixel.weight)) {
+      count(Counter::lookups);
+      cached = pixel.weight * grid_->smooth_mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
+      if (context.states_error) error = grid_->error(pixel.position, pixel.normal, pixel.depth, pixel.u, pixel.weight);
+    }
+    cached_.add(film, at, pixel.radiance, cached, error);
+  });
+}
+
+void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
+  const std::uint32_t sample = first_ + index;
+  grid_->begin(sample);
+  traced_on_ = params_.trace_on * std::max(1.0f, grid_->scatter());
+  {
+    const auto timed = context.phases.measure("trace");
+    parallel_for(pixels_.size(), 1, [&](std::size_t number) { trace_tile(context, number, sample); });
+  }
+  {
+    const auto timed = context.phases.measure("learn");
+    grid_->add(values_);
+    samples_ = sample + 1;
+  }
+  const auto timed = context.phases.measure("gather");
+  cached_.begin(index, sample + 1.0);  // lookups rest on a nearly constant share of the paths so far (path_space_grid.h)
+  parallel_for(pixels_.size(), 1, [&](std::size_t number) { add_tile(context, number, film); });
+}
+
+}  // namespace
+
+IntegratorEntry hash_cache_entry() {
+  return {"hash-cache", "path-space filtering through a hash grid", list_params<HashCacheParams>(),
+          [](const ParamMap& map) { return std::make_unique<HashCache>(read_params<HashCacheParams>(map, "hash-cache")); }};
+}
+
+}  // namespace etendue

@@ -1,0 +1,85 @@
+// A camera path past all surfaces that carry light (see integrators/photons/photons.h) to the receivers it meets.
+//
+// At a receiver the path ends, unless a delta lobe (a smooth coat's) is sampled there: it carries the path on. Of a rough lobe
+// that carries, the path follows the core if the caller gathers the flanks, else all of it. Returned is the light that needs no
+// photons: emission the path meets, and what light sampling finds at rough lobes that carry, weighted against each other where
+// both can find it.
+#pragma once
+
+#include "framework/transport/ray_tools.h"
+#include "integrators/paths/emission.h"
+#include "integrators/photons/photons.h"
+
+namespace etendue {
+
+struct NoFlanks {
+  void operator()(const SurfacePoint&, const Bsdf&, const vec3&, const Rgb&, int) const {}
+};
+
+struct CameraWalk {
+  const RenderContext& context;
+  const Receivers& receivers;
+  int max_depth;
+
+  static constexpr int roulette_depth = 5;
+
+  // A path under way. Many can be traced together, event by event.
+  struct State {
+    Rgb radiance{0}, throughput{1};
+    float distance = 0;   // metres
+    float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
+    BsdfSample last;
+  };
+
+  // Calls at_receiver(point, bsdf, wo, throughput, depth, distance) at each receiver, with `depth` scattering events before it
+  // and a way of `distance` behind it, and at_flanks(point, bsdf, wo, throughput, depth) where light from directions of a
+  // density below receivers.flank_density() is wanted, but for direct light. `path` decides where the path goes, `light` which
+  // points of lights it looks at.
+  template <class AtReceiver, class AtFlanks = NoFlanks>
+  Rgb operator()(Ray ray, Sampler& path, Sampler& light, const AtReceiver& at_receiver, const AtFlanks& at_flanks = {}) const {
+    State state;
+    for (int depth = 0;; ++depth)
+      if (!meet(state, ray, trace(context, ray), depth, path, light, at_receiver, at_flanks)) return state.radiance;
+  }
+
+  // The same for one hit: false if the path ends there, else it goes on along `ray`.
+  template <class AtReceiver, class AtFlanks>
+  bool meet(State& state, Ray& ray, const Hit& hit, int depth, Sampler& path, Sampler& light, const AtReceiver& at_receiver,
+            const AtFlanks& at_flanks) const {
+    auto& [radiance, throughput, distance, eta_scale, last] = state;
+    if (!hit) {
+      radiance += throughput * met_emission(context, ray, nullptr, last.pdf_solid_angle);
+      return false;
+    }
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    radiance += throughput * met_emission(context, ray, &point, last.pdf_solid_angle);
+    if (depth >= max_depth) return false;
+
+    const vec3 wo = -ray.direction;
+    const Bsdf bsdf(context.scene, point);
+    const bool receiver = receivers(point.material);
+    distance += glm::length(point.position - ray.origin);
+    const float followed_above = receivers.has_flanks(point.material) ? receivers.flank_density() : 0;
+    if (receiver)
+      at_receiver(point, bsdf, wo, throughput, depth, distance);
+    else
+      radiance += throughput * direct_light(context, point, bsdf, wo, light, MisMode::power, followed_above);
+    if (followed_above > 0) at_flanks(point, bsdf, wo, throughput, depth);
+    if (receiver && !bsdf.has_specular()) return false;
+
+    const float u_lobe = path.get_1d();
+    last = bsdf.sample(wo, u_lobe, path.get_2d());
+    if (!last || (receiver && !last.specular) || (!last.specular && last.pdf_solid_angle < followed_above)) return false;
+    throughput *= last.weight;
+    if (last.transmitted) eta_scale *= last.eta * last.eta;
+    ray = spawn_ray(point, last.wi);
+    if (depth + 1 >= roulette_depth) {
+      const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
+      if (!(path.get_1d() < survival)) return false;
+      throughput /= survival;
+    }
+    return true;
+  }
+};
+
+}  // namespace etendue

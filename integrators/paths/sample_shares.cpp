@@ -1,0 +1,96 @@
+#include "integrators/paths/sample_shares.h"
+
+#include "framework/core/check.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+constexpr double dark = 0.25;  // of the image's mean: deviations of darker pixels are relative to this
+
+// Numbers that a span has for a pixel's samples, in bits: two million iterations of the most samples.
+constexpr int span_bits = 26;
+static_assert(2 * SampleShares::most_first * SampleShares::most <= 1u << span_bits);
+
+}  // namespace
+
+SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first)
+    : resolution_(resolution), extra_(extra), first_(first * most) {
+  CHECK_LE(first, most_first);
+  const auto pixels = static_cast<std::size_t>(resolution.x) * resolution.y;
+  next_.assign(pixels, first_);
+  count_.assign(pixels, 1);
+  if (!(extra > 0)) return;
+  moments_.resize(pixels);
+  deviation_.resize(pixels);
+}
+
+void SampleShares::add(std::size_t pixel, float luminance) {
+  if (moments_.empty() || !std::isfinite(luminance)) return;
+  Moments& m = moments_[pixel];
+  m.count += 1;
+  m.sum += luminance;
+  m.squares += square(static_cast<double>(luminance));
+}
+
+// Relative standard deviations, each over a pixel and its neighbours.
+void SampleShares::measure() {
+  const auto width = static_cast<std::size_t>(resolution_.x);
+  double total = 0;
+  for (const Moments& m : moments_) total += m.count > 0 ? m.sum / m.count : 0;
+  const double floor = square(dark * total / static_cast<double>(moments_.size())) + 1e-30;
+  parallel_for(static_cast<std::size_t>(resolution_.y), 8, [&](std::size_t row) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < resolution_.x; ++x) {
+      double pixels = 0, sum = 0, squares = 0;
+      for (int v = std::max(y - 1, 0); v <= std::min(y + 1, resolution_.y - 1); ++v)
+        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, resolution_.x - 1); ++u) {
+          const Moments& m = moments_[static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u)];
+          if (!(m.count > 0)) continue;
+          pixels += 1;
+          sum += m.sum / m.count;
+          squares += m.squares / m.count;
+        }
+      const std::size_t i = row * width + static_cast<std::size_t>(x);
+      const Moments& here = moments_[i];
+      if (!(pixels > 0 && here.count > 0)) {
+        deviation_[i] = 0;
+        continue;
+      }
+      const double mean = here.sum / here.count, variance = squares / pixels - square(sum / pixels);
+      deviation_[i] = static_cast<float>(std::sqrt(std::max(variance, 0.0) / (mean * mean + floor)));
+    }
+  });
+}
+
+void SampleShares::end_iteration() {
+  for (std::size_t i = 0; i < next_.size(); ++i) next_[i] += count_[i];
+  if (moments_.empty() || !std::has_single_bit(++iterations_)) return;
+  measure();
+  share_out();
+  std::fill(next_.begin(), next_.end(), (++span_ << span_bits) + first_);
+}
+
+void SampleShares::share_out() {
+  // Samples beyond a pixel's largest number go to the others; numbers are whole.
+  double per_deviation = 0;
+  const double extras = static_cast<double>(extra_) * static_cast<double>(count_.size());
+  for (int round = 0; round < 4; ++round) {
+    double sum = 0, cut = 0;
+    for (const float d : deviation_)
+      if (per_deviation * d >= most - 1.0)
+        cut += most - 1;
+      else
+        sum += d;
+    if (!(sum > 0) || !(extras > cut)) break;
+    per_deviation = (extras - cut) / sum;
+  }
+  for (std::size_t i = 0; i < count_.size(); ++i)
+    count_[i] = 1 + static_cast<std::uint32_t>(std::min(per_deviation * deviation_[i], most - 1.0));
+}
+
+}  // namespace etendue

@@ -1,0 +1,201 @@
+#include "integrators/photons/photon_gather.h"
+
+#include "framework/core/counters.h"
+#include "framework/core/parallel.h"
+#include "integrators/photons/kernel_domain.h"
+
+#include <optional>
+
+namespace etendue {
+
+KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float radius, Neighbours& out) {
+  if (k == 0) {
+    query.within(position, radius, out);
+    return {out.size(), radius * radius};
+  }
+  query.nearest(position, static_cast<std::size_t>(k), radius, out);
+  if (out.size() < static_cast<std::size_t>(k)) return {out.size(), radius * radius};
+  return {out.size() - 1, out.back().distance_squared};
+}
+
+void PhotonMap::build(Photons photons, std::unique_ptr<PointQuery> query, const GatherOptions& options) {
+  query_ = std::move(query);
+  photons_ = photons.reordered(along_curve(photons.position));
+  photons = {};  // room for the structure
+  options_ = options;
+  held_ = 0;
+  for (const PhotonSide& side : photons_.side) held_ |= side.history;
+  query_->build(photons_.position);
+  radius_ = options.radius > 0 ? options.radius : std::min(automatic_radius(), options.largest_radius);
+}
+
+// The median distance at which photons have k photons about them (50 for a fixed radius); as a bound for the search four times
+// that, which only regions with a sixteenth of the usual density reach.
+float PhotonMap::automatic_radius() const {
+  constexpr std::size_t probes = 256;
+  if (photons_.empty()) return 1;
+  const auto k = std::min<std::size_t>(options_.k > 0 ? options_.k : 50, photons_.size());
+  std::vector<float> distances(std::min(probes, photons_.size()));
+  parallel_for(distances.size(), 8, [&](std::size_t i) {
+    static thread_local Neighbours neighbours;
+    query_->nearest(photons_.position[i * photons_.size() / distances.size()], k, infinity, neighbours);
+    distances[i] = std::sqrt(neighbours.back().distance_squared);
+  });
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return std::max(*middle, std::numeric_limits<float>::min()) * (options_.k > 0 ? 4 : 1);
+}
+
+GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories,
+                         int max_scatterings, float flank_density)
+    : bsdf_(&bsdf),
+      position_(point.position),
+      wo_(wo),
+      normal_(glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal),
+      front_(normal_, 0),
+      back_(-normal_, 0),
+      histories_(histories),
+      constant_(bsdf.is_diffuse() && point.shading_normal == point.normal),
+      longest_(std::min(max_scatterings, 65535)),
+      flank_density_(flank_density),
+      constant_reflectance_(constant_ ? bsdf.diffuse_albedo() * inv_pi : Rgb(0)) {
+  origin_ = ray_origin(point, normal_);
+  transmits_ = bsdf.transmits();
+  if (transmits_) far_origin_ = ray_origin(point, -normal_);
+}
+
+GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, const vec3& origin, int max_scatterings) {
+  GatherPoint at;
+  at.position_ = position;
+  at.origin_ = origin;
+  at.wo_ = at.normal_ = normal;
+  at.histories_ = photon_any;
+  at.constant_ = true;
+  at.longest_ = std::min(max_scatterings, 65535);
+  at.constant_reflectance_ = Rgb(1);
+  return at;
+}
+
+Edges parse_edges(const std::string& name) {
+  return name == "visible" ? Edges::visible : name == "hull" ? Edges::hull : Edges::disc;
+}
+
+Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                        PhotonHistory histories, int max_scatterings) const {
+  if (max_scatterings < 0 || !(held_ & histories)) return Rgb(0);
+  return estimate(context, GatherPoint(point, bsdf, wo, histories, max_scatterings));
+}
+
+PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const GatherPoint& at) const {
+  if (photons_.empty()) return {};
+  static thread_local Neighbours neighbours;
+  // Fewer than k in all: those within the radius, which need not be brought into order.
+  const bool whole = static_cast<std::size_t>(options_.k) > photons_.size();
+  const KernelDisc disc = find_disc(*query_, at.position(), whole ? 0 : options_.k, radius_, neighbours);
+  count(Counter::photons_gathered, disc.count);
+  const float radius = std::sqrt(disc.radius_squared);
+  const float grain = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;
+  if (disc.count == 0 || !(disc.radius_squared > 0)) return {Rgb(0), radius};
+  const std::span<const Neighbour> near = counting(context, at, {neighbours.data(), disc.count}, near_walls(at, radius));
+  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius, grain};
+  std::optional<VisibleDomain> domain;
+  if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), radius);
+  Rgb sum(0);
+  for (const auto& [id, distance_squared] : near)
+    if (!domain || domain->contains(photons_.position[id] - at.position()))
+      sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
+  return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius, grain};
+}
+
+// The hull of a few photons does not tell where the surface ends: then the whole disc is used.
+Rgb PhotonMap::over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const {
+  constexpr std::size_t fewest = 8;
+  static thread_local std::vector<Rgb> reflected;
+  static thread_local std::vector<vec2> positions;
+  reflected.clear();
+  positions.clear();
+  const Frame frame = Frame::from_normal(at.normal());
+  Rgb sum(0);
+  for (const auto& [id, distance_squared] : near) {
+    reflected.push_back(at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared));
+    positions.push_back(in_tangent_plane(frame, photons_.position[id] - at.position()));
+    sum += reflected.back();
+  }
+  if (positions.size() < fewest) return sum * disc.per_area();
+  const PhotonHull hull(positions);
+  for (const std::uint32_t corner : hull.corners()) sum -= reflected[corner];
+  const float share = hull.share(options_.kernel, std::sqrt(disc.radius_squared));
+  return share > 0 ? glm::max(sum, Rgb(0)) * (disc.per_area() / share) : Rgb(0);
+}
+
+std::span<const Neighbour> PhotonMap::counting(const RenderContext& context, const GatherPoint& at,
+                                               std::span<const Neighbour> near, const NearWalls& walls) const {
+  static thread_local Neighbours kept;
+  static thread_local std::vector<Ray> ways;
+  static thread_local std::vector<std::size_t> asked;  // the places in `kept` of those that ways lead to
+  kept.clear();
+  ways.clear();
+  asked.clear();
+  for (const Neighbour& photon : near) {
+    if (!at.counts(photons_, photon.id, options_.side_test)) continue;
+    if (!walls.none())
+      if (const auto way = at.way_to(photons_, photon, walls)) {
+        asked.push_back(kept.size());
+        ways.push_back(*way);
+      }
+    kept.push_back(photon);
+  }
+  if (ways.empty()) return kept;
+  static thread_local std::vector<std::uint8_t> hidden;  // by place in `kept`
+  hidden.assign(kept.size(), 0);
+  for (const std::size_t place : asked) hidden[place] = 1;
+  for_unoccluded(context, ways, [&](std::size_t i) { hidden[asked[i]] = 0; });
+  std::size_t seen = 0;
+  for (std::size_t place = 0; place < kept.size(); ++place)
+    if (hidden[place] == 0) kept[seen++] = kept[place];
+  kept.resize(seen);
+  return kept;
+}
+
+const Neighbours& PhotonMap::within(const vec3& position, float radius) const {
+  static thread_local Neighbours neighbours;
+  query_->within(position, radius, neighbours);
+  count(Counter::photons_gathered, neighbours.size());
+  return neighbours;
+}
+
+const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
+  static thread_local Neighbours neighbours;
+  neighbours.clear();
+  if (!photons_.empty()) query_->nearest(position, static_cast<std::size_t>(k), radius_, neighbours);
+  count(Counter::photons_gathered, neighbours.size());
+  return neighbours;
+}
+
+// Balls of growing radius until one holds enough that count: behind a thin wall may lie thousands that do not, which would all
+// be among the nearest. Of those on the right side the nearest are looked at first, and no more than it takes.
+float PhotonMap::distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max) const {
+  if (photons_.empty() || k < 1) return r_max;
+  static thread_local Neighbours on_side;
+  const float first = std::max(0.25f * radius_, std::numeric_limits<float>::min());  // from zero it would not grow
+  const auto nearer = [](const Neighbour& a, const Neighbour& b) { return a.distance_squared < b.distance_squared; };
+  for (float r = std::min(r_max, first);; r = std::min(r_max, 1.6f * r)) {
+    const Neighbours& found = within(at.position(), r);
+    on_side.clear();
+    for (const Neighbour& photon : found)
+      if (at.counts(photons_, photon.id, options_.side_test)) on_side.push_back(photon);
+    const NearWalls walls = near_walls(at, r);
+    std::ptrdiff_t missing = k;
+    for (auto begin = on_side.begin(); on_side.end() - begin >= missing;) {
+      const auto end = begin + missing;
+      std::nth_element(begin, end - 1, on_side.end(), nearer);
+      const std::span<const Neighbour> seen = counting(context, at, {begin, end}, walls);
+      missing -= static_cast<std::ptrdiff_t>(seen.size());
+      if (missing == 0) return std::sqrt((end - 1)->distance_squared);
+      begin = end;
+    }
+    if (r >= r_max || found.size() == photons_.size()) return r_max;
+  }
+}
+
+}  // namespace etendue

@@ -1,0 +1,97 @@
+#include "integrators/photons/photon_map.h"
+
+#include "framework/core/parallel.h"
+#include "integrators/paths/camera_walk.h"
+#include "integrators/paths/path.h"
+
+namespace etendue {
+
+namespace {
+
+// The state of one camera sample.
+struct CameraSample {
+  std::uint64_t pixel;
+  std::uint32_t iteration;
+  Sampler sampler;
+};
+
+class PhotonMapping final : public Integrator {
+ public:
+  explicit PhotonMapping(const PhotonMapParams& params)
+      : params_(params), sampler_(parse_sampler(params.sampler)), maps_(params, "photon-map") {}
+
+  void prepare(RenderContext& context) override;
+  void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
+  Expectation expectation() const override;
+
+ private:
+  void trace_maps(RenderContext& context, std::uint32_t pass);
+  Rgb camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const;
+  Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
+                CameraSample& sample) const;
+
+  PhotonMapParams params_;
+  SamplerKind sampler_;
+  int max_depth_ = 0;
+  PhotonMaps maps_;
+};
+
+void PhotonMapping::prepare(RenderContext& context) {
+  max_depth_ = context.max_depth(params_.max_depth);
+  maps_.prepare(context, {params_.final_gather, max_depth_, sampler_});
+  trace_maps(context, 0);
+}
+
+void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {
+  maps_.trace_global(context, pass);
+  maps_.trace_caustics(context, pass);
+}
+
+void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film& film) {
+  if (params_.retrace && index > 0) trace_maps(context, index);
+  const auto timed = context.phases.measure("gather");
+  parallel_pixels(context.resolution, [&](ivec2 pixel) {
+    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+    CameraSample sample{key, index, Sampler(sampler_, context.seed, Stream::camera, key, index)};
+    const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
+    film.add(pixel, camera_radiance(context, ray, sample), index);
+  });
+}
+
+Rgb PhotonMapping::camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const {
+  Rgb seen(0);
+  const Rgb met = CameraWalk{context, maps_.receivers(), max_depth_}(
+      ray, sample.sampler, sample.sampler,
+      [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
+        seen += throughput * reflected(context, point, bsdf, wo, depth, sample);
+      });
+  return met + seen;
+}
+
+// What a receiver reflects by events that diffuse, seen by a camera path with `depth` events before this one.
+Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                             int depth, CameraSample& sample) const {
+  const int remaining = max_depth_ - depth - 1;
+  Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light);
+  radiance += maps_.caustics(context, point, bsdf, wo, remaining);
+  if (params_.final_gather == 0) return radiance + maps_.seen_directly(context, point, bsdf, wo, remaining);
+  if (remaining < 1) return radiance;
+  const FinalGather gather = maps_.gather(context, params_.final_gather, params_.gather_sampling == "photons");
+  return radiance + gather(point, bsdf, wo, depth, sample.pixel, sample.iteration);
+}
+
+Expectation PhotonMapping::expectation() const {
+  return {Bias::biased, -1, 0.05,
+          params_.retrace ? "blur by the kernel's radius and loss at edges [Jensen2001]; the maps' variance averages out"
+                          : "blur by the kernel's radius, loss at edges, and the one map's own noise [Jensen2001]"};
+}
+
+}  // namespace
+
+IntegratorEntry photon_map_entry() {
+  return {"photon-map", "photon mapping with a caustic map where one is needed, and optional final gathering",
+          list_params<PhotonMapParams>(),
+          [](const ParamMap& map) { return std::make_unique<PhotonMapping>(read_params<PhotonMapParams>(map, "photon-map")); }};
+}
+
+}  // namespace etendue

@@ -1,0 +1,46 @@
+// Photon mapping ([Jensen1996], [Jensen2001]): photons are traced from the lights once, and camera paths gather their density.
+//
+// The camera path passes surfaces that carry light (see integrators/photons/photons.h) to each receiver R it meets. There, with
+// C for an event that carries:
+//
+//   direct      L R C* E           next-event estimation, one light sample
+//   caustic     L C+ R C* E        the caustic map: photons of its own, whose paths end at their first receiver
+//   indirect    L (C|R)* R C* R C* E
+//                 final_gather = 0: the global map, which then holds indirect photons only
+//                 final_gather > 0: that many rays (integrators/photons/final_gather.h) through C* to the next receiver, where
+//                 the global map, which then holds direct, caustic and indirect photons, is gathered. They collect no emission:
+//                 a ray that ends on a light has found a path of the first two rows.
+//   L C* E                         emission the camera path meets (weighed against light sampling after a narrow rough lobe)
+//
+// Both maps: integrators/photons/photon_maps.h.
+//
+// Biased: the maps are traced once, so their noise and blur stay however many camera samples are taken. `retrace` makes new
+// maps for every iteration; then only the blur of the kernel's radius stays. An iteration is one sample per pixel.
+#pragma once
+
+#include "integrators/photons/photon_maps.h"
+
+namespace etendue {
+
+struct PhotonMapParams : PhotonMapsParams {
+  int final_gather = 0;
+  std::string gather_sampling = "photons";
+  bool retrace = false;
+  int max_depth = 0;
+  std::string sampler = "sobol";
+};
+
+template <class Visitor>
+void describe(Visitor& v, PhotonMapParams& p) {
+  describe_photon_maps(v, p);
+  v.integer("final_gather", p.final_gather, 0, 1000000, "rays", "per visible point; 0: the global map is seen directly");
+  v.choice("gather_sampling", p.gather_sampling, {"photons", "bsdf"},
+           "directions of those rays: from where photons came and by the BSDF in equal parts, or by the BSDF alone");
+  v.flag("retrace", p.retrace, "new maps for every iteration");
+  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
+  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+}
+
+IntegratorEntry photon_map_entry();
+
+}  // namespace etendue

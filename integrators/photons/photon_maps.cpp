@@ -1,0 +1,126 @@
+#include "integrators/photons/photon_maps.h"
+
+#include "framework/core/parallel.h"
+#include "integrators/caches/cache_points.h"
+
+namespace etendue {
+
+namespace {
+
+constexpr int fewest_photons = 200000;  // by default
+
+}  // namespace
+
+PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method)
+    : params_(params), emission_(parse_emission(params.emission)) {
+  if (params.k == 1) throw Error(method + ": k = 1: expected 0 (fixed radius) or at least 2");
+}
+
+void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use) {
+  use_ = use;
+  receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below);
+  const bool caustics = context.needs.caustic_map || receivers_->narrow_lobes();
+  separate_caustics_ = params_.caustic_map == "on" || (params_.caustic_map == "auto" && caustics);
+  holds_caustics_ = caustics && !separate_caustics_;
+  global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
+  photons_ = params_.photons;
+  if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
+  if (emission_ != PhotonEmission::power) mark_seen(context);
+}
+
+// As many as make the kernel's radius over k of them 0.7 % of the scene's diagonal, at the median of what pixels see; but not
+// so many that a small image waits for its map.
+int PhotonMaps::enough_photons(const RenderContext& context) {
+  constexpr int pilots = 40000, near = 10, lines = 32;
+  const auto timed = context.phases.measure("pilot");
+  PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
+  pass.emission = PhotonEmission::power;
+  PhotonMap map;
+  build(context, map, trace_photons(context, *receivers_, pass), Edges::disc);
+  const float diagonal = glm::length(context.scene.bounds().diagonal());
+  std::vector<float> radii(lines * lines);
+  parallel_for(radii.size(), 16, [&](std::size_t i) {
+    const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
+    const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, receivers_.get());
+    if (seen)
+      radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), diagonal);
+  });
+  std::erase(radii, 0.0f);
+  if (radii.empty() || !(diagonal > 0)) return fewest_photons;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
+  const double most = std::clamp<double>(32 * pixels, fewest_photons, 10 * fewest_photons);
+  return static_cast<int>(std::clamp(pilots * k / near * square(*middle / (0.007f * diagonal)), double{fewest_photons}, most));
+}
+
+void PhotonMaps::mark_seen(const RenderContext& context) {
+  const auto timed = context.phases.measure("prefill");
+  const SeenOptions options{4, use_.max_depth, use_.sampler, params_.side_test};
+  // Twice what k photons need of the area seen if half of those emitted reach it, as densities differ; for gather rays, a
+  // fiftieth of the scene.
+  const float whole = 0.02f * glm::length(context.scene.bounds().diagonal());
+  const double area = seen_area(context, *receivers_, options);
+  const double photons = 0.5 * std::min(photons_, separate_caustics_ ? params_.caustic_photons : photons_);
+  const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
+  const bool gathers = use_.gather_rays > 0;
+  const float reach = params_.radius > 0 ? params_.radius
+                      : gathers          ? whole
+                                         : std::clamp(static_cast<float>(needed), 1e-3f * whole, whole);
+  // Half as much again, for what lies between the samples of a pixel.
+  seen_ = find_seen(context, *receivers_, options, 1.5f * reach);
+  if (gathers) gathered_ = find_seen(context, *receivers_, options, 1.5f * reach, std::min(use_.gather_rays, 16));
+  if (emission_ == PhotonEmission::visibility) largest_radius_ = reach;  // beyond it there may be no photons
+}
+
+PhotonPass PhotonMaps::pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep,
+                               const VisibleRegion* visible) const {
+  return {static_cast<std::uint32_t>(count), key, max_scatterings, keep, use_.sampler, emission_, visible};
+}
+
+Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) const {
+  const auto timed = context.phases.measure("emit");
+  return trace_photons(context, *receivers_, pass);
+}
+
+void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) {
+  map.build(std::move(photons), context.make_points(params_.structure),
+            {params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test, largest_radius_, edges});
+  if (!params_.side_test) return;
+  walls_ = wall_grid(context.scene, map.radius(), walls_);
+  map.set_walls(walls_);
+}
+
+// The event at which a photon is gathered counts too, and so does the one at the visible point before a gather ray.
+void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
+  const bool gathers = use_.gather_rays > 0;
+  const auto pass_for = [&](int count, std::uint64_t key) {
+    return pass_of(count, key, use_.max_depth - (gathers && !holds_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
+                   gathered_ ? gathered_.get() : seen_.get());
+  };
+  Photons photons = trace(context, pass_for(photons_, hash_keys(0, pass))), places;
+  const bool precomputes = gathers && params_.precompute > 0;
+  if (precomputes) places = trace(context, pass_for(std::max(1, photons_ / params_.precompute), hash_keys(0, pass, 1)));
+  const auto timed = context.phases.measure("build");
+  build(context, global_, std::move(photons), parse_edges(params_.edges));
+  if (precomputes)
+    irradiance_ = std::make_unique<PhotonIrradiance>(context, global_, places, context.make_points(params_.structure));
+}
+
+void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass) {
+  if (!separate_caustics_) return;
+  Photons photons =
+      trace(context, pass_of(params_.caustic_photons, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
+  const auto timed = context.phases.measure("build");
+  const Edges edges = parse_edges(params_.edges);
+  build(context, caustic_, std::move(photons), edges == Edges::hull ? Edges::disc : edges);
+}
+
+Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                         int max_scatterings) const {
+  if (separate_caustics_) return caustic_.radiance(context, point, bsdf, wo, photon_caustic, max_scatterings);
+  if (use_.gather_rays == 0) return Rgb(0);
+  return global_.radiance(context, point, bsdf, wo, photon_caustic, max_scatterings);
+}
+
+}  // namespace etendue

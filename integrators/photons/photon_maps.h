@@ -1,0 +1,121 @@
+// The global photon map and the caustic map beside it, for all methods that keep whole maps ([Jensen1996]).
+//
+// The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a rough lobe that carries; without it the
+// global map holds the caustic photons too. The global map is seen directly, and then holds indirect photons only; or at the
+// ends of rays from the receivers that are seen, and then holds direct, caustic and indirect photons.
+//
+// With `photons` = 0 a pilot pass decides how many photons the global map has for gather rays. Where little of the light
+// reaches what is seen, gather rays would otherwise find only a few photons: their noise would be that of the whole image, and
+// their kernels would reach far beyond edges and under doors.
+//
+// With an emission other than by power, camera paths (and gather rays) mark where each map will be looked up: within twice the
+// radius that k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no
+// light elsewhere, that is the largest radius of the search, too.
+#pragma once
+
+#include "framework/structure_names.h"
+#include "integrators/photons/final_gather.h"
+#include "integrators/photons/visible_region.h"
+
+#include <string>
+
+namespace etendue {
+
+struct PhotonMapsParams {
+  int photons = 200000;
+  int caustic_photons = 200000;
+  int k = 50;
+  float radius = 0;
+  std::string kernel = "epanechnikov";
+  int precompute = 0;
+  bool follow_near = false;
+  std::string caustic_map = "auto";
+  float carry_below = 0.25f;
+  bool side_test = true;
+  std::string edges = "disc";
+  std::string emission = "power";
+  std::string structure = "hash-grid";
+};
+
+template <class Visitor>
+void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
+  v.integer(
+      "photons", p.photons, 0, 2000000000, "photons",
+      "emitted for the global map; 0: 200,000, for gather rays up to tenfold and 32 a pixel where few land on what is seen");
+  v.integer("caustic_photons", p.caustic_photons, 1, 2000000000, "photons", "emitted for the caustic map, where there is one");
+  v.integer(
+      "k", p.k, 0, 1000000, "photons",
+      "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "
+      "takes time in proportion");
+  v.number("radius", p.radius, 0, 1e12, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
+  v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
+  v.integer("precompute", p.precompute, 0, 1000000, "photons",
+            "one more for so many marks a place that holds irradiance for gather rays; 0: they gather photons themselves");
+  v.flag("follow_near", p.follow_near,
+         "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
+  v.choice("caustic_map", p.caustic_map, {"auto", "on", "off"}, "auto: where the scene needs it; off: one map for all");
+  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
+  v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
+  v.choice("edges", p.edges, {"disc", "visible", "hull"},
+           "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
+  v.choice("emission", p.emission, {"power", "importance", "visibility"},
+           "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
+  v.choice("structure", p.structure, point_structure_names, "what finds the photons");
+}
+
+// How the maps will be used.
+struct PhotonMapsUse {
+  int gather_rays = 0;  // from a receiver that is seen; 0: the global map is seen directly
+  int max_depth = 64;
+  SamplerKind sampler = SamplerKind::sobol;
+};
+
+class PhotonMaps {
+ public:
+  // Throws Error for wrong combinations of parameters, with the name of the `method`.
+  PhotonMaps(const PhotonMapsParams& params, const std::string& method);
+
+  // Finds where photons matter; traces nothing yet.
+  void prepare(const RenderContext& context, const PhotonMapsUse& use);
+  // Maps of different passes are independent.
+  void trace_global(RenderContext& context, std::uint32_t pass);
+  void trace_caustics(RenderContext& context, std::uint32_t pass);  // nothing where there is no caustic map
+
+  const Receivers& receivers() const { return *receivers_; }
+  const PhotonMap& global() const { return global_; }
+  // Caustics at a receiver, apart from those that are part of `seen_directly`.
+  Rgb caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+               int max_scatterings) const;
+  // The global map's light where it is seen directly.
+  Rgb seen_directly(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                    int max_scatterings) const {
+    return global_.radiance(context, point, bsdf, wo, global_seen_, max_scatterings);
+  }
+  FinalGather gather(const RenderContext& context, int rays, bool by_photons) const {
+    return {context,    *receivers_,         global_,     irradiance_.get(), rays, use_.max_depth,
+            by_photons, params_.follow_near, use_.sampler};
+  }
+
+ private:
+  int enough_photons(const RenderContext& context);
+  void mark_seen(const RenderContext& context);
+  PhotonPass pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep, const VisibleRegion* visible) const;
+  Photons trace(const RenderContext& context, const PhotonPass& pass) const;
+  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges);
+
+  PhotonMapsParams params_;
+  PhotonMapsUse use_;
+  int photons_ = 0;  // of the global map
+  PhotonEmission emission_;
+  bool separate_caustics_ = false;
+  bool holds_caustics_ = false;             // the global map, to be seen directly
+  PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
+  std::unique_ptr<Receivers> receivers_;
+  PhotonMap global_, caustic_;
+  std::unique_ptr<PhotonIrradiance> irradiance_;  // of the global map, for gather rays
+  std::shared_ptr<const WallGrid> walls_;         // of the map that was built last
+  float largest_radius_ = infinity;
+  std::unique_ptr<VisibleRegion> seen_, gathered_;  // by camera paths, and by gather rays; null where not needed
+};
+
+}  // namespace etendue

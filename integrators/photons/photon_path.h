@@ -1,0 +1,155 @@
+// One photon's path: emitted, traced, stored where receivers catch it. For integrators/photons/photons.cpp and its emissions.
+//
+// The path is a function of the numbers it draws, the same ones in the same places whatever it meets: five for the light, its
+// point and the direction, then two for lobe and survival and two for the direction at each event. So the numbers can be chosen
+// independently, by a guide, or by a Markov chain that changes those of an earlier path.
+#pragma once
+
+#include "framework/core/counters.h"
+#include "framework/core/parallel.h"
+#include "framework/transport/bsdf.h"
+#include "framework/transport/ray_tools.h"
+#include "framework/transport/sampling.h"
+#include "integrators/photons/visible_region.h"
+
+#include <array>
+
+namespace etendue {
+
+// The numbers a photon is emitted by.
+inline constexpr int emission_dimensions = 5;
+using EmissionNumbers = std::array<float, emission_dimensions>;
+
+// The source of numbers for the paths of one key: the pass's sampler for emission, independent numbers for scattering. After
+// one diffuse event a low-discrepancy sequence no longer lowers the variance within a kernel, and its numbers cost more.
+class PathNumbers {
+ public:
+  PathNumbers(const RenderContext& context, const PhotonPass& pass, std::uint64_t key)
+      : sampler_(pass.sampler), seed_(context.seed), key_(key), scattering_(hash_keys(seed_, key)) {
+    for (std::uint32_t n = 0; n < emission_.size(); ++n) emission_[n] = SobolPair(seed_, Stream::light_path, key, n);
+  }
+
+  EmissionNumbers emission(std::uint32_t index) const {
+    if (sampler_ == SamplerKind::sobol) {
+      const vec2 position = emission_[1].point(index), direction = emission_[2].point(index);
+      return {emission_[0].first(index), position.x, position.y, direction.x, direction.y};
+    }
+    Sampler sampler(sampler_, seed_, Stream::light_path, key_, index);
+    const float light = sampler.get_1d();
+    const vec2 position = sampler.get_2d(), direction = sampler.get_2d();
+    return {light, position.x, position.y, direction.x, direction.y};
+  }
+  Pcg32 scattering(std::uint32_t index) const { return {mix_bits(scattering_ ^ index), key_}; }
+
+ private:
+  SamplerKind sampler_;
+  std::uint64_t seed_, key_, scattering_;
+  std::array<SobolPair, 3> emission_;  // light, position, direction
+};
+
+// Those of path `index`.
+class SampledNumbers {
+ public:
+  SampledNumbers(const PathNumbers& all, std::uint32_t index) : all_(&all), index_(index), scattering_(all.scattering(index)) {}
+  EmissionNumbers emission() const { return all_->emission(index_); }
+  vec2 pair() {
+    const float x = scattering_.next_float();
+    return {x, scattering_.next_float()};
+  }
+
+ private:
+  const PathNumbers* all_;
+  std::uint32_t index_;
+  Pcg32 scattering_;
+};
+
+class PhotonTracer {
+ public:
+  PhotonTracer(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass)
+      : context_(context), receivers_(receivers), pass_(pass) {}
+  ~PhotonTracer() { count(Counter::rays, rays_); }
+  PhotonTracer(const PhotonTracer&) = delete;
+  PhotonTracer& operator=(const PhotonTracer&) = delete;
+
+  // Appends what a path stores to `out`, powers times `share`. True if any of it lies where photons matter. `numbers` has
+  // emission() -> EmissionNumbers and pair() -> vec2.
+  template <class Numbers>
+  bool trace(Numbers& numbers, float share, Photons& out);
+
+ private:
+  bool stores(PhotonHistory history) const { return (pass_.keep & history) != 0; }
+
+  const RenderContext& context_;
+  const Receivers& receivers_;
+  const PhotonPass& pass_;
+  std::uint64_t rays_ = 0;
+};
+
+template <class Numbers>
+bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
+  const EmissionNumbers u = numbers.emission();
+  const auto emitted = context_.lights.emit(u[0], {u[1], u[2]}, {u[3], u[4]});
+  if (!emitted || is_black(emitted->power)) return false;
+  Ray ray = emitted->ray;
+  Rgb power = emitted->power * share;
+  PhotonHistory history = photon_direct;
+  bool matters = false;
+  for (int scatterings = 0;; ++scatterings) {
+    ++rays_;
+    const Hit hit = context_.rays.closest(ray);
+    if (!hit) return matters;
+    const SurfacePoint point = context_.scene.surface_at(ray, hit);
+    const vec3 from = -ray.direction;
+    const bool receiver = receivers_(point.material);
+    const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
+    if (receivers_.stores(point.material) && stores(history)) {
+      out.add(point.position, power, from, hit.t, normal, history, scatterings);
+      matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
+    }
+    if (scatterings >= pass_.max_scatterings) return matters;
+
+    const auto survives = [&](float u, const Rgb& weight) {
+      const Rgb scattered = power * weight;
+      const float survival = std::min(1.0f, max_component(scattered) / max_component(power));
+      if (!(u < survival)) return false;
+      power = scattered / survival;
+      return true;
+    };
+    if (const auto* diffuse = std::get_if<Diffuse>(&context_.scene.materials[point.material]);
+        diffuse && point.shading_normal == point.normal) {
+      // What the general case below comes to, with the weight known beforehand.
+      const Rgb albedo = evaluate(diffuse->reflectance, context_.scene.textures, point.uv);
+      if (!stores(photon_indirect) || !survives(numbers.pair().x, albedo)) return matters;
+      history = photon_indirect;
+      ray = spawn_ray(point, Frame::from_normal(normal).to_world(sample_cosine_hemisphere(numbers.pair())));
+      continue;
+    }
+    const Bsdf bsdf(context_.scene, point);
+    if (receiver && !bsdf.has_specular() && !stores(photon_indirect)) return matters;
+    const vec2 u_choice = numbers.pair();  // survival, lobe
+    const BsdfSample sample = bsdf.sample(from, u_choice.y, numbers.pair(), TransportMode::importance);
+    if (!sample) return matters;
+    const bool carries = sample.specular || !receiver;
+    if (!carries) history = photon_indirect;
+    if (carries && history == photon_direct) history = photon_caustic;
+    if (history == photon_indirect && !stores(photon_indirect)) return matters;
+    if (!survives(u_choice.x, sample.weight)) return matters;
+    ray = spawn_ray(point, sample.wi);
+  }
+}
+
+// body(first, last, Photons&) over runs of [0, count) of fixed length, in parallel; what they store, in order.
+template <class Body>
+Photons trace_in_chunks(std::uint32_t count, const Body& body) {
+  constexpr std::uint32_t chunk = 4096;
+  std::vector<Photons> chunks(count / chunk + (count % chunk != 0));
+  parallel_for(chunks.size(), 1, [&](std::size_t c) {
+    const auto first = static_cast<std::uint32_t>(c) * chunk;
+    const std::uint32_t size = std::min(chunk, count - first);
+    chunks[c].reserve(2 * std::size_t{size});  // what most scenes store
+    body(first, first + size, chunks[c]);
+  });
+  return joined(chunks);
+}
+
+}  // namespace etendue

@@ -1,0 +1,139 @@
+// Photons: emitted by the lights, traced through the scene, stored where surfaces receive them ([Jensen1996]).
+//
+// A scattering event either *carries* light on or *diffuses* it. Delta lobes carry, and so do lobes narrower than a roughness
+// threshold, whose reflection no density estimate of a few hundred photons could resolve; all else diffuses. A surface with a
+// lobe that diffuses is a *receiver*: photons are stored there. By what happened before it landed a photon is
+//
+//   direct    nothing                             L R
+//   caustic   carried only                        L C+ R
+//   indirect  diffused at least once              L (C|R)* R C* R
+//
+// and a map states which of the three it holds, so that nothing is counted twice.
+//
+// A rough lobe that carries has *flanks*: directions whose density is below the peak of the narrowest lobe that would be
+// gathered. Kernels resolve the flanks as well as they resolve receivers, whereas a camera path that follows the lobe rarely
+// goes there, and may then find light a thousand times as bright (through a door, say). So on request photons are stored on
+// such surfaces too; camera paths follow the lobe's core and gather its flanks. This partition is by direction alone, as that
+// of [Jensen1996] is by material; integrators/bidirectional/vcm.h weights both strategies everywhere.
+//
+// Photon i of a pass is a function of (seed, pass, i) alone. Chunks of fixed size are traced in parallel and joined in order,
+// so the arrays are the same, bit for bit, at any number of threads. Russian roulette follows [Jensen2001]: a photon survives
+// with the largest component of its power it would keep, and keeps that component.
+//
+// Photons are emitted in proportion to the lights' power, or where they matter (PhotonEmission): a VisibleRegion tells where
+// they will be gathered.
+//
+//   power        all of the same power, wherever they go
+//   importance   by a guide over the numbers of emission, learned from a quarter of the paths:
+//   integrators/photons/emission_guide.h.
+//                Photons that are rare where they are not expected to matter are strong in turn; unbiased everywhere
+//   visibility   paths that store a photon in the region and no others, by Markov chains, all of about the same power:
+//                integrators/photons/photon_chains.h. Unbiased within the region; outside of it light is missing
+#pragma once
+
+#include "framework/integrator.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// Bits, so that a set of histories is a mask.
+using PhotonHistory = std::uint8_t;
+inline constexpr PhotonHistory photon_direct = 1, photon_caustic = 2, photon_indirect = 4, photon_any = 7;
+
+// The geometric normal of the side a photon came from, in steps of 1/127, and its history.
+struct PhotonSide {
+  std::int8_t x = 0, y = 0, z = 0;
+  PhotonHistory history = 0;
+
+  PhotonSide() = default;
+  PhotonSide(const vec3& normal, PhotonHistory history);
+
+  vec3 normal() const { return vec3(x, y, z) * (1.0f / 127); }
+  bool same_normal(const PhotonSide& other) const { return x == other.x && y == other.y && z == other.z; }
+  bool operator==(const PhotonSide&) const = default;
+};
+
+struct Photons {
+  std::vector<vec3> position;
+  std::vector<Rgb> power;       // W, divided by the number emitted
+  std::vector<vec3> direction;  // unit, to where the photon came from
+  std::vector<float> flown;     // metres, on its last way
+  std::vector<PhotonSide> side;
+  std::vector<std::uint16_t> scatterings;  // before it landed; 65535 stands for all above
+
+  std::size_t size() const { return position.size(); }
+  bool empty() const { return position.empty(); }
+  void add(const vec3& at, const Rgb& watts, const vec3& from, float way, const vec3& normal_from, PhotonHistory history,
+           int events);
+  void append(const Photons& more);
+  void reserve(std::size_t count);
+  void clear();
+  // Photons order[0], order[1], ...: for locality, see `along_curve`.
+  Photons reordered(std::span<const std::uint32_t> order) const;
+  bool operator==(const Photons&) const = default;
+
+  // body(pointer to member) for each of the arrays.
+  template <class Body>
+  static void for_each_field(const Body& body) {
+    body(&Photons::position);
+    body(&Photons::power);
+    body(&Photons::direction);
+    body(&Photons::flown);
+    body(&Photons::side);
+    body(&Photons::scatterings);
+  }
+};
+
+// All parts, one after the other.
+Photons joined(std::span<const Photons> parts);
+
+// Ids in the order of a Morton curve through 2048 x 2048 x 1024 cells of the points' bounds, ties by id.
+std::vector<std::uint32_t> along_curve(std::span<const vec3> points);
+
+// How the flanks of a rough lobe that carries are treated.
+enum class Flanks : std::uint8_t { followed, gathered };
+
+// Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe carries.
+class Receivers {
+ public:
+  Receivers(const Scene& scene, float narrow, Flanks flanks = Flanks::followed);
+  bool operator()(std::uint32_t material) const { return kinds_[material] == Kind::receives; }
+  // Does the material have a rough lobe that carries, whose flanks are gathered?
+  bool has_flanks(std::uint32_t material) const { return kinds_[material] == Kind::flanks; }
+  bool stores(std::uint32_t material) const { return kinds_[material] != Kind::carries; }
+  // Is there a rough lobe that carries?
+  bool narrow_lobes() const { return narrow_lobes_; }
+  // Density of a BSDF over solid angle, 1/sr, below which directions are flanks.
+  float flank_density() const { return flank_density_; }
+
+ private:
+  enum class Kind : std::uint8_t { carries, flanks, receives };
+
+  std::vector<Kind> kinds_;
+  bool narrow_lobes_ = false;
+  float flank_density_;
+};
+
+enum class PhotonEmission : std::uint8_t { power, importance, visibility };
+PhotonEmission parse_emission(const std::string& name);  // of a checked parameter
+
+class VisibleRegion;
+
+struct PhotonPass {
+  std::uint32_t count = 0;  // paths to trace, pilots and rejected ones included
+  std::uint64_t key = 0;    // passes of different keys are independent
+  int max_scatterings = 0;  // at most this many events before landing
+  PhotonHistory keep = photon_any;
+  SamplerKind sampler = SamplerKind::sobol;
+  PhotonEmission emission = PhotonEmission::power;
+  const VisibleRegion* visible = nullptr;  // for the other emissions; null: photons matter everywhere
+};
+
+// Paths end early once no photon of a kept history can follow.
+Photons trace_photons(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass);
+
+}  // namespace etendue

@@ -1,0 +1,115 @@
+#include "integrators/progressive/progressive.h"
+
+namespace etendue {
+
+namespace {
+
+struct NoArrival {
+  void arrive(const Ray& /*way*/) const {}
+};
+
+constexpr std::uint64_t pilot_key = 0xffffffffffffffffull;
+
+float median(std::vector<float> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoints points)
+    : params_(params),
+      points_(points),
+      sampler_(parse_sampler(params.sampler)),
+      kernel_(kernel_from_name(params.kernel)),
+      sample_direct_(params.direct == "sample"),
+      emission_(parse_emission(params.emission)),
+      gathered_(sample_direct_ ? photon_caustic | photon_indirect : photon_any) {}
+
+void ProgressivePasses::prepare(const RenderContext& context) {
+  max_depth_ = context.max_depth(params_.max_depth);
+  receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below,
+                                           params_.flanks == "gathered" ? Flanks::gathered : Flanks::followed);
+  const bool diffuse = !context.needs.caustic_map && !context.needs.glossy;
+  if (params_.photons_per_pixel == 0) params_.photons_per_pixel = diffuse ? 2.5f : 1;
+  if (params_.neighbours == 0) params_.neighbours = diffuse ? 50 : 20;
+  if (params_.photons == 0) {
+    const double wanted = static_cast<double>(params_.photons_per_pixel) * context.resolution.x * context.resolution.y;
+    params_.photons = static_cast<int>(std::clamp(std::round(wanted), 2e4, 2e9));
+  }
+  if (emission_ == PhotonEmission::power && params_.radius > 0) return;
+  widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.scene.bounds().diagonal());
+  // Half as much again as the radius, for what lies between the samples of a pixel.
+  seen_ = find_seen(context, *receivers_, {2, max_depth_, sampler_, params_.side_test}, 1.5f * widest_);
+}
+
+void ProgressivePasses::look_for_walls(const RenderContext& context, float radius) {
+  if (params_.side_test && radius > 0) walls_ = wall_grid(context.scene, radius, walls_);
+}
+
+PhotonMap ProgressivePasses::trace_map(const RenderContext& context, std::uint32_t pass) const {
+  return make_map(context, trace(context, pass), {0, 1, kernel_, params_.side_test});
+}
+
+Photons ProgressivePasses::trace(const RenderContext& context, std::uint64_t key) const {
+  const auto timed = context.phases.measure("emit");
+  // The event at which a photon is gathered counts too.
+  return trace_photons(context, *receivers_,
+                       {static_cast<std::uint32_t>(params_.photons), key, max_depth_ - 1, gathered_, sampler_, emission_,
+                        emission_ == PhotonEmission::power ? nullptr : seen_.get()});
+}
+
+PhotonMap ProgressivePasses::make_map(const RenderContext& context, Photons photons, const GatherOptions& options) const {
+  const auto timed = context.phases.measure("build");
+  PhotonMap map;
+  map.build(std::move(photons), context.make_points(params_.structure), options);
+  if (params_.side_test) map.set_walls(walls_);
+  return map;
+}
+
+// Photons that nobody sees are left out: behind a thin wall they may be many times as dense as before it.
+PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) {
+  const Photons photons = trace(context, pilot_key);
+  std::vector<std::uint32_t> seen;
+  for (std::uint32_t i = 0; i < photons.size(); ++i)
+    if (seen_->contains(photons.position[i], photons.side[i].normal())) seen.push_back(i);
+  PhotonMap map = make_map(context, photons.reordered(seen), {params_.neighbours, 0, kernel_, params_.side_test});
+  look_for_walls(context, map.radius());
+  if (params_.side_test) map.set_walls(walls_);
+  return map;
+}
+
+std::unique_ptr<DiscCoverage> ProgressivePasses::make_coverage(const RenderContext& context) const {
+  if (params_.edges == "disc") return nullptr;
+  return std::make_unique<DiscCoverage>(*receivers_, DiscCoverage::Rules{kernel_, params_.side_test, sampler_},
+                                        states(context));
+}
+
+InitialRadii ProgressivePasses::pilot(const RenderContext& context) {
+  if (params_.radius > 0) return InitialRadii(states(context), params_.radius);
+  const PhotonMap map = pilot_map(context);
+  InitialRadii radii(states(context), 0);
+  const int of_flanks = std::max(1, params_.neighbours / 4);
+  parallel_for(path_tile_count(context.resolution), 1, [&](std::size_t number) {
+    std::vector<Rgb> unused;
+    for (std::uint32_t i = 0; i < points_.per_pixel(); ++i)
+      camera<NoArrival>(context, path_tile(context.resolution, number), i, false, unused,
+                        [&](ivec2 pixel, const GatherPoint& at, const Rgb&, auto&) {
+                          const std::size_t state = first_state(context, pixel, i) + (at.of_flanks() ? 1 : 0);
+                          if (radii[state] == 0)
+                            radii[state] =
+                                map.distance_to(context, at.of_flanks() ? of_flanks : params_.neighbours, at, widest_);
+                        });
+  });
+  for (std::size_t kind = 0; kind < kinds(); ++kind) {
+    std::vector<float> known;
+    for (std::size_t s = kind; s < radii.size(); s += kinds())
+      if (radii[s] > 0) known.push_back(radii[s]);
+    const float usual = known.empty() ? widest_ : median(known);
+    for (std::size_t s = kind; s < radii.size(); s += kinds()) radii[s] = radii[s] > 0 ? std::min(radii[s], 2 * usual) : usual;
+  }
+  return radii;
+}
+
+}  // namespace etendue

@@ -1,0 +1,341 @@
+// Shared by the progressive photon mappers: passes of new photons, each gathered at the points the camera sees.
+//
+// Iteration i traces a camera path per pixel, past surfaces that carry light, to its receivers
+// (integrators/paths/camera_walk.h), and a pass of photons. At each receiver it takes
+//
+//   direct              next-event estimation, one light sample (direct = "sample"), or photons
+//   caustic, indirect   the pass's photons within the radius r_i that the method's policy gives
+//   (integrators/progressive/radius_policy.h)
+//
+// and emission as the camera path meets it: the same partition of paths as integrators/photons/photon_map.h, with one map for
+// caustic and indirect photons. The image is the mean over the iterations, the photons' part divided by the share of the
+// kernels' discs that surface covers (integrators/photons/disc_coverage.h; edges = "disc": by the whole discs, as published).
+// Sampling the direct light is the default since photons are worst at it: a pass gives its n photons per kernel, relative
+// variance 4 / (3 n) and a blurred shadow, where one shadow ray gives a sharp one with a fraction of the variance, and the
+// photons that remain are fewer and smoother ([Jensen2001] divides the light so).
+//
+// Photons are gathered at receivers and, with flanks = "gathered" where rough lobes carry the camera path on, in their flanks
+// (integrators/photons/photons.h), which have a radius of their own per pixel. That is the default of cppm.
+//
+// r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice the
+// median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what is
+// reflected. It is independent of the photons that are gathered, and so adds no bias of its
+// own. Photons that a wall hides from the point do not count (integrators/photons/wall_grid.h), nor does the part of the disc
+// behind it. Photons are emitted by power, or where they will be seen (integrators/photons/photons.h); the region seen is found
+// once, by two paths per pixel.
+//
+// By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
+// paths, and noise that does not come from photons (edges, reflections in glass) falls as fast as theirs. `photons_per_pixel`
+// and `neighbours` = 0 depend on the scene: where all surfaces that light reaches are diffuse, camera paths have little noise,
+// so a pass has more photons and somewhat wider kernels.
+//
+// Consistent as long as the policy's radius vanishes. At finite radii: blur and, with edges = "disc", loss within r of edges
+// (half of the photons' share at the edge itself).
+#pragma once
+
+#include "framework/core/parallel.h"
+#include "framework/structure_names.h"
+#include "integrators/paths/camera_walk.h"
+#include "integrators/paths/path.h"
+#include "integrators/paths/wavefront.h"
+#include "integrators/photons/disc_coverage.h"
+#include "integrators/photons/visible_region.h"
+#include "integrators/progressive/radius_policy.h"
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <variant>
+
+namespace etendue {
+
+struct ProgressiveParams {
+  int photons = 0;
+  float photons_per_pixel = 1;
+  int neighbours = 20;
+  float radius = 0;
+  std::string direct = "sample";
+  std::string kernel = "epanechnikov";
+  std::string emission = "power";
+  float carry_below = 0.25f;
+  std::string flanks = "followed";
+  bool side_test = true;
+  std::string edges = "measured";
+  int max_depth = 0;
+  std::string structure = "hash-grid";
+  std::string sampler = "sobol";
+};
+
+template <class Visitor>
+void describe_progressive(Visitor& v, ProgressiveParams& p) {
+  v.integer("photons", p.photons, 0, 2000000000, "photons", "emitted per iteration; 0: by photons_per_pixel, at least 20000");
+  v.number(
+      "photons_per_pixel", p.photons_per_pixel, 0, 1000, "photons",
+      "of the image, emitted per iteration where photons = 0; 0: 2.5 where surfaces that light reaches are diffuse, else 1");
+  v.integer("neighbours", p.neighbours, 0, 1000000, "photons",
+            "of one iteration within the first radius; 0: 50 where surfaces that light reaches are diffuse, else 20");
+  v.number("radius", p.radius, 0, 1e12, "m", "first radius of every pixel; 0: from the density of the photons");
+  v.choice("direct", p.direct, {"sample", "photons"}, "direct light by sampling lights, or by photons like all else");
+  v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
+  v.choice("emission", p.emission, {"power", "importance", "visibility"},
+           "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
+  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
+  v.choice(
+      "flanks", p.flanks, {"followed", "gathered"},
+      "those lobes whole, or their core alone: from the flanks photons are gathered, with less noise, but leaks under doors");
+  v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
+  v.choice("edges", p.edges, {"measured", "disc"},
+           "photons are divided by what probes find of the kernel's disc over all passes, or by the whole disc");
+  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
+  v.choice("structure", p.structure, point_structure_names, "what finds the photons");
+  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+}
+
+// Which camera paths a pixel sees: a new one in every iteration, or the same `fixed` ones in turn.
+struct VisiblePoints {
+  std::uint32_t fixed = 0;
+
+  std::uint32_t per_pixel() const { return std::max(fixed, 1u); }
+  std::uint32_t path(std::uint32_t iteration) const { return fixed > 0 ? iteration % fixed : iteration; }
+  // Index of the policy's state.
+  std::size_t slot(std::size_t pixel, std::uint32_t iteration) const {
+    return fixed > 0 ? pixel * fixed + iteration % fixed : pixel;
+  }
+};
+
+// Photons, maps and camera paths: everything that does not depend on the radius.
+class ProgressivePasses {
+ public:
+  ProgressivePasses(const ProgressiveParams& params, VisiblePoints points);
+
+  void prepare(const RenderContext& context);
+  // Walls count in gathers of this radius, and cost more in wider ones.
+  void look_for_walls(const RenderContext& context, float radius);
+  PhotonMap trace_map(const RenderContext& context, std::uint32_t pass) const;
+  InitialRadii pilot(const RenderContext& context);
+
+  // Radiance that arrives along the camera paths of a tile without photons, pixel by pixel as for_pixels has them; the paths
+  // are traced together. at(pixel, GatherPoint, throughput, arrivals) at each receiver: what arrivals.gain({Arrival}, way) is
+  // given arrives before the paths go on, if its way is free. `direct`: light as the parameter says, or none.
+  template <class Arrival, class Gather>
+  void camera(const RenderContext& context, const Tile& tile, std::uint32_t iteration, bool direct, std::vector<Rgb>& radiance,
+              const Gather& at) const {
+    struct View {
+      ivec2 pixel;
+      Rgb* radiance;
+      Sampler path, light;
+      CameraWalk::State state;
+    };
+    struct Gained {
+      std::variant<Gain, Arrival> what;
+      void arrive(const Ray& way) const {
+        std::visit([&](const auto& gained) { gained.arrive(way); }, what);
+      }
+    };
+    static thread_local Wavefront<View, Gained> wave;
+    wave.clear();
+    radiance.assign(static_cast<std::size_t>(tile.end.x - tile.begin.x) * (tile.end.y - tile.begin.y), Rgb(0));
+    Rgb* next = radiance.data();
+    for_pixels(tile, [&](ivec2 pixel) {
+      const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+      View view{pixel,
+                next++,
+                {sampler_, context.seed, Stream::camera, key, points_.path(iteration)},
+                {sampler_, context.seed, Stream::gather, key, iteration},
+                {}};
+      const Ray ray = sample_camera_ray(context, pixel, view.path);
+      wave.start(view, ray);
+    });
+    const CameraWalk walk{context, *receivers_, max_depth_};
+    wave.run(context, 0, [&](View& view, Ray& ray, const Hit& hit, int so_far) {
+      const bool goes_on = walk.meet(
+          view.state, ray, hit, so_far, view.path, view.light,
+          [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
+            if (direct && sample_direct_)
+              if (const auto light = sample_direct_light(context, point, bsdf, wo, view.light, MisMode::light))
+                wave.gain({Gain{view.radiance, throughput * light->radiance}}, light->shadow_ray);
+            at(view.pixel, GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput, wave);
+          },
+          [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
+            const auto histories = static_cast<PhotonHistory>(gathered_ & ~photon_direct);
+            at(view.pixel, GatherPoint(point, bsdf, wo, histories, max_depth_ - depth - 1, receivers_->flank_density()),
+               throughput, wave);
+          });
+      if (!goes_on) *view.radiance += view.state.radiance;
+      return goes_on;
+    });
+  }
+
+  const VisiblePoints& points() const { return points_; }
+  // A pixel has one state of the policy for its receivers, and another for the flanks of lobes on the way there.
+  std::uint32_t kinds() const { return receivers_->narrow_lobes() && params_.flanks == "gathered" ? 2 : 1; }
+  std::size_t states(const RenderContext& context) const {
+    return static_cast<std::size_t>(context.resolution.x) * context.resolution.y * points_.per_pixel() * kinds();
+  }
+  // The first of the `kinds` states of a pixel's point.
+  std::size_t first_state(const RenderContext& context, ivec2 pixel, std::uint32_t iteration) const {
+    return points_.slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, iteration) * kinds();
+  }
+  Kernel kernel() const { return kernel_; }
+  // Null: photons are divided by whole discs.
+  std::unique_ptr<DiscCoverage> make_coverage(const RenderContext& context) const;
+
+ private:
+  Photons trace(const RenderContext& context, std::uint64_t key) const;
+  PhotonMap make_map(const RenderContext& context, Photons photons, const GatherOptions& options) const;
+  PhotonMap pilot_map(const RenderContext& context);
+
+  ProgressiveParams params_;
+  VisiblePoints points_;
+  SamplerKind sampler_;
+  Kernel kernel_;
+  bool sample_direct_;
+  PhotonEmission emission_;
+  PhotonHistory gathered_;
+  int max_depth_ = 0;
+  std::unique_ptr<Receivers> receivers_;
+  float widest_ = infinity;              // radius
+  std::unique_ptr<VisibleRegion> seen_;  // null where it is not needed
+  std::shared_ptr<const WallGrid> walls_;
+};
+
+// A method: the passes and its policy, made of the initial radii.
+template <RadiusPolicy Policy>
+class ProgressivePhotonMapping final : public Integrator {
+ public:
+  using MakePolicy = std::function<Policy(InitialRadii)>;
+
+  ProgressivePhotonMapping(const ProgressiveParams& params, VisiblePoints points, MakePolicy make_policy, Expectation expected)
+      : passes_(params, points), make_policy_(std::move(make_policy)), expected_(std::move(expected)) {}
+
+  void prepare(RenderContext& context) override {
+    const auto timed = context.phases.measure("pilot");
+    passes_.prepare(context);
+    InitialRadii radii = passes_.pilot(context);
+    if (!radii.empty()) widest_reach_ = *std::max_element(radii.begin(), radii.end());
+    policy_ = std::make_unique<Policy>(make_policy_(std::move(radii)));
+    coverage_ = passes_.make_coverage(context);
+    if (coverage_) totals_.resize(passes_.states(context));
+  }
+
+  void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
+    passes_.look_for_walls(context, widest_reach_.exchange(0));
+    const PhotonMap map = passes_.trace_map(context, index);
+    const auto timed = context.phases.measure("gather");
+    const std::uint32_t pass = index / per_pixel();
+    if constexpr (requires { policy_->begin_pass(pass); }) policy_->begin_pass(pass);
+    parallel_for(path_tile_count(context.resolution), 1,
+                 [&](std::size_t number) { gather_tile(context, map, path_tile(context.resolution, number), index, film); });
+  }
+
+  Expectation expectation() const override { return expected_; }
+
+ private:
+  static constexpr std::uint32_t most_kinds = 2;
+
+  struct Radiance {
+    Rgb other{0};
+    std::array<Rgb, most_kinds> from_photons{Rgb(0), Rgb(0)};  // at receivers, at flanks
+  };
+  // Over all passes of a state; `other` stands with the first one of a point.
+  struct Totals {
+    dvec3 other{0}, from_photons{0};
+  };
+
+  std::uint32_t per_pixel() const { return passes_.points().per_pixel(); }
+
+  // The pixel after `index` + 1 iterations.
+  dvec3 corrected(const RenderContext& context, ivec2 pixel, std::uint32_t index, const Radiance& radiance) {
+    const std::size_t mine = passes_.first_state(context, pixel, index);
+    if (is_finite(radiance.other)) totals_[mine].other += dvec3(radiance.other);
+    for (std::uint32_t kind = 0; kind < passes_.kinds(); ++kind)
+      if (is_finite(radiance.from_photons[kind])) totals_[mine + kind].from_photons += dvec3(radiance.from_photons[kind]);
+    dvec3 sum(0);
+    const std::size_t first = passes_.first_state(context, pixel, 0);
+    for (std::size_t s = first; s < first + per_pixel() * passes_.kinds(); ++s)
+      sum += totals_[s].other + totals_[s].from_photons * coverage_->correction(s);
+    return sum / (index + 1.0);
+  }
+
+  // A kernel's disc at one point, and what collects its photons.
+  struct Disc {
+    typename Policy::Observed observed;
+    Rgb weight{0};  // of what a photon reflects
+    float per_square = 0;
+    Rgb radiance{0};
+    bool gathers = false;
+
+    void add(const GatheredPhoton& photon, Kernel kernel) {
+      observed.add(photon.reflected, photon.offset, photon.distance_squared);
+      const float x = photon.distance_squared * per_square;
+      if (x <= 1) radiance += weight * photon.reflected * kernel_shape(kernel, x);
+    }
+  };
+  using Discs = std::array<Disc, most_kinds>;  // of a pixel
+  // A photon that counts if its way is free.
+  struct Arrival {
+    Disc* disc;
+    Kernel kernel;
+    GatheredPhoton photon;
+
+    void arrive(const Ray& /*way*/) const { disc->add(photon, kernel); }
+  };
+
+  void gather_tile(const RenderContext& context, const PhotonMap& map, const Tile& tile, std::uint32_t index, Film& film) {
+    static thread_local std::vector<Rgb> other;
+    static thread_local std::vector<Discs> discs;
+    const int width = tile.end.x - tile.begin.x;
+    discs.assign(static_cast<std::size_t>(width) * (tile.end.y - tile.begin.y), {});
+    passes_.camera<Arrival>(context, tile, index, true, other,
+                            [&](ivec2 pixel, const GatherPoint& at, const Rgb& throughput, auto& arrivals) {
+                              const ivec2 place = pixel - tile.begin;
+                              const std::size_t kind = at.of_flanks() ? 1 : 0;
+                              gather({context, passes_.first_state(context, pixel, index) + kind, index / per_pixel(), map, at},
+                                     throughput, discs[static_cast<std::size_t>(place.y) * width + place.x][kind], arrivals);
+                            });
+    std::size_t place = 0;
+    for_pixels(tile, [&](ivec2 pixel) {
+      const Discs& of_pixel = discs[place];
+      const Radiance radiance{other[place++], {of_pixel[0].radiance, of_pixel[1].radiance}};
+      const std::size_t first = passes_.first_state(context, pixel, index);
+      for (std::size_t kind = 0; kind < most_kinds; ++kind)
+        if (of_pixel[kind].gathers) policy_->update(first + kind, index / per_pixel(), of_pixel[kind].observed);
+      film.add(pixel, radiance.other + radiance.from_photons[0] + radiance.from_photons[1], index);
+      if (coverage_) film.set(pixel, corrected(context, pixel, index, radiance));
+    });
+  }
+
+  template <class Arrivals>
+  void gather(const GatherSite& site, const Rgb& throughput, Disc& disc, Arrivals& arrivals) {
+    const GatherDisc size = policy_->disc(site);
+    for (float widest = widest_reach_; widest < size.reach && !widest_reach_.compare_exchange_weak(widest, size.reach);)
+      continue;
+    const Kernel kernel = passes_.kernel();
+    disc.per_square = 1 / square(size.radius);
+    disc.weight = throughput * (inv_pi * disc.per_square);
+    disc.gathers = true;
+    disc.observed.begin(size, site.at, throughput);
+    const float off_plane = coverage_ ? DiscCoverage::flatness * size.radius : infinity;
+    site.map.gather(site.at, size.reach, off_plane, [&](const GatheredPhoton& photon, const std::optional<Ray>& way) {
+      if (way)
+        arrivals.gain({Arrival{&disc, kernel, photon}}, *way);
+      else
+        disc.add(photon, kernel);
+    });
+    if (coverage_) coverage_->measure(site.context, site.pixel, site.map, site.at, size.radius, luminance(throughput));
+  }
+
+  ProgressivePasses passes_;
+  MakePolicy make_policy_;
+  Expectation expected_;
+  std::unique_ptr<Policy> policy_;
+  std::unique_ptr<DiscCoverage> coverage_;  // null: whole discs
+  std::vector<Totals> totals_;              // by slot; empty without coverage
+  std::atomic<float> widest_reach_ = 0;     // of the last pass's gathers
+};
+
+// MSE exponent of radii that shrink as r^2 ~ n^(alpha - 1): variance ~ n^-alpha against bias^2 ~ n^(-2 (1 - alpha))
+// ([Kaplanyan2013]; alpha = 2/3 balances them). alpha = 1: the radius stays, and so does the bias.
+inline double progressive_exponent(double alpha) { return alpha < 1 ? -std::min(alpha, 2 * (1 - alpha)) : -1; }
+
+}  // namespace etendue
