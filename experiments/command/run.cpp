@@ -2,6 +2,7 @@
 
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
+#include "experiments/kind.h"
 #include "experiments/report/report_text.h"
 #include "experiments/run/run_directory.h"
 #include "framework/core/units.h"
@@ -20,9 +21,7 @@ void print_plan(const RunPlan& plan, Console& console) {
   if (!plan.fresh) {
     const RunLog log = read_directory_log(plan.directory);
     for (const CellRecord& cell : log.cells) earlier[cell.cell] = cell.status;
-    for (const AnimationRecord& animation : log.animations) earlier[animation.cell] = animation.status;
-    for (const ClaimRecord& claim : log.claims) earlier[claim.cell] = claim.status;
-    for (const SearchRecord& search : log.searches) earlier[search.cell] = search.status;
+    for (const auto& record : log.records) earlier[record->cell] = record->status;
   }
   std::size_t done = 0;
   for (const Cell& cell : plan.cells) {
@@ -35,18 +34,7 @@ void print_plan(const RunPlan& plan, Console& console) {
   if (plan.config.structures)
     console.line(fmt::format("{} structures timed on {} scenes", plan.config.accels.size(), plan.config.scenes.size()));
   console.line(fmt::format("{} cells, {} to run; into {}", plan.cells.size(), left, plan.directory));
-  if (const auto& animation = plan.config.animation; animation && left > 0)
-    console.line(fmt::format("each cell: {} frames under {} policies, {}² pixels traced {} times", animation->frames,
-                             animation->policies.size(), animation->resolution, animation->repetitions));
-  else if (const auto& claims = plan.config.claims; claims && left > 0)
-    console.line(fmt::format("each cell: {} repetitions, about {}² rays of a kind", claims->repetitions, claims->resolution));
-  else if (!plan.config.stress.empty() && left > 0)
-    console.line(fmt::format("each cell: a failing method and its remedies under {} seeds", plan.config.seeds.size()));
-  else if (const auto& search = plan.config.search; search && left > 0)
-    console.line(fmt::format("each cell: {} structures, {} repetitions, at most {} queries a batch", search->structures.size(),
-                             search->repetitions, search->queries));
-  else if (left > 0)
-    console.line("each cell: at most " + plan.config.budget.text());
+  if (left > 0) console.line("each cell: " + plan.config.kind->effort(plan.config));
   if (left > 0 && plan.config.budget.time_s)
     console.line(fmt::format("all of them: about {}, and what references, structures and metrics take",
                              format_seconds(static_cast<double>(left) * *plan.config.budget.time_s)));

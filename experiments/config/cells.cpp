@@ -1,5 +1,7 @@
 #include "experiments/config/cells.h"
 
+#include "experiments/kind.h"
+
 #include <fmt/format.h>
 #include <charconv>
 #include <cstdlib>
@@ -27,29 +29,9 @@ int slurm_number(const char* name, std::optional<int> fallback) {
   return *value;
 }
 
-// A claim's cells stand together: what a claim compares takes turns within a cell.
-std::vector<Cell> make_claim_cells(const ClaimsChoice& choice) {
-  std::vector<Cell> cells;
-  for (std::size_t c = 0; c < choice.rows.size(); ++c)
-    for (std::size_t m = 0; m < choice.rows[c].measures.size(); ++m) {
-      const ClaimMeasure& measure = choice.rows[c].measures[m];
-      if (measure.large && !choice.large) continue;
-      for (std::size_t s = 0; s < measure.scenes.size(); ++s)
-        cells.push_back(
-            {s, m, c, {measure.scenes[s], measure.measurement->name, fmt::format("claim-{:02}", choice.rows[c].id), 1}});
-    }
-  return cells;
-}
+}  // namespace
 
-std::vector<Cell> make_stress_cells(const std::vector<StressRow>& rows) {
-  std::vector<Cell> cells;
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    cells.push_back({0, 0, i, {rows[i].scene, rows[i].figure->name, fmt::format("stress-{:02}", rows[i].id), 1}});
-  return cells;
-}
-
-std::vector<Cell> make_matrix(const ExperimentConfig& config) {
-  const std::vector<Method>& methods = config.animation ? config.animation->motions : config.integrators;
+std::vector<Cell> make_matrix(const ExperimentConfig& config, const std::vector<Method>& methods) {
   std::vector<Cell> cells;
   for (const std::uint64_t seed : config.seeds)
     for (std::size_t s = 0; s < config.scenes.size(); ++s)
@@ -59,25 +41,7 @@ std::vector<Cell> make_matrix(const ExperimentConfig& config) {
   return cells;
 }
 
-// A set's sizes stand together.
-std::vector<Cell> make_search_cells(const ExperimentConfig& config) {
-  const std::vector<SearchSet> sets = config_sets(config);
-  std::vector<Cell> cells;
-  for (const std::uint64_t seed : config.seeds)
-    for (std::size_t s = 0; s < sets.size(); ++s)
-      for (std::size_t n = 0; n < config.search->counts.size(); ++n)
-        cells.push_back(
-            {s, 0, n, {sets[s].label, config.search->kind(), fmt::format("count={}", config.search->counts[n]), seed}});
-  return cells;
-}
-
-}  // namespace
-
-std::vector<Cell> make_cells(const ExperimentConfig& config) {
-  if (!config.stress.empty()) return make_stress_cells(config.stress);
-  if (config.search) return make_search_cells(config);
-  return config.claims ? make_claim_cells(*config.claims) : make_matrix(config);
-}
+std::vector<Cell> make_cells(const ExperimentConfig& config) { return config.kind->cells(config); }
 
 std::vector<Cell> filter_cells(const std::vector<Cell>& cells, const std::string& regex) {
   constexpr std::size_t longest = 1000;  // the library's compiler recurses

@@ -1,8 +1,8 @@
-// The matrix of an experiment: scenes x structures x integrators x seeds, in the order in which they run.
+// The cells of an experiment, in the order in which they run.
 #pragma once
 
+#include "experiments/config/cell_name.h"
 #include "experiments/config/config.h"
-#include "experiments/log/log.h"
 
 #include <optional>
 #include <string>
@@ -11,15 +11,16 @@
 namespace etendue {
 
 struct Cell {
-  std::size_t scene = 0, accel = 0,
-              integrator = 0;  // indices into the config; of an animation, `integrator` is the motion; of claims
-                               // the claim, `accel` its measure, `scene` that measure's; of stress, the row
+  std::size_t scene = 0, accel = 0, integrator = 0;  // indices into the config, or as the kind has it
   CellName name;
 };
 
-// Seeds outermost and integrators innermost: methods alternate (A B A B), so that a machine that slows down or heats up
-// slows all of them.
+// As the experiment's kind lists them.
 std::vector<Cell> make_cells(const ExperimentConfig& config);
+
+// Scenes x structures x methods x seeds. Seeds outermost and methods innermost: methods alternate (A B A B), so that a machine
+// that slows down or heats up slows all of them.
+std::vector<Cell> make_matrix(const ExperimentConfig& config, const std::vector<Method>& methods);
 
 // Those whose key() the ECMAScript regular expression finds. Throws Error on a bad expression or when none is left.
 std::vector<Cell> filter_cells(const std::vector<Cell>& cells, const std::string& regex);

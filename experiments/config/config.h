@@ -14,7 +14,7 @@
 //   resolution  [w, h]; default: the scene's
 //   threads     default: the machine's; `--threads` wins
 //   structures  true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene
-//   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (animation.h)
+//   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (kinds/animation/animation.h)
 //   points, balls  tables: instead of integrators, what finds points or balls (kinds/search/search_config.h)
 //   claims      [[claims]] and timing: instead of all that, claims and what measures them (kinds/claims/claims_config.h)
 //   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
@@ -28,13 +28,10 @@
 #include "experiments/config/method.h"
 #include "experiments/config/rate_law.h"
 #include "experiments/config/regions.h"
-#include "experiments/kinds/animation/animation.h"
-#include "experiments/kinds/claims/claims_config.h"
-#include "experiments/kinds/search/search_config.h"
-#include "experiments/kinds/stress/stress_config.h"
 #include "experiments/run/budget.h"
 #include "framework/core/vec.h"
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,6 +59,13 @@ struct StructureTiming {
   double budget_s = 10;
 };
 
+class ExperimentKind;  // experiments/kind.h
+
+// What the keys of a kind say. Kinds derive their own.
+struct KindChoice {
+  virtual ~KindChoice() = default;
+};
+
 struct ExperimentConfig {
   std::string path, title, text;  // text: of the file, before overrides
   std::vector<SceneChoice> scenes;
@@ -77,16 +81,16 @@ struct ExperimentConfig {
   std::optional<ivec2> resolution;
   std::optional<int> threads;
   std::optional<StructureTiming> structures;
-  std::optional<AnimationChoice> animation;
-  std::optional<ClaimsChoice> claims;
-  std::vector<StressRow> stress;
-  std::optional<SearchChoice> search;
   std::vector<std::string> table_formats;
+  const ExperimentKind* kind = nullptr;
+  std::shared_ptr<const KindChoice> choice;  // null: the kind has no keys beyond the above
   std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs, rates or ratios
 };
 
-// The sets of an experiment on points or balls; empty for other experiments.
-std::vector<SearchSet> config_sets(const ExperimentConfig& config);
+template <class Choice>
+const Choice& choice_of(const ExperimentConfig& config) {
+  return dynamic_cast<const Choice&>(*config.choice);
+}
 
 struct ConfigOptions {
   bool quick = false;

@@ -198,6 +198,12 @@ std::string canonical_text(const ConfigNode& node) {
 TableReader::TableReader(const ConfigNode& node, std::string owner)
     : table_(node.table() ? *node.table() : (wrong_type(node, owner, "a table"), *node.table())), owner_(std::move(owner)) {}
 
+const ConfigNode* find_key(const ConfigNode& node, const std::string& key) {
+  const ConfigNode::Table& table = *node.table();
+  const auto found = table.find(key);
+  return found == table.end() ? nullptr : &found->second;
+}
+
 const ConfigNode* TableReader::find(const std::string& key) {
   known_.push_back(key);
   const auto found = table_.find(key);

@@ -39,6 +39,9 @@ void apply_override(ConfigNode& root, const std::string& assignment);
 // The values alone, in one order and one spelling: equal text means an equal experiment.
 std::string canonical_text(const ConfigNode& node);
 
+// nullptr where the table has no such key.
+const ConfigNode* find_key(const ConfigNode& table, const std::string& key);
+
 // Reads one table key by key; `finish` throws on the first key that was not read.
 class TableReader {
  public:

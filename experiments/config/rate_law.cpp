@@ -1,6 +1,5 @@
 #include "experiments/config/rate_law.h"
 
-#include "experiments/log/json_line.h"
 #include "framework/core/counters.h"
 #include "framework/core/error.h"
 
@@ -163,64 +162,11 @@ void RateRecord::merge(const RateRecord& other) {
     if (std::find(ratios.begin(), ratios.end(), ratio) == ratios.end()) ratios.push_back(ratio);
 }
 
-std::string to_json_line(const RateRecord& record) {
-  Json laws = Json::array(), regions = Json::array();
-  for (const RateLaw& law : record.laws) {
-    Json json{{"method", law.method}, {"scene", law.scene}, {"region", law.region}, {"metric", law.metric}, {"x", law.x}};
-    json["points"] = law.across ? "configurations" : "checkpoints";
-    json["from"] = law.from;
-    json["to"] = law.to;
-    json["model"] = law.model == RateLaw::Model::plateau ? "plateau" : "power";
-    json["exponent"] = law.exponent;
-    json["exponent_text"] = law.exponent_text;
-    json["source"] = law.source;
-    laws.push_back(std::move(json));
-  }
-  for (const RegionChoice& region : record.regions) {
-    Json polygon = Json::array();
-    for (const dvec2& corner : region.polygon) polygon.push_back({corner.x, corner.y});
-    regions.push_back(Json{{"name", region.name}, {"scene", region.scene}, {"polygon", std::move(polygon)}});
-  }
-  Json json{{"type", "rates"}, {"laws", std::move(laws)}, {"regions", std::move(regions)}};
-  for (const RatioClaim& ratio : record.ratios) json["ratios"].push_back(to_json(ratio));
-  return dump(json);
-}
-
 bool RateRecord::concerns(const std::string& stated_scene, const std::string& region, const std::string& scene) const {
   if (!stated_scene.empty() && stated_scene != scene) return false;
   return region.empty() || std::any_of(regions.begin(), regions.end(), [&](const RegionChoice& choice) {
            return choice.name == region && choice.of_scene(scene);
          });
-}
-
-RateRecord read_rate_line(const std::string& line) {
-  const Json json = Json::parse(line);
-  RateRecord record;
-  for (const Json& j : json.at("laws")) {
-    RateLaw law;
-    law.method = j.at("method");
-    law.scene = j.at("scene");
-    law.region = j.at("region");
-    law.metric = j.at("metric");
-    law.x = j.at("x");
-    law.across = j.at("points") == "configurations";
-    law.from = j.at("from");
-    law.to = j.at("to");
-    law.model = j.at("model") == "plateau" ? RateLaw::Model::plateau : RateLaw::Model::power;
-    law.exponent = j.at("exponent");
-    law.exponent_text = j.at("exponent_text");
-    law.source = j.at("source");
-    record.laws.push_back(std::move(law));
-  }
-  for (const Json& j : json.at("regions")) {
-    RegionChoice region{j.at("name"), j.at("scene"), {}, {}};
-    for (const Json& corner : j.at("polygon"))
-      region.polygon.emplace_back(corner.at(0).get<double>(), corner.at(1).get<double>());
-    record.regions.push_back(std::move(region));
-  }
-  if (json.contains("ratios"))
-    for (const Json& j : json.at("ratios")) record.ratios.push_back(read_ratio(j));
-  return record;
 }
 
 }  // namespace etendue

@@ -67,8 +67,5 @@ struct RateRecord {
   bool empty() const { return laws.empty() && regions.empty() && ratios.empty(); }
   void merge(const RateRecord& other);  // adds what it does not hold
 };
-std::string to_json_line(const RateRecord& record);
-// Of a line's text; throws what the JSON library throws.
-RateRecord read_rate_line(const std::string& line);
 
 }  // namespace etendue

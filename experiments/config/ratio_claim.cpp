@@ -1,7 +1,5 @@
 #include "experiments/config/ratio_claim.h"
 
-#include "experiments/log/json_line.h"
-
 #include "experiments/config/rate_law.h"
 #include "framework/core/error.h"
 
@@ -53,19 +51,6 @@ std::vector<RatioClaim> read_ratios(const ConfigNode& node, const RateContext& c
   for (const ConfigNode* element : list_elements(node, "ratios", "[[ratios]] tables { method, over, … }"))
     claims.push_back(read_claim(*element, context));
   return claims;
-}
-
-Json to_json(const RatioClaim& claim) {
-  Json json{{"method", claim.method}, {"over", claim.over}, {"scene", claim.scene}, {"region", claim.region}};
-  if (claim.expected) json["expected"] = *claim.expected;
-  json["source"] = claim.source;
-  return json;
-}
-
-RatioClaim read_ratio(const Json& json) {
-  RatioClaim claim{json.at("method"), json.at("over"), json.at("scene"), json.at("region"), {}, json.at("source")};
-  if (json.contains("expected")) claim.expected = json.at("expected").get<double>();
-  return claim;
 }
 
 }  // namespace etendue

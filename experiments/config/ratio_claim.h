@@ -13,7 +13,6 @@
 #pragma once
 
 #include "experiments/config/config_tree.h"
-#include "experiments/log/json_fwd.h"
 
 #include <optional>
 #include <string>
@@ -33,8 +32,5 @@ struct RatioClaim {
 
 // Throw Error.
 std::vector<RatioClaim> read_ratios(const ConfigNode& node, const RateContext& context);
-
-Json to_json(const RatioClaim& claim);
-RatioClaim read_ratio(const Json& json);
 
 }  // namespace etendue

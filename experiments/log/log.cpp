@@ -44,10 +44,11 @@ void put_structure(RunLog& log, StructureRecord record) {
   put(log.structures, std::move(record),
       [](const auto& a, const auto& b) { return a.scene == b.scene && a.structure == b.structure && a.layout == b.layout; });
 }
-// Animations, claims and searches: a record each for a cell.
-template <class Record>
-void put_by_cell(std::vector<Record>& records, Record record) {
-  put(records, std::move(record), [](const auto& a, const auto& b) { return a.cell == b.cell; });
+void put_record(RunLog& log, std::shared_ptr<KindRecord> record) {
+  put(log.records, std::move(record), [](const auto& a, const auto& b) {
+    const KindRecord &x = *a, &y = *b;
+    return typeid(x) == typeid(y) && x.cell == y.cell;
+  });
 }
 
 // A cell's checkpoints and closing line, in the place of any that it left before.
@@ -157,22 +158,19 @@ class LogReader {
       take_reference(read_reference(json));
     } else if (type == "structure") {
       put_structure(log_, read_structure(json));
-    } else if (type == "animation") {
-      put_by_cell(log_.animations, read_animation_line(line));
-    } else if (type == "claim") {
-      put_by_cell(log_.claims, read_claim_line(line));
     } else if (type == "rates") {
-      log_.rates = read_rate_line(line);
-    } else if (type == "search") {
-      put_by_cell(log_.searches, read_search_line(line));
+      log_.rates = read_rates(json);
     } else if (type == "checkpoint") {
       CheckpointRecord record = read_checkpoint(json);
       open_[record.cell].push_back(std::move(record));
     } else if (type == "cell") {
       take_cell(read_cell(json));
+    } else if (auto record = read_kind_record(type, json)) {
+      put_record(log_, std::move(record));
     } else if (!log_.finished) {
-      const std::vector<std::string> types{"manifest", "plan",  "scene",  "reference",  "structure", "animation",
-                                           "claim",    "rates", "search", "checkpoint", "cell",      "finished"};
+      std::vector<std::string> types = kind_record_types();
+      for (const char* own : {"manifest", "plan", "scene", "reference", "structure", "rates", "checkpoint", "cell", "finished"})
+        types.emplace_back(own);
       throw Error(unknown_name("record", type, types));
     }
   }
@@ -209,11 +207,7 @@ class LogReader {
     blocks_.drop_scene(scene);
     std::erase_if(log_.references, [&](const auto& record) { return record.scene == scene; });
     std::erase_if(log_.structures, [&](const auto& record) { return record.scene == scene; });
-    std::erase_if(log_.animations, [&](const auto& record) { return record.cell.scene == scene; });
-    std::erase_if(log_.claims, [&](const auto& record) { return record.cell.scene == scene; });
-    // A set of a scene is named for the scene and what varies in it.
-    std::erase_if(log_.searches,
-                  [&](const auto& record) { return record.cell.scene == scene || record.cell.scene.starts_with(scene + " "); });
+    std::erase_if(log_.records, [&](const auto& record) { return record->is_of(scene); });
   }
 
   RunLog log_;
@@ -264,10 +258,8 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
       put(merged.scenes, record, [](const auto& a, const auto& b) { return a.scene == b.scene; });
     for (const auto& record : log.references) put_reference(merged, record);
     for (const auto& record : log.structures) put_structure(merged, record);
-    for (const auto& record : log.animations) put_by_cell(merged.animations, record);
-    for (const auto& record : log.claims) put_by_cell(merged.claims, record);
+    for (const auto& record : log.records) put_record(merged, record);
     merged.rates.merge(log.rates);
-    for (const auto& record : log.searches) put_by_cell(merged.searches, record);
     std::map<CellName, std::vector<CheckpointRecord>> checkpoints;
     for (const auto& record : log.checkpoints) checkpoints[record.cell].push_back(record);
     for (const auto& record : log.cells) blocks.put(record, std::move(checkpoints[record.cell]));

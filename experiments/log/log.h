@@ -13,13 +13,13 @@
 //               then no longer count
 //   structure   a structure built over a scene: keys of StructureRecord
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
-//   animation   a scene in motion under several policies of change: keys of AnimationRecord
-//   claim       a claim as one measurement found it on one scene: keys of ClaimRecord
 //   rates       what theory says of convergence and what ratios are expected, all of the experiment (rate_law.h); the last such
 //               line counts
-//   search      point or ball structures over one set: keys of SearchRecord
 //   cell        the end of a cell: status "done" or "failed" (with error), how many checkpoints stand before it, hash of the
 //               image, files with size and hash, expectation
+//   others      the end of a cell of another kind of experiment, with all of its figures (experiments/kind.h): animation,
+//   claim,
+//               search, stress
 //   finished    all that was to run did; whatever is logged later takes this back
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, after the files that they
@@ -28,18 +28,18 @@
 
 #include "experiments/config/cell_name.h"
 #include "experiments/config/rate_law.h"
-#include "experiments/kinds/animation/animation_record.h"
-#include "experiments/kinds/claims/claim_record.h"
-#include "experiments/kinds/search/search_record.h"
-#include "experiments/kinds/structures/ray_kind.h"
+#include "experiments/log/json_fwd.h"
 #include "experiments/log/measured.h"
+#include "experiments/log/ray_kind.h"
 #include "framework/io/whole_file.h"
 
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <typeinfo>
 #include <vector>
 
 namespace etendue {
@@ -127,20 +127,54 @@ struct StructureRecord {
   Measured& speed(RayKind kind) { return mrays_per_s[index_of(kind)]; }
 };
 
+// The end of a cell of any other kind of experiment: one line with all of its figures. Kinds derive their own.
+struct KindRecord {
+  CellName cell;
+  std::string manifest;
+  std::string status, error;  // as of a CellRecord
+
+  virtual ~KindRecord() = default;
+  virtual std::string line() const = 0;  // of the log, without its checksum
+  // A file beside the log; null: none.
+  struct File {
+    std::string* path = nullptr;
+    const FileStamp* stamp = nullptr;
+  };
+  virtual File file() { return {}; }
+
+  bool done() const { return status == "done"; }
+  // Whether the record no longer counts where the scene is another than it was. A set of a scene is named for the scene and
+  // what varies in it.
+  bool is_of(const std::string& scene) const { return cell.scene == scene || cell.scene.starts_with(scene + " "); }
+};
+
 struct RunLog {
   std::vector<ManifestRecord> manifests;
   std::vector<ReferenceRecord> references;
   std::vector<StructureRecord> structures;
   std::vector<CheckpointRecord> checkpoints;
   std::vector<CellRecord> cells;
-  std::vector<AnimationRecord> animations;
-  std::vector<ClaimRecord> claims;
+  std::vector<std::shared_ptr<KindRecord>> records;
   RateRecord rates;
-  std::vector<SearchRecord> searches;
   std::vector<PlanRecord> plans;  // the last is the one that counts
   std::vector<SceneRecord> scenes;
   bool finished = false, torn = false;  // torn: its last block was cut short
+
+  std::size_t cell_count() const { return cells.size() + records.size(); }
 };
+
+// Those of one kind, in order of the log.
+template <class Record>
+std::vector<const Record*> records_of(const RunLog& log) {
+  std::vector<const Record*> found;
+  for (const auto& record : log.records)
+    if (const KindRecord& r = *record; typeid(r) == typeid(Record)) found.push_back(static_cast<const Record*>(record.get()));
+  return found;
+}
+
+// Reads a record of the kinds that are registered; null where `type` is none of theirs.
+std::shared_ptr<KindRecord> read_kind_record(const std::string& type, const Json& json);
+std::vector<std::string> kind_record_types();
 
 // Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).
 std::string to_json_line(const ManifestRecord& record);
@@ -150,6 +184,7 @@ std::string to_json_line(const CheckpointRecord& record);
 std::string to_json_line(const CellRecord& record);
 std::string to_json_line(const PlanRecord& record);
 std::string to_json_line(const SceneRecord& record);
+std::string to_json_line(const RateRecord& record);
 extern const char* const finished_line;
 
 // The line as it stands in the file: with its checksum.

@@ -1,6 +1,6 @@
-// The records of log.h out of the JSON objects they were written as. Their other direction, to_json_line, is declared beside
-// each record. A missing key or one of the wrong type throws nlohmann::json::exception; keys that were
-// added to the format later have defaults, so that older logs can still be read.
+// The records of log.h out of the JSON objects they were written as. Their other direction, to_json_line, is declared there. A
+// missing key or one of the wrong type throws nlohmann::json::exception; keys that were added to the format later have
+// defaults, so that older logs can still be read.
 #pragma once
 
 #include "experiments/log/json_fwd.h"
@@ -15,5 +15,6 @@ CheckpointRecord read_checkpoint(const Json& json);
 CellRecord read_cell(const Json& json);
 PlanRecord read_plan(const Json& json);
 SceneRecord read_scene_record(const Json& json);
+RateRecord read_rates(const Json& json);
 
 }  // namespace etendue

@@ -27,9 +27,7 @@ std::string damage(const std::string& file, const FileStamp& stamp, const std::s
 template <class Visit>
 void each_cell(RunLog& log, const Visit& visit) {
   for (auto& record : log.cells) visit(record);
-  for (auto& record : log.animations) visit(record);
-  for (auto& record : log.claims) visit(record);
-  for (auto& record : log.searches) visit(record);
+  for (const auto& record : log.records) visit(*record);
 }
 
 bool is_of(const std::string& cell_scene, const std::string& scene) {
@@ -69,8 +67,9 @@ std::string damage(const CellRecord& cell, const std::string& directory) {
   return image.empty() ? damage(cell.strip, cell.strip_stamp, directory) : image;
 }
 
-std::string damage(const ClaimRecord& record, const std::string& directory) {
-  return record.stress ? damage(record.stress->picture, record.stress->picture_stamp, directory) : "";
+std::string damage(KindRecord& record, const std::string& directory) {
+  const KindRecord::File file = record.file();
+  return file.path ? damage(*file.path, *file.stamp, directory) : "";
 }
 
 std::string damage(const ReferenceRecord& reference, const std::string& directory) {
@@ -88,7 +87,7 @@ std::vector<std::string> distrust(RunLog& log, const std::string& directory, boo
     record.error = wrong;
   };
   for (CellRecord& cell : log.cells) check_files(cell);
-  for (ClaimRecord& record : log.claims) check_files(record);
+  for (const auto& record : log.records) check_files(*record);
   for (ReferenceRecord& reference : log.references) {
     const std::string wrong = damage(reference, directory);
     if (wrong.empty()) continue;
@@ -116,12 +115,11 @@ std::vector<std::string> missing_parts(const std::vector<RunLog>& logs, const st
   std::map<std::tuple<std::string, std::string, int>, Shards> runs;  // by experiment, filter and number of shards
   for (std::size_t i = 0; i < logs.size(); ++i) {
     const RunLog& log = logs[i];
-    const std::size_t cells = log.cells.size() + log.animations.size() + log.claims.size() + log.searches.size();
     if (!log.finished) {
       const std::string planned = log.plans.empty() ? "" : fmt::format(" of {}", log.plans.back().cells);
       findings.push_back(fmt::format(
           "{}: the run has not finished, or its log was cut short: {}{} cells are there; the same `etendue run` goes on",
-          directories[i], cells, planned));
+          directories[i], log.cell_count(), planned));
     }
     for (const PlanRecord& plan : log.plans) {
       Shards& run = runs[{plan.experiment_hash, plan.filter, plan.shards}];

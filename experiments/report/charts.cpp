@@ -1,9 +1,7 @@
 #include "experiments/report/charts.h"
 
-#include "experiments/kinds/animation/animation_report.h"
-#include "experiments/kinds/search/search_report.h"
-#include "experiments/kinds/structures/structure_figures.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/structures/structure_figures.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -290,9 +288,6 @@ std::vector<Figure> file_figures(const ReportData& data) {
   }
   for (Figure& figure : structure_sweep_figures(data)) add(std::move(figure));
   add(structures_over_scenes_figure(data));
-  for (const AnimationData& animation : arrange_animations(*data.log))
-    for (Figure& figure : animation_figures(animation)) add(std::move(figure));
-  for (Figure& figure : search_figures(*data.log)) add(std::move(figure));
   return figures;
 }
 

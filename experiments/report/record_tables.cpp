@@ -1,8 +1,4 @@
 // The tables that list records as they are, and the summary at the end of a run.
-#include "experiments/kinds/animation/animation_report.h"
-#include "experiments/kinds/claims/claims_report.h"
-#include "experiments/kinds/search/search_report.h"
-#include "experiments/kinds/stress/stress_report.h"
 #include "experiments/report/confidence.h"
 #include "experiments/report/rate_report.h"
 #include "experiments/report/ratios.h"
@@ -115,23 +111,9 @@ Table manifest_table(const ReportData& data) {
 }
 
 std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images) {
-  return {stress_table(*data.log),
-          claims_table(*data.log),
-          claim_figures_table(*data.log),
-          final_table(data, images),
-          phases_table(data),
-          counters_table(data),
-          structures_table(data),
-          animations_table(*data.log),
-          search_times_table(*data.log),
-          search_leaders_table(*data.log),
-          search_crossovers_table(*data.log),
-          references_table(data),
-          bias_table(data),
-          confidence_table(data),
-          expectations_table(data),
-          failures_table(data),
-          manifest_table(data)};
+  return {final_table(data, images), phases_table(data),  counters_table(data),   structures_table(data),
+          references_table(data),    bias_table(data),    confidence_table(data), expectations_table(data),
+          failures_table(data),      manifest_table(data)};
 }
 
 std::string summary_table(const RunLog& log) {

@@ -1,5 +1,6 @@
 #include "experiments/report/report.h"
 
+#include "experiments/kind.h"
 #include "experiments/log/trust.h"
 #include "experiments/report/charts.h"
 #include "experiments/report/page/html.h"
@@ -55,8 +56,8 @@ void resolve_files(RunLog& log, const std::string& directory) {
     resolve(cell.strip, directory);
   }
   for (ReferenceRecord& reference : log.references) resolve(reference.file, directory);
-  for (ClaimRecord& record : log.claims)
-    if (record.stress) resolve(record.stress->picture, directory);
+  for (const auto& record : log.records)
+    if (const KindRecord::File file = record->file(); file.path) resolve(*file.path, directory);
 }
 
 // Without the files that the log names, which nobody held against it.
@@ -218,7 +219,11 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   data.findings = findings;
   PageContent content;
   content.rates = fit_rates(data);
-  content.tables = report_tables(data, image_statistics(data));
+  for (const ExperimentKind* kind : experiment_kinds()) content.kinds.push_back(kind->report(log));
+  for (const KindReport& kind : content.kinds)
+    content.tables.insert(content.tables.end(), kind.tables.begin(), kind.tables.end());
+  const std::vector<Table> tables = report_tables(data, image_statistics(data));
+  content.tables.insert(content.tables.end(), tables.begin(), tables.end());
   if (const auto ratios = find_ratios(data); !ratios.empty())
     content.tables.insert(content.tables.begin(), ratios_table(ratios));
   if (!content.rates.empty()) content.tables.insert(content.tables.begin(), rates_table(content.rates));
@@ -232,7 +237,9 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
     for (const std::string& format : options.table_formats)
       out.write("tables/" + table.name + "." + format, formatted(table, format));
   }
-  for (const Figure& figure : file_figures(data)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
+  std::vector<Figure> figures = file_figures(data);
+  for (const KindReport& kind : content.kinds) figures.insert(figures.end(), kind.figures.begin(), kind.figures.end());
+  for (const Figure& figure : figures) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   for (const Figure& figure : rate_figures(content.rates)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   out.write("report.html", report_page(data, content));
   Report report = out.finish();

@@ -1,5 +1,6 @@
 #include "experiments/run/record_run.h"
 
+#include "experiments/kind.h"
 #include "experiments/log/trust.h"
 #include "experiments/report/report.h"
 
@@ -7,20 +8,14 @@
 #include <chrono>
 #include <new>
 #include <set>
-#include <type_traits>
 
 namespace etendue {
 
 namespace {
 
-const std::vector<AnimationRecord>& records(const RunLog& log, const AnimationRecord*) { return log.animations; }
-const std::vector<SearchRecord>& records(const RunLog& log, const SearchRecord*) { return log.searches; }
-const std::vector<ClaimRecord>& records(const RunLog& log, const ClaimRecord*) { return log.claims; }
-
-template <class Record>
 class RecordExecution {
  public:
-  RecordExecution(const RunPlan& plan, int threads, RunObserver& observer, RecordWork<Record>& work)
+  RecordExecution(const RunPlan& plan, int threads, RunObserver& observer, RecordWork& work)
       : plan_(plan),
         observer_(observer),
         work_(work),
@@ -34,10 +29,10 @@ class RecordExecution {
       if (const auto scene = work_.scene(cell))
         if (const std::string told = directory_.note_scene(scene->name, scene->path, scene->hash); !told.empty()) warn(told);
     std::set<CellName> done;
-    for (const Record& record : records(directory_.earlier(), static_cast<const Record*>(nullptr))) {
-      if (record.status != "done" || !is_whole(record)) continue;
-      done.insert(record.cell);
-      work_.remember(record);
+    for (const auto& record : directory_.earlier().records) {
+      if (!record->done() || !is_whole(*record)) continue;
+      done.insert(record->cell);
+      work_.remember(*record);
     }
     std::vector<const Cell*> pending;
     for (const Cell& cell : plan_.cells)
@@ -51,34 +46,30 @@ class RecordExecution {
     summary_.report_files = std::move(report.files);
     summary_.findings = std::move(report.findings);
     summary_.notes = std::move(report.notes);
-    summary_.table = work_.summary(read_directory_log(plan_.directory));
+    summary_.table = plan_.config.kind->summary(read_directory_log(plan_.directory));
     return std::move(summary_);
   }
 
  private:
   void warn(const std::string& what) { observer_.narrate("warning: " + what); }
 
-  bool is_whole(const Record& record) {
-    if constexpr (std::is_same_v<Record, ClaimRecord>)
-      if (const std::string wrong = damage(record, plan_.directory); !wrong.empty()) {
-        warn(fmt::format("{}: {}; it runs again", record.cell.key(), wrong));
-        return false;
-      }
-    return true;
+  bool is_whole(KindRecord& record) {
+    const std::string wrong = damage(record, plan_.directory);
+    if (!wrong.empty()) warn(fmt::format("{}: {}; it runs again", record.cell.key(), wrong));
+    return wrong.empty();
   }
 
   void run_one(const Cell& cell, std::size_t position, std::size_t count) {
     observer_.cell_started(cell.name, position, count);
     const auto start = std::chrono::steady_clock::now();
     const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-    Record record;
-    work_.describe(cell, record);
+    const std::unique_ptr<KindRecord> record = work_.begin(cell);
     CheckpointRecord last;
     last.cell = cell.name;
     CellRecord cell_record;
     cell_record.cell = cell.name;
     try {
-      work_.fill(cell, record, directory_, [&](double share, std::uint64_t steps) {
+      work_.fill(cell, *record, directory_, [&](double share, std::uint64_t steps) {
         last.iterations = steps;
         observer_.cell_progress(share, steps, elapsed());
       });
@@ -89,18 +80,18 @@ class RecordExecution {
       cell_record.error = dynamic_cast<const std::bad_alloc*>(&e) != nullptr ? "out of memory" : e.what();
       ++summary_.failed;
     }
-    record.cell = cell.name;
-    record.manifest = manifest_.id;
-    record.status = cell_record.status;
-    record.error = cell_record.error;
-    directory_.append({to_json_line(record)});
+    record->cell = cell.name;
+    record->manifest = manifest_.id;
+    record->status = cell_record.status;
+    record->error = cell_record.error;
+    directory_.append({record->line()});
     last.time_s = elapsed();
-    observer_.cell_finished(cell_record, record.status == "done" ? &last : nullptr);
+    observer_.cell_finished(cell_record, record->done() ? &last : nullptr);
   }
 
   const RunPlan& plan_;
   RunObserver& observer_;
-  RecordWork<Record>& work_;
+  RecordWork& work_;
   ManifestRecord manifest_;
   RunDirectory directory_;
   RunSummary summary_;
@@ -108,13 +99,8 @@ class RecordExecution {
 
 }  // namespace
 
-template <class Record>
-RunSummary execute_records(const RunPlan& plan, int threads, RunObserver& observer, RecordWork<Record>& work) {
-  return RecordExecution<Record>(plan, threads, observer, work).run();
+RunSummary execute_records(const RunPlan& plan, int threads, RunObserver& observer, RecordWork& work) {
+  return RecordExecution(plan, threads, observer, work).run();
 }
-
-template RunSummary execute_records(const RunPlan&, int, RunObserver&, RecordWork<AnimationRecord>&);
-template RunSummary execute_records(const RunPlan&, int, RunObserver&, RecordWork<SearchRecord>&);
-template RunSummary execute_records(const RunPlan&, int, RunObserver&, RecordWork<ClaimRecord>&);
 
 }  // namespace etendue

@@ -62,9 +62,7 @@ void drop_nameless(RunLog& log, const std::string& own) {
   std::erase_if(log.cells, [&](const CellRecord& record) { return cells.contains(record.cell); });
   std::erase_if(log.checkpoints, nameless);
   std::erase_if(log.structures, nameless);
-  std::erase_if(log.animations, nameless);
-  std::erase_if(log.claims, nameless);
-  std::erase_if(log.searches, nameless);
+  std::erase_if(log.records, [&](const auto& record) { return nameless(*record); });
 }
 
 // The path from the directory, unless the two have nothing in common but the root: no other machine has such a path.
@@ -141,16 +139,14 @@ std::string RunDirectory::note_scene(const std::string& scene, const std::string
                                   [&](const SceneRecord& other) { return other.scene == scene; });
   if (known != earlier_.scenes.end() && to_json_line(*known) == to_json_line(record)) return "";
   const std::string before = known == earlier_.scenes.end() ? "" : known->hash;
-  const auto count = [&] {
-    return earlier_.cells.size() + earlier_.animations.size() + earlier_.claims.size() + earlier_.searches.size();
-  };
-  const std::size_t had = count();
+  const std::size_t had = earlier_.cell_count();
   append({to_json_line(record)});
   if (before == record.hash) return "";
   read_earlier();  // where the rule stands by which records no longer count
-  return had == count() ? ""
-                        : fmt::format("{} has changed since its cells were run (hash {}, then {}): they run again", scene,
-                                      record.hash, before.empty() ? "not known" : before);
+  return had == earlier_.cell_count()
+             ? ""
+             : fmt::format("{} has changed since its cells were run (hash {}, then {}): they run again", scene, record.hash,
+                           before.empty() ? "not known" : before);
 }
 
 std::string RunDirectory::note_reference(const ReferenceRecord& record) {

@@ -3,6 +3,7 @@
 #include "experiments/kinds/claims/cache_model.h"
 #include "experiments/kinds/claims/claim.h"
 #include "experiments/kinds/claims/claim_scenes.h"
+#include "experiments/kinds/claims/claims_config.h"
 #include "experiments/kinds/claims/naive_loop.h"
 #include "experiments/kinds/claims/task_shapes.h"
 #include "experiments/kinds/claims/traversal_variants.h"
@@ -86,7 +87,7 @@ TEST(ClaimVariants, MeasurementsAgreeAndGiveEveryQuantityOnce) {
   const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/claims.toml",
                                               {true, {"timing={ resolution = 8, repetitions = 1 }"}});
   std::set<std::string> seen;
-  for (const Claim& claim : config.claims->rows)
+  for (const Claim& claim : choice_of<ClaimsChoice>(config).rows)
     for (const ClaimMeasure& measure : claim.measures) {
       const Measurement& measurement = *measure.measurement;
       std::string scene = measure.scenes.front();

@@ -1,8 +1,10 @@
 // Experiments on change over time, from their TOML to their report.
+#include "experiments/kinds/animation/animation.h"
 #include "experiments/kinds/animation/animation_report.h"
 #include "experiments/run/run.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"
+#include "tests/unit/kind_records.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -26,12 +28,11 @@ std::string with(const std::string& from, const std::string& to) { return replac
 
 TEST(AnimationConfig, ValidFileIsReadInFull) {
   const ExperimentConfig config = parse_experiment(experiment, "x.toml");
-  ASSERT_TRUE(config.animation.has_value());
-  EXPECT_EQ(config.animation->frames, 4);
-  EXPECT_EQ(config.animation->resolution, 16);
-  ASSERT_EQ(config.animation->policies.size(), 3u);
-  EXPECT_EQ(config.animation->policies[2].label(), "hybrid least_gain=0 sah_growth=1.1");
-  EXPECT_EQ(config.animation->motions[1].label(), "scatter moving=0.5 objects=8");
+  EXPECT_EQ(choice_of<AnimationChoice>(config).frames, 4);
+  EXPECT_EQ(choice_of<AnimationChoice>(config).resolution, 16);
+  ASSERT_EQ(choice_of<AnimationChoice>(config).policies.size(), 3u);
+  EXPECT_EQ(choice_of<AnimationChoice>(config).policies[2].label(), "hybrid least_gain=0 sah_growth=1.1");
+  EXPECT_EQ(choice_of<AnimationChoice>(config).motions[1].label(), "scatter moving=0.5 objects=8");
   EXPECT_EQ(make_cells(config).size(), 8u);
   EXPECT_EQ(make_cells(config)[0].name.key(), "builtin:cornell-spheres | binned-sah | twist | seed=1");
 }
@@ -39,14 +40,14 @@ TEST(AnimationConfig, ValidFileIsReadInFull) {
 TEST(AnimationConfig, QuickHasADefault) {
   const ExperimentConfig config = parse_experiment(experiment, "x.toml", {true, {}});
   EXPECT_EQ(config.seeds.size(), 1u);
-  EXPECT_EQ(config.animation->frames, 10);
-  EXPECT_EQ(config.animation->motions.size(), 2u) << "what is asked stays";
+  EXPECT_EQ(choice_of<AnimationChoice>(config).frames, 10);
+  EXPECT_EQ(choice_of<AnimationChoice>(config).motions.size(), 2u) << "what is asked stays";
 }
 
 TEST(AnimationConfig, MotionsAndPoliciesHaveDefaults) {
   const ExperimentConfig config = parse_experiment("scenes = [\"builtin:mesh\"]\n[dynamic]\nframes = 3\n", "x.toml");
-  EXPECT_EQ(config.animation->motions.size(), 4u);
-  EXPECT_EQ(config.animation->policies.size(), 3u);
+  EXPECT_EQ(choice_of<AnimationChoice>(config).motions.size(), 4u);
+  EXPECT_EQ(choice_of<AnimationChoice>(config).policies.size(), 3u);
 }
 
 TEST(AnimationConfig, SlipsAreErrorsAtTheirPlace) {
@@ -81,15 +82,15 @@ TEST(AnimationRecord, LineIsReadBack) {
   record.changed = {0, 0.1};
   record.rebuilt_sah_cost = {10, 1.0 / 3};
   record.policies = {{"refit", {0.1, 0.2}, {0.3, 0.4}, {10, 11}, {1, 0}, 2}};
-  const std::string line = to_json_line(record);
+  const std::string line = record.line();
   EXPECT_EQ(line.find('\n'), std::string::npos);
-  const AnimationRecord read = read_animation_line(line);
+  const auto read = read_back<AnimationRecord>(line);
   EXPECT_EQ(read.cell, record.cell);
   EXPECT_EQ(read.rebuilt_sah_cost, record.rebuilt_sah_cost);
   ASSERT_EQ(read.policies.size(), 1u);
   EXPECT_EQ(read.policies[0].trace_s, record.policies[0].trace_s);
   EXPECT_EQ(read.policies[0].disagreements, 2u);
-  EXPECT_EQ(to_json_line(read), line);
+  EXPECT_EQ(read.line(), line);
 }
 
 class AnimationRun : public ProgramTest {
@@ -104,7 +105,8 @@ class AnimationRun : public ProgramTest {
 // What no clock touches.
 std::vector<std::vector<double>> outcome_of(const RunLog& log) {
   std::vector<std::vector<double>> outcome;
-  for (const AnimationRecord& record : log.animations) {
+  for (const AnimationRecord* logged : records_of<AnimationRecord>(log)) {
+    const AnimationRecord& record = *logged;
     outcome.push_back(record.changed);
     outcome.push_back(record.rays);
     outcome.push_back(record.rebuilt_sah_cost);
@@ -124,8 +126,9 @@ TEST_F(AnimationRun, WritesLogChartsAndPageAndResumes) {
   ASSERT_EQ(rest.status, 0) << rest.err;
   EXPECT_NE(rest.err.find("4 of 8 cells are done already"), std::string::npos) << rest.err;
   const RunLog written = log("out/moving");
-  ASSERT_EQ(written.animations.size(), 8u);
-  for (const AnimationRecord& record : written.animations) {
+  ASSERT_EQ(written.records.size(), 8u);
+  for (const AnimationRecord* logged : records_of<AnimationRecord>(written)) {
+    const AnimationRecord& record = *logged;
     EXPECT_EQ(record.status, "done") << record.error;
     ASSERT_EQ(record.policies.size(), 3u);
     for (const PolicyRecord& policy : record.policies) {
@@ -162,8 +165,8 @@ TEST_F(AnimationRun, TreesDoNotDependOnTheThreads) {
 TEST_F(AnimationRun, ShardsMergeInTheReport) {
   for (const char* shard : {"0/2", "1/2"})
     ASSERT_EQ(run({"run", "moving.toml", "--shard", shard, "--threads", "1", "--out", std::string("s") + shard[0]}).status, 0);
-  EXPECT_EQ(log("s0").animations.size() + log("s1").animations.size(), 8u);
-  EXPECT_EQ(merge_logs({log("s0"), log("s1")}).animations.size(), 8u);
+  EXPECT_EQ(log("s0").records.size() + log("s1").records.size(), 8u);
+  EXPECT_EQ(merge_logs({log("s0"), log("s1")}).records.size(), 8u);
   EXPECT_EQ(run({"report", "s0", "s1", "--out", "merged"}).status, 0);
   EXPECT_TRUE(std::filesystem::exists(directory_ / "merged/tables/animations.csv"));
 }
@@ -184,8 +187,8 @@ TEST_F(AnimationRun, SceneWithInstancesFailsItsCells) {
   write_file("two.toml", "scenes = [\"two.pbrt\"]\n[dynamic]\nframes = 2\nmotions = \"twist\"\n");
   const Outcome outcome = run({"run", "two.toml", "--threads", "1"});
   EXPECT_EQ(outcome.status, 1) << outcome.err;
-  ASSERT_EQ(log("out/two").animations.size(), 1u);
-  EXPECT_NE(log("out/two").animations[0].error.find("instances"), std::string::npos);
+  ASSERT_EQ(log("out/two").records.size(), 1u);
+  EXPECT_NE(log("out/two").records[0]->error.find("instances"), std::string::npos);
 }
 
 }  // namespace

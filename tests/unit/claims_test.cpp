@@ -1,10 +1,12 @@
 // Experiments on claims: the rule of verdicts, and the way from their TOML to their report.
+#include "experiments/kinds/claims/claims_config.h"
 #include "experiments/kinds/claims/claims_report.h"
 #include "experiments/kinds/claims/verdict.h"
 #include "experiments/run/run.h"
 #include "tests/places.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"
+#include "tests/unit/kind_records.h"
 
 #include <algorithm>
 #include <limits>
@@ -109,11 +111,11 @@ std::string with(const std::string& from, const std::string& to) { return replac
 
 TEST(ClaimsConfig, ValidFileIsReadInFull) {
   const ExperimentConfig config = parse_experiment(experiment, "x.toml");
-  ASSERT_TRUE(config.claims.has_value());
-  EXPECT_EQ(config.claims->resolution, 16);
-  ASSERT_EQ(config.claims->rows.size(), 2u);
-  EXPECT_EQ(config.claims->rows[1].reading, "bytes");
-  EXPECT_TRUE(config.claims->rows[1].measures[1].large);
+  const auto& choice = choice_of<ClaimsChoice>(config);
+  EXPECT_EQ(choice.resolution, 16);
+  ASSERT_EQ(choice.rows.size(), 2u);
+  EXPECT_EQ(choice.rows[1].reading, "bytes");
+  EXPECT_TRUE(choice.rows[1].measures[1].large);
   const std::vector<Cell> cells = make_cells(config);
   ASSERT_EQ(cells.size(), 4u);
   EXPECT_EQ(cells[1].name.key(), "claim:objects?count=20 | recursion | claim-05 | seed=1");
@@ -149,9 +151,8 @@ TEST(ClaimsConfig, SlipsAreErrorsAtTheirPlace) {
 
 TEST(ClaimsExperiment, HoldsEveryClaimOnce) {
   const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/claims.toml");
-  ASSERT_TRUE(config.claims.has_value());
   std::vector<int> ids;
-  for (const Claim& claim : config.claims->rows) ids.push_back(claim.id);
+  for (const Claim& claim : choice_of<ClaimsChoice>(config).rows) ids.push_back(claim.id);
   std::vector<int> all(27);
   for (int i = 0; i < 27; ++i) all[static_cast<std::size_t>(i)] = i + 1;
   EXPECT_EQ(ids, all);
@@ -161,8 +162,7 @@ TEST(ClaimsExperiment, UsesEveryMeasurement) {
   std::set<const Measurement*> used;
   for (const char* file : {"claims.toml", "contents.toml"}) {
     const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/" + file);
-    ASSERT_TRUE(config.claims.has_value()) << file;
-    for (const Claim& claim : config.claims->rows)
+    for (const Claim& claim : choice_of<ClaimsChoice>(config).rows)
       for (const ClaimMeasure& measure : claim.measures) used.insert(measure.measurement);
   }
   for (const Measurement& measurement : measurements()) {
@@ -190,33 +190,33 @@ ClaimRecord sample_record() {
 
 TEST(ClaimRecord, LineIsReadBack) {
   const ClaimRecord record = sample_record();
-  const std::string line = to_json_line(record);
+  const std::string line = record.line();
   EXPECT_EQ(line.find('\n'), std::string::npos);
-  const ClaimRecord read = read_claim_line(line);
+  const auto read = read_back<ClaimRecord>(line);
   EXPECT_EQ(read.cell, record.cell);
   ASSERT_EQ(read.figures.size(), 3u);
   EXPECT_EQ(read.figures[0].expected_high, endless);
   EXPECT_EQ(read.figures[0].value.high, record.figures[0].value.high);
   EXPECT_EQ(read.figures[1].kind, FigureKind::time);
   EXPECT_FALSE(read.figures[2].judged);
-  EXPECT_EQ(to_json_line(read), line);
+  EXPECT_EQ(read.line(), line);
 }
 
 TEST(ClaimsReport, VerdictFollowsTheFigures) {
   RunLog log;
   ClaimRecord record = sample_record();
   record.figures.resize(1);
-  log.claims.push_back(record);
+  add_record(log, record);
   ASSERT_EQ(arrange_claims(log).size(), 1u);
   EXPECT_EQ(arrange_claims(log)[0].verdict, ClaimVerdict::confirmed);
   record.cell.scene = "builtin:mesh";
   record.figures[0].value = {0.9, 0.8, 0.95};
-  log.claims.push_back(record);
+  add_record(log, record);
   const std::vector<ClaimFindings> claims = arrange_claims(log);
   ASSERT_EQ(claims.size(), 1u);
   EXPECT_EQ(claims[0].verdict, ClaimVerdict::depends);
   EXPECT_EQ(claims[0].on_what, "confirmed: objects | refuted: mesh");
-  EXPECT_NE(claims_section(log).find("x &quot;&lt;y&gt;&quot;"), std::string::npos) << "made safe for HTML";
+  EXPECT_NE(claims_report(log).section.find("x &quot;&lt;y&gt;&quot;"), std::string::npos) << "made safe for HTML";
   EXPECT_EQ(claims_table(log).rows.size(), 1u);
   EXPECT_EQ(claim_figures_table(log).rows.size(), 2u);
 }

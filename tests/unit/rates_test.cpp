@@ -1,4 +1,6 @@
 // Regions and rates from the experiment to the report.
+#include "experiments/log/json_line.h"
+#include "experiments/log/log_lines.h"
 #include "experiments/report/rate_report.h"
 #include "framework/image/metrics.h"
 #include "framework/io/image/exr.h"
@@ -108,7 +110,7 @@ TEST(Rates, MethodsAreSelectedByNameAndParameters) {
 
 TEST(Rates, RecordAndRegionsSurviveTheLog) {
   const ExperimentConfig config = parse_experiment(base, "x.toml");
-  const RateRecord record{config.rates, config.regions}, back = read_rate_line(to_json_line(record));
+  const RateRecord record{config.rates, config.regions}, back = read_rates(Json::parse(to_json_line(record)));
   EXPECT_EQ(back.laws, record.laws);
   EXPECT_EQ(to_json_line(back), to_json_line(record));
 

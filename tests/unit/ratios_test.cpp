@@ -1,5 +1,7 @@
 // Ratios from the experiment to the report.
 #include "experiments/report/ratios.h"
+#include "experiments/log/json_line.h"
+#include "experiments/log/log_lines.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/report_helpers.h"
 
@@ -30,7 +32,7 @@ TEST(Ratios, ClaimIsReadInFullAndKeptByTheLog) {
   EXPECT_EQ(claim.expected, 1.5);
   EXPECT_EQ(claim.source, "a paper");
   const RateRecord record{config.rates, config.regions, config.ratios};
-  EXPECT_EQ(read_rate_line(to_json_line(record)).ratios, config.ratios);
+  EXPECT_EQ(read_rates(Json::parse(to_json_line(record))).ratios, config.ratios);
 }
 
 TEST(Ratios, DoNotChangeTheExperimentsHash) {

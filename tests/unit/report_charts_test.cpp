@@ -1,5 +1,5 @@
-#include "experiments/kinds/structures/structure_figures.h"
 #include "experiments/report/charts.h"
+#include "experiments/report/structures/structure_figures.h"
 #include "tests/unit/report_helpers.h"
 
 #include <algorithm>

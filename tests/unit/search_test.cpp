@@ -1,11 +1,13 @@
 // Experiments on point and ball structures: what they read, measure, log and conclude.
 #include "experiments/config/config.h"
 #include "experiments/kinds/search/measure_search.h"
+#include "experiments/kinds/search/search_config.h"
 #include "experiments/kinds/search/search_curves.h"
 #include "experiments/kinds/search/search_report.h"
 #include "experiments/kinds/search/search_sets.h"
 #include "framework/io/load_scene.h"
 #include "tests/unit/experiment_text.h"
+#include "tests/unit/kind_records.h"
 
 #include <gtest/gtest.h>
 
@@ -29,10 +31,10 @@ TEST(SearchConfig, ReadsSetsSizesAndStructures) {
       "scenes = [\"builtin:cornell-box\"]\n[points]\nstructures = [\"hash-grid\", \"brute\"]\ncounts = [5, \"2k\"]\n"
       "contrasts = [1, 100]\nneighbours = [3]\n",
       "e.toml");
-  ASSERT_TRUE(config.search);
-  EXPECT_EQ(config.search->structures, (std::vector<std::string>{"hash-grid", "brute"}));
-  EXPECT_EQ(config.search->counts, (std::vector<std::uint64_t>{5, 2000}));
-  const std::vector<SearchSet> sets = config_sets(config);
+  const auto& choice = choice_of<SearchChoice>(config);
+  EXPECT_EQ(choice.structures, (std::vector<std::string>{"hash-grid", "brute"}));
+  EXPECT_EQ(choice.counts, (std::vector<std::uint64_t>{5, 2000}));
+  const std::vector<SearchSet> sets = search_sets(choice, {"builtin:cornell-box"});
   ASSERT_EQ(sets.size(), 3u);
   EXPECT_EQ(sets[2].label, "clustered contrast=100");
 }
@@ -95,15 +97,15 @@ TEST(SearchMeasurement, StructuresAgreeAndEveryFigureIsThere) {
     }
     record.cell = {"scene", "points", "count=300", 1};
     record.status = "done";
-    EXPECT_EQ(to_json_line(read_search_line(to_json_line(record))), to_json_line(record));
+    EXPECT_EQ(read_back<SearchRecord>(record.line()).line(), record.line());
   }
 }
 
 TEST(SearchCurves, CrossoversLieWhereLogarithmsMeet) {
   RunLog log;
-  log.searches = {record_of(10, {{"brute", 1}, {"tree", 10}, {"grid", 40}}),
-                  record_of(1000, {{"brute", 100}, {"tree", 10}, {"grid", 30}}),
-                  record_of(100000, {{"brute", 1e4}, {"tree", 50}, {"grid", 20}})};
+  add_record(log, record_of(10, {{"brute", 1}, {"tree", 10}, {"grid", 40}}));
+  add_record(log, record_of(1000, {{"brute", 100}, {"tree", 10}, {"grid", 30}}));
+  add_record(log, record_of(100000, {{"brute", 1e4}, {"tree", 50}, {"grid", 20}}));
   const std::vector<SearchPlot> plots = search_plots(log);
   ASSERT_FALSE(plots.empty());
   ASSERT_EQ(plots[0].abscissa, "count");

@@ -1,10 +1,12 @@
 // The catalogue of failures: its figures, its verdicts, and the way from its TOML to its report.
 #include "experiments/config/cells.h"
 #include "experiments/kinds/claims/claims_report.h"
+#include "experiments/kinds/stress/stress_config.h"
 #include "experiments/kinds/stress/stress_report.h"
 #include "tests/places.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"
+#include "tests/unit/kind_records.h"
 
 #include <gtest/gtest.h>
 
@@ -15,14 +17,15 @@ namespace {
 
 constexpr double endless = std::numeric_limits<double>::infinity();
 
-ClaimRecord record_of(std::vector<double> medians, double low = 0, double high = 0.1) {
-  ClaimRecord record;
+StressRecord record_of(std::vector<double> medians, double low = 0, double high = 0.1) {
+  StressRecord record;
   record.cell = {"builtin:edge", "darkest", "stress-01", 1};
   record.status = "done";
   record.id = 1;
   record.claim = "it <fails>";
   record.claimed = "relmse";
-  record.stress = StressNote{low, high, {}, ""};
+  record.holds_low = low;
+  record.holds_high = high;
   for (std::size_t i = 0; i < medians.size(); ++i) {
     record.figures.push_back({i == 0 ? "as it is" : "remedy " + std::to_string(i),
                               "relmse",
@@ -31,7 +34,7 @@ ClaimRecord record_of(std::vector<double> medians, double low = 0, double high =
                               true,
                               i == 0 ? 1.0 : low,
                               i == 0 ? endless : high});
-    record.stress->methods.push_back("path");
+    record.methods.push_back("path");
   }
   return record;
 }
@@ -79,9 +82,10 @@ std::string with(const std::string& from, const std::string& to) { return replac
 
 TEST(StressConfig, ChangesAreOfTheMethod) {
   const ExperimentConfig config = parse_experiment(experiment, "x.toml");
-  ASSERT_EQ(config.stress.size(), 1u);
-  ASSERT_EQ(config.stress[0].trials.size(), 2u);
-  const Method& remedied = config.stress[0].trials[1].method;
+  const auto& rows = choice_of<StressChoice>(config).rows;
+  ASSERT_EQ(rows.size(), 1u);
+  ASSERT_EQ(rows[0].trials.size(), 2u);
+  const Method& remedied = rows[0].trials[1].method;
   EXPECT_EQ(remedied.name, "photon-map");
   EXPECT_NE(remedied.label().find("side_test=true"), std::string::npos);
   EXPECT_NE(remedied.label().find("radius=0.1"), std::string::npos);
@@ -110,35 +114,34 @@ TEST(StressConfig, SlipsAreErrorsAtTheirPlace) {
 
 TEST(StressExperiment, IsValidAndItsRemediesAreNamedApart) {
   const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/stress.toml");
-  EXPECT_GE(config.stress.size(), 10u);
-  for (const StressRow& row : config.stress)
+  const auto& rows = choice_of<StressChoice>(config).rows;
+  EXPECT_GE(rows.size(), 10u);
+  for (const StressRow& row : rows)
     for (std::size_t i = 1; i < row.trials.size(); ++i)
       EXPECT_NE(row.trials[i].method.label(), row.trials[0].method.label()) << row.id << ": a remedy that changes nothing";
 }
 
 TEST(StressRecord, LineIsReadBack) {
-  const ClaimRecord record = record_of({2, 0.05}, -endless, 0.1);
-  const ClaimRecord read = read_claim_line(to_json_line(record));
-  ASSERT_TRUE(read.stress.has_value());
-  EXPECT_EQ(read.stress->holds_low, -endless);
+  const StressRecord record = record_of({2, 0.05}, -endless, 0.1);
+  const auto read = read_back<StressRecord>(record.line());
+  EXPECT_EQ(read.holds_low, -endless);
   EXPECT_EQ(judge_stress(read), judge_stress(record));
-  EXPECT_EQ(to_json_line(read), to_json_line(record));
+  EXPECT_EQ(read.line(), record.line());
 }
 
 TEST(StressReport, StandsApartFromClaims) {
   RunLog log;
-  log.claims.push_back(record_of({2, 0.05}));
+  add_record(log, record_of({2, 0.05}));
   EXPECT_EQ(stress_table(log).rows.size(), 2u);
-  EXPECT_NE(stress_section(log).find("it &lt;fails&gt;"), std::string::npos);
+  EXPECT_NE(stress_report(log).section.find("it &lt;fails&gt;"), std::string::npos);
   EXPECT_TRUE(claims_table(log).rows.empty());
-  EXPECT_TRUE(claims_section(log).empty());
+  EXPECT_TRUE(claims_report(log).section.empty());
 }
 
 TEST(StressReport, FiguresStandBelowANameThatATerminalDoesNotHoldBesideThem) {
   RunLog log;
-  log.claims.push_back(record_of({2, 0.05}));
   const std::string name(60, 'x');
-  log.claims.back().figures[1].quantity = name;
+  add_record(log, record_of({2, 0.05})).figures[1].quantity = name;
   EXPECT_EQ(stress_summary(log),
             " 1  it <fails>  (builtin:edge: relmse)\n"
             "      as it is\n        2.00                     expected above 1.00     fails as expected\n"

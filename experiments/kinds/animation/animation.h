@@ -11,7 +11,7 @@
 // a machine that slows down slows all of them.
 #pragma once
 
-#include "experiments/config/method.h"
+#include "experiments/config/config.h"
 #include "experiments/kinds/animation/animation_record.h"
 #include "framework/scene/scene.h"
 
@@ -21,7 +21,7 @@
 
 namespace etendue {
 
-struct AnimationChoice {
+struct AnimationChoice final : KindChoice {
   int frames = 100, resolution = 128, repetitions = 3;
   std::vector<Method> motions, policies;
 };

@@ -1,7 +1,7 @@
 // What the log holds of an animation: one line per cell, with all policies, which take turns in each frame.
 #pragma once
 
-#include "experiments/config/cell_name.h"
+#include "experiments/log/log.h"
 
 #include <cstdint>
 #include <string>
@@ -19,19 +19,18 @@ struct PolicyRecord {
   std::uint64_t disagreements = 0;  // rays whose hits differ from those of a tree built anew
 };
 
-struct AnimationRecord {
-  CellName cell;  // its "integrator" is the motion, its "accel" the builder
-  std::string manifest;
-  std::string status, error;  // as of a CellRecord
+// The cell's "integrator" is the motion, its "accel" the builder.
+struct AnimationRecord final : KindRecord {
   std::uint64_t primitives = 0;
   std::vector<double> rays;              // of each frame
   std::vector<double> changed;           // primitives that moved since the frame before, in primitives of the scene
   std::vector<double> rebuilt_sah_cost;  // of a tree built anew, beside all policies
   std::vector<PolicyRecord> policies;
+
+  std::string line() const override;
 };
 
-std::string to_json_line(const AnimationRecord& record);
-// Of a line's text; throws what the JSON library throws.
-AnimationRecord read_animation_line(const std::string& line);
+// Throws what the JSON library throws.
+AnimationRecord read_animation_record(const Json& json);
 
 }  // namespace etendue

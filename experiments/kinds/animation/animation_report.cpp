@@ -1,5 +1,6 @@
 #include "experiments/kinds/animation/animation_report.h"
 
+#include "experiments/report/page/figure.h"
 #include "experiments/report/report_text.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/units.h"
@@ -96,7 +97,8 @@ std::string times(double ratio) { return fmt::format("{:.{}f}×", ratio, ratio <
 std::vector<AnimationData> arrange_animations(const RunLog& log) {
   std::vector<AnimationData> animations;
   std::set<std::string> builders;
-  for (const AnimationRecord& record : log.animations) {
+  for (const AnimationRecord* logged : records_of<AnimationRecord>(log)) {
+    const AnimationRecord& record = *logged;
     if (record.status != "done" || record.policies.empty()) continue;
     builders.insert(record.cell.accel);
     const auto same = [&](const AnimationData& a) {
@@ -160,8 +162,7 @@ Table animations_table(const RunLog& log) {
         "as a "
         "share of the primitives. SAH cost: relative to a tree built anew. At last: over the last tenth of the frames; tracing "
         "relative to the policy that rebuilds. Disagreements: hits that differ from those of a tree built anew.");
-  for (const AnimationRecord& record : log.animations)
-    if (record.status != "done") table.notes.push_back(fmt::format("Failed: {}: {}", record.cell.key(), record.error));
+  for (std::string& line : failed_cells<AnimationRecord>(log)) table.notes.push_back(std::move(line));
   return table;
 }
 
@@ -201,6 +202,24 @@ std::string animation_summary(const RunLog& log) {
   for (const std::string& note : table.notes)
     if (note.starts_with("Failed")) out += note + "\n";
   return out;
+}
+
+KindReport animation_report(const RunLog& log) {
+  if (records_of<AnimationRecord>(log).empty()) return {};
+  const std::vector<AnimationData> animations = arrange_animations(log);
+  KindReport report{.tables = {animations_table(log)}, .id = "animations", .heading = "Change over time"};
+  if (!animations.empty())
+    report.fact = fmt::format("{} {}", animations.size(), animations.size() == 1 ? "animation" : "animations");
+  for (const AnimationData& animation : animations) {
+    report.findings.emplace_back(animation.name, animation_finding(animation));
+    report.section += fmt::format("<h3>{}</h3><div class=\"figures\">\n", escape_html(animation.name));
+    for (Figure& figure : animation_figures(animation)) {
+      report.section += figure_html(figure);
+      report.figures.push_back(std::move(figure));
+    }
+    report.section += "</div>\n";
+  }
+  return report;
 }
 
 }  // namespace etendue

@@ -1,9 +1,8 @@
 // What a report says of experiments on change over time: time per frame, quality of the tree, speed of tracing, by policy.
 #pragma once
 
-#include "experiments/log/log.h"
-#include "experiments/report/charts.h"
-#include "experiments/report/table_format.h"
+#include "experiments/kinds/animation/animation_record.h"
+#include "experiments/report/kind_report.h"
 
 #include <string>
 #include <vector>
@@ -31,6 +30,8 @@ std::vector<Figure> animation_figures(const AnimationData& animation);
 
 // Which policy takes the least time, and what refitting costs in the end.
 std::string animation_finding(const AnimationData& animation);
+
+KindReport animation_report(const RunLog& log);
 
 // What `etendue run` prints at its end.
 std::string animation_summary(const RunLog& log);

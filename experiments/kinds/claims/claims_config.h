@@ -13,7 +13,7 @@
 // A cell is one (claim, measurement, scene).
 #pragma once
 
-#include "experiments/config/config_tree.h"
+#include "experiments/config/config.h"
 #include "experiments/kinds/claims/claim.h"
 
 #include <map>
@@ -33,7 +33,7 @@ struct Claim {
   std::vector<ClaimMeasure> measures;
 };
 
-struct ClaimsChoice {
+struct ClaimsChoice final : KindChoice {
   int resolution = 256;  // about its square of rays of each kind
   int repetitions = 9;   // interleaved
   bool large = true;     // with the measures that take gigabytes and minutes

@@ -150,8 +150,8 @@ constexpr const char* rule =
 
 std::vector<ClaimFindings> arrange_claims(const RunLog& log) {
   std::map<int, std::vector<const ClaimRecord*>> by_id;
-  for (const ClaimRecord& record : log.claims)
-    if (record.status == "done" && !record.stress) by_id[record.id].push_back(&record);
+  for (const ClaimRecord* record : records_of<ClaimRecord>(log))
+    if (record->done()) by_id[record->id].push_back(record);
   std::vector<ClaimFindings> claims;
   for (auto& [id, records] : by_id) {
     const std::vector<Judged> judged = judged_figures(records);
@@ -184,9 +184,7 @@ Table claims_table(const RunLog& log) {
                           words_or_none(remarks_of(claim))});
   }
   if (!table.rows.empty()) table.notes.push_back(rule);
-  for (const ClaimRecord& record : log.claims)
-    if (record.status != "done" && !record.stress)
-      table.notes.push_back(fmt::format("Failed: {}: {}", record.cell.key(), record.error));
+  for (std::string& line : failed_cells<ClaimRecord>(log)) table.notes.push_back(std::move(line));
   return table;
 }
 
@@ -205,8 +203,9 @@ Table claim_figures_table(const RunLog& log) {
                    {"low", "", true, Audience::machines},
                    {"high", "", true, Audience::machines},
                    {"verdict", "verdict", false}};
-  for (const ClaimRecord& record : log.claims) {
-    if (record.status != "done" || record.stress) continue;
+  for (const ClaimRecord* logged : records_of<ClaimRecord>(log)) {
+    const ClaimRecord& record = *logged;
+    if (!record.done()) continue;
     for (const ClaimFigure& figure : record.figures) {
       const auto end = [&](double value) {
         return figure.judged && std::isfinite(value) ? TableCell::number(value) : TableCell{};
@@ -227,11 +226,15 @@ Table claim_figures_table(const RunLog& log) {
   return table;
 }
 
-std::string claims_section(const RunLog& log) {
+KindReport claims_report(const RunLog& log) {
+  if (records_of<ClaimRecord>(log).empty()) return {};
   const std::vector<ClaimFindings> claims = arrange_claims(log);
-  if (std::all_of(log.claims.begin(), log.claims.end(), [](const ClaimRecord& r) { return r.stress.has_value(); })) return {};
-  std::string out = fmt::format("<section id=\"claims\"><h2>Claims</h2>\n<p>{} claims: {}.</p>\n<p class=\"note\">{}</p>\n",
-                                claims.size(), escape_html(summarise_verdicts(claims)), escape_html(rule));
+  KindReport report{
+      .tables = {claims_table(log), claim_figures_table(log)}, .id = "claims", .heading = "Claims", .finds_in_section = true};
+  if (!claims.empty()) report.fact = fmt::format("{} {}", claims.size(), claims.size() == 1 ? "claim" : "claims");
+  std::string& out = report.section;
+  out = fmt::format("<p>{} claims: {}.</p>\n<p class=\"note\">{}</p>\n", claims.size(), escape_html(summarise_verdicts(claims)),
+                    escape_html(rule));
   out += "<div class=\"findings\">\n";
   for (const ClaimFindings& claim : claims) {
     const ClaimRecord& first = *claim.records.front();
@@ -247,10 +250,8 @@ std::string claims_section(const RunLog& log) {
     out += "</article>\n";
   }
   out += "</div>\n";
-  for (const ClaimRecord& record : log.claims)
-    if (record.status != "done" && !record.stress)
-      out += fmt::format("<p>Failed: {}: {}</p>\n", escape_html(record.cell.key()), escape_html(record.error));
-  return out + "</section>\n";
+  for (const std::string& line : failed_cells<ClaimRecord>(log)) out += "<p>" + escape_html(line) + "</p>\n";
+  return report;
 }
 
 std::string claims_summary(const RunLog& log) {
@@ -263,8 +264,7 @@ std::string claims_summary(const RunLog& log) {
   }
   out += claims.empty() ? "The log holds no finished claim.\n"
                         : fmt::format("{} claims: {}\n", claims.size(), summarise_verdicts(claims));
-  for (const ClaimRecord& record : log.claims)
-    if (record.status != "done" && !record.stress) out += fmt::format("Failed: {}: {}\n", record.cell.key(), record.error);
+  for (const std::string& line : failed_cells<ClaimRecord>(log)) out += line + "\n";
   return out;
 }
 

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "experiments/kinds/claims/verdict.h"
-#include "experiments/log/log.h"
-#include "experiments/report/table_format.h"
+#include "experiments/report/kind_report.h"
 
 #include <string>
 #include <vector>
@@ -25,7 +24,7 @@ std::vector<ClaimFindings> arrange_claims(const RunLog& log);
 Table claims_table(const RunLog& log);         // claim | source | claimed | measured | verdict
 Table claim_figures_table(const RunLog& log);  // all figures, judged or not
 
-std::string claims_section(const RunLog& log);  // of report.html; empty without claims
+KindReport claims_report(const RunLog& log);
 std::string claims_summary(const RunLog& log);  // what `etendue run` prints at its end
 
 }  // namespace etendue

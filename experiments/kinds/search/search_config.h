@@ -17,7 +17,7 @@
 // A cell is one (set, count, seed). Structures take turns within it, on one thread.
 #pragma once
 
-#include "experiments/config/config_tree.h"
+#include "experiments/config/config.h"
 
 #include <optional>
 #include <string>
@@ -25,7 +25,7 @@
 
 namespace etendue {
 
-struct SearchChoice {
+struct SearchChoice final : KindChoice {
   bool balls = false;
   std::vector<std::string> structures;
   std::vector<std::uint64_t> counts;

@@ -66,11 +66,12 @@ class Plots {
 
 std::vector<SearchPlot> search_plots(const RunLog& log) {
   std::map<std::pair<std::string, std::string>, std::uint64_t> largest;  // count, by kind and set
-  for (const SearchRecord& r : log.searches)
-    if (r.status == "done") largest[{r.kind, r.set}] = std::max(largest[{r.kind, r.set}], r.count);
+  std::vector<const SearchRecord*> records = records_of<SearchRecord>(log);
+  std::erase_if(records, [](const SearchRecord* record) { return !record->done(); });
+  for (const SearchRecord* r : records) largest[{r->kind, r->set}] = std::max(largest[{r->kind, r->set}], r->count);
   Plots over_count, over_neighbours, over_variation;
-  for (const SearchRecord& r : log.searches) {
-    if (r.status != "done") continue;
+  for (const SearchRecord* record : records) {
+    const SearchRecord& r = *record;
     const std::string set = r.varies.empty() ? r.set : fmt::format("{} {}={:g}", r.set, r.varies, r.variation);
     const auto count = static_cast<double>(r.count);
     for (const SearchFigure& f : r.figures) {

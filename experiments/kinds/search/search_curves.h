@@ -1,7 +1,7 @@
 // From records of point or ball structures to curves, and where one structure overtakes another.
 #pragma once
 
-#include "experiments/log/log.h"
+#include "experiments/kinds/search/search_record.h"
 
 #include <optional>
 #include <string>

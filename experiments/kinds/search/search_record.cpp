@@ -1,56 +1,35 @@
 #include "experiments/kinds/search/search_record.h"
 
-#include "experiments/log/json_line.h"
+#include "experiments/log/fields.h"
 
 namespace etendue {
 
-std::string to_json_line(const SearchRecord& r) {
-  Json figures = Json::array();
-  for (const SearchFigure& f : r.figures)
-    figures.push_back(Json{{"structure", f.structure},
-                           {"measure", f.measure},
-                           {"parameter", finite(f.parameter)},
-                           {"value", finite(f.value.median)},
-                           {"low", finite(f.value.low)},
-                           {"high", finite(f.value.high)},
-                           {"found", finite(f.found)}});
-  const Json json{{"type", "search"},
-                  {"scene", r.cell.scene},
-                  {"accel", r.cell.accel},
-                  {"size", r.cell.integrator},
-                  {"seed", r.cell.seed},
-                  {"manifest", r.manifest},
-                  {"status", r.status},
-                  {"error", r.error},
-                  {"kind", r.kind},
-                  {"set", r.set},
-                  {"varies", r.varies},
-                  {"variation", finite(r.variation)},
-                  {"count", r.count},
-                  {"checked", r.checked},
-                  {"disagreements", r.disagreements},
-                  {"figures", std::move(figures)}};
-  return dump(json);
+void list_fields(auto& f, FieldsOf<SearchFigure> auto& r) {
+  f("structure", r.structure);
+  f("measure", r.measure);
+  f("parameter", r.parameter);
+  f("value", r.value.median);
+  f("low", r.value.low);
+  f("high", r.value.high);
+  f("found", r.found);
 }
 
-SearchRecord read_search_line(const std::string& line) {
-  const Json json = Json::parse(line);
-  SearchRecord r;
-  r.cell = {json.at("scene"), json.at("accel"), json.at("size"), json.at("seed").get<std::uint64_t>()};
-  r.manifest = json.at("manifest");
-  r.status = json.at("status");
-  r.error = json.at("error");
-  r.kind = json.at("kind");
-  r.set = json.at("set");
-  r.varies = json.at("varies");
-  r.variation = json.at("variation");
-  r.count = json.at("count");
-  r.checked = json.at("checked");
-  r.disagreements = json.at("disagreements");
-  for (const Json& f : json.at("figures"))
-    r.figures.push_back(
-        {f.at("structure"), f.at("measure"), f.at("parameter"), {f.at("value"), f.at("low"), f.at("high")}, f.at("found")});
-  return r;
+void list_fields(auto& f, FieldsOf<SearchRecord> auto& r) {
+  f.cell(r.cell, "accel", "size");
+  f("manifest", r.manifest);
+  f("status", r.status);
+  f("error", r.error);
+  f("kind", r.kind);
+  f("set", r.set);
+  f("varies", r.varies);
+  f("variation", r.variation);
+  f("count", r.count);
+  f("checked", r.checked);
+  f("disagreements", r.disagreements);
+  f("figures", r.figures);
 }
+
+std::string SearchRecord::line() const { return line_of("search", *this); }
+SearchRecord read_search_record(const Json& json) { return read_value<SearchRecord>(json); }
 
 }  // namespace etendue

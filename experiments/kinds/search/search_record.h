@@ -2,8 +2,7 @@
 // structures.
 #pragma once
 
-#include "experiments/config/cell_name.h"
-#include "experiments/log/measured.h"
+#include "experiments/log/log.h"
 
 #include <cstdint>
 #include <string>
@@ -19,21 +18,20 @@ struct SearchFigure {
   double found = 0;      // of queries: how many each found on the mean
 };
 
-struct SearchRecord {
-  CellName cell;  // its "scene" is the set, its "integrator" the size
-  std::string manifest;
-  std::string status, error;  // as of a CellRecord
-  std::string kind;           // "points" or "balls"
-  std::string set;            // without the variation
-  std::string varies;         // "contrast", "spread" or "" where the set has no such parameter
+// The cell's "scene" is the set, its "integrator" the size.
+struct SearchRecord final : KindRecord {
+  std::string kind;    // "points" or "balls"
+  std::string set;     // without the variation
+  std::string varies;  // "contrast", "spread" or "" where the set has no such parameter
   double variation = 0;
   std::uint64_t count = 0;
   std::uint64_t checked = 0, disagreements = 0;  // answers compared, and those that differed
   std::vector<SearchFigure> figures;
+
+  std::string line() const override;
 };
 
-std::string to_json_line(const SearchRecord& record);
-// Of a line's text; throws what the JSON library throws.
-SearchRecord read_search_line(const std::string& line);
+// Throws what the JSON library throws.
+SearchRecord read_search_record(const Json& json);
 
 }  // namespace etendue

@@ -1,6 +1,7 @@
 #include "experiments/kinds/search/search_report.h"
 
 #include "experiments/kinds/search/search_curves.h"
+#include "experiments/report/page/figure.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/units.h"
 
@@ -37,8 +38,8 @@ std::string abscissa_title(const SearchPlot& plot) {
 // Colour and marker go with the structure, wherever it stands.
 std::size_t style_of(const RunLog& log, const std::string& structure) {
   std::vector<std::string> names;
-  for (const SearchRecord& record : log.searches)
-    for (const SearchFigure& figure : record.figures)
+  for (const SearchRecord* record : records_of<SearchRecord>(log))
+    for (const SearchFigure& figure : record->figures)
       if (std::find(names.begin(), names.end(), figure.structure) == names.end()) names.push_back(figure.structure);
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), structure) - names.begin());
 }
@@ -91,21 +92,14 @@ std::string at_text(const SearchPlot& plot) {
   return plot.count > 0 ? fmt::format(" ({:g} {})", plot.count, plot.kind) : std::string();
 }
 
-std::vector<std::string> failures(const RunLog& log) {
-  std::vector<std::string> notes;
-  for (const SearchRecord& record : log.searches)
-    if (record.status != "done") notes.push_back(fmt::format("Failed: {}: {}", record.cell.key(), record.error));
-  return notes;
-}
-
 }  // namespace
 
 Table search_times_table(const RunLog& log) {
-  Table table{"search-times", "Point and ball structures", {}, {}, {}, failures(log)};
+  Table table{"search-times", "Point and ball structures", {}, {}, {}, failed_cells<SearchRecord>(log)};
   table.columns = {{"set", "set", false}, {"count", "count"}, {"structure", "structure", false}};
   std::vector<std::pair<std::string, double>> measures;
-  for (const SearchRecord& record : log.searches)
-    for (const SearchFigure& f : record.figures) {
+  for (const SearchRecord* record : records_of<SearchRecord>(log))
+    for (const SearchFigure& f : record->figures) {
       const std::pair measure{f.measure, f.parameter};
       if (std::find(measures.begin(), measures.end(), measure) == measures.end()) measures.push_back(measure);
     }
@@ -121,7 +115,8 @@ Table search_times_table(const RunLog& log) {
     for (const char* quartile : {"_low", "_high"})
       table.columns.push_back({key + quartile, name + quartile, true, Audience::machines});
   }
-  for (const SearchRecord& record : log.searches) {
+  for (const SearchRecord* logged : records_of<SearchRecord>(log)) {
+    const SearchRecord& record = *logged;
     std::vector<std::string> structures;
     for (const SearchFigure& f : record.figures)
       if (std::find(structures.begin(), structures.end(), f.structure) == structures.end()) structures.push_back(f.structure);
@@ -141,7 +136,8 @@ Table search_times_table(const RunLog& log) {
     }
   }
   std::uint64_t checked = 0, disagreements = 0;
-  for (const SearchRecord& record : log.searches) {
+  for (const SearchRecord* logged : records_of<SearchRecord>(log)) {
+    const SearchRecord& record = *logged;
     checked += record.checked;
     disagreements += record.disagreements;
   }
@@ -284,8 +280,24 @@ std::string search_summary(const RunLog& log) {
   }
   const Table crossings = search_crossovers_table(log);
   if (!crossings.rows.empty()) out += to_terminal(crossings, 0);
-  for (const std::string& note : failures(log)) out += note + "\n";
+  for (const std::string& note : failed_cells<SearchRecord>(log)) out += note + "\n";
   return out.empty() ? "The log holds no finished cell.\n" : out;
+}
+
+KindReport search_report(const RunLog& log) {
+  const std::size_t sets = records_of<SearchRecord>(log).size();
+  if (sets == 0) return {};
+  KindReport report{.fact = fmt::format("{} {}", sets, sets == 1 ? "set searched" : "sets searched"),
+                    .tables = {search_times_table(log), search_leaders_table(log), search_crossovers_table(log)},
+                    .figures = search_figures(log),
+                    .findings = search_findings(log),
+                    .id = "searches",
+                    .heading = "Points and balls"};
+  for (auto& [set, text] : report.findings) text += ".";
+  report.section = "<div class=\"figures\">\n";
+  for (const Figure& figure : report.figures) report.section += figure_html(figure);
+  report.section += "</div>\n";
+  return report;
 }
 
 }  // namespace etendue

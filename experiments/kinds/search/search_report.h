@@ -1,9 +1,8 @@
 // Tables and charts of point and ball structures: times and memory, which one leads where, and where one overtakes another.
 #pragma once
 
-#include "experiments/log/log.h"
-#include "experiments/report/charts.h"
-#include "experiments/report/table_format.h"
+#include "experiments/kinds/search/search_record.h"
+#include "experiments/report/kind_report.h"
 
 namespace etendue {
 
@@ -16,6 +15,8 @@ std::vector<Figure> search_figures(const RunLog& log);
 
 // A sentence for each set of largest count and each measure.
 std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& log);
+
+KindReport search_report(const RunLog& log);
 
 // What `etendue run` prints at its end.
 std::string search_summary(const RunLog& log);

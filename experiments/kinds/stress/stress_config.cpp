@@ -76,16 +76,17 @@ StressRow read_row(const ConfigNode& node) {
 
 }  // namespace
 
-std::vector<StressRow> read_stress(const ConfigNode& node) {
+StressChoice read_stress(const ConfigNode& node) {
   if (!node.array() || node.array()->empty()) wrong_type(node, "stress", "[[stress]] tables");
-  std::vector<StressRow> rows;
+  StressChoice choice;
+  std::vector<StressRow>& rows = choice.rows;
   for (const ConfigNode& element : *node.array()) {
     rows.push_back(read_row(element));
     for (std::size_t i = 0; i + 1 < rows.size(); ++i)
       if (rows[i].id == rows.back().id)
         throw Error(element.where, fmt::format("stress: id {} stands there twice", rows.back().id));
   }
-  return rows;
+  return choice;
 }
 
 }  // namespace etendue

@@ -16,7 +16,7 @@
 // Beside them seeds, resolution and budget = { samples = N }. A cell is one row: all of its methods, under all seeds.
 #pragma once
 
-#include "experiments/config/config_tree.h"
+#include "experiments/config/config.h"
 #include "experiments/config/method.h"
 #include "experiments/kinds/claims/claim.h"
 #include "experiments/kinds/stress/stress_figures.h"
@@ -39,6 +39,11 @@ struct StressRow {
   std::vector<StressTrial> trials;  // the first as it fails
 };
 
-std::vector<StressRow> read_stress(const ConfigNode& rows);
+struct StressChoice final : KindChoice {
+  std::vector<StressRow> rows;
+};
+
+// Throws Error.
+StressChoice read_stress(const ConfigNode& rows);
 
 }  // namespace etendue

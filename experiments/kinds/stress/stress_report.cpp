@@ -49,9 +49,9 @@ std::string_view verdict_name(StressVerdict verdict) {
   return names[static_cast<int>(verdict)];
 }
 
-std::vector<StressVerdict> judge_stress(const ClaimRecord& record) {
-  CHECK(record.stress.has_value() && !record.figures.empty());
-  const double low = record.stress->holds_low, high = record.stress->holds_high;
+std::vector<StressVerdict> judge_stress(const StressRecord& record) {
+  CHECK(!record.figures.empty());
+  const double low = record.holds_low, high = record.holds_high;
   const ClaimFigure& first = record.figures.front();
   const double failing = first.value.median;
   std::vector<StressVerdict> verdicts;
@@ -69,10 +69,9 @@ std::vector<StressVerdict> judge_stress(const ClaimRecord& record) {
   return verdicts;
 }
 
-std::vector<const ClaimRecord*> arrange_stress(const RunLog& log) {
-  std::vector<const ClaimRecord*> rows;
-  for (const ClaimRecord& record : log.claims)
-    if (record.stress && record.status == "done") rows.push_back(&record);
+std::vector<const StressRecord*> arrange_stress(const RunLog& log) {
+  std::vector<const StressRecord*> rows = records_of<StressRecord>(log);
+  std::erase_if(rows, [](const StressRecord* record) { return !record->done(); });
   std::stable_sort(rows.begin(), rows.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
   return rows;
 }
@@ -92,13 +91,13 @@ Table stress_table(const RunLog& log) {
                    {"low", "", true, Audience::machines},
                    {"high", "", true, Audience::machines},
                    {"verdict", "verdict", false}};
-  for (const ClaimRecord* record : arrange_stress(log)) {
+  for (const StressRecord* record : arrange_stress(log)) {
     const std::vector<StressVerdict> verdicts = judge_stress(*record);
     for (std::size_t i = 0; i < record->figures.size(); ++i) {
       const ClaimFigure& figure = record->figures[i];
       table.rows.push_back({TableCell::count(static_cast<std::uint64_t>(record->id)), TableCell::words(record->claim),
                             TableCell::words(record->source), TableCell::words(record->cell.scene),
-                            TableCell::words(figure.text), TableCell::words(record->stress->methods.at(i)),
+                            TableCell::words(figure.text), TableCell::words(record->methods.at(i)),
                             i == 0 ? TableCell{} : TableCell::words(figure.quantity),
                             TableCell::words(interval_text(figure.expected_low, figure.expected_high)),
                             TableCell::words(measured_text(figure.value)), TableCell::number(figure.value.median),
@@ -107,49 +106,46 @@ Table stress_table(const RunLog& log) {
     }
   }
   if (!table.rows.empty()) table.notes.push_back(rule);
-  for (const ClaimRecord& record : log.claims)
-    if (record.stress && record.status != "done")
-      table.notes.push_back(fmt::format("Failed: {}: {}", record.cell.key(), record.error));
+  for (std::string& line : failed_cells<StressRecord>(log)) table.notes.push_back(std::move(line));
   return table;
 }
 
-std::string stress_section(const RunLog& log) {
-  const std::vector<const ClaimRecord*> rows = arrange_stress(log);
-  std::string failed;
-  for (const ClaimRecord& record : log.claims)
-    if (record.stress && record.status != "done")
-      failed += fmt::format("<p>Failed: {}: {}</p>\n", escape_html(record.cell.key()), escape_html(record.error));
-  if (rows.empty() && failed.empty()) return {};
-  std::string out =
-      fmt::format("<section id=\"stress\"><h2>Where methods fail</h2>\n<p class=\"note\">{}</p>\n<div class=\"findings\">\n",
-                  escape_html(rule));
-  for (const ClaimRecord* record : rows) {
+KindReport stress_report(const RunLog& log) {
+  if (records_of<StressRecord>(log).empty()) return {};
+  const std::vector<const StressRecord*> rows = arrange_stress(log);
+  KindReport report{.tables = {stress_table(log)}, .id = "stress", .heading = "Where methods fail", .finds_in_section = true};
+  if (!rows.empty()) report.fact = fmt::format("{} {}", rows.size(), rows.size() == 1 ? "failure" : "failures");
+  std::string& out = report.section;
+  out = fmt::format("<p class=\"note\">{}</p>\n<div class=\"findings\">\n", escape_html(rule));
+  for (const StressRecord* record : rows) {
     const std::vector<StressVerdict> verdicts = judge_stress(*record);
     out += fmt::format("<article class=\"card\"><h3>{}. {}</h3>", record->id, escape_html(record->claim));
     std::string caption = "truth";
     for (const ClaimFigure& figure : record->figures) caption += " | " + figure.quantity;
-    if (const std::string png = embedded_picture(record->stress->picture); !png.empty())
+    if (const std::string png = embedded_picture(record->picture); !png.empty())
       out += fmt::format(
           "<figure><img style=\"width:100%\" alt=\"{0}\" "
           "src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>",
           escape_html(caption), png);
     out += fmt::format("<p class=\"note\">{}: {}; {}. Would hold: {}.</p><dl>", escape_html(record->cell.scene),
                        escape_html(record->claimed), escape_html(record->source),
-                       interval_text(record->stress->holds_low, record->stress->holds_high));
+                       interval_text(record->holds_low, record->holds_high));
     for (std::size_t i = 0; i < record->figures.size(); ++i) {
       const ClaimFigure& figure = record->figures[i];
       out += fmt::format("<dt>{}</dt><dd><strong>{}</strong>: {} <span class=\"note\">(expected {}; {})</span></dd>",
                          escape_html(figure.quantity), verdict_name(verdicts[i]), measured_text(figure.value),
-                         interval_text(figure.expected_low, figure.expected_high), escape_html(record->stress->methods.at(i)));
+                         interval_text(figure.expected_low, figure.expected_high), escape_html(record->methods.at(i)));
     }
     out += "</dl></article>\n";
   }
-  return out + "</div>\n" + failed + "</section>\n";
+  out += "</div>\n";
+  for (const std::string& line : failed_cells<StressRecord>(log)) out += "<p>" + escape_html(line) + "</p>\n";
+  return report;
 }
 
 std::string stress_summary(const RunLog& log) {
   std::string out;
-  for (const ClaimRecord* record : arrange_stress(log)) {
+  for (const StressRecord* record : arrange_stress(log)) {
     const std::vector<StressVerdict> verdicts = judge_stress(*record);
     out += fmt::format("{:2}  {}  ({}: {})\n", record->id, record->claim, record->cell.scene, record->claimed);
     std::size_t widest = 16;
@@ -167,8 +163,7 @@ std::string stress_summary(const RunLog& log) {
     }
   }
   if (out.empty()) out = "The log holds no finished row.\n";
-  for (const ClaimRecord& record : log.claims)
-    if (record.stress && record.status != "done") out += fmt::format("Failed: {}: {}\n", record.cell.key(), record.error);
+  for (const std::string& line : failed_cells<StressRecord>(log)) out += line + "\n";
   return out;
 }
 

@@ -8,8 +8,8 @@
 // not help.
 #pragma once
 
-#include "experiments/log/log.h"
-#include "experiments/report/table_format.h"
+#include "experiments/kinds/stress/stress_record.h"
+#include "experiments/report/kind_report.h"
 
 #include <string>
 #include <vector>
@@ -20,14 +20,14 @@ enum class StressVerdict : std::uint8_t { fails_as_expected, fails_otherwise, ho
 
 std::string_view verdict_name(StressVerdict verdict);
 
-// Of the first figure, then of the remedies'. The record must be of stress and done (CHECK).
-std::vector<StressVerdict> judge_stress(const ClaimRecord& record);
+// Of the first figure, then of the remedies'. The record must be done (CHECK).
+std::vector<StressVerdict> judge_stress(const StressRecord& record);
 
 // The rows that are done, by id.
-std::vector<const ClaimRecord*> arrange_stress(const RunLog& log);
+std::vector<const StressRecord*> arrange_stress(const RunLog& log);
 
 Table stress_table(const RunLog& log);
-std::string stress_section(const RunLog& log);  // of report.html, with the pictures; empty without rows
+KindReport stress_report(const RunLog& log);    // its section has the pictures
 std::string stress_summary(const RunLog& log);  // what `etendue stress` prints at its end
 
 }  // namespace etendue

@@ -1,15 +1,12 @@
 #include "experiments/report/page/html.h"
 
-#include "experiments/kinds/animation/animation_report.h"
-#include "experiments/kinds/claims/claims_report.h"
-#include "experiments/kinds/search/search_report.h"
-#include "experiments/kinds/stress/stress_report.h"
-#include "experiments/kinds/structures/structure_figures.h"
 #include "experiments/report/chart_plot.h"
 #include "experiments/report/charts.h"
 #include "experiments/report/page/assets.h"
+#include "experiments/report/page/figure.h"
 #include "experiments/report/rate_report.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/structures/structure_figures.h"
 #include "experiments/report/verdicts.h"
 #include "framework/image/metrics.h"
 
@@ -35,17 +32,11 @@ std::string title_of(const RunLog& log) {
   return titles.empty() ? "Experiment" : enumerate(titles, " / ", 4);
 }
 
-std::string header(const ReportData& data) {
+std::string header(const ReportData& data, const PageContent& content) {
   std::string out = fmt::format("<header><h1>{}</h1>\n", html(title_of(*data.log)));
-  if (const std::size_t animations = arrange_animations(*data.log).size(); animations > 0)
-    out += fmt::format("<p class=\"facts\">{}</p>\n", counted(animations, "animation", "animations"));
-  if (const std::size_t claims = arrange_claims(*data.log).size(); claims > 0)
-    out += fmt::format("<p class=\"facts\">{}</p>\n", counted(claims, "claim", "claims"));
-  if (const std::size_t rows = arrange_stress(*data.log).size(); rows > 0)
-    out += fmt::format("<p class=\"facts\">{}</p>\n", counted(rows, "failure", "failures"));
-  if (!data.log->searches.empty())
-    out += fmt::format("<p class=\"facts\">{}</p>\n", counted(data.log->searches.size(), "set searched", "sets searched"));
-  if (!data.scenes.empty() || (data.log->animations.empty() && data.log->claims.empty() && data.log->searches.empty()))
+  for (const KindReport& kind : content.kinds)
+    if (!kind.fact.empty()) out += fmt::format("<p class=\"facts\">{}</p>\n", html(kind.fact));
+  if (!data.scenes.empty() || data.log->records.empty())
     out += fmt::format(
         "<p class=\"facts\">{} · {} · {} · {}{} · {} done{}</p>\n", counted(data.scenes.size(), "scene", "scenes"),
         counted(data.integrators.size(), "integrator", "integrators"), counted(data.accels.size(), "structure", "structures"),
@@ -65,33 +56,36 @@ bool has_charts(const ReportData& data, const SceneData& scene) {
                                       [](const Configuration& c) { return !c.replicates.empty(); });
 }
 
-// Claims have a section of their own for what was found.
-bool claims_alone(const ReportData& data) {
-  return !data.log->claims.empty() && data.scenes.empty() && data.log->animations.empty();
+// Whether sections of their own say all that was found.
+bool found_in_sections(const ReportData& data, const PageContent& content) {
+  if (!data.scenes.empty()) return false;
+  bool any = false;
+  for (const KindReport& kind : content.kinds) {
+    if (!kind.findings.empty()) return false;
+    any = any || kind.finds_in_section;
+  }
+  return any;
 }
 
 std::string navigation(const ReportData& data, const PageContent& content) {
   std::string out = "<nav aria-label=\"Contents\">";
-  if (!claims_alone(data)) out += "<a href=\"#findings\">Findings</a>";
+  if (!found_in_sections(data, content)) out += "<a href=\"#findings\">Findings</a>";
   for (const SceneData& scene : data.scenes)
     if (has_charts(data, scene)) out += fmt::format("<a href=\"#scene-{}\">{}</a>", scene.file_stem, html(scene.name));
   if (!content.rates.empty()) out += "<a href=\"#rates\">Rates</a>";
-  if (!arrange_stress(*data.log).empty()) out += "<a href=\"#stress\">Failures</a>";
-  if (!arrange_claims(*data.log).empty()) out += "<a href=\"#claims\">Claims</a>";
-  if (!data.log->searches.empty()) out += "<a href=\"#searches\">Points and balls</a>";
-  if (!data.log->animations.empty()) out += "<a href=\"#animations\">Change over time</a>";
+  for (const KindReport& kind : content.kinds)
+    if (!kind.section.empty()) out += fmt::format("<a href=\"#{}\">{}</a>", kind.id, html(kind.heading));
   if (!data.log->structures.empty()) out += "<a href=\"#structures\">Ray structures</a>";
   return out + "<a href=\"#tables\">Tables</a><a href=\"#reproduce\">How to reproduce</a></nav>\n";
 }
 
-std::string findings(const ReportData& data) {
-  if (claims_alone(data)) return {};
+std::string findings(const ReportData& data, const PageContent& content) {
+  if (found_in_sections(data, content)) return {};
   const Conclusions conclusions = conclude(data);
   std::string out = "<section id=\"findings\"><h2>Findings</h2>\n";
-  const std::vector<AnimationData> animations = arrange_animations(*data.log);
   if (data.done == 0 && data.failed > 0)
     out += "<p>No cell finished; what went wrong is in the table of failures.</p>\n";
-  else if (data.done == 0 && animations.empty() && data.log->searches.empty())
+  else if (data.done == 0 && data.log->records.empty())
     out += "<p>The log holds no finished cell.</p>\n";
   else if (data.done > 0 && data.empty())
     out += "<p>No metric was logged: there was nothing to measure the images against.</p>\n";
@@ -106,11 +100,9 @@ std::string findings(const ReportData& data) {
     }
     out += conclusions.scenes.size() > 4 && scene.verdicts.size() > 1 ? "</dl></details></article>\n" : "</dl></article>\n";
   }
-  for (const AnimationData& animation : animations)
-    out += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}</p></article>\n", html(animation.name),
-                       html(animation_finding(animation)));
-  for (const auto& [set, text] : search_findings(*data.log))
-    out += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}.</p></article>\n", html(set), html(text));
+  for (const KindReport& kind : content.kinds)
+    for (const auto& [subject, text] : kind.findings)
+      out += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}</p></article>\n", html(subject), html(text));
   out += "</div>\n";
   if (!conclusions.warnings.empty()) {
     out += "<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n";
@@ -167,36 +159,6 @@ std::string toolbar(const Variants& variants) {
   return out + "</div>\n";
 }
 
-std::string stage(const Figure& figure) {
-  std::string out = fmt::format("<figcaption>{}</figcaption><div class=\"panels\">", html(figure.title));
-  for (const Chart& panel : figure.panels) out += inline_svg(panel, figure.panels.size() > 1);
-  out += "</div>";
-  for (const std::string& note : figure.notes) out += "<p class=\"note\">" + html(note) + "</p>";
-  return out;
-}
-
-std::string legend(const Figure& figure) {
-  std::string out = "<ul class=\"legend\" aria-label=\"Series: click to switch, double click to see one alone\">";
-  std::set<std::string> keys;
-  std::size_t count = 0;
-  for (const Chart& panel : figure.panels)
-    for (const ChartSeries& series : panel.series) {
-      if (series.draw == ChartSeries::Draw::context || series.draw == ChartSeries::Draw::guide || series.points.empty() ||
-          named_by_panel(panel, series) || !keys.insert(series.key).second)
-        continue;
-      ++count;
-      out += fmt::format("<li><button type=\"button\" data-key=\"{}\" aria-pressed=\"true\">{}{}</button></li>",
-                         html(series.key), legend_swatch(series), html(series.label));
-    }
-  return count < 2 ? std::string() : out + "</ul>";
-}
-
-// A figure of one variant that never changes.
-std::string fixed_figure(const Figure& figure) {
-  if (figure.empty()) return {};
-  return fmt::format("<figure class=\"chart\">{}{}</figure>\n", stage(figure), legend(figure));
-}
-
 // The first variant that draws anything in the open, all of them as templates.
 template <class Make>
 std::string variable_figure(const Variants& variants, std::string_view uses, const std::vector<Abscissa>& axes,
@@ -210,7 +172,7 @@ std::string variable_figure(const Variants& variants, std::string_view uses, con
         if (axes.size() > 1) key += axis == Abscissa::time ? "|time" : "|iterations";
         Figure figure = make(metric, scale, axis);
         if (figure.empty()) continue;
-        templates += fmt::format("<template data-variant=\"{}\">{}</template>\n", html(key), stage(figure));
+        templates += fmt::format("<template data-variant=\"{}\">{}</template>\n", html(key), stage_html(figure));
         if (!first.empty()) continue;
         first = std::move(figure);
         shown = key;
@@ -218,7 +180,7 @@ std::string variable_figure(const Variants& variants, std::string_view uses, con
   if (first.empty()) return {};
   return fmt::format(
       "<figure class=\"chart{}\" data-uses=\"{}\"><div class=\"stage\" data-shown=\"{}\">{}</div>{}\n{}</figure>\n",
-      first.panels.size() > 1 ? " wide" : "", uses, html(shown), stage(first), legend(first), templates);
+      first.panels.size() > 1 ? " wide" : "", uses, html(shown), stage_html(first), legend_html(first), templates);
 }
 
 // --- images ---
@@ -315,41 +277,28 @@ std::string rates_section(const std::vector<FittedRate>& rates) {
       fmt::format("<section id=\"rates\"><h2>Rates</h2>\n<p>{}</p>\n<div class=\"figures\">\n", html(rates_finding(rates)));
   for (Figure& figure : rate_figures(rates)) {
     figure.title = figure.scene + ", " + figure.title;
-    out += fixed_figure(figure);
+    out += figure_html(figure);
   }
   return out + "</div>\n</section>\n";
 }
 
-std::string animations_section(const ReportData& data) {
-  if (data.log->animations.empty()) return {};
-  std::string out = "<section id=\"animations\"><h2>Change over time</h2>\n";
-  for (const AnimationData& animation : arrange_animations(*data.log)) {
-    out += fmt::format("<h3>{}</h3><div class=\"figures\">\n", html(animation.name));
-    for (const Figure& figure : animation_figures(animation)) out += fixed_figure(figure);
-    out += "</div>\n";
-  }
-  return out + "</section>\n";
-}
-
-std::string searches_section(const RunLog& log) {
-  if (log.searches.empty()) return {};
-  std::string out = "<section id=\"searches\"><h2>Points and balls</h2>\n<div class=\"figures\">\n";
-  for (const Figure& figure : search_figures(log)) out += fixed_figure(figure);
-  return out + "</div>\n</section>\n";
+std::string kind_section(const KindReport& kind) {
+  if (kind.section.empty()) return {};
+  return fmt::format("<section id=\"{}\"><h2>{}</h2>\n{}</section>\n", kind.id, html(kind.heading), kind.section);
 }
 
 std::string structures_section(const ReportData& data) {
   if (data.log->structures.empty()) return {};
   std::string out = "<section id=\"structures\"><h2>Ray structures</h2>\n";
   for (const SceneData& scene : data.scenes) {
-    const std::string figures = fixed_figure(structures_figure(data, scene)) + fixed_figure(break_even_figure(data, scene)) +
-                                fixed_figure(ray_cost_figure(data, scene));
+    const std::string figures = figure_html(structures_figure(data, scene)) + figure_html(break_even_figure(data, scene)) +
+                                figure_html(ray_cost_figure(data, scene));
     if (!figures.empty()) out += fmt::format("<h3>{}</h3><div class=\"figures\">\n{}</div>\n", html(scene.name), figures);
   }
   for (const Figure& figure : structure_sweep_figures(data))
     out += fmt::format("<h3>{}</h3><div class=\"figures\">\n{}</div>\n", html(figure.scene + ": " + figure.title),
-                       fixed_figure(figure));
-  if (const std::string figure = fixed_figure(structures_over_scenes_figure(data)); !figure.empty())
+                       figure_html(figure));
+  if (const std::string figure = figure_html(structures_over_scenes_figure(data)); !figure.empty())
     out += fmt::format("<h3>Over all scenes</h3><div class=\"figures\">\n{}</div>\n", figure);
   return out + "</section>\n";
 }
@@ -391,7 +340,7 @@ std::string report_page(const ReportData& data, const PageContent& content) {
       "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
       "'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>{}</title>\n<style>{}{}</style></head><body>\n",
       html(title_of(*data.log)), chart_css(), report_style);
-  out += header(data) + navigation(data, content) + findings(data);
+  out += header(data, content) + navigation(data, content) + findings(data, content);
   const bool any = std::any_of(data.scenes.begin(), data.scenes.end(), [&](const SceneData& s) { return has_charts(data, s); });
   if (any) {
     const Variants variants = affordable(data, content.chart_budget_bytes);
@@ -400,8 +349,9 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     for (const SceneData& scene : data.scenes)
       if (has_charts(data, scene)) out += scene_section(data, scene, variants, content);
   }
-  out += rates_section(content.rates) + stress_section(*data.log) + claims_section(*data.log) + searches_section(*data.log) +
-         animations_section(data) + structures_section(data);
+  out += rates_section(content.rates);
+  for (const KindReport& kind : content.kinds) out += kind_section(kind);
+  out += structures_section(data);
   out += "<section id=\"tables\"><h2>Tables</h2>\n";
   for (const Table& table : content.tables)
     if (!table.rows.empty()) out += to_html(table);

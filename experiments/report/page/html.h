@@ -1,6 +1,7 @@
 // report.html: one page that needs nothing beyond itself.
 #pragma once
 
+#include "experiments/report/kind_report.h"
 #include "experiments/report/page/images.h"
 #include "experiments/report/rates.h"
 #include "experiments/report/report_data.h"
@@ -15,7 +16,8 @@ namespace etendue {
 inline const std::string nameless_experiment = "EXPERIMENT.toml";  // whose file cannot be named
 
 struct PageContent {
-  std::vector<Table> tables;
+  std::vector<KindReport> kinds;
+  std::vector<Table> tables;  // the kinds' among them
   std::vector<SceneImages> images;
   std::vector<FittedRate> rates;
   std::vector<std::string> directories;                          // that the report was made of, as the reader types them

@@ -1,4 +1,4 @@
-#include "experiments/kinds/structures/structure_figures.h"
+#include "experiments/report/structures/structure_figures.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>

@@ -1,5 +1,7 @@
-#include "experiments/kinds/stress/stress_run.h"
+#include "experiments/kinds/stress/stress_kind.h"
 
+#include "experiments/kinds/stress/stress_config.h"
+#include "experiments/kinds/stress/stress_record.h"
 #include "experiments/kinds/stress/stress_report.h"
 #include "experiments/kinds/structures/accel_timing.h"
 #include "experiments/run/record_run.h"
@@ -34,7 +36,7 @@ Image side_by_side(const std::vector<Image>& images) {
   return strip;
 }
 
-class StressWork final : public RecordWork<ClaimRecord> {
+class StressWork final : public RecordWork {
  public:
   StressWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer) {}
 
@@ -43,17 +45,21 @@ class StressWork final : public RecordWork<ClaimRecord> {
     return SceneState{name, name, load_scene(name, {plan_.config.path}).hash()};
   }
 
-  void describe(const Cell& cell, ClaimRecord& record) override {
+  std::unique_ptr<KindRecord> begin(const Cell& cell) override {
     const StressRow& row = row_of(cell);
-    record.id = row.id;
-    record.claim = row.failure;
-    record.source = row.source;
-    record.claimed = row.figure->text;
-    record.stress = StressNote{row.holds.low, row.holds.high, {}, {}};
-    for (const StressTrial& trial : row.trials) record.stress->methods.push_back(trial.method.label());
+    auto record = std::make_unique<StressRecord>();
+    record->id = row.id;
+    record->claim = row.failure;
+    record->source = row.source;
+    record->claimed = row.figure->text;
+    record->holds_low = row.holds.low;
+    record->holds_high = row.holds.high;
+    for (const StressTrial& trial : row.trials) record->methods.push_back(trial.method.label());
+    return record;
   }
 
-  void fill(const Cell& cell, ClaimRecord& record, RunDirectory& directory, const Progress& progress) override {
+  void fill(const Cell& cell, KindRecord& filled, RunDirectory& directory, const Progress& progress) override {
+    auto& record = static_cast<StressRecord&>(filled);
     const StressRow& row = row_of(cell);
     const Scene scene = load_scene(row.scene, {plan_.config.path}, {plan_.confined});
     const SceneNeeds needs = scene_needs(scene);
@@ -88,26 +94,68 @@ class StressWork final : public RecordWork<ClaimRecord> {
       record.figures.push_back({t == 0 ? "as it is" : row.trials[t].name, row.figure->text, FigureKind::plain,
                                 summarise(values), true, expected.low, expected.high});
     }
-    record.stress->picture = fmt::format("pictures/{}.png", cell.name.integrator);
-    const std::filesystem::path picture = std::filesystem::path(directory.path()) / record.stress->picture;
+    record.picture = fmt::format("pictures/{}.png", cell.name.integrator);
+    const std::filesystem::path picture = std::filesystem::path(directory.path()) / record.picture;
     make_folders(picture.parent_path().string());
-    record.stress->picture_stamp = write_png(picture.string(), side_by_side(images));
+    record.picture_stamp = write_png(picture.string(), side_by_side(images));
   }
 
-  std::string summary(const RunLog& log) const override { return stress_summary(log); }
-
  private:
-  const StressRow& row_of(const Cell& cell) const { return plan_.config.stress[cell.integrator]; }
+  const StressRow& row_of(const Cell& cell) const { return choice_of<StressChoice>(plan_.config).rows[cell.integrator]; }
 
   const RunPlan& plan_;
   RunObserver& observer_;
 };
 
+class StressKind final : public ExperimentKind {
+ public:
+  std::vector<std::string> keys() const override { return {"stress"}; }
+  std::vector<std::string> useless() const override {
+    return {"scenes",  "accels",     "integrators", "structures", "reference",
+            "metrics", "confidence", "regions",     "rates",      "ratios"};
+  }
+  std::string beside() const override { return "[[stress]], which names scenes and methods"; }
+
+  void read(const ConfigNode& root, ExperimentConfig& config) const override {
+    const ConfigNode& rows = *find_key(root, "stress");
+    config.choice = std::make_shared<StressChoice>(read_stress(rows));
+    if (!config.budget.samples || config.budget.time_s || config.budget.error)
+      throw Error(rows.key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
+  }
+
+  std::vector<std::string> quick(const ConfigNode&) const override { return {"seeds=1", "resolution=[32, 32]"}; }
+
+  // Of a cell, `integrator` is the row.
+  std::vector<Cell> cells(const ExperimentConfig& config) const override {
+    const auto& rows = choice_of<StressChoice>(config).rows;
+    std::vector<Cell> cells;
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      cells.push_back({0, 0, i, {rows[i].scene, rows[i].figure->name, fmt::format("stress-{:02}", rows[i].id), 1}});
+    return cells;
+  }
+
+  std::string effort(const ExperimentConfig& config) const override {
+    return fmt::format("a failing method and its remedies under {} seeds", config.seeds.size());
+  }
+
+  RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction&) const override {
+    StressWork work(plan, observer);
+    return execute_records(plan, plan.threads, observer, work);
+  }
+
+  std::string record_type() const override { return "stress"; }
+  std::shared_ptr<KindRecord> read_record(const Json& json) const override {
+    return std::make_shared<StressRecord>(read_stress_record(json));
+  }
+  KindReport report(const RunLog& log) const override { return stress_report(log); }
+  std::string summary(const RunLog& log) const override { return stress_summary(log); }
+};
+
 }  // namespace
 
-RunSummary execute_stress(const RunPlan& plan, RunObserver& observer) {
-  StressWork work(plan, observer);
-  return execute_records(plan, plan.threads, observer, work);
+const ExperimentKind& stress_kind() {
+  static const StressKind kind;
+  return kind;
 }
 
 }  // namespace etendue

@@ -1,5 +1,5 @@
-#include "experiments/kinds/structures/structure_figures.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/structures/structure_figures.h"
 #include "framework/core/error.h"
 #include "framework/core/units.h"
 

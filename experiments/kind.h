@@ -1,0 +1,53 @@
+// What an experiment varies and measures. A kind is a folder under kinds/ and a line in kinds/registry.cpp; the harness knows
+// this interface and none of the kinds.
+//
+// The way of an experiment: `read` makes its choice from the keys of the file, `cells` lists what is to run, `run` measures and
+// logs, and `report` and `summary` tell what a log holds. A kind whose cells end in one record each runs by execute_records
+// (run/record_run.h) and derives its record from KindRecord (log/log.h).
+#pragma once
+
+#include "experiments/config/cells.h"
+#include "experiments/config/config.h"
+#include "experiments/log/log.h"
+#include "experiments/report/kind_report.h"
+#include "experiments/run/run.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+class ExperimentKind {
+ public:
+  virtual ~ExperimentKind() = default;
+
+  // Keys of which one makes an experiment one of this kind, and those that may stand beside it.
+  virtual std::vector<std::string> keys() const = 0;
+  virtual std::vector<std::string> companions() const { return {}; }
+  // Keys that would change nothing here, and what a message says they stand beside.
+  virtual std::vector<std::string> useless() const { return {}; }
+  virtual std::string beside() const { return ""; }
+  // Fills in config.choice, and what else the kind reads; any experiment's keys are read already. Throws Error.
+  virtual void read(const ConfigNode& root, ExperimentConfig& config) const = 0;
+  // What `--quick` assigns where the file has no [quick].
+  virtual std::vector<std::string> quick(const ConfigNode& root) const = 0;
+  virtual std::vector<Cell> cells(const ExperimentConfig& config) const = 0;
+  virtual std::string effort(const ExperimentConfig& config) const = 0;  // of each cell, in words
+
+  // Throws Error; a cell that fails is logged and counted instead. `compute` renders an image.
+  virtual RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) const = 0;
+
+  virtual std::string record_type() const { return ""; }  // of its lines in the log
+  virtual std::shared_ptr<KindRecord> read_record(const Json&) const { return nullptr; }
+  virtual KindReport report(const RunLog&) const { return {}; }
+  virtual std::string summary(const RunLog& log) const = 0;  // what `etendue run` prints at its end
+};
+
+// In the order in which they are looked for; the last, of images, is what an experiment is without any of their keys.
+const std::vector<const ExperimentKind*>& experiment_kinds();
+
+// Of a file's keys.
+const ExperimentKind& kind_of(const ConfigNode& root);
+
+}  // namespace etendue

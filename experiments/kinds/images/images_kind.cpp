@@ -1,0 +1,64 @@
+#include "experiments/kinds/images/images_kind.h"
+
+#include "experiments/config/config_keys.h"
+#include "experiments/kinds/images/images_run.h"
+#include "experiments/report/tables.h"
+
+#include <fmt/format.h>
+#include <filesystem>
+
+namespace etendue {
+
+namespace {
+
+class ImagesKind final : public ExperimentKind {
+ public:
+  std::vector<std::string> keys() const override { return {}; }
+  std::string beside() const override { return "[[integrators]]"; }
+
+  void read(const ConfigNode& root, ExperimentConfig& config) const override {
+    const Location where{config.path};
+    const auto find = [&](const char* key) { return find_key(root, key); };
+    if (const auto* n = find("accels")) config.accels = read_accels(*n);
+    const auto *methods = find("integrators"), *scenes = find("scenes");
+    if (methods) config.integrators = read_integrators(*methods);
+    if (!scenes) throw Error(where, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
+    config.scenes = read_scenes(*scenes, std::filesystem::path(config.path).parent_path());
+    std::vector<std::string> scene_names;
+    for (const SceneChoice& scene : config.scenes) scene_names.push_back(scene.name);
+    if (const auto* n = find("regions")) config.regions = read_regions(*n, scene_names);
+    const RateContext context{scene_names, config.integrators, config.regions, config.metrics};
+    if (const auto* n = find("rates")) config.rates = read_rates(*n, context);
+    if (const auto* n = find("ratios")) config.ratios = read_ratios(*n, context);
+    if (!methods && !config.structures)
+      throw Error(where, "no integrators; expected [[integrators]] tables (or structures = true, or [dynamic])");
+    if (methods && !find("budget")) throw Error(where, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");
+    if (config.reference.kind == ReferenceChoice::Kind::file && config.scenes.size() > 1)
+      throw Error(config.reference.where,
+                  fmt::format("reference: one file for {} scenes; expected one scene", config.scenes.size()));
+  }
+
+  std::vector<std::string> quick(const ConfigNode& root) const override {
+    std::vector<std::string> assignments{"seeds=1", "budget={ time = \"0.3s\" }", "resolution=[64, 64]"};
+    if (const ConfigNode* timing = find_key(root, "structures"); timing && read_structures(*timing))
+      assignments.emplace_back("structures={ resolution = 64, repetitions = 1 }");
+    return assignments;
+  }
+
+  std::vector<Cell> cells(const ExperimentConfig& config) const override { return make_matrix(config, config.integrators); }
+  std::string effort(const ExperimentConfig& config) const override { return "at most " + config.budget.text(); }
+
+  RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) const override {
+    return execute_images(plan, observer, compute);
+  }
+  std::string summary(const RunLog& log) const override { return summary_table(log); }
+};
+
+}  // namespace
+
+const ExperimentKind& images_kind() {
+  static const ImagesKind kind;
+  return kind;
+}
+
+}  // namespace etendue

@@ -1,0 +1,318 @@
+#include "experiments/kinds/images/images_run.h"
+
+#include "experiments/kinds/structures/accel_comparison.h"
+#include "experiments/log/trust.h"
+#include "experiments/report/report.h"
+#include "experiments/report/tables.h"
+#include "experiments/run/recipe.h"
+#include "experiments/run/reference.h"
+#include "experiments/run/run_directory.h"
+#include "framework/core/parallel.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <set>
+
+namespace etendue {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct LoadedScene {
+  Scene scene;
+  SceneNeeds needs;
+  ivec2 resolution{0};
+  std::vector<Region> regions;
+  Reference reference;
+};
+
+class Execution {
+ public:
+  Execution(const RunPlan& plan, RunObserver& observer, const CellFunction& compute)
+      : compute_(compute),
+        plan_(plan),
+        config_(plan.config),
+        observer_(observer),
+        manifest_(plan_manifest(plan, plan.threads)),
+        directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh),
+        scenes_(config_.scenes.size()) {}
+
+  RunSummary run() {
+    for (const std::string& note : directory_.notes()) warn(note);
+    load_scenes();
+    choose_pending();
+    const RateRecord rates{config_.rates, config_.regions, config_.ratios};
+    if (const std::string line = to_json_line(rates); line != to_json_line(directory_.earlier().rates))
+      directory_.append({line});
+    for (std::size_t s = 0; s < scenes_.size(); ++s)
+      if (wants_structures(s)) compare_scene_structures(s);
+    for (std::size_t i = 0; i < pending_.size(); ++i) run_one(*pending_[i], i);
+    directory_.finish();
+    Report report = write_report({plan_.directory}, plan_.directory, {config_.table_formats, true, true});
+    summary_.report_files = std::move(report.files);
+    summary_.findings = std::move(report.findings);
+    summary_.notes = std::move(report.notes);
+    summary_.table = summary_table(read_resolved_log(plan_.directory));
+    return std::move(summary_);
+  }
+
+ private:
+  bool has_cells(std::size_t scene) const {
+    return std::any_of(plan_.cells.begin(), plan_.cells.end(), [&](const Cell& cell) { return cell.scene == scene; });
+  }
+
+  void warn(const std::string& what) { observer_.narrate("warning: " + what); }
+
+  // Of the cells that an earlier run ended, those are left out that are still what it logged: made of the same scene, measured
+  // against the same reference, their files whole.
+  void choose_pending() {
+    const std::set<CellName> whole = directory_.believed_cells([this](const std::string& what) { warn(what); });
+    for (std::size_t s = 0; s < scenes_.size(); ++s)
+      if (scenes_[s] && has_cells(s) && wants_reference(s, whole)) make_scene_reference(s);
+    // A reference that is another took its scene's cells out of the log.
+    std::set<CellName> logged;
+    for (const CellRecord& cell : directory_.earlier().cells) logged.insert(cell.cell);
+    for (const Cell& cell : plan_.cells) {
+      if (whole.contains(cell.name) && logged.contains(cell.name))
+        ++summary_.skipped;
+      else
+        pending_.push_back(&cell);
+    }
+    narrate_resumption();
+    for (std::size_t s = 0; s < scenes_.size(); ++s)
+      if (std::none_of(pending_.begin(), pending_.end(), [&](const Cell* cell) { return cell->scene == s; }) &&
+          !wants_structures(s))
+        scenes_[s].reset();
+  }
+
+  const ReferenceRecord* logged_reference(const std::string& scene) const {
+    for (const ReferenceRecord& record : directory_.earlier().references)
+      if (record.scene == scene) return &record;
+    return nullptr;
+  }
+
+  bool wants_reference(std::size_t s, const std::set<CellName>& whole) {
+    const ReferenceRecord* known = logged_reference(config_.scenes[s].name);
+    if (known == nullptr || config_.reference.kind == ReferenceChoice::Kind::file) return true;
+    if (!damage(*known, plan_.directory).empty()) return true;
+    return std::any_of(plan_.cells.begin(), plan_.cells.end(),
+                       [&](const Cell& cell) { return cell.scene == s && !whole.contains(cell.name); });
+  }
+
+  bool wants_structures(std::size_t scene) const {
+    return config_.structures && in_shard(scene, plan_.shard) &&
+           !directory_.has_structures(config_.scenes[scene].name, config_.accels.size());
+  }
+
+  void narrate_resumption() {
+    narrate_skipped(plan_, summary_.skipped, observer_);
+    for (const ManifestRecord& other : directory_.earlier().manifests)
+      if (other.commit != manifest_.commit || other.cpu != manifest_.cpu || other.flags != manifest_.flags)
+        observer_.narrate(fmt::format("{}: some cells were run by {} on {}; --fresh runs all of them alike", plan_.directory,
+                                      other.commit, other.cpu));
+  }
+
+  // All of them before anything runs, so that a file that cannot be read is known at once, and so is one that has changed.
+  void load_scenes() {
+    for (std::size_t s = 0; s < scenes_.size(); ++s) {
+      if (!has_cells(s) && !wants_structures(s)) continue;
+      const SceneChoice& choice = config_.scenes[s];
+      auto loaded = std::make_unique<LoadedScene>();
+      loaded->scene = load_choice(plan_, choice, observer_);
+      loaded->needs = scene_needs(loaded->scene);
+      loaded->resolution = config_.resolution.value_or(loaded->scene.resolution);
+      loaded->regions = make_regions(config_.regions, choice.name, loaded->resolution);
+      scenes_[s] = std::move(loaded);
+    }
+    for (std::size_t s = 0; s < scenes_.size(); ++s) {
+      if (!scenes_[s]) continue;
+      const SceneChoice& choice = config_.scenes[s];
+      if (const std::string told = directory_.note_scene(choice.name, choice.path, scenes_[s]->scene.hash()); !told.empty())
+        warn(told);
+    }
+  }
+
+  void make_scene_reference(std::size_t s) {
+    LoadedScene& loaded = *scenes_[s];
+    const std::string& name = config_.scenes[s].name;
+    const auto narrate = [this](const std::string& line) { observer_.narrate(line); };
+    const auto status = [this](const std::string& line) { observer_.status(line); };
+    const RunLog& earlier = directory_.earlier();
+    const ReferenceRecord* known = logged_reference(name);
+    const std::string wrong = known != nullptr ? damage(*known, plan_.directory) : "";
+    if (!wrong.empty()) warn(fmt::format("{}: the reference {}; it is made again", name, wrong));
+    // By a reference that was refused nothing has been measured.
+    const bool measured = std::any_of(earlier.cells.begin(), earlier.cells.end(),
+                                      [&](const CellRecord& c) { return c.cell.scene == name && c.status == "done"; });
+    const bool begun = measured && known != nullptr && wrong.empty();
+    const std::string begun_with = begun ? (fs::path(plan_.directory) / known->file).string() : "";
+    try {
+      loaded.reference = make_reference(
+          {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status, begun_with},
+          ReferenceCache::standard(config_.path));
+    } catch (const std::bad_alloc&) {
+      loaded.reference.failure = fmt::format("no reference of {}: out of memory", name);
+    }
+    const RenderedReference& rendered = loaded.reference.rendered;
+    if (rendered.image.pixels.empty() || loaded.reference.earlier) return;  // where there is none, its cells will say why
+    const StoredFile file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
+    const std::string told = directory_.note_reference(reference_record(name, loaded.scene, rendered, file.path, file.stamp));
+    if (!told.empty()) warn(told);
+  }
+
+  void compare_scene_structures(std::size_t s) {
+    const std::string& name = config_.scenes[s].name;
+    std::vector<StructureChoice> choices;
+    for (const Method& accel : config_.accels) choices.push_back({accel.name, accel.params});
+    ComparisonOptions options;
+    options.resolution = config_.structures->resolution;
+    options.repetitions = config_.structures->repetitions;
+    options.threads = plan_.threads;
+    options.check_rays = config_.structures->check_rays;
+    options.budget_s = config_.structures->budget_s;
+    observer_.narrate(fmt::format("{}: timing {} structures", name, choices.size()));
+    const auto status = [&](const std::string& line) { observer_.status(name + ": " + line); };
+    std::vector<StructureRecord> records;
+    with_threads(plan_.threads, [&] { records = compare_structures(scenes_[s]->scene, choices, options, status); });
+    std::vector<std::string> lines;
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      StructureRecord& record = records[i];
+      record.scene = name;
+      record.manifest = manifest_.id;
+      if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", name, record.structure, record.fallback));
+      if (!is_foreign(record)) summary_.disagreements += record.disagreements;
+      lines.push_back(to_json_line(record));
+    }
+    directory_.append(lines);
+  }
+
+  void warn_once(const std::string& warning) {
+    if (warned_.insert(warning).second) observer_.narrate("warning: " + warning);
+  }
+
+  void run_one(const Cell& cell, std::size_t position) {
+    observer_.cell_started(cell.name, position, pending_.size());
+    CellRecord record;
+    record.cell = cell.name;
+    CellResult result;
+    try {
+      result = compute(cell);
+      record.status = "done";
+    } catch (const std::bad_alloc&) {
+      record.error = "out of memory";
+    } catch (const std::exception& e) {
+      record.error = e.what();
+    }
+    if (record.status.empty()) {
+      record.status = "failed";
+      ++summary_.failed;
+      directory_.append({to_json_line(record)});
+      observer_.cell_finished(record, nullptr);
+      return;
+    }
+    fill(record, result);
+    if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", cell.name.scene, cell.name.accel, record.fallback));
+    const StoredFile image = directory_.write_image(cell.name, result.image, attributes(cell, result));
+    record.image = image.path;
+    record.image_stamp = image.stamp;
+    if (!result.checkpoint_images.empty()) {
+      const StoredFile strip = directory_.write_strip(cell.name, result.checkpoint_images);
+      record.strip = strip.path;
+      record.strip_stamp = strip.stamp;
+    }
+    record.checkpoints = result.checkpoints.size();
+    std::vector<std::string> lines;
+    for (CheckpointRecord& checkpoint : result.checkpoints) {
+      checkpoint.cell = cell.name;
+      checkpoint.manifest = manifest_.id;
+      lines.push_back(to_json_line(checkpoint));
+    }
+    lines.push_back(to_json_line(record));
+    directory_.append(lines);
+    ++summary_.done;
+    observer_.cell_finished(record, &result.checkpoints.back());
+  }
+
+  CellResult compute(const Cell& cell) {
+    const LoadedScene& loaded = *scenes_[cell.scene];
+    if (!loaded.reference.failure.empty()) throw Error(loaded.reference.failure);
+    const Budget& budget = config_.budget;
+    CellTask task{loaded.scene,
+                  loaded.needs,
+                  config_.accels[cell.accel],
+                  config_.integrators[cell.integrator],
+                  cell.name.seed,
+                  loaded.resolution,
+                  budget,
+                  plan_.threads,
+                  &loaded.reference.rendered.image,
+                  config_.metrics,
+                  loaded.regions,
+                  wants_images(cell.name),
+                  [&](std::uint64_t iterations, double time_s) {
+                    observer_.cell_progress(budget.progress(iterations, time_s), iterations, time_s);
+                  }};
+    task.confidence = config_.confidence && loaded.scene.closed_form.has_value();
+    return compute_(task);
+  }
+
+  // Bias and variance are found from the images of several seeds.
+  bool wants_images(const CellName& cell) const {
+    return std::any_of(config_.rates.begin(), config_.rates.end(), [&](const RateLaw& law) {
+      return law.needs_images() && (law.scene.empty() || law.scene == cell.scene) && selects(law.method, cell.integrator);
+    });
+  }
+
+  static void fill(CellRecord& record, const CellResult& result) {
+    record.image_hash = fmt::format("{:016x}", result.image_hash);
+    record.bias = bias_name(result.expectation.bias);
+    record.mse_exponent = result.expectation.mse_exponent;
+    record.bias_bound = result.expectation.bias_bound;
+    record.note = result.expectation.note;
+    record.fallback = result.fallback;
+    if (result.non_finite.empty()) return;
+    for (const NonFiniteSample& sample : result.non_finite)
+      if (record.non_finite_at.size() < 10)
+        record.non_finite_at.push_back(
+            {static_cast<std::uint32_t>(sample.pixel.x), static_cast<std::uint32_t>(sample.pixel.y), sample.iteration});
+    const NonFiniteSample& first = result.non_finite.front();
+    record.note +=
+        fmt::format("{}{} non-finite samples, the first at pixel ({}, {}), iteration {}", record.note.empty() ? "" : "; ",
+                    result.checkpoints.back().non_finite, first.pixel.x, first.pixel.y, first.iteration);
+  }
+
+  std::map<std::string, std::string> attributes(const Cell& cell, const CellResult& result) const {
+    const LoadedScene& loaded = *scenes_[cell.scene];
+    auto attributes = recipe_attributes(
+        {config_.scenes[cell.scene].path, loaded.scene.hash(), config_.integrators[cell.integrator], config_.accels[cell.accel],
+         cell.name.seed, loaded.resolution, result.checkpoints.back().iterations, config_.budget.text()},
+        manifest_);
+    attributes["etendue_cell"] = cell.name.key();
+    attributes["etendue_experiment"] = config_.title;
+    attributes["etendue_time_s"] = fmt::format("{}", result.checkpoints.back().time_s);
+    return attributes;
+  }
+
+  const CellFunction& compute_;
+  const RunPlan& plan_;
+  const ExperimentConfig& config_;
+  RunObserver& observer_;
+  ManifestRecord manifest_;
+  RunDirectory directory_;
+  std::vector<std::unique_ptr<LoadedScene>> scenes_;  // null where nothing is left to do
+  std::vector<const Cell*> pending_;
+  std::set<std::string> warned_;
+  RunSummary summary_;
+};
+
+}  // namespace
+
+RunSummary execute_images(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) {
+  return Execution(plan, observer, compute).run();
+}
+
+}  // namespace etendue

@@ -1,0 +1,36 @@
+#include "experiments/kind.h"
+#include "experiments/kinds/animation/animation_kind.h"
+#include "experiments/kinds/claims/claims_kind.h"
+#include "experiments/kinds/images/images_kind.h"
+#include "experiments/kinds/search/search_kind.h"
+#include "experiments/kinds/stress/stress_kind.h"
+
+namespace etendue {
+
+const std::vector<const ExperimentKind*>& experiment_kinds() {
+  static const std::vector<const ExperimentKind*> kinds{&stress_kind(), &claims_kind(), &search_kind(), &animation_kind(),
+                                                        &images_kind()};
+  return kinds;
+}
+
+const ExperimentKind& kind_of(const ConfigNode& root) {
+  for (const ExperimentKind* kind : experiment_kinds())
+    for (const std::string& key : kind->keys())
+      if (find_key(root, key) != nullptr) return *kind;
+  return *experiment_kinds().back();
+}
+
+std::shared_ptr<KindRecord> read_kind_record(const std::string& type, const Json& json) {
+  for (const ExperimentKind* kind : experiment_kinds())
+    if (kind->record_type() == type) return kind->read_record(json);
+  return nullptr;
+}
+
+std::vector<std::string> kind_record_types() {
+  std::vector<std::string> types;
+  for (const ExperimentKind* kind : experiment_kinds())
+    if (!kind->record_type().empty()) types.push_back(kind->record_type());
+  return types;
+}
+
+}  // namespace etendue

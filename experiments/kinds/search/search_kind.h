@@ -1,0 +1,10 @@
+// Experiments on point or ball structures (search_config.h).
+#pragma once
+
+#include "experiments/kind.h"
+
+namespace etendue {
+
+const ExperimentKind& search_kind();
+
+}  // namespace etendue
