@@ -20,37 +20,6 @@ bool all_positive(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return v > 0; });
 }
 
-// The regularised incomplete beta function by Lentz's continued fraction ([Press2007] section 6.4); x < (a + 1) / (a + b + 2).
-double beta_fraction(double a, double b, double x) {
-  constexpr double tiny = 1e-300;
-  double c = 1, d = 1 - (a + b) * x / (a + 1);
-  d = 1 / (std::abs(d) < tiny ? tiny : d);
-  double fraction = d;
-  for (int m = 1; m <= 500; ++m) {
-    const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
-    const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
-    double step = 1;
-    for (const double term : {even, odd}) {
-      d = 1 + term * d;
-      c = 1 + term / c;
-      d = 1 / (std::abs(d) < tiny ? tiny : d);
-      if (std::abs(c) < tiny) c = tiny;
-      step = c * d;
-      fraction *= step;
-    }
-    if (std::abs(step - 1) < 1e-15) break;
-  }
-  return fraction;
-}
-
-double incomplete_beta(double a, double b, double x) {
-  if (x <= 0) return 0;
-  if (x >= 1) return 1;
-  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x));
-  if (x < (a + 1) / (a + b + 2)) return front * beta_fraction(a, b, x) / a;
-  return 1 - front * beta_fraction(b, a, 1 - x) / b;
-}
-
 }  // namespace
 
 double mean(std::span<const double> values) {
@@ -87,21 +56,6 @@ double quantile(std::span<const double> values, double p) {
 }
 
 double median(std::span<const double> values) { return quantile(values, 0.5); }
-
-double student_t_quantile(double p, double degrees) {
-  CHECK(p > 0 && p < 1 && degrees > 0);
-  if (p == 0.5) return 0;
-  if (p < 0.5) return -student_t_quantile(1 - p, degrees);
-  // Bisection on the upper tail, which keeps its digits where the distribution function is close to 1.
-  const auto tail = [&](double t) { return 0.5 * incomplete_beta(degrees / 2, 0.5, degrees / (degrees + t * t)); };
-  double low = 0, high = 1;
-  while (tail(high) > 1 - p) high *= 2;
-  for (int i = 0; i < 200 && high - low > 1e-13 * high; ++i) {
-    const double middle = 0.5 * (low + high);
-    (tail(middle) > 1 - p ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
 
 double sidak_level(double level, std::size_t tests) {
   return tests < 2 ? level : -std::expm1(std::log1p(-level) / static_cast<double>(tests));
