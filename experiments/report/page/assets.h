@@ -1,11 +1,10 @@
-// The style and script of report.html, without any external resource.
+// page.html, page.css and page.js as the build embeds them (embed.cmake).
 #pragma once
 
 #include <string_view>
 
 namespace etendue {
 
-extern const std::string_view report_style;
-extern const std::string_view report_script;
+extern const std::string_view page_html, page_css, page_js;
 
 }  // namespace etendue

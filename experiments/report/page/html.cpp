@@ -8,6 +8,7 @@
 #include "experiments/report/report_text.h"
 #include "experiments/report/structures/structure_figures.h"
 #include "experiments/report/verdicts.h"
+#include "framework/core/check.h"
 #include "framework/image/metrics.h"
 
 #include <fmt/format.h>
@@ -331,16 +332,23 @@ std::string reproduction(const ReportData& data, const PageContent& content) {
   return out + "</section>\n";
 }
 
+// The template with what stands for each @name@ in its place.
+std::string filled(std::string_view page, const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
+  std::string out;
+  for (const auto& [name, text] : parts) {
+    const std::string place = fmt::format("@{}@", name);
+    const std::size_t at = page.find(place);
+    CHECK(at != std::string_view::npos);
+    out.append(page.substr(0, at)).append(text);
+    page.remove_prefix(at + place.size());
+  }
+  return out.append(page);
+}
+
 }  // namespace
 
 std::string report_page(const ReportData& data, const PageContent& content) {
-  std::string out = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width, "
-      "initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
-      "'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>{}</title>\n<style>{}{}</style></head><body>\n",
-      html(title_of(*data.log)), chart_css(), report_style);
-  out += header(data, content) + navigation(data, content) + findings(data, content);
+  std::string out = header(data, content) + navigation(data, content) + findings(data, content);
   const bool any = std::any_of(data.scenes.begin(), data.scenes.end(), [&](const SceneData& s) { return has_charts(data, s); });
   if (any) {
     const Variants variants = affordable(data, content.chart_budget_bytes);
@@ -356,7 +364,11 @@ std::string report_page(const ReportData& data, const PageContent& content) {
   for (const Table& table : content.tables)
     if (!table.rows.empty()) out += to_html(table);
   out += "</section>\n" + reproduction(data, content) + images_json(content.images);
-  return out + fmt::format("<script>{}</script>\n</body></html>\n", report_script);
+  return filled(page_html, {{"title", html(title_of(*data.log))},
+                            {"chart_style", chart_css()},
+                            {"style", page_css},
+                            {"content", out},
+                            {"script", page_js}});
 }
 
 }  // namespace etendue

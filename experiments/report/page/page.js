@@ -1,10 +1,5 @@
-#include "experiments/report/page/assets.h"
-
-namespace etendue {
-
 // Plain JavaScript. Charts are drawn beforehand, one variant for each metric, scale and axis, in <template>s; the script swaps
 // them and reads values from their data-p attributes. All text goes in by textContent.
-const std::string_view report_script = R"js(
 'use strict';
 const all = (selector, root = document) => [...root.querySelectorAll(selector)];
 const figure3 = v => !isFinite(v) ? String(v) : v === 0 ? '0'
@@ -268,6 +263,3 @@ if (metricSelect) {
   showFormula();
   showVariants();
 }
-)js";
-
-}  // namespace etendue
