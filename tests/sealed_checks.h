@@ -5,8 +5,8 @@
 // and mean radiance as shares of the radiance outside.
 #pragma once
 
+#include "framework/core/sampling.h"
 #include "framework/transport/ray_tools.h"
-#include "framework/transport/sampling.h"
 #include "tests/block_agreement.h"
 #include "tests/sealed_rooms.h"
 

@@ -1,6 +1,6 @@
 #include "accel/points/left_balanced_tree.h"
 
-#include "accel/left_balance.h"
+#include "accel/points/left_balance.h"
 #include "accel/points/placed_points.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"

@@ -1,6 +1,6 @@
 #include "accel/records/kd_tree.h"
 
-#include "accel/left_balance.h"
+#include "accel/points/left_balance.h"
 
 namespace etendue {
 

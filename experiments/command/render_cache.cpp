@@ -1,7 +1,7 @@
 #include "experiments/command/render_cache.h"
 
 #include "framework/integrator.h"
-#include "integrators/caches/cache_file.h"
+#include "integrators/caches/records/cache_file.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>

@@ -25,10 +25,10 @@
 //   quick       any of the keys above, put in their place by `--quick`
 #pragma once
 
+#include "experiments/config/budget.h"
 #include "experiments/config/method.h"
 #include "experiments/config/rate_law.h"
 #include "experiments/config/regions.h"
-#include "experiments/run/budget.h"
 #include "framework/core/vec.h"
 
 #include <memory>

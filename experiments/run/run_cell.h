@@ -2,10 +2,10 @@
 // both use it.
 #pragma once
 
+#include "experiments/config/budget.h"
 #include "experiments/config/method.h"
 #include "experiments/config/regions.h"
 #include "experiments/log/log.h"
-#include "experiments/run/budget.h"
 #include "framework/image/film.h"
 #include "framework/integrator.h"
 

@@ -1,6 +1,6 @@
 #include "framework/scene/camera.h"
 
-#include "framework/transport/sampling.h"
+#include "framework/core/sampling.h"
 
 namespace etendue {
 

@@ -1,8 +1,8 @@
 #include "framework/transport/bsdf.h"
 
+#include "framework/core/sampling.h"
 #include "framework/transport/fresnel.h"
 #include "framework/transport/microfacet.h"
-#include "framework/transport/sampling.h"
 
 namespace etendue {
 

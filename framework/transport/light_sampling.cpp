@@ -1,6 +1,6 @@
 #include "framework/transport/light_sampling.h"
 
-#include "framework/transport/sampling.h"
+#include "framework/core/sampling.h"
 
 namespace etendue {
 

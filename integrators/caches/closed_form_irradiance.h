@@ -7,8 +7,8 @@
 // or a discontinuity both are what the differences give. The closed form holds light of all bounces: a depth limit is ignored.
 #pragma once
 
-#include "integrators/caches/cache_points.h"
 #include "integrators/caches/records/hemisphere.h"
+#include "integrators/photons/cache_points.h"
 
 namespace etendue {
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "framework/integrator.h"
-#include "integrators/caches/cache_file.h"
+#include "integrators/caches/records/cache_file.h"
 
 #include <string>
 #include <string_view>

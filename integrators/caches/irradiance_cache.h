@@ -5,12 +5,12 @@
 // transmission of the incoming light is taken at its hemispherical mean). Direct light is sampled per camera sample; delta
 // lobes and all rough lobes are followed by path tracing until a cached surface.
 //
-// The cache refines (integrators/caches/cache_progress.h): after an overture, each iteration renders samples of each pixel and
-// notes where the accuracy of the next refinement is not met, which begins with more passes over the hemispheres of the records
-// there are and new records there. What the cache adds to a pixel is averaged, the overture with less weight. Pixels that
-// scatter take more camera samples than others (integrators/paths/sample_shares.h). Without `refine` the cache is filled before
-// the first iteration and stays as it is; with `records` it is filled to that number, and only passes are added (and, loaded
-// for another view, records for what is not covered there).
+// The cache refines (integrators/caches/records/cache_progress.h): after an overture, each iteration renders samples of each
+// pixel and notes where the accuracy of the next refinement is not met, which begins with more passes over the hemispheres of
+// the records there are and new records there. What the cache adds to a pixel is averaged, the overture with less weight.
+// Pixels that scatter take more camera samples than others (integrators/paths/sample_shares.h). Without `refine` the cache is
+// filled before the first iteration and stays as it is; with `records` it is filled to that number, and only passes are added
+// (and, loaded for another view, records for what is not covered there).
 //
 // A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased; with `records` the nearest
 // record answers there as far as four times the accuracy, since a given number leaves gaps that paths would fill with noise.
@@ -42,8 +42,8 @@
 #pragma once
 
 #include "framework/structure_names.h"
-#include "integrators/caches/cache_file.h"
 #include "integrators/caches/cache_params.h"
+#include "integrators/caches/records/cache_file.h"
 #include "integrators/caches/rough_cache.h"
 
 namespace etendue {

@@ -3,11 +3,11 @@
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
-#include "integrators/caches/cache_progress.h"
 #include "integrators/caches/file_cache.h"
+#include "integrators/caches/records/cache_progress.h"
 #include "integrators/caches/records/record_file.h"
-#include "integrators/paths/camera_walk.h"
 #include "integrators/paths/sample_shares.h"
+#include "integrators/photons/camera_walk.h"
 
 namespace etendue {
 

@@ -1,8 +1,8 @@
 // A cache of irradiance filled from a photon map, in place of a final gather for each camera sample ([Jensen1996],
 // [Christensen1999]; records, metrics and gradients as in integrators/caches/irradiance_cache.h).
 //
-// The camera path passes surfaces that carry light to each receiver it meets (integrators/paths/camera_walk.h). Direct light is
-// sampled there, caustics are those of the caustic map, which exists where the scene needs it
+// The camera path passes surfaces that carry light to each receiver it meets (integrators/photons/camera_walk.h). Direct light
+// is sampled there, caustics are those of the caustic map, which exists where the scene needs it
 // (integrators/photons/photon_maps.h); indirect light is interpolated between records on diffuse surfaces and the diffuse base
 // under a smooth coat. Records are filled by
 //
@@ -17,10 +17,10 @@
 // Where no record serves and on receivers that are not cached (rough metals and plastics), one gather ray per camera sample, or
 // the global map seen directly.
 //
-// The cache refines as irradiance-cache does (integrators/caches/cache_progress.h). With `retrace`, photons are new too: the
-// caustic map's in every iteration; the global map's as often as the records begin another pass over their hemispheres, so that
-// the passes of a record see independent maps but for those it was made with; for `density` in every iteration, with new
-// records on it.
+// The cache refines as irradiance-cache does (integrators/caches/records/cache_progress.h). With `retrace`, photons are new
+// too: the caustic map's in every iteration; the global map's as often as the records begin another pass over their
+// hemispheres, so that the passes of a record see independent maps but for those it was made with; for `density` in every
+// iteration, with new records on it.
 //
 // A cache can be saved and loaded as irradiance-cache's can (record_file.h): what its hemispheres gathered is what took time;
 // the maps are traced again, for what no record answers. Where `density` makes new records in every iteration there is nothing

@@ -1,7 +1,7 @@
 #include "integrators/caches/radiance_cache.h"
 
-#include "integrators/caches/cache_progress.h"
 #include "integrators/caches/irradiance_cache.h"
+#include "integrators/caches/records/cache_progress.h"
 
 namespace etendue {
 

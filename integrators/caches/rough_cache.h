@@ -11,7 +11,7 @@
 // those in a table. Records are made, refined and spaced as those of irradiance are (record_levels.h).
 #pragma once
 
-#include "integrators/caches/cache_file.h"
+#include "integrators/caches/records/cache_file.h"
 #include "integrators/caches/records/radiance_cache_records.h"
 #include "integrators/caches/records/record_levels.h"
 

@@ -2,13 +2,13 @@
 
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
-#include "integrators/caches/cache_points.h"
-#include "integrators/caches/cache_progress.h"
 #include "integrators/caches/file_cache.h"
+#include "integrators/caches/records/cache_progress.h"
 #include "integrators/path_space/path_space_grid.h"
 #include "integrators/paths/emission.h"
 #include "integrators/paths/path.h"
 #include "integrators/paths/wavefront.h"
+#include "integrators/photons/cache_points.h"
 
 #include <optional>
 #include <utility>

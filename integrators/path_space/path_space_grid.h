@@ -31,8 +31,8 @@
 #pragma once
 
 #include "framework/integrator.h"
-#include "integrators/caches/cache_file.h"
-#include "integrators/caches/cache_progress.h"
+#include "integrators/caches/records/cache_file.h"
+#include "integrators/caches/records/cache_progress.h"
 #include "integrators/photons/plane_moments.h"
 
 #include <array>

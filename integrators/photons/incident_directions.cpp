@@ -1,6 +1,6 @@
 #include "integrators/photons/incident_directions.h"
 
-#include "framework/transport/sampling.h"
+#include "framework/core/sampling.h"
 
 namespace etendue {
 

@@ -1,8 +1,8 @@
 #include "integrators/photons/photon_map.h"
 
 #include "framework/core/parallel.h"
-#include "integrators/paths/camera_walk.h"
 #include "integrators/paths/path.h"
+#include "integrators/photons/camera_walk.h"
 
 namespace etendue {
 

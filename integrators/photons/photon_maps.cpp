@@ -1,7 +1,7 @@
 #include "integrators/photons/photon_maps.h"
 
 #include "framework/core/parallel.h"
-#include "integrators/caches/cache_points.h"
+#include "integrators/photons/cache_points.h"
 
 namespace etendue {
 

@@ -7,9 +7,9 @@
 
 #include "framework/core/counters.h"
 #include "framework/core/parallel.h"
+#include "framework/core/sampling.h"
 #include "framework/transport/bsdf.h"
 #include "framework/transport/ray_tools.h"
-#include "framework/transport/sampling.h"
 #include "integrators/photons/visible_region.h"
 
 #include <array>

@@ -1,7 +1,7 @@
 // Shared by the progressive photon mappers: passes of new photons, each gathered at the points the camera sees.
 //
 // Iteration i traces a camera path per pixel, past surfaces that carry light, to its receivers
-// (integrators/paths/camera_walk.h), and a pass of photons. At each receiver it takes
+// (integrators/photons/camera_walk.h), and a pass of photons. At each receiver it takes
 //
 //   direct              next-event estimation, one light sample (direct = "sample"), or photons
 //   caustic, indirect   the pass's photons within the radius r_i that the method's policy gives
@@ -35,9 +35,9 @@
 
 #include "framework/core/parallel.h"
 #include "framework/structure_names.h"
-#include "integrators/paths/camera_walk.h"
 #include "integrators/paths/path.h"
 #include "integrators/paths/wavefront.h"
+#include "integrators/photons/camera_walk.h"
 #include "integrators/photons/disc_coverage.h"
 #include "integrators/photons/visible_region.h"
 #include "integrators/progressive/radius_policy.h"

@@ -1,5 +1,5 @@
 // Caches on disk: the bytes as a whole file, and as what a file with a right checksum holds: its records.
-#include "integrators/caches/cache_file.h"
+#include "integrators/caches/records/cache_file.h"
 #include "integrators/caches/records/record_file.h"
 #include "tests/fuzz/fuzz_input.h"
 

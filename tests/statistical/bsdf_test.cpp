@@ -1,8 +1,8 @@
 // BSDFs: what `sample` draws follows `pdf` (chi-square), weights are f cos / pdf, energy is kept, and the two transport modes
 // are adjoint.
 #include "framework/transport/bsdf.h"
+#include "framework/core/sampling.h"
 #include "framework/transport/fresnel.h"
-#include "framework/transport/sampling.h"
 
 #include <gtest/gtest.h>
 

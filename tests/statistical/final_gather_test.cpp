@@ -1,8 +1,8 @@
 // Final gathering: directions from photons, and irradiance computed beforehand.
 #include "integrators/photons/final_gather.h"
 #include "framework/scene/builder.h"
-#include "integrators/paths/camera_walk.h"
 #include "integrators/paths/path.h"
+#include "integrators/photons/camera_walk.h"
 #include "integrators/photons/incident_directions.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"

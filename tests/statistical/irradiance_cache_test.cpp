@@ -1,8 +1,8 @@
 // Irradiance gradients against differentiated closed forms; the cache against closed forms, its own order and threads.
 #include "framework/core/sampler.h"
 #include "framework/scenes/exact.h"
-#include "integrators/caches/cache_points.h"
 #include "integrators/caches/records/irradiance_records.h"
+#include "integrators/photons/cache_points.h"
 #include "tests/image_checks.h"
 #include "tests/scene_context.h"
 

@@ -1,5 +1,5 @@
 // Caches on disk: the same image as a fresh cache, other views, and files that must be refused.
-#include "integrators/caches/cache_file.h"
+#include "integrators/caches/records/cache_file.h"
 #include "framework/core/sampler.h"
 #include "integrators/registry.h"
 #include "tests/scene_context.h"

@@ -1,4 +1,4 @@
-#include "integrators/caches/cache_progress.h"
+#include "integrators/caches/records/cache_progress.h"
 
 #include <gtest/gtest.h>
 

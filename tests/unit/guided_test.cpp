@@ -2,7 +2,7 @@
 #include "experiments/statistics/statistics.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
-#include "framework/transport/sampling.h"
+#include "framework/core/sampling.h"
 #include "integrators/guiding/image_blocks.h"
 #include "integrators/guiding/sd_tree.h"
 

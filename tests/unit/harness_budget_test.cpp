@@ -1,5 +1,5 @@
 // The budget and the one loop that spends it.
-#include "experiments/run/budget.h"
+#include "experiments/config/budget.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/error.h"
 #include "framework/image/metrics.h"

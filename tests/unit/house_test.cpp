@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -27,18 +28,56 @@ template <class Visit>
 void each_source(const std::string& room, const Visit& visit) {
   for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
     const std::string extension = entry.path().extension();
-    if (extension == ".h" || extension == ".cpp") visit(entry.path(), slurp(entry.path()));
+    if (extension == ".h" || extension == ".cpp" || extension == ".inl") visit(entry.path(), slurp(entry.path()));
   }
 }
 
+// Of a room, what it must not include. Rooms stand from the general to the particular.
 TEST(House, IncludesRunDownward) {
-  const std::pair<std::string, std::string> rules[] = {{"framework", "(accel|integrators|experiments)/"},
-                                                       {"accel", "(integrators|experiments)/"},
-                                                       {"integrators", "(accel|experiments)/"}};
+  const std::pair<std::string, std::string> rules[] = {
+      {"framework", "(accel|integrators|experiments)/"},
+      {"framework/core", "framework/(?!core/)"},
+      {"framework/image", "framework/(?!core/|image/)"},
+      {"framework/scene", "framework/(transport|image|io|scenes)/"},
+      {"framework/transport", "framework/(image|io|scenes)/"},
+      {"framework/io/image", "framework/(io/mesh|io/pbrt|scenes|transport)/"},
+      {"framework/io/mesh", "framework/(io/image|io/pbrt|scenes|transport)/"},
+      {"accel", "(integrators|experiments)/"},
+      {"accel/kernels", "accel/(?!kernels/)"},
+      {"accel/bvh/build", "accel/(bvh/wide|bvh/dynamic|spatial|thirdparty|exact|points|records)/"},
+      {"accel/bvh/wide", "accel/(bvh/dynamic|spatial|thirdparty|exact|points|records)/"},
+      {"accel/spatial", "accel/(bvh|thirdparty|exact|points|records)/"},
+      {"accel/points", "accel/(spatial|thirdparty|exact|records|bvh/wide|bvh/dynamic)/"},
+      {"accel/records", "accel/(bvh|spatial|thirdparty|exact)/"},
+      {"integrators", "(accel|experiments)/"},
+      {"integrators/paths", "integrators/(?!paths/)"},
+      {"integrators/guiding", "integrators/(?!paths/|guiding/)"},
+      {"integrators/photons", "integrators/(?!paths/|photons/)"},
+      {"integrators/progressive", "integrators/(?!paths/|photons/|progressive/)"},
+      {"integrators/bidirectional", "integrators/(guiding|caches|path_space)/"},
+      {"integrators/caches/records", "integrators/(?!paths/|photons/|caches/records/)"},
+      {"integrators/caches", "integrators/(?!paths/|photons/|caches/)"},
+      {"integrators/path_space", "integrators/(guiding|progressive|bidirectional)/"},
+      {"experiments/config", "experiments/(?!config/|kind\\.h)"},
+      {"experiments/log", "experiments/(?!config/|log/)"},
+      {"experiments/statistics", "experiments/(?!config/|statistics/)"},
+      {"experiments/report", "experiments/(run|kinds|command)/"},
+      {"experiments/run", "experiments/(kinds|command)/"},
+      {"experiments/kinds", "experiments/command/"}};
   for (const auto& [room, above] : rules) {
     const std::regex upward("#include \"" + above);
     each_source(room,
                 [&](const fs::path& path, const std::string& text) { EXPECT_FALSE(std::regex_search(text, upward)) << path; });
+  }
+}
+
+// A room that has grown too large to be seen at a glance.
+TEST(House, RoomsAreSmall) {
+  constexpr int most = 40;
+  for (const char* floor : {"framework", "accel", "integrators", "experiments"}) {
+    std::map<fs::path, int> sources;
+    each_source(floor, [&](const fs::path& path, const std::string&) { ++sources[path.parent_path()]; });
+    for (const auto& [room, count] : sources) EXPECT_LE(count, most) << room;
   }
 }
 

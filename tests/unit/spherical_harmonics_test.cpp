@@ -1,7 +1,7 @@
 // Spherical harmonics and records of radiance in them.
 #include "integrators/caches/records/spherical_harmonics.h"
 #include "framework/core/sampler.h"
-#include "framework/transport/sampling.h"
+#include "framework/core/sampling.h"
 #include "integrators/caches/records/radiance_cache_records.h"
 #include "integrators/caches/rough_cache.h"
 

@@ -5,9 +5,9 @@
 #include "accel/registry.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
+#include "framework/core/sampling.h"
 #include "framework/scene/motion.h"
 #include "framework/transport/ray_tools.h"
-#include "framework/transport/sampling.h"
 
 #include <fmt/format.h>
 #include <algorithm>

@@ -8,9 +8,9 @@
 #include "experiments/run/reference.h"
 #include "experiments/run/run_cell.h"
 #include "experiments/statistics/statistics.h"
+#include "framework/core/sampling.h"
 #include "framework/transport/direct_light.h"
 #include "framework/transport/ray_tools.h"
-#include "framework/transport/sampling.h"
 
 #include <fmt/format.h>
 

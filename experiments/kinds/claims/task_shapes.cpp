@@ -2,8 +2,8 @@
 
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
+#include "framework/core/sampling.h"
 #include "framework/transport/ray_tools.h"
-#include "framework/transport/sampling.h"
 
 #include <atomic>
 #include <queue>

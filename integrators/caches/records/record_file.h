@@ -13,8 +13,8 @@
 // values are possible.
 #pragma once
 
-#include "integrators/caches/cache_file.h"
-#include "integrators/caches/cache_progress.h"
+#include "integrators/caches/records/cache_file.h"
+#include "integrators/caches/records/cache_progress.h"
 #include "integrators/caches/records/hemisphere.h"
 #include "integrators/caches/records/record_levels.h"
 

@@ -12,8 +12,8 @@
 
 #include "framework/core/counters.h"
 #include "framework/core/parallel.h"
-#include "integrators/caches/cache_points.h"
 #include "integrators/paths/path.h"
+#include "integrators/photons/cache_points.h"
 
 #include <functional>
 #include <unordered_map>

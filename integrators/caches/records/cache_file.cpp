@@ -1,4 +1,4 @@
-#include "integrators/caches/cache_file.h"
+#include "integrators/caches/records/cache_file.h"
 
 #include <fmt/format.h>
 #include <xxhash.h>

@@ -1,4 +1,4 @@
-#include "experiments/run/budget.h"
+#include "experiments/config/budget.h"
 
 #include "framework/core/check.h"
 #include "framework/core/error.h"

@@ -1,4 +1,4 @@
-#include "integrators/caches/cache_points.h"
+#include "integrators/photons/cache_points.h"
 
 #include "framework/transport/fresnel.h"
 #include "framework/transport/ray_tools.h"
