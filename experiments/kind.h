@@ -31,9 +31,9 @@ class ExperimentKind {
   // Fills in config.choice, and what else the kind reads; any experiment's keys are read already. Throws Error.
   virtual void read(const ConfigNode& root, ExperimentConfig& config) const = 0;
   // What `--quick` assigns where the file has no [quick].
-  virtual std::vector<std::string> quick(const ConfigNode& root) const = 0;
+  virtual std::vector<std::string> quick(const ConfigNode&) const { return {}; }
   virtual std::vector<Cell> cells(const ExperimentConfig& config) const = 0;
-  virtual std::string effort(const ExperimentConfig& config) const = 0;  // of each cell, in words
+  virtual std::string effort(const ExperimentConfig&) const { return ""; }  // of each cell, in words
 
   // Throws Error; a cell that fails is logged and counted instead. `compute` renders an image.
   virtual RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) const = 0;
@@ -41,11 +41,14 @@ class ExperimentKind {
   virtual std::string record_type() const { return ""; }  // of its lines in the log
   virtual std::shared_ptr<KindRecord> read_record(const Json&) const { return nullptr; }
   virtual KindReport report(const RunLog&) const { return {}; }
-  virtual std::string summary(const RunLog& log) const = 0;  // what `etendue run` prints at its end
+  virtual std::string summary(const RunLog& log) const;  // what `etendue run` prints at its end; default: all tables
 };
 
 // In the order in which they are looked for; the last, of images, is what an experiment is without any of their keys.
 const std::vector<const ExperimentKind*>& experiment_kinds();
+
+// One that comes from elsewhere, looked for before the others.
+void add_experiment_kind(const ExperimentKind& kind);
 
 // Of a file's keys.
 const ExperimentKind& kind_of(const ConfigNode& root);

@@ -34,7 +34,8 @@ void print_plan(const RunPlan& plan, Console& console) {
   if (plan.config.structures)
     console.line(fmt::format("{} structures timed on {} scenes", plan.config.accels.size(), plan.config.scenes.size()));
   console.line(fmt::format("{} cells, {} to run; into {}", plan.cells.size(), left, plan.directory));
-  if (left > 0) console.line("each cell: " + plan.config.kind->effort(plan.config));
+  if (const std::string effort = plan.config.kind->effort(plan.config); left > 0 && !effort.empty())
+    console.line("each cell: " + effort);
   if (left > 0 && plan.config.budget.time_s)
     console.line(fmt::format("all of them: about {}, and what references, structures and metrics take",
                              format_seconds(static_cast<double>(left) * *plan.config.budget.time_s)));

@@ -75,6 +75,7 @@ void read_common(const ConfigNode& root, const fs::path& directory, ExperimentCo
   if (const auto* n = find("budget")) config.budget = read_budget(*n);
   config.reference = read_reference(find("reference"), directory);
   config.accels = {default_accel()};
+  if (const auto* n = find("scenes")) config.scenes = read_scenes(*n, directory);
 }
 
 ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {

@@ -42,6 +42,10 @@ std::vector<SceneChoice> read_scenes(const ConfigNode& node, const fs::path& dir
   return scenes;
 }
 
+void require_scenes(const ExperimentConfig& config) {
+  if (config.scenes.empty()) throw Error(Location{config.path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
+}
+
 std::vector<std::uint64_t> read_seeds(const ConfigNode* node) {
   if (!node) return {1};
   std::vector<std::uint64_t> seeds;

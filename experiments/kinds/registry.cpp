@@ -7,10 +7,25 @@
 
 namespace etendue {
 
-const std::vector<const ExperimentKind*>& experiment_kinds() {
-  static const std::vector<const ExperimentKind*> kinds{&stress_kind(), &claims_kind(), &search_kind(), &animation_kind(),
-                                                        &images_kind()};
+namespace {
+
+std::vector<const ExperimentKind*>& kinds() {
+  static std::vector<const ExperimentKind*> kinds{&stress_kind(), &claims_kind(), &search_kind(), &animation_kind(),
+                                                  &images_kind()};
   return kinds;
+}
+
+}  // namespace
+
+const std::vector<const ExperimentKind*>& experiment_kinds() { return kinds(); }
+
+void add_experiment_kind(const ExperimentKind& kind) { kinds().insert(kinds().begin(), &kind); }
+
+std::string ExperimentKind::summary(const RunLog& log) const {
+  std::string out;
+  for (const Table& table : report(log).tables)
+    if (!table.rows.empty() || !table.notes.empty()) out += to_terminal(table, 0);
+  return out.empty() ? "The log holds no finished cell.\n" : out;
 }
 
 const ExperimentKind& kind_of(const ConfigNode& root) {

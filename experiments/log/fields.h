@@ -194,6 +194,13 @@ T read_value(const Json& json) {
   }
 }
 
+// How a cell ended, of a KindRecord.
+void list_ending(auto& f, auto& record) {
+  f("manifest", record.manifest);
+  f("status", record.status);
+  f("error", record.error);
+}
+
 // A record as a line of the log, without its checksum.
 template <HasFields Record>
 std::string line_of(const char* type, const Record& record) {

@@ -4,6 +4,7 @@
 #include "framework/io/image/exr.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/run_results.h"
+#include "tests/unit/silent_observer.h"
 
 #include <algorithm>
 #include <map>
@@ -188,14 +189,6 @@ TEST_F(Run, DryRunListsCellsAndWritesNothing) {
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 4);
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
 }
-
-struct SilentObserver final : RunObserver {
-  void narrate(const std::string&) override {}
-  void status(const std::string&) override {}
-  void cell_started(const CellName&, std::size_t, std::size_t) override {}
-  void cell_progress(double, std::uint64_t, double) override {}
-  void cell_finished(const CellRecord&, const CheckpointRecord*) override {}
-};
 
 TEST_F(Run, FailedCellIsRecordedTheRestGoOnAndItIsTriedAgain) {
   RunOptions options;

@@ -6,7 +6,6 @@
 #include "experiments/run/record_run.h"
 
 #include <fmt/format.h>
-#include <filesystem>
 #include <map>
 
 namespace etendue {
@@ -68,9 +67,7 @@ class AnimationKind final : public ExperimentKind {
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
     config.choice = std::make_shared<AnimationChoice>(read_animation(*find_key(root, "dynamic")));
     config.accels = read_builders(find_key(root, "accels"));
-    const ConfigNode* scenes = find_key(root, "scenes");
-    if (!scenes) throw Error(Location{config.path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
-    config.scenes = read_scenes(*scenes, std::filesystem::path(config.path).parent_path());
+    require_scenes(config);
   }
 
   std::vector<std::string> quick(const ConfigNode& root) const override {

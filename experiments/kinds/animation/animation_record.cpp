@@ -15,9 +15,7 @@ void list_fields(auto& f, FieldsOf<PolicyRecord> auto& r) {
 
 void list_fields(auto& f, FieldsOf<AnimationRecord> auto& r) {
   f.cell(r.cell, "accel", "motion");
-  f("manifest", r.manifest);
-  f("status", r.status);
-  f("error", r.error);
+  list_ending(f, r);
   f("primitives", r.primitives);
   f("rays", r.rays);
   f("changed", r.changed);

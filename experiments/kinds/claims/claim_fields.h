@@ -28,9 +28,7 @@ void list_fields(auto& f, FieldsOf<ClaimFigure> auto& r) {
 void list_claim_fields(auto& f, auto& r) {
   f("id", r.id);
   f.cell(r.cell, "measure", "cell");
-  f("manifest", r.manifest);
-  f("status", r.status);
-  f("error", r.error);
+  list_ending(f, r);
   f("claim", r.claim);
   f("source", r.source);
   f("claimed", r.claimed);

@@ -5,7 +5,6 @@
 #include "experiments/report/tables.h"
 
 #include <fmt/format.h>
-#include <filesystem>
 
 namespace etendue {
 
@@ -20,10 +19,9 @@ class ImagesKind final : public ExperimentKind {
     const Location where{config.path};
     const auto find = [&](const char* key) { return find_key(root, key); };
     if (const auto* n = find("accels")) config.accels = read_accels(*n);
-    const auto *methods = find("integrators"), *scenes = find("scenes");
+    const auto* methods = find("integrators");
     if (methods) config.integrators = read_integrators(*methods);
-    if (!scenes) throw Error(where, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
-    config.scenes = read_scenes(*scenes, std::filesystem::path(config.path).parent_path());
+    require_scenes(config);
     std::vector<std::string> scene_names;
     for (const SceneChoice& scene : config.scenes) scene_names.push_back(scene.name);
     if (const auto* n = find("regions")) config.regions = read_regions(*n, scene_names);

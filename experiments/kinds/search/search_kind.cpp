@@ -1,12 +1,10 @@
 #include "experiments/kinds/search/search_kind.h"
 
-#include "experiments/config/config_keys.h"
 #include "experiments/kinds/search/measure_search.h"
 #include "experiments/kinds/search/search_report.h"
 #include "experiments/run/record_run.h"
 
 #include <fmt/format.h>
-#include <filesystem>
 #include <map>
 
 namespace etendue {
@@ -67,11 +65,10 @@ class SearchKind final : public ExperimentKind {
   std::string beside() const override { return "[points] or [balls], which render nothing"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
-    const ConfigNode *points = find_key(root, "points"), *balls = find_key(root, "balls"), *scenes = find_key(root, "scenes");
+    const ConfigNode *points = find_key(root, "points"), *balls = find_key(root, "balls");
     if (points && balls)
       throw Error(balls->key_where, fmt::format("balls: of no use beside {}; expected only one of them", beside()));
     config.choice = std::make_shared<SearchChoice>(read_search(points ? *points : *balls, balls != nullptr));
-    if (scenes) config.scenes = read_scenes(*scenes, std::filesystem::path(config.path).parent_path());
     if (config_sets(config).empty())
       throw Error(Location{config.path}, fmt::format("nothing to search; expected scenes = [\"builtin:cornell-box\", …]{}",
                                                      points ? " or points.contrasts" : ""));

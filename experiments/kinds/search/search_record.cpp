@@ -16,9 +16,7 @@ void list_fields(auto& f, FieldsOf<SearchFigure> auto& r) {
 
 void list_fields(auto& f, FieldsOf<SearchRecord> auto& r) {
   f.cell(r.cell, "accel", "size");
-  f("manifest", r.manifest);
-  f("status", r.status);
-  f("error", r.error);
+  list_ending(f, r);
   f("kind", r.kind);
   f("set", r.set);
   f("varies", r.varies);
