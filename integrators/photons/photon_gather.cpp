@@ -128,8 +128,8 @@ Rgb PhotonMap::over_hull(const GatherPoint& at, std::span<const Neighbour> near,
   return share > 0 ? glm::max(sum, Rgb(0)) * (disc.per_area() / share) : Rgb(0);
 }
 
-std::span<const Neighbour> PhotonMap::counting(const RenderContext& context, const GatherPoint& at,
-                                               std::span<const Neighbour> near, const NearWalls& walls) const {
+std::span<Neighbour> PhotonMap::counting(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
+                                         const NearWalls& walls) const {
   static thread_local Neighbours kept;
   static thread_local std::vector<Ray> ways;
   static thread_local std::vector<std::size_t> asked;  // the places in `kept` of those that ways lead to
@@ -173,7 +173,8 @@ const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
 }
 
 // Balls of growing radius until one holds enough that count: behind a thin wall may lie thousands that do not, which would all
-// be among the nearest. Of those on the right side the nearest are looked at first, and no more than it takes.
+// be among the nearest. Of those on the right side the nearest are looked at first, in groups that double, so that many which
+// a wall hides cost no more than to sort them.
 float PhotonMap::distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max) const {
   if (photons_.empty() || k < 1) return r_max;
   static thread_local Neighbours on_side;
@@ -185,13 +186,18 @@ float PhotonMap::distance_to(const RenderContext& context, int k, const GatherPo
     for (const Neighbour& photon : found)
       if (at.counts(photons_, photon.id, options_.side_test)) on_side.push_back(photon);
     const NearWalls walls = near_walls(at, r);
-    std::ptrdiff_t missing = k;
-    for (auto begin = on_side.begin(); on_side.end() - begin >= missing;) {
-      const auto end = begin + missing;
+    std::ptrdiff_t missing = k, group = k;
+    for (auto begin = on_side.begin(); on_side.end() - begin >= missing; group *= 2) {
+      const auto end = begin + std::min(group, on_side.end() - begin);
       std::nth_element(begin, end - 1, on_side.end(), nearer);
-      const std::span<const Neighbour> seen = counting(context, at, {begin, end}, walls);
-      missing -= static_cast<std::ptrdiff_t>(seen.size());
-      if (missing == 0) return std::sqrt((end - 1)->distance_squared);
+      const std::span<Neighbour> seen = counting(context, at, {begin, end}, walls);
+      const auto count = static_cast<std::ptrdiff_t>(seen.size());
+      if (count >= missing) {
+        const auto last = seen.begin() + missing - 1;
+        std::nth_element(seen.begin(), last, seen.end(), nearer);
+        return std::sqrt(last->distance_squared);
+      }
+      missing -= count;
       begin = end;
     }
     if (r >= r_max || found.size() == photons_.size()) return r_max;

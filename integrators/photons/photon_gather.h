@@ -187,8 +187,8 @@ class PhotonMap {
 
  private:
   // Those of the photons that count at the point and that no wall hides from it, in their order.
-  std::span<const Neighbour> counting(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
-                                      const NearWalls& walls) const;
+  std::span<Neighbour> counting(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
+                                const NearWalls& walls) const;
   // In a buffer of this thread's.
   const Neighbours& within(const vec3& position, float radius) const;
   const Neighbours& nearest(const vec3& position, int k) const;

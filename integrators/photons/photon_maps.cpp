@@ -37,21 +37,24 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   pass.emission = PhotonEmission::power;
   PhotonMap map;
   build(context, map, trace_photons(context, *receivers_, pass), Edges::disc);
-  const float diagonal = glm::length(context.scene.bounds().diagonal());
+  const float wanted = 0.007f * glm::length(context.scene.bounds().diagonal());
+  if (!(wanted > 0)) return fewest_photons;
+  const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
+  const double most = std::clamp<double>(32 * pixels, fewest_photons, 10 * fewest_photons);
+  const auto photons_for = [&](float radius) { return pilots * k / near * square(radius / wanted); };
+  const float widest = 1.01f * wanted * static_cast<float>(std::sqrt(most / photons_for(wanted)));  // from here on it is `most`
   std::vector<float> radii(lines * lines);
   parallel_for(radii.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
     const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, receivers_.get());
     if (seen)
-      radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), diagonal);
+      radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), widest);
   });
   std::erase(radii, 0.0f);
-  if (radii.empty() || !(diagonal > 0)) return fewest_photons;
+  if (radii.empty()) return fewest_photons;
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
-  const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
-  const double most = std::clamp<double>(32 * pixels, fewest_photons, 10 * fewest_photons);
-  return static_cast<int>(std::clamp(pilots * k / near * square(*middle / (0.007f * diagonal)), double{fewest_photons}, most));
+  return static_cast<int>(std::clamp(photons_for(*middle), double{fewest_photons}, most));
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {
