@@ -50,7 +50,7 @@ const std::vector<const ExperimentKind*>& experiment_kinds();
 // One that comes from elsewhere, looked for before the others.
 void add_experiment_kind(const ExperimentKind& kind);
 
-// Of a file's keys.
+// The kind that a file's keys ask for.
 const ExperimentKind& kind_of(const ConfigNode& root);
 
 }  // namespace etendue

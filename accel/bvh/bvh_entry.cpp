@@ -37,7 +37,7 @@ TreeTask watched_task(const ConfiguredBuilder& builder, const Scene& scene, Memo
   return task;
 }
 
-// Of trees in the binary layout.
+// The task of building a tree for the binary layout.
 TreeTask binary_task(const ConfiguredBuilder& builder, const Geometry* geometry) {
   TreeTask task{.geometry = geometry};
   if (builder.leaf_size > 0) task.leaf_size = builder.leaf_size;

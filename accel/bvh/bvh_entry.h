@@ -30,7 +30,7 @@ void describe(Visitor& v, BvhParams<BuilderParams>& params) {
             "of optimisation, at most: subtrees put where they cost least");
 }
 
-// Of a builder's parameters (lbvh.h).
+// Holds for the parameters of a builder whose trees over triangles go straight to packs (lbvh.h).
 template <class BuilderParams>
 concept SortsToPacks = BuilderParams::sorts_to_packs;
 

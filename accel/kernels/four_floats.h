@@ -46,7 +46,7 @@ class PointBounds {
   FourFloats lower_ = FourFloats{} + infinity, upper_ = FourFloats{} - infinity;
 };
 
-// Of x, y and z; the fourth lanes must be zero.
+// The product over x, y and z; the fourth lanes must be zero.
 inline float dot(FourFloats a, FourFloats b) {
   const FourFloats products = a * b, pairs = products + __builtin_shufflevector(products, products, 1, 0, 3, 2);
   return pairs[0] + pairs[2];

@@ -160,7 +160,7 @@ template <int width, int widest>
 requires(width <= widest) struct Row<width, widest> : Native<width> {
 };
 
-// Of the three edge functions of each triangle: those with a zero, and (elsewhere) those that are of one sign.
+// Bits of the triangles of which an edge function is zero, and (elsewhere) of those whose edge functions have one sign.
 struct Sides {
   unsigned on_edge, same;
 };
@@ -229,7 +229,7 @@ struct Simd {
     return top;
   }
 
-  // Of `count` rays, those that meet a child, in their order; answers how many. May write 16 values beyond.
+  // Lists those of `count` rays that meet a child, in their order, and answers how many. May write 16 values beyond.
   static std::uint32_t collect(const std::uint32_t* met, const std::uint32_t* ids, std::uint32_t count, int child,
                                std::uint32_t* to) {
     std::uint32_t size = 0;

@@ -11,7 +11,7 @@
 
 namespace etendue {
 
-// Of those that are finite.
+// These leave out points that are not finite.
 Bounds finite_bounds(std::span<const vec3> points);
 std::vector<PlacedPoint> finite_placed_points(std::span<const vec3> points);
 

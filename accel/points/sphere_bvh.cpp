@@ -35,7 +35,7 @@ void box_distances(const float (&lower)[3][8], const float (&upper)[3][8], const
   }
 }
 
-// Of p to the boxes' centres, four times their squares.
+// Four times the squared distances of p to the boxes' centres.
 void centre_distances(const float (&lower)[3][8], const float (&upper)[3][8], const vec3& p, float (&out)[8]) {
   for (int half = 0; half < 8; half += 4) {
     const auto offset = [&](int axis) {

@@ -28,7 +28,7 @@ class BallCells {
   static constexpr int levels = 20;
   static constexpr std::uint32_t width = 8;
 
-  // Of a list; unused places cover nothing.
+  // A piece of a list; its unused places cover nothing.
   struct Chunk {
     float centre[3][width], radius_squared[width], radius[width];
     std::uint32_t id[width];

@@ -7,7 +7,7 @@ namespace etendue {
 
 namespace {
 
-// Of one geometry, whatever it holds: nodes and leaves are not divisible.
+// Any geometry needs this much, whatever it holds, since nodes and leaves are not divisible.
 constexpr double least = 4096;
 
 // Bytes of what is built from, or into (binary_tree.h, layout_binary.h, leaf.h, wide_tree.h, shared_pack.h, triangle_pack.h).
@@ -46,7 +46,7 @@ WideShape shape_of(const std::string& layout, const Geometry& geometry) {
 
 double plan_bytes(const std::string& layout) { return 16 + (layout == "wide4" ? 4 : layout == "wide8" ? 8 : 16); }  // per node
 
-// Of build_lbvh_packs and the collapse of its tree.
+// What build_lbvh_packs and the collapse of its tree need.
 MemoryNeed to_packs_need(const Geometry& geometry, const std::string& layout) {
   const WideShape wide = shape_of(layout, geometry);
   const double count = primitives_of(geometry), packs = count / wide.triangles, inner = packs / (wide.children - 1);

@@ -51,7 +51,7 @@ bool test_quadric(const void* user, unsigned primitive, const RTCRay& r, float& 
   return intersect_quadric(ray, object.geometry->quadric(object.quadrics[primitive]), r.tfar, t, uv);
 }
 
-// Of one ray, or of the packet that Embree makes of a stream.
+// Embree calls this for one ray, or for the packet that it makes of a stream.
 void quadric_intersect_callback(const RTCIntersectFunctionNArguments* args) {
   RTCRayN* const rays = RTCRayHitN_RayN(args->rayhit, args->N);
   RTCHitN* const hits = RTCRayHitN_HitN(args->rayhit, args->N);

@@ -38,7 +38,7 @@ std::vector<StructureChoice> choose(const std::string& names) {
   return choices;
 }
 
-// Of all objects, each once: what no structure may hold.
+// The primitives that no structure may hold, over all objects, each once.
 std::uint64_t left_out(const Scene& scene) {
   std::uint64_t count = 0;
   for (const Object& object : scene.objects)

@@ -98,9 +98,7 @@ std::vector<Region> make_regions(const std::vector<RegionChoice>& choices, const
 
 bool Region::holds(ivec2 pixel, ivec2 resolution) const {
   return pixel.x >= 0 && pixel.x < resolution.x && pixel.y >= 0 && pixel.y < resolution.y &&
-         std::binary_search(
-             pixels.begin(), pixels.end(),
-             static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(resolution.x) + static_cast<std::size_t>(pixel.x));
+         std::binary_search(pixels.begin(), pixels.end(), pixel_index(pixel, resolution));
 }
 
 Image crop(const Image& image, const Region& region) {

@@ -31,7 +31,7 @@ struct RegionChoice {
 // Throw Error. `scenes` are the experiment's, by name.
 std::vector<RegionChoice> read_regions(const ConfigNode& node, const std::vector<std::string>& scenes);
 
-// Of a film's pixels, row by row from the top, those in a region.
+// Those of a film's pixels that lie in a region, counted row by row from the top.
 struct Region {
   std::string name;
   std::vector<std::size_t> pixels;  // ascending

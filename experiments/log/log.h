@@ -101,7 +101,7 @@ struct CellRecord {
   std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept
   FileStamp image_stamp = {}, strip_stamp = {};
   std::optional<std::uint64_t> checkpoints = {};  // that stand before it
-  // Of the first ten non-finite samples, for replay: column, row, iteration.
+  // Column, row and iteration of the first ten non-finite samples, for replay.
   std::vector<std::array<std::uint32_t, 3>> non_finite_at = {};
 };
 
@@ -120,7 +120,7 @@ struct StructureRecord {
   ByRayKind<Measured> mrays_per_s, batched_mrays_per_s;
   // Speed ray by ray over that of Embree, repetition by repetition: in its default mode, and with its watertight test.
   ByRayKind<Measured> to_embree, to_robust_embree;
-  // Of batches over Embree's streams, told that rays are coherent or not, whichever is faster with rays of the kind.
+  // The speed of batches over that of Embree's streams, told that rays are coherent or not, whichever is faster.
   ByRayKind<Measured> batched_to_embree;
 
   const Measured& speed(RayKind kind) const { return mrays_per_s[index_of(kind)]; }

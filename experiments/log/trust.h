@@ -12,7 +12,7 @@ namespace etendue {
 // What is wrong with the files that a cell of the log in `directory` names; "" where nothing is.
 std::string damage(const CellRecord& cell, const std::string& directory);
 std::string damage(KindRecord& record, const std::string& directory);
-// Of its image; "" as well where none was kept.
+// What is wrong with its image; "" as well where none was kept.
 std::string damage(const ReferenceRecord& reference, const std::string& directory);
 
 // Marks as failed each cell whose files, reference or scene are not what the log says, each with its reason, and returns what

@@ -16,7 +16,7 @@ struct KindReport {
   std::vector<Table> tables = {};
   std::vector<Figure> figures = {};                                // that are kept as files
   std::vector<std::pair<std::string, std::string>> findings = {};  // what of, and a sentence
-  // Of the page: HTML, its heading, and the name that links to it.
+  // The page's section: the name that links to it, its heading, and its HTML.
   std::string id = {}, heading = {}, section = {};
   bool finds_in_section = false;  // the section says all that was found
 };

@@ -35,7 +35,7 @@ std::string resolved_integrator(const Method& integrator);
 std::string resolved_accel(const Method& accel);
 
 std::map<std::string, std::string> recipe_attributes(const Recipe& recipe, ManifestRecord manifest);
-// Of the image at `path`. Throws Error where it has none, or where a method or a parameter is not known.
+// The recipe of the image at `path`. Throws Error where it has none, or where a method or a parameter is not known.
 Recipe read_recipe(const std::map<std::string, std::string>& attributes, const std::string& path);
 
 }  // namespace etendue

@@ -32,7 +32,7 @@ class RecordWork {
   virtual std::unique_ptr<KindRecord> begin(const Cell&) = 0;
   // May throw: the cell has failed then.
   virtual void fill(const Cell&, KindRecord&, RunDirectory&, const Progress&) = 0;
-  // Of structures, in what this run filled in.
+  // How often structures disagreed, in what this run filled in.
   virtual std::uint64_t disagreements() const { return 0; }
 };
 

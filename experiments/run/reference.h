@@ -54,7 +54,7 @@ struct EstimatorPair {
 };
 EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ivec2 resolution);
 
-// Of the image's mean: how far a check that is biased may lie off.
+// How far a check that is biased may lie off, relative to the image's mean.
 inline constexpr double biased_check_indifference = 5e-3;
 
 // Renders both in independent batches and compares them; what is unbiased is weighed by its variance. A reference too small to

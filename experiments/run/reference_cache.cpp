@@ -42,7 +42,7 @@ std::optional<int> multiple(ivec2 large, ivec2 small) {
   return large.x / small.x;
 }
 
-// Of the pixels, as a file holds them, and of all that is said of them.
+// A hash of the pixels, as a file holds them, and of all that is said of them.
 std::string content_hash(const Image& image, std::map<std::string, std::string> attributes) {
   std::string bytes;
   for (const char* key : {"etendue_reference", "mse_floor", "samples", "source", "checks"}) bytes += attributes[key] + '\n';

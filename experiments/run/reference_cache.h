@@ -25,7 +25,7 @@ struct RenderedReference {
 };
 
 std::map<std::string, std::string> reference_attributes(const RenderedReference& reference);
-// Of any EXR: what the attributes do not say keeps its default. Throws Error where it cannot be read.
+// Reads any EXR; what the attributes do not say keeps its default. Throws Error where it cannot be read.
 RenderedReference read_reference(const std::string& path);
 
 // Averages k x k pixels; nullopt unless both sides are the same whole multiple k >= 1.

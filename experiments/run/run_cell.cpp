@@ -141,7 +141,7 @@ class CellRunner {
     result_.checkpoints.push_back(std::move(record));
   }
 
-  // Of a cache, how many records lie in each region: those on its border belong to what lies beside it too.
+  // Counts how many of a cache's records lie in each region; those on its border belong to what lies beside it too.
   void count_records(const Integrator& integrator, CheckpointRecord& record) const {
     const auto shapes = integrator.record_shapes();
     if (!shapes) return;

@@ -71,7 +71,8 @@ struct BootstrapOptions {
 std::optional<Interval> bootstrap_interval(std::size_t count,
                                            const std::function<double(std::span<const std::size_t>)>& statistic,
                                            const BootstrapOptions& options = {});
-// Of several statistics of the same resamples; `statistics` fills its second argument, which has `figures` of them.
+// The intervals of several statistics of the same resamples; `statistics` fills its second argument, which has `figures` of
+// them.
 std::vector<std::optional<Interval>> bootstrap_intervals(
     std::size_t count, std::size_t figures,
     const std::function<void(std::span<const std::size_t>, std::span<double>)>& statistics,

@@ -44,7 +44,7 @@ struct HugePageAllocator {
   friend bool operator==(const HugePageAllocator&, const HugePageAllocator&) { return true; }
 };
 
-// Of values that are constructed or assigned in place after a resize, by the threads that know them.
+// For values that the threads which know them construct or assign in place after a resize.
 template <class T>
 struct UnconstructedOnHugePages : HugePageAllocator<T> {
   using value_type = T;

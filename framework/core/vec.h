@@ -39,6 +39,9 @@ inline float component(const vec3& v, int axis) {
   static_assert(sizeof(vec3) == 3 * sizeof(float));
   return (&v.x)[axis];
 }
+// The place of a pixel in an image of `size`, row by row: what its random numbers and its state go by.
+constexpr std::size_t pixel_index(ivec2 pixel, ivec2 size) { return static_cast<std::size_t>(pixel.y) * size.x + pixel.x; }
+
 inline float max_component(const vec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
 inline float mean_component(const vec3& v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
 inline bool is_black(const Rgb& c) { return c.x == 0 && c.y == 0 && c.z == 0; }

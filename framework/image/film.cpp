@@ -6,7 +6,7 @@
 namespace etendue {
 
 void Film::add(ivec2 pixel, const Rgb& value, std::uint32_t iteration) {
-  const std::size_t i = static_cast<std::size_t>(pixel.y) * sum_.size.x + pixel.x;
+  const std::size_t i = pixel_index(pixel, sum_.size);
   if (is_finite(value)) [[likely]]
     sum_.pixels[i] += dvec3(value);
   else
@@ -15,7 +15,7 @@ void Film::add(ivec2 pixel, const Rgb& value, std::uint32_t iteration) {
 }
 
 void Film::set(ivec2 pixel, const dvec3& value) {
-  const std::size_t i = static_cast<std::size_t>(pixel.y) * sum_.size.x + pixel.x;
+  const std::size_t i = pixel_index(pixel, sum_.size);
   sum_.pixels[i] = value;
   weight_[i] = 1;
 }

@@ -44,7 +44,7 @@ class SceneFiles {
   RgbImage image(const std::string& name, const std::string& named_in, const Location& where,
                  Encoding encoding = Encoding::srgb);
 
-  // Of files outside the scene's folder: the first ten by name, and how many more there are.
+  // Names the first ten files outside the scene's folder, and says how many more there are.
   std::vector<std::string> warnings() const;
 
  private:

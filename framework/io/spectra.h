@@ -17,10 +17,10 @@ struct SampledSpectrum {
   double at(double wavelength) const;
 };
 
-// Of a reflectance or an index: the mean over the colour-matching functions under D65, so that a constant stays itself.
+// A reflectance or an index becomes its mean over the colour-matching functions under D65, so that a constant stays itself.
 Rgb surface_rgb(const SampledSpectrum& spectrum);
 
-// Of a light: scaled to luminance 1, as pbrt-v4 scales its lights.
+// A light is scaled to luminance 1, as pbrt-v4 scales its lights.
 Rgb light_rgb(const SampledSpectrum& spectrum);
 
 // Planck's law at a temperature in kelvin, scaled to luminance 1, or (as pbrt-v3 has it) to a largest spectral value of 1.

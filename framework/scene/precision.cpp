@@ -12,7 +12,7 @@ namespace {
 constexpr float fewest_ulps = 4096;             // of an instance: a clearance of 4 is a thousandth of it
 constexpr float fewest_ulps_of_primitive = 16;  // a clearance of 4 leaves half of it
 
-// Of what lies in bounds: metres that it spans, and from one float to the next at its largest coordinate.
+// What lies in bounds spans `extent` metres; `ulp` is from one float to the next at its largest coordinate.
 struct Coarseness {
   float extent = 0, distance = 0, ulp = 0;
 

@@ -139,7 +139,7 @@ struct LightSampler::ImageDistribution {
   float pdf(const EnvironmentLight& light, const vec2& uv) const {
     const ivec2 t = texel_at(light, uv);
     const float sine = std::sin(pi * uv.y);
-    return sine > 0 ? density[static_cast<std::size_t>(t.y) * size.x + t.x] / (2 * pi * pi * sine) : 0;
+    return sine > 0 ? density[pixel_index(t, size)] / (2 * pi * pi * sine) : 0;
   }
 };
 

@@ -23,7 +23,7 @@ bool is_delta(const Light& light) {
 
 // The first surface with a lobe to merge at that a camera ray meets, through delta lobes.
 std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
-  const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+  const auto key = pixel_index(pixel, context.resolution);
   Sampler sampler(SamplerKind::independent, context.seed, Stream::prefill, key, 0);
   Ray ray = sample_camera_ray(context, pixel, sampler);
   for (int depth = 0; depth < 16; ++depth) {
@@ -114,7 +114,7 @@ void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
     paths.finish();
     value = radiance.begin();
     for_pixels(tile, [&](ivec2 pixel) {
-      const dvec3& splat = splats_[static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x];
+      const dvec3& splat = splats_[pixel_index(pixel, context.resolution)];
       film.add(pixel, *value++ + Rgb(splat), index);
     });
   });

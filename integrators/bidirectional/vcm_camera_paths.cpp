@@ -5,7 +5,7 @@
 namespace etendue {
 
 void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
-  const auto key = static_cast<std::uint64_t>(pixel.y) * context_.resolution.x + pixel.x;
+  const auto key = pixel_index(pixel, context_.resolution);
   Sampler sampler(settings_.sampler, context_.seed, Stream::camera, key, index);
   SubPath path{.ray = sample_camera_ray(context_, pixel, sampler)};
   path.mis = MisPartials::at_camera(static_cast<float>(settings_.paths),

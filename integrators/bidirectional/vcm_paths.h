@@ -4,6 +4,7 @@
 #include "framework/core/sampler.h"
 #include "framework/transport/bsdf.h"
 #include "framework/transport/ray_tools.h"
+#include "framework/transport/roulette.h"
 #include "integrators/bidirectional/vcm_correlation.h"
 #include "integrators/bidirectional/vcm_mis.h"
 
@@ -61,10 +62,7 @@ inline bool scatter(SubPath& path, const VcmSettings& settings, const SurfacePoi
   path.pdf_bsdf = next.pdf_solid_angle;
   path.ray = spawn_ray(point, next.wi);
   if (depth + 1 < settings.roulette_depth) return true;
-  const float survival = std::min(0.95f, max_component(path.throughput) * path.roulette);
-  if (!(sampler.get_1d() < survival)) return false;
-  path.throughput /= survival;
-  return true;
+  return survives_roulette(path.throughput, survival_of(path.throughput, path.roulette), sampler);
 }
 
 }  // namespace etendue

@@ -4,6 +4,7 @@
 #include "framework/core/error.h"
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
+#include "framework/transport/roulette.h"
 #include "integrators/caches/cache_fill.h"
 #include "integrators/caches/closed_form_irradiance.h"
 #include "integrators/caches/end_in_cache.h"
@@ -112,9 +113,8 @@ void IrradianceCache::prepare(RenderContext& context) {
   settings.overture = params_.overture;
   const ivec2 size = context.resolution;
   std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
-  parallel_pixels(size, [&](ivec2 pixel) {
-    seen[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] = find_cache_point(context, pixel, cached_below_, sampler_);
-  });
+  parallel_pixels(
+      size, [&](ivec2 pixel) { seen[pixel_index(pixel, size)] = find_cache_point(context, pixel, cached_below_, sampler_); });
   if (params_.fill == "records") kept_ = kept_below_limit(context, settings, seen, paths_to(max_depth_), params_.cache_direct);
   cached_ = CachedLight(size, context.states_error);
   wanted_.assign(seen.size(), {});
@@ -213,7 +213,7 @@ void IrradianceCache::iteration(RenderContext& context, std::uint32_t index, Fil
   const float next_accuracy = params_.records > 0 ? infinity : progress_.accuracy_after(stage);
   cached_.begin(index, params_.records > 0 ? 1 : progress_.weight_at(stage));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
-    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+    const auto key = pixel_index(pixel, context.resolution);
     const SampleShares::Range samples = shares_.range(key);
     CameraSample mean;
     for (std::uint32_t i = samples.begin; i < samples.begin + samples.count; ++i) {
@@ -313,11 +313,7 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
     if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
     pdf_bsdf = cached ? 0 : scattered.pdf_solid_angle;
     ray = spawn_ray(point, scattered.wi);
-    if (depth + 1 >= roulette_depth) {
-      const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
-      if (!(sampler.get_1d() < survival)) return out;
-      throughput /= survival;
-    }
+    if (depth + 1 >= roulette_depth && !survives_roulette(throughput, survival_of(throughput, eta_scale), sampler)) return out;
   }
 }
 

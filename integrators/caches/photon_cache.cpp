@@ -53,7 +53,7 @@ class PhotonCache final : public Integrator, public FileCache {
   Identity identity() const override;
   void write(ByteWriter& body) const override;
   void read(const RenderContext& context, ByteReader& body) override;
-  // Of the refinement; of random numbers and photons, of which none are drawn again after loading.
+  // The stage of the refinement, and the round of random numbers and photons, of which none is drawn again after loading.
   std::uint32_t stage_of(std::uint32_t index) const { return standing_.first_round() + index; }
   std::uint32_t round_of(std::uint32_t index) const { return params_.refine ? stage_of(index) : index; }
   std::uint32_t map_at(std::uint32_t round) const;
@@ -92,8 +92,7 @@ void PhotonCache::prepare(RenderContext& context) {
   std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
   parallel_pixels(size, [&](ivec2 pixel) {
     // Indirect light takes two scattering events at least.
-    seen[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] =
-        find_cache_point(context, pixel, max_depth_ - 1, sampler_, &maps_.receivers());
+    seen[pixel_index(pixel, size)] = find_cache_point(context, pixel, max_depth_ - 1, sampler_, &maps_.receivers());
   });
   wanted_.assign(seen.size(), {});
   cached_ = CachedLight(size, context.states_error);
@@ -156,7 +155,7 @@ IrradianceEstimate PhotonCache::density(const RenderContext& context, const Cach
   const PhotonMap::Estimate found = maps_.global().measure(context, at);
   IrradianceEstimate estimate;
   estimate.irradiance = found.radiance;
-  // Of a map that stays; one that is new in every iteration shows its noise in their scatter.
+  // A map that stays has noise of its own; one that is new in every iteration shows it in their scatter.
   if (found.radius > 0 && !params_.retrace) {
     const float photons = pi * square(found.radius) / std::max(found.grain, 1e-30f);
     estimate.shared_variance = square(luminance(estimate.irradiance)) * kernel_noise / photons;
@@ -205,7 +204,7 @@ void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& f
   const float next_accuracy = progress_.accuracy_after(stage);
   cached_.begin(index, progress_.weight_at(stage));
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
-    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+    const auto key = pixel_index(pixel, context.resolution);
     const SampleShares::Range samples = shares_.range(key);
     Rgb sampled(0), cached(0);
     float cached_error = 0;
@@ -233,7 +232,7 @@ void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, fl
     const int remaining = max_depth_ - depth - 1;
     const Rgb caustics = maps_.caustics(context, point, bsdf, wo, remaining);
     Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light) + caustics;
-    // Of photons that stay; of those that are new in every iteration the samples' scatter tells.
+    // Photons that stay have noise of their own; of those that are new in every iteration the samples' scatter tells.
     const auto state_error_of = [&](const Rgb& by_photons) {
       if (context.states_error && !params_.retrace && params_.k > 0)
         sample.cached_error += luminance(throughput * by_photons) * std::sqrt(kernel_noise / static_cast<float>(params_.k));

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t rough_salt = 0x726f7567;  // its random numbers are not those of irradiance at the same pixel
 
-// Of a rough lobe over an opaque surface; 0: none.
+// The least roughness of a rough lobe over an opaque surface; 0: none.
 float least_alpha(const Material& material) {
   if (const auto* m = std::get_if<Conductor>(&material)) return std::min(m->alpha.x, m->alpha.y);
   if (const auto* m = std::get_if<Plastic>(&material)) return m->alpha;
@@ -58,7 +58,7 @@ void RoughCache::prepare(const RenderContext& context, int deepest, bool one_lev
   const ivec2 size = context.resolution;
   std::vector<CachePoint> pixels(static_cast<std::size_t>(size.x) * size.y);
   parallel_pixels(size, [&](ivec2 pixel) {
-    pixels[static_cast<std::size_t>(pixel.y) * size.x + pixel.x] =
+    pixels[pixel_index(pixel, size)] =
         follow_pixel(context, pixel, deepest, settings_.sampler, [this](const SurfacePoint& point, const Bsdf& bsdf) {
           return answers(point.material) ? Follow::arrives : bsdf.is_diffuse() ? Follow::ends : Follow::goes_on;
         });

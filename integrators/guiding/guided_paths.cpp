@@ -1,4 +1,5 @@
 #include "integrators/guiding/guided_paths.h"
+#include "framework/transport/roulette.h"
 
 #include "integrators/paths/emission.h"
 #include "integrators/paths/wavefront.h"
@@ -134,7 +135,7 @@ void add_direct_light(const RenderContext& context, const Walk& walk, const Surf
 // Survival probability: the light that the cache expects the path to find from here, over the light it was expected to find at
 // its first diffuse surface; where the cache knows nothing, the throughput of BSDF sampling.
 float survival(Walk& walk, float expected) {
-  if (!(walk.promise > 0)) return std::min(0.95f, max_component(walk.unguided) * walk.eta_scale);
+  if (!(walk.promise > 0)) return survival_of(walk.unguided, walk.eta_scale);
   return expected < 0 ? 1 : std::clamp(roulette_slack * expected / walk.promise, least_survival, 1.0f);
 }
 
@@ -172,8 +173,7 @@ bool scatter(const RenderContext& context, Walk& walk, Ray& ray, const SurfacePo
   ray = spawn_ray(point, sample.wi);
   if (depth + 1 < settings.roulette_depth) return true;
   const float survives = survival(walk, expected);
-  if (!(walk.path->sampler.get_1d() < survives)) return false;
-  walk.throughput /= survives;
+  if (!survives_roulette(walk.throughput, survives, walk.path->sampler)) return false;
   walk.unguided /= survives;
   return true;
 }

@@ -38,7 +38,7 @@ std::size_t ImageBlocks::square_of(std::size_t pixel) const {
 
 void ImageBlocks::add(ivec2 pixel, const Rgb& value) {
   if (!is_finite(value)) return;
-  const std::size_t i = static_cast<std::size_t>(pixel.y) * size_.x + pixel.x;
+  const std::size_t i = pixel_index(pixel, size_);
   blocks_.back().sum.pixels[i] += dvec3(value);
   const double y = luminance(dvec3(value));
   second_moment_[i] += y * y;

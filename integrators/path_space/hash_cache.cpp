@@ -2,6 +2,7 @@
 
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
+#include "framework/transport/roulette.h"
 #include "integrators/caches/file_cache.h"
 #include "integrators/caches/records/cache_progress.h"
 #include "integrators/path_space/path_space_grid.h"
@@ -221,10 +222,7 @@ bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const H
   walk.pdf_bsdf = scattered.pdf_solid_angle;
   ray = spawn_ray(point, scattered.wi);
   if (depth + 1 < params_.roulette_depth) return true;
-  const float survival = std::min(0.95f, worth);
-  if (!(pixel.sampler.get_1d() < survival)) return false;
-  walk.throughput /= survival;
-  return true;
+  return survives_roulette(walk.throughput, std::min(0.95f, worth), pixel.sampler);
 }
 
 // Computes the value of each event.

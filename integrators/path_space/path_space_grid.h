@@ -73,7 +73,7 @@ class PathSpaceGrid {
   std::optional<Rgb> mean(const vec3& position, const vec3& normal, int depth) const;
   // The same without steps; empty where nothing was seen. `u`: uniform.
   std::optional<Rgb> smooth_mean(const vec3& position, const vec3& normal, int depth, const vec2& u) const;
-  // Of what smooth_mean answers, weighted by channel; 0 where nothing answers. The noise is that of its mean over u.
+  // The error of what smooth_mean answers, weighted by channel; 0 where nothing answers. The noise is that of its mean over u.
   CachedError error(const vec3& position, const vec3& normal, int depth, const vec2& u, const Rgb& weight) const;
 
   // The cells that answer now somewhere, as cubes.
@@ -126,7 +126,7 @@ class PathSpaceGrid {
     Key key(int level) const { return {cell_of(position, level), tag}; }
   };
 
-  // Of smooth_mean: where which cells answer (level -1: none); the point's own place, and how far it was moved, in edges.
+  // Tells smooth_mean which cells answer where (level -1: none), the point's own place, and how far it was moved, in edges.
   struct Lookup {
     Place place;
     int level;

@@ -1,4 +1,5 @@
 #include "integrators/paths/path.h"
+#include "framework/transport/roulette.h"
 
 #include "integrators/paths/emission.h"
 #include "integrators/paths/wavefront.h"
@@ -16,7 +17,7 @@ Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sample
 }
 
 PathSample camera_path(const RenderContext& context, ivec2 pixel, SamplerKind kind, std::uint32_t index) {
-  const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+  const auto key = pixel_index(pixel, context.resolution);
   Sampler sampler(kind, context.seed, Stream::camera, key, index);
   const Ray ray = sample_camera_ray(context, pixel, sampler);
   return {ray, sampler};
@@ -62,10 +63,7 @@ bool scatter(Walk& walk, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, 
   walk.pdf_bsdf = scattered.pdf_solid_angle;
   ray = spawn_ray(point, scattered.wi);
   if (depth + 1 < roulette_depth) return true;
-  const float survival = std::min(0.95f, max_component(walk.throughput) * walk.eta_scale);
-  if (!(sampler.get_1d() < survival)) return false;
-  walk.throughput /= survival;
-  return true;
+  return survives_roulette(walk.throughput, survival_of(walk.throughput, walk.eta_scale), sampler);
 }
 
 }  // namespace

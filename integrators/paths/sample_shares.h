@@ -31,7 +31,7 @@ class SampleShares {
   static constexpr std::uint32_t most = 32;              // samples of a pixel in an iteration
   static constexpr std::uint32_t most_first = 1u << 20;  // which leaves a span's numbers for as many iterations
 
-  // Of the iteration under way: the numbers of a pixel's samples, [begin, begin + count).
+  // The numbers of a pixel's samples in the iteration under way are [begin, begin + count).
   struct Range {
     std::uint32_t begin, count;
   };

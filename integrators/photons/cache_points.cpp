@@ -18,7 +18,7 @@ CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, 
 
 CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind,
                         const std::function<Follow(const SurfacePoint&, const Bsdf&)>& judge) {
-  const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+  const auto key = pixel_index(pixel, context.resolution);
   Sampler sampler(kind, context.seed, Stream::prefill, key, 0);
   const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
   Ray ray = context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, lens);

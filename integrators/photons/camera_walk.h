@@ -7,6 +7,7 @@
 #pragma once
 
 #include "framework/transport/ray_tools.h"
+#include "framework/transport/roulette.h"
 #include "integrators/paths/emission.h"
 #include "integrators/photons/photons.h"
 
@@ -73,12 +74,7 @@ struct CameraWalk {
     throughput *= last.weight;
     if (last.transmitted) eta_scale *= last.eta * last.eta;
     ray = spawn_ray(point, last.wi);
-    if (depth + 1 >= roulette_depth) {
-      const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
-      if (!(path.get_1d() < survival)) return false;
-      throughput /= survival;
-    }
-    return true;
+    return depth + 1 < roulette_depth || survives_roulette(throughput, survival_of(throughput, eta_scale), path);
   }
 };
 

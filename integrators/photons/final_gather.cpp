@@ -2,6 +2,7 @@
 
 #include "framework/transport/direct_light.h"
 #include "framework/transport/ray_tools.h"
+#include "framework/transport/roulette.h"
 #include "integrators/photons/incident_directions.h"
 
 namespace etendue {
@@ -85,9 +86,7 @@ Rgb FinalGather::along(Ray ray, Hit hit, int depth, Sampler& numbers, float* gra
     throughput *= scattered.weight;
     if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
     ray = spawn_ray(point, scattered.wi);
-    const float survival = std::min(0.95f, max_component(throughput) * eta_scale);
-    if (!(numbers.get_1d() < survival)) break;
-    throughput /= survival;
+    if (!survives_roulette(throughput, survival_of(throughput, eta_scale), numbers)) break;
     hit = trace(context, ray);
   }
   return radiance;

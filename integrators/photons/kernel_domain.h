@@ -43,7 +43,7 @@ class VisibleDomain {
 
   // For offsets within the disc.
   bool contains(const vec3& offset) const;
-  // Of the kernel's integral, in (0, 1].
+  // The share of the kernel's integral that is covered, in (0, 1].
   float share(Kernel kernel) const;
 
  private:
@@ -59,12 +59,12 @@ class VisibleDomain {
 
 class PhotonHull {
  public:
-  // Of points in the tangent plane, about the origin.
+  // The hull of points in the tangent plane, about the origin.
   explicit PhotonHull(std::span<const vec2> points);
 
   // Ids of the points that are corners; all others are inside.
   std::span<const std::uint32_t> corners() const { return corners_; }
-  // Of the integral of a kernel about the origin that reaches as far as all points do.
+  // The share within the hull of the integral of a kernel about the origin that reaches as far as all points do.
   float share(Kernel kernel, float radius) const;
 
  private:

@@ -51,7 +51,7 @@ void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film&
   if (params_.retrace && index > 0) trace_maps(context, index);
   const auto timed = context.phases.measure("gather");
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
-    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+    const auto key = pixel_index(pixel, context.resolution);
     CameraSample sample{key, index, Sampler(sampler_, context.seed, Stream::camera, key, index)};
     const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
     film.add(pixel, camera_radiance(context, ray, sample), index);

@@ -89,7 +89,7 @@ struct Eye {
 template <class Body>
 void for_camera_rays(const RenderContext& context, const SeenOptions& options, const Body& body) {
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
-    const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+    const auto key = pixel_index(pixel, context.resolution);
     for (int i = 0; i < options.samples; ++i) {
       Sampler sampler(options.sampler, context.seed, Stream::prefill, key, static_cast<std::uint32_t>(i));
       const Ray ray = sample_camera_ray(context, pixel, sampler);

@@ -137,7 +137,7 @@ class ProgressivePasses {
     radiance.assign(static_cast<std::size_t>(tile.end.x - tile.begin.x) * (tile.end.y - tile.begin.y), Rgb(0));
     Rgb* next = radiance.data();
     for_pixels(tile, [&](ivec2 pixel) {
-      const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
+      const auto key = pixel_index(pixel, context.resolution);
       View view{pixel,
                 next++,
                 {sampler_, context.seed, Stream::camera, key, points_.path(iteration)},
@@ -174,7 +174,7 @@ class ProgressivePasses {
   }
   // The first of the `kinds` states of a pixel's point.
   std::size_t first_state(const RenderContext& context, ivec2 pixel, std::uint32_t iteration) const {
-    return points_.slot(static_cast<std::size_t>(pixel.y) * context.resolution.x + pixel.x, iteration) * kinds();
+    return points_.slot(pixel_index(pixel, context.resolution), iteration) * kinds();
   }
   Kernel kernel() const { return kernel_; }
   // Null: photons are divided by whole discs.

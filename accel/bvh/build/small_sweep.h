@@ -15,8 +15,8 @@ struct SmallCut {
   std::uint8_t order[small_sweep_size];  // items along the axis of the cut
 };
 
-// Of 2 to small_sweep_size items. Of cuts of equal cost, that nearest the middle. Centres equal in their upper 20 bits of
-// precision count as equal and keep the order of the items.
+// The cheapest cut of 2 to small_sweep_size items; where several cost the same, the one nearest the middle. Centres equal in
+// their upper 20 bits of precision count as equal and keep the order of the items.
 SmallCut sweep_small(const BuildItem* items, std::uint32_t count);
 
 }  // namespace etendue

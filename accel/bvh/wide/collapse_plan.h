@@ -41,7 +41,7 @@ class CollapsePlan {
   }
   bool is_leaf(std::uint32_t n) const { return tree_.nodes[n].is_leaf() || shares_[n][0] == as_leaf; }
   std::uint32_t count(std::uint32_t n) const { return nodes_[n].count; }  // of its primitives
-  // Of a geometry: their ids.
+  // The ids of a leaf's primitives, where the tree is over a geometry.
   std::span<const std::uint32_t> primitives(std::uint32_t n) const {
     return std::span(tree_.primitives).subspan(nodes_[n].first, nodes_[n].count);
   }
@@ -133,7 +133,7 @@ class CollapsePlan {
       plan_inner(u->node, costs[u->sides], costs[u->sides + 1], costs[u->place]);
   }
 
-  // Of a subtree.
+  // The first primitive of a subtree.
   std::uint32_t first_primitive(std::uint32_t n) const {
     while (!tree_.nodes[n].is_leaf()) n = tree_.nodes[n].first;
     return tree_.nodes[n].first;
@@ -252,8 +252,8 @@ class CollapsePlan {
     std::memcpy(share, part, sizeof part);
   }
 
-  // Of a subtree as one leaf, in visits of a node: those of a pack, or one test each of quadrics; infinite for what no leaf
-  // should be.
+  // The cost of a subtree as one leaf, in visits of a node: that of a pack, or of one test for each quadric; infinite for what
+  // no leaf should be.
   float leaf_cost(std::uint32_t n) {
     if (each_is_a_pack_) {
       nodes_[n].one_pack = 1;
@@ -290,7 +290,7 @@ class CollapsePlan {
     }
   }
 
-  // Of primitives that are a geometry's, not packs.
+  // Null where the primitives are packs.
   const Geometry* geometry_ = nullptr;
   const uvec3* corners_ = nullptr;
 

@@ -28,7 +28,7 @@ class CornerRepeats {
   // Corners since a corner's vertex was last seen, by triangle and corner; `never` or more than can be of use where it was not.
   const std::uint8_t* operator[](std::size_t triangle) const { return &distances_[3 * triangle]; }
 
-  // Of a run of triangles that a pack may take: a bit per corner, set where a vertex is the first of its kind in the run. What
+  // A bit per corner of a run of triangles that a pack may take, set where a vertex is the first of its kind in the run. What
   // lies at `end` of the order or behind it is not looked at.
   std::uint64_t first_seen(std::size_t triangle, std::uint32_t count, std::size_t end) const {
     std::uint8_t last[reach];

@@ -27,7 +27,7 @@ struct PacketBounds {
 template <class Simd>
 PacketBounds packet_bounds(std::span<const Ray> rays, float scene_size) {
   using Four = typename Simd::template Floats<4>;
-  // Of widest spread that pays: of directions, in their length, and of origins, in the size of the scene.
+  // A packet pays up to these spreads: of directions relative to their length, of origins relative to the scene's size.
   constexpr float direction_spread = 0.125f, origin_spread = 0.03125f;
   static_assert(sizeof(Ray) == 8 * sizeof(float));
   PacketBounds bounds;

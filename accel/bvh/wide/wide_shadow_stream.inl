@@ -99,7 +99,7 @@ class WideShadowStream {
     std::vector<std::uint8_t> occluded;
     std::vector<std::uint32_t> ids;  // lists of rays
     std::vector<Job> jobs;
-    // Of the visit in hand: by ray of its list the children met, and the pairs of a leaf and a ray, by its place in the list.
+    // The visit in hand has the children met by each ray of its list, and pairs of a leaf and a ray's place in the list.
     std::vector<std::uint32_t> met;
     std::vector<WideRef> paired_leaves;
     std::vector<std::uint32_t> paired_places;

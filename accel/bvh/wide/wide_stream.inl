@@ -178,7 +178,7 @@ class WideStream {
   // Lists of rays: who they are, and where they enter the list's box.
   std::vector<std::uint32_t>& ids_;
   std::vector<float>& nears_;
-  // Of the visit in hand, by ray: the children met, and where they are entered.
+  // The visit in hand has, by ray, the children met and where they are entered.
   std::vector<std::uint32_t>& met_;
   std::vector<float>& entries_;
   std::vector<Job>& jobs_;

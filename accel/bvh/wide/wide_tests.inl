@@ -43,7 +43,7 @@ struct RayTerms {
         is_traceable((less(origin_size, Four::set(infinity)) & less(direction_size, Four::set(infinity)) & 7) == 7 &&
                      (less(Four::set(0), direction_size) & 7) != 0 && ray.t_min <= ray.t_max),
         limit(max_component(first_three(origin_size)), extent, max_component(first_three(direction_size))) {
-    // Of zeros, or of what is too small.
+    // The reciprocal of a component that is zero or too small to divide by is a large finite number.
     if ((less_equal(Four::set(infinity), larger(reciprocals, Four::set(0) - reciprocals)) & 7) != 0) [[unlikely]]
       reciprocal = slab_reciprocal(ray.direction);
   }
@@ -115,7 +115,7 @@ class NodeTest {
   }
 
  private:
-  // Of the ray: what the planes of an axis take.
+  // What the planes of an axis take from the ray.
   struct Axis {
     Boxes origin, reciprocal, padded_reciprocal;
     [[gnu::always_inline]] Boxes near(const float* planes) const { return (Boxes::load(planes) - origin) * reciprocal; }

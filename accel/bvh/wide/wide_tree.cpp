@@ -144,7 +144,7 @@ class Collapse {
     leaves.push_back(binary);
     return {is_pack ? WideRef::Kind::pack : WideRef::Kind::list, static_cast<std::uint32_t>(leaves.size() - 1)};
   }
-  // Of a leaf.
+  // The number of primitives of a leaf.
   std::size_t primitives(std::uint32_t binary) const {
     return ready_ != nullptr ? ready_->counts[tree_.nodes[binary].first] : plan_.count(binary);
   }

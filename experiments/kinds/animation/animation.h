@@ -26,7 +26,7 @@ struct AnimationChoice final : KindChoice {
   std::vector<Method> motions, policies;
 };
 
-// Of the value of the key `dynamic`. Throws Error.
+// Reads the value of the key `dynamic`. Throws Error.
 AnimationChoice read_animation(const ConfigNode& node);
 // The `accels` of such an experiment: "all" is every builder. Throws Error where one cannot build for change.
 std::vector<Method> read_builders(const ConfigNode* node);

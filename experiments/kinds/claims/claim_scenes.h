@@ -13,7 +13,7 @@ namespace etendue {
 struct ClaimScene {
   std::string name, summary;  // name without "claim:"
   std::vector<ParamInfo> params;
-  // Of its whole name and what stands behind the question mark; both throw Error on parameters that are wrong.
+  // Both take its whole name and what stands behind the question mark, and throw Error on parameters that are wrong.
   std::function<void(const std::string&, const ParamMap&)> check;
   std::function<Scene(const std::string&, const ParamMap&)> make;
 };

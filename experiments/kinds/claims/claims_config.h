@@ -44,7 +44,7 @@ struct ClaimsChoice final : KindChoice {
 const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key);
 Expected read_interval(const ConfigNode& node, const std::string& key);
 
-// Of the values of the keys `claims` and `timing` (may be null). Throws Error.
+// Reads the values of the keys `claims` and `timing` (may be null). Throws Error.
 ClaimsChoice read_claims(const ConfigNode& claims, const ConfigNode* timing);
 
 }  // namespace etendue

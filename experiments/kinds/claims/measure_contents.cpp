@@ -130,7 +130,7 @@ const Content in_images[] = {
     {"specular", "photon map, a tiny mirror ball, hence a caustic map, over none",
      [](const SceneNeeds& n) { return n.caustic_map; }, add_mirror, "photon-map"}};
 
-// Of this process: what else the machine does at the time is left out. All that is timed here runs on one thread.
+// Seconds of this process: what else the machine does at the time is left out. All that is timed here runs on one thread.
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 std::vector<const Content*> absent(std::span<const Content> contents, const SceneNeeds& needs) {
@@ -176,7 +176,7 @@ MeasureResult measure_in_rays(const MeasureTask& task) {
   return result;
 }
 
-// Of a few iterations and what prepares them, the ray structure's building left out.
+// The time of a few iterations and of what prepares them, without the building of the ray structure.
 double render_seconds(const Scene& scene, const std::string& method, const MeasureTask& task) {
   Budget budget;
   budget.samples = 2;

@@ -65,7 +65,7 @@ class DiffusePaths {
   RenderContext context_;
 };
 
-// Of an image by one of the two: the mean over pixels of the luminance and of its variance per sample, and the seconds it took.
+// What an image by one of the two has: the mean over pixels of the luminance and of its variance per sample, and its time.
 struct Noise {
   double mean = 0, variance = 0, seconds = 0;
   double mean_variance = 0;  // of `mean`

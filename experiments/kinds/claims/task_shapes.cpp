@@ -45,7 +45,7 @@ std::vector<ImageTask> TaskRenderer::cut(TaskShape shape) const {
 
 template <class Closest>
 float TaskRenderer::sample(ivec2 pixel, int index, const Closest& closest) const {
-  const auto key = static_cast<std::uint64_t>(pixel.y) * static_cast<std::uint64_t>(resolution_.x) + pixel.x;
+  const auto key = pixel_index(pixel, resolution_);
   Sampler sampler(SamplerKind::independent, seed_, Stream::camera, key, static_cast<std::uint32_t>(index));
   Ray ray = scene_.camera.ray(resolution_, vec2(pixel) + sampler.get_2d(), vec2(0.5f));
   float sum = 0;

@@ -23,10 +23,10 @@ enum class ClaimVerdict : std::uint8_t { confirmed, weaker, stronger, refuted, u
 
 std::string_view verdict_name(ClaimVerdict verdict);
 
-// Of one figure; it must be judged (CHECK).
+// The verdict on one figure, which must be judged (CHECK).
 ClaimVerdict judge(const ClaimFigure& figure);
 
-// Of all; at least one (CHECK).
+// The verdict on all of at least one (CHECK).
 ClaimVerdict combine(std::span<const ClaimVerdict> verdicts);
 
 }  // namespace etendue

@@ -67,7 +67,7 @@ class Execution {
 
   void warn(const std::string& what) { observer_.narrate("warning: " + what); }
 
-  // Of the cells that an earlier run ended, those are left out that are still what it logged: made of the same scene, measured
+  // Cells that an earlier run ended are left out where they are still what it logged: made of the same scene, measured
   // against the same reference, their files whole.
   void choose_pending() {
     const std::set<CellName> whole = directory_.believed_cells([this](const std::string& what) { warn(what); });

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double batch_s = 0.02;  // a batch of a slow structure is cut to about this
 
-// Of this thread's CPU: what else runs on the machine takes its share of caches, but not of the clock.
+// Seconds of this thread's CPU: what else runs on the machine takes its share of caches, but not of the clock.
 double cpu_now() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

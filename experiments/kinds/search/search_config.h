@@ -46,10 +46,11 @@ struct SearchSet {
   double variation = 0;
 };
 
-// Of the value of the key `points` or `balls`. Throws Error.
+// Reads the value of the key `points` or `balls`. Throws Error.
 SearchChoice read_search(const ConfigNode& node, bool balls);
 
-// Of the scenes' names; every scene's for points, then the clustered ones; for balls each scene's with every spread.
+// The sets over scenes of these names: for points every scene's, then the clustered ones; for balls each scene's with every
+// spread.
 std::vector<SearchSet> search_sets(const SearchChoice& choice, const std::vector<std::string>& scenes);
 
 }  // namespace etendue

@@ -43,7 +43,7 @@ struct Crossover {
   bool lead = false;   // it takes the lead of all with it
 };
 
-// Of memory: where it begins to take less. Crossings of brute force, and those that change the lead.
+// Crossings of brute force, and those that change the lead. Memory crosses where a structure begins to take less.
 std::vector<Crossover> crossovers(const SearchPlot& plot);
 
 // Index of the curve with the least value at x; nullopt where none is there.

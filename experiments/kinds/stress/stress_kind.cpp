@@ -125,7 +125,7 @@ class StressKind final : public ExperimentKind {
 
   std::vector<std::string> quick(const ConfigNode&) const override { return {"seeds=1", "resolution=[32, 32]"}; }
 
-  // Of a cell, `integrator` is the row.
+  // A cell's `integrator` is the row.
   std::vector<Cell> cells(const ExperimentConfig& config) const override {
     const auto& rows = choice_of<StressChoice>(config).rows;
     std::vector<Cell> cells;

@@ -20,7 +20,7 @@ enum class StressVerdict : std::uint8_t { fails_as_expected, fails_otherwise, ho
 
 std::string_view verdict_name(StressVerdict verdict);
 
-// Of the first figure, then of the remedies'. The record must be done (CHECK).
+// The verdict on the first figure, then those on the remedies'. The record must be done (CHECK).
 std::vector<StressVerdict> judge_stress(const StressRecord& record);
 
 // The rows that are done, by id.

@@ -116,7 +116,7 @@ class Comparison {
     contenders_.push_back(std::move(contender));
   }
 
-  // Of a structure among the contenders, which it joins where it is not yet.
+  // The position of a structure among the contenders, which it joins where it is not yet.
   std::size_t position_of(const StructureChoice& choice) {
     const auto same = [&](const Contender& c) { return c.record.structure == label_of(choice); };
     const auto found = std::find_if(contenders_.begin(), contenders_.end(), same);

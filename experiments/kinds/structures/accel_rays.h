@@ -17,7 +17,7 @@ using RaysByKind = ByRayKind<std::vector<Ray>>;
 // only on the scene, not on the `tracer`.
 RaysByKind record_rays(const Scene& scene, const RayQuery& tracer, int resolution);
 
-// Of `rays` at most `count`, in runs of 64 successive ones spread evenly over them.
+// At most `count` of the rays, in runs of 64 successive ones spread evenly over them.
 std::vector<Ray> spread_runs(const std::vector<Ray>& rays, std::size_t count);
 
 }  // namespace etendue

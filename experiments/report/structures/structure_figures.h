@@ -22,7 +22,7 @@ std::vector<Figure> structure_sweep_figures(const ReportData& data);
 Figure structures_over_scenes_figure(const ReportData& data);
 
 // The structure of least total cost (one build and `rays` traced rays) from a number of rays on; ascending, the first from 0.
-// Of equals the one that traces faster.
+// The structure to pick from so many rays on; where two are equal, the one that traces faster.
 struct Choice {
   const StructureRecord* record = nullptr;
   double from_rays = 0;

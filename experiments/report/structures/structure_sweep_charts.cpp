@@ -33,7 +33,7 @@ std::optional<double> number_in(const std::string& text) {
   }
 }
 
-// Of each of a scene's parameters: the name without it, the parameter, its value.
+// Offers a scene under each of its parameters: by the name without it and the parameter, at its value.
 void offer_scene(const std::string& scene, std::map<std::pair<std::string, std::string>, Sweep>& sweeps) {
   const std::size_t question = scene.find('?');
   if (question == std::string::npos) return;

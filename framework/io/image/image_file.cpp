@@ -68,7 +68,7 @@ void check_size(int width, int height, std::string_view bytes) {
   if (pixels < 1 || pixels > (std::int64_t{1} << 27) ||
       pixels > static_cast<std::int64_t>(bytes.size()) * (runs_only ? 64 : 10000))
     throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", width, height, bytes.size()));
-  // Of three words of 16 bits at most, and the texel that they become.
+  // A pixel takes three words of 16 bits at most, and the texel that they become.
   if (pixels > (1 << 22)) require_memory(static_cast<double>(pixels) * (sizeof(Rgb) + 6), {}, "the image", "fewer pixels");
 }
 

@@ -83,7 +83,7 @@ class Checker {
     throw Error(location_at(name_, original_, offset), what);
   }
 
-  // Of a file without a vertex, which may be no mesh, nothing is shown.
+  // A file without a vertex may be no mesh, so nothing of it is shown.
   std::string found(std::string_view word) const { return values_[0].empty() ? "" : ", found " + quote(word); }
 
   void check_numbers(std::string_view keyword, int least, int most, int kind) {

@@ -38,7 +38,7 @@ class SmfReader {
   }
   [[noreturn]] void fail(const std::string& what) const { throw Error(location_at(name_, text_, word_), what); }
 
-  // Of a file without a vertex, which may be no mesh, nothing is shown.
+  // A file without a vertex may be no mesh, so nothing of it is shown.
   std::string found(std::string_view word) const { return mesh_.positions.empty() ? "" : ", found " + quote(word); }
 
   void read_line() {

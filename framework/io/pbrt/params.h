@@ -45,7 +45,7 @@ class PbrtParams {
   std::vector<vec2> points2(std::string_view name) const;  // point2, vector2 or pairs of float
   std::vector<vec3> points3(std::string_view name) const;  // point3, vector3 or normal3
   std::optional<Rgb> colour(std::string_view name, ColourUse use) const;
-  // Of a parameter of type "texture".
+  // The name in a parameter of type "texture".
   std::optional<std::string> texture(std::string_view name) const;
   std::optional<std::string> named_spectrum(std::string_view name) const;
 

@@ -158,7 +158,7 @@ class PbrtReader {
                                                  TextureMap& textures);
   Rgb constant_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures);
   TextureEntry& find_texture(const PbrtParams& params, std::string_view param, const std::string& name, TextureMap& textures);
-  // Of a material: a number or colour, or a texture that is constant where only a constant will do.
+  // These read a material's numbers and colours, or a texture, which must be constant where only a constant will do.
   float number(const PbrtParams& params, std::string_view name, float otherwise, float low, float high);
   Rgb colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use);
   TexturedRgb textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, bool& textured);

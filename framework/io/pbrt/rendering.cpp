@@ -46,7 +46,8 @@ constexpr Known integrators[] = {
     {"whitted", "integer maxdepth, integer pixelbounds!", false},
 };
 
-// Of version 3: random, lowdiscrepancy and its other name, maxmindist. Some of its scenes give pixelsamples to every sampler.
+// Version 3 has random, lowdiscrepancy and its other name, and maxmindist. Some of its scenes give pixelsamples to every
+// sampler.
 constexpr Known samplers[] = {
     {"02sequence", "integer pixelsamples, integer dimensions"},
     {"halton", "integer pixelsamples, integer seed, string randomization, bool samplepixelcenter"},

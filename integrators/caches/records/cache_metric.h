@@ -69,7 +69,7 @@ Reach tabellion_reach(const IrradianceEstimate& estimate, const MetricContext& c
 Reach hessian_reach(const TangentMatrix& relative, const Frame& frame, const MetricContext& context);
 Reach occlusion_reach(const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context);
 
-// Of the translation gradient, |grad E| of the luminance.
+// The length of the translation gradient, |grad E| of the luminance.
 float steepness(const IrradianceEstimate& estimate);
 
 }  // namespace etendue

@@ -74,7 +74,7 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
     film.add(pixel, sampled + cached, iteration_);  // which counts it
     return;
   }
-  const std::size_t i = static_cast<std::size_t>(pixel.y) * film.resolution().x + pixel.x;
+  const std::size_t i = pixel_index(pixel, film.resolution());
   dvec3& sum = sums_[i];
   const double t = iteration_ + 1.0;
   if (!scatter_.empty()) {

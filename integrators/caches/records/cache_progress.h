@@ -28,7 +28,7 @@ struct CacheProgress {
   double passes_at(std::uint32_t iteration) const;  // over a record's hemisphere
   float accuracy_at(std::uint32_t iteration) const;
   float accuracy_after(std::uint32_t iteration) const;  // of the refinement that comes next
-  // Of what the cache adds in an iteration: its error falls as the square of the accuracy.
+  // The weight of what the cache adds in an iteration; its error falls as the square of the accuracy.
   double weight_at(std::uint32_t iteration) const;
   // Does this pixel ask for records? Few pixels do in each iteration, so that narrow slivers do not get many.
   bool asks(std::uint64_t pixel, std::uint32_t iteration) const;
@@ -58,9 +58,10 @@ class CachedLight {
   // To be called once per pixel and iteration, from any thread. `sampled` is the part that counts the same in every iteration;
   // `error` is that of `cached`.
   void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error = {});
-  // Of the pixels' luminance, the same in all channels. The error of the sampled part falls with the number of samples (with
-  // one sample it is unknown). The cached part comes from the same records in every iteration, or from ones that have most of
-  // their values in common, so its noise is that of a sum of correlated answers; its bias is the mean over iterations.
+  // The standard error of the pixels' luminance, the same in all channels. The error of the sampled part falls with the number
+  // of samples (with one sample it is unknown). The cached part comes from the same records in every iteration, or from ones
+  // that have most of their values in common, so its noise is that of a sum of correlated answers; its bias is the mean over
+  // iterations.
   Image standard_error() const;
 
  private:

@@ -42,8 +42,8 @@ struct IrradianceEstimate {
   Rgb irradiance{0};
   float inverse_distance = 0;  // mean over the samples, of 1 / distance
   float nearest = infinity;    // least distance
-  // Of the irradiance's luminance, from the differences of neighbouring strata: their real contrast counts as noise too, so
-  // this is an upper estimate.
+  // The variance of the irradiance's luminance, from the differences of neighbouring strata. Their real contrast counts as
+  // noise too, so this is an upper estimate.
   float variance = 0;
   // Likewise, of the noise that all estimates from one `source` have in common, which does not average out between them.
   float shared_variance = 0;
