@@ -242,6 +242,14 @@ inline Scene divided_room(Look look, const Placement& place, std::optional<float
   return scene;
 }
 
+// A room `length` times as long as it is high and `width` times as wide, turned so that no wall lies along an axis.
+inline Scene corridor(const char* name, float length, float width, const Placement& place) {
+  const glm::mat3 turn(0.36f, 0.48f, -0.8f, -0.8f, 0.6f, 0, 0.48f, 0.64f, 0.6f);
+  MeshData walls = box_walls(2);
+  for (vec3& p : walls.positions) p = turn * (p * vec3(length, 1, width));
+  return mesh_room(name, walls, place);
+}
+
 // All rooms with the light on all sides.
 inline std::vector<Room> sealed_rooms() {
   std::vector<Room> rooms = {
@@ -261,6 +269,9 @@ inline std::vector<Room> sealed_rooms() {
        [](const Placement& p) {
          return quadric_room("cylinder", Cylinder{p({0, -2, 0}), 2 * p.scale, {0, 1, 0}, 4 * p.scale, true}, p);
        }},
+      {"corridor", true, [](const Placement& p) { return corridor("corridor", 1000, 1, p); }},
+      {"long corridor", true, [](const Placement& p) { return corridor("long corridor", 1e5f, 1, p); }},
+      {"slab", true, [](const Placement& p) { return corridor("slab", 1000, 1000, p); }},
       {"rough ball", false, [](const Placement& p) { return mesh_room("rough ball", rough_ball(vec3(0), 2, 1000), p); }}};
   static constexpr const char* names[2][4] = {
       {"icosphere 20", "icosphere 80", "icosphere 320", "icosphere 1280"},

@@ -36,6 +36,7 @@ void LeafBlocks::fill(Block& block, std::span<const std::uint32_t> ids) const {
     if (!geometry_->is_triangle(id)) continue;
     const uvec3 v = geometry_->triangles[id];
     const auto& p = geometry_->positions;
+    block.needles |= static_cast<std::uint8_t>(is_needle(p[v.x], p[v.y], p[v.z]) << block.triangle_count);
     block.triangles.set(block.triangle_count++, p[v.x], p[v.y], p[v.z]);
   }
 }

@@ -36,7 +36,7 @@ class LeafBlocks {
     for (const Block& block : std::span(blocks_).subspan(run.first, run.count)) {
       count.primitives(block.size);
       TriangleBlock::Hits hits;
-      block.triangles.intersect(ray, hit.t, hits);
+      block.triangles.intersect(ray, hit.t, block, hits);
       for (auto mask = static_cast<unsigned>(hits.mask); mask != 0; mask &= mask - 1) {
         const int lane = std::countr_zero(mask);
         if (closer(hits.t[lane], block.ids[lane], hit))
@@ -59,7 +59,7 @@ class LeafBlocks {
     for (const Block& block : std::span(blocks_).subspan(run.first, run.count)) {
       count.primitives(block.size);
       TriangleBlock::Hits hits;
-      block.triangles.intersect(ray, t_max, hits);
+      block.triangles.intersect(ray, t_max, block, hits);
       if (hits.mask != 0) return true;
       if constexpr (mixed) {
         float t;
@@ -76,8 +76,10 @@ class LeafBlocks {
     TriangleBlock triangles;
     std::array<std::uint32_t, TriangleBlock::width> ids;  // triangles first
     std::uint8_t triangle_count = 0, size = 0;
+    std::uint8_t needles = 0;  // a bit per lane
 
     Block() { ids.fill(no_id); }
+    bool operator()(int mask) const { return (needles & mask) != 0; }
   };
 
   static void record(Hit& hit, float t, const vec2& uv, std::uint32_t id) {

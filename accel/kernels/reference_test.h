@@ -66,7 +66,14 @@ class ReferenceTest {
 
   // Bit i: gathered triangle i is hit. The lanes behind hold triangles of before.
   unsigned intersect_gathered(float t_max, TriangleBlock::Hits& hits) {
-    block_.intersect(ray_, t_max, hits);
+    const auto any_needle = [&](int lanes) {
+      for (auto rest = static_cast<unsigned>(lanes); rest != 0; rest &= rest - 1) {
+        const auto lane = static_cast<std::uint32_t>(std::countr_zero(rest));
+        if (is_needle(block_.vertex(lane, 0), block_.vertex(lane, 1), block_.vertex(lane, 2))) return true;
+      }
+      return false;
+    };
+    block_.intersect(ray_, t_max, any_needle, hits);
     return static_cast<unsigned>(hits.mask) & ((1u << std::exchange(gathered_, 0)) - 1);
   }
 

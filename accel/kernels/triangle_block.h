@@ -1,8 +1,8 @@
 // Four triangles side by side, tested together: the watertight test of framework/scene/intersect.h with a triangle per SIMD
 // lane.
 //
-// The operations and their order are those of intersect_triangle, so each lane gives the same bits as the scalar test. Where an
-// edge function is zero, so that the scalar test falls back to double precision, the whole block is tested by it.
+// The operations and their order are those of intersect_triangle, so each lane gives the same bits as the scalar test. Where
+// that turns to double precision, for an edge function that is zero or for a needle, the whole block is tested by it.
 #pragma once
 
 #include "framework/scene/intersect.h"
@@ -47,8 +47,10 @@ struct alignas(16) TriangleBlock {
   }
   vec3 vertex(std::uint32_t lane, int i) const { return {vertices[i][0][lane], vertices[i][1][lane], vertices[i][2][lane]}; }
 
-  // Fills `hits` in the lanes of its mask: those hit at t in (t_min, t_max].
-  void intersect(const BlockRay& ray, float t_max, Hits& hits) const;
+  // Fills `hits` in the lanes of its mask: those hit at t in (t_min, t_max]. `any_needle(mask)`: is one of these lanes a
+  // needle?
+  template <class AnyNeedle>
+  void intersect(const BlockRay& ray, float t_max, const AnyNeedle& any_needle, Hits& hits) const;
 
  private:
   void intersect_each(const BlockRay& ray, float t_max, Hits& hits) const {
@@ -66,7 +68,8 @@ struct alignas(16) TriangleBlock {
 
 #if defined(__SSE4_1__)
 
-inline void TriangleBlock::intersect(const BlockRay& ray, float t_max, Hits& hits) const {
+template <class AnyNeedle>
+void TriangleBlock::intersect(const BlockRay& ray, float t_max, const AnyNeedle& any_needle, Hits& hits) const {
   const TriangleRay& shear = ray.shear;
   const float* const origin = &ray.ray.origin.x;
   const __m128 ox = _mm_set1_ps(origin[shear.kx]), oy = _mm_set1_ps(origin[shear.ky]), oz = _mm_set1_ps(origin[shear.kz]);
@@ -88,6 +91,8 @@ inline void TriangleBlock::intersect(const BlockRay& ray, float t_max, Hits& hit
   const __m128 differs = _mm_or_ps(_mm_xor_ps(u, v), _mm_xor_ps(v, w));
   hits.mask = ~_mm_movemask_ps(differs) & 0xf;
   if (hits.mask == 0) return;
+  if (any_needle(hits.mask)) [[unlikely]]
+    return intersect_each(ray, t_max, hits);
   const __m128 det = _mm_add_ps(_mm_add_ps(u, v), w);
   const __m128 reciprocal = _mm_div_ps(_mm_set1_ps(1.0f), det);
   const __m128 depth = _mm_add_ps(_mm_add_ps(_mm_mul_ps(u, _mm_mul_ps(sz, z[0])), _mm_mul_ps(v, _mm_mul_ps(sz, z[1]))),
@@ -104,7 +109,10 @@ inline void TriangleBlock::intersect(const BlockRay& ray, float t_max, Hits& hit
 
 #else
 
-inline void TriangleBlock::intersect(const BlockRay& ray, float t_max, Hits& hits) const { intersect_each(ray, t_max, hits); }
+template <class AnyNeedle>
+void TriangleBlock::intersect(const BlockRay& ray, float t_max, const AnyNeedle&, Hits& hits) const {
+  intersect_each(ray, t_max, hits);
+}
 
 #endif
 

@@ -2,6 +2,7 @@
 
 #include "framework/scene/clearance.h"
 
+#include <algorithm>
 #include <optional>
 
 namespace etendue {
@@ -103,6 +104,27 @@ struct IntersectQuadric {
 };
 
 }  // namespace
+
+bool place_on_needle(const Ray& ray, const TriangleRay& shear, const vec3& p0, const vec3& p1, const vec3& p2, float& t_out,
+                     vec2& uv_out) {
+  const dvec3 origin(ray.origin), direction(ray.direction);
+  const double sx = direction[shear.kx] / direction[shear.kz], sy = direction[shear.ky] / direction[shear.kz];
+  dvec3 corners[3];  // in the space where the ray is the axis; z in units of t
+  for (int i = 0; i < 3; ++i) {
+    const dvec3 p = dvec3(i == 0 ? p0 : i == 1 ? p1 : p2) - origin;
+    corners[i] = {p[shear.kx] - sx * p[shear.kz], p[shear.ky] - sy * p[shear.kz], p[shear.kz] / direction[shear.kz]};
+  }
+  const auto [a, b, c] = corners;
+  dvec3 weights{c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x};
+  const double det = weights.x + weights.y + weights.z;
+  if (det == 0) return false;
+  // The plane's distance, even if the ray passes the needle by what single precision rounds away, but none beyond its corners.
+  const auto [nearest, farthest] = std::minmax({a.z, b.z, c.z});
+  t_out = static_cast<float>(std::clamp((weights.x * a.z + weights.y * b.z + weights.z * c.z) / det, nearest, farthest));
+  weights = glm::max(weights / det, dvec3(0));
+  uv_out = dvec2(weights.y, weights.z) / (weights.x + weights.y + weights.z);
+  return true;
+}
 
 bool intersect_quadric(const Ray& ray, const Quadric& quadric, float t_max, float& t_out, vec2& uv_out) {
   return std::visit(IntersectQuadric{ray, t_max, t_out, uv_out}, quadric);

@@ -1,7 +1,10 @@
 #include "framework/scene/precision.h"
 
+#include "framework/scene/triangle_point.h"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -42,23 +45,91 @@ struct Coarsest {
   }
 };
 
+// How far rays start off the largest primitive, and what is so small beside it that they may start beyond that.
+struct Largest {
+  static constexpr float fewest_clearances = 16;
+  float extent = 0;              // metres, of the primitive
+  std::vector<float> smaller{};  // metres: shapes, instances and the scene's shortest side
+
+  float clearance() const { return clearance_of(vec3(0), extent); }
+  void keep_those_too_small() {
+    std::erase_if(smaller, [&](float size) { return size > fewest_clearances * clearance(); });
+  }
+};
+
+// Triangles of which the height is a few clearances at most.
+struct Thin {
+  static constexpr float fewest_clearances = 4;
+  std::uint64_t count = 0;
+  float height = 0, extent = 0;  // metres, of the thinnest
+
+  void add(const TrianglePlane& t) {
+    const float own_height = t.doubled / t.extent;
+    if (own_height > fewest_clearances * clearance_of(vec3(0), t.extent)) return;
+    if (count++ > 0 && own_height * extent >= height * t.extent) return;
+    height = own_height;
+    extent = t.extent;
+  }
+};
+
+constexpr float smallest_scene = 1e-12f;  // metres: products of six coordinates stay in the range of floats
+
+float shortest_side(const Bounds& bounds) {
+  float shortest = infinity;
+  for (int axis = 0; axis < 3; ++axis)
+    if (const float side = bounds.diagonal()[axis]; side > 0) shortest = std::min(shortest, side);
+  return shortest;
+}
+
+// What of a scene is asked of each check.
+struct Survey {
+  Coarsest objects{fewest_ulps}, primitives{fewest_ulps_of_primitive};
+  Thin thin;
+  Largest largest;
+  Bounds all;
+
+  explicit Survey(const Scene& scene) {
+    std::vector<Bounds> of_object(scene.objects.size());
+    for (std::size_t o = 0; o < scene.objects.size(); ++o)
+      for (const Shape& shape : scene.objects[o].shapes) {
+        const Bounds of_shape = add_shape(scene.objects[o].geometry, shape, o == 0, scene.origin);
+        if (of_shape.empty()) continue;
+        of_object[o].extend(of_shape);
+        if (o == 0) largest.smaller.push_back(max_component(of_shape.diagonal()));
+      }
+    for (const Instance& instance : scene.instances) {
+      if (of_object[instance.object].empty()) continue;
+      const Bounds bounds = instance.to_world.bounds(of_object[instance.object]);
+      all.extend(bounds);
+      objects.add({bounds, scene.origin});
+      largest.smaller.push_back(max_component(bounds.diagonal()));
+    }
+    if (!all.empty()) largest.smaller.push_back(shortest_side(all));
+    largest.keep_those_too_small();
+  }
+
+ private:
+  // The shape's box.
+  Bounds add_shape(const Geometry& g, const Shape& shape, bool in_world, const vec3& origin) {
+    Bounds box;
+    for (std::uint32_t i = shape.first_primitive; i < shape.first_primitive + shape.primitive_count; ++i) {
+      if (!g.is_valid(i)) continue;
+      const Bounds bounds = g.primitive_bounds(i);
+      box.extend(bounds);
+      primitives.add({bounds, in_world ? origin : vec3(0)});
+      if (in_world) largest.extent = std::max(largest.extent, max_component(bounds.diagonal()));
+      if (!g.is_triangle(i)) continue;
+      const uvec3 v = g.triangles[i];
+      thin.add({g.positions[v.x], g.positions[v.y], g.positions[v.z]});
+    }
+    return box;
+  }
+};
+
 }  // namespace
 
 std::vector<std::string> precision_warnings(const Scene& scene) {
-  Coarsest objects{fewest_ulps}, primitives{fewest_ulps_of_primitive};
-  std::vector<Bounds> of_object(scene.objects.size());
-  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
-    const Geometry& g = scene.objects[o].geometry;
-    for (std::uint32_t i = 0; i < g.primitive_count(); ++i) {
-      if (!g.is_valid(i)) continue;
-      const Bounds bounds = g.primitive_bounds(i);
-      of_object[o].extend(bounds);
-      primitives.add({bounds, o == 0 ? scene.origin : vec3(0)});
-    }
-  }
-  for (const Instance& instance : scene.instances)
-    if (const Bounds& bounds = of_object[instance.object]; !bounds.empty())
-      objects.add({instance.to_world.bounds(bounds), scene.origin});
+  const auto [objects, primitives, thin, largest, all] = Survey(scene);
   std::vector<std::string> warnings;
   if (objects.worst)
     warnings.push_back(fmt::format(
@@ -70,6 +141,21 @@ std::vector<std::string> precision_warnings(const Scene& scene) {
     warnings.push_back(
         fmt::format("{} of {} primitives are small for where they are, the smallest {}: rays may start beyond them",
                     primitives.count, primitives.of, primitives.told()));
+  if (thin.count > 0)
+    warnings.push_back(
+        fmt::format("{} of {} primitives are too thin for their length, the thinnest {:.3g} m by {:.3g} m: rays "
+                    "may start beyond them",
+                    thin.count, primitives.of, thin.height, thin.extent));
+  if (!largest.smaller.empty())
+    warnings.push_back(
+        fmt::format("rays start {:.2g} m off the largest primitive, which spans {:.3g} m; what touches it is as "
+                    "coarse, and the scene has what measures {:.3g} m. Divide the primitive, or shrink it",
+                    largest.clearance(), largest.extent, std::ranges::min(largest.smaller)));
+  if (const float extent = all.empty() ? 0 : max_component(all.diagonal()); extent > 0 && extent < smallest_scene)
+    warnings.push_back(
+        fmt::format("the scene spans {:.3g} m: products of its coordinates leave the range of floats; scale it to "
+                    "{:g} m or more",
+                    extent, smallest_scene));
   return warnings;
 }
 

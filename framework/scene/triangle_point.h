@@ -35,6 +35,26 @@ struct TrianglePoint {
   float clearance;  // metres, as SurfacePoint's
 };
 
+// The barycentric weights of the point that lies `distance` metres or more off all edges, for one that lies nearer to some: it
+// moves at right angles to them, and towards the middle only in a corner too sharp for that.
+[[gnu::noinline]] inline vec3 kept_off_edges(const TrianglePlane& t, vec3 weights, float distance) {
+  const vec3 corners[3] = {vec3(0), t.e1, t.e2};
+  vec3 least;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    const vec3 edge = corners[k] - corners[j];
+    const float length2 = length_squared(edge);
+    least[i] = std::min(distance * std::sqrt(length2) / t.doubled, 0.25f);
+    if (!(weights[i] < least[i])) continue;
+    const float foot = glm::dot(corners[i] - corners[j], edge) / length2, missing = least[i] - weights[i];
+    weights[i] += missing;
+    weights[j] -= missing * (1 - foot);
+    weights[k] -= missing * foot;
+  }
+  weights = glm::max(weights, least);
+  return weights / (weights.x + weights.y + weights.z);
+}
+
 // `uv`: barycentric weights of the second and third vertex. Points keep off the edges by a few clearances, since another wall
 // may begin there.
 inline TrianglePoint point_of(const TrianglePlane& t, const vec2& uv) {
@@ -43,11 +63,11 @@ inline TrianglePoint point_of(const TrianglePlane& t, const vec2& uv) {
   p.position = t.p0 + (uv.x * t.e1 + uv.y * t.e2);
   p.clearance = clearance_of(p.position, t.extent);
   // The distance from each edge is the weight times the height over it, and the edge at most 2 sqrt(3) times the extent.
-  const float margin = clearances_from_edges * 3.5f * p.clearance * t.extent, b0 = 1 - uv.x - uv.y;
-  if (std::min(std::min(uv.x, uv.y), b0) * t.doubled >= margin) [[likely]]
+  const float distance = clearances_from_edges * p.clearance, b0 = 1 - uv.x - uv.y;
+  if (std::min(std::min(uv.x, uv.y), b0) * t.doubled >= 3.5f * distance * t.extent) [[likely]]
     return p;
-  const vec3 kept = glm::max(vec3(b0, uv.x, uv.y), vec3(t.doubled > 4 * margin ? margin / t.doubled : 0.25f));
-  p.position = t.p0 + (kept.y * t.e1 + kept.z * t.e2) / (kept.x + kept.y + kept.z);
+  const vec3 kept = kept_off_edges(t, {b0, uv.x, uv.y}, distance);
+  p.position = t.p0 + (kept.y * t.e1 + kept.z * t.e2);
   return p;
 }
 

@@ -47,6 +47,13 @@ inline Ray segment(const SurfacePoint& from, const SurfacePoint& to, const vec3&
   return segment(start, end + (glm::dot(wi, to.normal) > 0 ? -afar : afar) * to.normal);
 }
 
+// Do both points lie in each other's surface, as far as rounding tells? Then so does the way between them, and it tells nothing
+// of which sides it leaves and meets. What little light passes there is less than the square of clearance over distance.
+inline bool in_one_plane(const SurfacePoint& from, const SurfacePoint& to) {
+  const vec3 way = to.position - from.position;
+  return std::abs(glm::dot(way, from.normal)) < from.clearance && std::abs(glm::dot(way, to.normal)) < to.clearance;
+}
+
 inline Ray shadow_ray(const SurfacePoint& point, const LightSample& light) {
   return std::isinf(light.distance) ? spawn_ray(point, light.wi) : segment(ray_origin(point, light.wi), light.end);
 }

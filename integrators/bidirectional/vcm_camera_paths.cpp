@@ -108,7 +108,7 @@ void CameraPaths::next_event(const Vertex& v, Sampler& sampler, Rgb& radiance) {
 void CameraPaths::connect(const Vertex& v, const LightVertex& light, Rgb& radiance) {
   const vec3 towards = light.point.position - v.point.position;
   const float distance2 = length_squared(towards);
-  if (!(distance2 > 0)) return;
+  if (!(distance2 > 0) || in_one_plane(v.point, light.point)) return;
   const float distance = std::sqrt(distance2);
   const vec3 wi = towards / distance;
   const Rgb camera_scattered = v.bsdf.evaluate(v.wo, wi);

@@ -161,6 +161,13 @@ TEST(SealedRooms, RaysLeaveNoRoomWhicheverTheStructure) {
         expect_no_escape(find_room(name).make({}), entry.name, entry.name == "brute" ? 50 : 200, {}, beyond_floats(name));
 }
 
+TEST(SealedRooms, RaysLeaveNoCorridorWhicheverOfOurStructures) {
+  for (const RayEntry& entry : ray_structures())
+    if (entry.available && entry.name != "embree")
+      for (const char* name : {"corridor", "long corridor", "slab"})
+        expect_no_escape(find_room(name).make({}), entry.name, entry.name == "brute" ? 50 : 200);
+}
+
 TEST(SealedRooms, RaysLeaveNoTinyRoomWhicheverTheStructure) {
   const Scene scene = find_room("icosphere 320").make({std::ldexp(1.0f, -20)});
   for (const RayEntry& entry : ray_structures())

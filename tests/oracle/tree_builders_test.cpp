@@ -324,14 +324,17 @@ TEST(TriangleBlock, LanesGiveTheBitsOfTheScalarTest) {
       TriangleBlock block;
       vec3 p[4][3];
       const std::uint32_t filled = 1 + random.below(4);
+      int needles = 0;
       for (std::uint32_t lane = 0; lane < filled; ++lane) {
         const uvec3 v = g.triangles[random.below(static_cast<std::uint32_t>(g.triangles.size()))];
         for (int i = 0; i < 3; ++i) p[lane][i] = g.positions[v[i]];
         block.set(lane, p[lane][0], p[lane][1], p[lane][2]);
+        needles |= is_needle(p[lane][0], p[lane][1], p[lane][2]) << lane;
       }
       const BlockRay block_ray(ray);
       TriangleBlock::Hits hits;
-      block.intersect(block_ray, ray.t_max, hits);
+      block.intersect(
+          block_ray, ray.t_max, [&](int lanes) { return (lanes & needles) != 0; }, hits);
       for (std::uint32_t lane = 0; lane < 4; ++lane) {
         float t;
         vec2 uv;

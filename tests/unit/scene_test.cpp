@@ -5,6 +5,7 @@
 #include "framework/scene/intersect.h"
 #include "framework/scene/needs.h"
 #include "framework/scene/precision.h"
+#include "framework/scenes/meshes.h"
 
 #include <gtest/gtest.h>
 
@@ -222,6 +223,35 @@ TEST(Precision, ScenesFarFromTheOriginAreTold) {
   EXPECT_EQ(warnings[1],
             "1 of 2 primitives are small for where they are, the smallest 0.102 m at 1e+05 m from the origin, where floats lie "
             "0.0078 m apart: rays may start beyond them");
+}
+
+// A box of 4 m by 4 m by `length`.
+std::vector<std::string> warnings_of_corridor(float length, float scale = 1) {
+  const MeshData walls = box(scale * vec3(-2, -2, -length / 2), scale * vec3(2, 2, length / 2));
+  SceneBuilder builder("corridor");
+  builder.mesh(walls, builder.material(Diffuse{Rgb(0.5f)}));
+  builder.camera(vec3(0), vec3(0, 0, 1), 90, {4, 4});
+  return precision_warnings(builder.finish());
+}
+
+TEST(Precision, ThinPrimitivesAndLargeNeighboursAreTold) {
+  EXPECT_TRUE(warnings_of_corridor(1e4f).empty());
+  const std::vector<std::string> long_one = warnings_of_corridor(1e6f), too_long = warnings_of_corridor(4e6f);
+  ASSERT_EQ(long_one.size(), 1u);
+  EXPECT_EQ(long_one[0],
+            "rays start 0.72 m off the largest primitive, which spans 1e+06 m; what touches it is as coarse, and the scene has "
+            "what measures 4 m. Divide the primitive, or shrink it");
+  ASSERT_EQ(too_long.size(), 2u);
+  EXPECT_EQ(too_long[0],
+            "8 of 12 primitives are too thin for their length, the thinnest 4 m by 4e+06 m: rays may start beyond them");
+}
+
+TEST(Precision, ScenesBelowTheRangeOfFloatsAreTold) {
+  EXPECT_TRUE(warnings_of_corridor(4, 0x1p-20f * 0x1p-18f).empty());
+  const std::vector<std::string> warnings = warnings_of_corridor(4, 1e-13f);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0],
+            "the scene spans 4e-13 m: products of its coordinates leave the range of floats; scale it to 1e-12 m or more");
 }
 
 }  // namespace

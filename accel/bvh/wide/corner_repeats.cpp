@@ -32,6 +32,7 @@ Bounds CornerRepeats::fill(SharedPack& pack, const Geometry& geometry, std::span
     for (int axis = 0; axis < 3; ++axis) pack.vertices[axis][slot] = p[axis];
     box.extend(p);
   }
+  pack.collapse_needles();
   return box.get();
 }
 

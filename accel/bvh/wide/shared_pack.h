@@ -1,6 +1,6 @@
 // A leaf of `wide16`: up to sixteen triangles over up to sixteen different vertices, tested together by SIMD instructions
 // (wide_tests.inl). Neighbours in a mesh share vertices, so each is stored, and moved into the ray's space, once; the triangles
-// pick theirs by a permutation of lanes. Ids ascend.
+// pick theirs by a permutation of lanes. Ids ascend. A needle has but its first corner, as in triangle_pack.h.
 #pragma once
 
 #include "framework/scene/geometry.h"
@@ -25,6 +25,7 @@ struct alignas(64) SharedPack {
     const int slot = corners[corner][lane];
     return {vertices[0][slot], vertices[1][slot], vertices[2][slot]};
   }
+  void collapse_needles();  // when it is filled
   unsigned used() const { return (1u << count) - 1; }
 };
 

@@ -1,5 +1,7 @@
 #include "accel/bvh/wide/triangle_pack.h"
 
+#include "framework/scene/intersect.h"
+
 #include <algorithm>
 #include <limits>
 
@@ -16,8 +18,14 @@ void TrianglePack<width>::fill(const Geometry& geometry, std::span<const std::ui
                                std::span<const uvec3> triangles) {
   for (std::size_t lane = 0; lane < triangles.size(); ++lane) {
     ids[lane] = triangle_ids[lane];
-    for (int corner = 0; corner < 3; ++corner)
-      for (int axis = 0; axis < 3; ++axis) vertices[corner][axis][lane] = geometry.positions[triangles[lane][corner]][axis];
+    const uvec3& v = triangles[lane];
+    const vec3 &a = geometry.positions[v.x], &b = geometry.positions[v.y], &c = geometry.positions[v.z];
+    const bool needle = is_needle(a, b, c);
+    for (int axis = 0; axis < 3; ++axis) {
+      vertices[0][axis][lane] = a[axis];
+      vertices[1][axis][lane] = needle ? a[axis] : b[axis];
+      vertices[2][axis][lane] = needle ? a[axis] : c[axis];
+    }
   }
 }
 

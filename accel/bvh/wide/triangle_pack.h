@@ -1,5 +1,6 @@
 // A leaf of the narrower wide layouts: a few triangles side by side, by vertex, axis and lane, tested together by SIMD
-// instructions (wide_tests.inl). Unused lanes hold NaN, which nothing hits. Ids ascend.
+// instructions (wide_tests.inl). Unused lanes hold NaN, which nothing hits. Ids ascend. Of a needle, each corner is the first
+// one: its edge functions are then zero for every ray, as where a ray meets an edge, and the scalar test is asked.
 #pragma once
 
 #include "framework/scene/geometry.h"
@@ -19,9 +20,6 @@ struct alignas(4 * width) TrianglePack {
   TrianglePack();
   static bool fits(std::span<const uvec3> triangles) { return triangles.size() <= width; }
   void fill(const Geometry& geometry, std::span<const std::uint32_t> ids, std::span<const uvec3> triangles);
-  vec3 vertex(int lane, int corner) const {
-    return {vertices[corner][0][lane], vertices[corner][1][lane], vertices[corner][2][lane]};
-  }
   unsigned used() const { return ~0u; }
 };
 

@@ -211,7 +211,7 @@ class LeafTest {
     if (leaf.is_pack()) {
       LeafTest test;
       test.prepare(ray.origin, shear);
-      return test.test_pack(view.tree.packs[leaf.index()], ray, shear, hit, count);
+      return test.test_pack(view.geometry, view.tree.packs[leaf.index()], ray, shear, hit, count);
     }
     const WideList list = view.tree.lists[leaf.index()];
     count.primitives(list.count);
@@ -293,11 +293,12 @@ class LeafTest {
     return (e.u * (shear_z_ * z[0]) + e.v * (shear_z_ * z[1]) + e.w * (shear_z_ * z[2])) * reciprocal;
   }
 
-  bool test_pack(const Pack& pack, const Ray& ray, const TriangleRay& shear, Hit& hit, Count& count) const {
+  bool test_pack(const Geometry& geometry, const Pack& pack, const Ray& ray, const TriangleRay& shear, Hit& hit,
+                 Count& count) const {
     count_triangles(pack, count);
     const Corners c = corners(pack);
     const Edges e(c.x, c.y, pack.used());
-    const bool found = test_lanes(pack, e.on_edge, ray, shear, hit);
+    const bool found = test_lanes(geometry, pack, e.on_edge, ray, shear, hit);
     if (any_hit && found) return true;
     return test_inside(pack, c, e, ray.t_min, hit) || found;
   }
@@ -329,21 +330,12 @@ class LeafTest {
     return true;
   }
 
-  // Lanes whose edge functions vanish in single precision: the scalar test turns to double for them.
-  static bool test_lanes(const Pack& pack, unsigned lanes, const Ray& ray, const TriangleRay& shear, Hit& hit) {
+  // Lanes whose edge functions vanish in single precision, and needles: the scalar test turns to double for them.
+  static bool test_lanes(const Geometry& geometry, const Pack& pack, unsigned lanes, const Ray& ray, const TriangleRay& shear,
+                         Hit& hit) {
     bool found = false;
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const int lane = std::countr_zero(lanes);
-      float t;
-      vec2 uv;
-      if (!intersect_triangle(ray, shear, pack.vertex(lane, 0), pack.vertex(lane, 1), pack.vertex(lane, 2), hit.t, t, uv))
-        continue;
-      if (!closer(t, pack.ids[lane], hit)) continue;
-      hit.t = t;
-      hit.uv = uv;
-      hit.primitive = pack.ids[lane];
-      found = true;
-    }
+    for (; lanes != 0; lanes &= lanes - 1)
+      found |= intersect_primitive(geometry, pack.ids[std::countr_zero(lanes)], ray, shear, hit);
     return found;
   }
 
