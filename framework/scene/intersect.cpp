@@ -120,7 +120,9 @@ bool place_on_needle(const Ray& ray, const TriangleRay& shear, const vec3& p0, c
   if (det == 0) return false;
   // The plane's distance, even if the ray passes the needle by what single precision rounds away, but none beyond its corners.
   const auto [nearest, farthest] = std::minmax({a.z, b.z, c.z});
-  t_out = static_cast<float>(std::clamp((weights.x * a.z + weights.y * b.z + weights.z * c.z) / det, nearest, farthest));
+  const double t = std::clamp((weights.x * a.z + weights.y * b.z + weights.z * c.z) / det, nearest, farthest);
+  constexpr double least = 1e-30;  // slab tests of different structures disagree about what is nearer
+  t_out = std::abs(t) < least ? 0 : static_cast<float>(t);
   weights = glm::max(weights / det, dvec3(0));
   uv_out = dvec2(weights.y, weights.z) / (weights.x + weights.y + weights.z);
   return true;
