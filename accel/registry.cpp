@@ -3,7 +3,7 @@
 #include "accel/bvh/build/binned_sah.h"
 #include "accel/bvh/build/lbvh.h"
 #include "accel/bvh/build/median.h"
-#include "accel/bvh/build/median_rotating.h"
+#include "accel/bvh/build/median_round_robin.h"
 #include "accel/bvh/build/midpoint.h"
 #include "accel/bvh/build/ploc.h"
 #include "accel/bvh/build/sah.h"
@@ -48,9 +48,9 @@ PointEntry point_entry(const char* name, const char* summary) {
   return {name, summary, [] { return std::make_unique<PointAdapter<S>>(S()); }};
 }
 
-template <BallStructure S>
-BallEntry ball_entry(const char* name, const char* summary) {
-  return {name, summary, [](const Bounds&) { return std::make_unique<BallAdapter<S>>(S()); }};
+template <RecordStructure S>
+RecordEntry record_entry(const char* name, const char* summary) {
+  return {name, summary, [](const Bounds&) { return std::make_unique<RecordAdapter<S>>(S()); }};
 }
 
 template <class Entry>
@@ -72,7 +72,7 @@ std::span<const RayEntry> ray_structures() {
       brute_entry(),
       bounds_entry(),
       median_entry(),
-      median_rotating_entry(),
+      median_round_robin_entry(),
       midpoint_entry(),
       sah_entry(),
       binned_sah_entry(),
@@ -100,16 +100,16 @@ std::span<const PointEntry> point_structures() {
   return entries;
 }
 
-std::span<const BallEntry> ball_structures() {
-  static const std::vector<BallEntry> entries{
-      ball_entry<BallBruteForce>("brute", "every ball for every query: the measure of the others"),
-      {"octree", "each ball in an octree cell of about its size",
-       [](const Bounds& bounds) { return std::make_unique<BallAdapter<BallOctree>>(BallOctree(bounds)); }},
-      ball_entry<BallHashGrid>("hash-grid", "a hashed grid for each size, each ball in the cells it touches"),
-      ball_entry<BallKdTree>("kd-tree", "kd-trees over the centres, rebuilt in doubling sizes"),
-      ball_entry<BallBvh>("bvh", "boxes around balls, eight by eight (R-tree)"),
-      {"cells", "cells that list every ball which touches them, cut where that tells balls apart",
-       [](const Bounds& bounds) { return std::make_unique<BallAdapter<BallCells>>(BallCells(bounds)); }},
+std::span<const RecordEntry> record_structures() {
+  static const std::vector<RecordEntry> entries{
+      record_entry<RecordBruteForce>("brute", "every record for every query: the measure of the others"),
+      {"octree", "each record in an octree cell of about its size",
+       [](const Bounds& bounds) { return std::make_unique<RecordAdapter<RecordOctree>>(RecordOctree(bounds)); }},
+      record_entry<RecordHashGrid>("hash-grid", "a hashed grid for each size, each record in the cells it touches"),
+      record_entry<RecordKdTree>("kd-tree", "kd-trees over the centres, rebuilt in doubling sizes"),
+      record_entry<RecordBvh>("bvh", "boxes around records, eight by eight (R-tree)"),
+      {"cells", "cells that list every record which touches them, cut where that tells records apart",
+       [](const Bounds& bounds) { return std::make_unique<RecordAdapter<RecordCells>>(RecordCells(bounds)); }},
   };
   return entries;
 }
@@ -125,8 +125,8 @@ const PointEntry& find_point_structure(const std::string& name, const Location& 
   return find(point_structures(), "point structure", name, where);
 }
 
-const BallEntry& find_ball_structure(const std::string& name, const Location& where) {
-  return find(ball_structures(), "ball structure", name, where);
+const RecordEntry& find_record_structure(const std::string& name, const Location& where) {
+  return find(record_structures(), "record structure", name, where);
 }
 
 }  // namespace etendue

@@ -42,9 +42,9 @@ struct PointEntry {
   std::function<std::unique_ptr<PointQuery>()> make;
 };
 
-struct BallEntry {
+struct RecordEntry {
   std::string name, summary;
-  std::function<std::unique_ptr<BallQuery>(const Bounds&)> make;
+  std::function<std::unique_ptr<RecordQuery>(const Bounds&)> make;
 };
 
 // Whether the structure, named by its label (its name, then perhaps parameters), is another library's. Those use their own
@@ -53,11 +53,11 @@ bool is_adapter(std::string_view label);
 
 std::span<const RayEntry> ray_structures();
 std::span<const PointEntry> point_structures();
-std::span<const BallEntry> ball_structures();
+std::span<const RecordEntry> record_structures();
 
 // Throw Error with the nearest names (or saying that the library is absent).
 const RayEntry& find_ray_structure(const std::string& name, const Location& where);
 const PointEntry& find_point_structure(const std::string& name, const Location& where);
-const BallEntry& find_ball_structure(const std::string& name, const Location& where);
+const RecordEntry& find_record_structure(const std::string& name, const Location& where);
 
 }  // namespace etendue

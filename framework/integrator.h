@@ -19,7 +19,7 @@
 
 namespace etendue {
 
-// Wall time split by phase: "build", "emit", "gather", "trace", "shade", "prefill"... Time inside no phase is "other".
+// Wall time split by phase: "build", "emit", "gather", "trace", "shade", "initial_pass"... Time inside no phase is "other".
 class PhaseTimes {
  public:
   class Scope {
@@ -53,7 +53,7 @@ struct RenderContext {
   PhaseTimes& phases;
   // Structures by name, so that integrators need not know accel/. Throw Error on an unknown name.
   std::function<std::unique_ptr<PointQuery>(const std::string& name)> make_points;
-  std::function<std::unique_ptr<BallQuery>(const std::string& name, const Bounds& bounds)> make_balls;
+  std::function<std::unique_ptr<RecordQuery>(const std::string& name, const Bounds& bounds)> make_records;
   bool states_error = false;  // standard_error() will be called: keep what it needs
 
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
@@ -73,13 +73,13 @@ struct Expectation {
 // A record of a cache as it is shown: it serves surfaces that face as it does, within an ellipse or a cube about it.
 struct RecordShape {
   vec3 position, normal;
-  float radius = 0;   // metres: the longer semi-axis, or half the edge of the cube
-  vec3 squeeze{0};    // of an ellipse: displacement d counts as sqrt(d.d + (d.squeeze)^2)
-  bool cube = false;  // along the world's axes
+  float radius = 0;    // metres: the longer semi-axis, or half the edge of the cube
+  vec3 anisotropy{0};  // of an ellipse: displacement d counts as sqrt(d.d + (d.anisotropy)^2)
+  bool cube = false;   // along the world's axes
 
   bool covers(const vec3& point) const {
     const vec3 d = point - position;
-    return cube ? max_component(glm::abs(d)) <= radius : glm::dot(d, d) + square(glm::dot(d, squeeze)) <= radius * radius;
+    return cube ? max_component(glm::abs(d)) <= radius : glm::dot(d, d) + square(glm::dot(d, anisotropy)) <= radius * radius;
   }
 };
 

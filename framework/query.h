@@ -2,9 +2,9 @@
 //
 //   RayQuery    which surface does this ray meet?
 //   PointQuery  which photons lie near this point?
-//   BallQuery   which cached records cover this point?
+//   RecordQuery  which cached records cover this point?
 //
-// A structure is a plain class satisfying RayStructure, PointStructure or BallStructure: no virtual function, no allocation
+// A structure is a plain class satisfying RayStructure, PointStructure or RecordStructure: no virtual function, no allocation
 // per query. `RayAdapter` and its kin put it behind the interface, so an integrator pays one indirect call per query.
 #pragma once
 
@@ -166,27 +166,27 @@ class PointAdapter final : public PointQuery {
 };
 
 // Many readers or one writer: any number of threads may call `covering` at once while none is in `insert`, and each sees all
-// insertions that happened before. Answers depend on the set of balls alone, not on the order of insertion.
-class BallQuery {
+// insertions that happened before. Answers depend on the set of spheres alone, not on the order of insertion.
+class RecordQuery {
  public:
-  virtual ~BallQuery() = default;
+  virtual ~RecordQuery() = default;
   virtual void insert(const vec3& centre, float radius, std::uint32_t id) = 0;
-  // Every ball with squared distance from its centre <= radius^2, sorted by id.
+  // Every sphere with squared distance from its centre <= radius^2, sorted by id.
   virtual void covering(const vec3& p, Neighbours& out) const = 0;
   virtual std::uint64_t bytes() const = 0;
 };
 
 template <class S>
-concept BallStructure = requires(S& s, const S& c, const vec3& p, Neighbours& out) {
+concept RecordStructure = requires(S& s, const S& c, const vec3& p, Neighbours& out) {
   s.insert(p, 1.0f, 0u);
   c.covering(p, out);
   { c.bytes() } -> std::same_as<std::uint64_t>;
 };
 
-template <BallStructure S>
-class BallAdapter final : public BallQuery {
+template <RecordStructure S>
+class RecordAdapter final : public RecordQuery {
  public:
-  explicit BallAdapter(S structure) : structure_(std::move(structure)) {}
+  explicit RecordAdapter(S structure) : structure_(std::move(structure)) {}
   void insert(const vec3& centre, float radius, std::uint32_t id) override { structure_.insert(centre, radius, id); }
   void covering(const vec3& p, Neighbours& out) const override { structure_.covering(p, out); }
   std::uint64_t bytes() const override { return structure_.bytes(); }

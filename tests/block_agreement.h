@@ -61,18 +61,19 @@ inline std::vector<BlockMeans> replicates(const Scene& scene, const AgreementMet
 
 inline void expect_agreement(const Scene& scene, const AgreementSettings& settings, const AgreementMethod& reference,
                              const std::vector<AgreementMethod>& methods) {
-  const auto truth = replicates(scene, reference, settings, 1000);
-  const double level = sidak_level(1e-3, methods.size() * truth[0].size() * 3 * static_cast<std::size_t>(settings.comparisons));
+  const auto expected = replicates(scene, reference, settings, 1000);
+  const double level =
+      sidak_level(1e-3, methods.size() * expected[0].size() * 3 * static_cast<std::size_t>(settings.comparisons));
   const double limit = student_t_quantile(1 - level / 2, 2 * (agreement_seeds - 1));
   double image_mean = 0, image_error = 0;
   for (const AgreementMethod& method : methods) {
     const auto images = replicates(scene, method, settings, 1);
-    for (std::size_t b = 0; b < truth[0].size(); ++b)
+    for (std::size_t b = 0; b < expected[0].size(); ++b)
       for (int c = 0; c < 3; ++c) {
         std::vector<double> x, r;
         for (int s = 0; s < agreement_seeds; ++s) {
           x.push_back(images[static_cast<std::size_t>(s)][b][c]);
-          r.push_back(truth[static_cast<std::size_t>(s)][b][c]);
+          r.push_back(expected[static_cast<std::size_t>(s)][b][c]);
         }
         const double difference = mean(x) - mean(r);
         const double error = std::hypot(sample_sd(x), sample_sd(r)) / std::sqrt(double(agreement_seeds));

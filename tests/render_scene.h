@@ -41,7 +41,7 @@ inline Rendered render(const Scene& scene, const std::string& integrator_name, c
       .resolution = options.resolution,
       .phases = phases,
       .make_points = [](const std::string& name) { return find_point_structure(name, {}).make(); },
-      .make_balls = [](const std::string& name, const Bounds& b) { return find_ball_structure(name, {}).make(b); }};
+      .make_records = [](const std::string& name, const Bounds& b) { return find_record_structure(name, {}).make(b); }};
   Film film(options.resolution);
   with_threads(options.threads, [&] {
     integrator->prepare(context);

@@ -14,15 +14,16 @@ class SceneContext {
         needs_(scene_needs(scene)),
         lights_(scene),
         rays_(find_ray_structure("binned-sah", {}).make(scene, {})),
-        context{.scene = scene,
-                .needs = needs_,
-                .rays = *rays_,
-                .lights = lights_,
-                .seed = seed,
-                .resolution = resolution,
-                .phases = phases_,
-                .make_points = [](const std::string& name) { return find_point_structure(name, {}).make(); },
-                .make_balls = [](const std::string& name, const Bounds& b) { return find_ball_structure(name, {}).make(b); }} {}
+        context{
+            .scene = scene,
+            .needs = needs_,
+            .rays = *rays_,
+            .lights = lights_,
+            .seed = seed,
+            .resolution = resolution,
+            .phases = phases_,
+            .make_points = [](const std::string& name) { return find_point_structure(name, {}).make(); },
+            .make_records = [](const std::string& name, const Bounds& b) { return find_record_structure(name, {}).make(b); }} {}
   SceneContext(const SceneContext&) = delete;
   SceneContext& operator=(const SceneContext&) = delete;
 

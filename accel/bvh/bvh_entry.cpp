@@ -18,7 +18,7 @@ std::string resolved_layout(const std::string& layout, const Scene& scene) {
   std::uint32_t largest = 0;
   for (const Object& object : scene.objects) largest = std::max(largest, object.geometry.primitive_count());
   const Isa isa = supported_isas().back();
-  return isa == Isa::avx512 && (largest <= few || largest >= mesh) ? "wide16" : isa >= Isa::avx2 ? "wide8" : "binary";
+  return isa == Isa::avx512 && (largest <= few || largest >= mesh) ? "bvh16" : isa >= Isa::avx2 ? "bvh8" : "binary";
 }
 
 MemoryNeed need_of(const ConfiguredBuilder& builder, const Scene& scene) {

@@ -24,7 +24,7 @@ struct BvhParams : BuilderParams {
 template <class Visitor, class BuilderParams>
 void describe(Visitor& v, BvhParams<BuilderParams>& params) {
   describe(v, static_cast<BuilderParams&>(params));
-  v.choice("layout", params.layout, {"binary", "wide4", "wide8", "wide16", "auto"},
+  v.choice("layout", params.layout, {"binary", "bvh4", "bvh8", "bvh16", "auto"},
            "nodes of two children; or of 4, 8 or 16, with SIMD packs of triangles as leaves; or what suits scene and machine");
   v.integer("reinsertion", params.reinsertion, 0, 100, "passes",
             "of optimisation, at most: subtrees put where they cost least");

@@ -66,9 +66,9 @@ std::unique_ptr<RayQuery> wide_over_scene(const Scene& scene, const ConfiguredBu
 
 std::unique_ptr<RayQuery> bvh_over_scene(const Scene& scene, const std::string& layout, const ConfiguredBuilder& builder,
                                          const TreeTask& task) {
-  if (layout == "wide4") return wide_over_scene<Wide4Bvh>(scene, builder, task);
-  if (layout == "wide8") return wide_over_scene<Wide8Bvh>(scene, builder, task);
-  if (layout == "wide16") return wide_over_scene<Wide16Bvh>(scene, builder, task);
+  if (layout == "bvh4") return wide_over_scene<Bvh4>(scene, builder, task);
+  if (layout == "bvh8") return wide_over_scene<Bvh8>(scene, builder, task);
+  if (layout == "bvh16") return wide_over_scene<Bvh16>(scene, builder, task);
   return binary_over_scene(scene, builder, task);
 }
 

@@ -39,7 +39,7 @@ struct ConfiguredBuilder {
   bool sorts_to_packs = false;          // its trees over triangles are those of lbvh_packs.h
 };
 
-// `layout`: "binary", "wide4", "wide8" or "wide16". The tree over instances has the same builder and the binary layout.
+// `layout`: "binary", "bvh4", "bvh8" or "bvh16". The tree over instances has the same builder and the binary layout.
 std::unique_ptr<RayQuery> bvh_over_scene(const Scene& scene, const std::string& layout, const ConfiguredBuilder& builder,
                                          const TreeTask& task);
 

@@ -1,4 +1,4 @@
-// The rules that every point and ball structure follows, so that their answers are the same bits.
+// The rules that every point and record structure follows, so that their answers are the same bits.
 #pragma once
 
 #include "framework/query.h"

@@ -1,26 +1,26 @@
-// Brute force: tests every ball in every query. The reference for the other ball structures.
+// Brute force: tests every sphere in every query. The reference for the other sphere structures.
 #pragma once
 
-#include "accel/records/ball.h"
+#include "accel/records/record_sphere.h"
 
 namespace etendue {
 
-class BallBruteForce {
+class RecordBruteForce {
  public:
   void insert(const vec3& centre, float radius, std::uint32_t id) {
-    if (is_ball(centre, radius)) balls_.push_back({centre, radius, id});
+    if (is_record_sphere(centre, radius)) spheres_.push_back({centre, radius, id});
   }
   void covering(const vec3& p, Neighbours& out) const {
     out.clear();
-    for (const Ball& ball : balls_) add_if_covering(ball, p, out);
+    for (const RecordSphere& sphere : spheres_) add_if_covering(sphere, p, out);
     sort_by_id(out);
   }
-  std::uint64_t bytes() const { return balls_.size() * sizeof(Ball); }
+  std::uint64_t bytes() const { return spheres_.size() * sizeof(RecordSphere); }
 
  private:
-  std::vector<Ball> balls_;
+  std::vector<RecordSphere> spheres_;
 };
 
-static_assert(BallStructure<BallBruteForce>);
+static_assert(RecordStructure<RecordBruteForce>);
 
 }  // namespace etendue

@@ -2,7 +2,7 @@
 
 namespace etendue {
 
-static_assert(BallStructure<BallBvh>);
+static_assert(RecordStructure<RecordBvh>);
 
 namespace {
 
@@ -20,27 +20,29 @@ Bounds joined(Bounds a, const Bounds& b) {
 
 }  // namespace
 
-BallBvh::Leaf::Leaf() {
+RecordBvh::Leaf::Leaf() {
   std::fill_n(&centre[0][0], 3 * width, 0.0f);
   std::fill_n(radius_squared, width, nan);
 }
 
-BallBvh::Node::Node() {
+RecordBvh::Node::Node() {
   std::fill_n(&lower[0][0], 3 * width, infinity);
   std::fill_n(&upper[0][0], 3 * width, -infinity);
 }
 
 // Every point with a float distance^2 <= radius^2.
-Bounds BallBvh::box_of(const Ball& ball) { return {ball.centre - reach(ball.radius), ball.centre + reach(ball.radius)}; }
-
-void BallBvh::put(Leaf& leaf, std::uint32_t i, const Entry& entry) {
-  for (int axis = 0; axis < 3; ++axis) leaf.centre[axis][i] = entry.ball.centre[axis];
-  leaf.radius[i] = entry.ball.radius;
-  leaf.radius_squared[i] = square(entry.ball.radius);
-  leaf.id[i] = entry.ball.id;
+Bounds RecordBvh::box_of(const RecordSphere& sphere) {
+  return {sphere.centre - reach(sphere.radius), sphere.centre + reach(sphere.radius)};
 }
 
-void BallBvh::put(Node& node, std::uint32_t i, const Entry& entry) {
+void RecordBvh::put(Leaf& leaf, std::uint32_t i, const Entry& entry) {
+  for (int axis = 0; axis < 3; ++axis) leaf.centre[axis][i] = entry.sphere.centre[axis];
+  leaf.radius[i] = entry.sphere.radius;
+  leaf.radius_squared[i] = square(entry.sphere.radius);
+  leaf.id[i] = entry.sphere.id;
+}
+
+void RecordBvh::put(Node& node, std::uint32_t i, const Entry& entry) {
   for (int axis = 0; axis < 3; ++axis) {
     node.lower[axis][i] = entry.box.lower[axis];
     node.upper[axis][i] = entry.box.upper[axis];
@@ -48,31 +50,31 @@ void BallBvh::put(Node& node, std::uint32_t i, const Entry& entry) {
   node.child[i] = entry.child;
 }
 
-BallBvh::Entry BallBvh::get(const Leaf& leaf, std::uint32_t i) {
-  const Ball ball{{leaf.centre[0][i], leaf.centre[1][i], leaf.centre[2][i]}, leaf.radius[i], leaf.id[i]};
-  return {box_of(ball), ball, no_id};
+RecordBvh::Entry RecordBvh::get(const Leaf& leaf, std::uint32_t i) {
+  const RecordSphere sphere{{leaf.centre[0][i], leaf.centre[1][i], leaf.centre[2][i]}, leaf.radius[i], leaf.id[i]};
+  return {box_of(sphere), sphere, no_id};
 }
 
-BallBvh::Entry BallBvh::get(const Node& node, std::uint32_t i) {
+RecordBvh::Entry RecordBvh::get(const Node& node, std::uint32_t i) {
   return {{{node.lower[0][i], node.lower[1][i], node.lower[2][i]}, {node.upper[0][i], node.upper[1][i], node.upper[2][i]}},
           {},
           node.child[i]};
 }
 
-Bounds BallBvh::box_of(const Leaf& leaf) {
+Bounds RecordBvh::box_of(const Leaf& leaf) {
   Bounds box;
   for (std::uint32_t i = 0; i < leaf.count; ++i) box.extend(get(leaf, i).box);
   return box;
 }
 
-Bounds BallBvh::box_of(const Node& node) {
+Bounds RecordBvh::box_of(const Node& node) {
   Bounds box;
   for (std::uint32_t i = 0; i < node.count; ++i) box.extend(get(node, i).box);
   return box;
 }
 
 // Orders the entries for the best cut and returns how many are before it.
-std::uint32_t BallBvh::best_cut(Overflow& entries) {
+std::uint32_t RecordBvh::best_cut(Overflow& entries) {
   constexpr std::uint32_t count = width + 1;
   Overflow best = entries;
   std::uint32_t best_position = fewest;
@@ -97,7 +99,7 @@ std::uint32_t BallBvh::best_cut(Overflow& entries) {
   return best_position;
 }
 
-std::uint32_t BallBvh::best_child(const Node& node, const Bounds& box) {
+std::uint32_t RecordBvh::best_child(const Node& node, const Bounds& box) {
   std::uint32_t best = 0;
   float least_growth = infinity, least_margin = infinity;
   for (std::uint32_t i = 0; i < node.count; ++i) {
@@ -113,7 +115,7 @@ std::uint32_t BallBvh::best_child(const Node& node, const Bounds& box) {
 
 // Adds to a node or leaf. Where it is full, cuts it and returns the index of the new sibling; else no_id.
 template <class Kind>
-std::uint32_t BallBvh::add(std::vector<Kind>& all, std::uint32_t index, const Entry& entry) {
+std::uint32_t RecordBvh::add(std::vector<Kind>& all, std::uint32_t index, const Entry& entry) {
   if (Kind& here = all[index]; here.count < width) {
     put(here, here.count++, entry);
     return no_id;
@@ -132,12 +134,12 @@ std::uint32_t BallBvh::add(std::vector<Kind>& all, std::uint32_t index, const En
   return static_cast<std::uint32_t>(all.size() - 1);
 }
 
-void BallBvh::insert(const vec3& centre, float radius, std::uint32_t id) {
-  if (!is_ball(centre, radius)) return;
-  const Ball ball{centre, radius, id};
-  if (radius > 1e30f) return everywhere_.push_back(ball);
+void RecordBvh::insert(const vec3& centre, float radius, std::uint32_t id) {
+  if (!is_record_sphere(centre, radius)) return;
+  const RecordSphere sphere{centre, radius, id};
+  if (radius > 1e30f) return everywhere_.push_back(sphere);
   if (leaves_.empty()) leaves_.emplace_back();
-  const Entry entry{box_of(ball), ball, no_id};
+  const Entry entry{box_of(sphere), sphere, no_id};
   struct Step {
     std::uint32_t node, child;
   };
@@ -167,10 +169,10 @@ void BallBvh::insert(const vec3& centre, float radius, std::uint32_t id) {
   ++height_;
 }
 
-void BallBvh::covering(const vec3& p, Neighbours& out) const {
+void RecordBvh::covering(const vec3& p, Neighbours& out) const {
   out.clear();
   if (!is_finite(p)) return;
-  for (const Ball& ball : everywhere_) add_if_covering(ball, p, out);
+  for (const RecordSphere& sphere : everywhere_) add_if_covering(sphere, p, out);
   struct Waiting {
     std::uint32_t index, level;  // level 0: a leaf
   };

@@ -1,24 +1,24 @@
-// Bounding volume hierarchy of balls that grows ball by ball: an R-tree ([Guttman1984]) with eight boxes or balls to a node.
-// All leaves lie on one level, so that depth stays logarithmic whatever is inserted in whatever order.
+// Bounding volume hierarchy of spheres that grows sphere by sphere: an R-tree ([Guttman1984]) with eight boxes or spheres to a
+// node. All leaves lie on one level, so that depth stays logarithmic whatever is inserted in whatever order.
 //
-// A ball descends to the child whose box grows least by it. A node that overflows is cut in two where, of all cuts along the
+// A sphere descends to the child whose box grows least by it. A node that overflows is cut in two where, of all cuts along the
 // three axes, the margins of the two boxes add up to least ([Beckmann1990]); the margin, the sum of a box's edges, is defined
-// for flat and for huge boxes where an area is zero or overflows. Boxes are wider than their balls by what rounding may err.
-// Balls with radii above 1e30 are tested one by one.
+// for flat and for huge boxes where an area is zero or overflows. Boxes are wider than their spheres by what rounding may err.
+// Spheres with radii above 1e30 are tested one by one.
 #pragma once
 
-#include "accel/records/ball.h"
+#include "accel/records/record_sphere.h"
 
 #include <array>
 
 namespace etendue {
 
-class BallBvh {
+class RecordBvh {
  public:
   void insert(const vec3& centre, float radius, std::uint32_t id);
   void covering(const vec3& p, Neighbours& out) const;
   std::uint64_t bytes() const {
-    return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + everywhere_.size() * sizeof(Ball);
+    return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + everywhere_.size() * sizeof(RecordSphere);
   }
 
  private:
@@ -41,12 +41,12 @@ class BallBvh {
   };
   struct Entry {  // of a node that is cut
     Bounds box;
-    Ball ball;
+    RecordSphere sphere;
     std::uint32_t child = no_id;
   };
   using Overflow = std::array<Entry, width + 1>;
 
-  static Bounds box_of(const Ball& ball);
+  static Bounds box_of(const RecordSphere& sphere);
   static Bounds box_of(const Leaf& leaf);
   static Bounds box_of(const Node& node);
   static void put(Leaf& leaf, std::uint32_t i, const Entry& entry);
@@ -61,7 +61,7 @@ class BallBvh {
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;
   std::uint32_t root_ = 0, height_ = 0;  // levels of nodes; 0: the root is a leaf
-  std::vector<Ball> everywhere_;
+  std::vector<RecordSphere> everywhere_;
 };
 
 }  // namespace etendue

@@ -4,7 +4,7 @@
 
 namespace etendue {
 
-static_assert(BallStructure<BallCells>);
+static_assert(RecordStructure<RecordCells>);
 
 namespace {
 
@@ -12,24 +12,24 @@ constexpr unsigned lower_half[3] = {0x55, 0x33, 0x0f};
 
 }  // namespace
 
-BallCells::BallCells(const Bounds& bounds) : lower_(-1), cells_(1) {
+RecordCells::RecordCells(const Bounds& bounds) : lower_(-1), cells_(1) {
   const bool usable = !bounds.empty() && is_finite(bounds.lower) && is_finite(bounds.diagonal());
   const float side = usable ? max_component(bounds.diagonal()) : 2;
   if (usable) lower_ = bounds.lower;
   scale_ = vec3(static_cast<float>(1 << levels) / std::max(side, 1e-30f));
 }
 
-glm::ivec3 BallCells::step(const vec3& p) const {
+glm::ivec3 RecordCells::step(const vec3& p) const {
   constexpr float last = (1 << levels) - 1;
   return glm::ivec3(glm::clamp((p - lower_) * scale_, vec3(0), vec3(last)));
 }
 
-BallCells::Box BallCells::box_of(const Ball& ball) const {
-  const vec3 half(reach(ball.radius));
-  return {step(ball.centre - half), step(ball.centre + half)};
+RecordCells::Box RecordCells::box_of(const RecordSphere& sphere) const {
+  const vec3 half(reach(sphere.radius));
+  return {step(sphere.centre - half), step(sphere.centre + half)};
 }
 
-unsigned BallCells::eighths(const Box& box, const glm::ivec3& middle) {
+unsigned RecordCells::eighths(const Box& box, const glm::ivec3& middle) {
   unsigned touched = 0xff;
   for (int a = 0; a < 3; ++a) {
     if (box.lower[a] >= middle[a]) touched &= ~lower_half[a];
@@ -38,19 +38,19 @@ unsigned BallCells::eighths(const Box& box, const glm::ivec3& middle) {
   return touched;
 }
 
-void BallCells::insert(const vec3& centre, float radius, std::uint32_t id) {
-  if (!is_ball(centre, radius)) return;
-  const Ball ball{centre, radius, id};
-  insert_into(0, levels, ball, box_of(ball));
+void RecordCells::insert(const vec3& centre, float radius, std::uint32_t id) {
+  if (!is_record_sphere(centre, radius)) return;
+  const RecordSphere sphere{centre, radius, id};
+  insert_into(0, levels, sphere, box_of(sphere));
 }
 
 // `level`: a cell's side is 2^level steps. Bits above it are those of the cell's lower corner for the part of a box that lies
 // in the cell, so that boxes are cut to cells as they go down.
-void BallCells::insert_into(std::uint32_t index, int level, const Ball& ball, const Box& box) {
+void RecordCells::insert_into(std::uint32_t index, int level, const RecordSphere& sphere, const Box& box) {
   const int half = level > 0 ? 1 << (level - 1) : 0;
   const glm::ivec3 corner = (box.lower >> level) << level, middle = corner + half;
   if (cells_[index].children == no_id) {
-    list(cells_[index], ball);
+    list(cells_[index], sphere);
     // Asked again whenever the list has doubled.
     const std::uint32_t count = cells_[index].count;
     if (count <= width || !std::has_single_bit(count - 1) || !cuts(cells_[index], level, middle)) return;
@@ -62,7 +62,7 @@ void BallCells::insert_into(std::uint32_t index, int level, const Ball& ball, co
       const Chunk chunk = chunks_[i];
       chunks_[i].next = std::exchange(free_, i);
       for (std::uint32_t k = 0; k < chunk.count; ++k) {
-        const Ball moved = chunk.ball(k);
+        const RecordSphere moved = chunk.sphere(k);
         Box within = box_of(moved);
         within.lower = glm::max(within.lower, corner);
         within.upper = glm::min(within.upper, corner + (2 * half - 1));
@@ -80,18 +80,18 @@ void BallCells::insert_into(std::uint32_t index, int level, const Ball& ball, co
         part.lower[a] = std::max(part.lower[a], middle[a]);
       else
         part.upper[a] = std::min(part.upper[a], middle[a] - 1);
-    insert_into(cells_[index].children + static_cast<std::uint32_t>(child), level - 1, ball, part);
+    insert_into(cells_[index].children + static_cast<std::uint32_t>(child), level - 1, sphere, part);
   }
 }
 
-// Would half of the children's places in lists be spared? Balls wider than the cell count as if they filled it: else the faces
-// of boxes that coincide would be cut out to the last step.
-bool BallCells::cuts(const Cell& cell, int level, const glm::ivec3& middle) const {
+// Would half of the children's places in lists be spared? Spheres wider than the cell count as if they filled it: else the
+// faces of boxes that coincide would be cut out to the last step.
+bool RecordCells::cuts(const Cell& cell, int level, const glm::ivec3& middle) const {
   if (level == 0) return false;
   int places = 0;
   for (std::uint32_t i = cell.chunks; i != no_id; i = chunks_[i].next)
     for (std::uint32_t k = 0; k < chunks_[i].count; ++k) {
-      const Box box = box_of(chunks_[i].ball(k));
+      const Box box = box_of(chunks_[i].sphere(k));
       const glm::ivec3 extent = box.upper - box.lower;
       const bool wide = std::max({extent.x, extent.y, extent.z}) >= 1 << level;
       places += wide ? 8 : std::popcount(eighths(box, middle));
@@ -99,7 +99,7 @@ bool BallCells::cuts(const Cell& cell, int level, const glm::ivec3& middle) cons
   return places <= 4 * static_cast<int>(cell.count);
 }
 
-void BallCells::list(Cell& cell, const Ball& ball) {
+void RecordCells::list(Cell& cell, const RecordSphere& sphere) {
   if (cell.chunks == no_id || chunks_[cell.chunks].count == width) {
     std::uint32_t added = free_;
     if (added == no_id) {
@@ -116,14 +116,14 @@ void BallCells::list(Cell& cell, const Ball& ball) {
   }
   Chunk& chunk = chunks_[cell.chunks];
   const std::uint32_t k = chunk.count++;
-  for (int a = 0; a < 3; ++a) chunk.centre[a][k] = ball.centre[a];
-  chunk.radius_squared[k] = ball.radius * ball.radius;
-  chunk.radius[k] = ball.radius;
-  chunk.id[k] = ball.id;
+  for (int a = 0; a < 3; ++a) chunk.centre[a][k] = sphere.centre[a];
+  chunk.radius_squared[k] = sphere.radius * sphere.radius;
+  chunk.radius[k] = sphere.radius;
+  chunk.id[k] = sphere.id;
   ++cell.count;
 }
 
-void BallCells::covering(const vec3& p, Neighbours& out) const {
+void RecordCells::covering(const vec3& p, Neighbours& out) const {
   out.clear();
   if (!is_finite(p)) return;
   const glm::ivec3 at = step(p);

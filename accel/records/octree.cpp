@@ -2,7 +2,7 @@
 
 namespace etendue {
 
-static_assert(BallStructure<BallOctree>);
+static_assert(RecordStructure<RecordOctree>);
 
 namespace {
 
@@ -24,38 +24,38 @@ bool lies_within(const vec3& centre, float half, const vec3& p) { return max_com
 
 }  // namespace
 
-BallOctree::BallOctree(const Bounds& bounds) {
+RecordOctree::RecordOctree(const Bounds& bounds) {
   const bool usable = !bounds.empty() && is_finite(bounds.lower) && is_finite(bounds.upper);
   const float half = usable ? 0.5f * max_component(bounds.diagonal()) : 0;
   root_ = add_node(usable ? bounds.centre() : vec3(0), half > 0 ? std::min(half, largest_half) : 1);
 }
 
-// A ball of radius up to half the side may stand anywhere in the cube, hence a reach of one side; the rest is rounding, of the
-// radius, of coordinates, and of squares too small for a float.
-std::uint32_t BallOctree::add_node(const vec3& centre, float half) {
+// A sphere of radius up to half the side may stand anywhere in the cube, hence a reach of one side; the rest is rounding, of
+// the radius, of coordinates, and of squares too small for a float.
+std::uint32_t RecordOctree::add_node(const vec3& centre, float half) {
   const float rounding = 8 * epsilon * (max_component(glm::abs(centre)) + 2 * half) + 1e-22f;
   nodes_.push_back({centre, half, 2 * half + rounding, no_id, {}});
   nodes_.back().children.fill(no_id);
   return static_cast<std::uint32_t>(nodes_.size() - 1);
 }
 
-void BallOctree::grow_towards(const vec3& centre) {
+void RecordOctree::grow_towards(const vec3& centre) {
   while (!lies_within(nodes_[root_].centre, nodes_[root_].half, centre) && nodes_[root_].half < largest_half) {
     const Node old = nodes_[root_];
     const unsigned direction = octant(old.centre, centre);
     const std::uint32_t grown = add_node(old.centre + towards(direction, old.half), 2 * old.half);
     nodes_[grown].children[~direction & 7] = root_;
     // What was too large for the old root may be so for the new one: the root is where it is found for certain.
-    std::swap(nodes_[grown].balls, nodes_[root_].balls);
+    std::swap(nodes_[grown].spheres, nodes_[root_].spheres);
     root_ = grown;
   }
 }
 
-void BallOctree::insert(const vec3& centre, float radius, std::uint32_t id) {
-  if (!is_ball(centre, radius)) return;
+void RecordOctree::insert(const vec3& centre, float radius, std::uint32_t id) {
+  if (!is_record_sphere(centre, radius)) return;
   grow_towards(centre);
   std::uint32_t node = root_;
-  // Down while the ball fits the child: radius at most half its side, and cubes large enough for floats to keep apart.
+  // Down while the sphere fits the child: radius at most half its side, and cubes large enough for floats to keep apart.
   if (lies_within(nodes_[root_].centre, nodes_[root_].half, centre)) {
     const auto can_halve = [](const Node& n) {
       return n.half > std::max(smallest_half, 64 * epsilon * max_component(glm::abs(n.centre)));
@@ -70,15 +70,15 @@ void BallOctree::insert(const vec3& centre, float radius, std::uint32_t id) {
       node = nodes_[node].children[i];
     }
   }
-  balls_.push_back({{centre, radius, id}, nodes_[node].balls});
-  nodes_[node].balls = static_cast<std::uint32_t>(balls_.size() - 1);
+  spheres_.push_back({{centre, radius, id}, nodes_[node].spheres});
+  nodes_[node].spheres = static_cast<std::uint32_t>(spheres_.size() - 1);
 }
 
-void BallOctree::collect(const Node& node, const vec3& p, Neighbours& out) const {
-  for (std::uint32_t i = node.balls; i != no_id; i = balls_[i].next) add_if_covering(balls_[i].ball, p, out);
+void RecordOctree::collect(const Node& node, const vec3& p, Neighbours& out) const {
+  for (std::uint32_t i = node.spheres; i != no_id; i = spheres_[i].next) add_if_covering(spheres_[i].sphere, p, out);
 }
 
-void BallOctree::covering(const vec3& p, Neighbours& out) const {
+void RecordOctree::covering(const vec3& p, Neighbours& out) const {
   out.clear();
   // A query stands near at most 8 cubes of one level, each of which may have 7 siblings waiting.
   thread_local std::vector<std::uint32_t> waiting;

@@ -31,7 +31,7 @@ template <class Visitor>
 void describe(Visitor& v, MemoryParams& params) {
   v.bytes("memory", params.memory, "budget beyond the scene, the build included; such as 512MiB");
   v.choice("over_memory", params.over_memory, {"leaner", "brute", "error"},
-           "in the place of what exceeds it: the first that fits of a tree in wide16 and brute force, or brute force at once");
+           "in the place of what exceeds it: the first that fits of a tree in bvh16 and brute force, or brute force at once");
 }
 
 // A structure's parameters with the two of its budget.

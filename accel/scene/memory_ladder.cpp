@@ -8,7 +8,7 @@ namespace {
 
 // The structure itself, then its replacements, each leaner than the one before.
 std::vector<MemoryRung> memory_rungs(const RayEntry& asked, const Scene& scene, const ParamMap& map, bool leaner) {
-  const ParamValue wide16{std::string("wide16"), {}}, yes{true, {}};
+  const ParamValue bvh16{std::string("bvh16"), {}}, yes{true, {}};
   std::vector<MemoryRung> rungs;
   const auto add = [&](const std::string& name, ParamMap params) {
     params.erase("memory");
@@ -24,11 +24,11 @@ std::vector<MemoryRung> memory_rungs(const RayEntry& asked, const Scene& scene, 
   add(asked.name, map);
   if (leaner && asked.tree) {
     ParamMap own = map;
-    own.insert_or_assign("layout", wide16);
+    own.insert_or_assign("layout", bvh16);
     add(asked.name, own);
   }
   if (leaner && asked.name != "brute")
-    for (const char* name : {"binned-sah", "median"}) add(name, {{"layout", wide16}});
+    for (const char* name : {"binned-sah", "median"}) add(name, {{"layout", bvh16}});
   add("brute", {{"in_place", yes}});
   return rungs;
 }

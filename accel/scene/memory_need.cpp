@@ -36,25 +36,25 @@ struct WideShape {
   double tree_leaf;            // most primitives of a leaf of the binary tree it is collapsed from
 };
 
-// A pack of wide16 holds 16 vertices: six triangles and more of a mesh, five that share none.
+// A pack of bvh16 holds 16 vertices: six triangles and more of a mesh, five that share none.
 WideShape shape_of(const std::string& layout, const Geometry& geometry) {
-  if (layout == "wide4") return {112, 160, 3, 2.1, 1};
-  if (layout == "wide8") return {256, 320, 5.5, 4, 2};
+  if (layout == "bvh4") return {112, 160, 3, 2.1, 1};
+  if (layout == "bvh8") return {256, 320, 5.5, 4, 2};
   const double vertices = static_cast<double>(geometry.positions.size()), triangles = primitives_of(geometry);
   return {448, 320, 11, vertices > 1.5 * triangles ? 4.2 : 5.6, 5};
 }
 
-double plan_bytes(const std::string& layout) { return 16 + (layout == "wide4" ? 4 : layout == "wide8" ? 8 : 16); }  // per node
+double plan_bytes(const std::string& layout) { return 16 + (layout == "bvh4" ? 4 : layout == "bvh8" ? 8 : 16); }  // per node
 
 // What build_lbvh_packs and the collapse of its tree need.
 MemoryNeed to_packs_need(const Geometry& geometry, const std::string& layout) {
   const WideShape wide = shape_of(layout, geometry);
   const double count = primitives_of(geometry), packs = count / wide.triangles, inner = packs / (wide.children - 1);
-  const double contents = 12 + 4 + (layout == "wide16" ? 3 : 0) + id, keys = 8, point = 16, leaf = 24;
+  const double contents = 12 + 4 + (layout == "bvh16" ? 3 : 0) + id, keys = 8, point = 16, leaf = 24;
   const double sort = (point + 2 * keys) * count;
   const double kept = wide.node * inner + wide.pack * packs, pages = kept < huge_page ? 0 : huge_page;
-  const double ready = wide.pack * packs + (2 * tree_node + 5) * packs;            // packs, their tree, counts and areas
-  const double least_filling = layout == "wide4" ? 2 : layout == "wide8" ? 3 : 4;  // of PackCutter
+  const double ready = wide.pack * packs + (2 * tree_node + 5) * packs;          // packs, their tree, counts and areas
+  const double least_filling = layout == "bvh4" ? 2 : layout == "bvh8" ? 3 : 4;  // of PackCutter
   const double cut = (point + keys + contents + (2 * tree_node + leaf) / least_filling) * count + ready + pages;
   const double collapse = ready + 2 * plan_bytes(layout) * packs + pages + (1 + list_growth) * wide.node * inner;
   return whole(geometry, kept, 1.1 * std::max({sort, cut, collapse}));

@@ -46,7 +46,7 @@ class Grid {
 
  private:
   class Builder;
-  class Walk;
+  class Traversal;
 
   std::span<const std::uint32_t> listed(const std::array<int, 3>& cell) const {
     const std::size_t i = (static_cast<std::size_t>(cell[2]) * size(1) + cell[1]) * size(0) + cell[0];
@@ -69,9 +69,9 @@ class Grid {
 };
 
 // The walk of a ray from cell to cell.
-class Grid::Walk {
+class Grid::Traversal {
  public:
-  Walk(const Grid& grid, const Ray& ray, const SlabRay& slab, float entry) : grid_(grid), slab_(slab), passed_(entry) {
+  Traversal(const Grid& grid, const Ray& ray, const SlabRay& slab, float entry) : grid_(grid), slab_(slab), passed_(entry) {
     for (int axis = 0; axis < 3; ++axis) start(axis, ray);
   }
 
@@ -172,7 +172,7 @@ void Grid::traverse(const Ray& ray, const float& t_best, Count& count, const Lea
     const std::span<const std::uint32_t> ids = listed(cell);
     return !ids.empty() && leaf(ids);
   };
-  Walk walk(*this, ray, slab, interval.entry);
+  Traversal walk(*this, ray, slab, interval.entry);
   do {
     if (visit(walk.cell())) return;
     if (const float exit = walk.exit(); exit == infinity || exit > limit_beyond(t_best)) return;

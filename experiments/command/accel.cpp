@@ -16,7 +16,7 @@ namespace etendue {
 
 namespace {
 
-// "sah,binned-sah:layout=wide8:bins=32": structures with their parameters.
+// "sah,binned-sah:layout=bvh8:bins=32": structures with their parameters.
 std::vector<StructureChoice> choose(const std::string& names) {
   const Location where{"--structures"};
   std::vector<StructureChoice> choices;
@@ -29,7 +29,7 @@ std::vector<StructureChoice> choose(const std::string& names) {
     std::getline(parts, method.name, ':');
     for (std::string pair; std::getline(parts, pair, ':');) {
       const std::size_t equals = pair.find('=');
-      if (equals == std::string::npos) throw Error(where, "'" + pair + "': expected key=value, as in binned-sah:layout=wide8");
+      if (equals == std::string::npos) throw Error(where, "'" + pair + "': expected key=value, as in binned-sah:layout=bvh8");
       method.params[pair.substr(0, equals)] = parse_param_value(pair.substr(equals + 1), where);
     }
     validate_accel(method);
@@ -84,7 +84,7 @@ int accel_command(const AccelCommand& command) {
          compare_structures(scene, choices, options, [&](const std::string& line) { console.status(line); })) {
       record.scene = name;
       if (!record.fallback.empty()) console.warning(fmt::format("{}: {}: {}", name, record.structure, record.fallback));
-      if (!is_foreign(record)) disagreements += record.disagreements;
+      if (!is_third_party(record)) disagreements += record.disagreements;
       if (command.json) {
         console.clear_status();
         fmt::print("{}\n", to_json_line(record));

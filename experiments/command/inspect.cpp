@@ -113,7 +113,7 @@ std::string to_lines(const std::string& name, const Scene& scene, const SceneNee
   add("resolution", fmt::format("{} x {}", scene.resolution.x, scene.resolution.y));
   add("depth",
       scene.max_depth ? fmt::format("{} scattering events", *scene.max_depth) : "64 scattering events (the scene states none)");
-  add("truth", scene.closed_form ? "closed form: " + scene.closed_form->source : "none: rendered where one is needed");
+  add("reference", scene.closed_form ? "closed form: " + scene.closed_form->source : "none: rendered where one is needed");
   text += "needs\n";
   for (const auto& line : needs.lines(scene))
     text += fmt::format("  {:<4}{:<20} {}\n", line.needed ? "yes" : "no", line.what, line.why);

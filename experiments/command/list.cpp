@@ -95,7 +95,7 @@ std::vector<Section> list_sections() {
           {"accels", "ray structures (with each parameter: default, range, unit)", accel_entries()},
           {"metrics", "metrics (x: image, r: reference)", metric_entries()},
           {"points", "point structures: which photons lie near?", entries_of(point_structures())},
-          {"balls", "ball structures: which records cover a point?", entries_of(ball_structures())},
+          {"records", "record structures: which records cover a point?", entries_of(record_structures())},
           {"motions", "motions, of experiments on change over time", entries_of(motions())},
           {"policies", "policies: what becomes of a tree when its scene moves", entries_of(change_policies())},
           {"measurements", "measurements, of experiments on claims (and their scenes)", measurement_entries()},

@@ -191,7 +191,7 @@ class CommandLine {
     c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
     c->add_option(
          "WHAT", list_,
-         "scenes, integrators, accels, metrics, points, balls, motions, policies, measurements or figures; or one name, "
+         "scenes, integrators, accels, metrics, points, records, motions, policies, measurements or figures; or one name, "
          "such as sppm; default all")
         ->type_name("");
   }

@@ -15,7 +15,7 @@
 //   threads     default: the machine's; `--threads` wins
 //   structures  true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene
 //   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (kinds/animation/animation.h)
-//   points, balls  tables: instead of integrators, what finds points or balls (kinds/search/search_config.h)
+//   points, records  tables: instead of integrators, what finds points or records (kinds/search/search_config.h)
 //   claims      [[claims]] and timing: instead of all that, claims and what measures them (kinds/claims/claims_config.h)
 //   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
 //   rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and compares

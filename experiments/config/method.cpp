@@ -151,8 +151,8 @@ std::vector<Method> all_accels(const Location& where) {
       methods.push_back({entry.name, {{parameter, {value, where}}}, where});
     };
     if (entry.name == "binned-sah")
-      for (const char* layout : {"wide4", "wide8"}) add("layout", std::string(layout));
-    if (entry.name == "binned-sah" || entry.name == "sbvh" || entry.name == "ploc") add("layout", std::string("wide16"));
+      for (const char* layout : {"bvh4", "bvh8"}) add("layout", std::string(layout));
+    if (entry.name == "binned-sah" || entry.name == "sbvh" || entry.name == "ploc") add("layout", std::string("bvh16"));
     if (entry.name == "embree") {
       add("robust", true);
       add("batches", std::string("coherent"));

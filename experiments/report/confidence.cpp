@@ -29,7 +29,7 @@ std::vector<double> final_confidence(const Configuration& configuration, const s
 
 std::map<std::string, double> confidence_of(const Image& image, const Image& standard_error, const Image& reference) {
   CHECK(image.size == reference.size && image.size == standard_error.size);
-  double within_1 = 0, within_2 = 0, stated = 0, truth = 0;
+  double within_1 = 0, within_2 = 0, stated = 0, squared_errors = 0;
   const auto n = static_cast<double>(image.pixels.size());
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     const double error = std::abs(luminance_of(image.pixels[i] - reference.pixels[i]));
@@ -38,12 +38,12 @@ std::map<std::string, double> confidence_of(const Image& image, const Image& sta
     within_1 += error <= sigma + rounding;
     within_2 += error <= 2 * sigma + rounding;
     stated += sigma * sigma;
-    truth += error * error;
+    squared_errors += error * error;
   }
   return {{"within_1", within_1 / n},
           {"within_2", within_2 / n},
           {"stated", std::sqrt(stated / n)},
-          {"true", std::sqrt(truth / n)}};
+          {"true", std::sqrt(squared_errors / n)}};
 }
 
 Table confidence_table(const ReportData& data) {

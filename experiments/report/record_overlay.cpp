@@ -81,9 +81,9 @@ class Overlay {
   void find_covering() {
     Bounds bounds;
     for (const RecordShape& record : records_) bounds.extend(record.position);
-    const auto balls = context_.make_balls("octree", bounds);
+    const auto records = context_.make_records("octree", bounds);
     for (std::size_t i = 0; i < records_.size(); ++i)
-      balls->insert(records_[i].position, reach(records_[i]), static_cast<std::uint32_t>(i));
+      records->insert(records_[i].position, reach(records_[i]), static_cast<std::uint32_t>(i));
     seen_.resize(out_.pixels.size());
     covering_.resize(out_.pixels.size());
     parallel_pixels(size_, [&](ivec2 pixel) {
@@ -91,7 +91,7 @@ class Overlay {
       SeenPoint& point = seen_[index(pixel.x, pixel.y)];
       point = see(context_, vec2(pixel) + 0.5f);
       if (!point.surface) return;
-      balls->covering(point.position, found);
+      records->covering(point.position, found);
       for (const Neighbour& n : found)
         if (covers(n.id, point)) covering_[index(pixel.x, pixel.y)].push_back(n.id);
     });

@@ -305,7 +305,7 @@ std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& 
   return points;
 }
 
-std::vector<Reign> reigns(const SceneData& scene, const std::string& metric) {
+std::vector<LeadInterval> lead_intervals(const SceneData& scene, const std::string& metric) {
   std::vector<Curve> curves;
   std::set<double> times;
   for (const Configuration& configuration : scene.configurations) {
@@ -316,7 +316,7 @@ std::vector<Reign> reigns(const SceneData& scene, const std::string& metric) {
       times.insert(point.x);
     }
   }
-  std::vector<Reign> result;
+  std::vector<LeadInterval> result;
   for (const double time : times) {
     std::size_t leader = curves.size();
     double least = std::numeric_limits<double>::infinity();

@@ -108,10 +108,10 @@ struct FrontPoint {
 std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& metric);
 
 // `configuration` has the least error from `begin_s` on, until the next one has; curves are interpolated between checkpoints.
-struct Reign {
+struct LeadInterval {
   std::size_t configuration = 0;
   double begin_s = 0;
 };
-std::vector<Reign> reigns(const SceneData& scene, const std::string& metric);
+std::vector<LeadInterval> lead_intervals(const SceneData& scene, const std::string& metric);
 
 }  // namespace etendue

@@ -74,14 +74,14 @@ Verdict accuracy(const ReportData& data, const SceneData& scene) {
   return verdict;
 }
 
-std::string reign_text(const ReportData& data, const SceneData& scene) {
+std::string lead_text(const ReportData& data, const SceneData& scene) {
   std::vector<std::string> parts;
-  std::size_t ruler = data.integrators.size();
-  for (const Reign& reign : reigns(scene, data.main_metric())) {
-    const Configuration& configuration = scene.configurations[reign.configuration];
-    if (configuration.integrator_index == ruler) continue;  // another structure under the same method
-    ruler = configuration.integrator_index;
-    parts.push_back(fmt::format("{} from {}", configuration.integrator, format_seconds(reign.begin_s)));
+  std::size_t leader = data.integrators.size();
+  for (const LeadInterval& lead : lead_intervals(scene, data.main_metric())) {
+    const Configuration& configuration = scene.configurations[lead.configuration];
+    if (configuration.integrator_index == leader) continue;  // another structure under the same method
+    leader = configuration.integrator_index;
+    parts.push_back(fmt::format("{} from {}", configuration.integrator, format_seconds(lead.begin_s)));
   }
   return parts.size() < 2 ? std::string() : "Least error at each time: " + enumerate(parts, ", then ", 6) + ".";
 }
@@ -207,7 +207,7 @@ Conclusions conclude(const ReportData& data) {
     // A signed figure has no order of good and bad: where nothing else was logged, nobody leads.
     if (!data.empty() && scene.common_time_s > 0 && !data.is_signed(data.main_metric())) {
       if (Verdict verdict = accuracy(data, scene); !verdict.text.empty()) verdicts.verdicts.push_back(std::move(verdict));
-      add("Over time", reign_text(data, scene));
+      add("Over time", lead_text(data, scene));
       add("Time to error", target_text(data, scene));
     }
     add("Throughput", throughput_text(data, scene));

@@ -68,7 +68,7 @@ class CellRunner {
         task_.resolution,
         phases_,
         [](const std::string& name) { return find_point_structure(name, {}).make(); },
-        [](const std::string& name, const Bounds& bounds) { return find_ball_structure(name, {}).make(bounds); }};
+        [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }};
     context.states_error = task_.confidence;
     if (task_.before_prepare) task_.before_prepare(*integrator, context);
     integrator->prepare(context);

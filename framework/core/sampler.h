@@ -13,7 +13,7 @@ namespace etendue {
 enum class SamplerKind : std::uint8_t { independent, sobol };
 
 // What the numbers are for. Two uses with different streams are independent.
-enum class Stream : std::uint32_t { camera, light_path, cache_record, prefill, gather, test, probe };
+enum class Stream : std::uint32_t { camera, light_path, cache_record, initial_pass, gather, test, probe };
 
 // Nested uniform (Owen) scrambling of a 32-bit fixed-point number.
 std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed);

@@ -1,4 +1,4 @@
-// Direct light at a vertex: one light sample, weighed against BSDF sampling.
+// Direct light at a vertex: one light sample, MIS-weighted with BSDF sampling.
 #pragma once
 
 #include "framework/core/sampler.h"

@@ -24,7 +24,7 @@ bool is_delta(const Light& light) {
 // The first surface with a lobe to merge at that a camera ray meets, through delta lobes.
 std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
   const auto key = pixel_index(pixel, context.resolution);
-  Sampler sampler(SamplerKind::independent, context.seed, Stream::prefill, key, 0);
+  Sampler sampler(SamplerKind::independent, context.seed, Stream::initial_pass, key, 0);
   Ray ray = sample_camera_ray(context, pixel, sampler);
   for (int depth = 0; depth < 16; ++depth) {
     const Hit hit = trace(context, ray);

@@ -70,7 +70,7 @@ void describe(Visitor& v, VcmParams& p) {
   v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
   v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");
-  v.choice("mis", p.mis, {"balance", "correlation-aware"}, "how strategies are weighed against each other");
+  v.choice("mis", p.mis, {"balance", "correlation-aware"}, "the MIS weights of strategies");
   v.choice("structure", p.structure, point_structure_names, "what finds the vertices to merge with");
 }
 

@@ -15,13 +15,13 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
   for (int depth = 0;; ++depth) {
     const Hit hit = etendue::trace(context_, path.ray);
     if (!hit) {
-      radiance += met_emission(path, hit, nullptr, depth);
+      radiance += emitted_with_mis(path, hit, nullptr, depth);
       return;
     }
     const SurfacePoint point = context_.scene.surface_at(path.ray, hit);
     const float cos_in = std::abs(glm::dot(path.ray.direction, point.normal));
     path.mis.arrive(square(hit.t), cos_in);
-    radiance += met_emission(path, hit, &point, depth);
+    radiance += emitted_with_mis(path, hit, &point, depth);
     if (settings_.correlation) follow(path, square(hit.t), cos_in);
     if (depth >= settings_.max_depth || !settings_.connect) return;
     const Bsdf bsdf(context_.scene, point);
@@ -50,7 +50,7 @@ void CameraPaths::follow(const SubPath& path, float distance_squared, float cos_
 
 // Emission at the end of the path, after `depth` events; in full where it is seen directly, since no other strategy samples
 // that.
-Rgb CameraPaths::met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth) {
+Rgb CameraPaths::emitted_with_mis(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth) {
   const vec3& direction = path.ray.direction;
   const LightSampler& lights = context_.lights;
   const Rgb emitted = point ? lights.emitted(*point, -direction) : lights.environment(direction);

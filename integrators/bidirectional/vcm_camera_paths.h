@@ -34,7 +34,7 @@ class CameraPaths {
 
   // Appends a vertex to the trail.
   void follow(const SubPath& path, float distance_squared, float cos_in);
-  Rgb met_emission(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth);
+  Rgb emitted_with_mis(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth);
   void next_event(const Vertex& vertex, Sampler& sampler, Rgb& radiance);
   void connect(const Vertex& vertex, const LightVertex& light, Rgb& radiance);
   void merge(const Vertex& vertex, Rgb& radiance);

@@ -37,7 +37,7 @@ std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context,
       sample.radiance = paths[i].radiance;
       sample.distance = paths[i].first_distance;
       sample.normal = paths[i].first_normal;
-      sample.grain = paths[i].first_grain;
+      sample.photon_footprint = paths[i].first_photon_footprint;
     }
   }
   return samples;
@@ -71,7 +71,7 @@ IrradianceRecords CacheLevels::make_records(const RenderContext& context) const 
   // The split sphere's radius is a mean distance, which grows by no more than the distance moved ([Krivanek2006]). Radii from
   // Hessians have no such bound; there the radius that a record serves at the usual accuracy may grow by the distance.
   const float clamp = is_hessian(settings_.metric) ? 1 / usual_accuracy : 1;
-  return {context.make_balls(settings_.structure, bounds()),
+  return {context.make_records(settings_.structure, bounds()),
           accuracy(),
           settings_.clamping ? clamp : 0.0f,
           weight,
@@ -135,7 +135,7 @@ std::vector<RecordShape> CacheLevels::shapes() const {
   std::vector<RecordShape> shapes;
   for (std::size_t level = 0; const IrradianceRecords* records = records_in(level); ++level)
     for (const IrradianceRecord& record : records->all())
-      shapes.push_back({record.position, record.normal, accuracy() * record.reach, record.squeeze});
+      shapes.push_back({record.position, record.normal, accuracy() * record.validity_radius, record.anisotropy});
   return shapes;
 }
 

@@ -7,10 +7,10 @@
 #include "framework/transport/roulette.h"
 #include "integrators/caches/cache_fill.h"
 #include "integrators/caches/closed_form_irradiance.h"
-#include "integrators/caches/end_in_cache.h"
 #include "integrators/caches/file_cache.h"
 #include "integrators/caches/records/cache_progress.h"
 #include "integrators/caches/records/record_file.h"
+#include "integrators/caches/terminate_in_cache.h"
 #include "integrators/paths/emission.h"
 #include "integrators/paths/sample_shares.h"
 
@@ -95,7 +95,7 @@ class IrradianceCache final : public Integrator, public FileCache {
 };
 
 void IrradianceCache::prepare(RenderContext& context) {
-  const auto timed = context.phases.measure("prefill");
+  const auto timed = context.phases.measure("initial_pass");
   max_depth_ = context.max_depth(params_.max_depth);
   // Direct light takes one scattering event, indirect light two at least.
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
@@ -120,7 +120,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   wanted_.assign(seen.size(), {});
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), max_depth_ > shared_above);
   radiance_ = [this, &context](std::span<PathSample> paths, int depth) {
-    const EndInCache end(*cache_, depth - 1, params_.cache_direct, kept_);
+    const TerminateInCache end(*cache_, depth - 1, params_.cache_direct, kept_);
     trace_paths(context, paths, depth, paths_to(max_depth_), params_.cache_direct, params_.fill == "records" ? &end : nullptr);
   };
   if (rough_) rough_->prepare(context, cached_below_, max_depth_ > shared_above);
@@ -187,7 +187,7 @@ void IrradianceCache::read(const RenderContext& context, ByteReader& body) {
 }
 
 void IrradianceCache::refine(const RenderContext& context, std::uint32_t index) {
-  const auto timed = context.phases.measure("prefill");
+  const auto timed = context.phases.measure("initial_pass");
   const float accuracy = accuracy_at(index);
   if (params_.records == 0 && index <= CacheProgress::overture_rounds) {
     cache_->fill(context, radiance_, accuracy);
@@ -279,11 +279,11 @@ CameraSample IrradianceCache::camera_sample(const RenderContext& context, Ray ra
   for (int depth = 0;; ++depth) {
     const Hit hit = trace(context, ray);
     if (!hit) {
-      if (count_emission) *met_light += throughput * met_emission(context, ray, nullptr, pdf_bsdf);
+      if (count_emission) *met_light += throughput * emitted_with_mis(context, ray, nullptr, pdf_bsdf);
       return out;
     }
     const SurfacePoint point = context.scene.surface_at(ray, hit);
-    if (count_emission) *met_light += throughput * met_emission(context, ray, &point, pdf_bsdf);
+    if (count_emission) *met_light += throughput * emitted_with_mis(context, ray, &point, pdf_bsdf);
     if (depth >= max_depth_ || only_emission) return out;
 
     const vec3 wo = -ray.direction;

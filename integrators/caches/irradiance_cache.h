@@ -29,8 +29,8 @@
 // all further bounces; with "paths" they are traced to their end.
 //
 // Depth: the light a record holds has a bound on its scattering events, so records serve the camera depth they were made at.
-// Where the limit is above 16 all depths share them, and a path seen through c carrying events may be c events too long; where
-// records answer for records, light may be so too.
+// Where the limit is above 16 all depths share them, and a path seen through c specular-like events may be c events too long;
+// where records answer for records, light may be so too.
 //
 // A cache can be saved and loaded (record_file.h). Loaded records serve any view of the same scene; what they do not cover gets
 // new ones. The refinement goes on where it stood: after N iterations saved, iteration i refines as N + i would, but for what
@@ -72,7 +72,7 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
            "exact-values: that too, but hemispheres say how far they serve");
   v.flag("cache_direct", p.cache_direct, "records hold direct light too, as far as rays can find it; no light samples there");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
-  v.choice("structure", p.structure, ball_structure_names, "what finds the records");
+  v.choice("structure", p.structure, record_structure_names, "what finds the records");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

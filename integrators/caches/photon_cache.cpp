@@ -7,7 +7,7 @@
 #include "integrators/caches/records/cache_progress.h"
 #include "integrators/caches/records/record_file.h"
 #include "integrators/paths/sample_shares.h"
-#include "integrators/photons/camera_walk.h"
+#include "integrators/photons/photon_camera_path.h"
 
 namespace etendue {
 
@@ -87,12 +87,12 @@ void PhotonCache::prepare(RenderContext& context) {
   maps_.trace_global(context, map_pass_);
   maps_.trace_caustics(context, params_.retrace ? round_of(0) : 0);
 
-  const auto timed = context.phases.measure("prefill");
+  const auto timed = context.phases.measure("initial_pass");
   const ivec2 size = context.resolution;
   std::vector<CachePoint> seen(static_cast<std::size_t>(size.x) * size.y);
   parallel_pixels(size, [&](ivec2 pixel) {
     // Indirect light takes two scattering events at least.
-    seen[pixel_index(pixel, size)] = find_cache_point(context, pixel, max_depth_ - 1, sampler_, &maps_.receivers());
+    seen[pixel_index(pixel, size)] = find_cache_point(context, pixel, max_depth_ - 1, sampler_, &maps_.rough_materials());
   });
   wanted_.assign(seen.size(), {});
   cached_ = CachedLight(size, context.states_error);
@@ -146,7 +146,7 @@ void PhotonCache::gather(const RenderContext& context, std::span<PathSample> pat
     PathSample& path = paths[i];
     path.first_distance = hits[i].t;
     path.first_normal = context.scene.surface_at(path.ray, hits[i]).normal;
-    path.radiance = gather.along(path.ray, hits[i], depth, path.sampler, &path.first_grain);
+    path.radiance = gather.along(path.ray, hits[i], depth, path.sampler, &path.first_photon_footprint);
   }
 }
 
@@ -157,7 +157,7 @@ IrradianceEstimate PhotonCache::density(const RenderContext& context, const Cach
   estimate.irradiance = found.radiance;
   // A map that stays has noise of its own; one that is new in every iteration shows it in their scatter.
   if (found.radius > 0 && !params_.retrace) {
-    const float photons = pi * square(found.radius) / std::max(found.grain, 1e-30f);
+    const float photons = pi * square(found.radius) / std::max(found.photon_footprint, 1e-30f);
     estimate.shared_variance = square(luminance(estimate.irradiance)) * kernel_noise / photons;
   }
   if (found.radius > 0) {
@@ -183,7 +183,7 @@ void PhotonCache::refine(RenderContext& context, std::uint32_t index) {
   map_pass_ = map_pass;
   cache_->set_source(map_pass_);
 
-  const auto timed = context.phases.measure("prefill");
+  const auto timed = context.phases.measure("initial_pass");
   const bool anew = new_map && !gathers_;  // records on this map alone
   if (anew) cache_->clear(context);
   const float accuracy = progress_.accuracy_at(stage);
@@ -227,8 +227,8 @@ void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& f
 }
 
 void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, float next_accuracy, CameraSample& sample) const {
-  const auto at_receiver = [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth,
-                               float distance) {
+  const auto at_rough_vertex = [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput,
+                                   int depth, float distance) {
     const int remaining = max_depth_ - depth - 1;
     const Rgb caustics = maps_.caustics(context, point, bsdf, wo, remaining);
     Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light) + caustics;
@@ -264,7 +264,8 @@ void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, fl
     }
     sample.sampled += throughput * radiance;
   };
-  sample.sampled += CameraWalk{context, maps_.receivers(), max_depth_}(ray, sample.sampler, sample.sampler, at_receiver);
+  sample.sampled +=
+      PhotonCameraPath{context, maps_.rough_materials(), max_depth_}(ray, sample.sampler, sample.sampler, at_rough_vertex);
 }
 
 Expectation PhotonCache::expectation() const {

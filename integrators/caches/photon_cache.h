@@ -1,12 +1,13 @@
 // A cache of irradiance filled from a photon map, in place of a final gather for each camera sample ([Jensen1996],
 // [Christensen1999]; records, metrics and gradients as in integrators/caches/irradiance_cache.h).
 //
-// The camera path passes surfaces that carry light to each receiver it meets (integrators/photons/camera_walk.h). Direct light
-// is sampled there, caustics are those of the caustic map, which exists where the scene needs it
+// The camera path passes specular-like vertices to each rough vertex it meets (integrators/photons/photon_camera_path.h).
+// Direct light is sampled there, caustics are those of the caustic map, which exists where the scene needs it
 // (integrators/photons/photon_maps.h); indirect light is interpolated between records on diffuse surfaces and the diffuse base
 // under a smooth coat. Records are filled by
 //
-//   gather    a stratified hemisphere of rays, each of which ends at its first receiver in the global map's density. The first
+//   gather    a stratified hemisphere of rays, each of which ends at its first rough vertex in the global map's density. The
+//   first
 //             hits' distances give all metrics and gradients of the other caches, the photons all further bounces: a ray costs
 //             one ray and one look-up, however dark or intricate the scene
 //   density   the global map's density at the record itself, without rays. It has no distances and no gradients. What bounds
@@ -14,8 +15,8 @@
 //             serves as far as its kernel reached, within the spacings' bounds, at other accuracies in proportion. Curved
 //             surfaces count as flat over the kernel
 //
-// Where no record serves and on receivers that are not cached (rough metals and plastics), one gather ray per camera sample, or
-// the global map seen directly.
+// Where no record serves and on rough vertices that are not cached (rough metals and plastics), one gather ray per camera
+// sample, or the global map seen directly.
 //
 // The cache refines as irradiance-cache does (integrators/caches/records/cache_progress.h). With `retrace`, photons are new
 // too: the caustic map's in every iteration; the global map's as often as the records begin another pass over their
@@ -70,7 +71,7 @@ void describe(Visitor& v, PhotonCacheParams& p) {
   describe_cache(v, p);
   describe_photon_maps(v, p);
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
-  v.choice("record_structure", p.record_structure, ball_structure_names, "what finds the records");
+  v.choice("record_structure", p.record_structure, record_structure_names, "what finds the records");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

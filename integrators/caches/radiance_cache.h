@@ -55,7 +55,7 @@ void describe(Visitor& v, RadianceCacheParams& p) {
   v.number("extra_samples", p.extra_samples, 0, 31, "camera samples",
            "beyond one per pixel and iteration, at most on the mean: given to the pixels that scatter most");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
-  v.choice("structure", p.structure, ball_structure_names, "what finds the records");
+  v.choice("structure", p.structure, record_structure_names, "what finds the records");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 

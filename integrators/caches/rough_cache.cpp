@@ -70,7 +70,7 @@ void RoughCache::prepare(const RenderContext& context, int deepest, bool one_lev
 }
 
 RadianceRecords RoughCache::make_records(const RenderContext& context) const {
-  return {context.make_balls(settings_.structure, bounds()), order_, accuracy(),
+  return {context.make_records(settings_.structure, bounds()), order_, accuracy(),
           std::clamp(settings_.accuracy / accuracy(), 1.0f, settings_.overlap)};
 }
 

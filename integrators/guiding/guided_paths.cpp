@@ -21,13 +21,13 @@ struct Event {
   float cached = -1;     // luminance from the cache, of indirect light scattered by what it met; < 0: none
 };
 
-struct Walk {
+struct PathState {
   PathSample* path;
   Rgb throughput{1};
-  Rgb unguided{1};      // what BSDF sampling would have made of it
-  float promise = -1;   // luminance of indirect light that the path was expected to find at its first diffuse surface
-  float eta_scale = 1;  // undoes the eta^2 of refractions
-  float pdf = 0;        // of the ray's direction; 0: delta lobe or camera
+  Rgb unguided{1};            // what BSDF sampling would have made of it
+  float expected_light = -1;  // luminance of indirect light that the path was expected to find at its first diffuse surface
+  float eta_scale = 1;        // undoes the eta^2 of refractions
+  float pdf = 0;              // of the ray's direction; 0: delta lobe or camera
   std::uint32_t last_event = none;
 };
 
@@ -51,7 +51,7 @@ struct LightGain {
 };
 
 struct GuidedWavefront {
-  Wavefront<Walk, LightGain> paths;
+  Wavefront<PathState, LightGain> paths;
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the paths
 };
@@ -123,34 +123,34 @@ Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point
   return out;
 }
 
-void add_direct_light(const RenderContext& context, const Walk& walk, const SurfacePoint& point, const Mixture& mixture,
-                      const vec3& wo, MisMode mis, Wavefront<Walk, LightGain>& wave) {
-  const auto light = sample_direct_light(context, point, mixture.bsdf, wo, walk.path->sampler, MisMode::light);
+void add_direct_light(const RenderContext& context, const PathState& state, const SurfacePoint& point, const Mixture& mixture,
+                      const vec3& wo, MisMode mis, Wavefront<PathState, LightGain>& wave) {
+  const auto light = sample_direct_light(context, point, mixture.bsdf, wo, state.path->sampler, MisMode::light);
   if (!light) return;
-  wave.gain({&walk.path->radiance, walk.throughput * light->radiance, light->pdf_solid_angle, mixture.share,
+  wave.gain({&state.path->radiance, state.throughput * light->radiance, light->pdf_solid_angle, mixture.share,
              mixture.bsdf.pdf(wo, glm::normalize(light->shadow_ray.direction)), &mixture.guide.directions(), mis},
             light->shadow_ray);
 }
 
 // Survival probability: the light that the cache expects the path to find from here, over the light it was expected to find at
 // its first diffuse surface; where the cache knows nothing, the throughput of BSDF sampling.
-float survival(Walk& walk, float expected) {
-  if (!(walk.promise > 0)) return survival_of(walk.unguided, walk.eta_scale);
-  return expected < 0 ? 1 : std::clamp(roulette_slack * expected / walk.promise, least_survival, 1.0f);
+float survival(PathState& state, float expected) {
+  if (!(state.expected_light > 0)) return survival_of(state.unguided, state.eta_scale);
+  return expected < 0 ? 1 : std::clamp(roulette_slack * expected / state.expected_light, least_survival, 1.0f);
 }
 
 // Samples the direction in which a path continues; false where it ends.
-bool scatter(const RenderContext& context, Walk& walk, Ray& ray, const SurfacePoint& point, const Mixture& mixture, int depth,
-             const PathSettings& settings, std::vector<Event>& events) {
+bool scatter(const RenderContext& context, PathState& state, Ray& ray, const SurfacePoint& point, const Mixture& mixture,
+             int depth, const PathSettings& settings, std::vector<Event>& events) {
   const vec3 wo = -ray.direction;
   float expected = -1;
   if (mixture.bsdf.is_diffuse() && mixture.guide.indirect() >= 0) {
-    expected = luminance(walk.throughput * mixture.bsdf.diffuse_albedo()) * mixture.guide.indirect();
-    if (walk.promise < 0) walk.promise = expected;
+    expected = luminance(state.throughput * mixture.bsdf.diffuse_albedo()) * mixture.guide.indirect();
+    if (state.expected_light < 0) state.expected_light = expected;
   }
-  const Scattered scattered = sample_mixture(context, point, mixture, wo, walk.path->sampler);
+  const Scattered scattered = sample_mixture(context, point, mixture, wo, state.path->sampler);
   const BsdfSample& sample = scattered.sample;
-  walk.throughput *= sample.weight;
+  state.throughput *= sample.weight;
   if (!sample.specular && mixture.bsdf.has_non_specular()) {
     events.push_back({{.leaf = mixture.tree.leaf_to_teach(mixture.leaf, point.position, mixture.normal, scattered.square),
                        .square = scattered.square,
@@ -162,19 +162,19 @@ bool scatter(const RenderContext& context, Walk& walk, Ray& ray, const SurfacePo
                        .pdf = sample ? sample.pdf_solid_angle : 1,
                        .pdf_bsdf = scattered.pdf_bsdf,
                        .pdf_guide = scattered.pdf_guide},
-                      walk.throughput,
-                      walk.last_event});
-    walk.last_event = static_cast<std::uint32_t>(events.size() - 1);
+                      state.throughput,
+                      state.last_event});
+    state.last_event = static_cast<std::uint32_t>(events.size() - 1);
   }
   if (!sample) return false;
-  walk.unguided *= glm::min(scattered.unguided, vec3(1));
-  if (sample.transmitted) walk.eta_scale *= sample.eta * sample.eta;
-  walk.pdf = sample.pdf_solid_angle;
+  state.unguided *= glm::min(scattered.unguided, vec3(1));
+  if (sample.transmitted) state.eta_scale *= sample.eta * sample.eta;
+  state.pdf = sample.pdf_solid_angle;
   ray = spawn_ray(point, sample.wi);
   if (depth + 1 < settings.roulette_depth) return true;
-  const float survives = survival(walk, expected);
-  if (!survives_roulette(walk.throughput, survives, walk.path->sampler)) return false;
-  walk.unguided /= survives;
+  const float survives = survival(state, expected);
+  if (!survives_roulette(state.throughput, survives, state.path->sampler)) return false;
+  state.unguided /= survives;
   return true;
 }
 
@@ -201,13 +201,13 @@ void record(const PathSample& path, std::uint32_t last, const std::vector<Event>
 }
 
 // Stores with the event before what the cache knows of the surface that the path has reached.
-void ask_cache(Walk& walk, const Mixture& mixture, std::vector<Event>& events) {
-  if (walk.last_event == none || !mixture.bsdf.is_diffuse()) return;
-  Event& event = events[walk.last_event];
+void ask_cache(PathState& state, const Mixture& mixture, std::vector<Event>& events) {
+  if (state.last_event == none || !mixture.bsdf.is_diffuse()) return;
+  Event& event = events[state.last_event];
   if (event.cached >= 0 || mixture.guide.indirect() < 0) return;
   Rgb carried(0);
   for (int c = 0; c < 3; ++c)
-    if (event.throughput[c] > 0) carried[c] = walk.throughput[c] / event.throughput[c];
+    if (event.throughput[c] > 0) carried[c] = state.throughput[c] / event.throughput[c];
   event.cached = mixture.guide.indirect() * luminance(carried * mixture.bsdf.diffuse_albedo());
 }
 
@@ -216,29 +216,29 @@ void ask_cache(Walk& walk, const Mixture& mixture, std::vector<Event>& events) {
 void trace_guided_paths(const RenderContext& context, std::span<PathSample> paths, const PathSettings& settings,
                         const SdTree& guide, std::vector<GuideRecord>& records) {
   static thread_local GuidedWavefront wave;  // for its memory
-  Wavefront<Walk, LightGain>& walks = wave.paths;
+  Wavefront<PathState, LightGain>& states = wave.paths;
   std::vector<Event>& events = wave.events;
   std::vector<std::uint32_t>& last_events = wave.last_events;
-  walks.clear();
+  states.clear();
   events.clear();
   last_events.assign(paths.size(), none);
-  for (PathSample& path : paths) walks.start({&path}, path.ray);
-  walks.run(context, 0, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
-    PathSample& path = *walk.path;
-    if (walk.pdf != 0) events[walk.last_event].before = path.radiance;
+  for (PathSample& path : paths) states.start({&path}, path.ray);
+  states.run(context, 0, [&](PathState& state, Ray& ray, const Hit& hit, int depth) {
+    PathSample& path = *state.path;
+    if (state.pdf != 0) events[state.last_event].before = path.radiance;
     if (!hit) {
-      path.radiance += met_emission(context, ray, nullptr, walk.pdf, walk.throughput, settings.mis);
+      path.radiance += emitted_with_mis(context, ray, nullptr, state.pdf, state.throughput, settings.mis);
       return false;
     }
     const SurfacePoint point = context.scene.surface_at(ray, hit);
-    path.radiance += met_emission(context, ray, &point, walk.pdf, walk.throughput, settings.mis);
+    path.radiance += emitted_with_mis(context, ray, &point, state.pdf, state.throughput, settings.mis);
     if (depth >= settings.max_depth) return false;
     const Bsdf bsdf(context.scene, point);
     const Mixture mixture(bsdf, guide, point, -ray.direction);
-    ask_cache(walk, mixture, events);
-    add_direct_light(context, walk, point, mixture, -ray.direction, settings.mis, walks);
-    const bool goes_on = scatter(context, walk, ray, point, mixture, depth, settings, events);
-    last_events[static_cast<std::size_t>(&path - paths.data())] = walk.last_event;
+    ask_cache(state, mixture, events);
+    add_direct_light(context, state, point, mixture, -ray.direction, settings.mis, states);
+    const bool goes_on = scatter(context, state, ray, point, mixture, depth, settings, events);
+    last_events[static_cast<std::size_t>(&path - paths.data())] = state.last_event;
     return goes_on;
   });
   for (std::size_t i = 0; i < paths.size(); ++i) record(paths[i], last_events[i], events, records);

@@ -43,7 +43,7 @@ struct Event {
   bool followed = false;  // the path met what is next, or nothing
 };
 
-struct Walk {
+struct PathState {
   std::uint32_t pixel;
   Rgb throughput{1};  // to the camera; once the cache is asked, to the last event
   float eta_scale = 1, pdf_bsdf = 0;
@@ -52,7 +52,7 @@ struct Walk {
 };
 
 struct TileWavefront {
-  Wavefront<Walk> paths;
+  Wavefront<PathState> paths;
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the pixels
 };
@@ -98,12 +98,13 @@ class HashCache final : public Integrator, public FileCache {
   // Depths that cells tell apart; that of a cell.
   static int depths(int max_depth) { return max_depth > shared_above ? 1 : std::max(max_depth, 1); }
   int key_depth(int depth) const { return max_depth_ > shared_above ? 0 : depth; }
-  bool meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
+  bool meet(const RenderContext& context, PathState& state, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
             TileWavefront& wave) const;
-  void meet_light(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point, Pixel& pixel,
+  void meet_light(const RenderContext& context, const PathState& state, const Ray& ray, const SurfacePoint* point, Pixel& pixel,
                   TileWavefront& wave) const;
-  bool goes_on(const Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel) const;
-  void leave_diffuse(Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
+  bool goes_on(const PathState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+               Pixel& pixel) const;
+  void leave_diffuse(PathState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
                      TileWavefront& wave) const;
 
   HashCacheParams params_;
@@ -133,14 +134,14 @@ void HashCache::read(const RenderContext& context, ByteReader& body) {
 
 // Emission that a ray meets, weighted against the light sample at the ray's origin. For a ray from an event it is direct light
 // of that surface, which is not part of the event's value.
-void HashCache::meet_light(const RenderContext& context, const Walk& walk, const Ray& ray, const SurfacePoint* point,
+void HashCache::meet_light(const RenderContext& context, const PathState& state, const Ray& ray, const SurfacePoint* point,
                            Pixel& pixel, TileWavefront& wave) const {
-  const Rgb met = walk.throughput * met_emission(context, ray, point, walk.pdf_bsdf);
-  if (!walk.from_diffuse) {
-    (walk.asked ? pixel.found : pixel.radiance) += met;
+  const Rgb met = state.throughput * emitted_with_mis(context, ray, point, state.pdf_bsdf);
+  if (!state.from_diffuse) {
+    (state.asked ? pixel.found : pixel.radiance) += met;
     return;
   }
-  Event& event = wave.events[walk.last_event];
+  Event& event = wave.events[state.last_event];
   event.followed = true;
   if (event.previous == none) {
     pixel.radiance += pixel.weight * met;
@@ -152,77 +153,78 @@ void HashCache::meet_light(const RenderContext& context, const Walk& walk, const
 
 // Whether a path follows a direction from a diffuse surface. If not, and the path is beyond its lookup, it ends with a cell's
 // value.
-bool HashCache::goes_on(const Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+bool HashCache::goes_on(const PathState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
                         Pixel& pixel) const {
-  if (depth + 1 >= max_depth_ || is_black(walk.throughput * albedo)) return false;
-  if (!walk.asked || pixel.sampler.get_1d() < traced_on_) return true;
+  if (depth + 1 >= max_depth_ || is_black(state.throughput * albedo)) return false;
+  if (!state.asked || pixel.sampler.get_1d() < traced_on_) return true;
   count(Counter::lookups);
   const auto mean = grid_->mean(position, normal, key_depth(depth));
-  if (mean) pixel.found += walk.throughput * albedo * *mean;
+  if (mean) pixel.found += state.throughput * albedo * *mean;
   return !mean;
 }
 
 // The first such surface of a path is where the cache will be looked up, once the paths of this sample are added.
-void HashCache::leave_diffuse(Walk& walk, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
-                              TileWavefront& wave) const {
-  if (!walk.asked) {
-    pixel.weight = walk.throughput * albedo;
+void HashCache::leave_diffuse(PathState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+                              Pixel& pixel, TileWavefront& wave) const {
+  if (!state.asked) {
+    pixel.weight = state.throughput * albedo;
     pixel.position = position;
     pixel.normal = normal;
     pixel.u = pixel.sampler.get_2d();
     pixel.depth = key_depth(depth);
   }
-  wave.events.push_back({position, normal, key_depth(depth), walk.last_event, walk.asked ? walk.throughput * albedo : Rgb(1)});
-  walk.last_event = static_cast<std::uint32_t>(wave.events.size() - 1);
-  walk.asked = true;
+  wave.events.push_back(
+      {position, normal, key_depth(depth), state.last_event, state.asked ? state.throughput * albedo : Rgb(1)});
+  state.last_event = static_cast<std::uint32_t>(wave.events.size() - 1);
+  state.asked = true;
 }
 
 // Handles what a ray meets and samples how the path continues; false where it ends.
-bool HashCache::meet(const RenderContext& context, Walk& walk, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
-                     TileWavefront& wave) const {
-  Pixel& pixel = pixels[walk.pixel];
+bool HashCache::meet(const RenderContext& context, PathState& state, Ray& ray, const Hit& hit, int depth,
+                     std::vector<Pixel>& pixels, TileWavefront& wave) const {
+  Pixel& pixel = pixels[state.pixel];
   if (!hit) {
-    meet_light(context, walk, ray, nullptr, pixel, wave);
+    meet_light(context, state, ray, nullptr, pixel, wave);
     return false;
   }
   const SurfacePoint point = context.scene.surface_at(ray, hit);
-  meet_light(context, walk, ray, &point, pixel, wave);
+  meet_light(context, state, ray, &point, pixel, wave);
   if (depth >= max_depth_) return false;
   const vec3 wo = -ray.direction, normal = towards(point.shading_normal, point.shading_normal, wo);
   const Bsdf bsdf(context.scene, point);
   const bool diffuse = bsdf.is_diffuse();
   const Rgb albedo = diffuse ? bsdf.diffuse_albedo() : Rgb(1);
-  const bool follows = !diffuse || goes_on(walk, point.position, normal, albedo, depth, pixel);
-  const int samples = diffuse && !walk.asked ? params_.light_samples : 1;
+  const bool follows = !diffuse || goes_on(state, point.position, normal, albedo, depth, pixel);
+  const int samples = diffuse && !state.asked ? params_.light_samples : 1;
   for (int i = 0; i < samples; ++i)
     if (const auto light =
             sample_direct_light(context, point, bsdf, wo, pixel.sampler, follows ? MisMode::power : MisMode::light))
       wave.paths.gain(
-          {walk.asked ? &pixel.found : &pixel.radiance, walk.throughput * light->radiance / static_cast<float>(samples)},
+          {state.asked ? &pixel.found : &pixel.radiance, state.throughput * light->radiance / static_cast<float>(samples)},
           light->shadow_ray);
   if (!follows) return false;
   // Roulette goes by the weight of this event's value in that of the event before, once there is one: the weight in the pixel
   // says nothing about that in the cell.
-  float worth = max_component(walk.throughput * albedo) * walk.eta_scale;
+  float worth = max_component(state.throughput * albedo) * state.eta_scale;
   if (diffuse) {
-    leave_diffuse(walk, point.position, normal, albedo, depth, pixel, wave);
-    walk.throughput = Rgb(1);
-    walk.eta_scale = 1;
+    leave_diffuse(state, point.position, normal, albedo, depth, pixel, wave);
+    state.throughput = Rgb(1);
+    state.eta_scale = 1;
   }
   const float u_lobe = pixel.sampler.get_1d();
   const BsdfSample scattered = bsdf.sample(wo, u_lobe, pixel.sampler.get_2d());
   if (!scattered) return false;
   // A diffuse surface's albedo is counted already.
   if (!diffuse) {
-    walk.throughput *= scattered.weight;
-    if (scattered.transmitted) walk.eta_scale *= scattered.eta * scattered.eta;
-    worth = max_component(walk.throughput) * walk.eta_scale;
+    state.throughput *= scattered.weight;
+    if (scattered.transmitted) state.eta_scale *= scattered.eta * scattered.eta;
+    worth = max_component(state.throughput) * state.eta_scale;
   }
-  walk.from_diffuse = diffuse;
-  walk.pdf_bsdf = scattered.pdf_solid_angle;
+  state.from_diffuse = diffuse;
+  state.pdf_bsdf = scattered.pdf_solid_angle;
   ray = spawn_ray(point, scattered.wi);
   if (depth + 1 < params_.roulette_depth) return true;
-  return survives_roulette(walk.throughput, std::min(0.95f, worth), pixel.sampler);
+  return survives_roulette(state.throughput, std::min(0.95f, worth), pixel.sampler);
 }
 
 // Computes the value of each event.
@@ -252,9 +254,9 @@ void HashCache::trace_tile(const RenderContext& context, std::size_t number, std
     pixels.push_back({path.sampler});
   });
   wave.last_events.assign(pixels.size(), none);
-  wave.paths.run(context, 0, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
-    const bool goes_on = meet(context, walk, ray, hit, depth, pixels, wave);
-    wave.last_events[walk.pixel] = walk.last_event;
+  wave.paths.run(context, 0, [&](PathState& state, Ray& ray, const Hit& hit, int depth) {
+    const bool goes_on = meet(context, state, ray, hit, depth, pixels, wave);
+    wave.last_events[state.pixel] = state.last_event;
     return goes_on;
   });
   values_[number].clear();

@@ -45,7 +45,7 @@ Tile path_tile(ivec2 resolution, std::size_t number) {
 namespace {
 
 // A path under way: what it carries to its next hit.
-struct Walk {
+struct PathState {
   PathSample* path;
   Rgb throughput{1};
   float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
@@ -53,46 +53,46 @@ struct Walk {
 };
 
 // Samples the direction in which a path goes on from a point with `depth` events before it; false where it ends.
-bool scatter(Walk& walk, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, int depth, int roulette_depth) {
-  Sampler& sampler = walk.path->sampler;
+bool scatter(PathState& state, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, int depth, int roulette_depth) {
+  Sampler& sampler = state.path->sampler;
   const float u_lobe = sampler.get_1d();
   const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
   if (!scattered) return false;
-  walk.throughput *= scattered.weight;
-  if (scattered.transmitted) walk.eta_scale *= scattered.eta * scattered.eta;
-  walk.pdf_bsdf = scattered.pdf_solid_angle;
+  state.throughput *= scattered.weight;
+  if (scattered.transmitted) state.eta_scale *= scattered.eta * scattered.eta;
+  state.pdf_bsdf = scattered.pdf_solid_angle;
   ray = spawn_ray(point, scattered.wi);
   if (depth + 1 < roulette_depth) return true;
-  return survives_roulette(walk.throughput, survival_of(walk.throughput, walk.eta_scale), sampler);
+  return survives_roulette(state.throughput, survival_of(state.throughput, state.eta_scale), sampler);
 }
 
 }  // namespace
 
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
                  bool count_emission, const PathEnd* end) {
-  static thread_local Wavefront<Walk> wave;  // for its memory
+  static thread_local Wavefront<PathState> wave;  // for its memory
   wave.clear();
   for (PathSample& path : paths) wave.start({&path}, path.ray);
   const int first = depth;
-  wave.run(context, depth, [&](Walk& walk, Ray& ray, const Hit& hit, int depth) {
-    PathSample& path = *walk.path;
+  wave.run(context, depth, [&](PathState& state, Ray& ray, const Hit& hit, int depth) {
+    PathSample& path = *state.path;
     if (depth == first) path.first_distance = hit ? hit.t : infinity;
     const bool counts = count_emission || depth > first;
     if (!hit) {
-      if (counts) path.radiance += met_emission(context, ray, nullptr, walk.pdf_bsdf, walk.throughput, settings.mis);
+      if (counts) path.radiance += emitted_with_mis(context, ray, nullptr, state.pdf_bsdf, state.throughput, settings.mis);
       return false;
     }
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     if (depth == first) path.first_normal = point.normal;
-    if (counts) path.radiance += met_emission(context, ray, &point, walk.pdf_bsdf, walk.throughput, settings.mis);
+    if (counts) path.radiance += emitted_with_mis(context, ray, &point, state.pdf_bsdf, state.throughput, settings.mis);
     if (depth >= settings.max_depth) return false;
     const Bsdf bsdf(context.scene, point);
     const std::optional<Rgb> ended = end ? end->reflected(point, bsdf, -ray.direction, depth) : std::nullopt;
     const MisMode mis = ended ? end->direct : settings.mis;
     if (const auto light = sample_direct_light(context, point, bsdf, -ray.direction, path.sampler, mis))
-      wave.gain({&path.radiance, walk.throughput * light->radiance}, light->shadow_ray);
-    if (ended) path.radiance += walk.throughput * *ended;
-    return !ended && scatter(walk, ray, point, bsdf, depth, settings.roulette_depth);
+      wave.gain({&path.radiance, state.throughput * light->radiance}, light->shadow_ray);
+    if (ended) path.radiance += state.throughput * *ended;
+    return !ended && scatter(state, ray, point, bsdf, depth, settings.roulette_depth);
   });
 }
 

@@ -43,10 +43,10 @@ struct PathSettings {
 struct PathSample {
   Ray ray;
   Sampler sampler;
-  Rgb radiance{0};                  // arriving along the ray
-  float first_distance = infinity;  // to the first hit, in lengths of the ray's direction
-  vec3 first_normal{0};             // geometric, there
-  float first_grain = 0;            // area per photon at the first hit, where the radiance is made of photons; else 0
+  Rgb radiance{0};                   // arriving along the ray
+  float first_distance = infinity;   // to the first hit, in lengths of the ray's direction
+  vec3 first_normal{0};              // geometric, there
+  float first_photon_footprint = 0;  // area per photon at the first hit, where the radiance is made of photons; else 0
 };
 
 // Where paths may end early: at surfaces whose indirect light something else knows.

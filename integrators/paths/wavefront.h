@@ -14,16 +14,17 @@ struct Gain {
   void arrive(const Ray&) const { *to += radiance; }
 };
 
-// `Walk`: what a path under way carries to its next hit. `Gained`: a Gain, or what else arrives where a shadow ray is free.
-template <class Walk, class Gained = Gain>
+// `PathState`: what a path under way carries to its next hit. `Gained`: a Gain, or what else arrives where a shadow ray is
+// free.
+template <class PathState, class Gained = Gain>
 class Wavefront {
  public:
   void clear() {
-    walks_.clear();
+    states_.clear();
     rays_.clear();
   }
-  void start(const Walk& walk, const Ray& ray) {
-    walks_.push_back(walk);
+  void start(const PathState& state, const Ray& ray) {
+    states_.push_back(state);
     rays_.push_back(ray);
   }
 
@@ -33,26 +34,26 @@ class Wavefront {
     shadow_rays_.push_back(shadow_ray);
   }
 
-  // Calls meet(walk, ray, hit, depth) for each path in turn, which sends walk and ray on or returns false, until all have
+  // Calls meet(state, ray, hit, depth) for each path in turn, which sends state and ray on or returns false, until all have
   // ended. Paths have `depth` scattering events before their first hits. What they gain has come in when they meet what is
   // next.
   template <class Meet>
   void run(const RenderContext& context, int depth, const Meet& meet) {
-    for (; !walks_.empty(); ++depth) {
+    for (; !states_.empty(); ++depth) {
       hits_.resize(rays_.size());
       trace(context, rays_, hits_);
       gains_.clear();
       shadow_rays_.clear();
       std::size_t going_on = 0;
-      for (std::size_t i = 0; i < walks_.size(); ++i) {
+      for (std::size_t i = 0; i < states_.size(); ++i) {
         if (i + prefetched < hits_.size() && hits_[i + prefetched]) context.scene.prefetch_surface(hits_[i + prefetched]);
-        Walk walk = walks_[i];
+        PathState state = states_[i];
         Ray ray = rays_[i];
-        if (!meet(walk, ray, hits_[i], depth)) continue;
-        walks_[going_on] = walk;
+        if (!meet(state, ray, hits_[i], depth)) continue;
+        states_[going_on] = state;
         rays_[going_on++] = ray;
       }
-      walks_.erase(walks_.begin() + static_cast<std::ptrdiff_t>(going_on), walks_.end());
+      states_.erase(states_.begin() + static_cast<std::ptrdiff_t>(going_on), states_.end());
       rays_.resize(going_on);
       for_unoccluded(context, shadow_rays_, [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
     }
@@ -61,8 +62,8 @@ class Wavefront {
  private:
   static constexpr std::size_t prefetched = 4;  // hits ahead: as long as memory takes
 
-  std::vector<Walk> walks_;
-  std::vector<Ray> rays_;  // of the walks
+  std::vector<PathState> states_;
+  std::vector<Ray> rays_;  // of the states
   std::vector<Hit> hits_;
   std::vector<Gained> gains_;
   std::vector<Ray> shadow_rays_;  // of the gains

@@ -19,7 +19,7 @@ CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, 
 CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind,
                         const std::function<Follow(const SurfacePoint&, const Bsdf&)>& judge) {
   const auto key = pixel_index(pixel, context.resolution);
-  Sampler sampler(kind, context.seed, Stream::prefill, key, 0);
+  Sampler sampler(kind, context.seed, Stream::initial_pass, key, 0);
   const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
   Ray ray = context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, lens);
   float distance = 0;
@@ -42,10 +42,10 @@ CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, 
 }
 
 CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind,
-                            const Receivers* receivers) {
-  return follow_pixel(context, pixel, deepest, kind, [receivers](const SurfacePoint& point, const Bsdf& bsdf) {
+                            const RoughMaterials* rough_materials) {
+  return follow_pixel(context, pixel, deepest, kind, [rough_materials](const SurfacePoint& point, const Bsdf& bsdf) {
     if (is_cached(bsdf)) return Follow::arrives;
-    return receivers && (*receivers)(point.material) ? Follow::ends : Follow::goes_on;
+    return rough_materials && (*rough_materials)(point.material) ? Follow::ends : Follow::goes_on;
   });
 }
 

@@ -15,7 +15,7 @@ struct CachePoint {
   vec3 normal{0}, geometric{0};  // both on the side that is seen
   vec3 origin{0};                // of rays that leave to that side
   float pixel_width = 0;         // metres per pixel, there
-  int depth = -1;                // carrying events before it; -1: nothing to cache is seen
+  int depth = -1;                // specular-like events before it; -1: nothing to cache is seen
 
   explicit operator bool() const { return depth >= 0; }
 };
@@ -40,9 +40,9 @@ CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, 
                         const std::function<Follow(const SurfacePoint&, const Bsdf&)>& judge);
 
 // Follows the ray through the centre of a pixel to a cached surface with less than `deepest` events before it: past all other
-// surfaces, or past those that are no `receivers`.
+// surfaces, or past those that are not in `rough_materials`.
 CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
-                            const Receivers* receivers = nullptr);
+                            const RoughMaterials* rough_materials = nullptr);
 
 // The share of uniform incident light that the diffuse part reflects towards wo. A coated base, f = g T(wo) T(wi) / pi, is
 // evaluated along the normal and T(wi) replaced by its cosine-weighted mean.

@@ -34,7 +34,7 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
   if (!hit) return 0;
   const SurfacePoint point = context.scene.surface_at(ray, hit);
   const float facing = std::abs(glm::dot(point.normal, normal));
-  if (!receivers_.stores(point.material) || facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
+  if (!rough_materials_.stores(point.material) || facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
   // Behind a wall no photons count.
   if (!walls.none() && walls.may_hide(point.position, [&] { return ray.origin; }) &&
       !unoccluded(context, segment(at.origin(), ray.origin)))

@@ -34,8 +34,8 @@ class DiscCoverage {
     SamplerKind sampler = SamplerKind::sobol;
   };
 
-  DiscCoverage(const Receivers& receivers, const Rules& rules, std::size_t slots)
-      : receivers_(receivers), rules_(rules), slots_(slots) {}
+  DiscCoverage(const RoughMaterials& rough_materials, const Rules& rules, std::size_t slots)
+      : rough_materials_(rough_materials), rules_(rules), slots_(slots) {}
 
   static constexpr float flatness = 0.2f;  // of the radius
 
@@ -56,7 +56,7 @@ class DiscCoverage {
     std::uint32_t probes = 0, gathers = 0;
   };
 
-  const Receivers& receivers_;
+  const RoughMaterials& rough_materials_;
   Rules rules_;
   std::vector<Slot> slots_;
 };

@@ -127,7 +127,7 @@ struct GuidedNumbers {
   vec2 pair() { return numbers.pair(); }
 };
 
-EmissionGuide learn_guide(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass,
+EmissionGuide learn_guide(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass,
                           std::uint32_t pilot_count) {
   const std::uint64_t key = hash_keys(pass.key, 1);
   std::vector<EmissionGuide::Pilot> pilots(pilot_count), so_far;
@@ -137,7 +137,7 @@ EmissionGuide learn_guide(const RenderContext& context, const Receivers& receive
     const std::uint32_t begin = pilot_count / rounds * round,
                         end = round + 1 < rounds ? begin + pilot_count / rounds : pilot_count;
     trace_in_chunks(end - begin, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-      PhotonTracer tracer(context, receivers, pass);
+      PhotonTracer tracer(context, rough_materials, pass);
       for (std::uint32_t i = begin + first; i < begin + last; ++i, out.clear()) {
         GuidedNumbers numbers({of_pilots, i}, guide);
         const bool useful = tracer.trace(numbers, 1, out);
@@ -152,13 +152,13 @@ EmissionGuide learn_guide(const RenderContext& context, const Receivers& receive
 
 }  // namespace
 
-Photons trace_by_importance(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass) {
+Photons trace_by_importance(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   const std::uint32_t pilots = pass.count / 4, count = pass.count - pilots;
-  const EmissionGuide guide = learn_guide(context, receivers, pass, pilots);
+  const EmissionGuide guide = learn_guide(context, rough_materials, pass, pilots);
   const PathNumbers of_pass(context, pass, pass.key);
   const float share = 1 / static_cast<float>(count);
   return trace_in_chunks(count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-    PhotonTracer tracer(context, receivers, pass);
+    PhotonTracer tracer(context, rough_materials, pass);
     for (std::uint32_t i = first; i < last; ++i) {
       GuidedNumbers numbers({of_pass, i}, guide);
       tracer.trace(numbers, share / numbers.density, out);

@@ -49,6 +49,6 @@ class EmissionGuide {
   std::vector<Node> nodes_;
 };
 
-Photons trace_by_importance(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass);
+Photons trace_by_importance(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass);
 
 }  // namespace etendue

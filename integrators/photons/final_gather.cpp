@@ -58,22 +58,22 @@ Rgb FinalGather::operator()(const SurfacePoint& point, const Bsdf& bsdf, const v
   return sum / static_cast<float>(rays);
 }
 
-Rgb FinalGather::along(Ray ray, Hit hit, int depth, Sampler& numbers, float* grain) const {
-  if (grain != nullptr) *grain = 0;
+Rgb FinalGather::along(Ray ray, Hit hit, int depth, Sampler& numbers, float* photon_footprint) const {
+  if (photon_footprint != nullptr) *photon_footprint = 0;
   const int first = depth;
   Rgb radiance(0), throughput(1);
   float eta_scale = 1;
   for (; depth < max_depth && hit; ++depth) {
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     const Bsdf bsdf(context.scene, point);
-    const bool receiver = receivers(point.material);
+    const bool rough = rough_materials(point.material);
     const vec3 wo = -ray.direction;
     bool ends = false;
-    if (receiver) {
+    if (rough) {
       const int remaining = max_depth - depth - 1;
       const PhotonMap::Estimate seen = reflected(point, bsdf, wo, remaining);
       ends = !(follow_near && hit.t < seen.radius);
-      if (ends && depth == first && grain != nullptr) *grain = seen.grain;
+      if (ends && depth == first && photon_footprint != nullptr) *photon_footprint = seen.photon_footprint;
       radiance += throughput * (ends ? seen.radiance
                                      : direct_light(context, point, bsdf, wo, numbers, MisMode::light) +
                                            map.radiance(context, point, bsdf, wo, photon_caustic, remaining));
@@ -97,7 +97,7 @@ PhotonMap::Estimate FinalGather::reflected(const SurfacePoint& point, const Bsdf
   if (irradiance && bsdf.is_diffuse() && max_scatterings >= irradiance->longest()) {
     const vec3 normal = glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal;
     if (const auto found = irradiance->at(context, point.position, normal, ray_origin(point, normal)))
-      return {found->irradiance * bsdf.diffuse_albedo() * inv_pi, found->resolution, found->grain};
+      return {found->irradiance * bsdf.diffuse_albedo() * inv_pi, found->resolution, found->photon_footprint};
   }
   return map.measure(context, GatherPoint(point, bsdf, wo, photon_any, max_scatterings));
 }

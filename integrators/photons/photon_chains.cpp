@@ -65,10 +65,10 @@ class MutatedNumbers {
 // Stretches one after the other, with what they have learned of the size of mutations.
 class ChainSequence {
  public:
-  ChainSequence(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass, const PathNumbers& uniform,
-                std::uint64_t id, Photons& out)
+  ChainSequence(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass,
+                const PathNumbers& uniform, std::uint64_t id, Photons& out)
       : uniform_(uniform),
-        tracer_(context, receivers, pass),
+        tracer_(context, rough_materials, pass),
         random_(hash_keys(context.seed, static_cast<std::uint32_t>(Stream::light_path), pass.key, 2), id),
         out_(out) {}
 
@@ -113,12 +113,12 @@ class ChainSequence {
 
 }  // namespace
 
-Photons trace_by_visibility(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass) {
+Photons trace_by_visibility(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   const std::uint32_t uniform = (pass.count + 1) / 2;
   std::vector<std::uint8_t> visible(uniform);
   const PathNumbers of_pass(context, pass, pass.key);
   trace_in_chunks(uniform, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-    PhotonTracer tracer(context, receivers, pass);
+    PhotonTracer tracer(context, rough_materials, pass);
     for (std::uint32_t i = first; i < last; ++i, out.clear()) {
       SampledNumbers numbers(of_pass, i);
       visible[i] = tracer.trace(numbers, 1, out);
@@ -134,7 +134,7 @@ Photons trace_by_visibility(const RenderContext& context, const Receivers& recei
   const std::size_t shortest = states / seeds.size(), longer = states % seeds.size();
   std::vector<Photons> parts(sequences);
   parallel_for(sequences, 1, [&](std::size_t s) {
-    ChainSequence sequence(context, receivers, pass, of_pass, s, parts[s]);
+    ChainSequence sequence(context, rough_materials, pass, of_pass, s, parts[s]);
     for (std::size_t j = seeds.size() * s / sequences; j < seeds.size() * (s + 1) / sequences; ++j) {
       const std::size_t length = shortest + (j < longer);
       sequence.run(seeds[j], static_cast<std::uint32_t>(length),

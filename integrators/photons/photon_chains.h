@@ -18,6 +18,6 @@
 
 namespace etendue {
 
-Photons trace_by_visibility(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass);
+Photons trace_by_visibility(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass);
 
 }  // namespace etendue

@@ -47,7 +47,7 @@ float PhotonMap::automatic_radius() const {
 }
 
 GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories,
-                         int max_scatterings, float flank_density)
+                         int max_scatterings, float tail_density)
     : bsdf_(&bsdf),
       position_(point.position),
       wo_(wo),
@@ -57,7 +57,7 @@ GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3
       histories_(histories),
       constant_(bsdf.is_diffuse() && point.shading_normal == point.normal),
       longest_(std::min(max_scatterings, 65535)),
-      flank_density_(flank_density),
+      tail_density_(tail_density),
       constant_reflectance_(constant_ ? bsdf.diffuse_albedo() * inv_pi : Rgb(0)) {
   origin_ = ray_origin(point, normal_);
   transmits_ = bsdf.transmits();
@@ -94,17 +94,17 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   const KernelDisc disc = find_disc(*query_, at.position(), whole ? 0 : options_.k, radius_, neighbours);
   count(Counter::photons_gathered, disc.count);
   const float radius = std::sqrt(disc.radius_squared);
-  const float grain = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;
+  const float photon_footprint = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;
   if (disc.count == 0 || !(disc.radius_squared > 0)) return {Rgb(0), radius};
   const std::span<const Neighbour> near = counting(context, at, {neighbours.data(), disc.count}, near_walls(at, radius));
-  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius, grain};
+  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius, photon_footprint};
   std::optional<VisibleDomain> domain;
   if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), radius);
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
     if (!domain || domain->contains(photons_.position[id] - at.position()))
       sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
-  return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius, grain};
+  return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius, photon_footprint};
 }
 
 // The hull of a few photons does not tell where the surface ends: then the whole disc is used.

@@ -52,9 +52,9 @@ KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float
 class GatherPoint {
  public:
   // Photons of the given histories count, with at most `max_scatterings` events behind them. Only directions of a BSDF density
-  // below `flank_density` (1/sr) are reflected: a lobe's flanks, or all.
+  // below `tail_density` (1/sr) are reflected: a lobe's tails, or all.
   GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories, int max_scatterings,
-              float flank_density = infinity);
+              float tail_density = infinity);
 
   // Irradiance on the side of unit `normal`, by photons with at most `max_scatterings` events behind them, which are reflected
   // as they are.
@@ -63,7 +63,7 @@ class GatherPoint {
 
   const vec3& position() const { return position_; }
   const vec3& normal() const { return normal_; }  // geometric, on the side of wo
-  bool of_flanks() const { return flank_density_ < infinity; }
+  bool of_tails() const { return tail_density_ < infinity; }
   // Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces
   // pass. Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.
   bool counts(const Photons& photons, std::uint32_t id, bool side_test) const {
@@ -71,7 +71,7 @@ class GatherPoint {
     if (!(side.history & histories_) || photons.scatterings[id] > longest_) return false;
     const float facing = side_test ? glm::dot(side.normal(), normal_) : 1;
     if (!((transmits_ ? std::abs(facing) : facing) >= 0.1f)) return false;
-    return !of_flanks() || bsdf_->pdf(wo_, photons.direction[id]) < flank_density_;
+    return !of_tails() || bsdf_->pdf(wo_, photons.direction[id]) < tail_density_;
   }
   // The way to a photon that counts, if a wall may stand on it. Photons on the far side of a surface that lets light through
   // are looked at from there.
@@ -113,7 +113,7 @@ class GatherPoint {
   PhotonHistory histories_;
   bool constant_;  // f_r is the same for every direction
   std::int32_t longest_;
-  float flank_density_ = infinity;
+  float tail_density_ = infinity;
   Rgb constant_reflectance_;
 };
 
@@ -134,8 +134,8 @@ class PhotonMap {
   // What `estimate` finds, and within which radius.
   struct Estimate {
     Rgb radiance{0};
-    float radius = 0;  // metres; 0: there are no photons
-    float grain = 0;   // area per photon, m^2
+    float radius = 0;            // metres; 0: there are no photons
+    float photon_footprint = 0;  // area per photon, m^2
   };
 
   // Radiance towards wo that photons of the given histories, with at most `max_scatterings` events behind them, make the

@@ -1,12 +1,13 @@
-// Irradiance computed beforehand at places where photons landed, so that a gather ray looks up one value instead of k photons
+// Irradiance computed beforehand at sample points where photons landed, so that a gather ray looks up one value instead of k
+// photons
 // ([Christensen1999]).
 //
-// The places are where photons of another pass landed, on the side they came from. (Photons of the map itself would not do:
-// each would answer where others are far, and the irradiance there is too bright if that photon is counted, by 2.6 % on a wall
-// lit through a door, and too dark if it is not. Photons of another pass are independent of the map.) A look-up answers with
-// the irradiance of the nearest place, or of one of the eight nearest, whose normal is within 25 degrees and which no wall
-// hides (integrators/photons/wall_grid.h); where none is within the map's radius, and at surfaces that are not diffuse, the
-// photons themselves are gathered. It adds the bias of a step function in place of a smooth one, only at the ends of gather
+// The sample points are where photons of another pass landed, on the side they came from. (Photons of the map itself would not
+// do: each would answer where others are far, and the irradiance there is too bright if that photon is counted, by 2.6 % on a
+// wall lit through a door, and too dark if it is not. Photons of another pass are independent of the map.) A look-up answers
+// with the irradiance of the nearest sample point, or of one of the eight nearest, whose normal is within 25 degrees and which
+// no wall hides (integrators/photons/wall_grid.h); where none is within the map's radius, and at surfaces that are not diffuse,
+// the photons themselves are gathered. It adds the bias of a step function in place of a smooth one, only at the ends of gather
 // rays, where it averages out.
 #pragma once
 
@@ -18,14 +19,14 @@ namespace etendue {
 
 class PhotonIrradiance {
  public:
-  // Computes the irradiance from a map's photons at `places`, photons that are independent of them.
-  PhotonIrradiance(const RenderContext& context, const PhotonMap& map, const Photons& places,
+  // Computes the irradiance from a map's photons at `sample_points`, photons that are independent of them.
+  PhotonIrradiance(const RenderContext& context, const PhotonMap& map, const Photons& sample_points,
                    std::unique_ptr<PointQuery> query);
 
   struct Found {
-    Rgb irradiance;    // W/m^2
-    float resolution;  // metres: the kernel's radius, or the distance to the place that answers if that is longer
-    float grain;       // area per photon, m^2
+    Rgb irradiance;          // W/m^2
+    float resolution;        // metres: the kernel's radius, or the distance to the sample point that answers if that is longer
+    float photon_footprint;  // area per photon, m^2
   };
   // On the side of unit `normal`, to which rays leave from `origin`.
   std::optional<Found> at(const RenderContext& context, const vec3& position, const vec3& normal, const vec3& origin) const;
@@ -37,7 +38,7 @@ class PhotonIrradiance {
   const PhotonMap& map_;
   std::vector<vec3> position_, normal_, direction_;
   std::vector<Rgb> irradiance_;
-  std::vector<float> radius_, grain_, flown_;
+  std::vector<float> radius_, photon_footprint_, flown_;
   int longest_ = 0;
 };
 

@@ -2,7 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "integrators/paths/path.h"
-#include "integrators/photons/camera_walk.h"
+#include "integrators/photons/photon_camera_path.h"
 
 namespace etendue {
 
@@ -60,7 +60,7 @@ void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film&
 
 Rgb PhotonMapping::camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const {
   Rgb seen(0);
-  const Rgb met = CameraWalk{context, maps_.receivers(), max_depth_}(
+  const Rgb met = PhotonCameraPath{context, maps_.rough_materials(), max_depth_}(
       ray, sample.sampler, sample.sampler,
       [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
         seen += throughput * reflected(context, point, bsdf, wo, depth, sample);
@@ -68,7 +68,7 @@ Rgb PhotonMapping::camera_radiance(const RenderContext& context, const Ray& ray,
   return met + seen;
 }
 
-// What a receiver reflects by events that diffuse, seen by a camera path with `depth` events before this one.
+// What a rough vertex reflects by diffuse or rough events, seen by a camera path with `depth` events before this one.
 Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                              int depth, CameraSample& sample) const {
   const int remaining = max_depth_ - depth - 1;

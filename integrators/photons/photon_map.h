@@ -1,16 +1,16 @@
 // Photon mapping ([Jensen1996], [Jensen2001]): photons are traced from the lights once, and camera paths gather their density.
 //
-// The camera path passes surfaces that carry light (see integrators/photons/photons.h) to each receiver R it meets. There, with
-// C for an event that carries:
+// The camera path passes specular-like vertices (see integrators/photons/photons.h) to each rough vertex R it meets. There,
+// with C for a specular-like event:
 //
 //   direct      L R C* E           next-event estimation, one light sample
-//   caustic     L C+ R C* E        the caustic map: photons of its own, whose paths end at their first receiver
+//   caustic     L C+ R C* E        the caustic map: photons of its own, whose paths end at their first rough vertex
 //   indirect    L (C|R)* R C* R C* E
 //                 final_gather = 0: the global map, which then holds indirect photons only
-//                 final_gather > 0: that many rays (integrators/photons/final_gather.h) through C* to the next receiver, where
-//                 the global map, which then holds direct, caustic and indirect photons, is gathered. They collect no emission:
-//                 a ray that ends on a light has found a path of the first two rows.
-//   L C* E                         emission the camera path meets (weighed against light sampling after a narrow rough lobe)
+//                 final_gather > 0: that many rays (integrators/photons/final_gather.h) through C* to the next rough vertex,
+//                 where the global map, which then holds direct, caustic and indirect photons, is gathered. They collect no
+//                 emission: a ray that ends on a light has found a path of the first two rows.
+//   L C* E                         emission the camera path meets (MIS-weighted with light sampling after a narrow rough lobe)
 //
 // Both maps: integrators/photons/photon_maps.h.
 //

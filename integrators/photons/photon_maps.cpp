@@ -18,8 +18,8 @@ PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method
 
 void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use) {
   use_ = use;
-  receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below);
-  const bool caustics = context.needs.caustic_map || receivers_->narrow_lobes();
+  rough_materials_ = std::make_unique<RoughMaterials>(context.scene, params_.carry_below);
+  const bool caustics = context.needs.caustic_map || rough_materials_->narrow_lobes();
   separate_caustics_ = params_.caustic_map == "on" || (params_.caustic_map == "auto" && caustics);
   holds_caustics_ = caustics && !separate_caustics_;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
@@ -36,7 +36,7 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
   pass.emission = PhotonEmission::power;
   PhotonMap map;
-  build(context, map, trace_photons(context, *receivers_, pass), Edges::disc);
+  build(context, map, trace_photons(context, *rough_materials_, pass), Edges::disc);
   const float wanted = 0.007f * glm::length(context.scene.bounds().diagonal());
   if (!(wanted > 0)) return fewest_photons;
   const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
@@ -46,7 +46,7 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   std::vector<float> radii(lines * lines);
   parallel_for(radii.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
-    const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, receivers_.get());
+    const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, rough_materials_.get());
     if (seen)
       radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), widest);
   });
@@ -58,12 +58,12 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {
-  const auto timed = context.phases.measure("prefill");
+  const auto timed = context.phases.measure("initial_pass");
   const SeenOptions options{4, use_.max_depth, use_.sampler, params_.side_test};
   // Twice what k photons need of the area seen if half of those emitted reach it, as densities differ; for gather rays, a
   // fiftieth of the scene.
   const float whole = 0.02f * glm::length(context.scene.bounds().diagonal());
-  const double area = seen_area(context, *receivers_, options);
+  const double area = seen_area(context, *rough_materials_, options);
   const double photons = 0.5 * std::min(photons_, separate_caustics_ ? params_.caustic_photons : photons_);
   const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
   const bool gathers = use_.gather_rays > 0;
@@ -71,8 +71,8 @@ void PhotonMaps::mark_seen(const RenderContext& context) {
                       : gathers          ? whole
                                          : std::clamp(static_cast<float>(needed), 1e-3f * whole, whole);
   // Half as much again, for what lies between the samples of a pixel.
-  seen_ = find_seen(context, *receivers_, options, 1.5f * reach);
-  if (gathers) gathered_ = find_seen(context, *receivers_, options, 1.5f * reach, std::min(use_.gather_rays, 16));
+  seen_ = find_seen(context, *rough_materials_, options, 1.5f * reach);
+  if (gathers) gathered_ = find_seen(context, *rough_materials_, options, 1.5f * reach, std::min(use_.gather_rays, 16));
   if (emission_ == PhotonEmission::visibility) largest_radius_ = reach;  // beyond it there may be no photons
 }
 
@@ -83,7 +83,7 @@ PhotonPass PhotonMaps::pass_of(int count, std::uint64_t key, int max_scatterings
 
 Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) const {
   const auto timed = context.phases.measure("emit");
-  return trace_photons(context, *receivers_, pass);
+  return trace_photons(context, *rough_materials_, pass);
 }
 
 void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) {
@@ -101,13 +101,13 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
     return pass_of(count, key, use_.max_depth - (gathers && !holds_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
                    gathered_ ? gathered_.get() : seen_.get());
   };
-  Photons photons = trace(context, pass_for(photons_, hash_keys(0, pass))), places;
+  Photons photons = trace(context, pass_for(photons_, hash_keys(0, pass))), sample_points;
   const bool precomputes = gathers && params_.precompute > 0;
-  if (precomputes) places = trace(context, pass_for(std::max(1, photons_ / params_.precompute), hash_keys(0, pass, 1)));
+  if (precomputes) sample_points = trace(context, pass_for(std::max(1, photons_ / params_.precompute), hash_keys(0, pass, 1)));
   const auto timed = context.phases.measure("build");
   build(context, global_, std::move(photons), parse_edges(params_.edges));
   if (precomputes)
-    irradiance_ = std::make_unique<PhotonIrradiance>(context, global_, places, context.make_points(params_.structure));
+    irradiance_ = std::make_unique<PhotonIrradiance>(context, global_, sample_points, context.make_points(params_.structure));
 }
 
 void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass) {

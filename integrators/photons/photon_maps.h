@@ -1,8 +1,8 @@
 // The global photon map and the caustic map beside it, for all methods that keep whole maps ([Jensen1996]).
 //
-// The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a rough lobe that carries; without it the
+// The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a narrow rough lobe; without it the
 // global map holds the caustic photons too. The global map is seen directly, and then holds indirect photons only; or at the
-// ends of rays from the receivers that are seen, and then holds direct, caustic and indirect photons.
+// ends of rays from the rough vertices that are seen, and then holds direct, caustic and indirect photons.
 //
 // With `photons` = 0 a pilot pass decides how many photons the global map has for gather rays. Where little of the light
 // reaches what is seen, gather rays would otherwise find only a few photons: their noise would be that of the whole image, and
@@ -50,7 +50,7 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.number("radius", p.radius, 0, 1e12, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
   v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
   v.integer("precompute", p.precompute, 0, 1000000, "photons",
-            "one more for so many marks a place that holds irradiance for gather rays; 0: they gather photons themselves");
+            "photons for each sample point that holds irradiance for gather rays; 0: they gather photons themselves");
   v.flag("follow_near", p.follow_near,
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
   v.choice("caustic_map", p.caustic_map, {"auto", "on", "off"}, "auto: where the scene needs it; off: one map for all");
@@ -65,7 +65,7 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
 
 // How the maps will be used.
 struct PhotonMapsUse {
-  int gather_rays = 0;  // from a receiver that is seen; 0: the global map is seen directly
+  int gather_rays = 0;  // from a rough vertex that is seen; 0: the global map is seen directly
   int max_depth = 64;
   SamplerKind sampler = SamplerKind::sobol;
 };
@@ -81,9 +81,9 @@ class PhotonMaps {
   void trace_global(RenderContext& context, std::uint32_t pass);
   void trace_caustics(RenderContext& context, std::uint32_t pass);  // nothing where there is no caustic map
 
-  const Receivers& receivers() const { return *receivers_; }
+  const RoughMaterials& rough_materials() const { return *rough_materials_; }
   const PhotonMap& global() const { return global_; }
-  // Caustics at a receiver, apart from those that are part of `seen_directly`.
+  // Caustics at a rough vertex, apart from those that are part of `seen_directly`.
   Rgb caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                int max_scatterings) const;
   // The global map's light where it is seen directly.
@@ -92,7 +92,7 @@ class PhotonMaps {
     return global_.radiance(context, point, bsdf, wo, global_seen_, max_scatterings);
   }
   FinalGather gather(const RenderContext& context, int rays, bool by_photons) const {
-    return {context,    *receivers_,         global_,     irradiance_.get(), rays, use_.max_depth,
+    return {context,    *rough_materials_,   global_,     irradiance_.get(), rays, use_.max_depth,
             by_photons, params_.follow_near, use_.sampler};
   }
 
@@ -110,7 +110,7 @@ class PhotonMaps {
   bool separate_caustics_ = false;
   bool holds_caustics_ = false;             // the global map, to be seen directly
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
-  std::unique_ptr<Receivers> receivers_;
+  std::unique_ptr<RoughMaterials> rough_materials_;
   PhotonMap global_, caustic_;
   std::unique_ptr<PhotonIrradiance> irradiance_;  // of the global map, for gather rays
   std::shared_ptr<const WallGrid> walls_;         // of the map that was built last

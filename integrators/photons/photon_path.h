@@ -1,4 +1,5 @@
-// One photon's path: emitted, traced, stored where receivers catch it. For integrators/photons/photons.cpp and its emissions.
+// One photon's path: emitted, traced, stored where rough vertices catch it. For integrators/photons/photons.cpp and its
+// emissions.
 //
 // The path is a function of the numbers it draws, the same ones in the same places whatever it meets: five for the light, its
 // point and the direction, then two for lobe and survival and two for the direction at each event. So the numbers can be chosen
@@ -65,8 +66,8 @@ class SampledNumbers {
 
 class PhotonTracer {
  public:
-  PhotonTracer(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass)
-      : context_(context), receivers_(receivers), pass_(pass) {}
+  PhotonTracer(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass)
+      : context_(context), rough_materials_(rough_materials), pass_(pass) {}
   ~PhotonTracer() { count(Counter::rays, rays_); }
   PhotonTracer(const PhotonTracer&) = delete;
   PhotonTracer& operator=(const PhotonTracer&) = delete;
@@ -80,7 +81,7 @@ class PhotonTracer {
   bool stores(PhotonHistory history) const { return (pass_.keep & history) != 0; }
 
   const RenderContext& context_;
-  const Receivers& receivers_;
+  const RoughMaterials& rough_materials_;
   const PhotonPass& pass_;
   std::uint64_t rays_ = 0;
 };
@@ -100,9 +101,9 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     if (!hit) return matters;
     const SurfacePoint point = context_.scene.surface_at(ray, hit);
     const vec3 from = -ray.direction;
-    const bool receiver = receivers_(point.material);
+    const bool rough = rough_materials_(point.material);
     const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
-    if (receivers_.stores(point.material) && stores(history)) {
+    if (rough_materials_.stores(point.material) && stores(history)) {
       out.add(point.position, power, from, hit.t, normal, history, scatterings);
       matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
     }
@@ -125,13 +126,13 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
       continue;
     }
     const Bsdf bsdf(context_.scene, point);
-    if (receiver && !bsdf.has_specular() && !stores(photon_indirect)) return matters;
+    if (rough && !bsdf.has_specular() && !stores(photon_indirect)) return matters;
     const vec2 u_choice = numbers.pair();  // survival, lobe
     const BsdfSample sample = bsdf.sample(from, u_choice.y, numbers.pair(), TransportMode::importance);
     if (!sample) return matters;
-    const bool carries = sample.specular || !receiver;
-    if (!carries) history = photon_indirect;
-    if (carries && history == photon_direct) history = photon_caustic;
+    const bool specular_like = sample.specular || !rough;
+    if (!specular_like) history = photon_indirect;
+    if (specular_like && history == photon_direct) history = photon_caustic;
     if (history == photon_indirect && !stores(photon_indirect)) return matters;
     if (!survives(u_choice.x, sample.weight)) return matters;
     ray = spawn_ray(point, sample.wi);

@@ -52,11 +52,11 @@ struct NarrowestAlpha {
 };
 
 // Photon i draws point i of its pass's sequence.
-Photons trace_by_power(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass) {
+Photons trace_by_power(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   const float share = 1 / static_cast<float>(pass.count);
   const PathNumbers of_pass(context, pass, pass.key);
   return trace_in_chunks(pass.count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-    PhotonTracer tracer(context, receivers, pass);
+    PhotonTracer tracer(context, rough_materials, pass);
     for (std::uint32_t i = first; i < last; ++i) {
       SampledNumbers numbers(of_pass, i);
       tracer.trace(numbers, share, out);
@@ -143,15 +143,15 @@ std::vector<std::uint32_t> along_curve(std::span<const vec3> points) {
 }
 
 // GGX has 1 / (pi alpha^2) for its peak; reflection spreads it over four times the solid angle.
-Receivers::Receivers(const Scene& scene, float narrow, Flanks flanks)
-    : flank_density_(1 / (4 * pi * square(std::max(narrow, 1e-6f)))) {
+RoughMaterials::RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_tails)
+    : tail_density_(1 / (4 * pi * square(std::max(narrow, 1e-6f)))) {
   for (const Material& material : scene.materials) {
-    const bool rough_carries = has_non_specular(material) && std::visit(NarrowestAlpha{}, material) < narrow;
-    narrow_lobes_ |= rough_carries;
-    kinds_.push_back(!has_non_specular(material)  ? Kind::carries
-                     : !rough_carries             ? Kind::receives
-                     : flanks == Flanks::gathered ? Kind::flanks
-                                                  : Kind::carries);
+    const bool narrow_rough = has_non_specular(material) && std::visit(NarrowestAlpha{}, material) < narrow;
+    narrow_lobes_ |= narrow_rough;
+    kinds_.push_back(!has_non_specular(material)         ? Kind::specular_like
+                     : !narrow_rough                     ? Kind::rough
+                     : lobe_tails == LobeTails::gathered ? Kind::tails
+                                                         : Kind::specular_like);
   }
 }
 
@@ -161,11 +161,11 @@ PhotonEmission parse_emission(const std::string& name) {
                                 : PhotonEmission::power;
 }
 
-Photons trace_photons(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass) {
+Photons trace_photons(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   if (context.lights.empty() || pass.count == 0 || pass.max_scatterings < 0) return {};
-  Photons photons = pass.emission == PhotonEmission::importance   ? trace_by_importance(context, receivers, pass)
-                    : pass.emission == PhotonEmission::visibility ? trace_by_visibility(context, receivers, pass)
-                                                                  : trace_by_power(context, receivers, pass);
+  Photons photons = pass.emission == PhotonEmission::importance   ? trace_by_importance(context, rough_materials, pass)
+                    : pass.emission == PhotonEmission::visibility ? trace_by_visibility(context, rough_materials, pass)
+                                                                  : trace_by_power(context, rough_materials, pass);
   count(Counter::photons_emitted, pass.count);
   count(Counter::photons_stored, photons.size());
   return photons;

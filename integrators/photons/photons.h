@@ -1,20 +1,20 @@
 // Photons: emitted by the lights, traced through the scene, stored where surfaces receive them ([Jensen1996]).
 //
-// A scattering event either *carries* light on or *diffuses* it. Delta lobes carry, and so do lobes narrower than a roughness
-// threshold, whose reflection no density estimate of a few hundred photons could resolve; all else diffuses. A surface with a
-// lobe that diffuses is a *receiver*: photons are stored there. By what happened before it landed a photon is
+// A lobe is *specular-like* if it is a delta lobe, or narrower than a roughness threshold, so that no density estimate of a few
+// hundred photons could resolve its reflection; a surface without other lobes is a specular-like vertex of a path. All others
+// are *rough* vertices (diffuse ones are the roughest): photons are stored there. By what happened before it landed a photon is
 //
 //   direct    nothing                             L R
-//   caustic   carried only                        L C+ R
-//   indirect  diffused at least once              L (C|R)* R C* R
+//   caustic   specular-like events only           L C+ R
+//   indirect  a rough event at least              L (C|R)* R C* R
 //
 // and a map states which of the three it holds, so that nothing is counted twice.
 //
-// A rough lobe that carries has *flanks*: directions whose density is below the peak of the narrowest lobe that would be
-// gathered. Kernels resolve the flanks as well as they resolve receivers, whereas a camera path that follows the lobe rarely
-// goes there, and may then find light a thousand times as bright (through a door, say). So on request photons are stored on
-// such surfaces too; camera paths follow the lobe's core and gather its flanks. This partition is by direction alone, as that
-// of [Jensen1996] is by material; integrators/bidirectional/vcm.h weights both strategies everywhere.
+// A narrow rough lobe has *tails*: directions whose density is below the peak of the narrowest lobe that would be gathered.
+// Kernels resolve the tails as well as they resolve rough vertices, whereas a camera path that follows the lobe rarely goes
+// there, and may then find light a thousand times as bright (through a door, say). So on request photons are stored on
+// such surfaces too; camera paths follow the lobe's core and gather its lobe tails. This partition is by direction alone, as
+// that of [Jensen1996] is by material; integrators/bidirectional/vcm.h weights both strategies everywhere.
 //
 // Photon i of a pass is a function of (seed, pass, i) alone. Chunks of fixed size are traced in parallel and joined in order,
 // so the arrays are the same, bit for bit, at any number of threads. Russian roulette follows [Jensen2001]: a photon survives
@@ -94,28 +94,28 @@ Photons joined(std::span<const Photons> parts);
 // Ids in the order of a Morton curve through 2048 x 2048 x 1024 cells of the points' bounds, ties by id.
 std::vector<std::uint32_t> along_curve(std::span<const vec3> points);
 
-// How the flanks of a rough lobe that carries are treated.
-enum class Flanks : std::uint8_t { followed, gathered };
+// How the tails of a narrow rough lobe are treated.
+enum class LobeTails : std::uint8_t { followed, gathered };
 
-// Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe carries.
-class Receivers {
+// Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe is specular-like.
+class RoughMaterials {
  public:
-  Receivers(const Scene& scene, float narrow, Flanks flanks = Flanks::followed);
-  bool operator()(std::uint32_t material) const { return kinds_[material] == Kind::receives; }
-  // Does the material have a rough lobe that carries, whose flanks are gathered?
-  bool has_flanks(std::uint32_t material) const { return kinds_[material] == Kind::flanks; }
-  bool stores(std::uint32_t material) const { return kinds_[material] != Kind::carries; }
-  // Is there a rough lobe that carries?
+  RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_tails = LobeTails::followed);
+  bool operator()(std::uint32_t material) const { return kinds_[material] == Kind::rough; }
+  // Does the material have a narrow rough lobe, whose tails are gathered?
+  bool has_tails(std::uint32_t material) const { return kinds_[material] == Kind::tails; }
+  bool stores(std::uint32_t material) const { return kinds_[material] != Kind::specular_like; }
+  // Is there a narrow rough lobe?
   bool narrow_lobes() const { return narrow_lobes_; }
-  // Density of a BSDF over solid angle, 1/sr, below which directions are flanks.
-  float flank_density() const { return flank_density_; }
+  // Density of a BSDF over solid angle, 1/sr, below which directions are lobe tails.
+  float tail_density() const { return tail_density_; }
 
  private:
-  enum class Kind : std::uint8_t { carries, flanks, receives };
+  enum class Kind : std::uint8_t { specular_like, tails, rough };
 
   std::vector<Kind> kinds_;
   bool narrow_lobes_ = false;
-  float flank_density_;
+  float tail_density_;
 };
 
 enum class PhotonEmission : std::uint8_t { power, importance, visibility };
@@ -134,6 +134,6 @@ struct PhotonPass {
 };
 
 // Paths end early once no photon of a kept history can follow.
-Photons trace_photons(const RenderContext& context, const Receivers& receivers, const PhotonPass& pass);
+Photons trace_photons(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass);
 
 }  // namespace etendue

@@ -59,10 +59,11 @@ namespace {
 
 struct Eye {
   const RenderContext& context;
-  const Receivers& receivers;
+  const RoughMaterials& rough_materials;
   const SeenOptions& options;
 
-  // Calls seen(point, bsdf, ray, distance) at the receivers along a ray with `depth` events before it, through what carries.
+  // Calls seen(point, bsdf, ray, distance) at the rough vertices along a ray with `depth` events before it, through
+  // specular-like ones.
   template <class Seen>
   void look(Ray ray, int depth, Sampler& sampler, const Seen& seen) const {
     for (float distance = 0; depth < options.max_depth; ++depth) {
@@ -71,11 +72,11 @@ struct Eye {
       distance += hit.t;
       const SurfacePoint point = context.scene.surface_at(ray, hit);
       const Bsdf bsdf(context.scene, point);
-      const bool receiver = receivers(point.material);
-      if (receivers.stores(point.material)) seen(point, bsdf, ray, distance);
-      if (receiver && !bsdf.has_specular()) return;
+      const bool rough = rough_materials(point.material);
+      if (rough_materials.stores(point.material)) seen(point, bsdf, ray, distance);
+      if (rough && !bsdf.has_specular()) return;
       const BsdfSample scattered = scatter(bsdf, ray, sampler);
-      if (!scattered || (receiver && !scattered.specular)) return;
+      if (!scattered || (rough && !scattered.specular)) return;
       ray = spawn_ray(point, scattered.wi);
     }
   }
@@ -91,7 +92,7 @@ void for_camera_rays(const RenderContext& context, const SeenOptions& options, c
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = pixel_index(pixel, context.resolution);
     for (int i = 0; i < options.samples; ++i) {
-      Sampler sampler(options.sampler, context.seed, Stream::prefill, key, static_cast<std::uint32_t>(i));
+      Sampler sampler(options.sampler, context.seed, Stream::initial_pass, key, static_cast<std::uint32_t>(i));
       const Ray ray = sample_camera_ray(context, pixel, sampler);
       body(key, ray, sampler);
     }
@@ -100,11 +101,11 @@ void for_camera_rays(const RenderContext& context, const SeenOptions& options, c
 
 }  // namespace
 
-double seen_area(const RenderContext& context, const Receivers& receivers, const SeenOptions& options) {
+double seen_area(const RenderContext& context, const RoughMaterials& rough_materials, const SeenOptions& options) {
   const vec2 pixel = 2.0f * context.scene.camera.half_extent(context.resolution) / vec2(context.resolution);
   const float solid_angle = pixel.x * pixel.y;  // on the axis
   std::vector<double> of_pixel(static_cast<std::size_t>(context.resolution.x) * context.resolution.y);
-  const Eye eye{context, receivers, options};
+  const Eye eye{context, rough_materials, options};
   for_camera_rays(context, options, [&](std::uint64_t key, const Ray& ray, Sampler& sampler) {
     eye.look(ray, 0, sampler, [&](const SurfacePoint& point, const Bsdf&, const Ray& last, float distance) {
       const float cosine = std::abs(glm::dot(point.normal, last.direction));
@@ -114,10 +115,10 @@ double seen_area(const RenderContext& context, const Receivers& receivers, const
   return std::accumulate(of_pixel.begin(), of_pixel.end(), 0.0);
 }
 
-std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const Receivers& receivers, const SeenOptions& options,
-                                         float reach, int gather_rays) {
+std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const RoughMaterials& rough_materials,
+                                         const SeenOptions& options, float reach, int gather_rays) {
   auto region = std::make_unique<VisibleRegion>(context.scene.bounds(), reach);
-  const Eye eye{context, receivers, options};
+  const Eye eye{context, rough_materials, options};
   // As GatherPoint::counts tests sides.
   const auto mark = [&](const SurfacePoint& point, const Bsdf& bsdf, const Ray& last, float) {
     if (!options.side_test) return region->mark(point.position, reach);

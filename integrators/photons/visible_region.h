@@ -41,7 +41,7 @@ class VisibleRegion {
   std::vector<std::atomic<Octants>> cells_;
 };
 
-// Camera paths to receivers, through whatever carries: `samples` a pixel, of at most `max_depth` events.
+// Camera paths to rough vertices, through specular-like ones: `samples` a pixel, of at most `max_depth` events.
 struct SeenOptions {
   int samples = 4;
   int max_depth = 64;
@@ -49,12 +49,12 @@ struct SeenOptions {
   bool side_test = true;  // else photons on every side matter
 };
 
-// Area of receivers that the camera sees, in m^2: the sum of the pixels' footprints at the ends of these paths.
-double seen_area(const RenderContext& context, const Receivers& receivers, const SeenOptions& options);
+// Area of rough vertices that the camera sees, in m^2: the sum of the pixels' footprints at the ends of these paths.
+double seen_area(const RenderContext& context, const RoughMaterials& rough_materials, const SeenOptions& options);
 
 // The region within `reach` of what these paths see; with `gather_rays` > 0, of what that many BSDF-sampled rays from there
 // see.
-std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const Receivers& receivers, const SeenOptions& options,
-                                         float reach, int gather_rays = 0);
+std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const RoughMaterials& rough_materials,
+                                         const SeenOptions& options, float reach, int gather_rays = 0);
 
 }  // namespace etendue

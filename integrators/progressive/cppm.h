@@ -10,7 +10,7 @@
 namespace etendue {
 
 struct CppmParams : ProgressiveParams {
-  CppmParams() { flanks = "gathered"; }
+  CppmParams() { lobe_tails = "gathered"; }
 
   std::string hypothesis = "even";
   float beta = 1.1f;

@@ -29,8 +29,8 @@ ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoi
 
 void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
-  receivers_ = std::make_unique<Receivers>(context.scene, params_.carry_below,
-                                           params_.flanks == "gathered" ? Flanks::gathered : Flanks::followed);
+  rough_materials_ = std::make_unique<RoughMaterials>(
+      context.scene, params_.carry_below, params_.lobe_tails == "gathered" ? LobeTails::gathered : LobeTails::followed);
   const bool diffuse = !context.needs.caustic_map && !context.needs.glossy;
   if (params_.photons_per_pixel == 0) params_.photons_per_pixel = diffuse ? 2.5f : 1;
   if (params_.neighbours == 0) params_.neighbours = diffuse ? 50 : 20;
@@ -41,7 +41,7 @@ void ProgressivePasses::prepare(const RenderContext& context) {
   if (emission_ == PhotonEmission::power && params_.radius > 0) return;
   widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.scene.bounds().diagonal());
   // Half as much again as the radius, for what lies between the samples of a pixel.
-  seen_ = find_seen(context, *receivers_, {2, max_depth_, sampler_, params_.side_test}, 1.5f * widest_);
+  seen_ = find_seen(context, *rough_materials_, {2, max_depth_, sampler_, params_.side_test}, 1.5f * widest_);
 }
 
 void ProgressivePasses::look_for_walls(const RenderContext& context, float radius) {
@@ -55,7 +55,7 @@ PhotonMap ProgressivePasses::trace_map(const RenderContext& context, std::uint32
 Photons ProgressivePasses::trace(const RenderContext& context, std::uint64_t key) const {
   const auto timed = context.phases.measure("emit");
   // The event at which a photon is gathered counts too.
-  return trace_photons(context, *receivers_,
+  return trace_photons(context, *rough_materials_,
                        {static_cast<std::uint32_t>(params_.photons), key, max_depth_ - 1, gathered_, sampler_, emission_,
                         emission_ == PhotonEmission::power ? nullptr : seen_.get()});
 }
@@ -82,7 +82,7 @@ PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) {
 
 std::unique_ptr<DiscCoverage> ProgressivePasses::make_coverage(const RenderContext& context) const {
   if (params_.edges == "disc") return nullptr;
-  return std::make_unique<DiscCoverage>(*receivers_, DiscCoverage::Rules{kernel_, params_.side_test, sampler_},
+  return std::make_unique<DiscCoverage>(*rough_materials_, DiscCoverage::Rules{kernel_, params_.side_test, sampler_},
                                         states(context));
 }
 
@@ -90,16 +90,15 @@ InitialRadii ProgressivePasses::pilot(const RenderContext& context) {
   if (params_.radius > 0) return InitialRadii(states(context), params_.radius);
   const PhotonMap map = pilot_map(context);
   InitialRadii radii(states(context), 0);
-  const int of_flanks = std::max(1, params_.neighbours / 4);
+  const int of_tails = std::max(1, params_.neighbours / 4);
   parallel_for(path_tile_count(context.resolution), 1, [&](std::size_t number) {
     std::vector<Rgb> unused;
     for (std::uint32_t i = 0; i < points_.per_pixel(); ++i)
       camera<NoArrival>(context, path_tile(context.resolution, number), i, false, unused,
                         [&](ivec2 pixel, const GatherPoint& at, const Rgb&, auto&) {
-                          const std::size_t state = first_state(context, pixel, i) + (at.of_flanks() ? 1 : 0);
+                          const std::size_t state = first_state(context, pixel, i) + (at.of_tails() ? 1 : 0);
                           if (radii[state] == 0)
-                            radii[state] =
-                                map.distance_to(context, at.of_flanks() ? of_flanks : params_.neighbours, at, widest_);
+                            radii[state] = map.distance_to(context, at.of_tails() ? of_tails : params_.neighbours, at, widest_);
                         });
   });
   for (std::size_t kind = 0; kind < kinds(); ++kind) {

@@ -1,7 +1,7 @@
 // Shared by the progressive photon mappers: passes of new photons, each gathered at the points the camera sees.
 //
-// Iteration i traces a camera path per pixel, past surfaces that carry light, to its receivers
-// (integrators/photons/camera_walk.h), and a pass of photons. At each receiver it takes
+// Iteration i traces a camera path per pixel, past specular-like vertices, to its rough vertices
+// (integrators/photons/photon_camera_path.h), and a pass of photons. At each rough vertex it takes
 //
 //   direct              next-event estimation, one light sample (direct = "sample"), or photons
 //   caustic, indirect   the pass's photons within the radius r_i that the method's policy gives
@@ -14,15 +14,14 @@
 // variance 4 / (3 n) and a blurred shadow, where one shadow ray gives a sharp one with a fraction of the variance, and the
 // photons that remain are fewer and smoother ([Jensen2001] divides the light so).
 //
-// Photons are gathered at receivers and, with flanks = "gathered" where rough lobes carry the camera path on, in their flanks
-// (integrators/photons/photons.h), which have a radius of their own per pixel. That is the default of cppm.
+// Photons are gathered at rough vertices and, with lobe tails = "gathered" where the camera path follows narrow rough lobes, in
+// their lobe tails (integrators/photons/photons.h), which have a radius of their own per pixel. That is the default of cppm.
 //
 // r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice the
-// median of all pixels and 5 % of the scene's diagonal; in flanks to the fourth part of that, since they are a part of what is
-// reflected. It is independent of the photons that are gathered, and so adds no bias of its
-// own. Photons that a wall hides from the point do not count (integrators/photons/wall_grid.h), nor does the part of the disc
-// behind it. Photons are emitted by power, or where they will be seen (integrators/photons/photons.h); the region seen is found
-// once, by two paths per pixel.
+// median of all pixels and 5 % of the scene's diagonal; in lobe tails to the fourth part of that, since they are a part of what
+// is reflected. It is independent of the photons that are gathered, and so adds no bias of its own. Photons that a wall hides
+// from the point do not count (integrators/photons/wall_grid.h), nor does the part of the disc behind it. Photons are emitted
+// by power, or where they will be seen (integrators/photons/photons.h); the region seen is found once, by two paths per pixel.
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
 // paths, and noise that does not come from photons (edges, reflections in glass) falls as fast as theirs. `photons_per_pixel`
@@ -37,8 +36,8 @@
 #include "framework/structure_names.h"
 #include "integrators/paths/path.h"
 #include "integrators/paths/wavefront.h"
-#include "integrators/photons/camera_walk.h"
 #include "integrators/photons/disc_coverage.h"
+#include "integrators/photons/photon_camera_path.h"
 #include "integrators/photons/visible_region.h"
 #include "integrators/progressive/radius_policy.h"
 
@@ -58,7 +57,7 @@ struct ProgressiveParams {
   std::string kernel = "epanechnikov";
   std::string emission = "power";
   float carry_below = 0.25f;
-  std::string flanks = "followed";
+  std::string lobe_tails = "followed";
   bool side_test = true;
   std::string edges = "measured";
   int max_depth = 0;
@@ -80,9 +79,9 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.choice("emission", p.emission, {"power", "importance", "visibility"},
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
-  v.choice(
-      "flanks", p.flanks, {"followed", "gathered"},
-      "those lobes whole, or their core alone: from the flanks photons are gathered, with less noise, but leaks under doors");
+  v.choice("lobe_tails", p.lobe_tails, {"followed", "gathered"},
+           "those lobes whole, or their core alone: from the lobe_tails photons are gathered, with less noise, but leaks under "
+           "doors");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges, {"measured", "disc"},
            "photons are divided by what probes find of the kernel's disc over all passes, or by the whole disc");
@@ -115,8 +114,8 @@ class ProgressivePasses {
   InitialRadii pilot(const RenderContext& context);
 
   // Radiance that arrives along the camera paths of a tile without photons, pixel by pixel as for_pixels has them; the paths
-  // are traced together. at(pixel, GatherPoint, throughput, arrivals) at each receiver: what arrivals.gain({Arrival}, way) is
-  // given arrives before the paths go on, if its way is free. `direct`: light as the parameter says, or none.
+  // are traced together. at(pixel, GatherPoint, throughput, arrivals) at each rough vertex: what arrivals.gain({Arrival}, way)
+  // is given arrives before the paths go on, if its way is free. `direct`: light as the parameter says, or none.
   template <class Arrival, class Gather>
   void camera(const RenderContext& context, const Tile& tile, std::uint32_t iteration, bool direct, std::vector<Rgb>& radiance,
               const Gather& at) const {
@@ -124,7 +123,7 @@ class ProgressivePasses {
       ivec2 pixel;
       Rgb* radiance;
       Sampler path, light;
-      CameraWalk::State state;
+      PhotonCameraPath::State state;
     };
     struct Gained {
       std::variant<Gain, Arrival> what;
@@ -146,7 +145,7 @@ class ProgressivePasses {
       const Ray ray = sample_camera_ray(context, pixel, view.path);
       wave.start(view, ray);
     });
-    const CameraWalk walk{context, *receivers_, max_depth_};
+    const PhotonCameraPath walk{context, *rough_materials_, max_depth_};
     wave.run(context, 0, [&](View& view, Ray& ray, const Hit& hit, int so_far) {
       const bool goes_on = walk.meet(
           view.state, ray, hit, so_far, view.path, view.light,
@@ -158,7 +157,7 @@ class ProgressivePasses {
           },
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
             const auto histories = static_cast<PhotonHistory>(gathered_ & ~photon_direct);
-            at(view.pixel, GatherPoint(point, bsdf, wo, histories, max_depth_ - depth - 1, receivers_->flank_density()),
+            at(view.pixel, GatherPoint(point, bsdf, wo, histories, max_depth_ - depth - 1, rough_materials_->tail_density()),
                throughput, wave);
           });
       if (!goes_on) *view.radiance += view.state.radiance;
@@ -167,8 +166,8 @@ class ProgressivePasses {
   }
 
   const VisiblePoints& points() const { return points_; }
-  // A pixel has one state of the policy for its receivers, and another for the flanks of lobes on the way there.
-  std::uint32_t kinds() const { return receivers_->narrow_lobes() && params_.flanks == "gathered" ? 2 : 1; }
+  // A pixel has one state of the policy for its rough vertices, and another for the lobe tails of lobes on the way there.
+  std::uint32_t kinds() const { return rough_materials_->narrow_lobes() && params_.lobe_tails == "gathered" ? 2 : 1; }
   std::size_t states(const RenderContext& context) const {
     return static_cast<std::size_t>(context.resolution.x) * context.resolution.y * points_.per_pixel() * kinds();
   }
@@ -193,7 +192,7 @@ class ProgressivePasses {
   PhotonEmission emission_;
   PhotonHistory gathered_;
   int max_depth_ = 0;
-  std::unique_ptr<Receivers> receivers_;
+  std::unique_ptr<RoughMaterials> rough_materials_;
   float widest_ = infinity;              // radius
   std::unique_ptr<VisibleRegion> seen_;  // null where it is not needed
   std::shared_ptr<const WallGrid> walls_;
@@ -235,7 +234,7 @@ class ProgressivePhotonMapping final : public Integrator {
 
   struct Radiance {
     Rgb other{0};
-    std::array<Rgb, most_kinds> from_photons{Rgb(0), Rgb(0)};  // at receivers, at flanks
+    std::array<Rgb, most_kinds> from_photons{Rgb(0), Rgb(0)};  // at rough vertices, at lobe tails
   };
   // Over all passes of a state; `other` stands with the first one of a point.
   struct Totals {
@@ -289,7 +288,7 @@ class ProgressivePhotonMapping final : public Integrator {
     passes_.camera<Arrival>(context, tile, index, true, other,
                             [&](ivec2 pixel, const GatherPoint& at, const Rgb& throughput, auto& arrivals) {
                               const ivec2 place = pixel - tile.begin;
-                              const std::size_t kind = at.of_flanks() ? 1 : 0;
+                              const std::size_t kind = at.of_tails() ? 1 : 0;
                               gather({context, passes_.first_state(context, pixel, index) + kind, index / per_pixel(), map, at},
                                      throughput, discs[static_cast<std::size_t>(place.y) * width + place.x][kind], arrivals);
                             });

@@ -48,7 +48,7 @@ TEST(IntegratorAgreement, GlossyFloorCutAtThreeEvents) {
     return params;
   };
   expect_agreement("builtin:glossy-cornell-box", 12, {"path", cut({}), 64, 0},
-                   {{"sppm", cut({{"flanks", "gathered"}}), 8, 0.03}, {"cppm", cut({{"direct", "photons"}}), 8, 0.03}});
+                   {{"sppm", cut({{"lobe_tails", "gathered"}}), 8, 0.03}, {"cppm", cut({{"direct", "photons"}}), 8, 0.03}});
 }
 
 // Mirror and glass: light tracing cannot see into them, so it sits out.

@@ -3,7 +3,7 @@
 #include "accel/bvh/build/binned_sah.h"
 #include "accel/bvh/build/lbvh.h"
 #include "accel/bvh/build/median.h"
-#include "accel/bvh/build/median_rotating.h"
+#include "accel/bvh/build/median_round_robin.h"
 #include "accel/bvh/build/midpoint.h"
 #include "accel/bvh/build/ploc.h"
 #include "accel/bvh/build/sah.h"
@@ -64,7 +64,7 @@ const bool registered = [] {
     benchmark::RegisterBenchmark(name, build_tree<decltype(build)>, build)->Arg(224)->Unit(benchmark::kMillisecond);
   };
   tree("tree/median", [](const BuildItems& items) { return build_median(items, {}); });
-  tree("tree/median-rotating", [](const BuildItems& items) { return build_median_rotating(items, {}); });
+  tree("tree/median-round-robin", [](const BuildItems& items) { return build_median_round_robin(items, {}); });
   tree("tree/midpoint", [](const BuildItems& items) { return build_midpoint(items, {}); });
   tree("tree/lbvh", [](const BuildItems& items) { return build_lbvh(items, {}); });
   tree("tree/ploc", [](const BuildItems& items) { return build_ploc(items, {}); });

@@ -281,7 +281,7 @@ TEST(AccelComparison, StructuresAreRightOnASceneAndAreMeasured) {
   EXPECT_GT(lines, choices.size());
   for (const StructureRecord& record : records) {
     SCOPED_TRACE(record.structure);
-    if (!is_foreign(record)) {
+    if (!is_third_party(record)) {
       EXPECT_EQ(record.disagreements, 0u);
       EXPECT_GT(record.primitives_per_ray, 0);
     }

@@ -28,9 +28,9 @@ void expect_same(const Hit& expected, const Hit& found, const std::string& what)
   ASSERT_EQ(expected.instance, found.instance) << what;
 }
 
-template <WalkOptions options, class Slab>
-void expect_walks_agree(const VariantTree& tree, const PackedNodes& packed, const LinkedNodes& linked, const RayQuery& brute,
-                        const std::vector<Ray>& rays, const std::string& what) {
+template <TraversalOptions options, class Slab>
+void expect_traversals_agree(const VariantTree& tree, const PackedNodes& packed, const LinkedNodes& linked,
+                             const RayQuery& brute, const std::vector<Ray>& rays, const std::string& what) {
   for (const Ray& ray : rays) {
     const Hit expected = brute.closest(ray);
     expect_same(expected, closest_by<options, Slab>(tree, packed, ray), what + ", packed");
@@ -41,10 +41,13 @@ void expect_walks_agree(const VariantTree& tree, const PackedNodes& packed, cons
 template <class Slab>
 void expect_slab_agrees(const VariantTree& tree, const PackedNodes& packed, const LinkedNodes& linked, const RayQuery& brute,
                         const std::vector<Ray>& rays, const std::string& what) {
-  expect_walks_agree<WalkOptions{}, Slab>(tree, packed, linked, brute, rays, what);
-  expect_walks_agree<WalkOptions{Walk::recursive, true, true}, Slab>(tree, packed, linked, brute, rays, what + ", recursive");
-  expect_walks_agree<WalkOptions{Walk::iterative, false, true}, Slab>(tree, packed, linked, brute, rays, what + ", unordered");
-  expect_walks_agree<WalkOptions{Walk::iterative, false, false}, Slab>(tree, packed, linked, brute, rays, what + ", unpruned");
+  expect_traversals_agree<TraversalOptions{}, Slab>(tree, packed, linked, brute, rays, what);
+  expect_traversals_agree<TraversalOptions{TraversalForm::recursive, true, true}, Slab>(tree, packed, linked, brute, rays,
+                                                                                        what + ", recursive");
+  expect_traversals_agree<TraversalOptions{TraversalForm::iterative, false, true}, Slab>(tree, packed, linked, brute, rays,
+                                                                                         what + ", unordered");
+  expect_traversals_agree<TraversalOptions{TraversalForm::iterative, false, false}, Slab>(tree, packed, linked, brute, rays,
+                                                                                          what + ", unpruned");
 }
 
 TEST(ClaimVariants, TraversalsFindWhatBruteForceFinds) {

@@ -26,7 +26,7 @@ TEST(ExampleBuilder, FindsWhatBruteForceFindsInEveryLayout) {
   for (const RayCase& ray_case : ray_cases()) {
     const Scene& scene = ray_case.scene;
     const auto brute = find_ray_structure("brute", {}).make(scene, {});
-    for (const char* layout : {"binary", "wide4"}) {
+    for (const char* layout : {"binary", "bvh4"}) {
       const auto structure = entry.build(scene, {{"layout", {std::string(layout), {}}}}, nullptr);
       for (const Ray& ray : general_rays(scene, 100, 1)) {
         ASSERT_EQ(brute->closest(ray).t, structure->closest(ray).t) << ray_case.name << ", " << layout;

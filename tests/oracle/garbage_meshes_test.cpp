@@ -111,7 +111,7 @@ std::vector<Structure> structures() {
     all.push_back({entry.name, &entry, {}});
     for (const ParamInfo& info : entry.params) {
       if (info.name != "layout") continue;
-      for (const char* layout : {"wide4", "wide8", "wide16"})
+      for (const char* layout : {"bvh4", "bvh8", "bvh16"})
         if (info.range.find(layout) != std::string::npos)
           all.push_back({entry.name + " " + layout, &entry, {{"layout", {std::string(layout), {}}}}});
     }

@@ -59,7 +59,7 @@ void try_million(const Scene& scene, const RayEntry& entry, const ParamMap& para
 }
 
 TEST(Instances, AMillionBuildAndTrace) {
-  const ParamMap wide{{"layout", {std::string("wide8"), {}}}};
+  const ParamMap wide{{"layout", {std::string("bvh8"), {}}}};
   try_million(million_instances(), find_ray_structure("binned-sah", {}), wide, 30);
 }
 

@@ -79,25 +79,25 @@ TEST(MemoryBudget, GenerousOnesChangeNothing) {
   }
 }
 
-// Between the two: a tree in wide16 where its own layout does not fit, brute force where no tree does.
+// Between the two: a tree in bvh16 where its own layout does not fit, brute force where no tree does.
 TEST(MemoryBudget, LeanerLayoutsStandInWhereTheyFit) {
   const Scene scene = scene_of(closed_sphere(100, 200));
   const RayEntry& sah = find_ray_structure("sah", {});
-  const std::uint64_t wide = sah.need(scene, {{"layout", text("wide16")}}).peak, binary = sah.need(scene, {}).peak;
+  const std::uint64_t wide = sah.need(scene, {{"layout", text("bvh16")}}).peak, binary = sah.need(scene, {}).peak;
   ASSERT_LT(wide, binary);
   const auto leaner = sah.make(scene, budget(std::to_string((wide + binary) / 2) + "B"));
-  EXPECT_EQ(leaner->stats().layout, "wide16");
-  EXPECT_NE(leaner->stats().fallback.find("sah layout=wide16 in its place"), std::string::npos) << leaner->stats().fallback;
+  EXPECT_EQ(leaner->stats().layout, "bvh16");
+  EXPECT_NE(leaner->stats().fallback.find("sah layout=bvh16 in its place"), std::string::npos) << leaner->stats().fallback;
   EXPECT_LE(leaner->stats().bytes, wide);
   const auto brute = sah.make(scene, budget(std::to_string((wide + binary) / 2) + "B", "brute"));
   EXPECT_NE(brute->stats().fallback.find("brute in_place=true"), std::string::npos) << brute->stats().fallback;
   EXPECT_EQ(brute->stats().bytes, 0u);
   // What is no tree itself goes to one that fits.
   const std::uint64_t octree = find_ray_structure("octree", {}).need(scene, {}).peak;
-  const std::uint64_t median = find_ray_structure("median", {}).need(scene, {{"layout", text("wide16")}}).peak;
+  const std::uint64_t median = find_ray_structure("median", {}).need(scene, {{"layout", text("bvh16")}}).peak;
   if (median < octree) {
     const auto tree = find_ray_structure("octree", {}).make(scene, budget(std::to_string(octree - 1) + "B"));
-    EXPECT_EQ(tree->stats().layout, "wide16") << tree->stats().fallback;
+    EXPECT_EQ(tree->stats().layout, "bvh16") << tree->stats().fallback;
   }
 }
 
@@ -181,7 +181,7 @@ TEST(MemoryBudget, EstimatesHoldOnTheBuiltInScenes) {
     for (const RayEntry* entry : structures()) {
       std::vector<ParamMap> variants{{}};
       if (entry->tree)
-        for (const char* layout : {"wide4", "wide8", "wide16"}) variants.push_back({{"layout", text(layout)}});
+        for (const char* layout : {"bvh4", "bvh8", "bvh16"}) variants.push_back({{"layout", text(layout)}});
       for (const ParamMap& params : variants) {
         const MemoryNeed need = entry->need(scene, params);
         const std::uint64_t bytes = entry->build(scene, params, nullptr)->stats().bytes;
@@ -202,7 +202,7 @@ TEST(MemoryBudget, EstimatesCountWholePagesOfItems) {
     Geometry geometry;
     geometry.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     geometry.triangles.assign(triangles, {0, 1, 2});
-    const MemoryNeed need = bvh_need(geometry, "wide16", 0, false, {32});
+    const MemoryNeed need = bvh_need(geometry, "bvh16", 0, false, {32});
     return static_cast<double>(need.peak - need.kept);
   };
   constexpr std::uint32_t page = 1 << 16;

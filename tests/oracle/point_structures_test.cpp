@@ -295,13 +295,14 @@ std::vector<std::string> names_of(const Entries& entries) {
 
 TEST(Registry, MethodsMayNameEveryStructure) {
   EXPECT_EQ(names_of(point_structures()), std::vector<std::string>(point_structure_names.begin(), point_structure_names.end()));
-  EXPECT_EQ(names_of(ball_structures()), std::vector<std::string>(ball_structure_names.begin(), ball_structure_names.end()));
+  EXPECT_EQ(names_of(record_structures()),
+            std::vector<std::string>(record_structure_names.begin(), record_structure_names.end()));
 }
 
 TEST(Registry, UnknownNamesAreErrorsThatNameTheNearest) {
   for (const std::function<void()>& lookup : {std::function<void()>([] { find_ray_structure("binned-sha", {"here"}); }),
                                               std::function<void()>([] { find_point_structure("kdtree", {"here"}); }),
-                                              std::function<void()>([] { find_ball_structure("octre", {"here"}); })}) {
+                                              std::function<void()>([] { find_record_structure("octre", {"here"}); })}) {
     try {
       lookup();
       FAIL();

@@ -43,7 +43,7 @@ std::vector<Variant> variants() {
     all.push_back({entry.name, {{leaf_size, integer(1)}, {"max_depth", integer(1024)}}});
     all.push_back({entry.name, {{leaf_size, integer(64)}, {"max_depth", integer(3)}}});
   }
-  for (const char* layout : {"wide4", "wide8", "wide16", "auto"}) {
+  for (const char* layout : {"bvh4", "bvh8", "bvh16", "auto"}) {
     const ParamValue value{std::string(layout), {}};
     for (const char* builder : {"median", "sah", "binned-sah", "sbvh", "ploc"}) all.push_back({builder, with("layout", value)});
     all.push_back({"binned-sah", {{"layout", value}, {"max_depth", integer(2)}}});

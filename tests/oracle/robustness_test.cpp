@@ -83,7 +83,7 @@ std::vector<std::unique_ptr<Structure>> structures(const Scene& scene) {
     if (is_adapter(entry.name) || entry.name == "brute" || entry.name == "bounds") continue;
     add(entry, {}, entry.name);
     for (const ParamInfo& info : entry.params)
-      for (const char* layout : {"wide4", "wide8", "wide16"})
+      for (const char* layout : {"bvh4", "bvh8", "bvh16"})
         if (info.name == "layout" && info.range.find(layout) != std::string::npos)
           add(entry, {{"layout", {std::string(layout), {}}}}, entry.name + " " + layout);
   }
@@ -169,7 +169,7 @@ std::uint64_t leaks(const RayQuery& structure, const Scene& scene, const Placeme
 
 std::uint64_t wide_leaks(std::size_t rays, int rings) {
   const Scene scene = bumpy_sphere(placements[0], rings);
-  const auto structure = find_ray_structure("binned-sah", {}).make(scene, {{"layout", {std::string("wide16"), {}}}});
+  const auto structure = find_ray_structure("binned-sah", {}).make(scene, {{"layout", {std::string("bvh16"), {}}}});
   return leaks(*structure, scene, placements[0], rays);
 }
 

@@ -2,7 +2,7 @@
 #include "accel/bvh/build/binned_sah.h"
 #include "accel/bvh/build/lbvh.h"
 #include "accel/bvh/build/median.h"
-#include "accel/bvh/build/median_rotating.h"
+#include "accel/bvh/build/median_round_robin.h"
 #include "accel/bvh/build/midpoint.h"
 #include "accel/bvh/build/ploc.h"
 #include "accel/bvh/build/sah.h"
@@ -52,7 +52,7 @@ PlocParams with_radius(int radius) {
 
 std::vector<Builder> builders() {
   return {builder("median", build_median),
-          builder("median-rotating", build_median_rotating),
+          builder("median-round-robin", build_median_round_robin),
           builder("midpoint", build_midpoint),
           builder("sah", build_sah),
           builder("binned-sah 16", build_binned_sah, with_bins(16)),

@@ -87,9 +87,9 @@ TEST(WideLayouts, EveryInstructionSetGivesTheBitsOfTheBinaryLayout) {
     std::vector<Ray> rays = bundles(c.scene, 24, 7);                            // first, so that they go together
     for (const Ray& ray : general_rays(c.scene, 4500, 5)) rays.push_back(ray);  // more than a stream holds
     for (const Ray& ray : aimed_rays(c.scene, 300, 6)) rays.push_back(ray);
-    ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide4Bvh>(geometry, tree, binary, rays));
-    ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide8Bvh>(geometry, tree, binary, rays));
-    ASSERT_NO_FATAL_FAILURE(expect_same_bits<Wide16Bvh>(geometry, tree, binary, rays));
+    ASSERT_NO_FATAL_FAILURE(expect_same_bits<Bvh4>(geometry, tree, binary, rays));
+    ASSERT_NO_FATAL_FAILURE(expect_same_bits<Bvh8>(geometry, tree, binary, rays));
+    ASSERT_NO_FATAL_FAILURE(expect_same_bits<Bvh16>(geometry, tree, binary, rays));
   }
 }
 
@@ -194,9 +194,9 @@ void expect_batches_as_binary(const Geometry& geometry, const std::vector<Ray>& 
 }
 
 void expect_batches_as_binary(const Geometry& geometry, const std::vector<Ray>& rays, std::size_t least_occluded) {
-  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide4Bvh>(geometry, rays, least_occluded));
-  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide8Bvh>(geometry, rays, least_occluded));
-  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Wide16Bvh>(geometry, rays, least_occluded));
+  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Bvh4>(geometry, rays, least_occluded));
+  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Bvh8>(geometry, rays, least_occluded));
+  ASSERT_NO_FATAL_FAILURE(expect_batches_as_binary<Bvh16>(geometry, rays, least_occluded));
 }
 
 // Streams hold 4096 shadow rays or 2048 others.
@@ -237,7 +237,7 @@ BinaryTree expect_packs(const Geometry& geometry, BinaryTree (*build)(BuildItems
   const VertexIds vertices(geometry);
   const PackTest packs = PackTest::of<SharedPack>(vertices);
   Params params;
-  params.leaf_size = Wide16Bvh::tree_leaf_size;
+  params.leaf_size = Bvh16::tree_leaf_size;
   params.packs = &packs;
   if constexpr (requires { params.primitive_cost; }) params.primitive_cost = 0;
   BinaryTree tree = build(build_items(geometry), params);

@@ -1,4 +1,4 @@
-// What caches take their own error to be, against the truth and against their scatter over seeds.
+// What caches take their own error to be, against the reference and against their scatter over seeds.
 #include "experiments/report/confidence.h"
 #include "framework/io/load_scene.h"
 #include "integrators/registry.h"
@@ -50,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(
             {{"fill", "density"}, {"precompute", "0"}, {"follow_near", "false"}, {"photons", "20000"}, {"retrace", "false"}}},
         StatedCase{"hash-cache", "builtin:cavity", {}}));
 
-TEST_P(StatedErrors, HoldTheTruth) {
+TEST_P(StatedErrors, HoldTheReference) {
   constexpr ivec2 size{32, 32};
   StatedCase c = GetParam();
   c.params.emplace_back("sampler", "independent");

@@ -2,8 +2,8 @@
 #include "integrators/photons/final_gather.h"
 #include "framework/scene/builder.h"
 #include "integrators/paths/path.h"
-#include "integrators/photons/camera_walk.h"
 #include "integrators/photons/incident_directions.h"
+#include "integrators/photons/photon_camera_path.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 #include "tests/white_plane.h"
@@ -76,9 +76,9 @@ double relative_difference(const Image& a, const Image& b) {
 
 TEST(FinalGathering, DirectionsFromPhotonsGiveTheSameLightWithLessVariance) {
   const SceneContext box(load_scene("builtin:cornell-box"), {6, 6});
-  const Receivers receivers(box.scene, 0.25f);
+  const RoughMaterials rough_materials(box.scene, 0.25f);
   PhotonMap map;
-  map.build(trace_photons(box.context, receivers, {.count = 30000, .key = 1, .max_scatterings = 20}),
+  map.build(trace_photons(box.context, rough_materials, {.count = 30000, .key = 1, .max_scatterings = 20}),
             find_point_structure("kd-tree", {}).make(), {.k = 50});
   struct Sums {
     double mean = 0, mean_variance = 0, variance = 0;
@@ -88,9 +88,10 @@ TEST(FinalGathering, DirectionsFromPhotonsGiveTheSameLightWithLessVariance) {
     for (const bool by_photons : {false, true}) {
       Sampler path(SamplerKind::sobol, 1, Stream::camera, static_cast<std::uint64_t>(pixel), 0), light = path;
       const Ray ray = sample_camera_ray(box.context, {pixel % 6, pixel / 6}, path);
-      CameraWalk{box.context, receivers, 20}(
+      PhotonCameraPath{box.context, rough_materials, 20}(
           ray, path, light, [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb&, int depth, float) {
-            const FinalGather gather{box.context, receivers, map, nullptr, 1, 20, by_photons, false, SamplerKind::independent};
+            const FinalGather gather{box.context, rough_materials,         map, nullptr, 1, 20, by_photons,
+                                     false,       SamplerKind::independent};
             double sum = 0, squares = 0;
             for (std::uint32_t i = 0; i < rays; ++i) {
               const double l = gather(point, bsdf, wo, depth, static_cast<std::uint64_t>(pixel), i).y;
@@ -110,26 +111,26 @@ TEST(FinalGathering, DirectionsFromPhotonsGiveTheSameLightWithLessVariance) {
 // Rays of two centimetres from just above the floor to the wall behind, where the kernel reaches below the floor.
 TEST(FinalGathering, NearRaysTracedOnSeeWhatThePhotonsLoseAtAnEdge) {
   const SceneContext box(load_scene("builtin:cornell-box"));
-  const Receivers receivers(box.scene, 0.25f);
+  const RoughMaterials rough_materials(box.scene, 0.25f);
   PhotonMap map;
-  map.build(trace_photons(box.context, receivers, {.count = 30000, .key = 1, .max_scatterings = 20}),
+  map.build(trace_photons(box.context, rough_materials, {.count = 30000, .key = 1, .max_scatterings = 20}),
             find_point_structure("kd-tree", {}).make(), {.k = 50});
   constexpr int rays = 20000;
-  double truth = 0, followed = 0, ended = 0;
+  double expected = 0, followed = 0, ended = 0;
   for (std::uint32_t i = 0; i < rays; ++i) {
     const Sampler sampler(SamplerKind::independent, 1, Stream::test, 0, i);
     const Ray ray{.origin = {0.4f + 0.4f * static_cast<float>(i) / rays, 0.02f, -0.98f}, .direction = {0, 0, -1}};
     PathSample path{ray, sampler};
     trace_paths(box.context, {&path, 1}, 1, {20, 5, MisMode::power}, false);
-    truth += path.radiance.y / rays;
+    expected += path.radiance.y / rays;
     for (const bool follow_near : {false, true}) {
-      const FinalGather gather{box.context, receivers, map, nullptr, 1, 20, false, follow_near, SamplerKind::independent};
+      const FinalGather gather{box.context, rough_materials, map, nullptr, 1, 20, false, follow_near, SamplerKind::independent};
       Sampler numbers = sampler;
       (follow_near ? followed : ended) += gather.along(ray, trace(box.context, ray), 1, numbers).y / rays;
     }
   }
-  EXPECT_NEAR(followed / truth, 1, 0.05);
-  EXPECT_LT(ended / truth, 0.9);
+  EXPECT_NEAR(followed / expected, 1, 0.05);
+  EXPECT_LT(ended / expected, 0.9);
 }
 
 TEST(FinalGathering, PrecomputedIrradianceKeepsTheImage) {

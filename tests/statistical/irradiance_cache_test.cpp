@@ -146,7 +146,7 @@ TEST(IrradianceEstimate, HarmonicDistanceOfASphereFromItsCentreIsItsRadius) {
 // --- Records.
 
 IrradianceRecords records_of(const std::vector<IrradianceRecord>& all, float accuracy) {
-  IrradianceRecords records(find_ball_structure("octree", {}).make(Bounds{vec3(-2), vec3(2)}), accuracy);
+  IrradianceRecords records(find_record_structure("octree", {}).make(Bounds{vec3(-2), vec3(2)}), accuracy);
   for (const IrradianceRecord& r : all) records.insert(r);
   return records;
 }
@@ -199,7 +199,7 @@ TEST(IrradianceRecords, GradientsAreOfTheIrradianceTowardsAPointAndANormal) {
 
 TEST(IrradianceRecords, AnEllipseReachesLessFarAlongItsNarrowAxis) {
   IrradianceRecord record{{0, 0, 0}, up, 1, Rgb(1)};
-  record.squeeze = vec3(0, 0, std::sqrt(3.0f));  // half as far along z
+  record.anisotropy = vec3(0, 0, std::sqrt(3.0f));  // half as far along z
   const IrradianceRecords records = records_of({record}, 0.5f);
   EXPECT_TRUE(records.covered({0.45f, 0, 0}, up));
   EXPECT_FALSE(records.covered({0, 0, 0.45f}, up));
@@ -222,13 +222,13 @@ TEST(IrradianceRecords, ReachIsKeptBetweenTheSpacingsAndGradientsDoNotExtrapolat
   IrradianceEstimate e;
   e.irradiance = Rgb(1);
   e.inverse_distance = 1e3f;
-  EXPECT_FLOAT_EQ(bounded_record(e, false).reach, 0.05f);
+  EXPECT_FLOAT_EQ(bounded_record(e, false).validity_radius, 0.05f);
   e.inverse_distance = 0;
-  EXPECT_FLOAT_EQ(bounded_record(e, false).reach, 0.5f);
+  EXPECT_FLOAT_EQ(bounded_record(e, false).validity_radius, 0.5f);
   for (int c = 0; c < 3; ++c) e.translation[c] = vec3(100, 0, 0);
   const IrradianceRecord steep = bounded_record(e, true);
-  EXPECT_FLOAT_EQ(steep.reach, 0.05f);
-  EXPECT_LE(glm::length(steep.translation[0]) * steep.reach, 1.0001f);
+  EXPECT_FLOAT_EQ(steep.validity_radius, 0.05f);
+  EXPECT_LE(glm::length(steep.translation[0]) * steep.validity_radius, 1.0001f);
 }
 
 TEST(IrradianceRecords, ClampedReachesObeyTheTriangleInequalityInAnyOrder) {
@@ -239,13 +239,13 @@ TEST(IrradianceRecords, ClampedReachesObeyTheTriangleInequalityInAnyOrder) {
     all.push_back({{2 * u.x - 1, 0, 2 * u.y - 1}, up, i % 10 == 0 ? 0.05f : 2, Rgb(1)});
   }
   const auto reaches = [&] {
-    IrradianceRecords records(find_ball_structure("brute", {}).make(Bounds{vec3(-2), vec3(2)}), 0.3f, 1);
+    IrradianceRecords records(find_record_structure("brute", {}).make(Bounds{vec3(-2), vec3(2)}), 0.3f, 1);
     for (const IrradianceRecord& r : all) records.insert(r);
     std::map<float, float> by_place;
     for (const IrradianceRecord& r : records.all()) {
-      by_place[r.position.x] = r.reach;
+      by_place[r.position.x] = r.validity_radius;
       for (const IrradianceRecord& other : records.all())
-        EXPECT_LE(r.reach, other.reach + glm::length(r.position - other.position) + 1e-5f);
+        EXPECT_LE(r.validity_radius, other.validity_radius + glm::length(r.position - other.position) + 1e-5f);
     }
     return by_place;
   };

@@ -165,9 +165,9 @@ TEST(RadiometricHessian, MissesWhatAnOccluderDoesAndTheOcclusionHessianDoesNot) 
   };
   const vec3 p(0.1f, 0, 0.1f);
   const Hemisphere h = look(world, p, 200000);
-  const TangentMatrix truth = exact_hessian(exact, p, h.frame);
-  expect_near(occlusion_derivatives(h.strata, h.samples, h.frame).hessian, truth, 0.1);
-  EXPECT_LT(eigen(radiometric_hessian(h.strata, h.samples, h.frame)).first, 0.5 * std::abs(eigen(truth).first));
+  const TangentMatrix expected = exact_hessian(exact, p, h.frame);
+  expect_near(occlusion_derivatives(h.strata, h.samples, h.frame).hessian, expected, 0.1);
+  EXPECT_LT(eigen(radiometric_hessian(h.strata, h.samples, h.frame)).first, 0.5 * std::abs(eigen(expected).first));
 }
 
 TEST(GeometricHessian, BoundsWhatAnyRadianceCouldDoInTheOpen) {
@@ -191,16 +191,17 @@ TEST(TangentEigen, ReassemblesTheMatrix) {
 TEST(HessianReach, GrowsAsTheFourthRootAndTakesTheEllipse) {
   const Frame frame = Frame::from_normal(up);
   const MetricContext context{.accuracy = 0.2f, .scene_size = 10};
-  const Reach one = hessian_reach({1, 0, 1}, frame, context), sixteenth = hessian_reach({0.0625, 0, 0.0625}, frame, context);
+  const ValidityRadius one = hessian_radius({1, 0, 1}, frame, context),
+                       sixteenth = hessian_radius({0.0625, 0, 0.0625}, frame, context);
   EXPECT_NEAR(sixteenth.length / one.length, 2, 1e-5);
-  EXPECT_LT(glm::length(one.squeeze), 1e-3f);
-  const Reach ellipse = hessian_reach({1, 0, 0.0625}, frame, context);
+  EXPECT_LT(glm::length(one.anisotropy), 1e-3f);
+  const ValidityRadius ellipse = hessian_radius({1, 0, 0.0625}, frame, context);
   EXPECT_NEAR(ellipse.length / one.length, 2, 1e-5);
   const vec3 narrow = one.length * frame.tangent, wide = sixteenth.length * frame.bitangent;
-  const auto distance = [&](const vec3& d) { return std::sqrt(length_squared(d) + square(glm::dot(d, ellipse.squeeze))); };
+  const auto distance = [&](const vec3& d) { return std::sqrt(length_squared(d) + square(glm::dot(d, ellipse.anisotropy))); };
   EXPECT_NEAR(distance(narrow) / ellipse.length, 1, 1e-4);
   EXPECT_NEAR(distance(wide) / ellipse.length, 1, 1e-4);
-  EXPECT_NEAR(hessian_reach({1, 0, 1e-6}, frame, context).length / one.length, 2, 1e-5) << "no longer than twice its width";
+  EXPECT_NEAR(hessian_radius({1, 0, 1e-6}, frame, context).length / one.length, 2, 1e-5) << "no longer than twice its width";
 }
 
 TEST(RadiometricReach, IsOfAbsoluteErrorAndTheOcclusionHessiansOfRelative) {
@@ -210,7 +211,7 @@ TEST(RadiometricReach, IsOfAbsoluteErrorAndTheOcclusionHessiansOfRelative) {
     IrradianceEstimate estimate;
     estimate.irradiance = Rgb(light);
     estimate.hessian = {light, 0, light};
-    return metric_reach(metric, estimate, frame, context).length;
+    return metric_radius(metric, estimate, frame, context).length;
   };
   EXPECT_NEAR(reach(CacheMetric::radiometric_hessian, 1) / reach(CacheMetric::radiometric_hessian, 16), 2, 1e-5);
   EXPECT_NEAR(reach(CacheMetric::occlusion_hessian, 1) / reach(CacheMetric::occlusion_hessian, 16), 1, 1e-5);
@@ -221,11 +222,11 @@ TEST(OcclusionReach, BlackSurroundingsFallBackOnGeometry) {
   estimate.geometric = {4, 0, 2};
   const Frame frame = Frame::from_normal(up);
   const MetricContext context{.accuracy = 0.2f, .scene_size = 10};
-  const float geometric = metric_reach(CacheMetric::geometric_hessian, estimate, frame, context).length;
-  EXPECT_FLOAT_EQ(metric_reach(CacheMetric::occlusion_hessian, estimate, frame, context).length, geometric);
+  const float geometric = metric_radius(CacheMetric::geometric_hessian, estimate, frame, context).length;
+  EXPECT_FLOAT_EQ(metric_radius(CacheMetric::occlusion_hessian, estimate, frame, context).length, geometric);
   estimate.irradiance = Rgb(1);
-  EXPECT_GT(metric_reach(CacheMetric::occlusion_hessian, estimate, frame, context).length, geometric);
-  EXPECT_LT(metric_reach(CacheMetric::occlusion_hessian, estimate, frame, context).length,
+  EXPECT_GT(metric_radius(CacheMetric::occlusion_hessian, estimate, frame, context).length, geometric);
+  EXPECT_LT(metric_radius(CacheMetric::occlusion_hessian, estimate, frame, context).length,
             context.scene_size / context.accuracy);
 }
 

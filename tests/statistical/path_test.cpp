@@ -111,7 +111,7 @@ TEST(PathTracer, PathsTogetherGiveTheBitsOfEachAlone) {
   const Scene scene = load_scene("builtin:cornell-spheres");
   const SceneNeeds needs = scene_needs(scene);
   const LightSampler lights(scene);
-  for (const char* layout : {"binary", "wide16"}) {
+  for (const char* layout : {"binary", "bvh16"}) {
     const auto rays = find_ray_structure("binned-sah", {}).make(scene, {{"layout", {std::string(layout), {}}}});
     PhaseTimes phases;
     const RenderContext context{scene, needs, *rays, lights, 1, ivec2(40), phases, {}, {}};

@@ -46,7 +46,7 @@ struct Trial {
     const testing::SceneContext traced(scene, {8, 8}, 7);
     Photons photons;
     with_threads(threads, [&] {
-      photons = trace_photons(traced.context, Receivers(scene, 0.25f),
+      photons = trace_photons(traced.context, RoughMaterials(scene, 0.25f),
                               {.count = count, .key = key, .max_scatterings = 20, .emission = emission, .visible = &region});
     });
     return photons;
@@ -145,12 +145,12 @@ TEST(PhotonEmission, AHoleLetsTheSameLightThrough) {
   VisibleRegion region(scene.bounds(), 0.1f);
   for (int i = 0; i < 441; ++i)
     region.mark({-1.9f + 0.19f * static_cast<float>(i % 21), -1.9f + 0.19f * static_cast<float>(i / 21), 0}, 0.1f);
-  const Landed truth = landed({scene, region, 200000}, PhotonEmission::power, 4);
+  const Landed expected = landed({scene, region, 200000}, PhotonEmission::power, 4);
   const Trial trial{scene, region, 20000};
-  const double by_power = truth.photons / 10;
+  const double by_power = expected.photons / 10;
   for (const PhotonEmission emission : {PhotonEmission::importance, PhotonEmission::visibility}) {
     const Landed l = landed(trial, emission, 12);
-    EXPECT_NEAR(l.power, truth.power, 4.5 * std::hypot(l.error, truth.error)) << static_cast<int>(emission);
+    EXPECT_NEAR(l.power, expected.power, 4.5 * std::hypot(l.error, expected.error)) << static_cast<int>(emission);
     // What comes by way of the walls cannot be guided at emission.
     EXPECT_GT(l.photons, (emission == PhotonEmission::visibility ? 8 : 0.7) * by_power) << static_cast<int>(emission);
   }

@@ -138,7 +138,7 @@ TEST(PhotonMap, PhotonsAreDividedByTheCosineWhereTheyLanded) {
 Photons photons_of(const Scene& scene, const PhotonPass& pass, int threads = 2) {
   const SceneContext traced(scene);
   Photons photons;
-  with_threads(threads, [&] { photons = trace_photons(traced.context, Receivers(scene, 0.25f), pass); });
+  with_threads(threads, [&] { photons = trace_photons(traced.context, RoughMaterials(scene, 0.25f), pass); });
   return photons;
 }
 

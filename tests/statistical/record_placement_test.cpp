@@ -77,10 +77,10 @@ TEST(RecordPlacement, ExactValuesAreJudgedAsNoisyOnesAre) {
   // Of smooth light, where pixels' edges are no error.
   testing::RenderOptions options{.params = params, .iterations = 4};
   const Scene scene = load_scene("builtin:broad-light?veil=false");
-  const Image truth = testing::exact_image(scene, options.resolution);
-  const double of_places = relmse(testing::render(scene, "irradiance-cache", options).image, truth);
+  const Image reference = testing::exact_image(scene, options.resolution);
+  const double of_places = relmse(testing::render(scene, "irradiance-cache", options).image, reference);
   options.params["fill"] = {std::string("paths"), {}};
-  EXPECT_GT(relmse(testing::render(scene, "irradiance-cache", options).image, truth), 2 * of_places);
+  EXPECT_GT(relmse(testing::render(scene, "irradiance-cache", options).image, reference), 2 * of_places);
   const testing::RenderOptions refused{.params = params};
   EXPECT_THROW(testing::render(load_scene("builtin:cornell-spheres"), "irradiance-cache", refused), Error);
 }

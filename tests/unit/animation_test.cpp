@@ -61,7 +61,7 @@ TEST(AnimationConfig, SlipsAreErrorsAtTheirPlace) {
       {with("sah_growth = 1.1", "sah_growth = 0.5"), "x.toml:10:", "sah_growth"},
       {with("\"refit\"", "{ name = \"refit\", sah_growth = 2 }"), "x.toml:10:", "sah_growth"},
       {with("\"binned-sah\"", "\"octree\""), "x.toml:3:11", "cannot change over time"},
-      {with("leaf_size = 2", "layout = \"wide8\""), "x.toml:3:", "binary"},
+      {with("leaf_size = 2", "layout = \"bvh8\""), "x.toml:3:", "binary"},
       {with("seeds = 2", "budget = { samples = 3 }"), "x.toml:4:1", "dynamic"},
       {with("seeds = 2", "integrators = [\"path\"]"), "x.toml:4:1", "dynamic"},
       {"scenes = [\"builtin:mesh\"]\ndynamic = 3\n", "x.toml:2:11", "a table"}};

@@ -1,7 +1,7 @@
 // docs/experiment-file.md names every key that the parser takes, and no other.
-#include "tests/unit/harness_process.h"
 #include "tests/places.h"
 #include "tests/unit/experiment_text.h"
+#include "tests/unit/harness_process.h"
 
 #include <map>
 #include <set>
@@ -59,7 +59,7 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
       {"ratios", base + path + "[[ratios]]\nmethod = \"path\"\nover = \"path\"\n" + z},
       {"dynamic", "scenes = [\"builtin:cornell-box\"]\n[dynamic]\n" + z},
       {"points", "scenes = [\"builtin:cornell-box\"]\n[points]\n" + z},
-      {"balls", "scenes = [\"builtin:cornell-box\"]\n[balls]\n" + z},
+      {"records", "scenes = [\"builtin:cornell-box\"]\n[records]\n" + z},
       {"claims", claim + z + "\n" + measure},
       {"claims.measures", claim + measure + z},
       {"timing", "timing = { " + z + " }\n" + claim + measure},

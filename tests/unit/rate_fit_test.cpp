@@ -165,7 +165,7 @@ void PrintTo(const Coverage& c, std::ostream* out) { *out << c.name; }
 
 class RateFitCoverage : public ::testing::TestWithParam<Coverage> {};
 
-TEST_P(RateFitCoverage, IntervalsHoldTheTruthAsOftenAsTheyPromise) {
+TEST_P(RateFitCoverage, IntervalsHoldTheExponentAsOftenAsTheyPromise) {
   const Coverage& c = GetParam();
   Normal normal(static_cast<std::uint64_t>(c.pixels) + 100);
   constexpr int experiments = 300;

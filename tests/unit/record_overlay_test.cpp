@@ -52,7 +52,7 @@ TEST(RecordOverlay, DrawsEllipsesAndCubes) {
   const Seen centre = seen_through(context, film), beside = seen_through(context, film + vec2(6, 0));
   const vec3 way = beside.position - centre.position;
   const float radius = glm::length(way) * (1 + 1e-3f);
-  // Half as wide along the way as across it: sqrt(1 + squeeze^2) = 2.
+  // Half as wide along the way as across it: sqrt(1 + anisotropy^2) = 2.
   const RecordShape ellipse{centre.position, centre.normal, radius, std::sqrt(3.0f) * glm::normalize(way)};
   const Image drawn_ellipse = draw_records(Image(size), context, std::vector{ellipse});
   for (const ivec2 step : {ivec2(3, 0), ivec2(-3, 0), ivec2(0, 6), ivec2(0, -6)})

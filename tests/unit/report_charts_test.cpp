@@ -77,7 +77,7 @@ Figure over_time(const RunLog& log, const std::string& metric = "relmse", Scale 
 
 TEST(Charts, EveryFileIsWellFormedAndFinite) {
   RunLog log = small_log();
-  log.structures = {structure("builtin:room", "sah", "wide8", 2, 0.1), structure("builtin:room", "lbvh", "binary", 1, 0.01),
+  log.structures = {structure("builtin:room", "sah", "bvh8", 2, 0.1), structure("builtin:room", "lbvh", "binary", 1, 0.01),
                     structure("builtin:room", "brute", "-", 1e-4, 0)};
   const auto figures = file_figures(arrange(log));
   EXPECT_EQ(figures.size(), 3u * 2 + 2 + 3);  // metrics over time and iterations, fronts of the unsigned, structures
@@ -197,8 +197,8 @@ TEST(Charts, FrontNamesAndMarksWhatNothingBeats) {
 
 TEST(Charts, OutlyingStructureIsNamedNotDrawn) {
   RunLog log;
-  log.structures = {structure("room", "sah", "wide8", 2, 0.1), structure("room", "lbvh", "wide8", 1, 0.01),
-                    structure("room", "sbvh", "wide8", 2.5, 0.5), structure("room", "brute", "-", 1e-4, 0)};
+  log.structures = {structure("room", "sah", "bvh8", 2, 0.1), structure("room", "lbvh", "bvh8", 1, 0.01),
+                    structure("room", "sbvh", "bvh8", 2.5, 0.5), structure("room", "brute", "-", 1e-4, 0)};
   const ReportData data = arrange(log);
   const Figure figure = structures_figure(data, data.scenes.at(0));
   EXPECT_NE(figure.notes.at(0).find("brute"), std::string::npos);
@@ -208,7 +208,7 @@ TEST(Charts, OutlyingStructureIsNamedNotDrawn) {
 TEST(Charts, CheapestStructuresFollowEachOtherWhereTheirTotalsMeet) {
   // Mrays/s and seconds: brute 0.001 (1 ms a ray), lbvh 1 (1 us), sah 2 (0.5 us), and one that is beaten everywhere.
   const StructureRecord brute = structure("room", "brute", "-", 1e-3, 1e-3),
-                        lbvh = structure("room", "lbvh", "binary", 1, 0.011), sah = structure("room", "sah", "wide8", 2, 0.111),
+                        lbvh = structure("room", "lbvh", "binary", 1, 0.011), sah = structure("room", "sah", "bvh8", 2, 0.111),
                         bad = structure("room", "bad", "-", 0.5, 0.2);
   StructureRecord skipped = structure("room", "skipped", "-", 0, 0);
   const auto choices = cheapest_choices({&skipped, &bad, &sah, &brute, &lbvh});
@@ -224,11 +224,11 @@ TEST(Charts, CheapestStructuresFollowEachOtherWhereTheirTotalsMeet) {
 
 TEST(Charts, BreakEvenDrawsEachChoiceWhereItIsTheOneToPick) {
   RunLog log;
-  log.structures = {structure("room", "lbvh", "binary", 1, 0.011), structure("room", "sah", "wide8", 2, 0.111),
+  log.structures = {structure("room", "lbvh", "binary", 1, 0.011), structure("room", "sah", "bvh8", 2, 0.111),
                     structure("room", "bad", "-", 0.5, 0.2)};
   const ReportData data = arrange(log);
   const Figure figure = break_even_figure(data, data.scenes.at(0));
-  EXPECT_EQ(figure.notes.at(0), "To pick: lbvh binary; sah wide8 from 200 k rays.");
+  EXPECT_EQ(figure.notes.at(0), "To pick: lbvh binary; sah bvh8 from 200 k rays.");
   const auto& series = figure.panels.at(0).series;
   std::map<std::string, const ChartSeries*> by_key;
   for (const ChartSeries& s : series) by_key[s.key] = &s;
@@ -242,7 +242,7 @@ TEST(Charts, BreakEvenDrawsEachChoiceWhereItIsTheOneToPick) {
 TEST(Charts, ScenesThatDifferInANumberMakeASweep) {
   RunLog log;
   const auto add = [&](const std::string& scene, double mrays) {
-    log.structures.push_back(structure(scene, "sah", "wide8", mrays, 0.1));
+    log.structures.push_back(structure(scene, "sah", "bvh8", mrays, 0.1));
     log.structures.push_back(structure(scene, "grid", "-", mrays / 2, 0.1));
   };
   for (const auto& [count, mrays] : {std::pair{"1e3", 9.0}, {"10k", 8.0}, {"100000", 7.0}})
@@ -269,13 +269,13 @@ TEST(Charts, ScenesThatDifferInANumberMakeASweep) {
 
 TEST(Charts, StructuresAreComparedOverScenesWithTheFastestOfEach) {
   RunLog log;
-  log.structures = {structure("even", "sah", "wide8", 4, 0.1),   structure("even", "grid", "-", 2, 0.1),
-                    structure("even", "brute", "-", 1e-3, 0.1),  structure("uneven", "sah", "wide8", 2, 0.1),
+  log.structures = {structure("even", "sah", "bvh8", 4, 0.1),    structure("even", "grid", "-", 2, 0.1),
+                    structure("even", "brute", "-", 1e-3, 0.1),  structure("uneven", "sah", "bvh8", 2, 0.1),
                     structure("uneven", "grid", "-", 0.01, 0.1), structure("uneven", "brute", "-", 1e-3, 0.1)};
   const Figure figure = structures_over_scenes_figure(arrange(log));
   ASSERT_FALSE(figure.empty());
   const Chart& chart = figure.panels[0];
-  EXPECT_EQ(chart.rows, (std::vector<std::string>{"sah wide8", "grid"}));
+  EXPECT_EQ(chart.rows, (std::vector<std::string>{"sah bvh8", "grid"}));
   ASSERT_EQ(chart.series.size(), 2u);
   EXPECT_NEAR(chart.series[0].points[1].x, 2, 1e-9);    // the grid in the even scene
   EXPECT_NEAR(chart.series[1].points[1].x, 200, 1e-9);  // and in the uneven one

@@ -116,7 +116,7 @@ TEST(ReportData, LeadPassesWhereTheCurvesCross) {
   add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 1);
   add_cells(log, "room", {"cache", "sah", 0.1, 0.25, -0.5}, 1);
   const ReportData data = arrange(log);
-  const auto rulers = reigns(data.scenes[0], "relmse");
+  const auto rulers = lead_intervals(data.scenes[0], "relmse");
   ASSERT_EQ(rulers.size(), 2u);
   EXPECT_EQ(data.scenes[0].configurations[rulers[0].configuration].integrator, "cache");
   EXPECT_EQ(data.scenes[0].configurations[rulers[1].configuration].integrator, "path");
@@ -241,7 +241,7 @@ TEST(Tables, TexRowsMatchTheirColumnsAndBracesBalance) {
 
 TEST(Tables, StructuresAreInHumanUnits) {
   RunLog log;
-  log.structures.push_back(structure("room", "sah", "wide8", 2, 0.012));
+  log.structures.push_back(structure("room", "sah", "bvh8", 2, 0.012));
   const Table table = structures_table(arrange(log));
   ASSERT_EQ(table.rows.size(), 1u);
   EXPECT_EQ(table.rows[0][column(table, "build_s")].text, "12 ms");

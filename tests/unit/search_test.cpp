@@ -1,4 +1,4 @@
-// Experiments on point and ball structures: what they read, measure, log and conclude.
+// Experiments on point and record structures: what they read, measure, log and conclude.
 #include "experiments/config/config.h"
 #include "experiments/kinds/search/measure_search.h"
 #include "experiments/kinds/search/search_config.h"
@@ -43,8 +43,8 @@ TEST(SearchConfig, WhatDoesNotFitIsAnErrorAtItsPlace) {
   expect_error("[points]\nstructures = [\"hash-gird\"]\ncontrasts = [1]\n", "x.toml:2", "hash-grid");
   expect_error("[points]\ncounts = [100, 10]\ncontrasts = [1]\n", "x.toml", "ascending");
   expect_error("[points]\ncontrasts = []\n", "x.toml", "nothing to search");
-  expect_error("scenes = [\"builtin:cornell-box\"]\n[balls]\nneighbours = [1]\n", "x.toml", "neighbours");
-  expect_error("scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\n[balls]\n", "x.toml", "of no use");
+  expect_error("scenes = [\"builtin:cornell-box\"]\n[records]\nneighbours = [1]\n", "x.toml", "neighbours");
+  expect_error("scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\n[records]\n", "x.toml", "of no use");
 }
 
 TEST(SearchSets, ASpotIsAsMuchDenserAsAsked) {
@@ -64,7 +64,7 @@ TEST(SearchSets, ASpotIsAsMuchDenserAsAsked) {
 TEST(SearchSets, RecordsCoverAsManyTimesAsAsked) {
   const Scene scene = load_scene("builtin:cornell-box", {});
   for (const double spread : {1.0, 100.0}) {
-    const BallSet set = records_of_scene(scene, spread, 6, 2000, 400, 3);
+    const RecordSet set = records_of_scene(scene, spread, 6, 2000, 400, 3);
     const auto [low, high] = std::minmax_element(set.radii.begin(), set.radii.end());
     EXPECT_NEAR(*high / *low, spread, 0.05 * spread);
     double covering = 0;
@@ -76,20 +76,20 @@ TEST(SearchSets, RecordsCoverAsManyTimesAsAsked) {
 
 TEST(SearchMeasurement, StructuresAgreeAndEveryFigureIsThere) {
   const Scene scene = load_scene("builtin:cornell-box", {});
-  for (const bool balls : {false, true}) {
+  for (const bool records : {false, true}) {
     SearchChoice choice;
-    choice.balls = balls;
+    choice.records = records;
     choice.structures = {"brute", "hash-grid", "bvh"};
     choice.neighbours = {1, 10};
     choice.queries = 50;
     choice.repetitions = 1;
-    const SearchSet set{"scene", "scene", 0, balls ? "spread" : "", balls ? 4.0 : 0.0};
+    const SearchSet set{"scene", "scene", 0, records ? "spread" : "", records ? 4.0 : 0.0};
     SearchRecord record = measure_search({choice, set, &scene, 300, 1});
     EXPECT_EQ(record.disagreements, 0u);
     EXPECT_GT(record.checked, 50u);
-    EXPECT_EQ(record.figures.size(), 3u * (balls ? 3 : 6));
+    EXPECT_EQ(record.figures.size(), 3u * (records ? 3 : 6));
     for (const SearchFigure& f : record.figures) {
-      const bool nothing_kept = f.measure == "memory" && f.structure == "brute" && !balls;
+      const bool nothing_kept = f.measure == "memory" && f.structure == "brute" && !records;
       EXPECT_EQ(f.value.median > 0, !nothing_kept) << f.structure << " " << f.measure;
       if (f.measure == "nearest") {
         EXPECT_EQ(f.found, f.parameter);

@@ -47,12 +47,12 @@ TEST(StressVerdicts, FollowTheIntervals) {
 }
 
 TEST(StressFigures, AreWhatTheySay) {
-  Image truth({20, 10}), image({20, 10});
-  for (std::size_t i = 0; i < truth.pixels.size(); ++i) {
-    truth.pixels[i] = dvec3(i < 100 ? 0.0 : 2.0);
+  Image reference({20, 10}), image({20, 10});
+  for (std::size_t i = 0; i < reference.pixels.size(); ++i) {
+    reference.pixels[i] = dvec3(i < 100 ? 0.0 : 2.0);
     image.pixels[i] = dvec3(i < 100 ? 7.0 : i < 110 ? 1.0 : 2.0);
   }
-  const auto figure = [&](const char* name) { return find_stress_figure(name, {}).compute(image, truth); };
+  const auto figure = [&](const char* name) { return find_stress_figure(name, {}).compute(image, reference); };
   EXPECT_EQ(figure("darkest"), 0.5) << "pixels without light have no ratio";
   EXPECT_EQ(figure("middle"), 1);
   EXPECT_EQ(figure("brightest"), 1);

@@ -12,7 +12,7 @@ using namespace report_test;
 
 TEST(TerminalTables, EveryGroupOfStructuresFitsATerminal) {
   RunLog log;
-  log.structures.push_back(structure("room", "median-rotating", "wide16", 0.1234, 12.34));
+  log.structures.push_back(structure("room", "median-round-robin", "bvh16", 0.1234, 12.34));
   StructureRecord& record = log.structures.back();
   record.build_s = record.parallel_build_s = {59.9, 50, 70};
   for (const RayKind kind : ray_kinds)

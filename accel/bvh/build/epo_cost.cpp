@@ -59,7 +59,7 @@ class Subtrees {
 };
 
 // The weighted area of a triangle within nodes that do not hold it.
-double foreign_area(const BinaryTree& tree, const Subtrees& subtrees, const Geometry& geometry, std::uint32_t id) {
+double overlap_area(const BinaryTree& tree, const Subtrees& subtrees, const Geometry& geometry, std::uint32_t id) {
   struct Visit {
     std::uint32_t node;
     ClippedPolygon polygon;  // clipped to the parent's box
@@ -110,7 +110,7 @@ EpoCost epo_cost(const BinaryTree& tree, const Geometry& geometry, std::uint32_t
   }
   std::vector<double> terms(chosen.size());  // summed in order: the same at any number of threads
   parallel_for(chosen.size(), 64, [&](std::size_t i) {
-    const double area = foreign_area(tree, subtrees, geometry, ids[chosen[i]]);
+    const double area = overlap_area(tree, subtrees, geometry, ids[chosen[i]]);
     terms[i] = cost.sampled ? area / areas[chosen[i]] : area;
   });
   cost.value = std::accumulate(terms.begin(), terms.end(), 0.0) / (cost.sampled ? static_cast<double>(terms.size()) : total);

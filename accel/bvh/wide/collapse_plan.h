@@ -67,7 +67,7 @@ class CollapsePlan {
 
   // The chance that a ray which meets a subtree's box hits something there, over the visits which that takes: what an any-hit
   // query should try first (after [Nah2014]).
-  float promise(std::uint32_t n) const {
+  float any_hit_priority(std::uint32_t n) const {
     const float chance = std::min(tree_.nodes[n].bounds.half_area(), nodes_[n].content), visits = nodes_[n].cost;
     return visits > 0 && visits < infinity ? chance / visits : 0;
   }

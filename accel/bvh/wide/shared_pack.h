@@ -1,4 +1,4 @@
-// A leaf of `wide16`: up to sixteen triangles over up to sixteen different vertices, tested together by SIMD instructions
+// A leaf of `bvh16`: up to sixteen triangles over up to sixteen different vertices, tested together by SIMD instructions
 // (wide_tests.inl). Neighbours in a mesh share vertices, so each is stored, and moved into the ray's space, once; the triangles
 // pick theirs by a permutation of lanes. Ids ascend. A needle has but its first corner, as in triangle_pack.h.
 #pragma once

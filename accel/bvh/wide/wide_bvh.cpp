@@ -11,9 +11,9 @@ namespace {
 
 template <int node_width, class Pack>
 const WideKernels<node_width, Pack>& kernels_of(const WideKernelSet& set) {
-  if constexpr (node_width == 4) return set.wide4;
-  if constexpr (node_width == 8) return set.wide8;
-  if constexpr (node_width == 16) return set.wide16;
+  if constexpr (node_width == 4) return set.bvh4;
+  if constexpr (node_width == 8) return set.bvh8;
+  if constexpr (node_width == 16) return set.bvh16;
 }
 
 }  // namespace
@@ -63,6 +63,6 @@ template const WideKernels<4, TrianglePack<4>>& wide_kernels(Isa);
 template const WideKernels<8, TrianglePack<8>>& wide_kernels(Isa);
 template const WideKernels<16, SharedPack>& wide_kernels(Isa);
 
-static_assert(RayStructure<Wide4Bvh> && RayStructure<Wide8Bvh> && RayStructure<Wide16Bvh>);
+static_assert(RayStructure<Bvh4> && RayStructure<Bvh8> && RayStructure<Bvh16>);
 
 }  // namespace etendue

@@ -82,7 +82,7 @@ class WideBvh {
         kernels_(&wide_kernels<node_width, Pack>(isa)),
         extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
 
-  static constexpr const char* layout_name = node_width == 4 ? "wide4" : node_width == 8 ? "wide8" : "wide16";
+  static constexpr const char* layout_name = node_width == 4 ? "bvh4" : node_width == 8 ? "bvh8" : "bvh16";
 
   const Geometry* geometry_;
   WideTree<node_width, Pack> tree_;
@@ -90,8 +90,8 @@ class WideBvh {
   float extent_;
 };
 
-using Wide4Bvh = WideBvh<4, TrianglePack<4>>;
-using Wide8Bvh = WideBvh<8, TrianglePack<8>>;
-using Wide16Bvh = WideBvh<16, SharedPack>;
+using Bvh4 = WideBvh<4, TrianglePack<4>>;
+using Bvh8 = WideBvh<8, TrianglePack<8>>;
+using Bvh16 = WideBvh<16, SharedPack>;
 
 }  // namespace etendue

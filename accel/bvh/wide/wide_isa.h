@@ -6,9 +6,9 @@
 namespace etendue {
 
 struct WideKernelSet {
-  WideKernels<4, TrianglePack<4>> wide4;
-  WideKernels<8, TrianglePack<8>> wide8;
-  WideKernels<16, SharedPack> wide16;
+  WideKernels<4, TrianglePack<4>> bvh4;
+  WideKernels<8, TrianglePack<8>> bvh8;
+  WideKernels<16, SharedPack> bvh16;
 };
 
 const WideKernelSet& wide_kernels_scalar();

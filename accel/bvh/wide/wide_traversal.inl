@@ -74,14 +74,14 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
 
 // One ray on its way through a tree.
 template <class Simd, bool any_hit, int node_width, class Pack, class Count>
-class Journey {
+class Traversal {
   using View = WideView<node_width, Pack>;
   using Boxes = typename Simd::template Floats<node_width>;
   using Place = std::conditional_t<any_hit, WaitingAny, Waiting>;
   using Leaf = LeafTest<Simd, Pack, any_hit, Count>;
 
  public:
-  Journey(const View& view, const Ray& ray, const RayTerms<Simd>& terms, Count count)
+  Traversal(const View& view, const Ray& ray, const RayTerms<Simd>& terms, Count count)
       : view_(view),
         ray_(ray),
         slab_(ray, terms),
@@ -174,7 +174,7 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
   const RayTerms<Simd> terms(ray, view.extent);
   if (!terms.is_traceable) return {};
   if (has_few_packs(view.tree)) return trace_few<Simd, any_hit>(view, ray, count);
-  return Journey<Simd, any_hit, node_width, Pack, Count>(view, ray, terms, count).run();
+  return Traversal<Simd, any_hit, node_width, Pack, Count>(view, ray, terms, count).run();
 }
 
 }  // namespace

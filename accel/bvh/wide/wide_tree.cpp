@@ -92,7 +92,7 @@ class Collapse {
       piece.cost += tree_.nodes[job.binary].bounds.half_area();
       piece.depth = std::max(piece.depth, job.depth);
       plan_.children(job.binary, children);
-      sort_by_promise(children);
+      sort_by_any_hit_priority(children);
       const std::size_t waiting = jobs.size();
       for (std::size_t slot = 0; slot < children.size(); ++slot) {
         const std::uint32_t binary = children[slot];
@@ -124,12 +124,13 @@ class Collapse {
     node.children[slot] = child;
   }
 
-  // What differs in the last bits of its promise only stays in order.
-  void sort_by_promise(std::vector<std::uint32_t>& children) const {
+  // What differs in the last bits of its priority only stays in order.
+  void sort_by_any_hit_priority(std::vector<std::uint32_t>& children) const {
     static_assert(node_width <= Ranks::most);
     std::array<std::uint32_t, node_width> keys, unsorted;
     for (std::uint32_t i = 0; i < children.size(); ++i) {
-      keys[i] = (std::bit_cast<std::uint32_t>(plan_.promise(children[i])) & ~(node_width - 1u)) | i;  // none is negative
+      keys[i] =
+          (std::bit_cast<std::uint32_t>(plan_.any_hit_priority(children[i])) & ~(node_width - 1u)) | i;  // none is negative
       unsorted[i] = children[i];
     }
     const Ranks ranks(keys.data(), children.size());

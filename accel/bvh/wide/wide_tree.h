@@ -3,7 +3,7 @@
 // A node holds its children's boxes as six arrays, so that one visit tests all of them; a leaf is one pack, its triangles side
 // by side. Which subtrees become nodes and which become leaves is decided by dynamic programming over "this subtree as at most
 // i children" ([Ylitie2017] section 3.1), at a cost of area per node and of area per pack. A node's children lie in order of
-// rising promise (chance of a hit over visits it takes), and any-hit queries go on with the last that they meet.
+// rising any-hit priority (chance of a hit over visits it takes), and any-hit queries go on with the last that they meet.
 #pragma once
 
 #include "accel/bvh/build/vertex_ids.h"

@@ -166,7 +166,7 @@ std::vector<ClaimFindings> arrange_claims(const RunLog& log) {
 }
 
 Table claims_table(const RunLog& log) {
-  Table table{"claims", "Claims, tested", {}, {}, {}, {}};
+  Table table{"claims", "Textbook statements, measured", {}, {}, {}, {}};
   table.columns = {{"id", "#"},
                    {"claim", "claim", false},
                    {"source", "source", false},
@@ -189,7 +189,7 @@ Table claims_table(const RunLog& log) {
 }
 
 Table claim_figures_table(const RunLog& log) {
-  Table table{"claim-figures", "Claims: every figure", {}, {}, {}, {}};
+  Table table{"claim-figures", "Textbook statements: every figure", {}, {}, {}, {}};
   table.columns = {{"id", "#"},
                    {"measure", "measurement", false},
                    {"scene", "scene", false},
@@ -229,12 +229,14 @@ Table claim_figures_table(const RunLog& log) {
 KindReport claims_report(const RunLog& log) {
   if (records_of<ClaimRecord>(log).empty()) return {};
   const std::vector<ClaimFindings> claims = arrange_claims(log);
-  KindReport report{
-      .tables = {claims_table(log), claim_figures_table(log)}, .id = "claims", .heading = "Claims", .finds_in_section = true};
-  if (!claims.empty()) report.fact = fmt::format("{} {}", claims.size(), claims.size() == 1 ? "claim" : "claims");
+  KindReport report{.tables = {claims_table(log), claim_figures_table(log)},
+                    .id = "claims",
+                    .heading = "Textbook statements, measured",
+                    .finds_in_section = true};
+  if (!claims.empty()) report.fact = fmt::format("{} {}", claims.size(), claims.size() == 1 ? "statement" : "statements");
   std::string& out = report.section;
-  out = fmt::format("<p>{} claims: {}.</p>\n<p class=\"note\">{}</p>\n", claims.size(), escape_html(summarise_verdicts(claims)),
-                    escape_html(rule));
+  out = fmt::format("<p>{} statements: {}.</p>\n<p class=\"note\">{}</p>\n", claims.size(),
+                    escape_html(summarise_verdicts(claims)), escape_html(rule));
   out += "<div class=\"findings\">\n";
   for (const ClaimFindings& claim : claims) {
     const ClaimRecord& first = *claim.records.front();
@@ -263,7 +265,7 @@ std::string claims_summary(const RunLog& log) {
                        fmt::join(claim.measured, "; "), verdict_text(claim));
   }
   out += claims.empty() ? "The log holds no finished claim.\n"
-                        : fmt::format("{} claims: {}\n", claims.size(), summarise_verdicts(claims));
+                        : fmt::format("{} statement{}: {}\n", claims.size(), claims.size() == 1 ? "" : "s", summarise_verdicts(claims));
   for (const std::string& line : failed_cells<ClaimRecord>(log)) out += line + "\n";
   return out;
 }

@@ -1,4 +1,4 @@
-// Which tree: claims about builders. All trees are traversed alike, in the `binary` layout; where it matters in `wide16` too.
+// Which tree: claims about builders. All trees are traversed alike, in the `binary` layout; where it matters in `bvh16` too.
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/measure_tools.h"
 #include "experiments/kinds/claims/naive_loop.h"
@@ -28,22 +28,22 @@ Times trace_times(const MeasureTask& task, const Scene& scene, const std::vector
 }
 
 MeasureResult measure_builders(const MeasureTask& task) {
-  const ParamMap wide = text_param("layout", "wide16");
+  const ParamMap wide = text_param("layout", "bvh16");
   const Times times = trace_times(task, load_claim_scene(task.scene, task.reading),
                                   {{"sah", {}},
                                    {"median", {}},
                                    {"midpoint", {}},
-                                   {"median-rotating", {}},
+                                   {"median-round-robin", {}},
                                    {"sah", wide},
                                    {"median", wide},
                                    {"midpoint", wide}});
   MeasureResult result;
   result.add("median", ratio_of(times[1], times[0]));
   result.add("midpoint", ratio_of(times[2], times[0]));
-  result.add("median_rotating", ratio_of(times[3], times[0]));
+  result.add("median_round_robin", ratio_of(times[3], times[0]));
   result.add("median_wide", ratio_of(times[5], times[4]));
   result.add("midpoint_wide", ratio_of(times[6], times[4]));
-  result.remarks.push_back(fmt::format("{} in the wide16 layout: median {:.2f}×, midpoint {:.2f}×.", task.scene,
+  result.remarks.push_back(fmt::format("{} in the bvh16 layout: median {:.2f}×, midpoint {:.2f}×.", task.scene,
                                        ratio_of(times[5], times[4]).median, ratio_of(times[6], times[4]).median));
   return result;
 }
@@ -167,9 +167,9 @@ std::vector<Measurement> builder_measurements() {
            "time for the same rays, over that in the tree by full-sweep SAH",
            {{"median", factor, "median over SAH"},
             {"midpoint", factor, "midpoint over SAH"},
-            {"median_rotating", factor, "median on a rotating axis over SAH"},
-            {"median_wide", factor, "median over SAH in the wide16 layout"},
-            {"midpoint_wide", factor, "midpoint over SAH in the wide16 layout"}},
+            {"median_round_robin", factor, "median on a rotating axis over SAH"},
+            {"median_wide", factor, "median over SAH in the bvh16 layout"},
+            {"midpoint_wide", factor, "midpoint over SAH in the bvh16 layout"}},
            measure_builders},
           {"bins",
            "what more bins spare",

@@ -52,8 +52,8 @@ std::vector<double> scaled(std::vector<double> values, double by) {
 MeasureResult measure_image(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene, task.reading);
   const NaiveLoop brute(scene, false), boxes(scene, true);
-  const auto rotating = make_structure(scene, "median-rotating"), simd = make_structure(scene, "brute"),
-             best = make_structure(scene, "binned-sah", text_param("layout", "wide16"));
+  const auto rotating = make_structure(scene, "median-round-robin"), simd = make_structure(scene, "brute"),
+             best = make_structure(scene, "binned-sah", text_param("layout", "bvh16"));
   const ImageRays image = image_rays(scene, *best, task.resolution);
   const ClaimRays few = affordable_sample(brute, image.rays, 0.15), some = affordable_sample(boxes, image.rays, 0.15);
   const auto count = [](const ClaimRays& rays) { return static_cast<double>(rays.closest.size() + rays.shadow.size()); };
@@ -101,7 +101,7 @@ MeasureResult measure_path_image(const MeasureTask& task) {
         .phases_s.at("trace");
   };
   const double scale = 512.0 / samples * square(static_cast<float>(image_width) / static_cast<float>(task.resolution));
-  const Method binary{"binned-sah", {}, {}}, wide{"binned-sah", text_param("layout", "wide16"), {}};
+  const Method binary{"binned-sah", {}, {}}, wide{"binned-sah", text_param("layout", "bvh16"), {}};
   std::vector<double> one, all, best;
   for (int repetition = 0; repetition < task.repetitions; ++repetition) {
     one.push_back(scale * rendering(binary, 1));
@@ -173,18 +173,18 @@ std::vector<Measurement> image_measurements() {
            {{"brute_s", time_kind, "brute force"},
             {"boxes_s", time_kind, "a box around each mesh"},
             {"tree_s", time_kind, "BVH by median on a rotating axis"},
-            {"best_s", time_kind, "binned SAH in the wide16 layout"},
+            {"best_s", time_kind, "binned SAH in the bvh16 layout"},
             {"box_gain", factor, "brute force over a box around each mesh"},
             {"tree_gain", factor, "a box around each mesh over BVH"},
             {"whole_gain", factor, "brute force over BVH"},
-            {"best_gain", factor, "brute force over binned SAH in the wide16 layout"},
+            {"best_gain", factor, "brute force over binned SAH in the bvh16 layout"},
             {"four_at_once", factor, "brute force, one triangle at a time over four"}},
            measure_image},
           {"path-image",
            "seconds for 512 samples per pixel at 1024 x 1024",
            {{"one_thread", time_kind, "binned SAH on one thread"},
             {"all_threads", time_kind, "binned SAH on all threads"},
-            {"wide", time_kind, "the same in the wide16 layout"}},
+            {"wide", time_kind, "the same in the bvh16 layout"}},
            measure_path_image,
            true},
           {"tasks",

@@ -51,7 +51,8 @@ class Quadrics {
       const auto leaf = [&](std::uint32_t first, std::uint32_t count) {
         for (std::uint32_t i = first; i < first + count; ++i) test(tree_.primitives[i]);
       };
-      Walker<WalkOptions{}, ScalarSlab, PackedNodes, ObserveNothing, decltype(leaf)>(nodes_, ray, limit, t_best, {}, leaf)
+      Traversal<TraversalOptions{}, ScalarSlab, PackedNodes, ObserveNothing, decltype(leaf)>(nodes_, ray, limit, t_best, {},
+                                                                                             leaf)
           .run(tree_.depth);
     });
   }

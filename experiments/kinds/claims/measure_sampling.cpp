@@ -154,7 +154,7 @@ MeasureResult measure_cache(const MeasureTask& task) {
   const double seconds = 0.012 * task.resolution;  // 3 s at 256
   Budget budget;
   budget.time_s = seconds;
-  const Method accel{"binned-sah", text_param("layout", "wide16"), {}}, path{"path", {}, {}},
+  const Method accel{"binned-sah", text_param("layout", "bvh16"), {}}, path{"path", {}, {}},
       cache{"irradiance-cache", whole_param("samples", 256), {}};
   MeasureResult result;
   std::vector<double> lead, last, rays;

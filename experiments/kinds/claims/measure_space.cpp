@@ -15,7 +15,7 @@ MeasureResult measure_cells(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene, task.reading);
   const ClaimRays all = record_claim_rays(scene, task.resolution);
   const auto tree = make_structure(scene, "binned-sah"),
-             wide = make_structure(scene, "binned-sah", text_param("layout", "wide16")),
+             wide = make_structure(scene, "binned-sah", text_param("layout", "bvh16")),
              octree = make_structure(scene, "octree"), kd = make_structure(scene, "kd-tree"),
              grid = make_structure(scene, "grid");
   // The grid may be slow beyond measure: then all get fewer rays.
@@ -84,7 +84,7 @@ MeasureResult measure_node_arithmetic(const MeasureTask& task) {
   result.add("million_nodes", budget / node_bytes / 1e6);
   result.add("million_primitives_by_claim", budget / 64 / 2 / 1e6);
   result.add("million_primitives", whole({}));
-  result.add("million_primitives_wide", whole(text_param("layout", "wide16")));
+  result.add("million_primitives_wide", whole(text_param("layout", "bvh16")));
   result.remarks.push_back(
       "The product keeps inner nodes only, with the boxes of both children, and leaves apart: about n nodes of 64 bytes for n "
       "single primitives. What 512 MiB hold is of primitives, leaves and copied vertices included.");
@@ -99,7 +99,7 @@ std::vector<Measurement> space_measurements() {
            {{"octree", factor, "octree over BVH"},
             {"kd_tree", factor, "kd-tree over BVH"},
             {"grid", factor, "grid over BVH"},
-            {"octree_over_wide", factor, "octree over BVH in the wide16 layout"}},
+            {"octree_over_wide", factor, "octree over BVH in the bvh16 layout"}},
            measure_cells},
           {"duplicates",
            "references to primitives, and leaves around a point of a surface",
@@ -116,7 +116,7 @@ std::vector<Measurement> space_measurements() {
             {"million_nodes", plain, "million nodes in 512 MiB"},
             {"million_primitives_by_claim", plain, "million primitives in 512 MiB, as the claim counts"},
             {"million_primitives", plain, "million primitives in 512 MiB, binary layout"},
-            {"million_primitives_wide", plain, "million primitives in 512 MiB, wide16 layout"}},
+            {"million_primitives_wide", plain, "million primitives in 512 MiB, bvh16 layout"}},
            measure_node_arithmetic}};
 }
 

@@ -5,7 +5,7 @@
 namespace etendue {
 
 ClaimRays record_claim_rays(const Scene& scene, int resolution) {
-  const std::unique_ptr<RayQuery> tracer = make_structure(scene, "binned-sah", text_param("layout", "wide8"));
+  const std::unique_ptr<RayQuery> tracer = make_structure(scene, "binned-sah", text_param("layout", "bvh8"));
   RaysByKind recorded = record_rays(scene, *tracer, resolution);
   ClaimRays rays{std::move(recorded[index_of(RayKind::primary)]), std::move(recorded[index_of(RayKind::shadow)])};
   const std::vector<Ray>& diffuse = recorded[index_of(RayKind::diffuse)];

@@ -31,7 +31,7 @@ struct Subject {
         product(make_structure(scene, "binned-sah")),
         rays(record_claim_rays(scene, task.resolution).closest) {}
 
-  template <WalkOptions options, class Slab, class Nodes>
+  template <TraversalOptions options, class Slab, class Nodes>
   auto variant(const Nodes& nodes) {
     return [this, &nodes](const Ray& ray) { return closest_by<options, Slab>(tree, nodes, ray); };
   }
@@ -51,7 +51,7 @@ Times compare(const MeasureTask& task, const Subject& subject, MeasureResult& re
   return take_turns(task, {tracing(subject.rays, closest)...});
 }
 
-template <WalkOptions options>
+template <TraversalOptions options>
 double nodes_per_ray(const Subject& subject) {
   std::uint64_t nodes = 0;
   for (const Ray& ray : subject.rays) closest_by<options, ScalarSlab>(subject.tree, subject.packed, ray, ObserveNodes{nodes});
@@ -61,8 +61,8 @@ double nodes_per_ray(const Subject& subject) {
 MeasureResult measure_order(const MeasureTask& task) {
   Subject s(task);
   MeasureResult result;
-  constexpr WalkOptions best{}, unordered{Walk::iterative, false, true}, unpruned{Walk::iterative, true, false},
-      neither{Walk::iterative, false, false};
+  constexpr TraversalOptions best{}, unordered{TraversalForm::iterative, false, true},
+      unpruned{TraversalForm::iterative, true, false}, neither{TraversalForm::iterative, false, false};
   const Times times =
       compare(task, s, result, s.variant<best, ScalarSlab>(s.packed), s.variant<unordered, ScalarSlab>(s.packed),
               s.variant<unpruned, ScalarSlab>(s.packed), s.variant<neither, ScalarSlab>(s.packed));
@@ -78,7 +78,7 @@ MeasureResult measure_order(const MeasureTask& task) {
 MeasureResult measure_recursion(const MeasureTask& task) {
   Subject s(task);
   MeasureResult result;
-  constexpr WalkOptions iterative{}, recursive{Walk::recursive, true, true};
+  constexpr TraversalOptions iterative{}, recursive{TraversalForm::recursive, true, true};
   const Times times =
       compare(task, s, result, s.variant<iterative, ScalarSlab>(s.packed), s.variant<recursive, ScalarSlab>(s.packed),
               s.variant<iterative, SimdSlab>(s.packed), s.variant<recursive, SimdSlab>(s.packed));
@@ -93,7 +93,7 @@ double misses_per_ray(const Subject& s, const Nodes& nodes, CacheModel cache) {
   const std::size_t half = s.rays.size() / 2;
   for (std::size_t i = 0; i < s.rays.size(); ++i) {
     if (i == half) cache.reset_counts();
-    closest_by<WalkOptions{}, ScalarSlab>(s.tree, nodes, s.rays[i], ObserveCache{{&cache}});
+    closest_by<TraversalOptions{}, ScalarSlab>(s.tree, nodes, s.rays[i], ObserveCache{{&cache}});
   }
   return static_cast<double>(cache.misses()) / static_cast<double>(s.rays.size() - half);
 }
@@ -101,7 +101,7 @@ double misses_per_ray(const Subject& s, const Nodes& nodes, CacheModel cache) {
 MeasureResult measure_layout(const MeasureTask& task) {
   Subject s(task);
   MeasureResult result;
-  constexpr WalkOptions best{};
+  constexpr TraversalOptions best{};
   const Times times = compare(task, s, result, s.variant<best, ScalarSlab>(s.packed), s.variant<best, ScalarSlab>(s.linked));
   const CacheModel first(32 << 10, 8), second(1 << 20, 16);
   const auto misses = [&](const CacheModel& cache) {
@@ -141,7 +141,7 @@ std::vector<Bounds> some_boxes(const Subject& s, std::size_t count) {
 MeasureResult measure_slab(const MeasureTask& task) {
   Subject s(task);
   MeasureResult result;
-  constexpr WalkOptions best{};
+  constexpr TraversalOptions best{};
   const std::vector<Bounds> boxes = some_boxes(s, 512);
   const std::size_t rays = std::min<std::size_t>(s.rays.size(), 8192);
   const Times alone = take_turns(task, {testing<SimdSlab>(s, boxes, rays), testing<LoopSlab>(s, boxes, rays),
@@ -163,9 +163,9 @@ MeasureResult measure_slab(const MeasureTask& task) {
 MeasureResult measure_together(const MeasureTask& task) {
   Subject s(task);
   MeasureResult result;
-  constexpr WalkOptions recursive{Walk::recursive, true, true};
+  constexpr TraversalOptions recursive{TraversalForm::recursive, true, true};
   const auto product = [&](const Ray& ray) { return s.product->closest(ray); };
-  const auto wide = make_structure(s.scene, "binned-sah", text_param("layout", "wide16"));
+  const auto wide = make_structure(s.scene, "binned-sah", text_param("layout", "bvh16"));
   const Times times = compare(task, s, result, s.variant<recursive, DividingSlab>(s.linked), product,
                               [&](const Ray& ray) { return wide->closest(ray); });
   result.add("together", ratio_of(times[0], times[1]));
@@ -177,7 +177,7 @@ MeasureResult measure_counting(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene, task.reading);
   const std::vector<Ray> rays = record_claim_rays(scene, task.resolution).closest;
   const auto binary = make_structure(scene, "binned-sah"),
-             wide = make_structure(scene, "binned-sah", text_param("layout", "wide16"));
+             wide = make_structure(scene, "binned-sah", text_param("layout", "bvh16"));
   const auto silent = [&](const RayQuery& q) { return tracing(rays, [&q](const Ray& ray) { return q.closest(ray); }); };
   const auto counted = [&](const RayQuery& q) {
     return [&rays, &q] {
@@ -229,11 +229,11 @@ std::vector<Measurement> traversal_measurements() {
        measure_slab},
       {"point-optimisations",
        "recursion, linked nodes and division, over the product's traversal of the same tree",
-       {{"together", factor, "none of them over all"}, {"together_wide", factor, "none of them over the wide16 layout"}},
+       {{"together", factor, "none of them over all"}, {"together_wide", factor, "none of them over the bvh16 layout"}},
        measure_together},
       {"counting",
        "time with counters of nodes and primitives over that without",
-       {{"counting", factor, "counted over not, binary layout"}, {"counting_wide", factor, "counted over not, wide16 layout"}},
+       {{"counting", factor, "counted over not, binary layout"}, {"counting_wide", factor, "counted over not, bvh16 layout"}},
        measure_counting}};
 }
 

@@ -72,9 +72,9 @@ class NaiveTree {
       for (std::uint32_t i = first; i < first + count; ++i)
         intersect_primitive(geometry_, tree_.primitives[i], ray, shear, hit);
     };
-    constexpr WalkOptions recursive{Walk::recursive, true, true};
-    Walker<recursive, LoopSlab, PackedNodes, ObserveNothing, decltype(leaf)>(nodes_, ray, TraversalLimit(ray, extent_), hit.t,
-                                                                             {}, leaf)
+    constexpr TraversalOptions recursive{TraversalForm::recursive, true, true};
+    Traversal<recursive, LoopSlab, PackedNodes, ObserveNothing, decltype(leaf)>(nodes_, ray, TraversalLimit(ray, extent_),
+                                                                                hit.t, {}, leaf)
         .run(tree_.depth);
     if (!hit) return {};
     hit.instance = 0;

@@ -185,10 +185,10 @@ class LinkedNodes {
 
 // --- traversals ---
 
-enum class Walk : std::uint8_t { iterative, recursive };
+enum class TraversalForm : std::uint8_t { iterative, recursive };
 
-struct WalkOptions {
-  Walk walk = Walk::iterative;
+struct TraversalOptions {
+  TraversalForm form = TraversalForm::iterative;
   bool ordered = true;  // the nearer child first
   bool pruned = true;   // boxes behind the closest hit so far are left
 };
@@ -204,18 +204,18 @@ struct ObserveNodes {
   void node() { ++nodes; }
 };
 
-template <WalkOptions options, class Slab, class Nodes, class Observe, class Leaf>
-class Walker {
+template <TraversalOptions options, class Slab, class Nodes, class Observe, class Leaf>
+class Traversal {
  public:
   using Ref = typename Nodes::Ref;
 
   // As BinaryLayout::traverse; `t_best` falls as leaves find hits.
-  Walker(const Nodes& nodes, const Ray& ray, const TraversalLimit& limit, const float& t_best, Observe observe,
-         const Leaf& leaf)
+  Traversal(const Nodes& nodes, const Ray& ray, const TraversalLimit& limit, const float& t_best, Observe observe,
+            const Leaf& leaf)
       : nodes_(nodes), slab_(ray), t_max_(ray.t_max), limit_(limit), t_best_(t_best), observe_(observe), leaf_(leaf) {}
 
   void run(std::uint32_t depth) {
-    if constexpr (options.walk == Walk::recursive)
+    if constexpr (options.form == TraversalForm::recursive)
       descend(nodes_.root());
     else
       iterate(depth);
@@ -312,7 +312,7 @@ struct VariantTree {
 };
 
 // The closest hit by one variant.
-template <WalkOptions options, class Slab, class Nodes, class Observe = ObserveNothing>
+template <TraversalOptions options, class Slab, class Nodes, class Observe = ObserveNothing>
 Hit closest_by(const VariantTree& tree, const Nodes& nodes, const Ray& ray, Observe observe = {}) {
   if (tree.tree.nodes.empty() || !is_traceable(ray)) return {};
   Hit hit;
@@ -326,7 +326,7 @@ Hit closest_by(const VariantTree& tree, const Nodes& nodes, const Ray& ray, Obse
     else
       tree.leaves.closest<false>(block_ray, {first, count}, hit, nothing);
   };
-  Walker<options, Slab, Nodes, Observe, decltype(leaf)>(nodes, ray, TraversalLimit(ray, tree.extent), hit.t, observe, leaf)
+  Traversal<options, Slab, Nodes, Observe, decltype(leaf)>(nodes, ray, TraversalLimit(ray, tree.extent), hit.t, observe, leaf)
       .run(tree.tree.depth);
   if (!hit) return {};
   hit.instance = 0;

@@ -184,7 +184,7 @@ class Execution {
       record.scene = name;
       record.manifest = manifest_.id;
       if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", name, record.structure, record.fallback));
-      if (!is_foreign(record)) summary_.disagreements += record.disagreements;
+      if (!is_third_party(record)) summary_.disagreements += record.disagreements;
       lines.push_back(to_json_line(record));
     }
     directory_.append(lines);

@@ -164,17 +164,17 @@ void measure_points(const SearchTask& task, SearchRecord& record) {
 }
 
 void measure_balls(const SearchTask& task, SearchRecord& record) {
-  const BallSet set = records_of_scene(*task.scene, task.set.variation, task.choice.covering, task.count,
-                                       static_cast<std::uint64_t>(task.choice.queries), task.seed);
+  const RecordSet set = records_of_scene(*task.scene, task.set.variation, task.choice.covering, task.count,
+                                         static_cast<std::uint64_t>(task.choice.queries), task.seed);
   const Bounds bounds = task.scene->bounds();
   const auto make = [&](const std::string& name) {
-    auto balls = find_ball_structure(name, {}).make(bounds);
-    for (std::uint32_t id = 0; id < set.centres.size(); ++id) balls->insert(set.centres[id], set.radii[id], id);
-    return balls;
+    auto records = find_record_structure(name, {}).make(bounds);
+    for (std::uint32_t id = 0; id < set.centres.size(); ++id) records->insert(set.centres[id], set.radii[id], id);
+    return records;
   };
-  const auto structures = time_making<BallQuery>(task, "insert", make, record);
+  const auto structures = time_making<RecordQuery>(task, "insert", make, record);
   if (task.progress) task.progress(0.5);
-  const auto covering = [&](const BallQuery& s, std::size_t q, Neighbours& out) { s.covering(set.queries[q], out); };
+  const auto covering = [&](const RecordQuery& s, std::size_t q, Neighbours& out) { s.covering(set.queries[q], out); };
   QueryTiming timing(structures, set.queries.size(), covering);
   for (int repetition = 0; repetition < task.choice.repetitions; ++repetition) timing.repeat();
   timing.finish("covering", 0, task.choice, record);
@@ -189,7 +189,7 @@ SearchRecord measure_search(const SearchTask& task) {
   record.varies = task.set.varies;
   record.variation = task.set.variation;
   record.count = task.count;
-  with_threads(1, [&] { task.choice.balls ? measure_balls(task, record) : measure_points(task, record); });
+  with_threads(1, [&] { task.choice.records ? measure_balls(task, record) : measure_points(task, record); });
   return record;
 }
 

@@ -1,5 +1,5 @@
-// Times point and ball structures: medians of repetitions in which the structures take turns, on one thread. The answers of all
-// timed queries are compared between the structures.
+// Times point and record structures: medians of repetitions in which the structures take turns, on one thread. The answers of
+// all timed queries are compared between the structures.
 #pragma once
 
 #include "experiments/kinds/search/search_config.h"

@@ -16,14 +16,14 @@ std::vector<std::string> names_of(const Entries& entries) {
   return names;
 }
 
-std::vector<std::string> read_structures(const ConfigNode* node, const std::string& key, bool balls) {
-  const std::vector<std::string> all = balls ? names_of(ball_structures()) : names_of(point_structures());
+std::vector<std::string> read_structures(const ConfigNode* node, const std::string& key, bool records) {
+  const std::vector<std::string> all = records ? names_of(record_structures()) : names_of(point_structures());
   if (!node || (node->text() && *node->text() == "all")) return all;
   std::vector<std::string> names;
   for (const ConfigNode* element : list_elements(*node, key, "\"all\" or an array of names")) {
     const std::string name = read_text(*element, key);
-    if (balls)
-      find_ball_structure(name, element->where);
+    if (records)
+      find_record_structure(name, element->where);
     else
       find_point_structure(name, element->where);
     if (std::find(names.begin(), names.end(), name) != names.end())
@@ -49,16 +49,16 @@ std::vector<Number> read_ascending(const ConfigNode& node, const std::string& ke
 
 }  // namespace
 
-SearchChoice read_search(const ConfigNode& node, bool balls) {
-  const std::string owner = balls ? "balls" : "points";
+SearchChoice read_search(const ConfigNode& node, bool records) {
+  const std::string owner = records ? "records" : "points";
   if (!node.table()) wrong_type(node, owner, "a table { structures, counts, … }");
   TableReader reader(node, owner);
   SearchChoice choice;
-  choice.balls = balls;
-  choice.structures = read_structures(reader.find("structures"), owner + ".structures", balls);
+  choice.records = records;
+  choice.structures = read_structures(reader.find("structures"), owner + ".structures", records);
   choice.counts = {10, 100, 1000, 10000, 100000};
-  if (!balls) choice.counts.push_back(1000000);
-  choice.variations = balls ? std::vector<double>{1, 10, 100} : std::vector<double>{};
+  if (!records) choice.counts.push_back(1000000);
+  choice.variations = records ? std::vector<double>{1, 10, 100} : std::vector<double>{};
   const auto numbers = [&](const char* key, auto& values, double low, double high) {
     using Number = typename std::remove_reference_t<decltype(values)>::value_type;
     const std::string name = owner + "." + key;
@@ -73,10 +73,10 @@ SearchChoice read_search(const ConfigNode& node, bool balls) {
   };
   numbers("counts", choice.counts, 1, 1e8);
   if (choice.counts.empty()) throw Error(node.where, owner + ".counts: none; expected at least one number");
-  if (balls) {
+  if (records) {
     numbers("spreads", choice.variations, 1, 1e6);
-    if (choice.variations.empty()) throw Error(node.where, "balls.spreads: none; expected at least one number");
-    if (const auto* n = reader.find("covering")) choice.covering = read_number(*n, "balls.covering", 0.01, 1e6);
+    if (choice.variations.empty()) throw Error(node.where, "records.spreads: none; expected at least one number");
+    if (const auto* n = reader.find("covering")) choice.covering = read_number(*n, "records.covering", 0.01, 1e6);
   } else {
     std::vector<std::uint64_t> neighbours{1, 10, 50, 500};
     numbers("neighbours", neighbours, 1, 1e6);
@@ -93,18 +93,18 @@ SearchChoice read_search(const ConfigNode& node, bool balls) {
 
 std::vector<SearchSet> search_sets(const SearchChoice& choice, const std::vector<std::string>& scenes) {
   std::vector<SearchSet> sets;
-  const char* const varies = choice.balls ? "spread" : "contrast";
+  const char* const varies = choice.records ? "spread" : "contrast";
   const auto add_variations = [&](const std::string& name, std::optional<std::size_t> scene) {
     for (const double v : choice.variations)
       sets.push_back({name, fmt::format("{} {}={:g}", name, varies, v), scene, varies, v});
   };
   for (std::size_t s = 0; s < scenes.size(); ++s) {
-    if (choice.balls)
+    if (choice.records)
       add_variations(scenes[s], s);
     else
       sets.push_back({scenes[s], scenes[s], s, "", 0});
   }
-  if (!choice.balls) add_variations("clustered", std::nullopt);
+  if (!choice.records) add_variations("clustered", std::nullopt);
   return sets;
 }
 

@@ -1,4 +1,4 @@
-// The part of an experiment that compares point or ball structures.
+// The part of an experiment that compares point or record structures.
 //
 //   [points]     over photons of the scenes, and over squares with a dense spot
 //   structures   names, or "all" (default)
@@ -9,10 +9,10 @@
 //   queries      a batch, fewer where a structure is slow; default 4000
 //   repetitions  of building and of each batch; default 7
 //
-//   [balls]      over records where a camera sees the scenes
+//   [records]      over records where a camera sees the scenes
 //   structures, counts (default 10 to 100,000), queries, repetitions
 //   spreads      of the largest radius to the smallest; default 1, 10, 100
-//   covering     balls over a point, on the mean; default 8
+//   covering     records over a point, on the mean; default 8
 //
 // A cell is one (set, count, seed). Structures take turns within it, on one thread.
 #pragma once
@@ -26,15 +26,15 @@
 namespace etendue {
 
 struct SearchChoice final : KindChoice {
-  bool balls = false;
+  bool records = false;
   std::vector<std::string> structures;
   std::vector<std::uint64_t> counts;
   std::vector<double> neighbours;  // points only
   std::vector<double> variations;  // contrasts or spreads
-  double covering = 8;             // balls only
+  double covering = 8;             // records only
   int queries = 4000, repetitions = 7;
 
-  const char* kind() const { return balls ? "balls" : "points"; }
+  const char* kind() const { return records ? "records" : "points"; }
 };
 
 // One of the sets that an experiment searches.
@@ -46,10 +46,10 @@ struct SearchSet {
   double variation = 0;
 };
 
-// Reads the value of the key `points` or `balls`. Throws Error.
-SearchChoice read_search(const ConfigNode& node, bool balls);
+// Reads the value of the key `points` or `records`. Throws Error.
+SearchChoice read_search(const ConfigNode& node, bool records);
 
-// The sets over scenes of these names: for points every scene's, then the clustered ones; for balls each scene's with every
+// The sets over scenes of these names: for points every scene's, then the clustered ones; for records each scene's with every
 // spread.
 std::vector<SearchSet> search_sets(const SearchChoice& choice, const std::vector<std::string>& scenes);
 

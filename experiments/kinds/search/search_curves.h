@@ -1,4 +1,4 @@
-// From records of point or ball structures to curves, and where one structure overtakes another.
+// From records of point or record structures to curves, and where one structure overtakes another.
 #pragma once
 
 #include "experiments/kinds/search/search_record.h"

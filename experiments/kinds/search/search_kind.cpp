@@ -57,18 +57,18 @@ class SearchWork final : public RecordWork {
 
 class SearchKind final : public ExperimentKind {
  public:
-  std::vector<std::string> keys() const override { return {"points", "balls"}; }
+  std::vector<std::string> keys() const override { return {"points", "records"}; }
   std::vector<std::string> useless() const override {
     return {"integrators", "accels",     "structures", "budget",  "reference", "metrics",
             "confidence",  "resolution", "threads",    "regions", "rates",     "ratios"};
   }
-  std::string beside() const override { return "[points] or [balls], which render nothing"; }
+  std::string beside() const override { return "[points] or [records], which render nothing"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
-    const ConfigNode *points = find_key(root, "points"), *balls = find_key(root, "balls");
-    if (points && balls)
-      throw Error(balls->key_where, fmt::format("balls: of no use beside {}; expected only one of them", beside()));
-    config.choice = std::make_shared<SearchChoice>(read_search(points ? *points : *balls, balls != nullptr));
+    const ConfigNode *points = find_key(root, "points"), *records = find_key(root, "records");
+    if (points && records)
+      throw Error(records->key_where, fmt::format("records: of no use beside {}; expected only one of them", beside()));
+    config.choice = std::make_shared<SearchChoice>(read_search(points ? *points : *records, records != nullptr));
     if (config_sets(config).empty())
       throw Error(Location{config.path}, fmt::format("nothing to search; expected scenes = [\"builtin:cornell-box\", …]{}",
                                                      points ? " or points.contrasts" : ""));
@@ -76,9 +76,9 @@ class SearchKind final : public ExperimentKind {
 
   std::vector<std::string> quick(const ConfigNode& root) const override {
     const ConfigNode* points = find_key(root, "points");
-    if (points ? !points->table() : !find_key(root, "balls")->table()) return {};
+    if (points ? !points->table() : !find_key(root, "records")->table()) return {};
     if (points) return {"points.counts=[10, 1000, 10000]", "points.queries=200", "points.repetitions=3"};
-    return {"balls.counts=[10, 100, 1000]", "balls.queries=200", "balls.repetitions=3"};
+    return {"records.counts=[10, 100, 1000]", "records.queries=200", "records.repetitions=3"};
   }
 
   // A set's sizes stand together.

@@ -1,4 +1,4 @@
-// Experiments on point or ball structures (search_config.h).
+// Experiments on point or record structures (search_config.h).
 #pragma once
 
 #include "experiments/kind.h"

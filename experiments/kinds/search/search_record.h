@@ -1,4 +1,4 @@
-// What the log holds of an experiment on point or ball structures: one line per cell, which is one set at one size, with all
+// What the log holds of an experiment on point or record structures: one line per cell, which is one set at one size, with all
 // structures.
 #pragma once
 
@@ -12,15 +12,15 @@ namespace etendue {
 
 struct SearchFigure {
   std::string structure;
-  std::string measure;   // points: "build", "within", "nearest", "memory"; balls: "insert", "covering", "memory"
+  std::string measure;   // points: "build", "within", "nearest", "memory"; records: "insert", "covering", "memory"
   double parameter = 0;  // of within and nearest: number of neighbours
-  Measured value;        // seconds per point, per query or per ball; memory: bytes per point or ball
+  Measured value;        // seconds per point, per query or per record; memory: bytes per point or record
   double found = 0;      // of queries: how many each found on the mean
 };
 
 // The cell's "scene" is the set, its "integrator" the size.
 struct SearchRecord final : KindRecord {
-  std::string kind;    // "points" or "balls"
+  std::string kind;    // "points" or "records"
   std::string set;     // without the variation
   std::string varies;  // "contrast", "spread" or "" where the set has no such parameter
   double variation = 0;

@@ -23,9 +23,9 @@ std::string value_text(const std::string& measure, double value) {
 }
 
 std::string axis_title(const SearchPlot& plot) {
-  if (plot.measure == "memory") return plot.kind == "balls" ? "bytes per ball" : "bytes per point";
+  if (plot.measure == "memory") return plot.kind == "records" ? "bytes per record" : "bytes per point";
   if (plot.measure == "build") return "build [ns per point]";
-  if (plot.measure == "insert") return "insertion [ns per ball]";
+  if (plot.measure == "insert") return "insertion [ns per record]";
   return plot.measure + " [ns per query]";
 }
 
@@ -95,7 +95,7 @@ std::string at_text(const SearchPlot& plot) {
 }  // namespace
 
 Table search_times_table(const RunLog& log) {
-  Table table{"search-times", "Point and ball structures", {}, {}, {}, failed_cells<SearchRecord>(log)};
+  Table table{"search-times", "Point and record structures", {}, {}, {}, failed_cells<SearchRecord>(log)};
   table.columns = {{"set", "set", false}, {"count", "count"}, {"structure", "structure", false}};
   std::vector<std::pair<std::string, double>> measures;
   for (const SearchRecord* record : records_of<SearchRecord>(log))
@@ -144,7 +144,7 @@ Table search_times_table(const RunLog& log) {
   if (!table.rows.empty())
     table.notes.push_back(fmt::format(
         "CPU time of one thread; medians of interleaved repetitions (the CSV has their quartiles). Build and insertion per "
-        "point and ball, "
+        "point and record, "
         "queries each. within k: by the radius that holds k points at the median query (clustered sets: at each query). {} "
         "answers compared, {} differ.",
         checked, disagreements));
@@ -217,23 +217,23 @@ std::vector<Figure> search_figures(const RunLog& log) {
   std::vector<std::pair<std::string, std::string>> map_order;
   for (const SearchPlot& plot : plots) {
     if (abscissas(plot).size() < 2) continue;
-    const bool balls = plot.kind == "balls", one_of_many = plot.set != plot.base;
-    const std::string what = balls || plot.parameter > 0 ? plot.measure : "build";
+    const bool records = plot.kind == "records", one_of_many = plot.set != plot.base;
+    const std::string what = records || plot.parameter > 0 ? plot.measure : "build";
     if (plot.abscissa == "count" && plot.parameter > 0) {
       auto& map = maps[{plot.set, plot.measure}];
       if (map.empty()) map_order.emplace_back(plot.set, plot.measure);
       map.push_back(&plot);
     }
-    // What varies on purpose is shown over what it varies by; and balls, of which there is less to show, both ways.
-    if (one_of_many && !balls) continue;
+    // What varies on purpose is shown over what it varies by; and records, of which there is less to show, both ways.
+    if (one_of_many && !records) continue;
     if (plot.abscissa == "count")
-      put(fmt::format("{}-count-{}", balls ? "balls" : "points-" + what, slug(plot.set)), plot.set,
+      put(fmt::format("{}-count-{}", records ? "records" : "points-" + what, slug(plot.set)), plot.set,
           plot.kind + " over their number", chart_of(log, plot));
     else if (plot.abscissa == "neighbours")
       put("points-neighbours-" + slug(plot.set), plot.set, "points over the number asked for" + at_text(plot),
           chart_of(log, plot));
     else
-      put(fmt::format("{}-{}-{}", balls ? "balls" : "points-" + what, plot.abscissa, slug(plot.set)), plot.set,
+      put(fmt::format("{}-{}-{}", records ? "records" : "points-" + what, plot.abscissa, slug(plot.set)), plot.set,
           fmt::format("{} over the {}{}", plot.kind, plot.abscissa, at_text(plot)), chart_of(log, plot));
   }
   for (const auto& key : map_order) {
@@ -292,7 +292,7 @@ KindReport search_report(const RunLog& log) {
                     .figures = search_figures(log),
                     .findings = search_findings(log),
                     .id = "searches",
-                    .heading = "Points and balls"};
+                    .heading = "Points and records"};
   for (auto& [set, text] : report.findings) text += ".";
   report.section = "<div class=\"figures\">\n";
   for (const Figure& figure : report.figures) report.section += figure_html(figure);

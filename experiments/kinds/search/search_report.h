@@ -1,4 +1,4 @@
-// Tables and charts of point and ball structures: times and memory, which one leads where, and where one overtakes another.
+// Tables and charts of point and record structures: times and memory, which one leads where, and where one overtakes another.
 #pragma once
 
 #include "experiments/kinds/search/search_record.h"

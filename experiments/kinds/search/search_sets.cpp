@@ -63,7 +63,7 @@ PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t
   const LightSampler lights(scene);
   PhaseTimes phases;
   const RenderContext context{scene, needs, *rays, lights, seed, ivec2(1), phases, {}, {}};
-  const Receivers receivers(scene, carry_below);
+  const RoughMaterials receivers(scene, carry_below);
   PhotonPass pass;
   pass.max_scatterings = context.max_depth(0) - 1;
   std::vector<vec3> points;
@@ -103,10 +103,10 @@ PointSet clustered_points(double contrast, std::uint64_t count, std::uint64_t qu
   return set;
 }
 
-BallSet records_of_scene(const Scene& scene, double spread, double covering, std::uint64_t count, std::uint64_t queries,
-                         std::uint64_t seed) {
+RecordSet records_of_scene(const Scene& scene, double spread, double covering, std::uint64_t count, std::uint64_t queries,
+                           std::uint64_t seed) {
   const std::unique_ptr<RayQuery> rays = rays_of(scene);
-  BallSet set;
+  RecordSet set;
   set.centres = seen_at_random(scene, *rays, count, seed);
   set.queries = seen_in_tiles(scene, *rays, queries, seed);
   Bounds bounds;
@@ -116,16 +116,16 @@ BallSet records_of_scene(const Scene& scene, double spread, double covering, std
     const float u = Sampler(SamplerKind::independent, seed, Stream::test, i, 1).get_1d();
     set.radii.push_back(extent * std::pow(static_cast<float>(spread), u - 1) / std::sqrt(static_cast<float>(count)));
   }
-  // Balls over a point of a surface grow as their radius squared, more or less; a few rounds find the factor.
+  // Records over a point of a surface grow as their radius squared, more or less; a few rounds find the factor.
   const std::size_t probes = std::min<std::size_t>(set.queries.size(), 200);
   const double wanted = std::min(covering, 0.5 * static_cast<double>(count));
   for (int round = 0; round < 5 && probes > 0; ++round) {
-    const auto balls = find_ball_structure("hash-grid", {}).make(bounds);
-    for (std::uint32_t i = 0; i < count; ++i) balls->insert(set.centres[i], set.radii[i], i);
+    const auto records = find_record_structure("hash-grid", {}).make(bounds);
+    for (std::uint32_t i = 0; i < count; ++i) records->insert(set.centres[i], set.radii[i], i);
     std::size_t found = 0;
     Neighbours out;
     for (std::size_t i = 0; i < probes; ++i) {
-      balls->covering(set.queries[i * set.queries.size() / probes], out);
+      records->covering(set.queries[i * set.queries.size() / probes], out);
       found += out.size();
     }
     const double mean = (static_cast<double>(found) + 0.5) / static_cast<double>(probes);

@@ -1,4 +1,4 @@
-// Sets of points and balls as renderers have them, with the places of their queries.
+// Sets of points and records as renderers have them, with the places of their queries.
 #pragma once
 
 #include "framework/scene/scene.h"
@@ -21,15 +21,15 @@ PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t
 // density is `contrast` times that of the rest; at 1 all are even. One half of the tiles of queries lies on the spot.
 PointSet clustered_points(double contrast, std::uint64_t count, std::uint64_t queries, std::uint64_t seed);
 
-struct BallSet {
+struct RecordSet {
   std::vector<vec3> centres;
   std::vector<float> radii;
   std::vector<vec3> queries;
 };
 
-// Where a camera sees surfaces; radii with evenly distributed logarithms between r and r * spread, such that `covering` balls
+// Where a camera sees surfaces; radii with evenly distributed logarithms between r and r * spread, such that `covering` records
 // cover a query on the mean. Throws Error where the camera sees nothing.
-BallSet records_of_scene(const Scene& scene, double spread, double covering, std::uint64_t count, std::uint64_t queries,
-                         std::uint64_t seed);
+RecordSet records_of_scene(const Scene& scene, double spread, double covering, std::uint64_t count, std::uint64_t queries,
+                           std::uint64_t seed);
 
 }  // namespace etendue

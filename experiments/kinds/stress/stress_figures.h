@@ -1,5 +1,5 @@
-// Figures measured of an image where a method fails. Ratios are of a pixel's mean over channels to the truth's, over pixels in
-// which the truth is at least a thousandth of its largest value (for `darkest`, nine tenths: the evenly lit ones).
+// Figures measured of an image where a method fails. Ratios are of a pixel's mean over channels to the reference's, over pixels
+// in which the reference is at least a thousandth of its largest value (for `darkest`, nine tenths: the evenly lit ones).
 #pragma once
 
 #include "framework/core/error.h"
@@ -12,7 +12,7 @@ namespace etendue {
 
 struct StressFigure {
   std::string name, text;
-  double (*compute)(const Image& image, const Image& truth);
+  double (*compute)(const Image& image, const Image& reference);
 };
 
 std::span<const StressFigure> stress_figures();

@@ -64,28 +64,28 @@ class StressWork final : public RecordWork {
     const Scene scene = load_scene(row.scene, {plan_.config.path}, {plan_.confined});
     const SceneNeeds needs = scene_needs(scene);
     const ivec2 resolution = plan_.config.resolution.value_or(scene.resolution);
-    const Reference truth = make_reference({scene,
-                                            needs,
-                                            row.scene,
-                                            resolution,
-                                            {},
-                                            plan_.threads,
-                                            [this](const std::string& line) { observer_.narrate(line); },
-                                            [this](const std::string& line) { observer_.status(line); }},
-                                           ReferenceCache::standard(plan_.config.path));
-    if (!truth.failure.empty()) throw Error(truth.failure);
+    const Reference reference = make_reference({scene,
+                                                needs,
+                                                row.scene,
+                                                resolution,
+                                                {},
+                                                plan_.threads,
+                                                [this](const std::string& line) { observer_.narrate(line); },
+                                                [this](const std::string& line) { observer_.status(line); }},
+                                               ReferenceCache::standard(plan_.config.path));
+    if (!reference.failure.empty()) throw Error(reference.failure);
     Budget budget = plan_.config.budget;
     if (row.samples) budget.samples = row.samples;
     budget.checkpoints.linear = 1;
     const Method accel = default_accel();
-    std::vector<Image> images{truth.rendered.image};
+    std::vector<Image> images{reference.rendered.image};
     const std::size_t seeds = plan_.config.seeds.size();
     for (std::size_t t = 0; t < row.trials.size(); ++t) {
       std::vector<double> values;
       for (const std::uint64_t seed : plan_.config.seeds) {
         const CellResult result =
             run_cell({scene, needs, accel, row.trials[t].method, seed, resolution, budget, plan_.threads});
-        values.push_back(row.figure->compute(result.image, truth.rendered.image));
+        values.push_back(row.figure->compute(result.image, reference.rendered.image));
         if (values.size() == 1) images.push_back(result.image);
         const std::size_t done = t * seeds + values.size();
         progress(static_cast<double>(done) / static_cast<double>(row.trials.size() * seeds), done);

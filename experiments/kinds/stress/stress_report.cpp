@@ -120,7 +120,7 @@ KindReport stress_report(const RunLog& log) {
   for (const StressRecord* record : rows) {
     const std::vector<StressVerdict> verdicts = judge_stress(*record);
     out += fmt::format("<article class=\"card\"><h3>{}. {}</h3>", record->id, escape_html(record->claim));
-    std::string caption = "truth";
+    std::string caption = "reference";
     for (const ClaimFigure& figure : record->figures) caption += " | " + figure.quantity;
     if (const std::string png = embedded_picture(record->picture); !png.empty())
       out += fmt::format(

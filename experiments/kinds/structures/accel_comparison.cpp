@@ -346,7 +346,7 @@ std::vector<StructureRecord> compare_structures(const Scene& scene, const std::v
   return Comparison(scene, choices, options, progress).run();
 }
 
-bool is_foreign(const StructureRecord& record) {
+bool is_third_party(const StructureRecord& record) {
   return record.structure.starts_with("embree") || record.structure.starts_with("cgal");
 }
 

@@ -37,6 +37,6 @@ std::vector<StructureRecord> compare_structures(const Scene& scene, const std::v
 
 // Does the structure belong to another library, so that its misses are reported but do not fail a run? Embree's default mode
 // misses rays at edges in exchange for speed, and CGAL's kernel does not compute exactly.
-bool is_foreign(const StructureRecord& record);
+bool is_third_party(const StructureRecord& record);
 
 }  // namespace etendue

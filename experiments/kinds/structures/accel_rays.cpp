@@ -75,7 +75,7 @@ class Render {
                  ivec2(resolution),
                  phases_,
                  [](const std::string& name) { return find_point_structure(name, {}).make(); },
-                 [](const std::string& name, const Bounds& bounds) { return find_ball_structure(name, {}).make(bounds); }},
+                 [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }},
         film_(ivec2(resolution)) {}
 
   RenderContext& context() { return context_; }

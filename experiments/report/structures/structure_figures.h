@@ -11,7 +11,7 @@
 
 namespace etendue {
 
-// "binned-sah wide16".
+// "binned-sah bvh16".
 std::string structure_name(const StructureRecord& record);
 double nanoseconds_per_ray(const Measured& mrays_per_s);  // 0 where not measured
 

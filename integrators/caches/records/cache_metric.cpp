@@ -22,20 +22,21 @@ void estimate_hessian(CacheMetric metric, const HemisphereStrata& strata, std::s
     estimate.geometric = geometric_hessian(strata, samples, frame);
 }
 
-Reach metric_reach(CacheMetric metric, const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context) {
+ValidityRadius metric_radius(CacheMetric metric, const IrradianceEstimate& estimate, const Frame& frame,
+                             const MetricContext& context) {
   switch (metric) {
     case CacheMetric::split_sphere:
-      return split_sphere_reach(estimate);
+      return split_sphere_radius(estimate);
     case CacheMetric::bounded_split_sphere:
-      return bounded_split_sphere_reach(estimate, context);
+      return bounded_split_sphere_radius(estimate, context);
     case CacheMetric::tabellion:
-      return tabellion_reach(estimate, context);
+      return tabellion_radius(estimate, context);
     case CacheMetric::radiometric_hessian:  // of absolute error ([Jarosz2012])
-      return hessian_reach(estimate.hessian * std::numbers::inv_pi, frame, context);
+      return hessian_radius(estimate.hessian * std::numbers::inv_pi, frame, context);
     case CacheMetric::geometric_hessian:
-      return hessian_reach(estimate.geometric * std::numbers::inv_pi, frame, context);
+      return hessian_radius(estimate.geometric * std::numbers::inv_pi, frame, context);
     case CacheMetric::occlusion_hessian:
-      return occlusion_reach(estimate, frame, context);
+      return occlusion_radius(estimate, frame, context);
   }
   return {};
 }

@@ -9,7 +9,7 @@
 //   geometric-hessian     the same with their absolute values, all of unit radiance ([Jarosz2012])
 //   occlusion-hessian     second derivatives of the mesh of samples, so that occlusion counts ([Schwarzhaupt2012])
 //
-// All are stated as a reach: at accuracy a a record serves within a times its reach (an ellipse for Hessians).
+// All are stated as a validity radius: at accuracy a a record serves within a times its radius (an ellipse for Hessians).
 #pragma once
 
 #include "integrators/caches/records/hemisphere.h"
@@ -39,10 +39,10 @@ inline constexpr float usual_accuracy = 0.2f;
 // Does the metric need second derivatives?
 inline bool is_hessian(CacheMetric metric) { return metric >= CacheMetric::radiometric_hessian; }
 
-// An ellipse over the tangent plane: displacement d is as far as sqrt(d.d + (d.squeeze)^2) along its longer axis.
-struct Reach {
+// An ellipse over the tangent plane: displacement d is as far as sqrt(d.d + (d.anisotropy)^2) along its longer axis.
+struct ValidityRadius {
   float length = 0;  // of the longer semi-axis, metres
-  vec3 squeeze{0};
+  vec3 anisotropy{0};
   float least = 0;  // to which neighbours may shorten it
 };
 
@@ -60,14 +60,15 @@ struct MetricContext {
 void estimate_hessian(CacheMetric metric, const HemisphereStrata& strata, std::span<const HemisphereSample> samples,
                       const Frame& frame, bool mesh_gradient, IrradianceEstimate& estimate);
 
-Reach metric_reach(CacheMetric metric, const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context);
+ValidityRadius metric_radius(CacheMetric metric, const IrradianceEstimate& estimate, const Frame& frame,
+                             const MetricContext& context);
 
 // The rungs, each in its file.
-Reach split_sphere_reach(const IrradianceEstimate& estimate);
-Reach bounded_split_sphere_reach(const IrradianceEstimate& estimate, const MetricContext& context);
-Reach tabellion_reach(const IrradianceEstimate& estimate, const MetricContext& context);
-Reach hessian_reach(const TangentMatrix& relative, const Frame& frame, const MetricContext& context);
-Reach occlusion_reach(const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context);
+ValidityRadius split_sphere_radius(const IrradianceEstimate& estimate);
+ValidityRadius bounded_split_sphere_radius(const IrradianceEstimate& estimate, const MetricContext& context);
+ValidityRadius tabellion_radius(const IrradianceEstimate& estimate, const MetricContext& context);
+ValidityRadius hessian_radius(const TangentMatrix& relative, const Frame& frame, const MetricContext& context);
+ValidityRadius occlusion_radius(const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context);
 
 // The length of the translation gradient, |grad E| of the luminance.
 float steepness(const IrradianceEstimate& estimate);

@@ -5,7 +5,7 @@
 // and passes per record grow as t^(2/3): with a constant effort per iteration this lets the squared interpolation error
 // (t^(-2/3) with gradients) and the variance of the records fall at the same rate. Beyond the overture t rises in steps, ten
 // per doubling, and from 22 passes on so that each step adds one pass. Records change only at steps, because recomputing the
-// reach of all of them costs as much as tracing some passes.
+// validity radius of all of them costs as much as tracing some passes.
 #pragma once
 
 #include "framework/image/film.h"

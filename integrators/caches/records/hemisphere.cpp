@@ -69,10 +69,10 @@ float photon_variance(const HemisphereStrata& strata, std::span<const Hemisphere
   const float scale = pi / static_cast<float>(strata.count());  // a stratum's projected solid angle
   double variance = 0;
   for (const HemisphereSample& s : samples) {
-    if (!(s.grain > 0)) continue;
+    if (!(s.photon_footprint > 0)) continue;
     const float facing = std::abs(glm::dot(s.direction, s.normal)), above = glm::dot(s.direction, frame.normal);
     const float footprint = scale * square(s.distance) / std::max(facing * above, 1e-4f);
-    variance += square(scale * luminance(s.radiance)) * static_cast<double>(s.grain) / std::max(footprint, 1e-30f);
+    variance += square(scale * luminance(s.radiance)) * static_cast<double>(s.photon_footprint) / std::max(footprint, 1e-30f);
   }
   return static_cast<float>(variance);
 }

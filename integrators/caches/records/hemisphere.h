@@ -14,10 +14,10 @@ namespace etendue {
 
 struct HemisphereSample {
   Rgb radiance{0};
-  float distance = infinity;  // to what was seen
-  vec3 direction{0};          // unit, world; where it was sampled
-  vec3 normal{0};             // geometric, of what was seen; 0 where nothing was
-  float grain = 0;            // as PathSample::first_grain
+  float distance = infinity;   // to what was seen
+  vec3 direction{0};           // unit, world; where it was sampled
+  vec3 normal{0};              // geometric, of what was seen; 0 where nothing was
+  float photon_footprint = 0;  // as PathSample::first_photon_footprint
 };
 
 struct HemisphereStrata {
@@ -61,7 +61,7 @@ struct IrradianceEstimate {
 };
 
 // Variance of the irradiance's luminance due to the photon map in which the rays of a hemisphere, and of its neighbours, end. A
-// stratum sees as many photons as its footprint holds at the area per photon there (grain); their number is Poisson
+// stratum sees as many photons as its footprint holds at the area per photon there (photon_footprint); their number is Poisson
 // distributed, whether or not the kernels of neighbouring rays share them.
 float photon_variance(const HemisphereStrata& strata, std::span<const HemisphereSample> samples, const Frame& frame);
 

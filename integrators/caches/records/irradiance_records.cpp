@@ -6,21 +6,22 @@ namespace etendue {
 
 IrradianceRecord make_record(const vec3& position, const vec3& normal, const IrradianceEstimate& estimate, Gradients gradients,
                              CacheMetric metric, const MetricContext& context) {
-  const Reach reach = metric_reach(metric, estimate, Frame::from_normal(normal), context);
+  const ValidityRadius radius = metric_radius(metric, estimate, Frame::from_normal(normal), context);
   IrradianceRecord record{.position = position,
                           .normal = normal,
-                          .reach = std::min(reach.length, context.scene_size / context.accuracy),
+                          .validity_radius = std::min(radius.length, context.scene_size / context.accuracy),
                           .irradiance = estimate.irradiance,
-                          .squeeze = reach.squeeze,
+                          .anisotropy = radius.anisotropy,
                           .variance = estimate.variance,
                           .shared_variance = estimate.shared_variance,
-                          .least = reach.least};
+                          .least = radius.least};
   if (gradients != Gradients::none) record.rotation = estimate.rotation;
   if (gradients >= Gradients::both) {
     record.translation = estimate.translation;
     const float brightness = luminance(estimate.irradiance);
-    // The bounded split sphere holds its whole reach to this, but for its least spacing; others what they serve.
-    const float extent = metric == CacheMetric::bounded_split_sphere ? record.reach : context.accuracy * record.reach;
+    // The bounded split sphere holds its whole validity radius to this, but for its least spacing; others what they serve.
+    const float extent =
+        metric == CacheMetric::bounded_split_sphere ? record.validity_radius : context.accuracy * record.validity_radius;
     if (const float change = steepness(estimate) * extent; change > brightness) record.translation *= brightness / change;
   }
   return record;
@@ -28,24 +29,25 @@ IrradianceRecord make_record(const vec3& position, const vec3& normal, const Irr
 
 void IrradianceRecord::shorten(float length) {
   length = std::max(length, least);
-  if (!(length < reach)) return;
-  // The narrow axis, reach / sqrt(1 + squeeze^2), stays unless it too is longer.
-  const float ratio = length / reach * std::sqrt(1 + length_squared(squeeze));
-  const float size = glm::length(squeeze);
-  if (size > 0) squeeze *= safe_sqrt(ratio * ratio - 1) / size;
-  reach = length;
+  if (!(length < validity_radius)) return;
+  // The narrow axis, the radius / sqrt(1 + anisotropy^2), stays unless it too is longer.
+  const float ratio = length / validity_radius * std::sqrt(1 + length_squared(anisotropy));
+  const float size = glm::length(anisotropy);
+  if (size > 0) anisotropy *= safe_sqrt(ratio * ratio - 1) / size;
+  validity_radius = length;
 }
 
 float IrradianceRecords::error(const IrradianceRecord& record, const vec3& position, const vec3& normal) const {
   const vec3 offset = position - record.position;
   const float cosine = glm::dot(normal, record.normal);
-  const float away = std::sqrt(length_squared(offset) + square(glm::dot(offset, record.squeeze))) / record.reach;
+  const float away = std::sqrt(length_squared(offset) + square(glm::dot(offset, record.anisotropy))) / record.validity_radius;
   const float turn = safe_sqrt(1 - cosine);
   constexpr float ten_degrees = 0.12325683f;  // sqrt(1 - cos 10 degrees)
   const float error = weight_ == CacheWeight::ward ? away + turn : std::max(away, turn * (usual_accuracy / ten_degrees));
   if (!(error < farthest_)) return infinity;
   // In front by more than rounding and curvature explain.
-  if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.reach) return infinity;
+  if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.validity_radius)
+    return infinity;
   return error;
 }
 
@@ -53,19 +55,19 @@ void IrradianceRecords::insert(IrradianceRecord record) {
   const auto id = static_cast<std::uint32_t>(records_.size());
   if (clamps_) {
     // The least of R_j + clamp |p_i - p_j| over all records obeys the triangle inequality, so the order of insertion does not
-    // matter. Balls are not shrunk: `error` decides.
-    record.shorten(reaches_.limit(record.position, record.reach));
-    reaches_.shorten_around(record.position, record.reach,
-                            [&](std::uint32_t other, float length) { records_[other].shorten(length); });
-    reaches_.insert(record.position, record.reach, id);
+    // matter. Spheres are not shrunk: `error` decides.
+    record.shorten(validity_.limit(record.position, record.validity_radius));
+    validity_.shorten_around(record.position, record.validity_radius,
+                             [&](std::uint32_t other, float length) { records_[other].shorten(length); });
+    validity_.insert(record.position, record.validity_radius, id);
   }
-  balls_->insert(record.position, farthest_ * record.reach, id);
+  index_->insert(record.position, farthest_ * record.validity_radius, id);
   records_.push_back(record);
 }
 
 bool IrradianceRecords::covered(const vec3& position, const vec3& normal) const {
   static thread_local Neighbours found;
-  balls_->covering(position, found);
+  index_->covering(position, found);
   for (const Neighbour& n : found)
     if (error(records_[n.id], position, normal) < accuracy_) return true;
   return false;
@@ -80,7 +82,7 @@ Rgb IrradianceRecords::extrapolate(const IrradianceRecord& record, const vec3& p
 
 std::optional<Interpolated> IrradianceRecords::interpolate(const vec3& position, const vec3& normal, bool states_error) const {
   static thread_local Neighbours found;
-  balls_->covering(position, found);
+  index_->covering(position, found);
   Rgb sum(0);
   float weights = 0, least = infinity;
   ErrorOfMean error_of_mean;

@@ -1,6 +1,6 @@
 // Records of irradiance and the interpolation between them ([Ward1988], gradients [Ward1992]).
 //
-// A record at p_i with normal n_i and reach R_i is worth
+// A record at p_i with normal n_i and validity radius R_i is worth
 //
 //   1 / e - 1 / a    where e = |p - p_i| / R_i + sqrt(1 - n . n_i) < a
 //
@@ -19,7 +19,7 @@
 
 #include "framework/query.h"
 #include "integrators/caches/records/cache_metric.h"
-#include "integrators/caches/records/reach_tree.h"
+#include "integrators/caches/records/validity_tree.h"
 
 #include <memory>
 #include <optional>
@@ -33,20 +33,21 @@ enum class Gradients : std::uint8_t { none, rotation, both, mesh };
 
 struct IrradianceRecord {
   vec3 position;
-  vec3 normal;  // unit, on the lit side
-  float reach;  // R along the longer axis, metres
+  vec3 normal;            // unit, on the lit side
+  float validity_radius;  // R along the longer axis, metres
   Rgb irradiance;
   mat3 rotation{0}, translation{0};  // as in IrradianceEstimate
-  vec3 squeeze{0};                   // as in Reach
+  vec3 anisotropy{0};                // as in ValidityRadius
   float variance = 0;                // of the irradiance's luminance, as in IrradianceEstimate
   float shared_variance = 0;         // likewise
-  float least = 0;                   // as in Reach
+  float least = 0;                   // as in ValidityRadius
 
-  // Shortens the reach to at most `length` along every axis, but not below `least`.
+  // Shortens the validity radius to at most `length` along every axis, but not below `least`.
   void shorten(float length);
 };
 
-// Reach by a metric, gradients as asked for. A gradient that would extrapolate below 0 within the reach is shortened.
+// The validity radius is by a metric, gradients as asked for. A gradient that would extrapolate below 0 within that radius is
+// shortened.
 IrradianceRecord make_record(const vec3& position, const vec3& normal, const IrradianceEstimate& estimate, Gradients gradients,
                              CacheMetric metric, const MetricContext& context);
 
@@ -61,17 +62,17 @@ enum class CacheWeight : std::uint8_t { ward, tabellion };
 class IrradianceRecords {
  public:
   // `clamp`: by how much reaches of neighbours may differ, per distance between them; 0: by any amount.
-  IrradianceRecords(std::unique_ptr<BallQuery> balls, float accuracy, float clamp = 0, CacheWeight weight = CacheWeight::ward,
+  IrradianceRecords(std::unique_ptr<RecordQuery> index, float accuracy, float clamp = 0, CacheWeight weight = CacheWeight::ward,
                     float stretch = 1, float overlap = 1)
-      : balls_(std::move(balls)),
-        reaches_(clamp),
+      : index_(std::move(index)),
+        validity_(clamp),
         accuracy_(accuracy),
         answers_(overlap * accuracy),
         farthest_(std::max(stretch, overlap) * accuracy),
         clamps_(clamp > 0),
         weight_(weight) {}
 
-  // With clamping, also shortens the reach of older records, so that points they covered may no longer be covered.
+  // With clamping, also shortens the validity radius of older records, so that points they covered may no longer be covered.
   void insert(IrradianceRecord record);
   bool covered(const vec3& position, const vec3& normal) const;
   // Empty where no record serves.
@@ -87,8 +88,8 @@ class IrradianceRecords {
   static Rgb extrapolate(const IrradianceRecord& record, const vec3& position, const vec3& normal);
 
   std::vector<IrradianceRecord> records_;
-  std::unique_ptr<BallQuery> balls_;
-  ReachTree reaches_;
+  std::unique_ptr<RecordQuery> index_;
+  ValidityTree validity_;
   float accuracy_, answers_, farthest_;  // e below which points are covered; records answer together; the nearest answers alone
   bool clamps_;
   CacheWeight weight_;

@@ -1,6 +1,7 @@
-// Reach from second derivatives ([Schwarzhaupt2012] eqs. for total error and radius): a record extrapolated to first order errs
-// by lambda r^2 / 2 at distance r, which integrated over the disc of radius R is pi lambda R^4 / 4. Every record is given the
-// same integral of relative error, hence R = (4 error / (pi lambda))^(1/4), with one lambda for each axis of the ellipse.
+// The validity radius from second derivatives ([Schwarzhaupt2012] eqs. for total error and radius): a record extrapolated to
+// first order errs by lambda r^2 / 2 at distance r, which integrated over the disc of radius R is pi lambda R^4 / 4. Every
+// record is given the same integral of relative error, hence R = (4 error / (pi lambda))^(1/4), with one lambda for each axis
+// of the ellipse.
 //
 // That error has the unit of an area; here it is (accuracy^2 c D)^2 with D the scene's diagonal, so that spacings go with the
 // accuracy as in the other metrics.
@@ -22,7 +23,7 @@ constexpr double longest_ellipse = 2;     // ratio of its axes ([Schwarzhaupt201
 
 }  // namespace
 
-Reach hessian_reach(const TangentMatrix& relative, const Frame& frame, const MetricContext& context) {
+ValidityRadius hessian_radius(const TangentMatrix& relative, const Frame& frame, const MetricContext& context) {
   const TangentEigen e = eigen(relative);
   const double size = context.scene_size, largest = size / context.accuracy;
   const double least = std::max(1e-6 * size, static_cast<double>(context.min_spacing * context.pixel_width)) / context.accuracy;
@@ -37,15 +38,15 @@ Reach hessian_reach(const TangentMatrix& relative, const Frame& frame, const Met
           static_cast<float>(least)};
 }
 
-Reach occlusion_reach(const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context) {
+ValidityRadius occlusion_radius(const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context) {
   const TangentMatrix geometric = estimate.geometric * std::numbers::inv_pi;
   const double brightness = luminance(estimate.irradiance);
-  if (!(brightness > 0)) return hessian_reach(geometric, frame, context);
+  if (!(brightness > 0)) return hessian_radius(geometric, frame, context);
   const TangentEigen e = eigen(estimate.hessian * (1 / brightness));
   const double floor = geometric_share * std::abs(eigen(geometric).first);
   const double a = std::abs(e.first) + floor, b = std::abs(e.second) + floor;
   const dvec2 u = e.axis;
-  return hessian_reach({a * u.x * u.x + b * u.y * u.y, (a - b) * u.x * u.y, a * u.y * u.y + b * u.x * u.x}, frame, context);
+  return hessian_radius({a * u.x * u.x + b * u.y * u.y, (a - b) * u.x * u.y, a * u.y * u.y + b * u.x * u.x}, frame, context);
 }
 
 }  // namespace etendue

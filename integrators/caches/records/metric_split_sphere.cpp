@@ -12,15 +12,16 @@ float steepness(const IrradianceEstimate& estimate) {
   return glm::length(0.2126f * g[0] + 0.7152f * g[1] + 0.0722f * g[2]);
 }
 
-Reach split_sphere_reach(const IrradianceEstimate& estimate) { return {estimate.harmonic_distance()}; }
+ValidityRadius split_sphere_radius(const IrradianceEstimate& estimate) { return {estimate.harmonic_distance()}; }
 
-Reach bounded_split_sphere_reach(const IrradianceEstimate& estimate, const MetricContext& context) {
-  float reach = estimate.harmonic_distance();
+ValidityRadius bounded_split_sphere_radius(const IrradianceEstimate& estimate, const MetricContext& context) {
+  float validity_radius = estimate.harmonic_distance();
   if (context.extrapolates)
-    if (const float slope = steepness(estimate); slope > 0) reach = std::min(reach, luminance(estimate.irradiance) / slope);
+    if (const float slope = steepness(estimate); slope > 0)
+      validity_radius = std::min(validity_radius, luminance(estimate.irradiance) / slope);
   const float largest = context.max_spacing * context.scene_size;
   const float least = std::max(context.min_spacing * context.pixel_width, 1e-6f * largest);
-  return {std::clamp(reach, least / context.accuracy, std::max(least, largest) / context.accuracy)};
+  return {std::clamp(validity_radius, least / context.accuracy, std::max(least, largest) / context.accuracy)};
 }
 
 }  // namespace etendue

@@ -8,7 +8,7 @@
 
 namespace etendue {
 
-Reach tabellion_reach(const IrradianceEstimate& estimate, const MetricContext& context) {
+ValidityRadius tabellion_radius(const IrradianceEstimate& estimate, const MetricContext& context) {
   const float pixel = std::max(context.pixel_width, 1e-7f * context.scene_size);
   return {std::clamp(0.5f * estimate.nearest, 1.5f * pixel, 10 * pixel) / usual_accuracy};
 }

@@ -129,7 +129,7 @@ void RadianceRecords::insert(const vec3& position, const vec3& normal, const Rad
   CHECK_EQ(estimate.coefficients.size(), 3 * count);
   const auto id = static_cast<std::uint32_t>(records_.size());
   Record record{position, Frame::from_normal(normal), infinity, estimate.variance};
-  if (estimate.inverse_distance > 0) record.reach = 1 / estimate.inverse_distance;
+  if (estimate.inverse_distance > 0) record.validity_radius = 1 / estimate.inverse_distance;
   // No farther than where the irradiance would be extrapolated to 0; a gradient that still would is shortened.
   const ShLobe lobe = diffuse_lobe(order_, normal);
   const float brightness = luminance(dot(lobe, estimate.coefficients.data()));
@@ -138,37 +138,39 @@ void RadianceRecords::insert(const vec3& position, const vec3& normal, const Rad
     const float x = luminance(dot(lobe, &estimate.coefficients[count])),
                 y = luminance(dot(lobe, &estimate.coefficients[2 * count]));
     steepness = std::hypot(x, y);
-    if (steepness > 0) record.reach = std::min(record.reach, brightness / steepness);
+    if (steepness > 0) record.validity_radius = std::min(record.validity_radius, brightness / steepness);
   }
-  record.reach =
-      std::clamp(record.reach, spacing.least / spacing.accuracy, std::max(spacing.least, spacing.most) / spacing.accuracy);
-  const float kept = gradients ? kept_gradient(estimate, spacing.accuracy * record.reach) : 0;
+  record.validity_radius = std::clamp(record.validity_radius, spacing.least / spacing.accuracy,
+                                      std::max(spacing.least, spacing.most) / spacing.accuracy);
+  const float kept = gradients ? kept_gradient(estimate, spacing.accuracy * record.validity_radius) : 0;
   for (std::size_t i = 0; i < 3 * count; ++i) coefficients_.push_back((i < count ? 1 : kept) * estimate.coefficients[i]);
 
-  record.reach = reaches_.limit(position, record.reach);
-  reaches_.shorten_around(position, record.reach, [&](std::uint32_t other, float length) { records_[other].reach = length; });
-  reaches_.insert(position, record.reach, id);
-  balls_->insert(position, answers_ * record.reach, id);  // balls do not shrink: weight decides
+  record.validity_radius = validity_.limit(position, record.validity_radius);
+  validity_.shorten_around(position, record.validity_radius,
+                           [&](std::uint32_t other, float length) { records_[other].validity_radius = length; });
+  validity_.insert(position, record.validity_radius, id);
+  index_->insert(position, answers_ * record.validity_radius, id);  // spheres do not shrink: weight decides
   records_.push_back(record);
 }
 
 void RadianceRecords::add_shapes(std::vector<RecordShape>& shapes) const {
-  for (const Record& record : records_) shapes.push_back({record.position, record.frame.normal, accuracy_ * record.reach});
+  for (const Record& record : records_)
+    shapes.push_back({record.position, record.frame.normal, accuracy_ * record.validity_radius});
 }
 
 float RadianceRecords::error(const Record& record, const vec3& position, const vec3& normal) const {
   const vec3 offset = position - record.position;
-  const float error = glm::length(offset) / record.reach + safe_sqrt(1 - glm::dot(normal, record.frame.normal));
+  const float error = glm::length(offset) / record.validity_radius + safe_sqrt(1 - glm::dot(normal, record.frame.normal));
   if (!(error < answers_)) return infinity;
   // In front by more than rounding and curvature explain.
-  if (0.5f * glm::dot(offset, normal + record.frame.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.reach)
+  if (0.5f * glm::dot(offset, normal + record.frame.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.validity_radius)
     return infinity;
   return error;
 }
 
 bool RadianceRecords::covered(const vec3& position, const vec3& normal) const {
   static thread_local Neighbours found;
-  balls_->covering(position, found);
+  index_->covering(position, found);
   for (const Neighbour& n : found)
     if (error(records_[n.id], position, normal) < accuracy_) return true;
   return false;
@@ -176,7 +178,7 @@ bool RadianceRecords::covered(const vec3& position, const vec3& normal) const {
 
 std::optional<float> RadianceRecords::interpolate(const vec3& position, const vec3& normal, std::span<Rgb> coefficients) const {
   static thread_local Neighbours found;
-  balls_->covering(position, found);
+  index_->covering(position, found);
   const std::size_t stride = static_cast<std::size_t>(order_) * order_;
   float weights = 0, least = infinity;
   for (const Neighbour& n : found) {
@@ -201,7 +203,7 @@ std::optional<float> RadianceRecords::interpolate(const vec3& position, const ve
 float RadianceRecords::standard_error(const vec3& position, const vec3& normal, std::span<const Rgb> lobe,
                                       float lobe_square) const {
   static thread_local Neighbours found;
-  balls_->covering(position, found);
+  index_->covering(position, found);
   const std::size_t stride = static_cast<std::size_t>(order_) * order_;
   ErrorOfMean error_of_mean;
   for (const Neighbour& n : found) {

@@ -10,12 +10,12 @@
 // surroundings shift ([Krivanek2005a], after [Ward1992]), with the harmonic in place of the cosine, for strata of equal solid
 // angle.
 //
-// Interpolation, reach, rejection of records in front and neighbour clamping are those of irradiance records.
+// Interpolation, validity radius, rejection of records in front and neighbour clamping are those of irradiance records.
 #pragma once
 
 #include "framework/integrator.h"
 #include "integrators/caches/records/hemisphere.h"
-#include "integrators/caches/records/reach_tree.h"
+#include "integrators/caches/records/validity_tree.h"
 
 #include <memory>
 #include <optional>
@@ -54,8 +54,8 @@ struct RadianceSpacing {
 class RadianceRecords {
  public:
   // `overlap`: as of irradiance records.
-  RadianceRecords(std::unique_ptr<BallQuery> balls, int order, float accuracy, float overlap = 1)
-      : balls_(std::move(balls)), order_(order), accuracy_(accuracy), answers_(overlap * accuracy) {}
+  RadianceRecords(std::unique_ptr<RecordQuery> index, int order, float accuracy, float overlap = 1)
+      : index_(std::move(index)), order_(order), accuracy_(accuracy), answers_(overlap * accuracy) {}
 
   void insert(const vec3& position, const vec3& normal, const RadianceEstimate& estimate, const RadianceSpacing& spacing,
               bool gradients);
@@ -72,7 +72,7 @@ class RadianceRecords {
   struct Record {
     vec3 position;
     Frame frame;
-    float reach;
+    float validity_radius;
     float variance;  // as of RadianceEstimate
   };
   float error(const Record& record, const vec3& position, const vec3& normal) const;  // infinite: refused
@@ -80,8 +80,8 @@ class RadianceRecords {
 
   std::vector<Record> records_;
   std::vector<Rgb> coefficients_;  // of all records, 3 n^2 each
-  std::unique_ptr<BallQuery> balls_;
-  ReachTree reaches_;
+  std::unique_ptr<RecordQuery> index_;
+  ValidityTree validity_;
   int order_;
   float accuracy_, answers_;  // what is covered; what is answered
 };

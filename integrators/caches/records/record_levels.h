@@ -167,7 +167,7 @@ template <class Estimate, class Records>
 void RecordLevels<Estimate, Records>::fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy) {
   rebuild(context, accuracy);
   // Every step-th pixel, but for those that the coarser pass has been to.
-  const std::uint64_t drawn = hash_keys(context.seed, static_cast<std::uint32_t>(Stream::prefill));
+  const std::uint64_t drawn = hash_keys(context.seed, static_cast<std::uint32_t>(Stream::initial_pass));
   const int left = static_cast<int>(drawn % coarsest_grid), up = static_cast<int>((drawn >> 32) % coarsest_grid);
   for (int step = overture_ ? coarsest_grid : 0; step >= 1; step /= 2)
     fill_where(context, radiance, [=](int x, int y) {

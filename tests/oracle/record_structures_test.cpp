@@ -1,4 +1,4 @@
-// Every ball structure of the registry against brute force: the same sets, the same bits.
+// Every sphere structure of the registry against brute force: the same sets, the same bits.
 #include "accel/registry.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"
@@ -16,14 +16,14 @@ void expect_equal(const Neighbours& given, const Neighbours& expected) {
   }
 }
 
-struct BallCase {
+struct RecordCase {
   std::string name;
   Bounds bounds;
   std::function<vec3(Random&)> centre;
   std::function<float(Random&)> radius;
 };
 
-std::vector<BallCase> ball_cases() {
+std::vector<RecordCase> record_cases() {
   const auto in_cube = [](Random& r) { return r.in_cube(1); };
   const Bounds unit{vec3(-1), vec3(1)};
   return {
@@ -45,13 +45,13 @@ std::vector<BallCase> ball_cases() {
   };
 }
 
-TEST(BallStructures, CoveringFindsWhatBruteForceFinds) {
-  for (const BallCase& c : ball_cases())
-    for (const BallEntry& entry : ball_structures()) {
+TEST(RecordStructures, CoveringFindsWhatBruteForceFinds) {
+  for (const RecordCase& c : record_cases())
+    for (const RecordEntry& entry : record_structures()) {
       if (entry.name == "brute") continue;
       SCOPED_TRACE(c.name + ", " + entry.name);
       Random random(41);
-      const auto structure = entry.make(c.bounds), brute = find_ball_structure("brute", {}).make(c.bounds);
+      const auto structure = entry.make(c.bounds), brute = find_record_structure("brute", {}).make(c.bounds);
       std::vector<vec3> centres;
       std::vector<float> radii;
       Neighbours given, expected;
@@ -60,7 +60,7 @@ TEST(BallStructures, CoveringFindsWhatBruteForceFinds) {
         radii.push_back(c.radius(random));
         structure->insert(centres.back(), radii.back(), id);
         brute->insert(centres.back(), radii.back(), id);
-        // Queries between insertions, about the rim of a ball.
+        // Queries between insertions, about the rim of a sphere.
         const std::size_t near = random.below(id + 1);
         const float reach = std::isfinite(radii[near]) ? radii[near] : 1;
         const vec3 p =
@@ -73,11 +73,11 @@ TEST(BallStructures, CoveringFindsWhatBruteForceFinds) {
 }
 
 // Many readers at once while nobody inserts, insertions between them: each answer is the one that a lone reader gets.
-TEST(BallStructures, AnyNumberOfThreadsMayAskBetweenInsertions) {
-  for (const BallEntry& entry : ball_structures()) {
+TEST(RecordStructures, AnyNumberOfThreadsMayAskBetweenInsertions) {
+  for (const RecordEntry& entry : record_structures()) {
     SCOPED_TRACE(entry.name);
     Random random(42);
-    const auto structure = entry.make({vec3(-1), vec3(1)}), brute = find_ball_structure("brute", {}).make({});
+    const auto structure = entry.make({vec3(-1), vec3(1)}), brute = find_record_structure("brute", {}).make({});
     std::uint32_t id = 0;
     for (int round = 0; round < 6; ++round) {
       for (int i = 0; i < 400; ++i, ++id) {
@@ -100,16 +100,16 @@ TEST(BallStructures, AnyNumberOfThreadsMayAskBetweenInsertions) {
   }
 }
 
-TEST(BallStructures, OrderOfInsertionDoesNotMatter) {
-  for (const BallEntry& entry : ball_structures()) {
+TEST(RecordStructures, OrderOfInsertionDoesNotMatter) {
+  for (const RecordEntry& entry : record_structures()) {
     SCOPED_TRACE(entry.name);
     Random random(43);
-    std::vector<std::pair<vec3, float>> balls;
-    for (int i = 0; i < 3000; ++i) balls.emplace_back(random.in_cube(1), std::exp2(random.between(-8, -2)));
+    std::vector<std::pair<vec3, float>> spheres;
+    for (int i = 0; i < 3000; ++i) spheres.emplace_back(random.in_cube(1), std::exp2(random.between(-8, -2)));
     const auto forwards = entry.make({vec3(-1), vec3(1)}), backwards = entry.make({});
-    for (std::uint32_t id = 0; id < balls.size(); ++id) forwards->insert(balls[id].first, balls[id].second, id);
-    for (std::size_t id = balls.size(); id-- > 0;)
-      backwards->insert(balls[id].first, balls[id].second, static_cast<std::uint32_t>(id));
+    for (std::uint32_t id = 0; id < spheres.size(); ++id) forwards->insert(spheres[id].first, spheres[id].second, id);
+    for (std::size_t id = spheres.size(); id-- > 0;)
+      backwards->insert(spheres[id].first, spheres[id].second, static_cast<std::uint32_t>(id));
     Neighbours one, other;
     for (int i = 0; i < 500; ++i) {
       const vec3 p = random.in_cube(1);
@@ -120,12 +120,12 @@ TEST(BallStructures, OrderOfInsertionDoesNotMatter) {
   }
 }
 
-TEST(LongBallStructures, AHundredThousandBallsGiveTheSameSets) {
-  for (const BallCase& c : ball_cases()) {
+TEST(LongRecordStructures, AHundredThousandBallsGiveTheSameSets) {
+  for (const RecordCase& c : record_cases()) {
     SCOPED_TRACE(c.name);
     Random random(44);
-    std::vector<std::unique_ptr<BallQuery>> structures;
-    for (const BallEntry& entry : ball_structures()) structures.push_back(entry.make(c.bounds));
+    std::vector<std::unique_ptr<RecordQuery>> structures;
+    for (const RecordEntry& entry : record_structures()) structures.push_back(entry.make(c.bounds));
     Neighbours given, expected;
     for (std::uint32_t id = 0; id < 100000; ++id) {
       const vec3 centre = c.centre(random);
@@ -135,7 +135,7 @@ TEST(LongBallStructures, AHundredThousandBallsGiveTheSameSets) {
       const vec3 p = c.centre(random);
       structures[0]->covering(p, expected);
       for (std::size_t i = 1; i < structures.size(); ++i) {
-        SCOPED_TRACE(ball_structures()[i].name);
+        SCOPED_TRACE(record_structures()[i].name);
         structures[i]->covering(p, given);
         ASSERT_NO_FATAL_FAILURE(expect_equal(given, expected)) << "after " << id;
       }
@@ -143,9 +143,9 @@ TEST(LongBallStructures, AHundredThousandBallsGiveTheSameSets) {
   }
 }
 
-TEST(BallStructures, WhatIsNotFiniteCoversAndFindsNothing) {
+TEST(RecordStructures, WhatIsNotFiniteCoversAndFindsNothing) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  for (const BallEntry& entry : ball_structures()) {
+  for (const RecordEntry& entry : record_structures()) {
     const auto structure = entry.make({vec3(-1), vec3(1)});
     structure->insert(vec3(nan, 0, 0), 1, 0);
     structure->insert(vec3(infinity, 0, 0), 1, 1);

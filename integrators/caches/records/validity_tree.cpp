@@ -1,23 +1,23 @@
-#include "integrators/caches/records/reach_tree.h"
+#include "integrators/caches/records/validity_tree.h"
 
 namespace etendue {
 
-void ReachTree::Node::add(const Entry& entry) {
+void ValidityTree::Node::add(const Entry& entry) {
   bounds.extend(entry.position);
-  least = std::min(least, entry.reach);
-  longest = std::max(longest, entry.reach);
+  least = std::min(least, entry.validity_radius);
+  longest = std::max(longest, entry.validity_radius);
 }
 
-float ReachTree::distance_to(const Bounds& bounds, const vec3& p) {
+float ValidityTree::distance_to(const Bounds& bounds, const vec3& p) {
   return (1 - 1e-5f) * glm::length(p - glm::clamp(p, bounds.lower, bounds.upper));
 }
 
-void ReachTree::insert(const vec3& position, float reach, std::uint32_t id) {
+void ValidityTree::insert(const vec3& position, float validity_radius, std::uint32_t id) {
   if (nodes_.empty()) nodes_.emplace_back();
-  insert_into(0, {position, reach, id}, 0);
+  insert_into(0, {position, validity_radius, id}, 0);
 }
 
-void ReachTree::insert_into(std::uint32_t index, const Entry& entry, int depth) {
+void ValidityTree::insert_into(std::uint32_t index, const Entry& entry, int depth) {
   for (;; ++depth) {
     nodes_[index].add(entry);
     if (nodes_[index].leaf && (nodes_[index].entries.size() < leaf_size || depth >= deepest)) {
@@ -47,15 +47,15 @@ void ReachTree::insert_into(std::uint32_t index, const Entry& entry, int depth) 
   }
 }
 
-float ReachTree::limit(const vec3& position, float reach) const {
-  if (!nodes_.empty()) limit_node(0, position, reach);
-  return reach;
+float ValidityTree::limit(const vec3& position, float validity_radius) const {
+  if (!nodes_.empty()) limit_node(0, position, validity_radius);
+  return validity_radius;
 }
 
-void ReachTree::limit_node(std::uint32_t index, const vec3& position, float& limit) const {
+void ValidityTree::limit_node(std::uint32_t index, const vec3& position, float& limit) const {
   const Node& node = nodes_[index];
   if (!(node.least + slope_ * distance_to(node.bounds, position) < limit)) return;
-  for (const Entry& e : node.entries) limit = std::min(limit, e.reach + slope_ * glm::length(e.position - position));
+  for (const Entry& e : node.entries) limit = std::min(limit, e.validity_radius + slope_ * glm::length(e.position - position));
   if (!node.leaf)
     for (const std::uint32_t child : node.children)
       if (child != none) limit_node(child, position, limit);

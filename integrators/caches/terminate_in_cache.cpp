@@ -1,4 +1,4 @@
-#include "integrators/caches/end_in_cache.h"
+#include "integrators/caches/terminate_in_cache.h"
 
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
@@ -7,12 +7,12 @@
 
 namespace etendue {
 
-EndInCache::EndInCache(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept)
+TerminateInCache::TerminateInCache(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept)
     : cache_(cache), depth_(depth), kept_(kept) {
   direct = cache_direct ? MisMode::bsdf : MisMode::light;
 }
 
-std::optional<Rgb> EndInCache::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const {
+std::optional<Rgb> TerminateInCache::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const {
   // Where the limit matters, paths end one event on and no later: the share that k events less leave is not the k-th power of
   // the share that one leaves.
   if (!bsdf.is_diffuse() || (kept_ != Rgb(1) && depth > depth_ + 1)) return std::nullopt;

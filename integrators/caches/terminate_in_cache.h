@@ -13,10 +13,10 @@
 
 namespace etendue {
 
-class EndInCache final : public PathEnd {
+class TerminateInCache final : public PathEnd {
  public:
   // Ends paths in the level of `depth`. `cache_direct`: records hold direct light too. `kept`: see kept_below_limit.
-  EndInCache(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept);
+  TerminateInCache(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept);
 
   std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const override;
 

@@ -1,8 +1,8 @@
 // Octree over records with which neighbour clamping finds the few records it concerns ([Krivanek2006]).
 //
-// Clamping needs the least of reach_j + slope |p - p_j| over all records, and the records whose reach is longer than a new
-// one's plus slope times the distance to it. Nodes keep the box of their records and their least and longest reach, so both are
-// answered by branch and bound, exactly as by going through all pairs.
+// Clamping needs the least of radius_j + slope |p - p_j| over all records, and the records whose validity radius is longer than
+// a new one's plus slope times the distance to it. Nodes keep the box of their records and their least and longest
+// validity_radius, so both are answered by branch and bound, exactly as by going through all pairs.
 #pragma once
 
 #include "framework/core/vec.h"
@@ -12,17 +12,17 @@
 
 namespace etendue {
 
-class ReachTree {
+class ValidityTree {
  public:
-  explicit ReachTree(float slope = 1) : slope_(slope) {}
+  explicit ValidityTree(float slope = 1) : slope_(slope) {}
 
-  void insert(const vec3& position, float reach, std::uint32_t id);
-  // The least of `reach` and of what the records allow at a position.
-  float limit(const vec3& position, float reach) const;
-  // shorten(id, length) for every record longer than length = reach + slope * distance, whose reach becomes that length.
+  void insert(const vec3& position, float validity_radius, std::uint32_t id);
+  // The least of `validity_radius` and of what the records allow at a position.
+  float limit(const vec3& position, float validity_radius) const;
+  // shorten(id, length) for every record longer than length = radius + slope * distance, whose radius becomes that length.
   template <class Shorten>
-  void shorten_around(const vec3& position, float reach, const Shorten& shorten) {
-    if (!nodes_.empty()) shorten_node(0, position, reach, shorten);
+  void shorten_around(const vec3& position, float validity_radius, const Shorten& shorten) {
+    if (!nodes_.empty()) shorten_node(0, position, validity_radius, shorten);
   }
 
  private:
@@ -32,7 +32,7 @@ class ReachTree {
 
   struct Entry {
     vec3 position;
-    float reach;
+    float validity_radius;
     std::uint32_t id;
   };
   struct Node {
@@ -52,22 +52,22 @@ class ReachTree {
 
   // Distances to boxes are rounded, so they are reduced a little: no record is missed.
   template <class Shorten>
-  void shorten_node(std::uint32_t index, const vec3& position, float reach, const Shorten& shorten) {
-    if (!(nodes_[index].longest > reach + slope_ * distance_to(nodes_[index].bounds, position))) return;
+  void shorten_node(std::uint32_t index, const vec3& position, float validity_radius, const Shorten& shorten) {
+    if (!(nodes_[index].longest > validity_radius + slope_ * distance_to(nodes_[index].bounds, position))) return;
     float longest = 0, least = infinity;
     for (Entry& e : nodes_[index].entries) {
-      const float length = reach + slope_ * glm::length(e.position - position);
-      if (e.reach > length) {
-        e.reach = length;
+      const float length = validity_radius + slope_ * glm::length(e.position - position);
+      if (e.validity_radius > length) {
+        e.validity_radius = length;
         shorten(e.id, length);
       }
-      longest = std::max(longest, e.reach);
-      least = std::min(least, e.reach);
+      longest = std::max(longest, e.validity_radius);
+      least = std::min(least, e.validity_radius);
     }
     if (!nodes_[index].leaf)
       for (const std::uint32_t child : nodes_[index].children) {
         if (child == none) continue;
-        shorten_node(child, position, reach, shorten);
+        shorten_node(child, position, validity_radius, shorten);
         longest = std::max(longest, nodes_[child].longest);
         least = std::min(least, nodes_[child].least);
       }

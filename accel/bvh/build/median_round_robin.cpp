@@ -1,4 +1,4 @@
-#include "accel/bvh/build/median_rotating.h"
+#include "accel/bvh/build/median_round_robin.h"
 
 #include "accel/bvh/build/grow_tree.h"
 #include "accel/bvh/bvh_entry.h"
@@ -8,7 +8,7 @@ namespace etendue {
 
 namespace {
 
-struct RotatingSplitter {
+struct RoundRobinSplitter {
   std::span<BuildItem> items;
   std::uint32_t triangle_threshold;
 
@@ -37,14 +37,14 @@ struct RotatingSplitter {
 
 }  // namespace
 
-BinaryTree build_median_rotating(BuildItems items, const MedianRotatingParams& params) {
-  RotatingSplitter splitter{items, static_cast<std::uint32_t>(params.leaf_size)};
+BinaryTree build_median_round_robin(BuildItems items, const MedianRoundRobinParams& params) {
+  RoundRobinSplitter splitter{items, static_cast<std::uint32_t>(params.leaf_size)};
   return grow_tree(splitter, items, params);
 }
 
-RayEntry median_rotating_entry() {
-  return bvh_entry<MedianRotatingParams, build_median_rotating>(
-      "median-rotating", "bounding volume hierarchy, sorted and halved along x, y, z in turn", 44);
+RayEntry median_round_robin_entry() {
+  return bvh_entry<MedianRoundRobinParams, build_median_round_robin>(
+      "median-round-robin", "bounding volume hierarchy, sorted and halved along x, y, z in turn", 44);
 }
 
 }  // namespace etendue
