@@ -165,11 +165,14 @@ class LogReader {
       open_[record.cell].push_back(std::move(record));
     } else if (type == "cell") {
       take_cell(read_cell(json));
+    } else if (type == "products") {
+      add_products(log_, read_products(json));
     } else if (auto record = read_kind_record(type, json)) {
       put_record(log_, std::move(record));
     } else if (!log_.finished) {
       std::vector<std::string> types = kind_record_types();
-      for (const char* own : {"manifest", "plan", "scene", "reference", "structure", "rates", "checkpoint", "cell", "finished"})
+      for (const char* own :
+           {"manifest", "plan", "scene", "reference", "structure", "rates", "checkpoint", "cell", "products", "finished"})
         types.emplace_back(own);
       throw Error(unknown_name("record", type, types));
     }
@@ -245,6 +248,13 @@ void set_aside(const std::string& path, const std::vector<DamagedLine>& damaged)
   write_whole_file(path, kept);
 }
 
+void add_products(RunLog& log, ProductsRecord record) {
+  put(log.products, std::move(record), [](const auto& a, const auto& b) {
+    return a.scene == b.scene && a.accel == b.accel && a.integrator == b.integrator && a.region == b.region &&
+           a.at_checkpoints == b.at_checkpoints;
+  });
+}
+
 RunLog merge_logs(const std::vector<RunLog>& logs) {
   RunLog merged;
   merged.finished = !logs.empty();
@@ -258,6 +268,7 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
       put(merged.scenes, record, [](const auto& a, const auto& b) { return a.scene == b.scene; });
     for (const auto& record : log.references) put_reference(merged, record);
     for (const auto& record : log.structures) put_structure(merged, record);
+    for (const auto& record : log.products) add_products(merged, record);
     for (const auto& record : log.records) put_record(merged, record);
     merged.rates.merge(log.rates);
     std::map<CellName, std::vector<CheckpointRecord>> checkpoints;

@@ -13,6 +13,7 @@
 //               then no longer count
 //   structure   a structure built over a scene: keys of StructureRecord
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
+//   products    how the errors of a configuration's seeds go together: keys of ProductsRecord
 //   rates       what theory says of convergence and what ratios are expected, all of the experiment (rate_law.h); the last such
 //               line counts
 //   cell        the end of a cell: status "done" or "failed" (with error), how many checkpoints stand before it, hash of the
@@ -105,6 +106,17 @@ struct CellRecord {
   std::vector<std::array<std::uint32_t, 3>> non_finite_at = {};
 };
 
+// The mean over pixels and channels of the product of two seeds' errors, G_ij, for each pair of seeds: squared bias, variance
+// and their rates are computed from them (rate_fit.h). Found from the images as soon as a configuration's seeds are done.
+struct ProductsRecord {
+  std::string scene, accel, integrator;
+  std::string region;                         // empty: the whole image
+  bool at_checkpoints = false;                // a point for each checkpoint; otherwise one, of the last images
+  std::string images;                         // hash of what names the images and the reference: current_products()
+  std::vector<std::uint64_t> seeds;           // ascending
+  std::vector<std::vector<double>> products;  // of each point: G_ij with i <= j, row by row
+};
+
 struct StructureRecord {
   std::string scene, structure, layout, manifest;
   std::string note;      // what was left out of the measurement, and why; empty: nothing
@@ -154,6 +166,7 @@ struct RunLog {
   std::vector<StructureRecord> structures;
   std::vector<CheckpointRecord> checkpoints;
   std::vector<CellRecord> cells;
+  std::vector<ProductsRecord> products;
   std::vector<std::shared_ptr<KindRecord>> records;
   RateRecord rates;
   std::vector<PlanRecord> plans;  // the last is the one that counts
@@ -182,6 +195,7 @@ std::string to_json_line(const ReferenceRecord& record);
 std::string to_json_line(const StructureRecord& record);
 std::string to_json_line(const CheckpointRecord& record);
 std::string to_json_line(const CellRecord& record);
+std::string to_json_line(const ProductsRecord& record);
 std::string to_json_line(const PlanRecord& record);
 std::string to_json_line(const SceneRecord& record);
 std::string to_json_line(const RateRecord& record);
@@ -202,6 +216,8 @@ RunLog read_log(const std::string& path);
 RunLog read_log(const std::string& path, std::vector<DamagedLine>& damaged);
 // Moves such lines to "<path>.damaged". Throws WriteError.
 void set_aside(const std::string& path, const std::vector<DamagedLine>& damaged);
+// In the place of what the log has of the same configuration, region and points.
+void add_products(RunLog& log, ProductsRecord record);
 // Merges logs of shards, in order; the same cell twice counts once (the last).
 RunLog merge_logs(const std::vector<RunLog>& logs);
 

@@ -124,6 +124,17 @@ void list_fields(auto& f, FieldsOf<CellRecord> auto& r) {
   f.maybe("non_finite_at", r.non_finite_at);
 }
 
+void list_fields(auto& f, FieldsOf<ProductsRecord> auto& r) {
+  f("scene", r.scene);
+  f("accel", r.accel);
+  f("integrator", r.integrator);
+  f.maybe("region", r.region);
+  f.maybe("at_checkpoints", r.at_checkpoints);
+  f("images", r.images);
+  f("seeds", r.seeds);
+  f("products", r.products);
+}
+
 void list_fields(auto& f, FieldsOf<RateLaw> auto& r) {
   f("method", r.method);
   f("scene", r.scene);
@@ -167,6 +178,7 @@ std::string to_json_line(const ReferenceRecord& r) { return line_of("reference",
 std::string to_json_line(const StructureRecord& r) { return line_of("structure", r); }
 std::string to_json_line(const CheckpointRecord& r) { return line_of("checkpoint", r); }
 std::string to_json_line(const CellRecord& r) { return line_of("cell", r); }
+std::string to_json_line(const ProductsRecord& r) { return line_of("products", r); }
 std::string to_json_line(const RateRecord& r) { return line_of("rates", r); }
 const char* const finished_line = R"({"type":"finished"})";
 
@@ -177,6 +189,7 @@ ReferenceRecord read_reference(const Json& json) { return read_value<ReferenceRe
 StructureRecord read_structure(const Json& json) { return read_value<StructureRecord>(json); }
 CheckpointRecord read_checkpoint(const Json& json) { return read_value<CheckpointRecord>(json); }
 CellRecord read_cell(const Json& json) { return read_value<CellRecord>(json); }
+ProductsRecord read_products(const Json& json) { return read_value<ProductsRecord>(json); }
 RateRecord read_rates(const Json& json) { return read_value<RateRecord>(json); }
 
 }  // namespace etendue

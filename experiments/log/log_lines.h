@@ -13,6 +13,7 @@ ReferenceRecord read_reference(const Json& json);
 StructureRecord read_structure(const Json& json);
 CheckpointRecord read_checkpoint(const Json& json);
 CellRecord read_cell(const Json& json);
+ProductsRecord read_products(const Json& json);
 PlanRecord read_plan(const Json& json);
 SceneRecord read_scene_record(const Json& json);
 RateRecord read_rates(const Json& json);

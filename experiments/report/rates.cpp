@@ -1,7 +1,7 @@
 #include "experiments/report/rates.h"
 
+#include "experiments/log/products.h"
 #include "framework/core/error.h"
-#include "framework/io/image/exr.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -53,22 +53,12 @@ double offset_of(const RateLaw& law, const SceneData& scene) {
   return law.region.empty() && scene.reference != nullptr ? scene.reference->mse_floor : 0;
 }
 
-using Strips = std::vector<Image>;  // of a configuration's seeds, the images of its checkpoints one below the other
-
-// The errors of every seed at one checkpoint, multiplied seed by seed.
-std::vector<double> products_of(const Strips& strips, const Image& reference, const std::vector<std::size_t>& pixels,
-                                std::size_t checkpoint) {
-  const std::size_t seeds = strips.size(), first = checkpoint * reference.pixels.size();
-  std::vector<double> products(seeds * seeds, 0);
-  std::vector<dvec3> errors(seeds);
-  for (const std::size_t pixel : pixels) {
-    for (std::size_t i = 0; i < seeds; ++i) errors[i] = strips[i].pixels[first + pixel] - reference.pixels[pixel];
-    for (std::size_t i = 0; i < seeds; ++i)
-      for (std::size_t j = i; j < seeds; ++j) products[i * seeds + j] += glm::dot(errors[i], errors[j]) / 3;
-  }
+// The whole matrix of the half that is logged.
+std::vector<double> mirrored(const std::vector<double>& half, std::size_t seeds) {
+  std::vector<double> products(seeds * seeds);
+  std::size_t pair = 0;
   for (std::size_t i = 0; i < seeds; ++i)
-    for (std::size_t j = i; j < seeds; ++j)
-      products[j * seeds + i] = products[i * seeds + j] /= static_cast<double>(pixels.size());
+    for (std::size_t j = i; j < seeds; ++j) products[i * seeds + j] = products[j * seeds + i] = half[pair++];
   return products;
 }
 
@@ -174,37 +164,11 @@ class Gatherer {
   }
 
   void add_products(const Configuration& configuration, std::vector<RatePoint>& points) const {
-    if (scene_.reference == nullptr || scene_.reference->file.empty()) throw Error("the reference's image is not at hand");
-    const Image reference = image_at(scene_.reference->file);
-    Strips strips;
-    for (const Replicate& replicate : configuration.replicates) {
-      if (replicate.cell->strip.empty()) throw Error("images of the checkpoints were not kept");
-      strips.push_back(image_at(replicate.cell->strip));
-      if (strips.back().pixels.size() != points.size() * reference.pixels.size())
-        throw Error(fmt::format("{} does not hold {} images of {} x {}", replicate.cell->strip, points.size(), reference.size.x,
-                                reference.size.y));
-    }
-    const std::vector<std::size_t> pixels = pixels_of(reference.size);
-    for (std::size_t k = 0; k < points.size(); ++k) points[k].products = products_of(strips, reference, pixels, k);
-  }
-
-  static Image image_at(const std::string& path) {
-    try {
-      return read_exr(path);
-    } catch (const Error&) {
-      throw Error(fmt::format("{} cannot be read", path));
-    }
-  }
-
-  std::vector<std::size_t> pixels_of(ivec2 size) const {
-    if (law_.region.empty()) {
-      std::vector<std::size_t> all(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
-      for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
-      return all;
-    }
-    for (Region& region : make_regions(data_.log->rates.regions, scene_.name, size))
-      if (region.name == law_.region) return std::move(region.pixels);
-    throw Error(fmt::format("the log does not say where region '{}' lies", law_.region));
+    const CellName& name = configuration.any_cell()->cell;
+    const ProductsRecord* record = current_products(*data_.log, name, law_.region, true);
+    if (record == nullptr || record->products.size() != points.size())
+      throw Error("the log does not have the products of errors at checkpoints; `etendue run` adds them from images");
+    for (std::size_t k = 0; k < points.size(); ++k) points[k].products = mirrored(record->products[k], record->seeds.size());
   }
 
   const ReportData& data_;

@@ -25,8 +25,7 @@ struct FittedRate {
   std::optional<bool> contains() const;
 };
 
-// One a law, scene and configuration, in the order of the laws. Reads the images of laws on bias and variance; keeps pointers
-// into the log.
+// One a law, scene and configuration, in the order of the laws. Keeps pointers into the log.
 std::vector<FittedRate> fit_rates(const ReportData& data);
 
 }  // namespace etendue

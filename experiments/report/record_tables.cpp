@@ -110,10 +110,9 @@ Table manifest_table(const ReportData& data) {
   return table;
 }
 
-std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images) {
-  return {final_table(data, images), phases_table(data),  counters_table(data),   structures_table(data),
-          references_table(data),    bias_table(data),    confidence_table(data), expectations_table(data),
-          failures_table(data),      manifest_table(data)};
+std::vector<Table> report_tables(const ReportData& data) {
+  return {final_table(data), phases_table(data),     counters_table(data),     structures_table(data), references_table(data),
+          bias_table(data),  confidence_table(data), expectations_table(data), failures_table(data),   manifest_table(data)};
 }
 
 std::string summary_table(const RunLog& log) {

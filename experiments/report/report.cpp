@@ -1,6 +1,7 @@
 #include "experiments/report/report.h"
 
 #include "experiments/kind.h"
+#include "experiments/log/products.h"
 #include "experiments/log/trust.h"
 #include "experiments/report/charts.h"
 #include "experiments/report/page/html.h"
@@ -213,7 +214,9 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
       forget_files(logs[i]);
     }
   }
-  const RunLog log = merge_logs(logs);
+  RunLog log = merge_logs(logs);
+  if (options.check_files && logs.size() > 1)  // no shard has the images of all seeds
+    for (ProductsRecord& record : missing_products(log)) add_products(log, std::move(record));
   ReportData data = arrange(log);
   data.conflicts = conflicting_scenes(log, logs);
   data.findings = findings;
@@ -222,7 +225,7 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   for (const ExperimentKind* kind : experiment_kinds()) content.kinds.push_back(kind->report(log));
   for (const KindReport& kind : content.kinds)
     content.tables.insert(content.tables.end(), kind.tables.begin(), kind.tables.end());
-  const std::vector<Table> tables = report_tables(data, image_statistics(data));
+  const std::vector<Table> tables = report_tables(data);
   content.tables.insert(content.tables.end(), tables.begin(), tables.end());
   if (const auto ratios = find_ratios(data); !ratios.empty())
     content.tables.insert(content.tables.begin(), ratios_table(ratios));

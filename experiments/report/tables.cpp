@@ -1,5 +1,6 @@
 #include "experiments/report/tables.h"
 
+#include "experiments/log/products.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/verdicts.h"
 #include "framework/core/units.h"
@@ -159,7 +160,14 @@ void add_theory_columns(Table& table) {
   add("image_variance", "variance", Audience::everyone);
 }
 
-void add_theory(Cells& cells, const SceneData& scene, const Configuration& configuration, const ImageStatistics& images) {
+// Of the images at the ends of a configuration's runs, where the log has what it takes.
+std::optional<BiasVariance> image_split(const ReportData& data, const SceneData& scene, const Configuration& configuration) {
+  const ProductsRecord* record = current_products(*data.log, configuration.any_cell()->cell, "", false);
+  if (record == nullptr) return std::nullopt;
+  return bias_variance(record->seeds.size(), record->products.front(), scene.reference->mse_floor);
+}
+
+void add_theory(Cells& cells, const ReportData& data, const SceneData& scene, const Configuration& configuration) {
   const CellRecord* cell = configuration.any_cell();
   cells.push_back(cell->bias.empty() ? TableCell{} : TableCell::words(cell->bias));
   cells.push_back(TableCell::number(cell->mse_exponent, format_short(cell->mse_exponent)));
@@ -178,21 +186,20 @@ void add_theory(Cells& cells, const SceneData& scene, const Configuration& confi
   } else {
     cells.insert(cells.end(), 8, TableCell{});
   }
-  const auto found = images.find({configuration.scene, configuration.integrator});
-  if (found == images.end()) {
+  const auto split = image_split(data, scene, configuration);
+  if (!split) {
     cells.insert(cells.end(), 4, TableCell{});
     return;
   }
-  const BiasVariance& split = found->second;
-  TableCell text = TableCell::number(split.bias_squared);
-  if (split.count > 2) text.text += fmt::format(" ± {}", format_figure(split.standard_error));
+  TableCell text = TableCell::number(split->bias_squared);
+  if (split->count > 2) text.text += fmt::format(" ± {}", format_figure(split->standard_error));
   cells.push_back(text);
-  cells.push_back(TableCell::number(split.bias_squared));
-  cells.push_back(split.count > 2 ? TableCell::number(split.standard_error) : TableCell{});
-  cells.push_back(TableCell::number(split.variance));
+  cells.push_back(TableCell::number(split->bias_squared));
+  cells.push_back(split->count > 2 ? TableCell::number(split->standard_error) : TableCell{});
+  cells.push_back(TableCell::number(split->variance));
 }
 
-void add_final_notes(Table& table, const ReportData& data, const ImageStatistics& images) {
+void add_final_notes(Table& table, const ReportData& data) {
   name_the_only(table, data);
   if (data.empty() || table.rows.empty()) return;
   table.notes.push_back(
@@ -211,7 +218,7 @@ void add_final_notes(Table& table, const ReportData& data, const ImageStatistics
       "over "
       "the later half of the ladder in logarithms; the interval is a 95 % percentile bootstrap over seeds. † fewer than ten "
       "seeds.");
-  if (!images.empty())
+  if (!data.log->products.empty())
     table.notes.push_back(
         "bias² of images is the mean of (average over seeds − reference)² less variance/seeds less the reference's variance, ± "
         "its "
@@ -220,7 +227,7 @@ void add_final_notes(Table& table, const ReportData& data, const ImageStatistics
 
 }  // namespace
 
-Table final_table(const ReportData& data, const ImageStatistics& images) {
+Table final_table(const ReportData& data) {
   Table table{
       "final", "Results", {}, {}, {"Error at equal time", "Cost", "Metrics at the last checkpoint", "Theory and measurement"},
       {}};
@@ -238,14 +245,14 @@ Table final_table(const ReportData& data, const ImageStatistics& images) {
       add_equal_time(cells, data, scene, configuration);
       add_cost(cells, configuration);
       for (const std::string& metric : data.metrics) add_spread(cells, final_values(configuration, metric));
-      add_theory(cells, scene, configuration, images);
+      add_theory(cells, data, scene, configuration);
       const auto error = error_then(data, scene, configuration);
       rows.emplace_back(error ? error->centre : std::numeric_limits<double>::infinity(), std::move(cells));
     }
     std::stable_sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     for (auto& [error, cells] : rows) table.rows.push_back(std::move(cells));
   }
-  add_final_notes(table, data, images);
+  add_final_notes(table, data);
   return table;
 }
 

@@ -15,17 +15,12 @@
 #include "experiments/report/report_data.h"
 #include "experiments/report/table_format.h"
 
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace etendue {
 
-// Squared bias and variance by (scene, integrator), where images of several seeds were at hand.
-using ImageStatistics = std::map<std::pair<std::string, std::string>, BiasVariance>;
-
-Table final_table(const ReportData& data, const ImageStatistics& images = {});
+Table final_table(const ReportData& data);
 Table phases_table(const ReportData& data);
 Table counters_table(const ReportData& data);
 Table structures_table(const ReportData& data);
@@ -34,7 +29,7 @@ Table expectations_table(const ReportData& data);
 Table bias_table(const ReportData& data);
 Table failures_table(const ReportData& data);
 Table manifest_table(const ReportData& data);
-std::vector<Table> report_tables(const ReportData& data, const ImageStatistics& images = {});
+std::vector<Table> report_tables(const ReportData& data);
 
 // What `etendue run` prints at its end: per scene the errors at equal time, the verdict, and warnings.
 std::string summary_table(const RunLog& log);

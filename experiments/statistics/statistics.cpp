@@ -234,55 +234,28 @@ std::vector<std::size_t> pareto_front(std::span<const dvec2> points) {
   return front;
 }
 
-namespace {
-
-// bias^2 + variance of the sums over `count` images, averaged over pixels and channels.
-BiasVariance from_sums(const Image& sum, const Image& squares, std::size_t count, const Image& reference, double offset) {
-  const auto n = static_cast<double>(count);
-  BiasVariance result{0, 0, 0, count};
-  for (std::size_t i = 0; i < sum.pixels.size(); ++i) {
-    const dvec3 average = sum.pixels[i] / n;
-    const dvec3 variance = glm::max((squares.pixels[i] - n * average * average) / (n - 1), dvec3(0));
-    const dvec3 difference = average - reference.pixels[i];
-    const dvec3 bias_squared = difference * difference - variance / n;
-    result.bias_squared += (bias_squared.x + bias_squared.y + bias_squared.z) / 3;
-    result.variance += (variance.x + variance.y + variance.z) / 3;
-  }
-  const auto pixels = static_cast<double>(sum.pixels.size());
-  result.bias_squared = result.bias_squared / pixels - offset;
-  result.variance /= pixels;
-  return result;
-}
-
-}  // namespace
-
-BiasVariance bias_variance(std::size_t count, const std::function<Image(std::size_t)>& load, const Image& reference,
-                           double reference_variance) {
+BiasVariance bias_variance(std::size_t count, std::span<const double> products, double reference_variance) {
   CHECK_LE(std::size_t{2}, count);
-  // Deviations from the reference keep the sums of squares free of cancellation.
-  const auto add = [&](Image& sum, Image& squares, const Image& image, double sign) {
-    CHECK(image.size == reference.size);
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-      const dvec3 deviation = image.pixels[i] - reference.pixels[i];
-      sum.pixels[i] += sign * deviation;
-      squares.pixels[i] += sign * deviation * deviation;
+  CHECK_EQ(products.size(), count * (count + 1) / 2);
+  std::vector<double> own(count), with_others(count, 0);
+  std::size_t pair = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = i; j < count; ++j) {
+      const double product = products[pair++];
+      if (i == j) {
+        own[i] = product;
+      } else {
+        with_others[i] += product;
+        with_others[j] += product;
+      }
     }
-  };
-  const Image zero(reference.size);
-  Image sum(reference.size), squares(reference.size);
-  for (std::size_t i = 0; i < count; ++i) add(sum, squares, load(i), 1);
-  BiasVariance result = from_sums(sum, squares, count, zero, reference_variance);
-  if (count < 3) return result;
-
-  // Images are read twice rather than held: ten seeds of a large film do not fit everywhere.
-  std::vector<double> without(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Image image = load(i);
-    add(sum, squares, image, -1);
-    without[i] = from_sums(sum, squares, count - 1, zero, reference_variance).bias_squared;
-    add(sum, squares, image, 1);
-  }
   const auto n = static_cast<double>(count);
+  const double sum = std::accumulate(with_others.begin(), with_others.end(), 0.0);  // over i != j
+  const double mean_of_pairs = sum / (n * (n - 1));
+  BiasVariance result{mean_of_pairs - reference_variance, mean(own) - mean_of_pairs, 0, count};
+  if (count < 3) return result;
+  std::vector<double> without(count);
+  for (std::size_t i = 0; i < count; ++i) without[i] = (sum - 2 * with_others[i]) / ((n - 1) * (n - 2));
   result.standard_error = (n - 1) / std::sqrt(n) * sample_sd(without);
   return result;
 }

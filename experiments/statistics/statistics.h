@@ -7,7 +7,6 @@
 #pragma once
 
 #include "framework/core/vec.h"
-#include "framework/image/film.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -115,14 +114,14 @@ ArrivalMedian median_arrival(std::span<const Arrival> arrivals);
 // first.
 std::vector<std::size_t> pareto_front(std::span<const dvec2> points);
 
-// Squared bias and variance of a method's image, means over pixels and channels, from R >= 2 independent images:
-// bias^2 = (mean - reference)^2 - s^2 / R - reference_variance, unbiased, hence negative at times; the standard error is the
-// jackknife's over images ([Efron1993] ch. 11), 0 for R = 2.
+// Squared bias and variance of a method's image, means over pixels and channels, from the products G_ij of the errors of R >= 2
+// independent images (i <= j, row by row; ProductsRecord): the mean of G_ij over i != j is (mean - reference)^2 - s^2 / R, that
+// of G_ii this plus s^2. The reference's own variance is taken from the squared bias, which is unbiased, hence negative at
+// times; its standard error is the jackknife's over images ([Efron1993] ch. 11), 0 for R = 2.
 struct BiasVariance {
   double bias_squared = 0, variance = 0, standard_error = 0;
   std::size_t count = 0;
 };
-BiasVariance bias_variance(std::size_t count, const std::function<Image(std::size_t)>& load, const Image& reference,
-                           double reference_variance);
+BiasVariance bias_variance(std::size_t count, std::span<const double> products, double reference_variance);
 
 }  // namespace etendue

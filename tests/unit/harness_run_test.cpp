@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <map>
+#include <sstream>
 
 namespace etendue {
 namespace {
@@ -32,6 +33,23 @@ class Run : public ProgramTest {
 
   RunLog log(const std::string& out = "out/small") { return read_log((directory_ / out / "runs.jsonl").string()); }
   std::string log_text(const std::string& out) { return read_text_file(directory_ / out / "runs.jsonl"); }
+
+  // Squared bias and variance of the images, row by row, of the table of results.
+  std::string split_columns(const std::string& out) {
+    std::istringstream lines(read_text_file(directory_ / out / "tables/final.csv"));
+    std::vector<std::size_t> wanted;
+    std::string text;
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream cells(line);
+      std::vector<std::string> row;
+      for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
+      for (std::size_t i = 0; text.empty() && i < row.size(); ++i)
+        if (row[i].starts_with("bias_squared") || row[i] == "image_variance") wanted.push_back(i);
+      for (const std::size_t i : wanted) text += i < row.size() && !row[i].empty() ? row[i] + " " : "– ";
+      text += '\n';
+    }
+    return text;
+  }
 
   // Waits until the log of `out` holds so many finished cells.
   bool wait_for_cells(const std::string& out, int cells) {
@@ -160,6 +178,23 @@ TEST_F(Run, ShardsAreAPartitionAndMergeInTheReport) {
   const Outcome report = run({"report", "shard-0", "shard-1", "shard-2", "--out", "merged"});
   EXPECT_EQ(report.status, 0) << report.err;
   EXPECT_TRUE(std::filesystem::exists(directory_ / "merged/report.html"));
+  EXPECT_EQ(split_columns("merged"), split_columns("whole")) << "seeds lie in several shards";
+}
+
+TEST_F(Run, WhatImagesToldIsInTheLog) {
+  write_file("rates.toml", std::string(experiment).replace(0, 15, "title = \"Rates\"") +
+                               "[[rates]]\nmethod = \"path mis=light\"\nscene = \"builtin:lambert-sphere\"\n"
+                               "metric = \"variance\"\nexponent = \"-1\"\nsource = \"[Veach1997]\"\n");
+  ASSERT_EQ(run({"run", "rates.toml", "--out", "whole"}).status, 0);
+  std::filesystem::create_directory(directory_ / "log-alone");
+  std::filesystem::copy_file(directory_ / "whole/runs.jsonl", directory_ / "log-alone/runs.jsonl");
+  ASSERT_EQ(run({"report", "log-alone", "--logs-only"}).status, 0);
+  for (const char* table : {"tables/final.csv", "tables/rates.csv", "charts/rate-lambert-sphere-whole-image-variance-iterations.svg"}) {
+    const std::string whole = read_text_file(directory_ / "whole" / table);
+    EXPECT_FALSE(whole.empty()) << table;
+    EXPECT_EQ(read_text_file(directory_ / "log-alone" / table), whole) << table;
+  }
+  EXPECT_EQ(split_columns("whole").find("–"), std::string::npos);
 }
 
 TEST_F(Run, OtherSettingsInTheSameDirectoryAreRefused) {

@@ -194,7 +194,7 @@ TEST_F(Report, MergesShardsOfOneExperiment) {
   EXPECT_NE(file_text(root_ / "out/report.html").find("different versions"), std::string::npos);
 }
 
-TEST_F(Report, ShowsImagesErrorMapsAndBias) {
+TEST_F(Report, ShowsImagesAndErrorMaps) {
   RunLog log = small_log();
   const std::string a = (root_ / "a").string();
   fs::create_directories(a);
@@ -210,9 +210,6 @@ TEST_F(Report, ShowsImagesErrorMapsAndBias) {
   EXPECT_EQ(occurrences(page, "\"png\":\"iVBOR"), 3u);  // the reference and one for each integrator
   EXPECT_EQ(occurrences(page, "\"err\":\"iVBOR"), 2u);
   EXPECT_NE(page.find("seed 1, 128 iterations"), std::string::npos);
-  // All seeds are alike, so there is no variance and the bias is exact: 0.1^2.
-  const std::string csv = file_text(root_ / "out/tables/final.csv");
-  EXPECT_NE(csv.find(",0.0100000"), std::string::npos) << csv;
 }
 
 TEST_F(Report, CellsWhoseFilesAreNotAsLoggedCountAsFailed) {

@@ -1,4 +1,5 @@
 #include "experiments/statistics/statistics.h"
+#include "experiments/log/products.h"
 
 #include "framework/core/rng.h"
 
@@ -234,25 +235,28 @@ Replicates noisy(double bias, double sd, std::size_t count, std::uint64_t seed) 
   return result;
 }
 
+BiasVariance split_of(const Replicates& r, double reference_variance) {
+  std::vector<std::size_t> pixels(r.reference.pixels.size());
+  std::iota(pixels.begin(), pixels.end(), std::size_t{0});
+  return bias_variance(r.images.size(), error_products(r.images, r.reference, pixels), reference_variance);
+}
+
 TEST(BiasVariance, SplitsTheErrorOfReplicates) {
   const Replicates r = noisy(0.1, 0.5, 8, 5);
-  const auto load = [&](std::size_t i) { return r.images[i]; };
-  const BiasVariance split = bias_variance(r.images.size(), load, r.reference, 0);
+  const BiasVariance split = split_of(r, 0);
   EXPECT_NEAR(split.variance, 0.25, 0.01);
   EXPECT_NEAR(split.bias_squared, 0.01, 5 * split.standard_error);
   EXPECT_GT(split.bias_squared, 3 * split.standard_error);
   EXPECT_EQ(split.count, 8u);
   // The reference's own variance is no bias.
-  EXPECT_NEAR(bias_variance(r.images.size(), load, r.reference, 0.01).bias_squared, split.bias_squared - 0.01, 1e-12);
+  EXPECT_NEAR(split_of(r, 0.01).bias_squared, split.bias_squared - 0.01, 1e-12);
 }
 
 TEST(BiasVariance, OfAnUnbiasedMethodIsZeroWithinItsError) {
   double sum = 0, squares = 0;
   constexpr int trials = 40;
   for (int t = 0; t < trials; ++t) {
-    const Replicates r = noisy(0, 0.5, 4, 100 + static_cast<std::uint64_t>(t));
-    const auto split = bias_variance(
-        r.images.size(), [&](std::size_t i) { return r.images[i]; }, r.reference, 0);
+    const auto split = split_of(noisy(0, 0.5, 4, 100 + static_cast<std::uint64_t>(t)), 0);
     sum += split.bias_squared;
     squares += split.bias_squared * split.bias_squared;
   }

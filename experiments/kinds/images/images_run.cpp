@@ -1,6 +1,7 @@
 #include "experiments/kinds/images/images_run.h"
 
 #include "experiments/kinds/structures/accel_comparison.h"
+#include "experiments/log/products.h"
 #include "experiments/log/trust.h"
 #include "experiments/report/report.h"
 #include "experiments/report/tables.h"
@@ -51,6 +52,7 @@ class Execution {
     for (std::size_t s = 0; s < scenes_.size(); ++s)
       if (wants_structures(s)) compare_scene_structures(s);
     for (std::size_t i = 0; i < pending_.size(); ++i) run_one(*pending_[i], i);
+    log_products();
     directory_.finish();
     Report report = write_report({plan_.directory}, plan_.directory, {config_.table_formats, true, true});
     summary_.report_files = std::move(report.files);
@@ -235,6 +237,13 @@ class Execution {
     directory_.append(lines);
     ++summary_.done;
     observer_.cell_finished(record, &result.checkpoints.back());
+  }
+
+  void log_products() {
+    std::vector<std::string> lines;
+    for (const ProductsRecord& record : missing_products(read_resolved_log(plan_.directory)))
+      lines.push_back(to_json_line(record));
+    if (!lines.empty()) directory_.append(lines);
   }
 
   CellResult compute(const Cell& cell) {

@@ -221,33 +221,6 @@ std::vector<SceneImages> page_images(const ReportData& data, std::size_t budget_
   return result;
 }
 
-ImageStatistics image_statistics(const ReportData& data) {
-  ImageStatistics statistics;
-  for (const SceneData& scene : data.scenes) {
-    const std::optional<Image> reference = try_read(scene.reference != nullptr ? scene.reference->file : std::string());
-    if (!reference) continue;
-    for (const Configuration& configuration : scene.configurations) {
-      const std::pair key{scene.name, configuration.integrator};
-      std::vector<std::string> files;
-      for (const Replicate& replicate : configuration.replicates)
-        if (!replicate.cell->image.empty()) files.push_back(replicate.cell->image);
-      const auto known = statistics.find(key);
-      if (files.size() < 2 || (known != statistics.end() && known->second.count >= files.size())) continue;
-      try {
-        const auto load = [&](std::size_t i) {
-          Image image = read_exr(files[i]);
-          if (image.size != reference->size) throw Error("the image of another resolution");
-          return image;
-        };
-        statistics[key] = bias_variance(files.size(), load, *reference, scene.reference->mse_floor);
-      } catch (const Error&) {
-        // An image that is gone or of another size takes this figure away, not the report.
-      }
-    }
-  }
-  return statistics;
-}
-
 std::string viridis_css(double t) {
   const auto colour = viridis(t);
   return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);

@@ -31,9 +31,6 @@ struct SceneImages {
 // time). Large images are averaged down until all of them together stay below about `budget_bytes` of page.
 std::vector<SceneImages> page_images(const ReportData& data, std::size_t budget_bytes);
 
-// Where at least two seeds of an integrator kept images of the reference's size.
-ImageStatistics image_statistics(const ReportData& data);
-
 // viridis ([Smith2015]) at t in [0, 1] as "#rrggbb": perceptually uniform, and readable in grey and by the colour-blind.
 std::string viridis_css(double t);
 
