@@ -3,9 +3,11 @@
 #include "accel/thirdparty/embree.h"
 
 #include "framework/core/error.h"
+#include "framework/core/isa.h"
 #include "framework/scene/intersect.h"
 
 #include <embree3/rtcore.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
@@ -230,8 +232,19 @@ SceneHandle Embree::State::new_scene(const EmbreeParams& params) const {
   return handle;
 }
 
+namespace {
+
+// It takes no instruction that we leave out: it needs SSE2 at least.
+std::string device_config() {
+  return fmt::format("max_isa={}", chosen_isa() == Isa::scalar ? "sse2"
+                                   : chosen_isa() == Isa::sse  ? "sse4.2"
+                                                               : isa_option(chosen_isa()));
+}
+
+}  // namespace
+
 Embree::State::State(const Scene& scene, const EmbreeParams& params)
-    : device(rtcNewDevice(nullptr)),
+    : device(rtcNewDevice(device_config().c_str())),
       in_streams(params.batches != "single" && !scene.has_instances()),
       stream_flags(params.batches == "coherent" ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT) {
   if (!device) throw Error("Embree failed with error code " + std::to_string(rtcGetDeviceError(nullptr)));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "experiments/run/run.h"
+#include "framework/core/isa.h"
 
 #include <chrono>
 #include <string>
@@ -66,6 +67,7 @@ std::int64_t whole_option(const std::string& option, const std::string& text, st
 double duration_option(const std::string& option, const std::string& text);
 double number_option(const std::string& option, const std::string& text, double low, double high);
 int threads_option(const std::string& text);       // "": the machine's
+Isa isa_option_value(const std::string& text);     // one that the machine has
 ivec2 resolution_option(const std::string& text);  // "640x480"
 
 }  // namespace etendue

@@ -72,6 +72,7 @@ class CommandLine {
       std::fputs(app_.help().c_str(), stderr);
       return 2;
     }
+    if (!isa_.empty()) choose_isa(isa_option_value(isa_));
     return chosen_();
   }
 
@@ -96,6 +97,11 @@ class CommandLine {
     command->add_flag("--confined", value, "a file that a scene names outside its own folder is an error, not a warning");
   }
 
+  void isa(CLI::App* command) {
+    text(command, "--isa", isa_, "NAME",
+         "sse, avx2 or avx512: no wider instructions, by Embree neither; default: the machine's widest");
+  }
+
   void add_run() {
     CLI::App* c =
         add("run", "run an experiment: its cells, then tables, charts and a page", [this] { return run_command(run_); });
@@ -111,6 +117,7 @@ class CommandLine {
     text(c, "--out", run_.options.out, "DIR", "where results go; default out/NAME");
     c->add_flag("--fresh", run_.options.fresh, "delete what an earlier run left there");
     text(c, "--threads", run_.threads, "N", "default: the experiment's, else all of the machine's");
+    isa(c);
     c->add_flag("--quick", run_.options.quick, "a small version: what the file's [quick] table says");
     c->add_flag("--dry-run", run_.dry_run, "list the cells and run nothing");
     confined(c, run_.options.confined);
@@ -151,6 +158,7 @@ class CommandLine {
     c->add_flag("--json", render_.json, "figures as JSON on stdout");
     confined(c, render_.confined);
     text(c, "--threads", render_.threads, "N", "default: all of the machine's");
+    isa(c);
     text(c, "--resolution", render_.resolution, "WxH", "default: the scene's");
   }
 
@@ -169,6 +177,7 @@ class CommandLine {
     text(c, "--budget", accel_.budget, "10s",
          "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
     text(c, "--threads", accel_.threads, "N", "of the parallel builds; default: all of the machine's");
+    isa(c);
   }
 
   void add_small_commands() {
@@ -226,7 +235,7 @@ class CommandLine {
   InspectCommand inspect_;
   CompareCommand compare_;
   ReportCommand report_;
-  std::string list_;
+  std::string list_, isa_;
   std::function<int()> chosen_;
 };
 

@@ -42,6 +42,18 @@ double number_option(const std::string& option, const std::string& text, double 
   return value;
 }
 
+Isa isa_option_value(const std::string& text) {
+  std::vector<std::string> names;
+  for (const Isa isa : supported_isas()) {
+    if (isa_option(isa) == text) return isa;
+    names.emplace_back(isa_option(isa));
+  }
+  const Location where{"--isa"};
+  if (text == "sse" || text == "avx2" || text == "avx512")
+    throw Error(where, fmt::format("this machine has no {}; expected {}", text, fmt::join(names, ", ")));
+  throw Error(where, unknown_name("instruction set", text, names));
+}
+
 int threads_option(const std::string& text) {
   return text.empty() ? hardware_threads() : static_cast<int>(whole_option("--threads", text, 1, 4096));
 }

@@ -50,6 +50,11 @@ struct ManifestRecord {
   int threads = 0;
   std::string file = {}, options = {}, experiment = {};  // file ("": elsewhere), what was typed beside it, its text
   double budget_s = 0;                                   // of each cell, where time alone ended it; 0: not so, or not known
+  // The machine: what CPUID says ("AuthenticAMD", family, model, stepping), the instruction set that was used ("AVX2"), its
+  // processors and memory; and the day, in UTC. Older logs have none of it.
+  std::string cpu_vendor = {}, isa = {}, date = {};
+  int cpu_family = 0, cpu_model = 0, cpu_stepping = 0, cores = 0;
+  std::uint64_t memory_bytes = 0;
 };
 
 struct PlanRecord {

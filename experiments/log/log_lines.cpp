@@ -35,6 +35,14 @@ void list_fields(auto& f, FieldsOf<ManifestRecord> auto& r) {
   f.maybe("options", r.options);
   f.maybe("experiment", r.experiment);
   f.maybe("budget_s", r.budget_s);
+  f.maybe("cpu_vendor", r.cpu_vendor);
+  f.maybe("cpu_family", r.cpu_family);
+  f.maybe("cpu_model", r.cpu_model);
+  f.maybe("cpu_stepping", r.cpu_stepping);
+  f.maybe("isa", r.isa);
+  f.maybe("cores", r.cores);
+  f.maybe("memory_bytes", r.memory_bytes);
+  f.maybe("date", r.date);
 }
 
 void list_fields(auto& f, FieldsOf<PlanRecord> auto& r) {

@@ -1,9 +1,16 @@
 #include "experiments/log/manifest.h"
 
+#include "framework/core/isa.h"
+#include "framework/core/parallel.h"
+
 #include <etendue_commit.h>
-#include <fmt/format.h>
-#include <xxhash.h>
+#include <fmt/chrono.h>
+#include <unistd.h>
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
 #include <fstream>
+#include <map>
 
 namespace etendue {
 
@@ -18,23 +25,38 @@ constexpr const char* compiler =
     "unknown";
 #endif
 
-std::string cpu_model() {
+// What the kernel says of the first processor, by its keys.
+std::map<std::string, std::string> cpu_facts() {
+  std::map<std::string, std::string> facts;
   std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    if (!line.starts_with("model name")) continue;
-    const auto colon = line.find(": ");
-    if (colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown";
+  for (std::string line; std::getline(file, line) && !line.empty();)
+    if (const auto colon = line.find(':'); colon != std::string::npos)
+      facts[line.substr(0, line.find_last_not_of(" \t", colon - 1) + 1)] = line.substr(std::min(line.size(), colon + 2));
+  return facts;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  return fmt::format("{:%Y-%m-%d}", fmt::gmtime(now));
 }
 
 }  // namespace
 
 ManifestRecord make_manifest(const std::string& title, const std::string& experiment_hash, int threads) {
-  ManifestRecord record{"",          ETENDUE_VERSION, ETENDUE_COMMIT,  compiler, ETENDUE_FLAGS,
-                        cpu_model(), title,           experiment_hash, threads};
-  const std::string text = to_json_line(record);
-  record.id = fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
+  std::map<std::string, std::string> cpu = cpu_facts();
+  const auto text = [&](const char* key) { return cpu[key].empty() ? "unknown" : cpu[key]; };
+  const auto number = [&](const char* key) { return std::atoi(cpu[key].c_str()); };
+  ManifestRecord record{"",    ETENDUE_VERSION, ETENDUE_COMMIT, compiler, ETENDUE_FLAGS, text("model name"),
+                        title, experiment_hash, threads};
+  record.cpu_vendor = text("vendor_id");
+  record.cpu_family = number("cpu family");
+  record.cpu_model = number("model");
+  record.cpu_stepping = number("stepping");
+  record.isa = isa_name(chosen_isa());
+  record.cores = hardware_threads();
+  record.memory_bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  record.id = hash_text(to_json_line(record));
+  record.date = today();  // not in the id: a run that goes on the next day is the same one
   return record;
 }
 

@@ -104,8 +104,16 @@ Table manifest_table(const ReportData& data) {
                                                            {"cpu", m.cpu},
                                                            {"threads", fmt::format("{}", m.threads)},
                                                            {"experiment hash", m.experiment_hash}};
-    for (const auto& [key, value] : entries)
+    const auto add = [&](const char* key, const std::string& value) {
       table.rows.push_back({TableCell::words(m.id), TableCell::words(key), words_or_none(value)});
+    };
+    for (const auto& [key, value] : entries) add(key, value);
+    if (m.isa.empty()) continue;  // a log from before these were noted
+    add("processor", fmt::format("{} family {} model {} stepping {}", m.cpu_vendor, m.cpu_family, m.cpu_model, m.cpu_stepping));
+    add("instruction set", m.isa);
+    add("cores", fmt::format("{}", m.cores));
+    add("memory", format_bytes(static_cast<double>(m.memory_bytes)));
+    add("date", m.date);
   }
   return table;
 }

@@ -53,6 +53,7 @@ std::string resolved_accel(const Method& accel) { return resolved(accel, find_ra
 
 std::map<std::string, std::string> recipe_attributes(const Recipe& recipe, ManifestRecord manifest) {
   manifest.experiment.clear();  // that stands in the log
+  manifest.date.clear();        // an image is the same on any day
   std::map<std::string, std::string> attributes{
       {"etendue_scene", recipe.scene},
       {"etendue_scene_hash", fmt::format("{:016x}", recipe.scene_hash)},

@@ -112,7 +112,10 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
   finished_ = earlier_.finished;
   writer_ = std::make_unique<LogWriter>(log);
   // The id names neither the experiment's text nor what was typed beside it; of lines with one id the last counts.
-  const std::string line = to_json_line(manifest);
+  ManifestRecord dated = manifest;  // on the day on which it first ran
+  for (const ManifestRecord& other : earlier_.manifests)
+    if (other.id == dated.id) dated.date = other.date;
+  const std::string line = to_json_line(dated);
   const auto same = [&](const ManifestRecord& other) { return to_json_line(other) == line; };
   if (std::none_of(earlier_.manifests.begin(), earlier_.manifests.end(), same)) append({line});
   if (earlier_.plans.empty() || earlier_.plans.back() != plan) append({to_json_line(plan)});

@@ -2,6 +2,7 @@
 
 #include "accel/kernels/four_floats.h"
 #include "framework/core/check.h"
+#include "framework/core/isa.h"
 
 #include <array>
 #include <bit>
@@ -106,7 +107,7 @@ void MortonKeyWriter::write() {
 }
 bool MortonKeyWriter::has_pdep() {
   static const bool has = __builtin_cpu_supports("bmi2") && !__builtin_cpu_is("znver1") && !__builtin_cpu_is("znver2");
-  return has;
+  return has && chosen_isa() >= Isa::avx2;
 }
 #else
 void MortonKeyWriter::write_with_pdep() { write(); }

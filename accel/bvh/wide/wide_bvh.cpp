@@ -3,8 +3,6 @@
 #include "accel/bvh/wide/wide_isa.h"
 #include "framework/core/check.h"
 
-#include <array>
-
 namespace etendue {
 
 namespace {
@@ -17,26 +15,6 @@ const WideKernels<node_width, Pack>& kernels_of(const WideKernelSet& set) {
 }
 
 }  // namespace
-
-std::string_view isa_name(Isa isa) {
-  static constexpr std::array<std::string_view, 4> names{"scalar", "SSE4.1", "AVX2", "AVX-512"};
-  return names[static_cast<std::size_t>(isa)];
-}
-
-std::span<const Isa> supported_isas() {
-  static const std::vector<Isa> supported = [] {
-    std::vector<Isa> isas{Isa::scalar};
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("sse4.1")) isas.push_back(Isa::sse);
-    if (__builtin_cpu_supports("avx2")) isas.push_back(Isa::avx2);
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
-        __builtin_cpu_supports("avx512bw"))
-      isas.push_back(Isa::avx512);
-#endif
-    return isas;
-  }();
-  return supported;
-}
 
 template <int node_width, class Pack>
 const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {

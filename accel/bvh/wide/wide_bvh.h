@@ -1,22 +1,16 @@
-// Bounding volume hierarchy over one geometry: any builder's tree in a wide layout, traversed with the widest SIMD instructions
-// that the machine has (chosen once, at run time).
+// Bounding volume hierarchy over one geometry: any builder's tree in a wide layout, traversed with the instruction
+// set that is chosen as it is built (framework/core/isa.h).
 #pragma once
 
 #include "accel/bvh/wide/wide_tree.h"
 #include "accel/kernels/traversal_limit.h"
+#include "framework/core/isa.h"
 #include "framework/query.h"
 
 #include <algorithm>
 #include <span>
-#include <string_view>
 
 namespace etendue {
-
-// The instruction sets the traversal is compiled for, one file each (wide_isa_*.cpp). All give the same bits.
-enum class Isa : std::uint8_t { scalar, sse, avx2, avx512 };
-
-std::string_view isa_name(Isa isa);
-std::span<const Isa> supported_isas();  // by this machine, narrowest first
 
 template <int node_width, class Pack>
 struct WideView {
@@ -37,6 +31,7 @@ struct WideKernels {
   bool (*occluded_counted)(const View&, const Ray&, TraversalCounters&);
 };
 
+// The traversal is compiled for each instruction set in a file of its own (wide_isa_*.cpp). All give the same bits.
 template <int node_width, class Pack>
 const WideKernels<node_width, Pack>& wide_kernels(Isa isa);
 
@@ -49,10 +44,9 @@ class WideBvh {
   using LeafPack = Pack;
 
   // The geometry must outlive the structure (its quadrics are looked up; triangles are copied).
-  WideBvh(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options = {},
-          Isa isa = supported_isas().back())
+  WideBvh(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options = {}, Isa isa = chosen_isa())
       : WideBvh(vertices.geometry(), tree, collapse<node_width, Pack>(vertices, tree, options), isa) {}
-  WideBvh(const Geometry& geometry, PackTree<Pack> packs, Isa isa = supported_isas().back())
+  WideBvh(const Geometry& geometry, PackTree<Pack> packs, Isa isa = chosen_isa())
       : WideBvh(geometry, packs.tree, collapse<node_width, Pack>(std::move(packs)), isa) {}
 
   Hit closest(const Ray& ray) const { return kernels_->closest({tree_, *geometry_, extent_}, ray); }
