@@ -70,6 +70,7 @@ int accel_command(const AccelCommand& command) {
   options.threads = available_threads(threads_option(command.threads), console);
   options.check_rays = static_cast<std::uint64_t>(whole_option("--check", command.check, 0, 1'000'000'000'000));
   options.budget_s = duration_option("--budget", command.budget);
+  options.isas = isas_option(command.isa);
   std::vector<Scene> scenes;  // all of them before any is measured: a misspelt one is told at once
   for (const std::string& name : command.scenes) {
     scenes.push_back(load_scene(name, {"command line"}, {command.confined}));

@@ -35,7 +35,7 @@ int render_command(const RenderCommand& command);
 
 struct AccelCommand {
   std::vector<std::string> scenes;
-  std::string structures, resolution = "256", repetitions = "3", threads, check = "0", budget = "10s";
+  std::string structures, resolution = "256", repetitions = "3", threads, check = "0", budget = "10s", isa;
   bool json = false, confined = false;
 };
 int accel_command(const AccelCommand& command);
@@ -66,8 +66,8 @@ int list_command(const std::string& what);  // one list, or one name of any; "":
 std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high);
 double duration_option(const std::string& option, const std::string& text);
 double number_option(const std::string& option, const std::string& text, double low, double high);
-int threads_option(const std::string& text);       // "": the machine's
-Isa isa_option_value(const std::string& text);     // one that the machine has
-ivec2 resolution_option(const std::string& text);  // "640x480"
+int threads_option(const std::string& text);            // "": the machine's
+std::vector<Isa> isas_option(const std::string& text);  // "avx2,avx512"; all of them on this machine
+ivec2 resolution_option(const std::string& text);       // "640x480"
 
 }  // namespace etendue

@@ -72,7 +72,10 @@ class CommandLine {
       std::fputs(app_.help().c_str(), stderr);
       return 2;
     }
-    if (!isa_.empty()) choose_isa(isa_option_value(isa_));
+    if (const std::vector<Isa> isas = isas_option(isa_); isas.size() > 1)
+      throw Error(Location{"--isa"}, fmt::format("'{}' names several; expected one", isa_));
+    else if (!isas.empty())
+      choose_isa(isas.front());
     return chosen_();
   }
 
@@ -177,7 +180,8 @@ class CommandLine {
     text(c, "--budget", accel_.budget, "10s",
          "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
     text(c, "--threads", accel_.threads, "N", "of the parallel builds; default: all of the machine's");
-    isa(c);
+    text(c, "--isa", accel_.isa, "A,B",
+         "sse, avx2, avx512: with no wider instructions, Embree neither; several are compared; default: the widest");
   }
 
   void add_small_commands() {

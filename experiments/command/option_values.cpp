@@ -3,8 +3,10 @@
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 
 namespace etendue {
 
@@ -42,16 +44,21 @@ double number_option(const std::string& option, const std::string& text, double 
   return value;
 }
 
-Isa isa_option_value(const std::string& text) {
-  std::vector<std::string> names;
-  for (const Isa isa : supported_isas()) {
-    if (isa_option(isa) == text) return isa;
-    names.emplace_back(isa_option(isa));
-  }
+std::vector<Isa> isas_option(const std::string& text) {
   const Location where{"--isa"};
-  if (text == "sse" || text == "avx2" || text == "avx512")
-    throw Error(where, fmt::format("this machine has no {}; expected {}", text, fmt::join(names, ", ")));
-  throw Error(where, unknown_name("instruction set", text, names));
+  std::vector<Isa> isas;
+  std::istringstream names(text);
+  for (std::string name; std::getline(names, name, ',');) {
+    const std::vector<std::string> known(std::begin(isa_options), std::end(isa_options));
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw Error(where, unknown_name("instruction set", name, known));
+    const Isa isa = isa_of_option(name);
+    if (!is_supported(isa))
+      throw Error(where,
+                  fmt::format("this machine has no {}; its widest is {}", isa_name(isa), isa_option(supported_isas().back())));
+    isas.push_back(isa);
+  }
+  return isas;
 }
 
 int threads_option(const std::string& text) {

@@ -13,22 +13,22 @@
 //   confidence  true: hold what methods take their own error to be against a closed form (confidence.h)
 //   resolution  [w, h]; default: the scene's
 //   threads     default: the machine's; `--threads` wins
-//   structures  true or { resolution, repetitions, check_rays, budget = "10s" }: also time every structure on every scene
-//   dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move (kinds/animation/animation.h)
-//   points, records  tables: instead of integrators, what finds points or records (kinds/search/search_config.h)
-//   claims      [[claims]] and timing: instead of all that, claims and what measures them (kinds/claims/claims_config.h)
-//   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
-//   rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and compares
-//   ratios      [[ratios]]: what one method's error is expected to be over another's (ratio_claim.h); the report finds them
-//   stress      [[stress]] tables: methods on the scenes that break them (kinds/stress/stress_config.h)
-//   outputs     { tables = ["md", "csv", "tex"] }
-//   quick       any of the keys above, put in their place by `--quick`
+//   structures  true or { resolution, repetitions, check_rays, budget = "10s", isa = ["avx2", "avx512"] }: also time every
+//   structure on every scene dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move
+//   (kinds/animation/animation.h) points, records  tables: instead of integrators, what finds points or records
+//   (kinds/search/search_config.h) claims      [[claims]] and timing: instead of all that, claims and what measures them
+//   (kinds/claims/claims_config.h) regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves
+//   (regions.h) rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and
+//   compares ratios      [[ratios]]: what one method's error is expected to be over another's (ratio_claim.h); the report finds
+//   them stress      [[stress]] tables: methods on the scenes that break them (kinds/stress/stress_config.h) outputs     {
+//   tables = ["md", "csv", "tex"] } quick       any of the keys above, put in their place by `--quick`
 #pragma once
 
 #include "experiments/config/budget.h"
 #include "experiments/config/method.h"
 #include "experiments/config/rate_law.h"
 #include "experiments/config/regions.h"
+#include "framework/core/isa.h"
 #include "framework/core/vec.h"
 
 #include <memory>
@@ -57,6 +57,7 @@ struct StructureTiming {
   int repetitions = 3;
   std::uint64_t check_rays = 0;  // as in ComparisonOptions
   double budget_s = 10;
+  std::vector<Isa> isas = {};
 };
 
 class ExperimentKind;  // experiments/kind.h

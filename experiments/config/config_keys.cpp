@@ -149,6 +149,10 @@ std::optional<StructureTiming> read_structures(const ConfigNode& node) {
   if (const auto* n = reader.find("check_rays"))
     timing.check_rays = static_cast<std::uint64_t>(read_whole(*n, "structures.check_rays", 0, 1'000'000'000'000));
   if (const auto* n = reader.find("budget")) timing.budget_s = read_duration(*n, "structures.budget");
+  if (const auto* n = reader.find("isa"))
+    for (const std::string& name :
+         read_names(*n, "structures.isa", "instruction set", {std::begin(isa_options), std::end(isa_options)}))
+      timing.isas.push_back(isa_of_option(name));
   reader.finish();
   return timing;
 }

@@ -25,6 +25,14 @@ Isa& choice() {
 std::string_view isa_name(Isa isa) { return names[static_cast<std::size_t>(isa)].name; }
 std::string_view isa_option(Isa isa) { return names[static_cast<std::size_t>(isa)].option; }
 
+Isa isa_of_option(std::string_view option) {
+  const auto found = std::find_if(names.begin(), names.end(), [&](const IsaNames& n) { return n.option == option; });
+  CHECK(found != names.end());
+  return static_cast<Isa>(found - names.begin());
+}
+
+bool is_supported(Isa isa) { return std::ranges::count(supported_isas(), isa) > 0; }
+
 std::span<const Isa> supported_isas() {
   static const std::vector<Isa> supported = [] {
     std::vector<Isa> isas{Isa::scalar};
@@ -43,7 +51,7 @@ std::span<const Isa> supported_isas() {
 Isa chosen_isa() { return choice(); }
 
 void choose_isa(Isa isa) {
-  CHECK(std::find(supported_isas().begin(), supported_isas().end(), isa) != supported_isas().end());
+  CHECK(is_supported(isa));
   choice() = isa;
 }
 

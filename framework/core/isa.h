@@ -10,8 +10,11 @@ namespace etendue {
 
 enum class Isa : std::uint8_t { scalar, sse, avx2, avx512 };
 
-std::string_view isa_name(Isa isa);     // "AVX2", as people write it
-std::string_view isa_option(Isa isa);   // "avx2", as --isa takes it
+std::string_view isa_name(Isa isa);          // "AVX2", as people write it
+std::string_view isa_option(Isa isa);        // "avx2", as --isa takes it
+Isa isa_of_option(std::string_view option);  // one of isa_options
+inline constexpr std::string_view isa_options[] = {"sse", "avx2", "avx512"};
+bool is_supported(Isa isa);
 std::span<const Isa> supported_isas();  // by this machine, narrowest first
 
 Isa chosen_isa();          // of every structure built from now on

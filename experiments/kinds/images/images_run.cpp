@@ -107,7 +107,15 @@ class Execution {
 
   bool wants_structures(std::size_t scene) const {
     return config_.structures && in_shard(scene, plan_.shard) &&
-           !directory_.has_structures(config_.scenes[scene].name, config_.accels.size());
+           !directory_.has_structures(config_.scenes[scene].name,
+                                      config_.accels.size() * std::max<std::size_t>(1, structure_isas().size()));
+  }
+
+  // Those that this machine has; empty: the chosen one alone.
+  std::vector<Isa> structure_isas() const {
+    std::vector<Isa> isas = config_.structures->isas;
+    std::erase_if(isas, [](Isa isa) { return !is_supported(isa); });
+    return isas;
   }
 
   void narrate_resumption() {
@@ -176,6 +184,10 @@ class Execution {
     options.threads = plan_.threads;
     options.check_rays = config_.structures->check_rays;
     options.budget_s = config_.structures->budget_s;
+    options.isas = structure_isas();
+    for (const Isa isa : config_.structures->isas)
+      if (!is_supported(isa))
+        warn_once(fmt::format("structures are not timed with {}, which this machine lacks", isa_name(isa)));
     observer_.narrate(fmt::format("{}: timing {} structures", name, choices.size()));
     const auto status = [&](const std::string& line) { observer_.status(name + ": " + line); };
     std::vector<StructureRecord> records;

@@ -26,9 +26,17 @@ constexpr std::uint64_t check_bytes = std::uint64_t{1} << 30;  // of structures 
 constexpr double check_budgets = 15;                           // of a structure's budget, for its aimed rays
 constexpr std::size_t least_rays = 16;                         // a figure from fewer says nothing
 
-std::unique_ptr<RayQuery> make_structure(const Scene& scene, const StructureChoice& choice) {
-  return find_ray_structure(choice.name, {}).make(scene, choice.params);
-}
+// Which structures are built with is chosen by who builds them, here contender by contender.
+class WithIsa {
+ public:
+  explicit WithIsa(Isa isa) : before_(chosen_isa()) { choose_isa(isa); }
+  ~WithIsa() { choose_isa(before_); }
+  WithIsa(const WithIsa&) = delete;
+  WithIsa& operator=(const WithIsa&) = delete;
+
+ private:
+  Isa before_;
+};
 
 std::string label_of(StructureChoice choice) {
   choice.params.erase("layout");  // the structure itself says which it took
@@ -37,6 +45,7 @@ std::string label_of(StructureChoice choice) {
 
 struct Contender {
   StructureChoice choice;
+  Isa isa = Isa::scalar;
   StructureRecord record;
   bool skipped = false;
   int repetitions = 0;  // that fit the budget
@@ -45,6 +54,10 @@ struct Contender {
   std::vector<double> build_times, parallel_build_times;
   ByRayKind<std::vector<double>> speeds, batched_speeds;
 
+  std::unique_ptr<RayQuery> make(const Scene& scene) const {
+    const WithIsa with(isa);
+    return find_ray_structure(choice.name, {}).make(scene, choice.params);
+  }
   void note(const std::string& text) { record.note += (record.note.empty() ? "" : "; ") + text; }
 };
 
@@ -73,14 +86,15 @@ class Comparison {
  public:
   Comparison(const Scene& scene, const std::vector<StructureChoice>& choices, const ComparisonOptions& options,
              const std::function<void(const std::string&)>& progress)
-      : scene_(scene), options_(options), progress_(progress), wanted_(choices.size()), exact_tracer_(scene) {
-    for (const StructureChoice& choice : choices) add(choice);
-    for (const RayEntry& entry : ray_structures()) {
-      if (entry.name != "embree" || !entry.available) continue;
-      embree_ = position_of({"embree", {}});
-      robust_embree_ = position_of({"embree", {{"robust", {true, {}}}}});
-      coherent_embree_ = position_of({"embree", {{"batches", {std::string("coherent"), {}}}}});
-    }
+      : scene_(scene), options_(options), progress_(progress), exact_tracer_(scene) {
+    if (options_.isas.empty()) options_.isas = {chosen_isa()};
+    wanted_ = choices.size() * options_.isas.size();
+    for (const Isa isa : options_.isas)
+      for (const StructureChoice& choice : choices) add(choice, isa);
+    if (!find_ray_structure("embree", {}).available) return;
+    for (const Isa isa : options_.isas)
+      embrees_[isa] = {position_of({"embree", {}}, isa), position_of({"embree", {{"robust", {true, {}}}}}, isa),
+                       position_of({"embree", {{"batches", {std::string("coherent"), {}}}}}, isa)};
   }
 
   std::vector<StructureRecord> run() {
@@ -103,12 +117,18 @@ class Comparison {
   }
 
  private:
-  void add(const StructureChoice& choice) {
+  // As records name it.
+  std::string name_of(const StructureChoice& choice, Isa isa) const {
+    return label_of(choice) + (options_.isas.size() > 1 ? fmt::format(" isa={}", isa_option(isa)) : "");
+  }
+
+  void add(const StructureChoice& choice, Isa isa) {
     Contender contender;
     contender.choice = choice;
+    contender.isa = isa;
     contender.repetitions = options_.repetitions;
     contender.record.scene = scene_.name;
-    contender.record.structure = label_of(choice);
+    contender.record.structure = name_of(choice, isa);
     if (const auto layout = choice.params.find("layout"); layout != choice.params.end())
       contender.record.layout = to_text(layout->second);  // of one that is never built
     contender.record.triangles = scene_.triangle_count();
@@ -117,17 +137,17 @@ class Comparison {
   }
 
   // The position of a structure among the contenders, which it joins where it is not yet.
-  std::size_t position_of(const StructureChoice& choice) {
-    const auto same = [&](const Contender& c) { return c.record.structure == label_of(choice); };
+  std::size_t position_of(const StructureChoice& choice, Isa isa) {
+    const auto same = [&](const Contender& c) { return c.record.structure == name_of(choice, isa); };
     const auto found = std::find_if(contenders_.begin(), contenders_.end(), same);
     const auto position = static_cast<std::size_t>(found - contenders_.begin());
-    if (found == contenders_.end()) add(choice);
+    if (found == contenders_.end()) add(choice, isa);
     return position;
   }
 
   void record() {
     progress_("recording rays");
-    rays_ = record_rays(scene_, *make_structure(scene_, {"binned-sah", {}}), options_.resolution);
+    rays_ = record_rays(scene_, *find_ray_structure("binned-sah", {}).make(scene_, {}), options_.resolution);
     progress_("tracing them in double precision");
     for (const RayKind kind : ray_kinds) exact_[index_of(kind)] = exact_hits(exact_tracer_, rays_[index_of(kind)]);
   }
@@ -167,7 +187,7 @@ class Comparison {
     with_threads(threads, [&] {  // once, or they would sleep in between
       do {
         structure.reset();
-        times.push_back(seconds_of([&] { structure = make_structure(scene_, contender.choice); }));
+        times.push_back(seconds_of([&] { structure = contender.make(scene_); }));
       } while (times.front() <= quick_s && times.size() < 4);
     });
     const auto timed = times.begin() + (times.size() > 1);
@@ -177,9 +197,12 @@ class Comparison {
   bool too_slow_to_build(Contender& contender) const {
     if (scene_.triangle_count() < trial_triangles || scene_.has_instances()) return false;
     const Scene part = part_of(scene_);
-    const double trial = seconds_of([&] { with_threads(1, [&] { make_structure(part, contender.choice); }); });
+    const auto try_part = [&] { return seconds_of([&] { with_threads(1, [&] { contender.make(part); }); }); };
+    const double enough = 0.5 * options_.budget_s / trial_part;
+    double trial = try_part();
+    if (trial >= enough) trial = std::min(trial, try_part());  // the first one warms up: libraries, threads, memory
+    if (trial < enough) return false;
     const double likely = trial * trial_part;
-    if (likely < 0.5 * options_.budget_s) return false;
     contender.skipped = true;
     contender.note(fmt::format("not built: one in {} of the triangles took {}, all would take {} or more", trial_part,
                                format_seconds(trial), format_seconds(likely)));
@@ -267,15 +290,15 @@ class Comparison {
     for (std::size_t k = 0; k < ray_kinds.size(); ++k) {
       record.mrays_per_s[k] = summarise(contender.speeds[k]);
       record.batched_mrays_per_s[k] = summarise(contender.batched_speeds[k]);
-      const auto to = [&](const std::optional<std::size_t>& embree) {
-        return embree ? summarise(ratios(contender.speeds[k], contenders_[*embree].speeds[k])) : Measured{};
-      };
-      record.to_embree[k] = to(embree_);
-      record.to_robust_embree[k] = to(robust_embree_);
-      if (embree_ && !scene_.has_instances())  // which Embree is asked for ray by ray (embree.h)
+      const auto found = embrees_.find(contender.isa);
+      if (found == embrees_.end()) continue;
+      const auto& [embree, robust, coherent] = found->second;
+      record.to_embree[k] = summarise(ratios(contender.speeds[k], contenders_[embree].speeds[k]));
+      record.to_robust_embree[k] = summarise(ratios(contender.speeds[k], contenders_[robust].speeds[k]));
+      if (!scene_.has_instances())  // which Embree is asked for ray by ray (embree.h)
         record.batched_to_embree[k] =
-            summarise(ratios(contender.batched_speeds[k], larger_of(contenders_[*embree_].batched_speeds[k],
-                                                                    contenders_[*coherent_embree_].batched_speeds[k])));
+            summarise(ratios(contender.batched_speeds[k],
+                             larger_of(contenders_[embree].batched_speeds[k], contenders_[coherent].batched_speeds[k])));
     }
   }
 
@@ -288,7 +311,7 @@ class Comparison {
       std::vector<std::pair<Contender*, std::unique_ptr<RayQuery>>> group;
       for (std::uint64_t bytes = 0; next < contenders_.size() && bytes < check_bytes; ++next) {
         if (contenders_[next].skipped) continue;
-        group.emplace_back(&contenders_[next], make_structure(moved, contenders_[next].choice));
+        group.emplace_back(&contenders_[next], contenders_[next].make(moved));
         bytes += group.back().second->stats().bytes;
       }
       for (std::uint64_t first = 0; first < rays; first += check_block) {
@@ -325,12 +348,15 @@ class Comparison {
   }
 
   const Scene& scene_;
-  const ComparisonOptions& options_;
+  ComparisonOptions options_;
   const std::function<void(const std::string&)>& progress_;
-  const std::size_t wanted_;  // contenders whose records are asked for, the first ones
+  std::size_t wanted_ = 0;  // contenders whose records are asked for, the first ones
   const ExactTracer exact_tracer_;
   std::vector<Contender> contenders_;
-  std::optional<std::size_t> embree_, robust_embree_, coherent_embree_;
+  struct Embrees {
+    std::size_t embree, robust, coherent;  // positions
+  };
+  std::map<Isa, Embrees> embrees_;  // none where Embree is not built in
   RaysByKind rays_;
   ByRayKind<std::vector<std::optional<ExactHit>>> exact_;
   std::map<std::string, EpoCost> epo_;  // by structure; layouts share their builder's tree

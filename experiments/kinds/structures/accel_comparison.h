@@ -3,6 +3,7 @@
 
 #include "accel/registry.h"
 #include "experiments/log/log.h"
+#include "framework/core/isa.h"
 
 #include <functional>
 #include <string>
@@ -21,6 +22,7 @@ struct ComparisonOptions {
   int threads = 1;               // of the parallel build
   std::uint64_t check_rays = 0;  // further rays, aimed at vertices and edges, in four scales and offsets
   double budget_s = 10;          // for each structure, without checks: beyond it fewer rays and repetitions, or none
+  std::vector<Isa> isas = {};    // each structure with each, named where there are several; empty: the chosen one alone
 };
 
 // Records the rays of a render once, then measures in rounds. Every repetition builds each structure, on all threads and on
@@ -28,9 +30,10 @@ struct ComparisonOptions {
 // memory at a time; quick builds are timed three times a round, of which the shortest counts. In the first round the answers
 // are checked in double precision (accel_check.h).
 //
-// There is a record for each choice, in order. What exceeds the budget (brute force on large meshes; a builder that proves too
-// slow in a trial on 1/32 of the triangles) is measured on fewer rays or not at all, and its note says so. Embree is always
-// measured too, in both modes and with both kinds of streams, for the ratios to it. `progress` gets a line per step.
+// There is a record for each instruction set and choice, in order; ratios to Embree are to Embree with the same instruction
+// set. What exceeds the budget (brute force on large meshes; a builder that proves too slow in a trial on 1/32 of the
+// triangles) is measured on fewer rays or not at all, and its note says so. Embree is always measured too, in both modes and
+// with both kinds of streams, for the ratios to it. `progress` gets a line per step.
 std::vector<StructureRecord> compare_structures(const Scene& scene, const std::vector<StructureChoice>& choices,
                                                 const ComparisonOptions& options,
                                                 const std::function<void(const std::string&)>& progress);
