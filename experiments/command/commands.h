@@ -47,6 +47,13 @@ struct InspectCommand {
 };
 int inspect_command(const InspectCommand& command);
 
+struct ResultsCommand {
+  std::vector<std::string> names, overrides;  // none: all experiments
+  std::string shard;
+  bool dry_run = false, derive = false;
+};
+int results_command(const ResultsCommand& command);
+
 struct CompareCommand {
   std::string image, reference;
   bool json = false;

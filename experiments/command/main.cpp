@@ -201,6 +201,13 @@ class CommandLine {
     text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
     c->add_flag("--logs-only", report_.logs_only,
                 "believe the logs alone: no image, reference or scene is read and held against them");
+    c = add("results", "the experiments behind results/ again: what moved since, then tables, charts and documents",
+            [this] { return results_command(results_); });
+    c->add_option("NAMES", results_.names, "of experiments/; default: all")->type_name("");
+    c->add_flag("--dry-run", results_.dry_run, "list them with the time their last logs took, and run nothing");
+    c->add_flag("--derive", results_.derive, "run nothing: write tables, charts, pages and quoted figures again from the logs");
+    repeated(c, "-o", results_.overrides, "KEY=VALUE", "put a value in the place of the file's, repeatable");
+    text(c, "--shard", results_.shard, "I/N", "only part I (0 .. N-1) of N of each; what they found is left in out/results/");
     c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
     c->add_option(
          "WHAT", list_,
@@ -239,6 +246,7 @@ class CommandLine {
   InspectCommand inspect_;
   CompareCommand compare_;
   ReportCommand report_;
+  ResultsCommand results_;
   std::string list_, isa_;
   std::function<int()> chosen_;
 };

@@ -148,6 +148,7 @@ class LogReader {
     const Json json = Json::parse(line);
     const std::string type = json.at("type");
     log_.finished = type == "finished";
+    if (log_.finished) log_.took_s += json.value("took_s", 0.0);
     if (type == "manifest") {
       put_manifest(log_, read_manifest(json));
     } else if (type == "plan") {
@@ -262,6 +263,7 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
   for (const RunLog& log : logs) {
     merged.finished = merged.finished && log.finished;
     merged.torn = merged.torn || log.torn;
+    merged.took_s += log.took_s;
     for (const auto& record : log.manifests) put_manifest(merged, record);
     for (const auto& record : log.plans) put_plan(merged, record);
     for (const auto& record : log.scenes)

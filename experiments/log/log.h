@@ -21,7 +21,7 @@
 //   others      the end of a cell of another kind of experiment, with all of its figures (experiments/kind.h): animation,
 //   claim,
 //               search, stress
-//   finished    all that was to run did; whatever is logged later takes this back
+//   finished    all that was to run did, in took_s seconds; whatever is logged later takes this back
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, after the files that they
 // name, so a killed run leaves whole cells and at most one torn last line, which the reader drops and the next writer cuts off.
@@ -177,6 +177,7 @@ struct RunLog {
   std::vector<PlanRecord> plans;  // the last is the one that counts
   std::vector<SceneRecord> scenes;
   bool finished = false, torn = false;  // torn: its last block was cut short
+  double took_s = 0;                    // of the runs that reached their end; 0: not known
 
   std::size_t cell_count() const { return cells.size() + records.size(); }
 };
@@ -204,7 +205,7 @@ std::string to_json_line(const ProductsRecord& record);
 std::string to_json_line(const PlanRecord& record);
 std::string to_json_line(const SceneRecord& record);
 std::string to_json_line(const RateRecord& record);
-extern const char* const finished_line;
+std::string finished_line(double took_s = 0);  // after so many seconds; 0: not known
 
 // The line as it stands in the file: with its checksum.
 std::string sealed(const std::string& line);

@@ -188,7 +188,11 @@ std::string to_json_line(const CheckpointRecord& r) { return line_of("checkpoint
 std::string to_json_line(const CellRecord& r) { return line_of("cell", r); }
 std::string to_json_line(const ProductsRecord& r) { return line_of("products", r); }
 std::string to_json_line(const RateRecord& r) { return line_of("rates", r); }
-const char* const finished_line = R"({"type":"finished"})";
+std::string finished_line(double took_s) {
+  Json json{{"type", "finished"}};
+  if (took_s > 0) json["took_s"] = finite(took_s);
+  return dump(json);
+}
 
 ManifestRecord read_manifest(const Json& json) { return read_value<ManifestRecord>(json); }
 PlanRecord read_plan(const Json& json) { return read_value<PlanRecord>(json); }

@@ -9,6 +9,7 @@
 #include "experiments/report/rate_report.h"
 #include "experiments/report/ratios.h"
 #include "experiments/report/tables.h"
+#include "experiments/report/verdicts.h"
 #include "framework/core/error.h"
 #include "framework/io/whole_file.h"
 
@@ -196,7 +197,60 @@ std::string formatted(const Table& table, const std::string& format) {
   return to_tex(table);
 }
 
+// What needs no image.
+PageContent content_of(const ReportData& data) {
+  PageContent content;
+  content.rates = fit_rates(data);
+  if (!content.rates.empty()) content.tables.push_back(rates_table(content.rates));
+  if (const auto ratios = find_ratios(data); !ratios.empty()) content.tables.push_back(ratios_table(ratios));
+  for (const ExperimentKind* kind : experiment_kinds()) content.kinds.push_back(kind->report(*data.log));
+  for (const KindReport& kind : content.kinds)
+    content.tables.insert(content.tables.end(), kind.tables.begin(), kind.tables.end());
+  const std::vector<Table> tables = report_tables(data);
+  content.tables.insert(content.tables.end(), tables.begin(), tables.end());
+  return content;
+}
+
+std::vector<Figure> figures_of(const ReportData& data, const PageContent& content) {
+  std::vector<Figure> figures = file_figures(data);
+  for (const KindReport& kind : content.kinds) figures.insert(figures.end(), kind.figures.begin(), kind.figures.end());
+  const std::vector<Figure> rates = rate_figures(content.rates);
+  figures.insert(figures.end(), rates.begin(), rates.end());
+  return figures;
+}
+
+// What an experiment was for comes first: theory, then what its kind judges, then who leads where.
+std::string finding_of(const ReportData& data, const PageContent& content) {
+  if (std::string rates = rates_finding(content.rates); !rates.empty()) return rates;
+  if (std::string ratios = ratios_finding(find_ratios(data)); !ratios.empty()) return ratios;
+  for (const KindReport& kind : content.kinds) {
+    if (!kind.findings.empty()) return kind.findings.front().second;
+    for (const Table& table : kind.tables)
+      if (kind.finds_in_section && !table.notes.empty()) return table.notes.front();
+  }
+  std::string text;
+  for (const SceneVerdicts& scene : conclude(data).scenes) {
+    const Verdict& first = scene.verdicts.front();
+    text += fmt::format("{}{}: {}{}", text.empty() ? "" : " ", scene.scene, first.lead, first.text);
+  }
+  return text;
+}
+
+// That nothing failed is an answer.
+bool is_shown(const Table& table) { return !table.rows.empty() || table.name == "failures"; }
+
 }  // namespace
+
+LogAnswers answers_of(const std::string& directory) {
+  RunLog log = read_directory(directory);
+  forget_files(log);
+  const ReportData data = arrange(log);
+  PageContent content = content_of(data);
+  LogAnswers answers{std::move(content.tables), figures_of(data, content), finding_of(data, content), {}};
+  std::erase_if(answers.tables, [](const Table& table) { return !is_shown(table); });
+  answers.log = std::move(log);
+  return answers;
+}
 
 Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options) {
   const std::vector<std::string> formats{"md", "csv", "tex"};
@@ -220,30 +274,18 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   ReportData data = arrange(log);
   data.conflicts = conflicting_scenes(log, logs);
   data.findings = findings;
-  PageContent content;
-  content.rates = fit_rates(data);
-  for (const ExperimentKind* kind : experiment_kinds()) content.kinds.push_back(kind->report(log));
-  for (const KindReport& kind : content.kinds)
-    content.tables.insert(content.tables.end(), kind.tables.begin(), kind.tables.end());
-  const std::vector<Table> tables = report_tables(data);
-  content.tables.insert(content.tables.end(), tables.begin(), tables.end());
-  if (const auto ratios = find_ratios(data); !ratios.empty())
-    content.tables.insert(content.tables.begin(), ratios_table(ratios));
-  if (!content.rates.empty()) content.tables.insert(content.tables.begin(), rates_table(content.rates));
+  PageContent content = content_of(data);
   content.images = page_images(data, image_budget_bytes);
   for (const std::string& directory : directories) content.directories.push_back(shown_name(directory));
   content.experiments = find_experiments(log, directories);
 
   Output out(output.empty() ? fs::path(".") : fs::path(output));
   for (const Table& table : content.tables) {
-    if (table.rows.empty() && table.name != "failures") continue;  // that there are none is an answer there
+    if (!is_shown(table)) continue;
     for (const std::string& format : options.table_formats)
       out.write("tables/" + table.name + "." + format, formatted(table, format));
   }
-  std::vector<Figure> figures = file_figures(data);
-  for (const KindReport& kind : content.kinds) figures.insert(figures.end(), kind.figures.begin(), kind.figures.end());
-  for (const Figure& figure : figures) out.write("charts/" + figure.name + ".svg", to_svg(figure));
-  for (const Figure& figure : rate_figures(content.rates)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
+  for (const Figure& figure : figures_of(data, content)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   out.write("report.html", report_page(data, content));
   Report report = out.finish();
   report.findings = std::move(findings);

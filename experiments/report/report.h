@@ -2,6 +2,8 @@
 #pragma once
 
 #include "experiments/log/log.h"
+#include "experiments/report/charts.h"
+#include "experiments/report/table_format.h"
 
 #include <string>
 #include <vector>
@@ -22,6 +24,16 @@ struct Report {
 
 // The log of a directory that `etendue run` wrote, the files it names found from here. Throws Error.
 RunLog read_resolved_log(const std::string& directory);
+
+// What a log alone tells: the tables and charts that write_report writes, and the first thing found in one sentence. Throws
+// Error.
+struct LogAnswers {
+  std::vector<Table> tables;
+  std::vector<Figure> figures;
+  std::string finding;
+  RunLog log;
+};
+LogAnswers answers_of(const std::string& directory);
 
 // `directories` hold runs.jsonl (and the images and references it names); several are merged. Cells that are not to be believed
 // count as failed. Writes tables/, charts/ and report.html into `output`, replacing what stood there.

@@ -39,6 +39,8 @@ struct RunPlan {
 
 // Reads and checks everything that can be checked without running. Throws Error.
 RunPlan plan_run(const RunOptions& options);
+// Figures below a folder called results must name the code that gave them: throws Error for a commit that is "-dirty" there.
+void refuse_changed_sources(const std::string& directory, const std::string& commit);
 
 // Receives the progress of a run.
 class RunObserver {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <iterator>
 #include <memory>
@@ -132,7 +133,8 @@ void RunDirectory::append(const std::vector<std::string>& lines) {
 }
 
 void RunDirectory::finish() {
-  if (!finished_) append({finished_line});
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - opened_).count();
+  if (!finished_) append({finished_line(took_s)});
   finished_ = true;
 }
 

@@ -6,6 +6,7 @@
 #include "framework/core/parallel.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <filesystem>
 
 namespace etendue {
@@ -50,7 +51,17 @@ RunPlan plan_run(const RunOptions& options) {
     if (plan.shard.count > 1) name += fmt::format("-shard-{}-of-{}", plan.shard.index, plan.shard.count);
     plan.directory = (fs::path("out") / name).string();
   }
+  refuse_changed_sources(plan.directory, make_manifest("", "", 1).commit);
   return plan;
+}
+
+void refuse_changed_sources(const std::string& directory, const std::string& commit) {
+  const fs::path path = fs::path(directory).lexically_normal();
+  if (commit.ends_with("-dirty") && std::find(path.begin(), path.end(), fs::path("results")) != path.end())
+    throw Error(Location{directory},
+                fmt::format("the program was built from sources that differ from their commit ({}); expected "
+                            "a clean tree: nobody could repeat what stands under results/",
+                            commit));
 }
 
 ManifestRecord plan_manifest(const RunPlan& plan, int threads) {

@@ -168,7 +168,7 @@ TEST_F(Log, BlockCutShortByAFullDiskIsTakenBack) {
 TEST_F(Log, EveryFlippedBitIsNoticed) {
   write_cell(1);
   write_cell(2);
-  LogWriter(path_).append({finished_line});
+  LogWriter(path_).append({finished_line()});
   const std::string whole = content();
   ASSERT_TRUE(read_log(path_).finished);
   for (std::size_t bit = 0; bit < 8 * whole.size(); bit += 13) {

@@ -1,4 +1,4 @@
-#include "experiments/report/quotes.h"
+#include "experiments/report/results/quotes.h"
 #include "framework/core/error.h"
 
 #include <gtest/gtest.h>

@@ -204,7 +204,7 @@ TEST_F(Report, ShowsImagesAndErrorMaps) {
     cell.image = cell.cell.integrator + std::to_string(cell.cell.seed) + ".exr";
     cell.image_stamp = write_exr(a + "/" + cell.image, flat(cell.cell.integrator == "path" ? 1.1 : 1.3));
   }
-  LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line});
+  LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line()});
   EXPECT_TRUE(write_report({a}, out()).findings.empty());
   const std::string page = file_text(root_ / "out/report.html");
   EXPECT_EQ(occurrences(page, "\"png\":\"iVBOR"), 3u);  // the reference and one for each integrator
@@ -222,7 +222,7 @@ TEST_F(Report, CellsWhoseFilesAreNotAsLoggedCountAsFailed) {
     cell.image = cell.cell.integrator + std::to_string(cell.cell.seed) + ".exr";
     cell.image_stamp = write_exr(a + "/" + cell.image, flat(1, ivec2(4, 4)));
   }
-  LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line});
+  LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line()});
   EXPECT_TRUE(write_report({a}, out()).findings.empty());
   EXPECT_NE(file_text(root_ / "out/report.html").find("The image of path is missing or of another size."), std::string::npos);
   fs::remove(a + "/path1.exr");
@@ -245,7 +245,7 @@ TEST_F(Report, MissingShardsAndUnfinishedRunsAreFound) {
     const std::string path = directory("shard-" + std::to_string(index), small_log());
     LogWriter writer((fs::path(path) / "runs.jsonl").string());
     writer.append({to_json_line(PlanRecord{"hash", "", index, 3, 6, 18})});
-    if (finished) writer.append({finished_line});
+    if (finished) writer.append({finished_line()});
     return path;
   };
   const std::vector<std::string> all{shard(0, true), shard(1, false), shard(2, true)};

@@ -1,4 +1,4 @@
-#include "experiments/report/quotes.h"
+#include "experiments/report/results/quotes.h"
 
 #include "experiments/report/report_text.h"
 #include "framework/core/error.h"

@@ -1,4 +1,4 @@
-#include "experiments/report/changes.h"
+#include "experiments/report/results/changes.h"
 
 #include "experiments/report/report_text.h"
 

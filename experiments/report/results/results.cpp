@@ -1,0 +1,169 @@
+#include "experiments/report/results/results.h"
+
+#include "experiments/report/results/quotes.h"
+#include "experiments/report/report.h"
+#include "experiments/report/report_text.h"
+#include "framework/core/error.h"
+#include "framework/core/units.h"
+#include "framework/io/text.h"
+#include "framework/io/whole_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+namespace etendue {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> documents(const fs::path& root) {
+  std::vector<fs::path> found{root / "README.md"};
+  for (const auto& entry : fs::directory_iterator(root / "docs"))
+    if (entry.path().extension() == ".md") found.push_back(entry.path());
+  std::sort(found.begin() + 1, found.end());
+  return found;
+}
+
+// "first-light/charts/error-time.svg", wherever a document names results/ before it.
+void add_shown_charts(std::set<std::string>& charts, const std::string& text) {
+  constexpr std::string_view before = "](results/", deeper = "](../results/";
+  for (std::size_t at = 0; (at = text.find("](", at)) != std::string::npos; at += 2) {
+    const std::string_view rest = std::string_view(text).substr(at);
+    const std::size_t skipped = rest.starts_with(before) ? before.size() : rest.starts_with(deeper) ? deeper.size() : 0;
+    const std::string_view path = rest.substr(skipped, rest.find(')') - skipped);
+    if (skipped > 0 && path.ends_with(".svg")) charts.emplace(path);
+  }
+}
+
+// "AMD EPYC, family 25, model 17, AVX-512"; what older logs do not say is left out.
+std::string machine_text(const ManifestRecord& manifest) {
+  if (manifest.isa.empty()) return manifest.cpu;
+  return fmt::format("{}, family {}, model {}, {}", manifest.cpu, manifest.cpu_family, manifest.cpu_model, manifest.isa);
+}
+
+Table overview(const fs::path& root, const std::map<std::string, LogAnswers>& answers) {
+  Table table{"results", "Results", {}, {}, {}, {}};
+  table.columns = {{"folder", "log", false},           {"question", "question", false}, {"answer", "answer", false},
+                   {"commit", "commit", false},        {"date", "date", false},         {"machine", "processor", false},
+                   {"duration", "time it took", false}};
+  for (const auto& [folder, answer] : answers) {
+    const fs::path file = root / "experiments" / (folder + ".toml");
+    std::set<std::string> commits, dates, machines;
+    for (const ManifestRecord& manifest : answer.log.manifests) {
+      commits.insert(manifest.commit);
+      machines.insert(machine_text(manifest));
+      if (!manifest.date.empty()) dates.insert(manifest.date);
+    }
+    table.rows.push_back({TableCell::words(fmt::format("[{0}]({0}/tables/)", folder)),
+                          TableCell::words(is_file(file.string()) ? question_of(read_file(file.string())) : ""),
+                          TableCell::words(answer.finding), TableCell::words(fmt::format("{}", fmt::join(commits, ", "))),
+                          TableCell::words(fmt::format("{}", fmt::join(dates, ", "))),
+                          TableCell::words(fmt::format("{}", fmt::join(machines, "; "))),
+                          seconds_of(answer.log) > 0 ? TableCell::words(format_seconds(seconds_of(answer.log))) : TableCell{}});
+  }
+  return table;
+}
+
+// Rows of a page, not padded: answers are long.
+std::string page_text(const Table& table) {
+  std::string text =
+      "# Results\n\nEach row is an experiment of `experiments/` by the same name, its answer as its log gives it. `./etendue "
+      "results` "
+      "runs them\nagain and writes this page; [docs/results.md](../docs/results.md) discusses them.\n\n|";
+  for (const TableColumn& column : table.columns) text += " " + column.title + " |";
+  text += "\n|";
+  for (std::size_t i = 0; i < table.columns.size(); ++i) text += "---|";
+  for (const auto& row : table.rows) {
+    text += "\n|";
+    for (const TableCell& cell : row) {
+      std::string shown = cell.text;
+      std::replace(shown.begin(), shown.end(), '|', '/');
+      text += " " + shown + " |";
+    }
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
+double seconds_of(const RunLog& log) {
+  if (log.took_s > 0) return log.took_s;
+  std::map<CellName, double> ends;
+  for (const CheckpointRecord& checkpoint : log.checkpoints) ends[checkpoint.cell] = checkpoint.time_s;
+  double sum = 0;
+  for (const auto& [cell, time] : ends) sum += time;
+  return sum;
+}
+
+std::vector<std::string> result_folders(const std::string& root) {
+  std::vector<std::string> folders;
+  for (const auto& entry : fs::directory_iterator(fs::path(root) / "results"))
+    if (is_file((entry.path() / "runs.jsonl").string())) folders.push_back(entry.path().filename().string());
+  std::sort(folders.begin(), folders.end());
+  return folders;
+}
+
+std::string question_of(const std::string& experiment_text) {
+  std::string comment;
+  for (std::size_t begin = 0; begin < experiment_text.size() && experiment_text[begin] == '#';) {
+    const std::size_t end = std::min(experiment_text.find('\n', begin), experiment_text.size());
+    const std::string line = experiment_text.substr(begin + 1, end - begin - 1);
+    comment += (comment.empty() ? "" : " ") + line.substr(std::min(line.size(), line.find_first_not_of(' ')));
+    begin = end + 1;
+  }
+  const std::size_t mark = comment.find('?');
+  if (mark == std::string::npos) return "";
+  const std::size_t before = comment.substr(0, mark).rfind(". ");
+  return comment.substr(before == std::string::npos ? 0 : before + 2,
+                        mark + 1 - (before == std::string::npos ? 0 : before + 2));
+}
+
+std::map<std::string, std::string> derived_files(const std::string& root) {
+  const fs::path top(root);
+  std::map<std::string, std::string> files;
+  std::set<std::string> charts;
+  for (const fs::path& document : documents(top)) add_shown_charts(charts, read_file(document.string()));
+  std::map<std::string, LogAnswers> answers;
+  for (const std::string& folder : result_folders(root)) {
+    const LogAnswers& answer = answers[folder] = answers_of((top / "results" / folder).string());
+    for (const Table& table : answer.tables)
+      files[fmt::format("results/{}/tables/{}.md", folder, table.name)] = to_markdown(table);
+    for (const Figure& figure : answer.figures)
+      if (const std::string chart = fmt::format("{}/charts/{}.svg", folder, figure.name); charts.erase(chart) > 0)
+        files["results/" + chart] = to_svg(figure);
+  }
+  if (!charts.empty()) throw Error(fmt::format("a document shows results/{}, which no log gives", *charts.begin()));
+  files["results/README.md"] = page_text(overview(top, answers));
+  const TableSource tables = [&](const std::string& folder, const std::string& name) -> const Table& {
+    const auto found = answers.find(folder);
+    if (found == answers.end()) throw Error(unknown_name("folder of results/", folder, result_folders(root)));
+    std::vector<std::string> names;
+    for (const Table& table : found->second.tables) {
+      if (table.name == name) return table;
+      names.push_back(table.name);
+    }
+    throw Error(unknown_name("table", name, names));
+  };
+  for (const fs::path& document : documents(top)) {
+    const std::string path = document.lexically_relative(top).string();
+    files[path] = fill_quotes(path, read_file(document.string()), tables);
+  }
+  return files;
+}
+
+std::vector<std::string> left_over_files(const std::string& root, const std::map<std::string, std::string>& derived) {
+  std::vector<std::string> left;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(root) / "results")) {
+    const std::string folder = entry.path().parent_path().filename().string();
+    const std::string path = entry.path().lexically_relative(root).string();
+    if (entry.is_regular_file() && (folder == "tables" || folder == "charts") && !derived.contains(path)) left.push_back(path);
+  }
+  std::sort(left.begin(), left.end());
+  return left;
+}
+
+}  // namespace etendue

@@ -1,0 +1,31 @@
+// What is committed under results/: of each experiment a folder with its log, the tables made from it, and the charts that a
+// document shows; a page over all of them; and documents whose figures are filled in from the logs (quotes.h). All but the logs
+// is derived, so that one command writes it again and a test finds what differs.
+#pragma once
+
+#include "experiments/log/log.h"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// The folders below `root`/results that hold a log, by name.
+std::vector<std::string> result_folders(const std::string& root);
+
+// How long a run took; where an older log does not say, what its cells took, without references and metrics. 0: not known.
+double seconds_of(const RunLog& log);
+
+// Every file that is derived, by its path from `root`, with its text: tables, charts that README.md or a file of docs/ shows,
+// results/README.md, and README.md and docs/ with their figures filled in. Throws Error at a log or a marker that cannot be
+// read, and at a chart that is shown and that no log gives.
+std::map<std::string, std::string> derived_files(const std::string& root);
+
+// The tables and charts that stand below results/ although nothing derives them, by their paths from `root`.
+std::vector<std::string> left_over_files(const std::string& root, const std::map<std::string, std::string>& derived);
+
+// The first sentence of an experiment's file that is a question; "" where there is none.
+std::string question_of(const std::string& experiment_text);
+
+}  // namespace etendue
