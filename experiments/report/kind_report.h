@@ -19,6 +19,7 @@ struct KindReport {
   // The page's section: the name that links to it, its heading, and its HTML.
   std::string id = {}, heading = {}, section = {};
   bool finds_in_section = false;  // the section says all that was found
+  std::string answer = {};        // all of that in one sentence
 };
 
 // A line for each cell that failed.

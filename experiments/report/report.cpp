@@ -224,16 +224,19 @@ std::string finding_of(const ReportData& data, const PageContent& content) {
   if (std::string rates = rates_finding(content.rates); !rates.empty()) return rates;
   if (std::string ratios = ratios_finding(find_ratios(data)); !ratios.empty()) return ratios;
   for (const KindReport& kind : content.kinds) {
+    if (!kind.answer.empty()) return kind.answer;
     if (!kind.findings.empty()) return kind.findings.front().second;
-    for (const Table& table : kind.tables)
-      if (kind.finds_in_section && !table.notes.empty()) return table.notes.front();
   }
+  constexpr std::size_t most = 4;  // scenes: it is one sentence that a reader wants
   std::string text;
-  for (const SceneVerdicts& scene : conclude(data).scenes) {
-    const Verdict& first = scene.verdicts.front();
-    text += fmt::format("{}{}: {}{}", text.empty() ? "" : " ", scene.scene, first.lead, first.text);
+  const std::vector<SceneVerdicts> scenes = conclude(data).scenes;
+  for (std::size_t i = 0; i < std::min(most, scenes.size()); ++i) {
+    const Verdict& first = scenes[i].verdicts.front();
+    const std::size_t end = first.text.find(". ");
+    text += fmt::format("{}{}: {}{}", text.empty() ? "" : " ", scenes[i].scene, first.lead,
+                        end == std::string::npos ? first.text : first.text.substr(0, end + 1));
   }
-  return text;
+  return scenes.size() > most ? fmt::format("{} And {} more scenes.", text, scenes.size() - most) : text;
 }
 
 // That nothing failed is an answer.

@@ -234,9 +234,9 @@ KindReport claims_report(const RunLog& log) {
                     .heading = "Textbook statements, measured",
                     .finds_in_section = true};
   if (!claims.empty()) report.fact = fmt::format("{} {}", claims.size(), claims.size() == 1 ? "statement" : "statements");
+  report.answer = fmt::format("{} statements: {}.", claims.size(), summarise_verdicts(claims));
   std::string& out = report.section;
-  out = fmt::format("<p>{} statements: {}.</p>\n<p class=\"note\">{}</p>\n", claims.size(),
-                    escape_html(summarise_verdicts(claims)), escape_html(rule));
+  out = fmt::format("<p>{}</p>\n<p class=\"note\">{}</p>\n", escape_html(report.answer), escape_html(rule));
   out += "<div class=\"findings\">\n";
   for (const ClaimFindings& claim : claims) {
     const ClaimRecord& first = *claim.records.front();
@@ -264,8 +264,9 @@ std::string claims_summary(const RunLog& log) {
     out += fmt::format("{:2}  {}\n      claimed {}; measured {}\n      {}\n", claim.id, first.claim, first.claimed,
                        fmt::join(claim.measured, "; "), verdict_text(claim));
   }
-  out += claims.empty() ? "The log holds no finished claim.\n"
-                        : fmt::format("{} statement{}: {}\n", claims.size(), claims.size() == 1 ? "" : "s", summarise_verdicts(claims));
+  out += claims.empty()
+             ? "The log holds no finished claim.\n"
+             : fmt::format("{} statement{}: {}\n", claims.size(), claims.size() == 1 ? "" : "s", summarise_verdicts(claims));
   for (const std::string& line : failed_cells<ClaimRecord>(log)) out += line + "\n";
   return out;
 }

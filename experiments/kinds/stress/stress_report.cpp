@@ -4,6 +4,7 @@
 #include "framework/core/check.h"
 
 #include <fmt/format.h>
+#include <map>
 
 #include <algorithm>
 #include <cmath>
@@ -110,11 +111,33 @@ Table stress_table(const RunLog& log) {
   return table;
 }
 
+namespace {
+
+std::string counts_text(const std::map<std::string_view, std::size_t>& counts) {
+  std::string text;
+  for (const auto& [verdict, count] : counts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, verdict);
+  return text;
+}
+
+// "14 failures. Methods as they come: 14 fails. With a remedy: 3 fails, 5 helps, 18 holds."
+std::string answer_of(const std::vector<const StressRecord*>& rows) {
+  std::map<std::string_view, std::size_t> plain, remedied;
+  for (const StressRecord* record : rows) {
+    const std::vector<StressVerdict> verdicts = judge_stress(*record);
+    for (std::size_t i = 0; i < verdicts.size(); ++i) ++(i == 0 ? plain : remedied)[verdict_name(verdicts[i])];
+  }
+  return fmt::format("{} failures. Methods as they come: {}. With a remedy: {}.", rows.size(), counts_text(plain),
+                     counts_text(remedied));
+}
+
+}  // namespace
+
 KindReport stress_report(const RunLog& log) {
   if (records_of<StressRecord>(log).empty()) return {};
   const std::vector<const StressRecord*> rows = arrange_stress(log);
   KindReport report{.tables = {stress_table(log)}, .id = "stress", .heading = "Where methods fail", .finds_in_section = true};
   if (!rows.empty()) report.fact = fmt::format("{} {}", rows.size(), rows.size() == 1 ? "failure" : "failures");
+  report.answer = answer_of(rows);
   std::string& out = report.section;
   out = fmt::format("<p class=\"note\">{}</p>\n<div class=\"findings\">\n", escape_html(rule));
   for (const StressRecord* record : rows) {

@@ -15,6 +15,7 @@ namespace {
 struct FigureColumns {
   std::string key;
   std::size_t centre, low, high;
+  std::optional<std::size_t> what;  // says what the interval is
 };
 
 std::optional<std::size_t> column_of(const Table& table, std::string_view key) {
@@ -28,8 +29,7 @@ std::vector<FigureColumns> figure_columns(const Table& table) {
   struct Spelling {
     std::string_view centre, low, high;  // ends of the keys
   };
-  constexpr Spelling spellings[]{
-      {"", "_low", "_high"}, {"_mean", "_low", "_high"}, {"_median", "_p5", "_p95"}, {"median", "low", "high"}};
+  constexpr Spelling spellings[]{{"", "_low", "_high"}, {"_mean", "_low", "_high"}, {"median", "low", "high"}};
   std::vector<FigureColumns> found;
   for (const TableColumn& column : table.columns)
     for (const auto& [centre, low, high] : spellings) {
@@ -38,7 +38,7 @@ std::vector<FigureColumns> figure_columns(const Table& table) {
       if (!stem.empty() && !centre.empty() && centre.front() != '_') continue;
       const auto at = column_of(table, column.key), at_low = column_of(table, stem + std::string(low)),
                  at_high = column_of(table, stem + std::string(high));
-      if (at_low && at_high) found.push_back({column.key, *at, *at_low, *at_high});
+      if (at_low && at_high) found.push_back({column.key, *at, *at_low, *at_high, column_of(table, stem + "_interval")});
     }
   return found;
 }
@@ -71,6 +71,7 @@ struct FigureValue {
   double centre, low, high;
 };
 std::optional<FigureValue> figure_in(const std::vector<TableCell>& row, const FigureColumns& columns) {
+  if (columns.what && row[*columns.what].raw == "min-max") return std::nullopt;
   const auto centre = number_in(row, columns.centre), low = number_in(row, columns.low), high = number_in(row, columns.high);
   return centre && low && high ? std::optional(FigureValue{*centre, *low, *high}) : std::nullopt;
 }

@@ -1,8 +1,8 @@
 // What moved between two logs of one experiment: every figure that its tables give with an interval, then and now.
 //
-// An interval is a pair of columns beside the figure's own: K, K_low and K_high; K_mean, K_low and K_high; K_median, K_p5 and
-// K_p95; or median, low and high. Rows are the same where their words are; of rows with equal words the first is held against
-// the first, and so on.
+// An interval is a pair of columns beside the figure's own: K, K_low and K_high; K_mean, K_low and K_high; or median, low and
+// high. The extremes of two seeds, which K_interval calls "min-max", are none. Rows are the same where their words are; of rows
+// with equal words the first is held against the first, and so on.
 #pragma once
 
 #include "experiments/report/table_format.h"

@@ -72,6 +72,7 @@ double value_of(std::string_view quote, const TableSource& tables) {
 // Two digits, as format_figure writes three.
 std::string two_digits(double value) {
   const double magnitude = std::abs(value);
+  if (value == std::floor(value) && magnitude < 1e6) return fmt::format("{:.0f}", value);  // a count
   if (magnitude >= 0.0995 || magnitude == 0)
     return magnitude >= 99.5 ? fmt::format("{:.0f}", value) : fmt::format("{:#.2g}", value);
   const std::string text = fmt::format("{:.1e}", value);

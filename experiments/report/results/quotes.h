@@ -5,7 +5,8 @@
 // A marker names a folder of results/ and one of its tables, a column by its key in the CSV, and a row: each word between the
 // brackets is the text of one of the row's cells, with or without "builtin:" before it, and one row alone has them all. A
 // second such figure behind "/" divides the first. "as" gives the notation: a format of {fmt}, with a factor before it where
-// the unit is another, such as "as 1e3 * .1f" for milliseconds. Without it a figure has two digits: 4.9e-4, 0.57, 12, 340.
+// the unit is another, such as "as 1e3 * .1f" for milliseconds. Without it a figure has two digits, and a count all of its
+// own: 4.9e-4, 0.57, 12, 4096.
 #pragma once
 
 #include "experiments/report/table_format.h"

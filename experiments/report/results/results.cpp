@@ -1,8 +1,8 @@
 #include "experiments/report/results/results.h"
 
-#include "experiments/report/results/quotes.h"
 #include "experiments/report/report.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/results/quotes.h"
 #include "framework/core/error.h"
 #include "framework/core/units.h"
 #include "framework/io/text.h"
