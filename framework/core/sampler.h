@@ -1,4 +1,4 @@
-// The sampler an integrator draws from, keyed by (seed, stream, pixel, iteration) and nothing else.
+// The sampler an integrator draws from, keyed by (seed, stream, pixel, iteration) and nothing else; over lanes (lanes.h), too.
 //
 // `sobol` pads two-dimensional Owen-scrambled Sobol points: every pair of dimensions is the first two Sobol dimensions,
 // scrambled and shuffled by hashes ([Burley2020], with the hash of [Vegdahl2021]); the iteration is the index into the
@@ -6,7 +6,6 @@
 #pragma once
 
 #include "framework/core/rng.h"
-#include "framework/core/vec.h"
 
 namespace etendue {
 
@@ -15,62 +14,118 @@ enum class SamplerKind : std::uint8_t { independent, sobol };
 // What the numbers are for. Two uses with different streams are independent.
 enum class Stream : std::uint32_t { camera, light_path, cache_record, initial_pass, gather, test, probe };
 
+template <class B>
+B reverse_bits(B x) {
+  x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+  x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+  x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+  return swap_bytes(x);
+}
+
+// Laine-Karras style permutation of the reversed bits: every bit is flipped depending only on the bits below it. Constants of
+// [Vegdahl2021].
+template <class B>
+B permute_upwards(B x, B seed) {
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1u;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return x;
+}
+
 // Nested uniform (Owen) scrambling of a 32-bit fixed-point number.
-std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed);
+template <class B>
+B owen_scramble(B x, B seed) {
+  return reverse_bits(permute_upwards(reverse_bits(x), seed));
+}
+
+// Pascal's triangle modulo 2 times the bits of x: bit i of the result is the parity of the bits j of x with i a subset of j
+// (Lucas), a butterfly of five steps. It is the generator matrix of the second Sobol dimension, bits reversed.
+template <class B>
+B pascal(B x) {
+  x ^= (x >> 1) & 0x55555555u;
+  x ^= (x >> 2) & 0x33333333u;
+  x ^= (x >> 4) & 0x0f0f0f0fu;
+  x ^= (x >> 8) & 0x00ff00ffu;
+  return x ^ (x >> 16);
+}
+
 // Second dimension of the Sobol sequence (the first is the bit reversal).
-std::uint32_t sobol_second_dimension(std::uint32_t index);
+inline std::uint32_t sobol_second_dimension(std::uint32_t index) { return reverse_bits(pascal(index)); }
 
 // One pair of dimensions of `sobol` with its scrambling. Code that needs many points of one sequence keeps the pairs, where a
 // Sampler per point would compute the same hashes again and again.
-class SobolPair {
+//
+// [Burley2020]: shuffle the index by Owen-scrambling it bit-reversed (which permutes within aligned blocks of 2^k), then
+// scramble each dimension: owen_scramble(reverse_bits(index)) and owen_scramble(sobol_second_dimension(index)), less the
+// reversals that undo each other.
+template <class F>
+class SobolPairOf {
  public:
-  SobolPair() = default;
-  explicit SobolPair(std::uint64_t hash)
-      : shuffle_(static_cast<std::uint32_t>(hash)),
-        first_(static_cast<std::uint32_t>(mix_bits(hash))),
-        second_(static_cast<std::uint32_t>(mix_bits(hash) >> 32)) {}
-  // The n-th pair that a Sampler with these keys draws.
-  SobolPair(std::uint64_t seed, Stream stream, std::uint64_t pixel, std::uint32_t n);
+  SobolPairOf() = default;
+  explicit SobolPairOf(LongBits<F> hash) : shuffle_(low_bits(hash)) {
+    const LongBits<F> mixed = mix_long_bits(hash);
+    first_ = low_bits(mixed);
+    second_ = high_bits(mixed);
+  }
 
-  vec2 point(std::uint32_t index) const;
-  float first(std::uint32_t index) const;  // point(index).x
+  Vec2<F> point(Bits<F> index) const {
+    const Bits<F> i = owen_scramble(index, shuffle_);
+    return {to_unit_float(reverse_bits(permute_upwards(i, first_))),
+            to_unit_float(reverse_bits(permute_upwards(pascal(i), second_)))};
+  }
+  F first(Bits<F> index) const {  // point(index).x
+    return to_unit_float(reverse_bits(permute_upwards(owen_scramble(index, shuffle_), first_)));
+  }
 
  private:
-  std::uint32_t shuffle_, first_, second_;
+  Bits<F> shuffle_, first_, second_;
 };
 
-class Sampler {
+// The numbers of one sequence, or of one in each lane; all are of one kind.
+template <class F>
+struct SamplerOf {
+  SamplerKind kind;
+  Bits<F> index, dimension;
+  LongBits<F> key;  // of the sequence; for `sobol` hashed, so that a dimension's hash is one step away
+  PcgOf<F> pcg;     // for `independent`
+
+  F get_1d() { return kind == SamplerKind::independent ? pcg.next_float() : next_pair().first(index); }
+  Vec2<F> get_2d() {
+    if (kind == SamplerKind::sobol) return next_pair().point(index);
+    const F x = pcg.next_float();
+    return {x, pcg.next_float()};
+  }
+
+ private:
+  SobolPairOf<F> next_pair() {
+    const LongBits<F> hash = mix_long_bits(key ^ long_bits(dimension));
+    dimension += 1u;
+    return SobolPairOf<F>(hash);
+  }
+};
+
+constexpr std::uint64_t sequence_key(std::uint64_t seed, Stream stream, std::uint64_t pixel) {
+  return hash_keys(seed, static_cast<std::uint32_t>(stream), pixel);
+}
+
+class Sampler : public SamplerOf<float> {
  public:
   Sampler(SamplerKind kind, std::uint64_t seed, Stream stream, std::uint64_t pixel, std::uint32_t iteration)
-      : kind_(kind),
-        index_(iteration),
-        key_(kind == SamplerKind::independent ? sequence_key(seed, stream, pixel)
-                                              : hash_keys(sequence_key(seed, stream, pixel))),
-        pcg_(kind == SamplerKind::independent ? Pcg32(hash_keys(key_, iteration), key_) : Pcg32(0, 0)) {}
-
-  float get_1d() { return kind_ == SamplerKind::independent ? pcg_.next_float() : next_pair().first(index_); }
-  vec2 get_2d() {
-    if (kind_ == SamplerKind::sobol) return next_pair().point(index_);
-    const float x = pcg_.next_float();
-    return {x, pcg_.next_float()};
-  }
+      : Sampler(kind, sequence_key(seed, stream, pixel), iteration) {}
 
  private:
-  friend class SobolPair;
-
-  static constexpr std::uint64_t sequence_key(std::uint64_t seed, Stream stream, std::uint64_t pixel) {
-    return hash_keys(seed, static_cast<std::uint32_t>(stream), pixel);
-  }
-  SobolPair next_pair() { return SobolPair(mix_bits(key_ ^ dimension_++)); }
-
-  SamplerKind kind_;
-  std::uint32_t index_;
-  std::uint32_t dimension_ = 0;
-  std::uint64_t key_;  // of the sequence; for `sobol` hashed, so that a dimension's hash is one step away
-  Pcg32 pcg_;          // for `independent`
+  Sampler(SamplerKind kind, std::uint64_t sequence, std::uint32_t iteration)
+      : SamplerOf{kind, iteration, 0, kind == SamplerKind::independent ? sequence : hash_keys(sequence),
+                  kind == SamplerKind::independent ? Pcg32(hash_keys(sequence, iteration), sequence) : PcgOf<float>{}} {}
 };
 
-inline SobolPair::SobolPair(std::uint64_t seed, Stream stream, std::uint64_t pixel, std::uint32_t n)
-    : SobolPair(hash_keys(Sampler::sequence_key(seed, stream, pixel), n)) {}
+// The n-th pair that a Sampler with these keys draws.
+struct SobolPair : SobolPairOf<float> {
+  using SobolPairOf::SobolPairOf;
+  SobolPair(std::uint64_t seed, Stream stream, std::uint64_t pixel, std::uint32_t n)
+      : SobolPairOf(hash_keys(sequence_key(seed, stream, pixel), n)) {}
+};
 
 }  // namespace etendue

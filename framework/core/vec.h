@@ -27,6 +27,14 @@ using glm::vec2;
 using glm::vec3;
 using glm::vec4;
 
+// Named so that code over lanes (lanes.h) finds them for one float, too; GLM's and lanes' own are found by their arguments.
+using std::abs;
+using std::copysign;
+using std::floor;
+using std::max;
+using std::min;
+using std::sqrt;
+
 using Rgb = vec3;  // linear RGB: radiance in W/(m^2 sr), power in W, reflectance without unit
 
 inline constexpr float pi = std::numbers::pi_v<float>;
@@ -81,18 +89,21 @@ struct Bounds {
   }
 };
 
-// Orthonormal basis around a unit normal ([Duff2017]): no branch on the normal's direction but its sign.
-struct Frame {
-  vec3 tangent, bitangent, normal;
+// Orthonormal basis around a unit normal ([Duff2017]): no branch on the normal's direction but its sign. `V` is a vector of
+// floats, or one of lanes.
+template <class V>
+struct FrameOf {
+  V tangent, bitangent, normal;
 
-  static Frame from_normal(const vec3& n) {
-    const float sign = std::copysign(1.0f, n.z);
-    const float a = -1.0f / (sign + n.z);
-    const float b = n.x * n.y * a;
+  static FrameOf from_normal(const V& n) {
+    const auto sign = copysign(1.0f, n.z);
+    const auto a = -1.0f / (sign + n.z);
+    const auto b = n.x * n.y * a;
     return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
   }
-  vec3 to_local(const vec3& v) const { return {glm::dot(v, tangent), glm::dot(v, bitangent), glm::dot(v, normal)}; }
-  vec3 to_world(const vec3& v) const { return v.x * tangent + v.y * bitangent + v.z * normal; }
+  V to_local(const V& v) const { return {dot(v, tangent), dot(v, bitangent), dot(v, normal)}; }
+  V to_world(const V& v) const { return v.x * tangent + v.y * bitangent + v.z * normal; }
 };
+using Frame = FrameOf<vec3>;
 
 }  // namespace etendue

@@ -7,19 +7,28 @@
 // of SurfacePoint helps). Both errors shrink and grow with the scene: there is no absolute length here.
 #pragma once
 
-#include "framework/core/vec.h"
+#include "framework/core/lanes.h"
 
 namespace etendue {
 
 inline constexpr float unit_roundoff = 0x1p-24f;
 
 // Metres by which a point near `position` may be off for rounding alone: three times in each coordinate.
-inline float rounding_at(const vec3& position) { return (6 * unit_roundoff) * max_component(glm::abs(position)); }
+template <class V>
+auto rounding_at(const V& position) {
+  return (6 * unit_roundoff) * max_component(abs(position));
+}
 
 // Metres along the normal. `extent`: the largest coordinate that the tests of the primitive subtract, in metres.
-inline float clearance_of(const vec3& position, float extent) { return rounding_at(position) + (12 * unit_roundoff) * extent; }
+template <class V>
+auto clearance_of(const V& position, LaneOf<V> extent) {
+  return rounding_at(position) + (12 * unit_roundoff) * extent;
+}
 
 // Rounding of tests that look from `distance` metres away at a surface.
-inline float clearance_from_afar(float distance) { return (4 * unit_roundoff) * distance; }
+template <class F>
+F clearance_from_afar(F distance) {
+  return (4 * unit_roundoff) * distance;
+}
 
 }  // namespace etendue

@@ -6,7 +6,7 @@
 #include "framework/scene/camera.h"
 #include "framework/scene/geometry.h"
 #include "framework/scene/light.h"
-#include "framework/scene/material.h"
+#include "framework/materials/material.h"
 #include "framework/scene/transform.h"
 
 #include <cstdint>

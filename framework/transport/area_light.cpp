@@ -100,15 +100,7 @@ AreaSample AreaEmitter::sample_towards(const vec3& position, const vec2& u) cons
     }
   }
   const AreaPoint p = sample(u);
-  const vec3 towards = p.position - position;
-  const float distance2 = length_squared(towards);
-  if (!(distance2 > 0) || !(area_ > 0)) return {};
-  const float distance = std::sqrt(distance2);
-  const vec3 wi = towards / distance;
-  const float cosine = -glm::dot(wi, p.normal);
-  if (cosine == 0 || (cosine < 0 && !two_sided_)) return {};
-  const float clearance = std::copysign(p.clearance + clearance_from_afar(distance), cosine);
-  return {wi, distance, distance2 / (std::abs(cosine) * area_), p.normal, p.position + clearance * p.normal};
+  return seen_from<float>(position, p.position, p.normal, p.clearance, area_, two_sided_);
 }
 
 float AreaEmitter::pdf_towards(const vec3& position, const vec3& wi, const SurfacePoint& point) const {

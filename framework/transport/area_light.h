@@ -12,13 +12,34 @@ struct AreaPoint {
   float clearance;  // metres, as SurfacePoint's
 };
 
-struct AreaSample {
-  vec3 wi{0};
-  float distance = 0;
-  float pdf_solid_angle = 0;
-  vec3 normal{0};  // at the light's point, as AreaPoint's
-  vec3 end{0};     // where a ray towards it must end: off the light by bounds on rounding errors
+template <class F>
+struct AreaSampleOf {
+  Vec3<F> wi{0.0f};
+  F distance{0.0f};
+  F pdf_solid_angle{0.0f};
+  Vec3<F> normal{0.0f};  // at the light's point, as AreaPoint's
+  Vec3<F> end{0.0f};     // where a ray towards it must end: off the light by bounds on rounding errors
 };
+using AreaSample = AreaSampleOf<float>;
+
+// What a point of a light, found uniformly over its area, is as seen from `position`. The density is 0 where the light shows
+// its dark side.
+template <class F>
+AreaSampleOf<F> seen_from(const Vec3<F>& position, const Vec3<F>& point, const Vec3<F>& normal, F clearance, F area,
+                          Mask<F> two_sided) {
+  const Vec3<F> towards = point - position;
+  const F distance2 = length_squared(towards);
+  const F distance = sqrt(distance2);
+  AreaSampleOf<F> s;
+  s.wi = towards / distance;
+  const F cosine = -dot(s.wi, normal);
+  const Mask<F> seen = (distance2 > 0) & (area > 0) & ((cosine > 0) | ((cosine < 0) & two_sided));
+  s.distance = distance;
+  s.normal = normal;
+  s.pdf_solid_angle = select(seen, distance2 / (abs(cosine) * area), F(0.0f));
+  s.end = point + copysign(clearance + clearance_from_afar(distance), cosine) * normal;
+  return s;
+}
 
 // An area light with what all its samples have in common.
 class AreaEmitter {
@@ -27,6 +48,9 @@ class AreaEmitter {
   AreaEmitter(const Scene& scene, const AreaLight& light);
 
   float area() const { return area_; }  // m^2
+  bool two_sided() const { return two_sided_; }
+  // The plane of a triangle whose winding tells which side emits; else null, and samples are taken one by one.
+  const TrianglePlane* flat_triangle() const { return quadric_ || has_normals_ || !scene_ ? nullptr : &triangle_; }
 
   // Uniform over the area.
   AreaPoint sample(const vec2& u) const;

@@ -1,7 +1,7 @@
 // What happens to light at a surface point: evaluate, sample, pdf.
 //
 // Directions point away from the surface. Everything is in solid angle at the point. Delta lobes are reported by `sample` only;
-// `evaluate` and `pdf` leave them out.
+// `evaluate` and `pdf` leave them out. Materials themselves are framework/materials/: here their lobes are placed in the world.
 #pragma once
 
 #include "framework/core/sampler.h"
@@ -9,56 +9,112 @@
 
 namespace etendue {
 
-// Radiance travels to the camera, importance to the lights; they differ at refraction (eta^2) and where the shading normal is
-// not the geometric one ([Veach1997] 5.2, 5.3).
-enum class TransportMode : std::uint8_t { radiance, importance };
+using BsdfSample = BsdfSampleOf<float>;
 
-struct BsdfSample {
-  vec3 wi{0};
-  Rgb weight{0};              // f |cos| / pdf; for delta lobes the same with their discrete probability
-  float pdf_solid_angle = 0;  // 0 for delta lobes
-  bool specular = false;
-  bool transmitted = false;
-  float eta = 1;  // relative index crossed, for Russian roulette
+// Lobes of one material at a point, or at one in each lane.
+template <class F, class Lobes>
+struct PlacedLobes {
+  FrameOf<Vec3<F>> frame;  // about the shading normal
+  Vec3<F> normal;          // geometric
+  Lobes lobes;
 
-  explicit operator bool() const { return !is_black(weight); }
+  // f(wo, wi) |cos(wi, shading normal)|, with the adjoint correction in importance mode.
+  Vec3<F> evaluate(const Vec3<F>& wo, const Vec3<F>& wi, TransportMode mode = TransportMode::radiance) const {
+    const F out_geometric = dot(wo, normal), in_geometric = dot(wi, normal);
+    const Vec3<F> out = frame.to_local(wo), in = frame.to_local(wi);
+    const F geometric = out_geometric * in_geometric, shading = out.z * in.z;
+    // The two normals must agree on whether this is reflection; else light would leak through a closed surface.
+    const Mask<F> valid = ((geometric > 0) & (shading > 0)) | ((geometric < 0) & (shading < 0));
+    if (!any(valid)) return Vec3<F>(0.0f);
+    const Mask<F> below = out.z < 0;
+    Vec3<F> value = lobes.evaluate(mirrored(out, below), mirrored(in, below), below);
+    if (mode == TransportMode::importance) {
+      // [Veach1997] eq. 5.19; and no compression of radiance at an interface, eq. 5.13.
+      value *= abs((out.z * in_geometric) / (out_geometric * in.z));
+      if constexpr (Lobes::transmits) {
+        const F eta2 = select(below, 1 / (F(lobes.m.eta) * lobes.m.eta), F(lobes.m.eta) * lobes.m.eta);
+        value = select(shading < 0, value * eta2, value);
+      }
+    }
+    return select(valid, value, Vec3<F>(0.0f));
+  }
+  F pdf(const Vec3<F>& wo, const Vec3<F>& wi) const {
+    const Vec3<F> out = frame.to_local(wo), in = frame.to_local(wi);
+    const Mask<F> below = out.z < 0;
+    return select(out.z * in.z == 0, F(0.0f), lobes.pdf(mirrored(out, below), mirrored(in, below), below));
+  }
+  BsdfSampleOf<F> sample(const Vec3<F>& wo, F u_lobe, const Vec2<F>& u, TransportMode mode = TransportMode::radiance) const {
+    const Vec3<F> out = frame.to_local(wo);
+    const Mask<F> below = out.z < 0;
+    BsdfSampleOf<F> s = lobes.sample(mirrored(out, below), below, u_lobe, u, mode);
+    const Vec3<F> local = mirrored(s.wi, below);
+    s.wi = normalize(frame.to_world(local));
+    const F out_geometric = dot(wo, normal), in_geometric = dot(s.wi, normal), geometric = out_geometric * in_geometric;
+    const Mask<F> valid = (out.z != 0) & (geometric != 0) & ((geometric > 0) != s.transmitted) & !is_black(s.weight);
+    if (mode == TransportMode::importance) s.weight *= abs((out.z * in_geometric) / (out_geometric * local.z));
+    s.weight = select(valid, s.weight, Vec3<F>(0.0f));
+    return s;
+  }
+
+ private:
+  static Vec3<F> mirrored(const Vec3<F>& w, Mask<F> below) { return {w.x, w.y, select(below, -w.z, w.z)}; }
 };
 
+// The frame that lobes are placed in: along the surface's tangent where they are anisotropic.
+template <class V>
+FrameOf<V> shading_frame(const V& shading_normal, const V& tangent, bool anisotropic) {
+  auto frame = FrameOf<V>::from_normal(shading_normal);
+  if (!anisotropic) return frame;
+  const V along = tangent - dot(tangent, frame.normal) * frame.normal;
+  const auto length_along = length(along);
+  const auto known = (length_along > 0) & (length_along < infinity);
+  const V unit = along / length_along;
+  frame.tangent = select(known, unit, frame.tangent);
+  frame.bitangent = select(known, cross(frame.normal, unit), frame.bitangent);
+  return frame;
+}
+
+// Places a material's lobes at a point, or at one in each lane. `colour`: of a TexturedRgb there.
+template <class F, class M, class Point, class Colours>
+auto place_lobes(const M& material, const Point& point, const Colours& colour) {
+  using Lobes = typename M::template Lobes<F>;
+  bool anisotropic = false;
+  if constexpr (requires { material.is_anisotropic(); }) anisotropic = material.is_anisotropic();
+  return PlacedLobes<F, Lobes>{shading_frame(point.shading_normal, point.tangent, anisotropic), point.normal,
+                               Lobes(material, colour)};
+}
+
+// The same at one point, of any material.
 class Bsdf {
  public:
   Bsdf(const Scene& scene, const SurfacePoint& point);
 
-  // f(wo, wi) |cos(wi, shading normal)|, with the adjoint correction in importance mode.
   Rgb evaluate(const vec3& wo, const vec3& wi, TransportMode mode = TransportMode::radiance) const;
   float pdf(const vec3& wo, const vec3& wi) const;
   BsdfSample sample(const vec3& wo, float u_lobe, const vec2& u, TransportMode mode = TransportMode::radiance) const;
 
   bool has_specular() const { return has_specular_; }
   bool has_non_specular() const { return has_non_specular_; }
-  bool is_diffuse() const { return kind_ == Kind::diffuse; }  // diffuse only
-  bool transmits() const { return kind_ == Kind::dielectric; }
+  bool is_diffuse() const { return std::holds_alternative<Placed<Diffuse>>(placed_); }  // diffuse only
+  bool transmits() const { return std::holds_alternative<Placed<Dielectric>>(placed_); }
   // Reflectance of the purely diffuse part, for photon gathers and irradiance caches: f = albedo / pi. Black if there is none.
   Rgb diffuse_albedo() const;
 
  private:
-  enum class Kind : std::uint8_t { diffuse, conductor, dielectric, plastic };
+  template <class M>
+  using Placed = PlacedLobes<float, typename M::template Lobes<float>>;
+  template <class Materials>
+  struct OfVariant;
+  template <class... M>
+  struct OfVariant<std::variant<M...>> {
+    using type = std::variant<Placed<M>...>;
+  };
+  using AnyPlaced = OfVariant<Material>::type;
 
-  Rgb evaluate_local(const vec3& wo, const vec3& wi) const;
-  BsdfSample sample_local(const vec3& wo, float u_lobe, const vec2& u, TransportMode mode) const;
-  float pdf_local(const vec3& wo, const vec3& wi) const;
-  float coat_probability(float fresnel) const;
-  Rgb plastic_base(float cos_out, float cos_in) const;
+  static AnyPlaced place(const Scene& scene, const SurfacePoint& point);
 
-  Frame frame_;
-  vec3 normal_;  // geometric
-  Kind kind_;
-  bool has_specular_, has_non_specular_, smooth_ = false, ideal_ = false;
-  vec2 alpha_{0};
-  float eta_ = 1;
-  Rgb reflectance_{0};  // diffuse albedo, or tint
-  Rgb transmittance_{1};
-  Rgb conductor_eta_{1}, conductor_k_{0};
-  Rgb base_gain_{0};  // plastic: albedo / (eta^2 (1 - albedo F_internal))
+  AnyPlaced placed_;
+  bool has_specular_, has_non_specular_;
 };
 
 }  // namespace etendue

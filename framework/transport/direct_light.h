@@ -17,9 +17,10 @@ enum class MisMode : std::uint8_t { power, balance, light, bsdf };
 MisMode parse_mis(const std::string& name);  // of a checked parameter
 
 // Weight of the strategy with density `mine` where another has `other`.
-inline float mis_weight(MisMode mode, float mine, float other) {
+template <class F>
+F mis_weight(MisMode mode, F mine, F other) {
   if (mode == MisMode::balance) return mine / (mine + other);
-  return mine > 1e18f ? 1 : mine * mine / (mine * mine + other * other);
+  return select(mine > 1e18f, F(1.0f), mine * mine / (mine * mine + other * other));
 }
 
 // Weight of emission found by a BSDF sample of density pdf_bsdf (not from a delta lobe) where light sampling has pdf_light.

@@ -167,6 +167,15 @@ LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
     probability_.push_back(static_cast<float>(share));
     cumulative_.push_back(static_cast<float>(sum));
   }
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    const auto* light = std::get_if<AreaLight>(&scene.lights[i]);
+    const TrianglePlane* plane = light ? emitters_[i].flat_triangle() : nullptr;
+    if (!plane) {
+      flat_.clear();
+      break;
+    }
+    flat_.push_back({*plane, light->radiance, emitters_[i].area(), probability_[i], light->two_sided ? 1.0f : 0.0f});
+  }
   for (std::uint32_t i = 0; i < scene.lights.size(); ++i) {
     const auto* environment = std::get_if<EnvironmentLight>(&scene.lights[i]);
     if (!environment) continue;

@@ -6,6 +6,7 @@
 #include "framework/transport/area_light.h"
 
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace etendue {
@@ -23,6 +24,26 @@ struct LightSample {
   vec3 end;     // where a ray to the light's point must end, off an area light; of no meaning where the distance is infinite
 };
 
+// The same in each lane (lanes.h); a density of 0: no light can come of it.
+template <class F>
+struct LightSampleOf {
+  Vec3<F> wi{0.0f};
+  F distance{0.0f};
+  Vec3<F> radiance{0.0f};
+  F pdf_solid_angle{0.0f};
+  Mask<F> delta{false};
+  Vec3<F> end{0.0f};
+};
+
+// An area light that is a triangle and emits by its winding: sampled in lanes, as AreaEmitter samples it.
+struct FlatLight {
+  TrianglePlaneOf<float> plane;
+  vec3 radiance;
+  float area;    // m^2
+  float chosen;  // probability
+  float two_sided;
+};
+
 // A particle leaving a light.
 struct LightRay {
   Ray ray;      // direction unit, origin offset off the light
@@ -38,6 +59,9 @@ class LightSampler {
   explicit LightSampler(const Scene& scene);
 
   bool empty() const { return probability_.empty(); }
+  // All lights, where all are flat; else none. And the probabilities of choosing those up to each.
+  std::span<const FlatLight> flat_lights() const { return flat_; }
+  std::span<const float> cumulative() const { return cumulative_; }
 
   std::optional<LightSample> sample(const vec3& position, float u_light, const vec2& u) const;
   // The same, but u.x also chooses the light and is then rescaled to [0, 1): points that are stratified over the square are
@@ -78,6 +102,7 @@ class LightSampler {
   std::vector<AreaEmitter> emitters_;  // per light
   std::vector<float> probability_;     // per light
   std::vector<float> cumulative_;
+  std::vector<FlatLight> flat_;
   std::vector<std::uint32_t> environments_;
   std::vector<ImageDistribution> distributions_;  // parallel to environments_; empty table where constant
   vec3 scene_centre_{0};

@@ -11,11 +11,14 @@ namespace etendue {
 
 // Origin of rays that leave a surface point to the side of `direction`: off the surface. On the side that the point was found
 // from it lies on the way to the point, beside it only where that way grazes the surface.
-inline vec3 ray_origin(const SurfacePoint& point, const vec3& direction) {
-  const bool below = glm::dot(direction, point.normal) < 0;
-  const float height = glm::dot(point.retreat, point.normal) * (below ? -1.0f : 1.0f);
-  const vec3 on_way = height > 0 ? point.position + point.retreat : point.position;
-  return height >= point.clearance ? on_way : on_way + (below ? -point.clearance : point.clearance) * point.normal;
+template <class Point, class V>
+V ray_origin(const Point& point, const V& direction) {
+  using F = LaneOf<V>;
+  const Mask<F> below = dot(direction, V(point.normal)) < 0;
+  const F along = dot(V(point.retreat), V(point.normal)), height = select(below, -along, along);
+  const V on_way = select(height > 0, point.position + point.retreat, V(point.position));
+  const F clearance = point.clearance;
+  return select(height >= clearance, on_way, on_way + select(below, -clearance, clearance) * point.normal);
 }
 
 // A ray from a surface point along a unit direction, moved off the surface on the side it leaves to.

@@ -10,16 +10,16 @@ namespace etendue {
 
 // The usual probability: the largest component of the throughput, at most 0.95. `eta_scale` undoes the eta^2 of refractions,
 // which is no absorption.
-inline float survival_of(const Rgb& throughput, float eta_scale) {
-  return std::min(0.95f, max_component(throughput) * eta_scale);
+template <class V>
+auto survival_of(const V& throughput, LaneOf<V> eta_scale) {
+  return min(LaneOf<V>(0.95f), max_component(throughput) * eta_scale);
 }
 
 // Draws one number; false where the path ends.
-template <class Numbers>
-bool survives_roulette(Rgb& throughput, float survival, Numbers& numbers) {
-  if (!(numbers.get_1d() < survival)) return false;
+template <class V, class Numbers>
+Mask<LaneOf<V>> survives_roulette(V& throughput, LaneOf<V> survival, Numbers& numbers) {
   throughput /= survival;
-  return true;
+  return numbers.get_1d() < survival;
 }
 
 }  // namespace etendue

@@ -1,9 +1,10 @@
 #include "integrators/paths/path.h"
-#include "framework/transport/roulette.h"
 
+#include "framework/core/isa.h"
 #include "integrators/paths/emission.h"
-#include "integrators/paths/wavefront.h"
+#include "integrators/paths/path_event.h"
 
+#include <variant>
 #include <vector>
 
 namespace etendue {
@@ -26,6 +27,7 @@ PathSample camera_path(const RenderContext& context, ivec2 pixel, SamplerKind ki
 namespace {
 
 constexpr int tile_side = 16;
+constexpr int wave_side = 32;  // paths enough that each material fills lanes
 
 ivec2 path_tiles(ivec2 resolution) { return (resolution + tile_side - 1) / tile_side; }
 
@@ -44,56 +46,139 @@ Tile path_tile(ivec2 resolution, std::size_t number) {
 
 namespace {
 
-// A path under way: what it carries to its next hit.
-struct PathState {
-  PathSample* path;
-  Rgb throughput{1};
-  float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
-  float pdf_bsdf = 0;   // of the direction the ray was sampled with; 0: delta lobe or camera
+const PathKernels& path_kernels() {
+#if defined(__x86_64__)
+  switch (chosen_isa()) {
+    case Isa::avx512:
+      return path_kernels_avx512();
+    case Isa::avx2:
+      return path_kernels_avx2();
+    case Isa::sse:
+      return path_kernels_sse();
+    case Isa::scalar:
+      break;
+  }
+#endif
+  return path_kernels_scalar();
+}
+
+// The paths of a wave that met a surface, in runs of one kind: one material, ended or not.
+class Runs {
+ public:
+  void reset(std::size_t kinds) { starts_.assign(kinds + 1, 0); }
+  void add(std::size_t kind, std::uint32_t path) {
+    met_.push_back({static_cast<std::uint32_t>(kind), path});
+    ++starts_[kind + 1];
+  }
+  // body(kind, paths) for each kind that has some, in order.
+  template <class Body>
+  void each(const Body& body) {
+    for (std::size_t k = 1; k < starts_.size(); ++k) starts_[k] += starts_[k - 1];
+    sorted_.resize(met_.size());
+    next_ = starts_;
+    for (const Met& m : met_) sorted_[next_[m.kind]++] = m.path;
+    for (std::size_t k = 0; k + 1 < starts_.size(); ++k)
+      if (starts_[k] < starts_[k + 1])
+        body(k, std::span<const std::uint32_t>(sorted_).subspan(starts_[k], starts_[k + 1] - starts_[k]));
+    met_.clear();
+  }
+
+ private:
+  struct Met {
+    std::uint32_t kind, path;
+  };
+  std::vector<Met> met_;
+  std::vector<std::uint32_t> starts_, next_, sorted_;
 };
 
-// Samples the direction in which a path goes on from a point with `depth` events before it; false where it ends.
-bool scatter(PathState& state, Ray& ray, const SurfacePoint& point, const Bsdf& bsdf, int depth, int roulette_depth) {
-  Sampler& sampler = state.path->sampler;
-  const float u_lobe = sampler.get_1d();
-  const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
-  if (!scattered) return false;
-  state.throughput *= scattered.weight;
-  if (scattered.transmitted) state.eta_scale *= scattered.eta * scattered.eta;
-  state.pdf_bsdf = scattered.pdf_solid_angle;
-  ray = spawn_ray(point, scattered.wi);
-  if (depth + 1 < roulette_depth) return true;
-  return survives_roulette(state.throughput, survival_of(state.throughput, state.eta_scale), sampler);
+// What a wave holds, kept between waves for its memory.
+struct Wave {
+  std::vector<PathState> states, next_states;
+  std::vector<Ray> rays, next_rays, shadow_rays;
+  std::vector<Hit> hits;
+  std::vector<SurfacePoint> points;
+  std::vector<PathGain> gains;
+  Runs runs;
+};
+
+const void* contents_of(const Material& material) {
+  return std::visit([](const auto& m) -> const void* { return &m; }, material);
 }
 
 }  // namespace
 
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
                  bool count_emission, const PathEnd* end) {
-  static thread_local Wavefront<PathState> wave;  // for its memory
-  wave.clear();
-  for (PathSample& path : paths) wave.start({&path}, path.ray);
-  const int first = depth;
-  wave.run(context, depth, [&](PathState& state, Ray& ray, const Hit& hit, int depth) {
-    PathSample& path = *state.path;
-    if (depth == first) path.first_distance = hit ? hit.t : infinity;
-    const bool counts = count_emission || depth > first;
-    if (!hit) {
-      if (counts) path.radiance += emitted_with_mis(context, ray, nullptr, state.pdf_bsdf, state.throughput, settings.mis);
-      return false;
+  static thread_local Wave wave;
+  static constexpr std::size_t prefetched = 4;  // hits ahead: as long as memory takes
+  const Scene& scene = context.scene;
+  const PathKernels& kernels = path_kernels();
+  wave.states.clear();
+  wave.rays.clear();
+  for (PathSample& path : paths) {
+    wave.states.push_back({&path});
+    wave.rays.push_back(path.ray);
+  }
+  for (const int first = depth; !wave.states.empty(); ++depth) {
+    const std::size_t count = wave.states.size();
+    wave.hits.resize(count);
+    wave.points.resize(count);
+    trace(context, wave.rays, wave.hits);
+    wave.runs.reset(2 * scene.materials.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i + prefetched < count && wave.hits[i + prefetched]) scene.prefetch_surface(wave.hits[i + prefetched]);
+      const PathState& state = wave.states[i];
+      const Ray& ray = wave.rays[i];
+      const Hit& hit = wave.hits[i];
+      PathSample& path = *state.path;
+      if (depth == first) path.first_distance = hit ? hit.t : infinity;
+      const bool counts = count_emission || depth > first;
+      if (!hit) {
+        if (counts) path.radiance += emitted_with_mis(context, ray, nullptr, state.pdf_bsdf, state.throughput, settings.mis);
+        continue;
+      }
+      SurfacePoint& point = wave.points[i];
+      point = scene.surface_at(ray, hit);
+      if (depth == first) path.first_normal = point.normal;
+      if (counts && point.light != no_id)
+        path.radiance += emitted_with_mis(context, ray, &point, state.pdf_bsdf, state.throughput, settings.mis);
+      if (depth >= settings.max_depth) continue;
+      const std::optional<Rgb> ended = end ? end->reflected(point, Bsdf(scene, point), -ray.direction, depth) : std::nullopt;
+      if (ended) path.radiance += state.throughput * *ended;
+      wave.runs.add(2 * point.material + (ended ? 1 : 0), static_cast<std::uint32_t>(i));
     }
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    if (depth == first) path.first_normal = point.normal;
-    if (counts) path.radiance += emitted_with_mis(context, ray, &point, state.pdf_bsdf, state.throughput, settings.mis);
-    if (depth >= settings.max_depth) return false;
-    const Bsdf bsdf(context.scene, point);
-    const std::optional<Rgb> ended = end ? end->reflected(point, bsdf, -ray.direction, depth) : std::nullopt;
-    const MisMode mis = ended ? end->direct : settings.mis;
-    if (const auto light = sample_direct_light(context, point, bsdf, -ray.direction, path.sampler, mis))
-      wave.gain({&path.radiance, state.throughput * light->radiance}, light->shadow_ray);
-    if (ended) path.radiance += state.throughput * *ended;
-    return !ended && scatter(state, ray, point, bsdf, depth, settings.roulette_depth);
-  });
+    for (auto* grown : {&wave.next_rays, &wave.shadow_rays}) grown->resize(count);
+    wave.next_states.resize(count);
+    wave.gains.resize(count);
+    PathEvents events{.scene = scene,
+                      .lights = context.lights,
+                      .material = nullptr,
+                      .mis = settings.mis,
+                      .scatters = true,
+                      .roulette = depth + 1 >= settings.roulette_depth,
+                      .which = {},
+                      .states = wave.states.data(),
+                      .rays = wave.rays.data(),
+                      .points = wave.points.data(),
+                      .gains = wave.gains.data(),
+                      .shadow_rays = wave.shadow_rays.data(),
+                      .next_states = wave.next_states.data(),
+                      .next_rays = wave.next_rays.data()};
+    wave.runs.each([&](std::size_t kind, std::span<const std::uint32_t> which) {
+      const Material& material = scene.materials[kind / 2];
+      events.material = contents_of(material);
+      events.scatters = kind % 2 == 0;
+      events.mis = events.scatters ? settings.mis : end->direct;
+      events.which = which;
+      kernels.meet[material.index()](events);
+    });
+    wave.states.swap(wave.next_states);
+    wave.rays.swap(wave.next_rays);
+    wave.states.resize(events.going_on);
+    wave.rays.resize(events.going_on);
+    for_unoccluded(context, std::span(wave.shadow_rays).first(events.gained),
+                   [&](std::size_t i) { wave.gains[i].arrive(wave.shadow_rays[i]); });
+  }
 }
 
 namespace {
@@ -108,8 +193,7 @@ class Path final : public Integrator {
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
     const auto timed = context.phases.measure("trace");
-    parallel_for(path_tile_count(context.resolution), 1, [&](std::size_t number) {
-      const Tile tile = path_tile(context.resolution, number);
+    parallel_tiles(context.resolution, wave_side, [&](const Tile& tile) {
       static thread_local std::vector<PathSample> paths;
       paths.clear();
       for_pixels(tile, [&](ivec2 pixel) { paths.push_back(camera_path(context, pixel, sampler_, index)); });

@@ -1,6 +1,6 @@
 #include "integrators/photons/cache_points.h"
 
-#include "framework/transport/fresnel.h"
+#include "framework/materials/fresnel.h"
 #include "framework/transport/ray_tools.h"
 
 namespace etendue {
@@ -53,7 +53,7 @@ Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& 
   if (bsdf.is_diffuse()) return bsdf.diffuse_albedo();
   const float eta = std::get<Plastic>(scene.materials[point.material]).eta;
   const vec3 normal = towards(point.shading_normal, point.normal, wo);
-  return pi * bsdf.evaluate(wo, normal) * ((1 - fresnel_average(eta)) / (1 - fresnel_dielectric(1, eta)));
+  return pi * bsdf.evaluate(wo, normal) * ((1 - fresnel_average(eta)) / (1 - fresnel_dielectric(1.0f, eta)));
 }
 
 }  // namespace etendue

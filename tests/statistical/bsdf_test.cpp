@@ -2,7 +2,7 @@
 // are adjoint.
 #include "framework/transport/bsdf.h"
 #include "framework/core/sampling.h"
-#include "framework/transport/fresnel.h"
+#include "framework/materials/fresnel.h"
 
 #include <gtest/gtest.h>
 
@@ -223,7 +223,7 @@ TEST(Fresnel, HemisphericalAverageMatchesQuadrature) {
 }
 
 TEST(Fresnel, NormalIncidenceAndTotalReflection) {
-  EXPECT_NEAR(fresnel_dielectric(1, 1.5f), 0.04f, 1e-6f);
+  EXPECT_NEAR(fresnel_dielectric(1.0f, 1.5f), 0.04f, 1e-6f);
   float cos_t = 1;
   EXPECT_EQ(fresnel_dielectric(0.3f, 1 / 1.5f, &cos_t), 1);
   EXPECT_EQ(cos_t, 0);

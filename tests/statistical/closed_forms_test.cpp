@@ -2,7 +2,7 @@
 #include "experiments/run/closed_form.h"
 #include "framework/scenes/exact.h"
 #include "framework/scenes/specular.h"
-#include "framework/transport/fresnel.h"
+#include "framework/materials/fresnel.h"
 #include "tests/image_checks.h"
 #include "tests/sealed_checks.h"
 

@@ -38,6 +38,7 @@ TEST(House, IncludesRunDownward) {
       {"framework", "(accel|integrators|experiments)/"},
       {"framework/core", "framework/(?!core/)"},
       {"framework/image", "framework/(?!core/|image/)"},
+      {"framework/materials", "framework/(?!core/|materials/)"},
       {"framework/scene", "framework/(transport|image|io|scenes)/"},
       {"framework/transport", "framework/(image|io|scenes)/"},
       {"framework/io/image", "framework/(io/mesh|io/pbrt|scenes|transport)/"},

@@ -1,4 +1,4 @@
-#include "framework/scene/texture.h"
+#include "framework/materials/texture.h"
 
 namespace etendue {
 

@@ -1,0 +1,148 @@
+// What paths do at a surface: direct light by one light sample, then a direction in which they go on.
+//
+// Written over lanes (framework/core/lanes.h): one path, or one in each lane, all at surfaces of one material. trace_paths
+// (path.h) sorts the paths of a wave so; path_isa_*.cpp compile this for each instruction set.
+#pragma once
+
+#include "framework/transport/bsdf.h"
+#include "framework/transport/direct_light.h"
+#include "framework/transport/light_lanes.h"
+#include "framework/transport/ray_tools.h"
+#include "framework/transport/roulette.h"
+#include "integrators/paths/path.h"
+
+namespace etendue {
+
+// A path under way: what it carries to its next hit.
+struct PathState {
+  PathSample* path;
+  Rgb throughput{1};
+  float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
+  float pdf_bsdf = 0;   // of the direction the ray was sampled with; 0: delta lobe or camera
+};
+
+// Light that is gained if its shadow ray is free.
+struct PathGain {
+  Rgb* to;
+  Rgb radiance;
+  void arrive(const Ray&) const { *to += radiance; }
+};
+
+// Paths of a wave that meet one material: what there is of them, and where it goes. Counts grow from what they are.
+struct PathEvents {
+  const Scene& scene;
+  const LightSampler& lights;
+  const void* material;  // of the kind that the function is for
+  MisMode mis;
+  bool scatters;  // else direct light alone is wanted
+  bool roulette;
+  std::span<const std::uint32_t> which;
+  const PathState* states;
+  const Ray* rays;
+  const SurfacePoint* points;
+  // Rays to lights and what they bring; paths that go on.
+  PathGain* gains;
+  Ray* shadow_rays;
+  std::size_t gained = 0;
+  PathState* next_states;
+  Ray* next_rays;
+  std::size_t going_on = 0;
+};
+
+using MeetMaterial = void (*)(PathEvents& events);
+struct PathKernels {
+  int width = 1;
+  MeetMaterial meet[std::variant_size_v<Material>];  // by the material's index
+};
+const PathKernels& path_kernels_scalar();
+#if defined(__x86_64__)
+const PathKernels& path_kernels_sse();
+const PathKernels& path_kernels_avx2();
+const PathKernels& path_kernels_avx512();
+#endif
+
+// Where paths met a surface.
+template <class F>
+struct EventPoint {
+  Vec3<F> position, normal, shading_normal, tangent, retreat;
+  Vec2<F> uv;
+  F clearance;
+};
+
+template <class F>
+struct PathLanes {
+  Vec3<F> throughput;
+  F eta_scale, pdf_bsdf;
+  SamplerOf<F> numbers;
+};
+
+template <class F>
+struct RayLanes {
+  Vec3<F> origin{0.0f}, direction{0.0f};
+  F t_max{infinity};
+};
+
+template <class F>
+RayLanes<F> shadow_ray(const EventPoint<F>& point, const LightSampleOf<F>& light) {
+  const Vec3<F> origin = ray_origin(point, light.wi);
+  const Mask<F> infinite = light.distance == infinity;
+  return {origin, select(infinite, light.wi, light.end - origin), select(infinite, F(infinity), F(1 - 4 * unit_roundoff))};
+}
+
+// One light sample, MIS-weighted with BSDF sampling; `gain` is black where nothing comes of it. As sample_direct_light.
+template <class F, class Placed>
+void add_direct_light(const PathEvents& events, const EventPoint<F>& point, const Placed& bsdf, const Vec3<F>& wo,
+                      PathLanes<F>& path, Mask<F> active, Vec3<F>& gain, RayLanes<F>& ray) {
+  const Vec2<F> u = path.numbers.get_2d();
+  const LightSampleOf<F> light = sample_lights<F>(events.lights, ray_origin(point, wo), u, active);
+  Mask<F> wanted = active & (light.pdf_solid_angle > 0);
+  if (events.mis == MisMode::bsdf) wanted = wanted & light.delta;
+  if (!any(wanted)) return;
+  const Vec3<F> scattered = bsdf.evaluate(wo, light.wi);
+  wanted = wanted & !is_black(scattered) & !is_black(light.radiance);
+  F weight = 1.0f;
+  if (events.mis != MisMode::light)
+    weight = select(light.delta, F(1.0f), mis_weight<F>(events.mis, light.pdf_solid_angle, bsdf.pdf(wo, light.wi)));
+  gain = select(wanted, path.throughput * (scattered * light.radiance * (weight / light.pdf_solid_angle)), Vec3<F>(0.0f));
+  ray = shadow_ray(point, light);
+}
+
+// The direction in which paths go on, and whether they do.
+template <class F, class Placed>
+Mask<F> scatter(const PathEvents& events, const EventPoint<F>& point, const Placed& bsdf, const Vec3<F>& wo, PathLanes<F>& path,
+                RayLanes<F>& ray) {
+  const F u_lobe = path.numbers.get_1d();
+  const BsdfSampleOf<F> scattered = bsdf.sample(wo, u_lobe, path.numbers.get_2d());
+  Mask<F> alive = !is_black(scattered.weight);
+  path.throughput *= scattered.weight;
+  path.eta_scale = select(scattered.transmitted, path.eta_scale * (scattered.eta * scattered.eta), path.eta_scale);
+  path.pdf_bsdf = select(scattered.specular, F(0.0f), scattered.pdf_solid_angle);
+  ray = {ray_origin(point, scattered.wi), scattered.wi, infinity};
+  if (events.roulette)
+    alive = alive & survives_roulette(path.throughput, survival_of(path.throughput, path.eta_scale), path.numbers);
+  return alive;
+}
+
+template <class F, class M, class Read, class Write>
+void meet_material(PathEvents& events, const Read& read, const Write& write) {
+  const M& material = *static_cast<const M*>(events.material);
+  for (std::size_t first = 0; first < events.which.size(); first += lane_count<F>) {
+    EventPoint<F> point;
+    Vec3<F> wo;
+    PathLanes<F> path;
+    const Mask<F> active = read(first, material.uses_uvs(), point, wo, path);
+    const auto colour = [&](const TexturedRgb& c) { return read.colour(c, point, active); };
+    const auto bsdf = place_lobes<F>(material, point, colour);
+    Vec3<F> gain{0.0f};
+    RayLanes<F> to_light, onwards;
+    if (material.has_non_specular())
+      add_direct_light(events, point, bsdf, wo, path, active, gain, to_light);
+    else
+      path.numbers.get_2d();
+    Mask<F> alive = false;
+    if (events.scatters) alive = active & scatter(events, point, bsdf, wo, path, onwards);
+    write(first, active & !is_black(gain), gain, to_light, alive, path, onwards);
+  }
+}
+
+}  // namespace etendue

@@ -1,0 +1,13 @@
+// Paths in the lanes of SSE4.1.
+#if defined(__x86_64__)
+#include "integrators/paths/path_wide.inl"
+
+namespace etendue {
+
+const PathKernels& path_kernels_sse() {
+  static constexpr PathKernels kernels = kernels_of(static_cast<const Material*>(nullptr));
+  return kernels;
+}
+
+}  // namespace etendue
+#endif
