@@ -294,6 +294,31 @@ inline void set_lane(WideVec3& v, int i, const vec3& value) {
   set_lane(v.z, i, value.z);
 }
 
+// framework/scene/triangle_point.h, rounded_twice_area: the products in double precision, half of the lanes at a time.
+inline WideVec3 rounded_twice_area(const WideVec3& a, const WideVec3& b, const WideVec3& c) {
+  using HalfFloats [[gnu::vector_size(2 * widest_lanes)]] = float;
+  using Doubles [[gnu::vector_size(4 * widest_lanes)]] = double;
+  alignas(64) float out[3][widest_lanes];
+  for (int half = 0; half < 2; ++half) {
+    const auto doubles = [half](WideFloats x) {
+      HalfFloats part;
+      __builtin_memcpy(&part, reinterpret_cast<const char*>(&x.v) + half * sizeof part, sizeof part);
+      return __builtin_convertvector(part, Doubles);
+    };
+    const auto put = [&](int axis, Doubles x) {
+      const HalfFloats part = __builtin_convertvector(x, HalfFloats);
+      __builtin_memcpy(out[axis] + half * widest_lanes / 2, &part, sizeof part);
+    };
+    const Doubles ax = doubles(a.x), ay = doubles(a.y), az = doubles(a.z);
+    const Doubles ux = doubles(b.x) - ax, uy = doubles(b.y) - ay, uz = doubles(b.z) - az;
+    const Doubles vx = doubles(c.x) - ax, vy = doubles(c.y) - ay, vz = doubles(c.z) - az;
+    put(0, uy * vz - vy * uz);
+    put(1, uz * vx - vz * ux);
+    put(2, ux * vy - vx * uy);
+  }
+  return {WideFloats::load(out[0]), WideFloats::load(out[1]), WideFloats::load(out[2])};
+}
+
 }  // namespace
 
 template <>

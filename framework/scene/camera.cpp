@@ -11,15 +11,8 @@ vec2 Camera::half_extent(ivec2 resolution) const {
 }
 
 Ray Camera::ray(ivec2 resolution, const vec2& film, const vec2& lens) const {
-  const vec2 extent = half_extent(resolution);
-  const vec2 ndc = 2.0f * film / vec2(resolution) - 1.0f;
-  vec3 direction(ndc.x * extent.x, -ndc.y * extent.y, 1);
-  vec3 origin(0);
-  if (lens_radius > 0) {
-    origin = vec3(lens_radius * sample_unit_disk(lens), 0);
-    direction = focal_distance * direction - origin;
-  }
-  return {.origin = to_world.point(origin), .direction = glm::normalize(to_world.vector(direction))};
+  const CameraRayOf<float> ray(*this, resolution, half_extent(resolution), film, lens);
+  return {.origin = ray.origin, .direction = ray.direction};
 }
 
 float Camera::pdf(ivec2 resolution, const vec3& direction) const {

@@ -1,7 +1,7 @@
 // Perspective cameras: a pinhole, or a thin lens where the aperture is open.
 #pragma once
 
-#include "framework/core/vec.h"
+#include "framework/core/sampling.h"
 #include "framework/query.h"
 #include "framework/scene/transform.h"
 
@@ -33,6 +33,25 @@ struct Camera {
 
   // Half the image plane's extent at distance 1, as (x, y).
   vec2 half_extent(ivec2 resolution) const;
+};
+
+// The ray of Camera::ray, or one in each lane (lanes.h); `extent`: Camera::half_extent.
+template <class F>
+struct CameraRayOf {
+  Vec3<F> origin{0.0f}, direction;
+
+  CameraRayOf(const Camera& camera, ivec2 resolution, const vec2& extent, const Vec2<F>& film, const Vec2<F>& lens) {
+    const vec2 size(resolution);
+    const F x = 2.0f * film.x / size.x - 1.0f, y = 2.0f * film.y / size.y - 1.0f;
+    direction = {x * extent.x, -y * extent.y, 1.0f};
+    if (camera.lens_radius > 0) {
+      const Vec2<F> on_disk = sample_unit_disk(lens);
+      origin = {camera.lens_radius * on_disk.x, camera.lens_radius * on_disk.y, 0.0f};
+      direction = camera.focal_distance * direction - origin;
+    }
+    origin = camera.to_world.point(origin);
+    direction = normalize(camera.to_world.vector(direction));
+  }
 };
 
 }  // namespace etendue

@@ -2,7 +2,9 @@
 
 #include "framework/core/check.h"
 #include "framework/scene/recentre.h"
-#include "framework/scene/triangle_point.h"
+#include "framework/scene/triangle_surface.h"
+
+#include <tuple>
 
 namespace etendue {
 
@@ -13,48 +15,28 @@ struct QuadricPoint {
   vec2 uv;
 };
 
-// A point retreats by so many clearances, and by no more than this share of the way it was found by.
-constexpr float most_clearances = 16, most_of_way = 0.125f;
-
-vec3 normalised_or(const vec3& v, const vec3& fallback) {
-  const float length = glm::length(v);
-  return length > 0 && std::isfinite(length) ? v / length : fallback;
-}
-
-// dp/du from the texture coordinates of the corners; any perpendicular direction where they are degenerate.
-vec3 triangle_tangent(const vec3& e1, const vec3& e2, const vec2& d1, const vec2& d2, const vec3& normal) {
-  const float determinant = d1.x * d2.y - d1.y * d2.x;
-  if (std::abs(determinant) < 1e-12f) return Frame::from_normal(normal).tangent;
-  return (d2.y * e1 - d1.y * e2) / determinant;
-}
-
-// Normals and texture coordinates that the file gives.
-[[gnu::noinline]] void set_vertex_values(const Object& object, const Shape& shape, const Hit& hit,
-                                         const TrianglePlane& triangle, SurfacePoint& s) {
-  const uvec3 v = object.geometry.triangles[hit.primitive];
-  const float b1 = hit.uv.x, b2 = hit.uv.y, b0 = 1 - b1 - b2;
-  if (shape.has_normals) {
-    s.shading_normal = normalised_or(b0 * object.normals[v.x] + b1 * object.normals[v.y] + b2 * object.normals[v.z], s.normal);
-    if (glm::dot(s.normal, s.shading_normal) < 0) s.normal = -s.normal;
-  }
-  if (!shape.uses_uvs) return;
-  const vec2 &t0 = object.uvs[v.x], &t1 = object.uvs[v.y], &t2 = object.uvs[v.z];
-  s.uv = b0 * t0 + b1 * t1 + b2 * t2;
-  s.tangent = triangle_tangent(triangle.e1, triangle.e2, t1 - t0, t2 - t0, s.normal);
-}
-
-void set_triangle_surface(const Object& object, const Shape& shape, const Hit& hit, SurfacePoint& s) {
+void set_triangle_surface(const Object& object, const Shape& shape, const Ray& ray, const Hit& hit, SurfacePoint& s) {
   const Geometry& g = object.geometry;
   const uvec3 v = g.triangles[hit.primitive];
-  const TrianglePlane triangle(g.positions[v.x], g.positions[v.y], g.positions[v.z]);
-  const TrianglePoint point = point_of(triangle, hit.uv);
-  const vec3 normal = shape.flip_normal ? -triangle.normal : triangle.normal;
-  s.position = point.position;
-  s.clearance = point.clearance;
-  s.normal = s.shading_normal = normal;
-  s.uv = {hit.uv.x + hit.uv.y, hit.uv.y};  // (0, 0), (1, 0), (1, 1)
-  s.tangent = triangle.e1;
-  if (shape.has_normals || shape.uses_uvs) set_vertex_values(object, shape, hit, triangle, s);
+  const TriangleHit<float> met{g.positions[v.x], g.positions[v.y], g.positions[v.z], hit.uv, hit.t,
+                               ray.direction,    shape.flip_normal};
+  SurfaceOf<float> on;
+  if (shape.has_normals || shape.uses_uvs) [[unlikely]] {
+    CornerValues<float> corners{shape.has_normals, shape.uses_uvs, {}, {}, {}, {}, {}, {}};
+    if (shape.has_normals)
+      std::tie(corners.n0, corners.n1, corners.n2) = std::tie(object.normals[v.x], object.normals[v.y], object.normals[v.z]);
+    if (shape.uses_uvs)
+      std::tie(corners.uv0, corners.uv1, corners.uv2) = std::tie(object.uvs[v.x], object.uvs[v.y], object.uvs[v.z]);
+    on = triangle_surface<float>(met, &corners);
+  } else {
+    on = triangle_surface<float>(met);
+  }
+  s.position = on.position;
+  s.normal = on.normal;
+  s.shading_normal = on.shading_normal;
+  s.tangent = on.tangent;
+  s.uv = on.uv;
+  s.clearance = on.clearance;
 }
 
 // Points are moved onto the surface exactly, so that rays leaving them start where they should.
@@ -86,11 +68,6 @@ struct QuadricSurface {
     return {on_axis + c.radius * n, n, n, glm::cross(c.axis, n), uv};
   }
 };
-
-// By which a ray that met a surface at `t` steps back.
-vec3 retreat_of(const Ray& ray, float t, float clearance) {
-  return std::min(most_clearances * clearance, most_of_way * t) * -ray.direction;
-}
 
 // At a point `p` of the object's space that rounding took off the quadric.
 [[gnu::noinline]] void set_quadric_surface(const Object& object, const Shape& shape, const Hit& hit, const vec3& p,
@@ -167,7 +144,7 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
   SurfacePoint s;  // returned by every path, so that it is made where the caller wants it and not copied
   if (hit.instance == plane_instance) {
     set_plane_surface(planes[hit.primitive], ray.at(hit.t), s);
-    s.retreat = retreat_of(ray, hit.t, s.clearance);
+    s.retreat = retreat_of(ray.direction, hit.t, s.clearance);
     return s;
   }
   const Instance& instance = instances[hit.instance];
@@ -176,12 +153,12 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
   s.material = shape.material;
   s.light = light_of(shape, hit);
   if (object.geometry.is_triangle(hit.primitive))
-    set_triangle_surface(object, shape, hit, s);
+    set_triangle_surface(object, shape, ray, hit, s);
   else
     set_quadric_surface(object, shape, hit, hit.instance == 0 ? ray.at(hit.t) : instance.to_world.inverse_point(ray.at(hit.t)),
                         s);
   if (hit.instance != 0) place_in_world(instance.to_world, s);
-  s.retreat = retreat_of(ray, hit.t, s.clearance);
+  s.retreat = retreat_of(ray.direction, hit.t, s.clearance);
   return s;
 }
 

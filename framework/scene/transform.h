@@ -21,6 +21,17 @@ class Transform {
 
   vec3 point(const vec3& p) const { return linear_ * p + offset_; }
   vec3 vector(const vec3& v) const { return linear_ * v; }
+  // In lanes (lanes.h).
+  template <class V>
+  V point(const V& p) const {
+    return vector(p) + V(offset_);
+  }
+  template <class V>
+  V vector(const V& v) const {
+    const mat3& m = linear_;
+    return {m[0].x * v.x + m[1].x * v.y + m[2].x * v.z, m[0].y * v.x + m[1].y * v.y + m[2].y * v.z,
+            m[0].z * v.x + m[1].z * v.y + m[2].z * v.z};
+  }
   vec3 normal(const vec3& n) const { return n * inverse_linear_; }  // by the inverse transpose; not normalised
   // The inverse of point and vector. Far from the origin as exact as near it: the offset goes before anything is rounded.
   vec3 inverse_point(const vec3& p) const { return inverse_linear_ * (p - offset_); }

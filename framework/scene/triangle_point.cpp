@@ -2,7 +2,7 @@
 
 namespace etendue {
 
-vec3 kept_off_edges(const TrianglePlaneOf<float>& t, vec3 weights, float distance) {
+vec3 kept_off_edges(const TrianglePlane& t, vec3 weights, float distance) {
   const vec3 corners[3] = {vec3(0), t.e1, t.e2};
   vec3 least;
   for (int i = 0; i < 3; ++i) {

@@ -9,6 +9,7 @@ namespace etendue {
 inline dvec3 twice_area(const vec3& p0, const vec3& p1, const vec3& p2) {
   return glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0));
 }
+inline vec3 rounded_twice_area(const vec3& p0, const vec3& p1, const vec3& p2) { return twice_area(p0, p1, p2); }
 
 // What all points of a triangle have in common, or of one in each lane (lanes.h).
 template <class F>
@@ -17,20 +18,22 @@ struct TrianglePlaneOf {
   Vec3<F> normal;  // unit, by the winding; 0 where there is no area
   F doubled;       // twice the area, m^2; 0 for what no structure holds
   F extent;        // m, the largest coordinate of an edge
-};
-struct TrianglePlane : TrianglePlaneOf<float> {
-  TrianglePlane() = default;
-  TrianglePlane(const vec3& a, const vec3& b, const vec3& c) : TrianglePlaneOf{a, b - a, c - a, vec3(0), 0, 0} {
-    const dvec3 across = twice_area(a, b, c);
-    const vec3 rounded(across);
-    const float squared = length_squared(rounded);
-    // Elsewhere the square of the area leaves the range of floats.
-    const bool in_range = squared > 1e-30f && squared < 1e30f;
-    doubled = in_range ? std::sqrt(squared) : static_cast<float>(glm::length(across));
-    normal = doubled > 0 ? rounded * (1 / doubled) : vec3(0);
-    extent = max_component(glm::max(glm::abs(e1), glm::abs(e2)));
+
+  TrianglePlaneOf() = default;
+  TrianglePlaneOf(const Vec3<F>& a, const Vec3<F>& b, const Vec3<F>& c) : p0(a), e1(b - a), e2(c - a) {
+    const Vec3<F> across = rounded_twice_area(a, b, c);
+    const F squared = length_squared(across);
+    doubled = sqrt(squared);
+    const Mask<F> in_range = (squared > 1e-30f) & (squared < 1e30f);
+    if (!all(in_range)) [[unlikely]]  // the square of the area leaves the range of floats
+      for_lanes(!in_range, [&](int i) {
+        set_lane(doubled, i, static_cast<float>(glm::length(twice_area(lane(a, i), lane(b, i), lane(c, i)))));
+      });
+    normal = select(doubled > 0, across * (1 / doubled), Vec3<F>(0.0f));
+    extent = max_component(max(abs(e1), abs(e2)));
   }
 };
+using TrianglePlane = TrianglePlaneOf<float>;
 
 template <class F>
 struct TrianglePointOf {
@@ -41,7 +44,7 @@ using TrianglePoint = TrianglePointOf<float>;
 
 // The barycentric weights of the point that lies `distance` metres or more off all edges, for one that lies nearer to some: it
 // moves at right angles to them, and towards the middle only in a corner too sharp for that.
-vec3 kept_off_edges(const TrianglePlaneOf<float>& t, vec3 weights, float distance);
+vec3 kept_off_edges(const TrianglePlane& t, vec3 weights, float distance);
 
 // `uv`: barycentric weights of the second and third vertex. Points keep off the edges by a few clearances, since another wall
 // may begin there.
@@ -57,13 +60,15 @@ TrianglePointOf<F> point_of(const TrianglePlaneOf<F>& t, const Vec2<F>& uv) {
   if (all(far)) [[likely]]
     return p;
   for_lanes(!far, [&](int i) {
-    const TrianglePlaneOf<float> triangle{lane(t.p0, i),     lane(t.e1, i),      lane(t.e2, i),
-                                          lane(t.normal, i), lane(t.doubled, i), lane(t.extent, i)};
+    TrianglePlane triangle;
+    triangle.p0 = lane(t.p0, i);
+    triangle.e1 = lane(t.e1, i);
+    triangle.e2 = lane(t.e2, i);
+    triangle.doubled = lane(t.doubled, i);
     const vec3 kept = kept_off_edges(triangle, {lane(b0, i), lane(uv.x, i), lane(uv.y, i)}, lane(distance, i));
     set_lane(p.position, i, triangle.p0 + (kept.y * triangle.e1 + kept.z * triangle.e2));
   });
   return p;
 }
-inline TrianglePoint point_of(const TrianglePlane& t, const vec2& uv) { return point_of<float>(t, uv); }
 
 }  // namespace etendue

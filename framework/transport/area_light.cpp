@@ -2,6 +2,8 @@
 
 #include "framework/core/sampling.h"
 
+#include <glm/vector_relational.hpp>
+
 namespace etendue {
 
 namespace {
@@ -61,11 +63,22 @@ AreaEmitter::AreaEmitter(const Scene& scene, const AreaLight& light)
     triangle_ = TrianglePlane(g.positions[v.x], g.positions[v.y], g.positions[v.z]);
     if (flip_normal_) triangle_.normal = -triangle_.normal;
     area_ = 0.5f * triangle_.doubled;
+    if (has_normals_) settle_side(world, v);
   } else {
     quadric_ = &g.quadric(primitive_);
     sphere_ = std::get_if<Sphere>(quadric_);
     area_ = quadric_area(*quadric_);
   }
+}
+
+// Where the normals at all corners are on one side, so are those between them: the side that emits is the same at each point.
+void AreaEmitter::settle_side(const Object& world, const uvec3& corners) {
+  const auto along = [&](std::uint32_t i) { return glm::dot(world.normals[i], triangle_.normal); };
+  const vec3 sides(along(corners.x), along(corners.y), along(corners.z));
+  const vec3 least(0.01f);  // of unit normals: rounding turns none of these round
+  const bool front = glm::all(glm::greaterThan(sides, least)), back = glm::all(glm::lessThan(sides, -least));
+  if (back) triangle_.normal = -triangle_.normal;
+  has_normals_ = !front && !back;
 }
 
 AreaPoint AreaEmitter::sample(const vec2& u) const {

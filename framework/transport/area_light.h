@@ -61,6 +61,8 @@ class AreaEmitter {
   float pdf_towards(const vec3& position, const vec3& wi, const SurfacePoint& point) const;
 
  private:
+  void settle_side(const Object& world, const uvec3& corners);
+
   const Scene* scene_ = nullptr;
   const Quadric* quadric_ = nullptr;  // else it is a triangle
   const Sphere* sphere_ = nullptr;    // where the quadric is one
@@ -68,7 +70,7 @@ class AreaEmitter {
   std::uint32_t primitive_ = no_id;
   float area_ = 0;
   bool two_sided_ = false, flip_normal_ = false;
-  bool has_normals_ = false;  // they tell which side emits
+  bool has_normals_ = false;  // they tell at each point which side emits
 };
 
 }  // namespace etendue

@@ -70,8 +70,7 @@ void Guided::iteration(RenderContext& context, std::uint32_t index, Film& film) 
 void Guided::trace_tile(const RenderContext& context, const Tile& tile, std::uint32_t index, Film& film,
                         std::vector<GuideRecord>& records) {
   static thread_local std::vector<PathSample> paths;
-  paths.clear();
-  for_pixels(tile, [&](ivec2 pixel) { paths.push_back(camera_path(context, pixel, sampler_, index)); });
+  camera_paths(context, tile, sampler_, index, paths);
   trace_guided_paths(context, paths, settings_, *tree_, records);
   auto path = paths.begin();
   for_pixels(tile, [&](ivec2 pixel) {

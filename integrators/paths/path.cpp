@@ -62,7 +62,7 @@ const PathKernels& path_kernels() {
   return path_kernels_scalar();
 }
 
-// The paths of a wave that met a surface, in runs of one kind: one material, ended or not.
+// The paths of a wave that met a surface, in runs of one kind: one material, on triangles or other surfaces, ended or not.
 class Runs {
  public:
   void reset(std::size_t kinds) { starts_.assign(kinds + 1, 0); }
@@ -112,6 +112,7 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
   static thread_local Wave wave;
   static constexpr std::size_t prefetched = 4;  // hits ahead: as long as memory takes
   const Scene& scene = context.scene;
+  const Object& world = scene.objects[0];
   const PathKernels& kernels = path_kernels();
   wave.states.clear();
   wave.rays.clear();
@@ -124,7 +125,7 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
     wave.hits.resize(count);
     wave.points.resize(count);
     trace(context, wave.rays, wave.hits);
-    wave.runs.reset(2 * scene.materials.size());
+    wave.runs.reset(4 * scene.materials.size());
     for (std::size_t i = 0; i < count; ++i) {
       if (i + prefetched < count && wave.hits[i + prefetched]) scene.prefetch_surface(wave.hits[i + prefetched]);
       const PathState& state = wave.states[i];
@@ -137,6 +138,15 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
         if (counts) path.radiance += emitted_with_mis(context, ray, nullptr, state.pdf_bsdf, state.throughput, settings.mis);
         continue;
       }
+      // What neither emits nor ends paths has its surface worked out in lanes, where it is a triangle of the world.
+      const bool on_triangle = hit.instance == 0 && world.geometry.is_triangle(hit.primitive);
+      if (on_triangle && !end && depth < settings.max_depth) {
+        const Shape& shape = world.shape(hit.primitive);
+        if (!counts || shape.first_light == no_id) {
+          wave.runs.add(4 * shape.material, static_cast<std::uint32_t>(i));
+          continue;
+        }
+      }
       SurfacePoint& point = wave.points[i];
       point = scene.surface_at(ray, hit);
       if (depth == first) path.first_normal = point.normal;
@@ -145,7 +155,7 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
       if (depth >= settings.max_depth) continue;
       const std::optional<Rgb> ended = end ? end->reflected(point, Bsdf(scene, point), -ray.direction, depth) : std::nullopt;
       if (ended) path.radiance += state.throughput * *ended;
-      wave.runs.add(2 * point.material + (ended ? 1 : 0), static_cast<std::uint32_t>(i));
+      wave.runs.add(4 * point.material + (ended ? 2 : 1), static_cast<std::uint32_t>(i));
     }
     for (auto* grown : {&wave.next_rays, &wave.shadow_rays}) grown->resize(count);
     wave.next_states.resize(count);
@@ -156,18 +166,22 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
                       .mis = settings.mis,
                       .scatters = true,
                       .roulette = depth + 1 >= settings.roulette_depth,
+                      .first = depth == first,
+                      .on_triangles = false,
                       .which = {},
                       .states = wave.states.data(),
                       .rays = wave.rays.data(),
+                      .hits = wave.hits.data(),
                       .points = wave.points.data(),
                       .gains = wave.gains.data(),
                       .shadow_rays = wave.shadow_rays.data(),
                       .next_states = wave.next_states.data(),
                       .next_rays = wave.next_rays.data()};
     wave.runs.each([&](std::size_t kind, std::span<const std::uint32_t> which) {
-      const Material& material = scene.materials[kind / 2];
+      const Material& material = scene.materials[kind / 4];
       events.material = contents_of(material);
-      events.scatters = kind % 2 == 0;
+      events.on_triangles = kind % 4 == 0;
+      events.scatters = kind % 4 != 2;
       events.mis = events.scatters ? settings.mis : end->direct;
       events.which = which;
       kernels.meet[material.index()](events);
@@ -179,6 +193,25 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
     for_unoccluded(context, std::span(wave.shadow_rays).first(events.gained),
                    [&](std::size_t i) { wave.gains[i].arrive(wave.shadow_rays[i]); });
   }
+}
+
+void camera_paths(const RenderContext& context, const Tile& tile, SamplerKind kind, std::uint32_t index,
+                  std::vector<PathSample>& paths) {
+  static thread_local std::vector<ivec2> pixels;
+  pixels.clear();
+  paths.clear();
+  for_pixels(tile, [&](ivec2 pixel) {
+    const auto key = pixel_index(pixel, context.resolution);
+    paths.push_back({{}, Sampler(kind, context.seed, Stream::camera, key, index)});
+    pixels.push_back(pixel);
+  });
+  const Camera& camera = context.scene.camera;
+  path_kernels().start({.camera = camera,
+                        .resolution = context.resolution,
+                        .extent = camera.half_extent(context.resolution),
+                        .thin_lens = context.needs.thin_lens,
+                        .pixels = pixels,
+                        .paths = paths.data()});
 }
 
 namespace {
@@ -195,8 +228,7 @@ class Path final : public Integrator {
     const auto timed = context.phases.measure("trace");
     parallel_tiles(context.resolution, wave_side, [&](const Tile& tile) {
       static thread_local std::vector<PathSample> paths;
-      paths.clear();
-      for_pixels(tile, [&](ivec2 pixel) { paths.push_back(camera_path(context, pixel, sampler_, index)); });
+      camera_paths(context, tile, sampler_, index, paths);
       trace_paths(context, paths, 0, settings_, true);
       auto path = paths.begin();
       for_pixels(tile, [&](ivec2 pixel) { film.add(pixel, (path++)->radiance, index); });

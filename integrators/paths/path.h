@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace etendue {
 
@@ -70,6 +71,9 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);
 // The camera path of a pixel's sample `index`, before its first hit.
 PathSample camera_path(const RenderContext& context, ivec2 pixel, SamplerKind kind, std::uint32_t index);
+// Those of a tile, row by row.
+void camera_paths(const RenderContext& context, const Tile& tile, SamplerKind kind, std::uint32_t index,
+                  std::vector<PathSample>& paths);
 
 // Square tiles, whose camera paths are traced together. 16 pixels a side: enough rays for a batch to pay, enough tiles for many
 // threads. They are numbered row by row.

@@ -4,6 +4,7 @@
 // (path.h) sorts the paths of a wave so; path_isa_*.cpp compile this for each instruction set.
 #pragma once
 
+#include "framework/scene/triangle_surface.h"
 #include "framework/transport/bsdf.h"
 #include "framework/transport/direct_light.h"
 #include "framework/transport/light_lanes.h"
@@ -36,9 +37,12 @@ struct PathEvents {
   MisMode mis;
   bool scatters;  // else direct light alone is wanted
   bool roulette;
+  bool first;         // PathSample::first_normal is wanted
+  bool on_triangles;  // of the world; else `points` has the surfaces
   std::span<const std::uint32_t> which;
   const PathState* states;
   const Ray* rays;
+  const Hit* hits;
   const SurfacePoint* points;
   // Rays to lights and what they bring; paths that go on.
   PathGain* gains;
@@ -49,9 +53,19 @@ struct PathEvents {
   std::size_t going_on = 0;
 };
 
+// Camera paths before they have a ray, and the pixels that they are for.
+struct CameraPaths {
+  const Camera& camera;
+  ivec2 resolution;
+  vec2 extent;
+  bool thin_lens;
+  std::span<const ivec2> pixels;
+  PathSample* paths;
+};
+
 using MeetMaterial = void (*)(PathEvents& events);
 struct PathKernels {
-  int width = 1;
+  void (*start)(const CameraPaths& paths);
   MeetMaterial meet[std::variant_size_v<Material>];  // by the material's index
 };
 const PathKernels& path_kernels_scalar();
@@ -60,14 +74,6 @@ const PathKernels& path_kernels_sse();
 const PathKernels& path_kernels_avx2();
 const PathKernels& path_kernels_avx512();
 #endif
-
-// Where paths met a surface.
-template <class F>
-struct EventPoint {
-  Vec3<F> position, normal, shading_normal, tangent, retreat;
-  Vec2<F> uv;
-  F clearance;
-};
 
 template <class F>
 struct PathLanes {
@@ -83,7 +89,7 @@ struct RayLanes {
 };
 
 template <class F>
-RayLanes<F> shadow_ray(const EventPoint<F>& point, const LightSampleOf<F>& light) {
+RayLanes<F> shadow_ray(const SurfaceOf<F>& point, const LightSampleOf<F>& light) {
   const Vec3<F> origin = ray_origin(point, light.wi);
   const Mask<F> infinite = light.distance == infinity;
   return {origin, select(infinite, light.wi, light.end - origin), select(infinite, F(infinity), F(1 - 4 * unit_roundoff))};
@@ -91,7 +97,7 @@ RayLanes<F> shadow_ray(const EventPoint<F>& point, const LightSampleOf<F>& light
 
 // One light sample, MIS-weighted with BSDF sampling; `gain` is black where nothing comes of it. As sample_direct_light.
 template <class F, class Placed>
-void add_direct_light(const PathEvents& events, const EventPoint<F>& point, const Placed& bsdf, const Vec3<F>& wo,
+void add_direct_light(const PathEvents& events, const SurfaceOf<F>& point, const Placed& bsdf, const Vec3<F>& wo,
                       PathLanes<F>& path, Mask<F> active, Vec3<F>& gain, RayLanes<F>& ray) {
   const Vec2<F> u = path.numbers.get_2d();
   const LightSampleOf<F> light = sample_lights<F>(events.lights, ray_origin(point, wo), u, active);
@@ -109,7 +115,7 @@ void add_direct_light(const PathEvents& events, const EventPoint<F>& point, cons
 
 // The direction in which paths go on, and whether they do.
 template <class F, class Placed>
-Mask<F> scatter(const PathEvents& events, const EventPoint<F>& point, const Placed& bsdf, const Vec3<F>& wo, PathLanes<F>& path,
+Mask<F> scatter(const PathEvents& events, const SurfaceOf<F>& point, const Placed& bsdf, const Vec3<F>& wo, PathLanes<F>& path,
                 RayLanes<F>& ray) {
   const F u_lobe = path.numbers.get_1d();
   const BsdfSampleOf<F> scattered = bsdf.sample(wo, u_lobe, path.numbers.get_2d());
@@ -123,11 +129,21 @@ Mask<F> scatter(const PathEvents& events, const EventPoint<F>& point, const Plac
   return alive;
 }
 
+// A ray through each pixel, jittered over it (and over the lens where it is open).
+template <class F>
+RayLanes<F> sample_camera_rays(const CameraPaths& paths, const Vec2<F>& pixel, SamplerOf<F>& numbers) {
+  const Vec2<F> jitter = numbers.get_2d();
+  const Vec2<F> film(pixel.x + jitter.x, pixel.y + jitter.y);
+  const Vec2<F> lens = paths.thin_lens ? numbers.get_2d() : Vec2<F>(0.5f, 0.5f);
+  const CameraRayOf<F> ray(paths.camera, paths.resolution, paths.extent, film, lens);
+  return {ray.origin, ray.direction, infinity};
+}
+
 template <class F, class M, class Read, class Write>
 void meet_material(PathEvents& events, const Read& read, const Write& write) {
   const M& material = *static_cast<const M*>(events.material);
   for (std::size_t first = 0; first < events.which.size(); first += lane_count<F>) {
-    EventPoint<F> point;
+    SurfaceOf<F> point;
     Vec3<F> wo;
     PathLanes<F> path;
     const Mask<F> active = read(first, material.uses_uvs(), point, wo, path);

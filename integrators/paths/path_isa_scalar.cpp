@@ -8,16 +8,17 @@ namespace {
 struct ReadOne {
   const PathEvents& events;
 
-  bool operator()(std::size_t at, bool, EventPoint<float>& point, vec3& wo, PathLanes<float>& path) const {
+  bool operator()(std::size_t at, bool, SurfaceOf<float>& point, vec3& wo, PathLanes<float>& path) const {
     const std::uint32_t i = events.which[at];
-    const SurfacePoint& p = events.points[i];
     const PathState& state = events.states[i];
+    const SurfacePoint p = events.on_triangles ? events.scene.surface_at(events.rays[i], events.hits[i]) : events.points[i];
+    if (events.first) state.path->first_normal = p.normal;
     point = {p.position, p.normal, p.shading_normal, p.tangent, p.retreat, p.uv, p.clearance};
     wo = -events.rays[i].direction;
     path = {state.throughput, state.eta_scale, state.pdf_bsdf, state.path->sampler};
     return true;
   }
-  Rgb colour(const TexturedRgb& c, const EventPoint<float>& point, bool) const {
+  Rgb colour(const TexturedRgb& c, const SurfaceOf<float>& point, bool) const {
     return evaluate(c, events.scene.textures, point.uv);
   }
 };
@@ -45,9 +46,17 @@ void meet(PathEvents& events) {
   meet_material<float, M>(events, ReadOne{events}, WriteOne{events});
 }
 
+void start(const CameraPaths& paths) {
+  for (std::size_t i = 0; i < paths.pixels.size(); ++i) {
+    PathSample& path = paths.paths[i];
+    const RayLanes<float> ray = sample_camera_rays<float>(paths, vec2(paths.pixels[i]), path.sampler);
+    path.ray = {.origin = ray.origin, .direction = ray.direction};
+  }
+}
+
 template <class... M>
 constexpr PathKernels kernels_of(const std::variant<M...>*) {
-  return {1, {meet<M>...}};
+  return {start, {meet<M>...}};
 }
 
 }  // namespace
