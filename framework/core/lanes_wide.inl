@@ -175,6 +175,14 @@ struct WideBits {
   friend WideBits operator^(WideBits a, WideBits b) { return a.v ^ b.v; }
   friend WideBits operator<<(WideBits a, int by) { return a.v << by; }
   friend WideBits operator>>(WideBits a, int by) { return a.v >> by; }
+#if defined(__AVX512F__)
+  friend WideMask operator==(WideBits a, WideBits b) {
+    return WideMask(_mm512_cmpeq_epi32_mask(reinterpret_cast<__m512i>(a.v), reinterpret_cast<__m512i>(b.v)));
+  }
+#else
+  friend WideMask operator==(WideBits a, WideBits b) { return WideMask(reinterpret_cast<IntVector>(a.v == b.v)); }
+#endif
+  friend WideMask operator!=(WideBits a, WideBits b) { return !(a == b); }
   WideBits& operator^=(WideBits b) { return *this = *this ^ b; }
   WideBits& operator+=(WideBits b) { return *this = *this + b; }
   WideBits& operator*=(WideBits b) { return *this = *this * b; }

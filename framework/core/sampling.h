@@ -27,7 +27,6 @@ CosSin<F> cos_sin_of_turn(F u) {
   const F cosine = select(odd, rest.sine, rest.cosine), sine = select(odd, rest.cosine, rest.sine);
   return {select(back, -cosine, cosine), select((quarter == 2) | (quarter == 3), -sine, sine)};
 }
-inline CosSin<float> cos_sin_of_turn(float u) { return {std::cos(2 * pi * u), std::sin(2 * pi * u)}; }
 
 // Concentric map of [Shirley1997]; uniform on the unit disk. The two pairs of wedges differ only by the order of the
 // coordinates, which are swapped without a branch: it could not be predicted.

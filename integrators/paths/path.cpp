@@ -3,6 +3,7 @@
 #include "framework/core/isa.h"
 #include "integrators/paths/emission.h"
 #include "integrators/paths/path_event.h"
+#include "integrators/paths/runs.h"
 
 #include <variant>
 #include <vector>
@@ -48,48 +49,11 @@ namespace {
 
 const PathKernels& path_kernels() {
 #if defined(__x86_64__)
-  switch (chosen_isa()) {
-    case Isa::avx512:
-      return path_kernels_avx512();
-    case Isa::avx2:
-      return path_kernels_avx2();
-    case Isa::sse:
-      return path_kernels_sse();
-    case Isa::scalar:
-      break;
-  }
+  return kernels_of_isa(path_kernels_one, path_kernels_sse, path_kernels_avx2, path_kernels_avx512);
+#else
+  return path_kernels_one();
 #endif
-  return path_kernels_scalar();
 }
-
-// The paths of a wave that met a surface, in runs of one kind: one material, on triangles or other surfaces, ended or not.
-class Runs {
- public:
-  void reset(std::size_t kinds) { starts_.assign(kinds + 1, 0); }
-  void add(std::size_t kind, std::uint32_t path) {
-    met_.push_back({static_cast<std::uint32_t>(kind), path});
-    ++starts_[kind + 1];
-  }
-  // body(kind, paths) for each kind that has some, in order.
-  template <class Body>
-  void each(const Body& body) {
-    for (std::size_t k = 1; k < starts_.size(); ++k) starts_[k] += starts_[k - 1];
-    sorted_.resize(met_.size());
-    next_ = starts_;
-    for (const Met& m : met_) sorted_[next_[m.kind]++] = m.path;
-    for (std::size_t k = 0; k + 1 < starts_.size(); ++k)
-      if (starts_[k] < starts_[k + 1])
-        body(k, std::span<const std::uint32_t>(sorted_).subspan(starts_[k], starts_[k + 1] - starts_[k]));
-    met_.clear();
-  }
-
- private:
-  struct Met {
-    std::uint32_t kind, path;
-  };
-  std::vector<Met> met_;
-  std::vector<std::uint32_t> starts_, next_, sorted_;
-};
 
 // What a wave holds, kept between waves for its memory.
 struct Wave {
@@ -100,10 +64,6 @@ struct Wave {
   std::vector<PathGain> gains;
   Runs runs;
 };
-
-const void* contents_of(const Material& material) {
-  return std::visit([](const auto& m) -> const void* { return &m; }, material);
-}
 
 }  // namespace
 

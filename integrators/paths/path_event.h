@@ -1,7 +1,7 @@
 // What paths do at a surface: direct light by one light sample, then a direction in which they go on.
 //
 // Written over lanes (framework/core/lanes.h): one path, or one in each lane, all at surfaces of one material. trace_paths
-// (path.h) sorts the paths of a wave so; path_isa_*.cpp compile this for each instruction set.
+// (path.h) sorts the paths of a wave so; integrators/lanes/ compiles this for each instruction set.
 #pragma once
 
 #include "framework/scene/triangle_surface.h"
@@ -68,7 +68,7 @@ struct PathKernels {
   void (*start)(const CameraPaths& paths);
   MeetMaterial meet[std::variant_size_v<Material>];  // by the material's index
 };
-const PathKernels& path_kernels_scalar();
+const PathKernels& path_kernels_one();
 #if defined(__x86_64__)
 const PathKernels& path_kernels_sse();
 const PathKernels& path_kernels_avx2();

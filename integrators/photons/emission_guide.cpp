@@ -1,5 +1,7 @@
 #include "integrators/photons/emission_guide.h"
 
+#include "integrators/photons/photon_wave.h"
+
 namespace etendue {
 
 namespace {
@@ -115,18 +117,6 @@ float EmissionGuide::warp(EmissionNumbers& numbers) const {
 
 namespace {
 
-struct GuidedNumbers {
-  SampledNumbers numbers;
-  EmissionNumbers warped;
-  float density;
-
-  GuidedNumbers(const SampledNumbers& uniform, const EmissionGuide& guide) : numbers(uniform), warped(numbers.emission()) {
-    density = guide.warp(warped);
-  }
-  const EmissionNumbers& emission() const { return warped; }
-  vec2 pair() { return numbers.pair(); }
-};
-
 EmissionGuide learn_guide(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass,
                           std::uint32_t pilot_count) {
   const std::uint64_t key = hash_keys(pass.key, 1);
@@ -137,12 +127,15 @@ EmissionGuide learn_guide(const RenderContext& context, const RoughMaterials& ro
     const std::uint32_t begin = pilot_count / rounds * round,
                         end = round + 1 < rounds ? begin + pilot_count / rounds : pilot_count;
     trace_in_chunks(end - begin, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-      PhotonTracer tracer(context, rough_materials, pass);
-      for (std::uint32_t i = begin + first; i < begin + last; ++i, out.clear()) {
-        GuidedNumbers numbers({of_pilots, i}, guide);
-        const bool useful = tracer.trace(numbers, 1, out);
-        pilots[i] = {numbers.warped, 1 / numbers.density, useful};
-      }
+      const auto start = [&](std::uint32_t i) {
+        PhotonStart warped{of_pilots.emission(i), 1};
+        const float density = guide.warp(warped.numbers);
+        pilots[i] = {warped.numbers, 1 / density, false};
+        return warped;
+      };
+      PhotonWave wave(context, rough_materials, pass);
+      wave.trace(of_pilots, begin + first, begin + last, start, out, [&](std::uint32_t i) { pilots[i].useful = true; });
+      out.clear();
     });
     so_far.assign(pilots.begin(), pilots.begin() + end);
     guide = EmissionGuide(so_far);
@@ -158,11 +151,12 @@ Photons trace_by_importance(const RenderContext& context, const RoughMaterials& 
   const PathNumbers of_pass(context, pass, pass.key);
   const float share = 1 / static_cast<float>(count);
   return trace_in_chunks(count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-    PhotonTracer tracer(context, rough_materials, pass);
-    for (std::uint32_t i = first; i < last; ++i) {
-      GuidedNumbers numbers({of_pass, i}, guide);
-      tracer.trace(numbers, share / numbers.density, out);
-    }
+    const auto start = [&](std::uint32_t i) {
+      PhotonStart warped{of_pass.emission(i), share};
+      warped.share /= guide.warp(warped.numbers);
+      return warped;
+    };
+    PhotonWave(context, rough_materials, pass).trace(of_pass, first, last, start, out);
   });
 }
 

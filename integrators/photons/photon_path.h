@@ -11,6 +11,7 @@
 #include "framework/core/sampling.h"
 #include "framework/transport/bsdf.h"
 #include "framework/transport/ray_tools.h"
+#include "integrators/photons/photon_event.h"
 #include "integrators/photons/visible_region.h"
 
 #include <array>
@@ -78,7 +79,7 @@ class PhotonTracer {
   bool trace(Numbers& numbers, float share, Photons& out);
 
  private:
-  bool stores(PhotonHistory history) const { return (pass_.keep & history) != 0; }
+  bool stores(std::uint32_t history) const { return (pass_.keep & history) != 0; }
 
   const RenderContext& context_;
   const RoughMaterials& rough_materials_;
@@ -93,7 +94,7 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
   if (!emitted || is_black(emitted->power)) return false;
   Ray ray = emitted->ray;
   Rgb power = emitted->power * share;
-  PhotonHistory history = photon_direct;
+  std::uint32_t history = photon_direct;
   bool matters = false;
   for (int scatterings = 0;; ++scatterings) {
     ++rays_;
@@ -104,38 +105,20 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     const bool rough = rough_materials_(point.material);
     const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
     if (rough_materials_.stores(point.material) && stores(history)) {
-      out.add(point.position, power, from, hit.t, normal, history, scatterings);
+      out.add(point.position, power, from, hit.t, normal, static_cast<PhotonHistory>(history), scatterings);
       matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
     }
     if (scatterings >= pass_.max_scatterings) return matters;
-
-    const auto survives = [&](float u, const Rgb& weight) {
-      const Rgb scattered = power * weight;
-      const float survival = std::min(1.0f, max_component(scattered) / max_component(power));
-      if (!(u < survival)) return false;
-      power = scattered / survival;
-      return true;
-    };
-    if (const auto* diffuse = std::get_if<Diffuse>(&context_.scene.materials[point.material]);
-        diffuse && point.shading_normal == point.normal) {
-      // What the general case below comes to, with the weight known beforehand.
-      const Rgb albedo = evaluate(diffuse->reflectance, context_.scene.textures, point.uv);
-      if (!stores(photon_indirect) || !survives(numbers.pair().x, albedo)) return matters;
-      history = photon_indirect;
-      ray = spawn_ray(point, Frame::from_normal(normal).to_world(sample_cosine_hemisphere(numbers.pair())));
-      continue;
-    }
-    const Bsdf bsdf(context_.scene, point);
-    if (rough && !bsdf.has_specular() && !stores(photon_indirect)) return matters;
-    const vec2 u_choice = numbers.pair();  // survival, lobe
-    const BsdfSample sample = bsdf.sample(from, u_choice.y, numbers.pair(), TransportMode::importance);
-    if (!sample) return matters;
-    const bool specular_like = sample.specular || !rough;
-    if (!specular_like) history = photon_indirect;
-    if (specular_like && history == photon_direct) history = photon_caustic;
-    if (history == photon_indirect && !stores(photon_indirect)) return matters;
-    if (!survives(u_choice.x, sample.weight)) return matters;
-    ray = spawn_ray(point, sample.wi);
+    const auto colour = [&](const TexturedRgb& c) { return evaluate(c, context_.scene.textures, point.uv); };
+    const PhotonRules rules{rough_materials_.stores(point.material), rough, pass_.keep};
+    RayLanes<float> onwards;
+    const bool goes_on = std::visit(
+        [&](const auto& material) {
+          return scatter_photon<float>(material, point, colour, from, normal, rules, power, history, numbers, onwards);
+        },
+        context_.scene.materials[point.material]);
+    if (!goes_on) return matters;
+    ray = {.origin = onwards.origin, .direction = onwards.direction};
   }
 }
 

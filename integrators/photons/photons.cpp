@@ -4,6 +4,7 @@
 #include "integrators/photons/emission_guide.h"
 #include "integrators/photons/photon_chains.h"
 #include "integrators/photons/photon_path.h"
+#include "integrators/photons/photon_wave.h"
 
 namespace etendue {
 
@@ -56,11 +57,13 @@ Photons trace_by_power(const RenderContext& context, const RoughMaterials& rough
   const float share = 1 / static_cast<float>(pass.count);
   const PathNumbers of_pass(context, pass, pass.key);
   return trace_in_chunks(pass.count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-    PhotonTracer tracer(context, rough_materials, pass);
-    for (std::uint32_t i = first; i < last; ++i) {
-      SampledNumbers numbers(of_pass, i);
-      tracer.trace(numbers, share, out);
-    }
+    PhotonWave wave(context, rough_materials, pass);
+    wave.trace(
+        of_pass, first, last,
+        [&](std::uint32_t i) {
+          return PhotonStart{of_pass.emission(i), share};
+        },
+        out);
   });
 }
 

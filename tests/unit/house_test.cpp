@@ -52,6 +52,7 @@ TEST(House, IncludesRunDownward) {
       {"accel/records", "accel/(bvh|spatial|thirdparty|exact)/"},
       {"integrators", "(accel|experiments)/"},
       {"integrators/paths", "integrators/(?!paths/)"},
+      {"integrators/lanes", "integrators/(?!lanes/|paths/|photons/)"},
       {"integrators/guiding", "integrators/(?!paths/|guiding/)"},
       {"integrators/photons", "integrators/(?!paths/|photons/)"},
       {"integrators/progressive", "integrators/(?!paths/|photons/|progressive/)"},

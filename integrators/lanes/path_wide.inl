@@ -1,37 +1,11 @@
 // Paths in the lanes of an instruction set: reads and writes what path_event.h computes with.
 #pragma once
 
-#include "framework/core/lanes_wide.inl"
+#include "integrators/lanes/surface_wide.inl"
 #include "integrators/paths/path_event.h"
 
 namespace etendue {
 namespace {
-
-using F = WideFloats;
-constexpr int width = widest_lanes;
-
-// Values of paths, a row a path, turned into lanes, and back.
-template <int columns>
-struct Rows {
-  alignas(64) float values[columns][width];
-
-  void put(int column, int row, float value) { values[column][row] = value; }
-  void put(int column, int row, const vec3& v) {
-    put(column, row, v.x);
-    put(column + 1, row, v.y);
-    put(column + 2, row, v.z);
-  }
-  F floats(int column) const { return F::load(values[column]); }
-  WideVec3 vec(int column) const { return {floats(column), floats(column + 1), floats(column + 2)}; }
-  void put(int column, F value) { value.store(values[column]); }
-  void put(int column, const WideVec3& v) {
-    put(column, v.x);
-    put(column + 1, v.y);
-    put(column + 2, v.z);
-  }
-  float get(int column, int row) const { return values[column][row]; }
-  vec3 get_vec(int column, int row) const { return {get(column, row), get(column + 1, row), get(column + 2, row)}; }
-};
 
 // The samplers of `width` paths; `path(row)` is one of them.
 template <class Paths>
@@ -71,11 +45,10 @@ struct ReadWide {
   const PathEvents& events;
 
   WideMask operator()(std::size_t first, bool uses_uvs, SurfaceOf<F>& point, WideVec3& wo, PathLanes<F>& path) const {
-    const int count = static_cast<int>(std::min<std::size_t>(width, events.which.size() - first));
-    std::uint32_t which[width];  // the lanes beyond the last path repeat one
-    for (int row = 0; row < width; ++row) which[row] = events.which[first + static_cast<std::size_t>(row < count ? row : 0)];
+    std::uint32_t which[width];
+    const int count = read_which(events.which, first, which);
     read_paths(which, wo, path);
-    point = events.on_triangles ? surface_of_triangles(which, -wo) : surface_of_points(which, uses_uvs);
+    point = surface_of(events, which, uses_uvs, -wo);
     if (events.first)
       for (int row = 0; row < count; ++row) events.states[which[row]].path->first_normal = lane(point.normal, row);
     return WideMask::first(count);
@@ -97,80 +70,8 @@ struct ReadWide {
     path.numbers = read_numbers([&](int row) { return events.states[which[row]].path; });
   }
 
-  SurfaceOf<F> surface_of_triangles(const std::uint32_t* which, const WideVec3& direction) const {
-    const Object& world = events.scene.objects[0];
-    Rows<13> rows;
-    bool has_values = false;
-    for (int row = 0; row < width; ++row) {
-      const Hit& hit = events.hits[which[row]];
-      const uvec3 v = world.geometry.triangles[hit.primitive];
-      rows.put(0, row, world.geometry.positions[v.x]);
-      rows.put(3, row, world.geometry.positions[v.y]);
-      rows.put(6, row, world.geometry.positions[v.z]);
-      rows.put(9, row, hit.uv.x);
-      rows.put(10, row, hit.uv.y);
-      rows.put(11, row, hit.t);
-      const Shape& shape = world.shape(hit.primitive);
-      rows.put(12, row, shape.flip_normal ? 1.0f : 0.0f);
-      has_values |= shape.has_normals || shape.uses_uvs;
-    }
-    const TriangleHit<F> hit{rows.vec(0),     rows.vec(3), rows.vec(6),         {rows.floats(9), rows.floats(10)},
-                             rows.floats(11), direction,   rows.floats(12) != 0};
-    if (!has_values) return triangle_surface<F>(hit);
-    const CornerValues<F> corners = corner_values(which);
-    return triangle_surface<F>(hit, &corners);
-  }
-
-  CornerValues<F> corner_values(const std::uint32_t* which) const {
-    const Object& world = events.scene.objects[0];
-    Rows<17> rows{};
-    for (int row = 0; row < width; ++row) {
-      const std::uint32_t primitive = events.hits[which[row]].primitive;
-      const uvec3 v = world.geometry.triangles[primitive];
-      const Shape& shape = world.shape(primitive);
-      if (shape.has_normals) {
-        rows.put(0, row, world.normals[v.x]);
-        rows.put(3, row, world.normals[v.y]);
-        rows.put(6, row, world.normals[v.z]);
-        rows.put(15, row, 1.0f);
-      }
-      if (!shape.uses_uvs) continue;
-      for (int corner = 0; corner < 3; ++corner) {
-        const vec2 uv = world.uvs[(&v.x)[corner]];
-        rows.put(9 + 2 * corner, row, uv.x);
-        rows.put(10 + 2 * corner, row, uv.y);
-      }
-      rows.put(16, row, 1.0f);
-    }
-    const auto uv = [&rows](int column) { return WideVec2(rows.floats(column), rows.floats(column + 1)); };
-    return {rows.floats(15) != 0, rows.floats(16) != 0, rows.vec(0), rows.vec(3), rows.vec(6), uv(9), uv(11), uv(13)};
-  }
-
-  SurfaceOf<F> surface_of_points(const std::uint32_t* which, bool uses_uvs) const {
-    Rows<18> rows{};
-    for (int row = 0; row < width; ++row) {
-      const SurfacePoint& p = events.points[which[row]];
-      rows.put(0, row, p.position);
-      rows.put(3, row, p.normal);
-      rows.put(6, row, p.shading_normal);
-      rows.put(9, row, p.retreat);
-      rows.put(12, row, p.clearance);
-      if (!uses_uvs) continue;
-      rows.put(13, row, p.uv.x);
-      rows.put(14, row, p.uv.y);
-      rows.put(15, row, p.tangent);
-    }
-    return {rows.vec(0),    rows.vec(3), rows.vec(6), rows.vec(15), rows.vec(9), {rows.floats(13), rows.floats(14)},
-            rows.floats(12)};
-  }
-
   WideVec3 colour(const TexturedRgb& c, const SurfaceOf<F>& point, WideMask active) const {
-    if (c.is_constant()) return c.constant;
-    WideVec3 out(0.0f);
-    for_lanes(active, [&](int i) {
-      set_lane(out, i, evaluate(events.scene.textures[c.texture], vec2(lane(point.uv.x, i), lane(point.uv.y, i))));
-    });
-    return out;
+    return colour_of(events.scene, c, point, active);
   }
 };
 
@@ -233,7 +134,7 @@ void start(const CameraPaths& paths) {
 }
 
 template <class... M>
-constexpr PathKernels kernels_of(const std::variant<M...>*) {
+constexpr PathKernels path_kernels_of(const std::variant<M...>*) {
   return {start, {meet<M>...}};
 }
 

@@ -1,0 +1,18 @@
+// Transport in the lanes of AVX-512.
+#if defined(__x86_64__)
+#include "integrators/lanes/path_wide.inl"
+#include "integrators/lanes/photon_wide.inl"
+
+namespace etendue {
+
+const PathKernels& path_kernels_avx512() {
+  static constexpr PathKernels kernels = path_kernels_of(static_cast<const Material*>(nullptr));
+  return kernels;
+}
+const PhotonKernels& photon_kernels_avx512() {
+  static constexpr PhotonKernels kernels = photon_kernels_of(static_cast<const Material*>(nullptr));
+  return kernels;
+}
+
+}  // namespace etendue
+#endif

@@ -1,0 +1,96 @@
+#include "integrators/photons/photon_wave.h"
+
+namespace etendue {
+
+namespace {
+
+const PhotonKernels& photon_kernels() {
+#if defined(__x86_64__)
+  return kernels_of_isa(photon_kernels_one, photon_kernels_sse, photon_kernels_avx2, photon_kernels_avx512);
+#else
+  return photon_kernels_one();
+#endif
+}
+
+}  // namespace
+
+void PhotonWave::begin() {
+  states_.clear();
+  rays_.clear();
+  stored_.clear();
+}
+
+void PhotonWave::emit(std::uint32_t i, const PhotonStart& start, const PathNumbers& numbers) {
+  const EmissionNumbers& u = start.numbers;
+  const auto emitted = context_.lights.emit(u[0], {u[1], u[2]}, {u[3], u[4]});
+  if (!emitted || is_black(emitted->power)) return;
+  states_.push_back({i, photon_direct, emitted->power * start.share, numbers.scattering(i)});
+  rays_.push_back(emitted->ray);
+}
+
+void PhotonWave::follow(std::uint32_t first) {
+  const std::uint32_t last = states_.empty() ? first : states_.back().path + 1;
+  std::vector<std::size_t> ends;  // of each event's, in stored_
+  for (int scatterings = 0; !states_.empty(); ++scatterings) {
+    meet(scatterings);
+    ends.push_back(stored_.size());
+  }
+  // Counts of each photon, then places: what one stored stays in the order of its events.
+  places_.assign(last - first + 1, 0);
+  for (const StoredPhoton& p : stored_) ++places_[p.path - first + 1];
+  for (std::size_t i = 1; i < places_.size(); ++i) places_[i] += places_[i - 1];
+  order_.resize(stored_.size());
+  std::uint32_t i = 0;
+  for (std::uint32_t event = 0; event < ends.size(); ++event)
+    for (; i < ends[event]; ++i) order_[places_[stored_[i].path - first]++] = {i, event};
+}
+
+void PhotonWave::meet(int scatterings) {
+  const Scene& scene = context_.scene;
+  const Object& world = scene.objects[0];
+  const PhotonKernels& kernels = photon_kernels();
+  const std::size_t count = states_.size(), stored = stored_.size();
+  hits_.resize(count);
+  points_.resize(count);
+  etendue::trace(context_, rays_, hits_);
+  runs_.reset(2 * scene.materials.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const Hit& hit = hits_[i];
+    if (!hit) continue;
+    const bool on_triangle = hit.instance == 0 && world.geometry.is_triangle(hit.primitive);
+    if (!on_triangle) points_[i] = scene.surface_at(rays_[i], hit);
+    const std::uint32_t material = on_triangle ? world.shape(hit.primitive).material : points_[i].material;
+    runs_.add(2 * material + (on_triangle ? 0 : 1), static_cast<std::uint32_t>(i));
+  }
+  stored_.resize(stored + count);
+  next_states_.resize(count);
+  next_rays_.resize(count);
+  PhotonEvents events{.scene = scene,
+                      .material = nullptr,
+                      .rules = {},
+                      .last = scatterings >= pass_.max_scatterings,
+                      .on_triangles = false,
+                      .which = {},
+                      .states = states_.data(),
+                      .rays = rays_.data(),
+                      .hits = hits_.data(),
+                      .points = points_.data(),
+                      .stored = stored_.data() + stored,
+                      .next_states = next_states_.data(),
+                      .next_rays = next_rays_.data()};
+  runs_.each([&](std::size_t kind, std::span<const std::uint32_t> which) {
+    const auto material = static_cast<std::uint32_t>(kind / 2);
+    events.material = contents_of(scene.materials[material]);
+    events.rules = {rough_materials_.stores(material), rough_materials_(material), pass_.keep};
+    events.on_triangles = kind % 2 == 0;
+    events.which = which;
+    kernels.meet[scene.materials[material].index()](events);
+  });
+  stored_.resize(stored + events.stored_count);
+  states_.swap(next_states_);
+  rays_.swap(next_rays_);
+  states_.resize(events.going_on);
+  rays_.resize(events.going_on);
+}
+
+}  // namespace etendue

@@ -1,0 +1,70 @@
+// Photons that are traced together, event by event, in the lanes of the processor (photon_event.h): what they store is the same
+// as if each went alone (photon_path.h).
+#pragma once
+
+#include "integrators/paths/runs.h"
+#include "integrators/photons/photon_event.h"
+#include "integrators/photons/photon_path.h"
+
+namespace etendue {
+
+// By what a photon is emitted; its power is multiplied by `share`.
+struct PhotonStart {
+  EmissionNumbers numbers;
+  float share;
+};
+
+class PhotonWave {
+ public:
+  PhotonWave(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass)
+      : context_(context), rough_materials_(rough_materials), pass_(pass) {}
+
+  // Appends what photons [first, last) store, photon by photon. `start(i)`: the PhotonStart of photon i; `useful(i)` is called
+  // for each that stores something where photons matter.
+  template <class Start, class Useful>
+  void trace(const PathNumbers& numbers, std::uint32_t first, std::uint32_t last, const Start& start, Photons& out,
+             const Useful& useful) {
+    constexpr std::uint32_t most = 1024;  // that go together
+    for (; first < last; first += most) {
+      begin();
+      for (std::uint32_t i = first; i < std::min(first + most, last); ++i) emit(i, start(i), numbers);
+      follow(first);
+      for (const Place& place : order_) {
+        const StoredPhoton& p = stored_[place.at];
+        out.add(p.position, p.power, p.from, p.flown, p.normal, p.history, static_cast<int>(place.event));
+        if (!pass_.visible || pass_.visible->contains(p.position, p.normal)) useful(p.path);
+      }
+    }
+  }
+  template <class Start>
+  void trace(const PathNumbers& numbers, std::uint32_t first, std::uint32_t last, const Start& start, Photons& out) {
+    trace(numbers, first, last, start, out, Nothing());
+  }
+
+ private:
+  struct Place {
+    std::uint32_t at, event;
+  };
+  struct Nothing {
+    void operator()(std::uint32_t) const {}
+  };
+
+  void begin();
+  void emit(std::uint32_t i, const PhotonStart& start, const PathNumbers& numbers);
+  void follow(std::uint32_t first);
+  void meet(int scatterings);  // one event of each photon under way
+
+  const RenderContext& context_;
+  const RoughMaterials& rough_materials_;
+  const PhotonPass& pass_;
+  std::vector<PhotonState> states_, next_states_;
+  std::vector<Ray> rays_, next_rays_;
+  std::vector<Hit> hits_;
+  std::vector<SurfacePoint> points_;
+  std::vector<StoredPhoton> stored_;
+  std::vector<std::uint32_t> places_;
+  std::vector<Place> order_;  // of stored_: photon by photon, event by event
+  Runs runs_;
+};
+
+}  // namespace etendue
