@@ -1,5 +1,6 @@
 #include "experiments/report/chart_axis.h"
 
+#include "experiments/report/report_text.h"
 #include "framework/core/check.h"
 
 #include <fmt/format.h>
@@ -11,6 +12,8 @@
 namespace etendue {
 namespace {
 
+int decade_of(double value) { return static_cast<int>(std::floor(std::log10(value))); }
+
 std::string superscript(int exponent) {
   constexpr const char* digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
   std::string out = exponent < 0 ? "⁻" : "";
@@ -18,32 +21,13 @@ std::string superscript(int exponent) {
   return out;
 }
 
-struct Candidate {
-  int decade;
-  int factor;  // value = factor * 10^decade
-  bool labelled;
-
-  double value() const { return factor * std::pow(10.0, decade); }
-};
-
-// One style for a whole axis: plain figures from 0.001 to 10000, powers of ten beyond.
-std::string log_label(const Candidate& tick, bool plain) {
-  if (plain) return fmt::format("{:.{}f}", tick.value(), std::max(0, -tick.decade));
-  const std::string power = "10" + superscript(tick.decade);
-  return tick.factor == 1 ? power : fmt::format("{}·{}", tick.factor, power);
-}
-
 std::vector<Tick> linear_ticks(Interval range, int most) {
-  const double rough = (range.high - range.low) / std::max(1, most);
-  const double decade = std::pow(10.0, std::floor(std::log10(rough)));
-  double step = 10 * decade;
-  for (const double factor : {5.0, 2.0, 1.0})
-    if (factor * decade >= rough * (1 - 1e-9)) step = factor * decade;
+  const double step = round_up_nicely((range.high - range.low) / std::max(1, most));
   const int exponent = static_cast<int>(std::floor(std::log10(step) + 1e-9));
   const double largest = std::max(std::abs(range.low), std::abs(range.high));
   // Beyond these sizes the power of ten is written once per label, with as many digits as the step needs.
   const bool plain = largest < 1e5 && exponent >= -4;
-  const int power = largest > 0 ? static_cast<int>(std::floor(std::log10(largest))) : 0;
+  const int power = largest > 0 ? decade_of(largest) : 0;
   std::vector<Tick> result;
   const auto first = static_cast<long long>(std::ceil(range.low / step - 1e-9));
   const auto last = static_cast<long long>(std::floor(range.high / step + 1e-9));
@@ -59,14 +43,45 @@ std::vector<Tick> linear_ticks(Interval range, int most) {
   return result;
 }
 
-std::size_t label_some(std::vector<Candidate>& candidates, std::initializer_list<int> factors, int decade_step, int origin) {
-  std::size_t count = 0;
-  for (Candidate& tick : candidates) {
-    tick.labelled =
-        std::find(factors.begin(), factors.end(), tick.factor) != factors.end() && (tick.decade - origin) % decade_step == 0;
-    count += tick.labelled;
+std::vector<Tick> log_ticks(Interval range, int most) {
+  struct Candidate {
+    int decade, factor;
+    double value;  // factor * 10^decade
+    bool labelled = false;
+  };
+  std::vector<Candidate> candidates;
+  const int first = decade_of(range.low), last = decade_of(range.high);
+  for (int decade = first; decade <= last; ++decade)
+    for (int factor = 1; factor < 10; ++factor) {
+      const double value = factor * std::pow(10.0, decade);
+      if (value >= range.low * (1 - 1e-9) && value <= range.high * (1 + 1e-9)) candidates.push_back({decade, factor, value});
+    }
+  const auto label_where = [&](const auto& chosen) {
+    for (Candidate& tick : candidates) tick.labelled = chosen(tick);
+    return std::count_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.labelled; });
+  };
+  const auto decades = label_where([](const Candidate& c) { return c.factor == 1; });
+  if (3 * decades > most || decades > 3) {
+    const auto step = (decades + most - 1) / most;  // multiples of it, so that 10^0 keeps its label
+    label_where([&](const Candidate& c) { return c.factor == 1 && c.decade % step == 0; });
+  } else if (label_where([](const Candidate& c) { return c.factor == 1 || c.factor == 2 || c.factor == 5; }) < 2 &&
+             label_where([](const Candidate&) { return true; }) < 2) {
+    return linear_ticks(range, std::min(most, 4));
   }
-  return count;
+
+  // One style for a whole axis: plain figures from 0.001 to 10000, powers of ten beyond.
+  const bool plain = std::all_of(candidates.begin(), candidates.end(),
+                                 [](const Candidate& c) { return !c.labelled || (c.decade >= -3 && c.decade <= 4); });
+  const auto label = [&](const Candidate& c) {
+    if (!c.labelled) return std::string();
+    if (plain) return fmt::format("{:.{}f}", c.value, std::max(0, -c.decade));
+    return (c.factor == 1 ? "10" : fmt::format("{}·10", c.factor)) + superscript(c.decade);
+  };
+  const bool minor = last - first <= 9;
+  std::vector<Tick> result;
+  for (const Candidate& c : candidates)
+    if (c.labelled || c.factor == 1 || minor) result.push_back({c.value, label(c)});
+  return result;
 }
 
 }  // namespace
@@ -75,32 +90,7 @@ std::vector<Tick> ticks(Interval range, Scale scale, int most) {
   CHECK_LT(range.low, range.high);
   if (scale == Scale::linear) return linear_ticks(range, most);
   CHECK(range.low > 0);
-  std::vector<Candidate> candidates;
-  const int first = static_cast<int>(std::floor(std::log10(range.low)));
-  const int last = static_cast<int>(std::floor(std::log10(range.high)));
-  for (int decade = first; decade <= last; ++decade)
-    for (int factor = 1; factor < 10; ++factor) {
-      const Candidate tick{decade, factor, false};
-      if (tick.value() >= range.low * (1 - 1e-9) && tick.value() <= range.high * (1 + 1e-9)) candidates.push_back(tick);
-    }
-  const auto decades = std::count_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.factor == 1; });
-  if (3 * decades > most || decades > 3) {
-    const int step = static_cast<int>((decades + most - 1) / most);
-    // Multiples of the step, so that 10^0 keeps its label.
-    label_some(candidates, {1}, step, step * (first / step));
-  } else if (label_some(candidates, {1, 2, 5}, 1, 0) < 2) {
-    if (label_some(candidates, {1, 2, 3, 4, 5, 6, 7, 8, 9}, 1, 0) < 2) return linear_ticks(range, std::min(most, 4));
-  }
-
-  bool plain = true;
-  for (const Candidate& tick : candidates)
-    if (tick.labelled) plain = plain && tick.decade >= -3 && tick.decade <= 4;
-  const bool minor = last - first <= 9;
-  std::vector<Tick> result;
-  for (const Candidate& tick : candidates)
-    if (tick.labelled || tick.factor == 1 || minor)
-      result.push_back({tick.value(), tick.labelled ? log_label(tick, plain) : std::string()});
-  return result;
+  return log_ticks(range, most);
 }
 
 double position(double value, Interval range, Scale scale) {

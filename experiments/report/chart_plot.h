@@ -2,6 +2,7 @@
 #pragma once
 
 #include "experiments/report/chart_svg.h"
+#include "framework/core/vec.h"
 
 namespace etendue {
 
@@ -18,28 +19,43 @@ struct PixelBox {
   }
 };
 
-// Estimated width of text in pixels, since no font is available.
-double text_width(std::string_view text, double size);
+class Plot {
+ public:
+  // Fits a chart's plot, with its ticks and titles, into `outer`; `compact` for one of several panels. Keeps a reference.
+  Plot(const Chart& chart, const PixelBox& outer, bool compact);
 
-struct PlotFrame {
-  PixelBox box;  // of the data
-  Interval x, y;
-  Scale x_scale = Scale::log, y_scale = Scale::log;
+  std::string svg() const;
+  const PixelBox& box() const { return box_; }  // of the data
+  // Clamped to the box from below, so that a zero on a log axis lies on its lower edge.
+  dvec2 place(double x, double y) const;
 
-  // Clamped to the frame from below, so that a zero on a log axis lies on its lower edge.
-  dvec2 place(double px, double py) const;
+ private:
+  bool is_cut() const { return chart_.y.scale == Scale::linear && chart_.y.range; }
+  std::string axes() const;
+  std::string line_path(const ChartSeries& series) const;
+  std::string band_path(const ChartSeries& series) const;
+  std::string markers(const ChartSeries& series) const;
+  std::string point_data(const ChartSeries& series) const;
+  std::string draw(const ChartSeries& series) const;
+  std::string labels() const;
+
+  const Chart& chart_;
+  bool compact_;
+  PixelBox box_;
+  Interval x_, y_;
+  Scale y_scale_;
+  std::vector<Tick> x_ticks_, y_ticks_;
 };
 
-// Fits a chart's plot, with its ticks and titles, into `outer`.
-PlotFrame fit_plot(const Chart& chart, const PixelBox& outer, bool compact);
-
-std::string draw_plot(const Chart& chart, const PlotFrame& frame, bool compact);
+// A coordinate to a tenth of a pixel.
+std::string px(double value);
+// "M1 2L3 4L5 6".
+std::string polyline(std::span<const dvec2> points);
+// Estimated width of text in pixels, since no font is available.
+double text_width(std::string_view text, double size);
 
 // The outline of a marker of radius `r`.
 std::string marker_path(std::size_t marker, dvec2 at, double r);
 std::string series_classes(const ChartSeries& series);
-
-// Whether a legend need not name the series: its panel's title does, and nothing else is drawn there.
-bool named_by_panel(const Chart& panel, const ChartSeries& series);
 
 }  // namespace etendue

@@ -12,9 +12,15 @@
 
 namespace etendue {
 
+inline constexpr std::size_t chart_colours = 8, chart_dashes = 6, chart_markers = 8;
+
 struct ChartPoint {
   double x = 0, y = 0;
   double low = 0, high = 0;  // equal to y: no band
+
+  ChartPoint() = default;
+  ChartPoint(double px, double py) : ChartPoint(px, py, py, py) {}
+  ChartPoint(double px, double py, double from, double to) : x(px), y(py), low(from), high(to) {}
 };
 
 struct ChartSeries {
@@ -26,12 +32,21 @@ struct ChartSeries {
     guide,   // a thin dotted line in the series' colour, in no legend: what was fitted to it
     context  // a grey line behind the rest, in no legend
   };
-  std::string key;     // series of one key are switched together
-  std::string label;   // for the legend
-  std::string detail;  // behind the label where one point is read out
+  std::string key = {};     // series of one key are switched together
+  std::string label = {};   // for the legend
+  std::string detail = {};  // behind the label where one point is read out
   std::size_t colour = 0, dash = 0, marker = 0;
   Draw draw = Draw::line;
-  std::vector<ChartPoint> points;
+  std::vector<ChartPoint> points = {};
+
+  // Colour, dash and marker that tell the `index`-th series from the others of its chart.
+  void style(std::size_t index) {
+    colour = index % chart_colours;
+    dash = index / chart_colours % chart_dashes;
+    marker = (index + index / chart_colours) % chart_markers;
+  }
+  bool has_marks() const { return draw == Draw::line || draw == Draw::dots || draw == Draw::faint; }
+  bool is_in_legend() const { return draw != Draw::guide && draw != Draw::context && !points.empty(); }
 };
 
 struct ChartLabel {
@@ -40,20 +55,21 @@ struct ChartLabel {
 };
 
 struct Axis {
-  std::string title;
+  std::string title = {};
   Scale scale = Scale::log;
-  std::optional<Interval> range;  // empty: what shows every point
+  std::optional<Interval> range = {};  // empty: what shows every point
 };
 
 struct Chart {
-  std::string title;  // empty: none
-  Axis x, y;
-  std::vector<std::string> rows;  // where given, y is an index into these names, the first on top
-  std::vector<ChartSeries> series;
-  std::vector<ChartLabel> labels;  // placed beside their points where there is room
-};
+  std::string title = {};  // empty: none
+  Axis x = {}, y = {};
+  std::vector<std::string> rows = {};  // where given, y is an index into these names, the first on top
+  std::vector<ChartSeries> series = {};
+  std::vector<ChartLabel> labels = {};  // placed beside their points where there is room
 
-inline constexpr std::size_t chart_colours = 8, chart_dashes = 6, chart_markers = 8;
+  // Whether the legend need not name a series of it: its title does, and nothing else is drawn there.
+  bool is_named_by_title(const ChartSeries& one) const;
+};
 
 // The ranges a chart takes by itself; to share axes among panels.
 Interval natural_x_range(const Chart& chart);
@@ -67,8 +83,5 @@ std::string standalone_svg(const std::string& title, std::span<const Chart> pane
 
 // The line and marker of a series, for a legend in HTML.
 std::string legend_swatch(const ChartSeries& series);
-
-// What the plots' classes need beyond colours, which a file brings itself and a page takes from its own style.
-std::string chart_css();
 
 }  // namespace etendue

@@ -24,58 +24,48 @@ struct Panels {
 };
 
 Panels arrange_panels(const ReportData& data, const SceneData& scene) {
-  std::vector<const Configuration*> all;
-  for (const Configuration& configuration : scene.configurations)
-    if (!configuration.replicates.empty()) all.push_back(&configuration);
+  const std::vector<const Configuration*> all = scene.finished();
   if (all.empty()) return {};
-  std::vector<std::string> order;
+  const bool by_structure = data.accels.size() > 1;
+  std::vector<std::string> titles;
   std::map<std::string, std::vector<const Configuration*>> groups;
   for (const Configuration* configuration : all) {
     const std::string& name = configuration->integrator;
-    const std::string group = data.accels.size() > 1 ? name : name.substr(0, name.find(' '));
-    if (!groups.contains(group)) order.push_back(group);
+    const std::string group = by_structure ? name : name.substr(0, name.find(' '));
+    index_in(titles, group);
     groups[group].push_back(configuration);
   }
   if (all.size() <= most_series_in_a_panel || groups.size() < 2 || groups.size() == all.size())
-    return {{all}, {""}, data.integrators.size() == 1 && data.accels.size() > 1};
-  Panels panels{{}, order, data.accels.size() > 1};
-  for (const std::string& group : order) panels.groups.push_back(groups[group]);
+    return {{all}, {""}, data.integrators.size() == 1 && by_structure};
+  Panels panels{{}, titles, by_structure};
+  for (const std::string& title : titles) panels.groups.push_back(groups[title]);
   return panels;
 }
 
 ChartSeries styled(const ReportData& data, const Panels& panels, const Configuration& configuration, std::size_t within) {
-  ChartSeries series;
-  series.key = fmt::format("i{}a{}", configuration.integrator_index, configuration.accel_index);
-  series.label = label(data, configuration);
   const std::size_t i = configuration.integrator_index, a = configuration.accel_index;
-  const auto cycle = [&](std::size_t index) {
-    series.colour = index % chart_colours;
-    series.dash = index / chart_colours % chart_dashes;
-    series.marker = (index + index / chart_colours) % chart_markers;
-  };
-  if (panels.by_structure) {
-    cycle(a);
-    if (panels.groups.size() > 1) {  // switched together in all panels, whose titles name the integrators
-      series.key = fmt::format("a{}", a);
-      series.label = configuration.accel;
-    }
-  } else if (panels.groups.size() > 1) {
-    cycle(within);
-  } else {
-    cycle(i);
-    if (data.accels.size() > 1) {
-      series.dash = a % chart_dashes;
-      series.marker = a % chart_markers;  // colour says the integrator, shape the structure
-    }
+  ChartSeries series;
+  series.key = fmt::format("i{}a{}", i, a);
+  series.label = label(data, configuration);
+  const bool several = panels.groups.size() > 1;
+  series.style(panels.by_structure ? a : several ? within : i);
+  if (panels.by_structure && several) {  // switched together in all panels, whose titles name the integrators
+    series.key = fmt::format("a{}", a);
+    series.label = configuration.accel;
+  } else if (!panels.by_structure && !several && data.accels.size() > 1) {
+    series.dash = a % chart_dashes;
+    series.marker = a % chart_markers;  // colour says the integrator, shape the structure
   }
   return series;
 }
 
-std::vector<ChartPoint> to_points(const std::vector<SeriesPoint>& points) {
-  std::vector<ChartPoint> result;
-  for (const SeriesPoint& point : points)
-    result.push_back({point.x, point.y.centre, point.y.interval.low, point.y.interval.high});
-  return result;
+// Points over all seeds, with their bands.
+std::vector<ChartPoint> points_of(const Configuration& configuration, const std::string& metric, Abscissa abscissa,
+                                  bool with_sign) {
+  std::vector<ChartPoint> points;
+  for (const SeriesPoint& point : aggregate(configuration, metric, abscissa, with_sign))
+    points.emplace_back(point.x, point.y.centre, point.y.interval.low, point.y.interval.high);
+  return points;
 }
 
 std::string axis_title(Abscissa abscissa) {
@@ -84,38 +74,33 @@ std::string axis_title(Abscissa abscissa) {
 
 std::string spread_note(const SceneData& scene, bool with_sign) {
   std::size_t fewest = std::numeric_limits<std::size_t>::max(), most = 0;
-  for (const Configuration& configuration : scene.configurations) {
-    if (configuration.replicates.empty()) continue;
-    fewest = std::min(fewest, configuration.replicates.size());
-    most = std::max(most, configuration.replicates.size());
+  for (const Configuration* configuration : scene.finished()) {
+    fewest = std::min(fewest, configuration->replicates.size());
+    most = std::max(most, configuration->replicates.size());
   }
-  const char* centre = with_sign ? "mean" : "geometric mean";
   if (most == 1) return "One seed: no band can be drawn.";
-  const std::string seeds = fewest == most ? fmt::format("{}", most) : fmt::format("{} to {}", fewest, most);
   const char* band = fewest >= 3 ? "its 95 % Student interval"
                      : most <= 2 ? "both extremes"
                                  : "its 95 % Student interval from three seeds on, else the extremes";
-  return fmt::format("Lines: {} over {} seeds; bands: {}.", centre, seeds, band);
+  return fmt::format("Lines: {} over {} seeds; bands: {}.", with_sign ? "mean" : "geometric mean",
+                     fewest == most ? fmt::format("{}", most) : fmt::format("{} to {}", fewest, most), band);
 }
 
 // Structures that change only the time give equal curves over iterations.
 std::string coincidence_note(const ReportData& data, const SceneData& scene, const std::string& metric) {
   if (data.accels.size() < 2) return {};
-  std::map<std::tuple<std::size_t, std::uint64_t, std::uint64_t>, std::set<double>> values;
-  std::map<std::tuple<std::size_t, std::uint64_t, std::uint64_t>, int> structures;
+  // By integrator, seed and iterations.
+  std::map<std::tuple<std::size_t, std::uint64_t, std::uint64_t>, std::vector<double>> errors;
   for (const Configuration& configuration : scene.configurations)
     for (const Replicate& replicate : configuration.replicates)
       for (const CheckpointRecord* checkpoint : replicate.checkpoints)
-        if (const auto found = checkpoint->metrics.find(metric); found != checkpoint->metrics.end()) {
-          const std::tuple key{configuration.integrator_index, replicate.seed, checkpoint->iterations};
-          values[key].insert(found->second);
-          ++structures[key];
-        }
+        if (const auto error = find_value(checkpoint->metrics, metric))
+          errors[{configuration.integrator_index, replicate.seed, checkpoint->iterations}].push_back(*error);
   std::size_t shared = 0, equal = 0;
-  for (const auto& [key, count] : structures) {
-    if (count < 2) continue;
+  for (const auto& [key, values] : errors) {
+    if (values.size() < 2) continue;
     ++shared;
-    equal += values[key].size() == 1;
+    equal += std::all_of(values.begin(), values.end(), [&](double value) { return value == values.front(); });
   }
   if (shared == 0) return {};
   if (equal == shared)
@@ -131,7 +116,7 @@ void add_reference_floor(Chart& chart, const SceneData& scene, const std::string
   chart.x.range = x;
   ChartSeries line;
   line.draw = ChartSeries::Draw::context;
-  line.points = {{x.low, floor, floor, floor}, {x.high, floor, floor, floor}};
+  line.points = {{x.low, floor}, {x.high, floor}};
   chart.series.push_back(line);
   chart.labels.push_back({chart.x.scale == Scale::log ? x.low * 1.05 : x.low, floor, "reference's own variance"});
 }
@@ -156,51 +141,44 @@ void cut_linear_axis(Chart& chart, std::vector<std::string>& notes) {
 
 void share_ranges(std::vector<Chart>& panels) {
   if (panels.size() < 2) return;
-  const auto x_of = [](const Chart& chart) { return chart.x.range.value_or(natural_x_range(chart)); };
-  const auto y_of = [](const Chart& chart) { return chart.y.range.value_or(natural_y_range(chart)); };
-  Interval x = x_of(panels[0]), y = y_of(panels[0]);
-  for (const Chart& chart : panels) {
-    const Interval cx = x_of(chart), cy = y_of(chart);
-    x = {std::min(x.low, cx.low), std::max(x.high, cx.high)};
-    y = {std::min(y.low, cy.low), std::max(y.high, cy.high)};
-  }
-  for (Chart& chart : panels) {
-    chart.x.range = x;
-    chart.y.range = y;
-  }
+  const auto share = [&](Axis Chart::*axis, Interval (*natural)(const Chart&)) {
+    Interval range = (panels[0].*axis).range.value_or(natural(panels[0]));
+    for (const Chart& chart : panels) {
+      const Interval own = (chart.*axis).range.value_or(natural(chart));
+      range = {std::min(range.low, own.low), std::max(range.high, own.high)};
+    }
+    for (Chart& chart : panels) (chart.*axis).range = range;
+  };
+  share(&Chart::x, natural_x_range);
+  share(&Chart::y, natural_y_range);
 }
 
 }  // namespace
 
 Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale) {
   const bool over_time = abscissa == Abscissa::time, with_sign = data.is_signed(metric);
-  Figure figure{fmt::format("error-{}-{}-{}", over_time ? "time" : "iterations", scene.file_stem, slug(metric)),
-                scene.name,
-                fmt::format("{} over {}", metric, over_time ? "time" : "iterations"),
-                {},
-                {}};
+  const char* over = over_time ? "time" : "iterations";
+  Figure figure{.name = fmt::format("error-{}-{}-{}", over, scene.file_stem, slug(metric)),
+                .scene = scene.name,
+                .title = fmt::format("{} over {}", metric, over)};
   const Panels panels = arrange_panels(data, scene);
+  const bool with_others = scene.finished().size() <= most_context_series;
   bool zeros = false, any = false;
   for (std::size_t g = 0; g < panels.groups.size(); ++g) {
-    Chart chart;
-    chart.title = panels.titles[g];
-    chart.x = {axis_title(abscissa), scale, std::nullopt};
-    chart.y = {metric, with_sign ? Scale::linear : scale, std::nullopt};
-    std::size_t total = 0;
-    for (const auto& group : panels.groups) total += group.size();
-    for (std::size_t other = 0; other < panels.groups.size() && total <= most_context_series; ++other)
+    Chart chart{
+        .title = panels.titles[g], .x = {axis_title(abscissa), scale}, .y = {metric, with_sign ? Scale::linear : scale}};
+    for (std::size_t other = 0; other < panels.groups.size() && with_others; ++other)
       for (const Configuration* configuration : panels.groups[other]) {
         if (other == g) continue;
-        ChartSeries line;
+        ChartSeries& line = chart.series.emplace_back();
         line.draw = ChartSeries::Draw::context;
-        line.points = to_points(aggregate(*configuration, metric, abscissa, with_sign));
-        for (ChartPoint& point : line.points) point.low = point.high = point.y;
-        chart.series.push_back(std::move(line));
+        for (const ChartPoint& point : points_of(*configuration, metric, abscissa, with_sign))
+          line.points.emplace_back(point.x, point.y);
       }
     for (std::size_t i = 0; i < panels.groups[g].size(); ++i) {
       const Configuration& configuration = *panels.groups[g][i];
       ChartSeries series = styled(data, panels, configuration, i);
-      series.points = to_points(aggregate(configuration, metric, abscissa, with_sign));
+      series.points = points_of(configuration, metric, abscissa, with_sign);
       for (const ChartPoint& point : series.points) zeros = zeros || (!with_sign && point.y <= 0);
       if (series.points.empty()) continue;
       any = true;
@@ -222,46 +200,32 @@ Figure error_figure(const ReportData& data, const SceneData& scene, const std::s
 
 Figure front_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Scale scale) {
   if (data.is_signed(metric)) return {};
-  const std::vector<FrontPoint> points = front_points(scene, metric);
-  std::set<std::size_t> present;
-  for (const FrontPoint& point : points) present.insert(point.configuration);
-  if (present.size() < 2) return {};
-  Chart chart;
-  chart.x = {axis_title(Abscissa::time), scale, std::nullopt};
-  chart.y = {metric, scale, std::nullopt};
+  std::map<std::size_t, std::vector<FrontPoint>> by_configuration;
+  ChartSeries front{.key = "front", .label = "front: least error by then", .draw = ChartSeries::Draw::stairs};
+  for (const FrontPoint& point : front_points(scene, metric)) {
+    by_configuration[point.configuration].push_back(point);
+    if (point.on_front) front.points.emplace_back(point.time_s, point.error);
+  }
+  if (by_configuration.size() < 2) return {};
+  std::sort(front.points.begin(), front.points.end(), [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
+  Chart chart{.x = {axis_title(Abscissa::time), scale}, .y = {metric, scale}, .series = {std::move(front)}};  // below the marks
   // One plot whatever the number: the question is about all configurations together.
   const Panels one{{{}}, {""}, data.integrators.size() == 1 && data.accels.size() > 1};
-  ChartSeries front;
-  front.key = "front";
-  front.label = "front: least error by then";
-  front.draw = ChartSeries::Draw::stairs;
-  for (const std::size_t c : present) {
+  for (const auto& [c, points] : by_configuration) {
     ChartSeries pale = styled(data, one, scene.configurations[c], 0);
     pale.dash = 0;
     ChartSeries bold = pale;
     pale.draw = ChartSeries::Draw::faint;
     bold.draw = ChartSeries::Draw::dots;
-    for (const FrontPoint& point : points)
-      if (point.configuration == c)
-        (point.on_front ? bold : pale).points.push_back({point.time_s, point.error, point.error, point.error});
+    for (const FrontPoint& point : points) (point.on_front ? bold : pale).points.emplace_back(point.time_s, point.error);
+    // What has a part of the front is named amid it; the legend names the others.
+    if (!bold.points.empty()) {
+      const ChartPoint& middle = bold.points[bold.points.size() / 2];
+      chart.labels.push_back({middle.x, middle.y, label(data, scene.configurations[c])});
+    }
     chart.series.push_back(std::move(bold));
     chart.series.push_back(std::move(pale));
   }
-  for (const FrontPoint& point : points)
-    if (point.on_front) front.points.push_back({point.time_s, point.error, point.error, point.error});
-  std::sort(front.points.begin(), front.points.end(), [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
-  chart.series.insert(chart.series.begin(), std::move(front));  // below the marks
-
-  // What has a part of the front is named amid it; the legend names the others.
-  for (const std::size_t c : present) {
-    std::vector<const FrontPoint*> on_front;
-    for (const FrontPoint& point : points)
-      if (point.configuration == c && point.on_front) on_front.push_back(&point);
-    if (on_front.empty()) continue;
-    const FrontPoint& at = *on_front[on_front.size() / 2];
-    chart.labels.push_back({at.time_s, at.error, label(data, scene.configurations[c])});
-  }
-
   std::vector<std::string> notes{"Each mark is a checkpoint, averaged over seeds; marks on the front are bold."};
   cut_linear_axis(chart, notes);
   return {fmt::format("front-{}-{}", scene.file_stem, slug(metric)),

@@ -18,10 +18,10 @@
 namespace etendue {
 
 struct Figure {
-  std::string name;  // of its file, without the ending
-  std::string scene, title;
-  std::vector<Chart> panels;
-  std::vector<std::string> notes;
+  std::string name = {};  // of its file, without the ending
+  std::string scene = {}, title = {};
+  std::vector<Chart> panels = {};
+  std::vector<std::string> notes = {};
 
   bool empty() const { return panels.empty(); }
 };

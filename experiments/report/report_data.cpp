@@ -11,13 +11,6 @@
 namespace etendue {
 namespace {
 
-std::size_t index_of(std::vector<std::string>& names, const std::string& name) {
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  names.push_back(name);
-  return names.size() - 1;
-}
-
 // Metrics with relmse first, then as metrics.h orders them by importance, then whatever else was logged.
 std::vector<std::string> order_metrics(const std::set<std::string>& seen) {
   std::vector<std::string> ordered;
@@ -28,14 +21,6 @@ std::vector<std::string> order_metrics(const std::set<std::string>& seen) {
   // A signed figure cannot lead: its zero says nothing of noise.
   if (ordered.size() > 1 && ordered.front() == "bias") std::rotate(ordered.begin(), ordered.begin() + 1, ordered.end());
   return ordered;
-}
-
-// The smallest of 1, 2, 5 times a power of ten that is not below `value`.
-double round_up_nicely(double value) {
-  const double decade = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double factor : {1.0, 2.0, 5.0})
-    if (factor * decade >= value * (1 - 1e-9)) return factor * decade;
-  return 10 * decade;
 }
 
 // Until when the last value of the metric's curve is that of the image: a last image without a value has none to hold.
@@ -73,45 +58,42 @@ void name_files(std::vector<SceneData>& scenes) {
   }
 }
 
-using CellKey = std::pair<std::size_t, std::size_t>;  // integrator, accel
+SceneData& scene_of(ReportData& data, const std::string& name) {
+  for (SceneData& scene : data.scenes)
+    if (scene.name == name) return scene;
+  return data.scenes.emplace_back(SceneData{.name = name});
+}
 
-// Places cells and checkpoints in their scene and configuration; `slots` finds them again in O(log n).
-class Arranger {
- public:
-  explicit Arranger(ReportData& data) : data_(data) {}
-
-  SceneData& scene(const std::string& name) {
-    const auto [entry, fresh] = scene_slots_.try_emplace(name, data_.scenes.size());
-    if (fresh) {
-      data_.scenes.emplace_back().name = name;
-      slots_.emplace_back();
-    }
-    return data_.scenes[entry->second];
-  }
-
-  Configuration& configuration(const CellName& name) {
-    SceneData& where = scene(name.scene);
-    const std::size_t s = scene_slots_.at(name.scene);
-    const CellKey key{index_of(data_.integrators, name.integrator), index_of(data_.accels, name.accel)};
-    const auto [entry, fresh] = slots_[s].try_emplace(key, where.configurations.size());
-    if (fresh) {
-      Configuration& made = where.configurations.emplace_back();
-      made.scene = name.scene;
-      made.integrator = name.integrator;
-      made.accel = name.accel;
-      made.integrator_index = key.first;
-      made.accel_index = key.second;
-    }
-    return where.configurations[entry->second];
-  }
-
- private:
-  ReportData& data_;
-  std::map<std::string, std::size_t> scene_slots_;
-  std::vector<std::map<CellKey, std::size_t>> slots_;
-};
+Configuration& configuration_of(ReportData& data, const CellName& name) {
+  const std::size_t integrator = index_in(data.integrators, name.integrator), accel = index_in(data.accels, name.accel);
+  std::vector<Configuration>& configurations = scene_of(data, name.scene).configurations;
+  for (Configuration& configuration : configurations)
+    if (configuration.integrator_index == integrator && configuration.accel_index == accel) return configuration;
+  return configurations.emplace_back(Configuration{name.scene, name.integrator, name.accel, integrator, accel, {}, {}});
+}
 
 }  // namespace
+
+std::size_t index_in(std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  const auto index = static_cast<std::size_t>(found - names.begin());
+  if (found == names.end()) names.push_back(name);
+  return index;
+}
+
+std::vector<const Configuration*> SceneData::finished() const {
+  std::vector<const Configuration*> found;
+  for (const Configuration& configuration : configurations)
+    if (!configuration.replicates.empty()) found.push_back(&configuration);
+  return found;
+}
+
+std::vector<const Configuration*> ReportData::finished() const {
+  std::vector<const Configuration*> found;
+  for (const SceneData& scene : scenes)
+    for (const Configuration* configuration : scene.finished()) found.push_back(configuration);
+  return found;
+}
 
 const CellRecord* Configuration::any_cell() const {
   for (const Replicate& replicate : replicates)
@@ -141,10 +123,9 @@ ReportData arrange(const RunLog& log) {
     std::rotate(other, other + 1, data.phases.end());
   data.counters.assign(counters.begin(), counters.end());
 
-  Arranger arranger(data);
   for (const CellRecord& cell : log.cells) {
-    Configuration& configuration = arranger.configuration(cell.cell);
-    auto found = checkpoints.find(cell.cell);
+    Configuration& configuration = configuration_of(data, cell.cell);
+    const auto found = checkpoints.find(cell.cell);
     if (cell.status != "done") {
       configuration.failures.push_back(&cell);
       ++data.failed;
@@ -157,7 +138,7 @@ ReportData arrange(const RunLog& log) {
     const double held_s = budgets[found->second.back()->manifest];
     configuration.replicates.push_back({cell.cell.seed, &cell, std::move(found->second), held_s});
   }
-  for (const StructureRecord& record : log.structures) arranger.scene(record.scene);
+  for (const StructureRecord& record : log.structures) scene_of(data, record.scene);
   for (SceneData& scene : data.scenes) {
     for (const ReferenceRecord& record : log.references)
       if (record.scene == scene.name) scene.reference = &record;
@@ -179,11 +160,11 @@ std::string label(const ReportData& data, const Configuration& configuration) {
 Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa) {
   Curve curve;
   for (const CheckpointRecord* checkpoint : replicate.checkpoints) {
-    const auto found = checkpoint->metrics.find(metric);
+    const auto value = find_value(checkpoint->metrics, metric);
     const double x = abscissa == Abscissa::time ? checkpoint->time_s : static_cast<double>(checkpoint->iterations);
-    if (found == checkpoint->metrics.end() || !(x > (curve.empty() ? 0 : curve.x.back()))) continue;
+    if (!value || !(x > (curve.empty() ? 0 : curve.x.back()))) continue;
     curve.x.push_back(x);
-    curve.y.push_back(found->second);
+    curve.y.push_back(*value);
   }
   return curve;
 }
@@ -210,10 +191,8 @@ std::optional<Estimate> estimate_at(const Configuration& configuration, const st
 
 std::vector<double> final_values(const Configuration& configuration, const std::string& metric) {
   std::vector<double> values;
-  for (const Replicate& replicate : configuration.replicates) {
-    const auto found = replicate.last()->metrics.find(metric);
-    if (found != replicate.last()->metrics.end()) values.push_back(found->second);
-  }
+  for (const Replicate& replicate : configuration.replicates)
+    if (const auto value = find_value(replicate.last()->metrics, metric)) values.push_back(*value);
   return values;
 }
 

@@ -5,6 +5,7 @@
 #include "experiments/log/log.h"
 #include "experiments/statistics/statistics.h"
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -19,8 +20,8 @@ struct Replicate {
   std::uint64_t seed = 0;
   const CellRecord* cell = nullptr;
   std::vector<const CheckpointRecord*> checkpoints;  // by iterations
-  double held_s =
-      0;  // the time that ended it: it stopped before an iteration that would not fit, and has its last image until then
+  // The time that ended it: it stopped before an iteration that would not fit, and has its last image until then.
+  double held_s = 0;
 
   const CheckpointRecord* last() const { return checkpoints.empty() ? nullptr : checkpoints.back(); }
 };
@@ -35,13 +36,15 @@ struct Configuration {
 };
 
 struct SceneData {
-  std::string name;
-  std::string file_stem;  // unique among scenes
+  std::string name = {};
+  std::string file_stem = {};  // unique among scenes
   const ReferenceRecord* reference = nullptr;
-  std::vector<Configuration> configurations;
-  double common_time_s =
-      0;  // the latest time until which every replicate ran, or its budget of time lasted; 0: nothing finished
+  std::vector<Configuration> configurations = {};
+  // The latest time until which every replicate ran, or its budget of time lasted; 0: nothing finished.
+  double common_time_s = 0;
   double target_error = 0;  // of the main metric: what at least half of the configurations reach by the common time; 0: none
+
+  std::vector<const Configuration*> finished() const;  // those that have a replicate
 };
 
 struct ReportData {
@@ -54,6 +57,7 @@ struct ReportData {
   std::vector<std::string> findings;   // what is missing or not to be believed (trust.h); the reader of the files' to fill
   std::vector<std::string> conflicts;  // scenes that merged logs measured against different references; the merger's to fill
 
+  std::vector<const Configuration*> finished() const;  // of all scenes
   bool empty() const { return metrics.empty(); }
   const std::string& main_metric() const { return metrics.front(); }  // relmse where it was logged
   bool is_signed(const std::string& metric) const { return signed_metrics.contains(metric); }
@@ -61,6 +65,16 @@ struct ReportData {
 
 // Keeps pointers into `log`.
 ReportData arrange(const RunLog& log);
+
+// The place of a name among others, which it joins where it is missing.
+std::size_t index_in(std::vector<std::string>& names, const std::string& name);
+
+// What a record holds under a name, where it does.
+template <class Value>
+std::optional<Value> find_value(const std::map<std::string, Value>& values, const std::string& name) {
+  const auto found = values.find(name);
+  return found == values.end() ? std::nullopt : std::optional(found->second);
+}
 
 // "integrator" alone where the log has one structure, else "integrator · structure".
 std::string label(const ReportData& data, const Configuration& configuration);

@@ -3,80 +3,109 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <cmath>
 
 namespace etendue {
 namespace {
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool continues(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
-
-// The length of a figure in scientific notation at the start of `text` ("1.23e-5"), 0 if there is none. `mantissa` gets the
-// digits before the e.
-std::size_t scientific_length(std::string_view text, std::size_t& mantissa) {
-  std::size_t i = 0;
-  while (i < text.size() && is_digit(text[i])) ++i;
-  if (i == 0) return 0;
-  if (i + 1 < text.size() && text[i] == '.' && is_digit(text[i + 1])) {
-    ++i;
-    while (i < text.size() && is_digit(text[i])) ++i;
-  }
-  mantissa = i;
-  if (i >= text.size() || text[i] != 'e') return 0;
-  ++i;
-  if (i < text.size() && (text[i] == '-' || text[i] == '+')) ++i;
-  const std::size_t exponent = i;
-  while (i < text.size() && is_digit(text[i])) ++i;
-  if (i == exponent || (i < text.size() && std::isalnum(static_cast<unsigned char>(text[i])))) return 0;
-  return i;
-}
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_word(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
 struct Replacement {
   std::string_view from, to;
 };
 
-// What the report's own text uses beyond ASCII, and TeX's special characters.
-constexpr std::array<Replacement, 27> tex_replacements{{{"\\", "\\textbackslash{}"},
-                                                        {"{", "\\{"},
-                                                        {"}", "\\}"},
-                                                        {"$", "\\$"},
-                                                        {"&", "\\&"},
-                                                        {"#", "\\#"},
-                                                        {"%", "\\%"},
-                                                        {"_", "\\_"},
-                                                        {"^", "\\textasciicircum{}"},
-                                                        {"~", "\\textasciitilde{}"},
-                                                        {"<", "\\textless{}"},
-                                                        {">", "\\textgreater{}"},
-                                                        {"|", "\\textbar{}"},
-                                                        {"\"", "''"},
-                                                        {"–", "--"},
-                                                        {"—", "---"},
-                                                        {"×", "$\\times$"},
-                                                        {"·", "$\\cdot$"},
-                                                        {"≤", "$\\le$"},
-                                                        {"≥", "$\\ge$"},
-                                                        {"±", "$\\pm$"},
-                                                        {"∞", "$\\infty$"},
-                                                        {"²", "\\textsuperscript{2}"},
-                                                        {"µ", "$\\mu$"},
-                                                        {"†", "\\textdagger{}"},
-                                                        {"−", "$-$"},
-                                                        {"…", "\\dots{}"}}};
+// How a format writes what means something to it.
+struct Escaping {
+  std::string_view backslashed;  // characters that a backslash makes plain
+  std::vector<Replacement> table;
+  std::string_view control;  // in the place of control characters
+
+  // Appends what stands for the first character of `text`. Returns how many bytes it took.
+  std::size_t append_first(std::string& out, std::string_view text) const {
+    for (const auto& [from, to] : table)
+      if (text.starts_with(from)) {
+        out += to;
+        return from.size();
+      }
+    if (backslashed.find(text.front()) != std::string_view::npos) out += '\\';
+    out += static_cast<unsigned char>(text.front()) < 0x20 ? control : text.substr(0, 1);
+    return 1;
+  }
+
+  std::string of(std::string_view text) const {
+    std::string out;
+    out.reserve(text.size());
+    while (!text.empty()) text.remove_prefix(append_first(out, text));
+    return out;
+  }
+};
+
+// XML forbids control characters even as references.
+const Escaping html_escaping{
+    "", {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}, {"\n", "\n"}, {"\t", "\t"}}, ""};
+
+const Escaping markdown_escaping{"|\\`*[", {{"<", "&lt;"}}, " "};
+
+// Beside TeX's special characters, what the report's own text uses beyond ASCII.
+const Escaping tex_escaping{"{}$&#%_",
+                            {{"\\", "\\textbackslash{}"},
+                             {"^", "\\textasciicircum{}"},
+                             {"~", "\\textasciitilde{}"},
+                             {"<", "\\textless{}"},
+                             {">", "\\textgreater{}"},
+                             {"|", "\\textbar{}"},
+                             {"\"", "''"},
+                             {"–", "--"},
+                             {"—", "---"},
+                             {"×", "$\\times$"},
+                             {"·", "$\\cdot$"},
+                             {"≤", "$\\le$"},
+                             {"≥", "$\\ge$"},
+                             {"±", "$\\pm$"},
+                             {"∞", "$\\infty$"},
+                             {"²", "\\textsuperscript{2}"},
+                             {"µ", "$\\mu$"},
+                             {"†", "\\textdagger{}"},
+                             {"−", "$-$"},
+                             {"…", "\\dots{}"}},
+                            " "};
+
+// The length of a figure in scientific notation at the start of `text` ("1.23e-5"), 0 if there is none.
+std::size_t scientific_length(std::string_view text) {
+  std::size_t at = 0;
+  const auto skip_one_of = [&](std::string_view characters) {
+    const bool found = at < text.size() && characters.find(text[at]) != std::string_view::npos;
+    at += found;
+    return found;
+  };
+  const auto skip_digits = [&] {
+    const std::size_t begin = at;
+    while (skip_one_of("0123456789")) {
+    }
+    return at > begin;
+  };
+  if (!skip_digits() || (skip_one_of(".") && !skip_digits()) || !skip_one_of("e")) return 0;
+  skip_one_of("+-");
+  return skip_digits() && (at == text.size() || !is_word(text[at])) ? at : 0;
+}
 
 }  // namespace
 
-std::string format_figure(double value) {
+std::string format_figure(double value, int digits) {
   if (std::isnan(value)) return "nan";
   if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
   if (value == 0) return "0";
-  const double magnitude = std::abs(value);
-  if (magnitude >= 99.95 && magnitude < 99999.5) return fmt::format("{:.0f}", value);
-  // One notation from 0.01 on, so that an interval around a small error does not mix two.
-  if (magnitude >= 0.00995 && magnitude < 99.95) return fmt::format("{:#.3g}", value);
-  const std::string text = fmt::format("{:.2e}", value);
+  const double magnitude = std::abs(value), hundred = 100 - 0.5 * std::pow(10.0, 2 - digits);  // what is rounded to it
+  if (magnitude >= hundred && magnitude < 99999.5) return fmt::format("{:.0f}", value);
+  // One notation from 0.01 on (for three digits), so that an interval around a small error does not mix two.
+  if (magnitude >= 0.995 * std::pow(10.0, 1 - digits) && magnitude < hundred) {
+    std::string text = fmt::format("{:#.{}g}", value, digits);
+    if (text.back() == '.') text.pop_back();
+    return text;
+  }
+  const std::string text = fmt::format("{:.{}e}", value, digits - 1);
   const std::size_t e = text.find('e');
   return fmt::format("{}e{}", text.substr(0, e), std::stoi(text.substr(e + 1)));
 }
@@ -96,7 +125,12 @@ std::string format_interval(double low, double high) {
   return format_figure(low) + (low < 0 ? " to " : "–") + format_figure(high);
 }
 
-std::string format_exact(double value) { return fmt::format("{}", value); }
+double round_up_nicely(double value) {
+  const double decade = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * decade >= value * (1 - 1e-9)) return factor * decade;
+  return 10 * decade;
+}
 
 std::size_t display_width(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return !continues(c); }));
@@ -110,113 +144,57 @@ std::string padded(std::string_view text, std::size_t width, bool right) {
 
 std::string shortened(std::string_view text, std::size_t width) {
   if (display_width(text) <= width || width == 0) return std::string(text);
-  std::size_t end = 0, count = 0;
-  for (; end < text.size(); ++end) {
-    if (continues(text[end])) continue;
-    if (count == width - 1) break;
-    ++count;
+  std::size_t end = 0;  // behind the first byte of what is cut
+  for (std::size_t count = 0; count < width; ++end) count += !continues(text[end]);
+  return std::string(text.substr(0, end - 1)) + "…";
+}
+
+std::vector<std::string> broken_lines(std::string_view text, std::size_t width, std::size_t indent) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
+    end = std::min(text.find(' ', lines.empty() ? text.find_first_not_of(' ') : begin), text.size());
+    const std::string word(text.substr(begin, end - begin));  // the first with the spaces before it
+    if (!lines.empty() && display_width(lines.back()) + 1 + display_width(word) <= width)
+      lines.back() += " " + word;
+    else
+      lines.push_back(lines.empty() ? word : std::string(indent, ' ') + word);
   }
-  return std::string(text.substr(0, end)) + "…";
+  return lines;
 }
 
 std::string wrapped(std::string_view text, std::size_t width) {
   std::string out;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
+  for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
+    end = std::min(text.find('\n', begin), text.size());
     const std::string_view line = text.substr(begin, end - begin);
-    begin = end + 1;
-    if (display_width(line) <= width) {
-      out += std::string(line) + "\n";
-      continue;
-    }
-    const std::size_t indent = std::min(line.find_first_not_of(' '), line.size());
-    std::string row(line.substr(0, indent));
-    for (std::size_t at = indent; at < line.size();) {
-      const std::size_t stop = std::min(line.find(' ', at), line.size());
-      const std::string_view word = line.substr(at, stop - at);
-      const bool first = row.find_first_not_of(' ') == std::string::npos;
-      if (!first && display_width(row) + 1 + display_width(word) > width) {
-        out += row + "\n";
-        row = std::string(indent + 2, ' ') + std::string(word);
-      } else {
-        row += (first ? "" : " ") + std::string(word);
-      }
-      at = stop + 1;
-    }
-    out += row + "\n";
+    if (display_width(line) <= width)
+      out += fmt::format("{}\n", line);
+    else
+      out += fmt::format("{}\n", fmt::join(broken_lines(line, width, line.find_first_not_of(' ') + 2), "\n"));
   }
   return out;
 }
 
-std::string escape_html(std::string_view text) {
-  std::string out;
-  out.reserve(text.size());
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        // XML forbids the other control characters even as references.
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
-    }
-  }
-  return out;
-}
+std::string escape_html(std::string_view text) { return html_escaping.of(text); }
+
+std::string escape_markdown(std::string_view text) { return markdown_escaping.of(text); }
 
 std::string escape_tex(std::string_view text) {
   std::string out;
-  for (std::size_t i = 0; i < text.size();) {
-    const std::string_view rest = text.substr(i);
-    std::size_t mantissa = 0;
-    const bool word_before = i > 0 && (std::isalnum(static_cast<unsigned char>(text[i - 1])) || text[i - 1] == '.');
-    if (const std::size_t length = word_before ? 0 : scientific_length(rest, mantissa)) {
-      std::string exponent(rest.substr(mantissa + 1, length - mantissa - 1));
-      if (exponent.front() == '+') exponent.erase(0, 1);
-      out += fmt::format("${}\\times10^{{{}}}$", rest.substr(0, mantissa), exponent);
-      i += length;
-      continue;
-    }
-    const bool opens = i == 0 || text[i - 1] == ' ' || text[i - 1] == '(';
-    if (opens && rest.size() > 1 && rest[0] == '-' && is_digit(rest[1])) {
+  char before = ' ';
+  while (!text.empty()) {
+    std::size_t length = is_word(before) || before == '.' ? 0 : scientific_length(text);
+    if (length > 0) {
+      const std::size_t e = text.find('e'), sign = text[e + 1] == '+';
+      out += fmt::format("${}\\times10^{{{}}}$", text.substr(0, e), text.substr(e + 1 + sign, length - e - 1 - sign));
+    } else if ((before == ' ' || before == '(') && text.size() > 1 && text[0] == '-' && is_digit(text[1])) {
       out += "$-$";
-      ++i;
-      continue;
-    }
-    const auto found = std::find_if(tex_replacements.begin(), tex_replacements.end(),
-                                    [&](const Replacement& r) { return rest.starts_with(r.from); });
-    if (found != tex_replacements.end()) {
-      out += found->to;
-      i += found->from.size();
+      length = 1;
     } else {
-      const auto c = static_cast<unsigned char>(text[i]);
-      out += c < 0x20 ? ' ' : text[i];
-      ++i;
+      length = tex_escaping.append_first(out, text);
     }
-  }
-  return out;
-}
-
-std::string escape_markdown(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '|' || c == '\\' || c == '`' || c == '*' || c == '[') out += '\\';
-    if (c == '<')
-      out += "&lt;";
-    else
-      out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    before = text[length - 1];
+    text.remove_prefix(length);
   }
   return out;
 }
@@ -224,10 +202,7 @@ std::string escape_markdown(std::string_view text) {
 std::string escape_csv(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
   std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
-  }
+  for (const char c : text) out.append(c == '"' ? 2 : 1, c);
   return out + '"';
 }
 
@@ -239,33 +214,15 @@ std::string shell_word(std::string_view text) {
   return word + "'";
 }
 
-std::string json_string(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (byte < 0x20 || c == '<' || c == '>' || c == '&') {
-      out += fmt::format("\\u{:04x}", byte);
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 std::string slug(std::string_view text) {
   constexpr std::string_view prefix = "builtin:";
   if (text.starts_with(prefix)) text.remove_prefix(prefix.size());
   std::string out;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x80 && std::isalnum(byte))
-      out += static_cast<char>(std::tolower(byte));
+  for (const char c : text)
+    if (is_word(c))
+      out += static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
     else if (!out.empty() && out.back() != '-')
       out += '-';
-  }
   while (!out.empty() && out.back() == '-') out.pop_back();
   return out.empty() ? "scene" : out.substr(0, 80);
 }

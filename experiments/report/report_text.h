@@ -5,16 +5,19 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace etendue {
 
-// Three significant digits: "0.0123", "1.23e-5", "0"; "–" has no part in it: absence is the caller's to write.
-std::string format_figure(double value);
+// Three significant digits, or as many as asked for: "0.0123", "1.23e-5", "0".
+std::string format_figure(double value, int digits);
+inline std::string format_figure(double value) { return format_figure(value, 3); }
 // The same without trailing zeros, for figures that people chose: "0.005", "-1".
 std::string format_short(double value);
 std::string format_interval(double low, double high);  // "1.1–1.4"; "-0.1 to 0.2" where a sign would look like the dash
-// All the digits a double needs to be read back.
-std::string format_exact(double value);
+
+// The smallest of 1, 2 and 5 times a power of ten that is not below `value`, which is positive.
+double round_up_nicely(double value);
 
 // Columns a terminal needs for UTF-8 text (one per code point, which holds for all text that a report writes itself).
 std::size_t display_width(std::string_view text);
@@ -22,7 +25,10 @@ std::string padded(std::string_view text, std::size_t width, bool right);
 // At most `width` code points, the last one an ellipsis where text was cut.
 std::string shortened(std::string_view text, std::size_t width);
 
-// Lines of at most `width` code points where there are spaces to break at; what is broken goes on two deeper than it began.
+// Lines of at most `width` code points where there are spaces to break at, each but the first `indent` deep; a word that is
+// longer keeps a line of its own.
+std::vector<std::string> broken_lines(std::string_view text, std::size_t width, std::size_t indent = 0);
+// Each line of a text broken so; what is broken goes on two deeper than it began.
 std::string wrapped(std::string_view text, std::size_t width);
 
 std::string escape_html(std::string_view text);      // for text and attribute values, also of SVG; control characters dropped
@@ -30,8 +36,6 @@ std::string escape_tex(std::string_view text);       // with figures such as 1.2
 std::string escape_markdown(std::string_view text);  // for one cell of a table
 std::string escape_csv(std::string_view text);
 std::string shell_word(std::string_view text);  // as a shell takes it
-// A JSON string with its quotes, safe inside <script>.
-std::string json_string(std::string_view text);
 
 // "builtin:cornell-box" -> "cornell-box", "scenes/Mine.pbrt" -> "scenes-mine-pbrt": a part of a file's name.
 std::string slug(std::string_view text);

@@ -6,70 +6,67 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 
 namespace etendue {
 namespace {
 
-std::vector<std::size_t> widths(const Table& table, const std::vector<std::size_t>& columns,
-                                const std::function<std::string(std::string_view)>& escape) {
-  std::vector<std::size_t> result;
-  for (const std::size_t c : columns) {
-    std::size_t width = std::max<std::size_t>(3, display_width(escape(table.columns[c].title)));
-    for (const auto& row : table.rows) width = std::max(width, display_width(escape(row[c].text)));
-    result.push_back(width);
-  }
-  return result;
-}
-
 std::string markdown_group(const Table& table, std::size_t group) {
   const auto columns = visible_columns(table, group);
-  const auto width = widths(table, columns, escape_markdown);
-  std::string head = "|", rule = "|", body;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const TableColumn& column = table.columns[columns[i]];
-    head += " " + padded(escape_markdown(column.title), width[i], column.right) + " |";
-    rule += column.right ? " " + std::string(width[i] - 1, '-') + ": |" : " " + std::string(width[i], '-') + " |";
+  std::vector<std::size_t> widths;
+  for (const std::size_t c : columns) {
+    widths.push_back(std::max<std::size_t>(3, display_width(escape_markdown(table.columns[c].title))));
+    for (const auto& row : table.rows) widths.back() = std::max(widths.back(), display_width(escape_markdown(row[c].text)));
   }
-  for (const auto& row : table.rows) {
-    body += "|";
+  std::string out;
+  const auto add_line = [&](const auto& text) {
+    out += "|";
     for (std::size_t i = 0; i < columns.size(); ++i)
-      body += " " + padded(escape_markdown(row[columns[i]].text), width[i], table.columns[columns[i]].right) + " |";
-    body += "\n";
-  }
-  return head + "\n" + rule + "\n" + body;
+      out += " " + padded(text(i), widths[i], table.columns[columns[i]].right) + " |";
+    out += "\n";
+  };
+  add_line([&](std::size_t i) { return escape_markdown(table.columns[columns[i]].title); });
+  add_line([&](std::size_t i) {
+    return table.columns[columns[i]].right ? std::string(widths[i] - 1, '-') + ":" : std::string(widths[i], '-');
+  });
+  for (const auto& row : table.rows) add_line([&](std::size_t i) { return escape_markdown(row[columns[i]].text); });
+  return out;
 }
 
 std::string tex_group(const Table& table, std::size_t group, const std::string& title) {
   const auto columns = visible_columns(table, group);
-  std::string spec, head, body;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
+  std::string spec, body;
+  std::vector<std::string> heads;
+  for (const std::size_t c : columns) {
     std::size_t longest = 0;
-    for (const auto& row : table.rows) longest = std::max(longest, display_width(row[columns[i]].text));
-    spec += table.columns[columns[i]].right ? "r" : longest <= 48 ? "l" : "p{0.4\\linewidth}";
-    head += (i > 0 ? " & " : "") + escape_tex(table.columns[columns[i]].title);
+    for (const auto& row : table.rows) longest = std::max(longest, display_width(row[c].text));
+    spec += table.columns[c].right ? "r" : longest <= 48 ? "l" : "p{0.4\\linewidth}";
+    heads.push_back(escape_tex(table.columns[c].title));
   }
   for (const auto& row : table.rows) {
-    body += "    ";
-    for (std::size_t i = 0; i < columns.size(); ++i) {
+    std::vector<std::string> cells;
+    for (const std::size_t c : columns) {
+      cells.push_back(escape_tex(row[c].text));
       // A leading "[" would be read as the option of the \\ before it.
-      std::string text = escape_tex(row[columns[i]].text);
-      if (text.starts_with('[') || text.starts_with('*')) text.insert(0, "{}");
-      body += (i > 0 ? " & " : "") + text;
+      if (cells.back().starts_with('[') || cells.back().starts_with('*')) cells.back().insert(0, "{}");
     }
-    body += " \\\\\n";
+    body += fmt::format("    {} \\\\\n", fmt::join(cells, " & "));
   }
   return fmt::format(
       "\\begin{{table}}\n  \\centering\\small\n  \\caption{{{}}}\n  \\label{{tab:{}}}\n  \\begin{{tabular}}{{{}}}\n    "
-      "\\toprule\n"
-      "    {} \\\\\n    \\midrule\n{}    \\bottomrule\n  \\end{{tabular}}\n\\end{{table}}\n",
-      escape_tex(title), group == all_groups ? table.name : fmt::format("{}-{}", table.name, group), spec, head, body);
+      "\\toprule\n    {} \\\\\n    \\midrule\n{}    \\bottomrule\n  \\end{{tabular}}\n\\end{{table}}\n",
+      escape_tex(title), group == all_groups ? table.name : fmt::format("{}-{}", table.name, group), spec,
+      fmt::join(heads, " & "), body);
 }
 
 }  // namespace
 
+TableCell::TableCell(double value) : TableCell(value, format_figure(value)) {}
+TableCell::TableCell(double value, std::string shown) : TableCell(std::move(shown), fmt::format("{}", value), value) {}
+TableCell TableCell::interval(double value, double low, double high) {
+  return {value, fmt::format("{} ({})", format_figure(value), format_interval(low, high))};
+}
 TableCell TableCell::words(std::string text) { return {text, text, std::nullopt}; }
-TableCell TableCell::number(double value, std::string text) { return {std::move(text), format_exact(value), value}; }
+TableCell TableCell::number(double value, std::string text) { return {std::move(text), fmt::format("{}", value), value}; }
 TableCell TableCell::number(double value) { return number(value, format_figure(value)); }
 TableCell TableCell::count(std::uint64_t value) {
   return {fmt::format("{}", value), fmt::format("{}", value), static_cast<double>(value)};
@@ -107,16 +104,15 @@ std::string to_markdown(const Table& table) {
 
 std::string to_csv(const Table& table) {
   check_shape(table);
-  std::vector<std::size_t> columns;
-  for (std::size_t i = 0; i < table.columns.size(); ++i)
-    if (table.columns[i].audience != Audience::people) columns.push_back(i);
   std::string out;
-  for (std::size_t i = 0; i < columns.size(); ++i) out += (i > 0 ? "," : "") + escape_csv(table.columns[columns[i]].key);
-  out += "\n";
-  for (const auto& row : table.rows) {
-    for (std::size_t i = 0; i < columns.size(); ++i) out += (i > 0 ? "," : "") + escape_csv(row[columns[i]].raw);
-    out += "\n";
-  }
+  const auto add_line = [&](const auto& text) {
+    std::vector<std::string> fields;
+    for (std::size_t c = 0; c < table.columns.size(); ++c)
+      if (table.columns[c].audience != Audience::people) fields.push_back(escape_csv(text(c)));
+    out += fmt::format("{}\n", fmt::join(fields, ","));
+  };
+  add_line([&](std::size_t c) { return table.columns[c].key; });
+  for (const auto& row : table.rows) add_line([&](std::size_t c) { return row[c].raw; });
   return out;
 }
 

@@ -1,9 +1,11 @@
 // One table, written for readers (Markdown aligned for a terminal, TeX with booktabs, HTML that sorts) and for programs (CSV).
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace etendue {
@@ -14,9 +16,23 @@ struct TableCell {
   std::string raw;
   std::optional<double> order;
 
+  TableCell() = default;
+  TableCell(std::string shown, std::string read, std::optional<double> sorted)
+      : text(std::move(shown)), raw(std::move(read)), order(sorted) {}
+  TableCell(const std::string& words) {  // "": nothing
+    if (!words.empty()) text = raw = words;
+  }
+  TableCell(const char* words) : TableCell(std::string(words)) {}
+  TableCell(double value);  // with three significant digits
+  TableCell(double value, std::string shown);
+  TableCell(std::integral auto count) : TableCell(static_cast<double>(count), std::to_string(count)) { raw = text; }
+  template <class Value>
+  TableCell(const std::optional<Value>& value) : TableCell(value ? TableCell(*value) : TableCell()) {}
+
+  static TableCell interval(double value, double low, double high);  // "1.2e-3 (1e-3–1.4e-3)"
   static TableCell words(std::string text);
   static TableCell number(double value, std::string text);
-  static TableCell number(double value);  // with three significant digits
+  static TableCell number(double value);
   static TableCell count(std::uint64_t value);
 };
 
@@ -34,10 +50,10 @@ struct TableColumn {
 struct Table {
   std::string name;  // of the file
   std::string title;
-  std::vector<TableColumn> columns;
-  std::vector<std::vector<TableCell>> rows;  // a cell for each column
-  std::vector<std::string> group_titles;     // of groups 1, 2, ...; empty: the table is narrow enough as it is
-  std::vector<std::string> notes;
+  std::vector<TableColumn> columns = {};
+  std::vector<std::vector<TableCell>> rows = {};  // a cell for each column
+  std::vector<std::string> group_titles = {};     // of groups 1, 2, ...; empty: the table is narrow enough as it is
+  std::vector<std::string> notes = {};
 };
 
 std::string to_markdown(const Table& table);

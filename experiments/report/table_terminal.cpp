@@ -2,6 +2,8 @@
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_format.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 #include <sstream>
@@ -17,24 +19,6 @@ std::vector<std::string> words_of(const std::string& text) {
   std::vector<std::string> words;
   for (std::string word; stream >> word;) words.push_back(word);
   return words;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
-  return text;
-}
-
-// Lines of whole words, which go on `indent` deeper; a word that is longer keeps a line of its own.
-std::vector<std::string> lines_of(const std::string& text, std::size_t width, std::size_t indent) {
-  std::vector<std::string> lines;
-  for (const std::string& word : words_of(text)) {
-    if (!lines.empty() && display_width(lines.back()) + 1 + display_width(word) <= width)
-      lines.back() += " " + word;
-    else
-      lines.push_back(std::string(lines.empty() ? 0 : indent, ' ') + word);
-  }
-  return lines;
 }
 
 std::size_t longest_word(const std::string& text) {
@@ -77,13 +61,13 @@ class TerminalTable {
     if (!out.empty()) out = wrapped(out, terminal_width);
     if (!fits()) return out + blocks();
     std::vector<std::vector<std::string>> row;
-    for (const Column& column : columns_) row.push_back(lines_of(column.title, column.width(), 0));
+    for (const Column& column : columns_) row.push_back(broken_lines(column.title, column.width()));
     out += lines(row, true);
     for (std::size_t r = 0; r < rows_; ++r) {
       row.clear();
       for (const Column& column : columns_)
         row.push_back(display_width(column.cells[r]) <= column.width() ? std::vector{column.cells[r]}
-                                                                       : lines_of(column.cells[r], column.width(), indent));
+                                                                       : broken_lines(column.cells[r], column.width(), indent));
       out += lines(row, false);
     }
     return out;
@@ -152,7 +136,7 @@ class TerminalTable {
       for (std::string& cell : column.cells) {
         auto words = words_of(cell);
         std::erase(words, word);
-        cell = joined(words);
+        cell = fmt::format("{}", fmt::join(words, " "));
       }
     }
     const std::size_t title_width = column.title_width;

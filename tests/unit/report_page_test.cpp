@@ -44,6 +44,15 @@ TEST(Page, HostileNamesStayText) {
   EXPECT_EQ(occurrences(page, "</script>"), 2u);  // its own: the images' data and the script
 }
 
+TEST(Page, HostileNamesOfImagesStayText) {
+  PageContent content;
+  content.images.emplace_back().images.push_back({"</script>\"\\\n", "<!--", "", ""});
+  const RunLog log = small_log();
+  const std::string page = report_page(arrange(log), content);
+  EXPECT_EQ(occurrences(page, "</script>"), 2u);
+  EXPECT_NE(page.find("\"\\u003c/script>\\\"\\\\\\n\""), std::string::npos);
+}
+
 TEST(Page, HoldsAVariantForEachMetricScaleAndAxis) {
   const std::string page = page_of(small_log());
   EXPECT_EQ(occurrences(page, "<template data-variant=\"relmse|log|time\">"), 1u);

@@ -1,6 +1,5 @@
 #include "experiments/report/page/figure.h"
 
-#include "experiments/report/chart_plot.h"
 #include "experiments/report/report_text.h"
 
 #include <fmt/format.h>
@@ -22,9 +21,7 @@ std::string legend_html(const Figure& figure) {
   std::size_t count = 0;
   for (const Chart& panel : figure.panels)
     for (const ChartSeries& series : panel.series) {
-      if (series.draw == ChartSeries::Draw::context || series.draw == ChartSeries::Draw::guide || series.points.empty() ||
-          named_by_panel(panel, series) || !keys.insert(series.key).second)
-        continue;
+      if (!series.is_in_legend() || panel.is_named_by_title(series) || !keys.insert(series.key).second) continue;
       ++count;
       out += fmt::format("<li><button type=\"button\" data-key=\"{}\" aria-pressed=\"true\">{}{}</button></li>",
                          escape_html(series.key), legend_swatch(series), escape_html(series.label));

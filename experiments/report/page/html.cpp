@@ -1,6 +1,6 @@
 #include "experiments/report/page/html.h"
 
-#include "experiments/report/chart_plot.h"
+#include "experiments/log/json_line.h"
 #include "experiments/report/charts.h"
 #include "experiments/report/page/assets.h"
 #include "experiments/report/page/figure.h"
@@ -232,20 +232,24 @@ std::string viewer(const SceneImages& images, std::size_t index) {
 }
 
 std::string images_json(const std::vector<SceneImages>& scenes) {
-  std::string out = "<script type=\"application/json\" id=\"images\">[";
-  for (std::size_t s = 0; s < scenes.size(); ++s) {
-    const SceneImages& scene = scenes[s];
-    out += fmt::format("{}{{\"width\":{},\"low\":{},\"high\":{},\"images\":[", s > 0 ? "," : "", scene.shown.x,
-                       scene.lowest_decade, scene.highest_decade);
-    for (std::size_t i = 0; i < scene.images.size(); ++i) {
-      const PageImage& image = scene.images[i];
-      out += fmt::format("{}{{\"label\":{},\"detail\":{},\"png\":\"{}\",\"err\":\"{}\",\"relmse\":{}}}", i > 0 ? "," : "",
-                         json_string(image.label), json_string(image.detail), image.png, image.error_png,
-                         image.relmse < 0 ? "null" : format_figure(image.relmse));
-    }
-    out += "]}";
+  Json all = Json::array();
+  for (const SceneImages& scene : scenes) {
+    Json images = Json::array();
+    for (const PageImage& image : scene.images)
+      images.push_back({{"label", image.label},
+                        {"detail", image.detail},
+                        {"png", image.png},
+                        {"err", image.error_png},
+                        {"relmse", image.relmse < 0 ? Json() : Json(image.relmse)}});
+    all.push_back({{"width", scene.shown.x},
+                   {"low", scene.lowest_decade},
+                   {"high", scene.highest_decade},
+                   {"images", std::move(images)}});
   }
-  return out + "]</script>\n";
+  std::string text = dump(all);
+  // No text ends the script.
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
+  return fmt::format("<script type=\"application/json\" id=\"images\">{}</script>\n", text);
 }
 
 std::string scene_section(const ReportData& data, const SceneData& scene, const Variants& variants,
@@ -365,7 +369,7 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     if (!table.rows.empty()) out += to_html(table);
   out += "</section>\n" + reproduction(data, content) + images_json(content.images);
   return filled(page_html, {{"title", html(title_of(*data.log))},
-                            {"chart_style", chart_css()},
+                            {"chart_style", chart_css},
                             {"style", page_css},
                             {"content", out},
                             {"script", page_js}});

@@ -69,22 +69,10 @@ double value_of(std::string_view quote, const TableSource& tables) {
   return number_of(found->raw, fmt::format("{} there is", key));
 }
 
-// Two digits, as format_figure writes three.
-std::string two_digits(double value) {
-  const double magnitude = std::abs(value);
-  if (value == std::floor(value) && magnitude < 1e6) return fmt::format("{:.0f}", value);  // a count
-  if (magnitude >= 0.0995 || magnitude == 0)
-    return magnitude >= 99.5 ? fmt::format("{:.0f}", value) : fmt::format("{:#.2g}", value);
-  const std::string text = fmt::format("{:.1e}", value);
-  const std::size_t e = text.find('e');
-  return fmt::format("{}e{}", text.substr(0, e), std::stoi(text.substr(e + 1)));
-}
-
 std::string notation(double value, std::string_view format) {
   if (format.empty()) {
-    std::string text = two_digits(value);
-    if (text.back() == '.') text.pop_back();
-    return text;
+    const bool count = value == std::floor(value) && std::abs(value) < 1e6;
+    return count ? fmt::format("{:.0f}", value) : format_figure(value, 2);
   }
   if (const std::size_t star = format.find('*'); star != std::string_view::npos)
     value *= number_of(cut(format, "*"), "the factor");

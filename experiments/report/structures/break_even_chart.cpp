@@ -13,7 +13,7 @@ constexpr double most_rays = 1e9;
 constexpr int points_per_decade = 6;
 
 double build_s(const StructureRecord& r) { return r.build_s.median; }
-double ray_s(const StructureRecord& r) { return 1e-9 * nanoseconds_per_ray(r.speed(RayKind::diffuse)); }
+double ray_s(const StructureRecord& r) { return 1e-9 * ray_cost(r); }
 bool is_measured(const StructureRecord& r) { return build_s(r) > 0 && ray_s(r) > 0; }
 double total_s(const StructureRecord& r, double rays) { return build_s(r) + ray_s(r) * rays; }
 
@@ -24,39 +24,35 @@ std::string rays_text(double rays) {
 }
 
 // The straight line, which is curved on logarithmic axes, between two numbers of rays.
-ChartSeries cost_line(const StructureRecord& record, double from, double to) {
-  ChartSeries series;
-  const auto add = [&](double rays) {
-    const double y = total_s(record, rays);
-    series.points.push_back({rays, y, y, y});
-  };
-  add(from);
+std::vector<ChartPoint> cost_line(const StructureRecord& record, double from, double to) {
+  std::vector<double> rays{from};
   for (int i = 0; std::pow(10.0, static_cast<double>(i) / points_per_decade) < to; ++i)
-    if (const double rays = std::pow(10.0, static_cast<double>(i) / points_per_decade); rays > from) add(rays);
-  add(to);
-  return series;
+    if (const double x = std::pow(10.0, static_cast<double>(i) / points_per_decade); x > from) rays.push_back(x);
+  rays.push_back(to);
+  std::vector<ChartPoint> points;
+  for (const double x : rays) points.emplace_back(x, total_s(record, x));
+  return points;
 }
 
 }  // namespace
 
 std::vector<Choice> cheapest_choices(const std::vector<const StructureRecord*>& records) {
-  const auto build = [](const StructureRecord* r) { return build_s(*r); };
-  const auto ray = [](const StructureRecord* r) { return ray_s(*r); };
   std::vector<const StructureRecord*> left;
   for (const StructureRecord* r : records)
     if (is_measured(*r)) left.push_back(r);
   if (left.empty()) return {};
-  const auto first = std::min_element(left.begin(), left.end(), [&](const auto* a, const auto* b) {
-    return build(a) != build(b) ? build(a) < build(b) : ray(a) < ray(b);
+  const auto first = std::min_element(left.begin(), left.end(), [](const auto* a, const auto* b) {
+    return std::pair(build_s(*a), ray_s(*a)) < std::pair(build_s(*b), ray_s(*b));
   });
   std::vector<Choice> choices{{*first, 0}};
   for (;;) {  // the next is the line of less slope that meets this one first
     const StructureRecord* now = choices.back().record;
     Choice next{nullptr, infinity};
     for (const StructureRecord* r : left) {
-      if (ray(r) >= ray(now)) continue;
-      const double meets = std::max((build(r) - build(now)) / (ray(now) - ray(r)), choices.back().from_rays);
-      if (meets < next.from_rays || (next.record && meets == next.from_rays && ray(r) < ray(next.record))) next = {r, meets};
+      if (ray_s(*r) >= ray_s(*now)) continue;
+      const double meets = std::max((build_s(*r) - build_s(*now)) / (ray_s(*now) - ray_s(*r)), choices.back().from_rays);
+      if (meets < next.from_rays || (next.record && meets == next.from_rays && ray_s(*r) < ray_s(*next.record)))
+        next = {r, meets};
     }
     if (!next.record) return choices;
     choices.push_back(next);
@@ -69,13 +65,10 @@ Figure break_even_figure(const ReportData& data, const SceneData& scene) {
     if (record.scene == scene.name && is_measured(record)) records.push_back(&record);
   if (records.size() < 2) return {};
   const std::vector<Choice> choices = cheapest_choices(records);
-  Chart chart;
-  chart.x = {"rays traced", Scale::log, std::nullopt};
-  chart.y = {"building and tracing, one thread [s]", Scale::log, std::nullopt};
+  Chart chart{.x = {"rays traced"}, .y = {"building and tracing, one thread [s]"}};
   const double highest = 30 * total_s(*choices.back().record, most_rays);  // brute force would stretch the axis
   for (const StructureRecord* record : records) {
-    ChartSeries line = cost_line(*record, 1, most_rays);
-    line.draw = ChartSeries::Draw::context;
+    ChartSeries line{.draw = ChartSeries::Draw::context, .points = cost_line(*record, 1, most_rays)};
     std::erase_if(line.points, [&](const ChartPoint& p) { return p.y > highest; });
     chart.series.push_back(std::move(line));
   }
@@ -87,11 +80,9 @@ Figure break_even_figure(const ReportData& data, const SceneData& scene) {
     const double from = std::clamp(choices[i].from_rays, 1.0, most_rays);
     const double to = i + 1 < choices.size() ? std::clamp(choices[i + 1].from_rays, 1.0, most_rays) : most_rays;
     if (!(to > from)) continue;
-    ChartSeries series = cost_line(record, from, to);
-    series.key = fmt::format("choice{}", i);
-    series.label = structure_name(record) + since;
-    series.colour = i % chart_colours;
-    series.marker = i % chart_markers;
+    ChartSeries series{
+        .key = fmt::format("choice{}", i), .label = structure_name(record) + since, .points = cost_line(record, from, to)};
+    series.style(i);
     const ChartPoint middle = series.points[series.points.size() / 2];
     chart.labels.push_back({middle.x, middle.y, structure_name(record)});
     chart.series.push_back(std::move(series));

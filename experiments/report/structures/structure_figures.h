@@ -13,7 +13,18 @@ namespace etendue {
 
 // "binned-sah bvh16".
 std::string structure_name(const StructureRecord& record);
-double nanoseconds_per_ray(const Measured& mrays_per_s);  // 0 where not measured
+// What a ray costs, in nanoseconds; 0 where not measured.
+double ray_cost(const StructureRecord& record, RayKind kind = RayKind::diffuse);
+
+// A mark in each row of a chart, at cost(row), where that is positive: the `index`-th series of such.
+template <class Cost>
+ChartSeries marks_in_rows(const std::string& label, std::size_t index, std::size_t rows, const Cost& cost) {
+  ChartSeries series{.key = label, .label = label, .draw = ChartSeries::Draw::dots};
+  series.style(index);
+  for (std::size_t row = 0; row < rows; ++row)
+    if (const double x = cost(row); x > 0) series.points.emplace_back(x, static_cast<double>(row));
+  return series;
+}
 
 Figure structures_figure(const ReportData& data, const SceneData& scene);
 Figure break_even_figure(const ReportData& data, const SceneData& scene);
@@ -21,8 +32,8 @@ Figure ray_cost_figure(const ReportData& data, const SceneData& scene);
 std::vector<Figure> structure_sweep_figures(const ReportData& data);
 Figure structures_over_scenes_figure(const ReportData& data);
 
-// The structure of least total cost (one build and `rays` traced rays) from a number of rays on; ascending, the first from 0.
-// The structure to pick from so many rays on; where two are equal, the one that traces faster.
+// The structure of least total cost (one build, and the rays traced) from a number of rays on; ascending, the first from 0.
+// Where two are equal, the one that traces faster.
 struct Choice {
   const StructureRecord* record = nullptr;
   double from_rays = 0;

@@ -9,17 +9,18 @@
 #include <charconv>
 #include <map>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 namespace etendue {
 namespace {
 
-// Scenes that are one but for a number: "builtin:mesh?triangles=1k", "builtin:mesh?triangles=10k".
-struct Sweep {
-  std::string family, parameter;  // the family's name keeps the parameters that do not change
-  std::map<double, std::string> scenes;
+// Scenes that are one but for a number ("builtin:mesh?triangles=1k", "builtin:mesh?triangles=10k"), by that number. The
+// family's name keeps the parameters that do not change.
+struct SweepName {
+  std::string family, parameter;
+  auto operator<=>(const SweepName&) const = default;
 };
+using SweepScenes = std::map<double, std::string>;
 
 std::optional<double> number_in(const std::string& text) {
   double value = 0;
@@ -33,36 +34,24 @@ std::optional<double> number_in(const std::string& text) {
   }
 }
 
-// Offers a scene under each of its parameters: by the name without it and the parameter, at its value.
-void offer_scene(const std::string& scene, std::map<std::pair<std::string, std::string>, Sweep>& sweeps) {
-  const std::size_t question = scene.find('?');
-  if (question == std::string::npos) return;
-  std::vector<std::string> pairs;
-  std::istringstream stream(scene.substr(question + 1));
-  for (std::string pair; std::getline(stream, pair, ',');) pairs.push_back(pair);
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const std::size_t equals = pairs[i].find('=');
-    const auto value = equals == std::string::npos ? std::nullopt : number_in(pairs[i].substr(equals + 1));
-    if (!value || *value <= 0) continue;
-    std::string family = scene.substr(0, question);
-    char separator = '?';
-    for (std::size_t j = 0; j < pairs.size(); ++j)
-      if (j != i) family += std::exchange(separator, ',') + pairs[j];
-    const std::string parameter = pairs[i].substr(0, equals);
-    Sweep& sweep = sweeps[{family, parameter}];
-    sweep.family = family;
-    sweep.parameter = parameter;
-    sweep.scenes[*value] = scene;
+// Every scene belongs to a sweep of each of its parameters that is a number; one of three scenes or more is worth a chart.
+std::map<SweepName, SweepScenes> find_sweeps(const ReportData& data) {
+  std::map<SweepName, SweepScenes> sweeps;
+  for (const SceneData& scene : data.scenes) {
+    const std::string& name = scene.name;
+    for (std::size_t begin = name.find('?'), end; begin < name.size(); begin = end) {
+      end = std::min(name.find(',', begin + 1), name.size());
+      const std::string pair = name.substr(begin + 1, end - begin - 1);
+      const std::size_t equals = pair.find('=');
+      const auto value = equals == std::string::npos ? std::nullopt : number_in(pair.substr(equals + 1));
+      if (!value || *value <= 0) continue;
+      std::string family = name.substr(0, begin) + name.substr(end);
+      if (family.size() > begin) family[begin] = name[begin];  // what followed now stands behind the question mark
+      sweeps[{family, pair.substr(0, equals)}][*value] = name;
+    }
   }
-}
-
-std::vector<Sweep> find_sweeps(const ReportData& data) {
-  std::map<std::pair<std::string, std::string>, Sweep> sweeps;
-  for (const SceneData& scene : data.scenes) offer_scene(scene.name, sweeps);
-  std::vector<Sweep> found;
-  for (auto& [key, sweep] : sweeps)
-    if (sweep.scenes.size() >= 3) found.push_back(std::move(sweep));
-  return found;
+  std::erase_if(sweeps, [](const auto& sweep) { return sweep.second.size() < 3; });
+  return sweeps;
 }
 
 // A figure of a record, with its quartiles; 0: none.
@@ -81,22 +70,15 @@ Measured bytes_per_triangle(const StructureRecord& r) {
   return {bytes, bytes, bytes};
 }
 
-Chart sweep_chart(const ReportData& data, const Sweep& sweep, const std::vector<std::string>& names, const std::string& title,
-                  Quantity quantity) {
+Chart sweep_chart(const ReportData& data, const SweepScenes& scenes, const std::vector<std::string>& names, Quantity quantity) {
   Chart chart;
-  chart.x = {sweep.parameter, Scale::log, std::nullopt};
-  chart.y = {title, Scale::log, std::nullopt};
   for (std::size_t i = 0; i < names.size(); ++i) {
-    ChartSeries series;
-    series.key = fmt::format("s{}", i);
-    series.label = names[i];
-    series.colour = i % chart_colours;
-    series.dash = i / chart_colours % chart_dashes;
-    series.marker = (i + i / chart_colours) % chart_markers;
-    for (const auto& [value, scene] : sweep.scenes)
+    ChartSeries series{.key = fmt::format("s{}", i), .label = names[i]};
+    series.style(i);
+    for (const auto& [value, scene] : scenes)
       for (const StructureRecord& record : data.log->structures)
         if (record.scene == scene && structure_name(record) == names[i])
-          if (const Measured y = quantity(record); y.median > 0) series.points.push_back({value, y.median, y.low, y.high});
+          if (const Measured y = quantity(record); y.median > 0) series.points.emplace_back(value, y.median, y.low, y.high);
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   return chart;
@@ -106,27 +88,24 @@ Chart sweep_chart(const ReportData& data, const Sweep& sweep, const std::vector<
 
 std::vector<Figure> structure_sweep_figures(const ReportData& data) {
   std::vector<Figure> figures;
-  for (const Sweep& sweep : find_sweeps(data)) {
-    std::vector<std::string> names, notes;
+  for (const auto& [sweep, scenes] : find_sweeps(data)) {
+    Figure figure{.name = fmt::format("structures-sweep-{}-{}", slug(sweep.family), slug(sweep.parameter)),
+                  .scene = sweep.family,
+                  .title = fmt::format("cost against {}", sweep.parameter)};
+    std::vector<std::string> names;
     for (const StructureRecord& record : data.log->structures) {
-      const bool inside = std::any_of(sweep.scenes.begin(), sweep.scenes.end(),
-                                      [&](const auto& entry) { return entry.second == record.scene; });
-      const std::string name = structure_name(record);
-      if (!inside) continue;
-      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      const auto is_its = [&](const auto& entry) { return entry.second == record.scene; };
+      if (std::none_of(scenes.begin(), scenes.end(), is_its)) continue;
+      index_in(names, structure_name(record));
       if (record.build_s.median == 0 && !record.note.empty())
-        notes.push_back(fmt::format("{}, {}: {}.", name, record.scene, record.note));
+        figure.notes.push_back(fmt::format("{}, {}: {}.", structure_name(record), record.scene, record.note));
     }
-    if (names.empty()) continue;
-    Figure figure{fmt::format("structures-sweep-{}-{}", slug(sweep.family), slug(sweep.parameter)),
-                  sweep.family,
-                  fmt::format("cost against {}", sweep.parameter),
-                  {},
-                  std::move(notes)};
     for (const auto& [title, quantity] : {std::pair<const char*, Quantity>{"diffuse rays [ns per ray]", diffuse_cost},
                                           {"build, one thread [s]", build_time},
                                           {"memory [bytes per triangle]", bytes_per_triangle}}) {
-      Chart chart = sweep_chart(data, sweep, names, title, quantity);
+      Chart chart = sweep_chart(data, scenes, names, quantity);
+      chart.x = {sweep.parameter};
+      chart.y = {title};
       if (!chart.series.empty()) figure.panels.push_back(std::move(chart));
     }
     if (!figure.panels.empty()) figures.push_back(std::move(figure));
@@ -139,46 +118,34 @@ Figure structures_over_scenes_figure(const ReportData& data) {
   std::vector<std::string> scenes, names;
   std::map<std::string, std::map<std::string, double>> costs;  // by structure and scene
   for (const StructureRecord& record : data.log->structures) {
-    const double cost = nanoseconds_per_ray(record.speed(RayKind::diffuse));
+    const double cost = ray_cost(record);
     if (cost == 0) continue;
-    const std::string name = structure_name(record);
-    if (!costs.contains(name)) names.push_back(name);
-    if (!fastest.contains(record.scene)) scenes.push_back(record.scene);
-    const auto [best, fresh] = fastest.try_emplace(record.scene, cost);
-    best->second = std::min(best->second, cost);
-    costs[name][record.scene] = cost;
+    index_in(names, structure_name(record));
+    index_in(scenes, record.scene);
+    costs[structure_name(record)][record.scene] = cost;
+    double& best = fastest.try_emplace(record.scene, cost).first->second;
+    best = std::min(best, cost);
   }
   if (scenes.size() < 2 || names.size() < 2) return {};
+  for (auto& [name, by_scene] : costs)
+    for (auto& [scene, cost] : by_scene) cost /= fastest[scene];
   constexpr double off_the_chart = 100;  // times the fastest, in every scene
   std::vector<std::string> notes{"Diffuse rays on one thread, over the fastest structure in the scene."};
   std::vector<std::pair<double, std::string>> rows;  // by the worst scene
   for (const std::string& name : names) {
-    double worst = 0, best = infinity;
-    for (const auto& [scene, cost] : costs[name]) {
-      worst = std::max(worst, cost / fastest[scene]);
-      best = std::min(best, cost / fastest[scene]);
-    }
-    if (best > off_the_chart)
-      notes.push_back(fmt::format("Outside the chart: {}, {} times the fastest or more.", name, format_figure(best)));
+    const auto less = [](const auto& a, const auto& b) { return a.second < b.second; };
+    const auto [best, worst] = std::minmax_element(costs[name].begin(), costs[name].end(), less);
+    if (best->second > off_the_chart)
+      notes.push_back(fmt::format("Outside the chart: {}, {} times the fastest or more.", name, format_figure(best->second)));
     else
-      rows.emplace_back(worst, name);
+      rows.emplace_back(worst->second, name);
   }
   std::stable_sort(rows.begin(), rows.end());
-  Chart chart;
-  chart.x = {"cost of a ray over the fastest's", Scale::log, std::nullopt};
+  Chart chart{.x = {"cost of a ray over the fastest's"}};
   for (const auto& [worst, name] : rows) chart.rows.push_back(name);
   for (std::size_t s = 0; s < scenes.size(); ++s) {
-    ChartSeries series;
-    series.key = fmt::format("scene{}", s);
-    series.label = scenes[s];
-    series.colour = s % chart_colours;
-    series.marker = (s + s / chart_colours) % chart_markers;
-    series.draw = ChartSeries::Draw::dots;
-    for (std::size_t row = 0; row < rows.size(); ++row)
-      if (const auto cost = costs[rows[row].second].find(scenes[s]); cost != costs[rows[row].second].end()) {
-        const auto y = static_cast<double>(row);
-        series.points.push_back({cost->second / fastest[scenes[s]], y, y, y});
-      }
+    const auto cost = [&](std::size_t row) { return find_value(costs[chart.rows[row]], scenes[s]).value_or(0); };
+    ChartSeries series = marks_in_rows(scenes[s], s, rows.size(), cost);
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   return {"structures-over-scenes", "all scenes", "who suffers where", {std::move(chart)}, std::move(notes)};
