@@ -3,6 +3,7 @@
 #include "experiments/report/rate_report.h"
 #include "experiments/report/ratios.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/table_of.h"
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"
 #include "framework/core/units.h"
@@ -11,103 +12,97 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
 namespace etendue {
+
+Table references_table(const ReportData& data) {
+  TableOf<ReferenceRecord> table("references", "References", data.log->references);
+  table.column("scene", "scene", &ReferenceRecord::scene);
+  table.column("source", "source", &ReferenceRecord::source);
+  table.column("size", "pixels", [](const ReferenceRecord& r) { return TableCell(fmt::format("{}×{}", r.width, r.height)); });
+  table.column("mse_floor", "own variance", &ReferenceRecord::mse_floor);
+  table.column("floor_share", "of least mse", [&](const ReferenceRecord& r) {
+    double share = 0;
+    for (const SceneData& scene : data.scenes)
+      if (scene.name == r.scene) share = floor_share(scene);
+    if (share == 0) return TableCell();
+    return TableCell(share, format_figure(100 * share) + (share > floor_share_limit ? " % (above 1 %)" : " %"));
+  });
+  table.column("checks", "checks", &ReferenceRecord::checks);
+  table.column("file", "file", [](const ReferenceRecord& r) { return std::filesystem::path(r.file).filename().string(); });
+  table.column("scene_hash", "", &ReferenceRecord::scene_hash, Audience::machines);
+  return table.take();
+}
+
 namespace {
 
-TableCell words_or_none(const std::string& text) { return text.empty() ? TableCell{} : TableCell::words(text); }
+// What a method declares, and of which scenes: it may expect different things of different ones.
+struct Statement {
+  const CellRecord* cell;
+  std::vector<std::string> scenes;
+
+  bool is_of(const CellRecord& other) const {
+    return other.cell.integrator == cell->cell.integrator && other.bias == cell->bias &&
+           other.mse_exponent == cell->mse_exponent && other.note == cell->note;
+  }
+};
+
+std::vector<Statement> statements_of(const ReportData& data) {
+  std::vector<Statement> statements;
+  for (const Configuration* configuration : data.finished()) {
+    const CellRecord& cell = *configuration->any_cell();
+    auto found = std::find_if(statements.begin(), statements.end(), [&](const Statement& s) { return s.is_of(cell); });
+    if (found == statements.end()) found = statements.insert(found, {&cell, {}});
+    index_in(found->scenes, configuration->scene);
+  }
+  return statements;
+}
 
 }  // namespace
 
-Table references_table(const ReportData& data) {
-  Table table{"references", "References", {}, {}, {}, {}};
-  table.columns = {{"scene", "scene", false},
-                   {"source", "source", false},
-                   {"size", "pixels"},
-                   {"mse_floor", "own variance"},
-                   {"floor_share", "of least mse"},
-                   {"checks", "checks", false},
-                   {"file", "file", false},
-                   {"scene_hash", "", false, Audience::machines}};
-  for (const ReferenceRecord& r : data.log->references) {
-    const auto scene =
-        std::find_if(data.scenes.begin(), data.scenes.end(), [&](const SceneData& s) { return s.reference == &r; });
-    const double share = scene == data.scenes.end() ? 0 : floor_share(*scene);
-    TableCell share_cell = share == 0 ? TableCell{} : TableCell::number(share, format_figure(100 * share) + " %");
-    if (share > floor_share_limit) share_cell.text += " (above 1 %)";
-    table.rows.push_back({words_or_none(r.scene), words_or_none(r.source),
-                          TableCell::words(fmt::format("{}×{}", r.width, r.height)), TableCell::number(r.mse_floor), share_cell,
-                          words_or_none(r.checks), words_or_none(std::filesystem::path(r.file).filename().string()),
-                          words_or_none(r.scene_hash)});
-  }
-  return table;
-}
-
 Table expectations_table(const ReportData& data) {
-  Table table{"expectations", "What the methods declare", {}, {}, {}, {}};
-  table.columns = {{"integrator", "integrator", false},
-                   {"bias", "bias", false},
-                   {"mse_exponent", "exponent of MSE"},
-                   {"note", "note", false},
-                   {"scenes", "scenes", false}};
-  // One row for each different statement: a method may expect different things of different scenes.
-  std::vector<std::pair<const CellRecord*, std::vector<std::string>>> statements;
-  for (const SceneData& scene : data.scenes)
-    for (const Configuration& configuration : scene.configurations) {
-      const CellRecord* cell = configuration.replicates.empty() ? nullptr : configuration.any_cell();
-      if (cell == nullptr) continue;
-      auto found = std::find_if(statements.begin(), statements.end(), [&](const auto& entry) {
-        const CellRecord& other = *entry.first;
-        return other.cell.integrator == cell->cell.integrator && other.bias == cell->bias &&
-               other.mse_exponent == cell->mse_exponent && other.note == cell->note;
-      });
-      if (found == statements.end()) found = statements.insert(statements.end(), {cell, {}});
-      if (found->second.empty() || found->second.back() != scene.name) found->second.push_back(scene.name);
-    }
-  for (const auto& [cell, scenes] : statements) {
-    std::string names;
-    for (const std::string& scene : scenes) names += (names.empty() ? "" : ", ") + scene;
-    TableCell where{scenes.size() == data.scenes.size() && scenes.size() > 1 ? "all" : names, names, std::nullopt};
-    table.rows.push_back({TableCell::words(cell->cell.integrator), words_or_none(cell->bias),
-                          TableCell::number(cell->mse_exponent, format_short(cell->mse_exponent)), words_or_none(cell->note),
-                          where});
-  }
-  return table;
+  TableOf<Statement> table("expectations", "What the methods declare", statements_of(data));
+  table.column("integrator", "integrator", [](const Statement& s) { return s.cell->cell.integrator; });
+  table.column("bias", "bias", [](const Statement& s) { return s.cell->bias; });
+  table.column("mse_exponent", "exponent of MSE",
+               [](const Statement& s) { return TableCell(s.cell->mse_exponent, format_short(s.cell->mse_exponent)); });
+  table.column("note", "note", [](const Statement& s) { return s.cell->note; });
+  const auto names = [](const Statement& s) { return fmt::format("{}", fmt::join(s.scenes, ", ")); };
+  const auto shown = [&](const Statement& s) {
+    return s.scenes.size() == data.scenes.size() && s.scenes.size() > 1 ? "all" : names(s);
+  };
+  table.column("", "scenes", shown, Audience::people);
+  table.column("scenes", "", names, Audience::machines);
+  return table.take();
 }
 
 Table failures_table(const ReportData& data) {
-  Table table{"failures", "Cells that failed", {}, {}, {}, {}};
-  table.columns = {{"scene", "scene", false},
-                   {"integrator", "integrator", false},
-                   {"structure", "structure", false},
-                   {"seed", "seed"},
-                   {"error", "error", false}};
+  std::vector<const CellRecord*> failures;
   for (const SceneData& scene : data.scenes)
     for (const Configuration& configuration : scene.configurations)
-      for (const CellRecord* cell : configuration.failures)
-        table.rows.push_back({TableCell::words(cell->cell.scene), TableCell::words(cell->cell.integrator),
-                              TableCell::words(cell->cell.accel), TableCell::count(cell->cell.seed),
-                              words_or_none(cell->error)});
-  return table;
+      failures.insert(failures.end(), configuration.failures.begin(), configuration.failures.end());
+  TableOf<const CellRecord*> table("failures", "Cells that failed", failures);
+  table.column("scene", "scene", [](const CellRecord* c) { return c->cell.scene; });
+  table.column("integrator", "integrator", [](const CellRecord* c) { return c->cell.integrator; });
+  table.column("structure", "structure", [](const CellRecord* c) { return c->cell.accel; });
+  table.column("seed", "seed", [](const CellRecord* c) { return c->cell.seed; });
+  table.column("error", "error", &CellRecord::error);
+  return table.take();
 }
 
 Table manifest_table(const ReportData& data) {
-  Table table{"manifest", "What ran", {}, {}, {}, {}};
+  Table table{"manifest", "What ran"};
   table.columns = {{"manifest", "manifest", false}, {"key", "key", false}, {"value", "value", false}};
   for (const ManifestRecord& m : data.log->manifests) {
-    const std::pair<const char*, std::string> entries[] = {{"title", m.title},
-                                                           {"version", m.version},
-                                                           {"commit", m.commit},
-                                                           {"compiler", m.compiler},
-                                                           {"flags", m.flags},
-                                                           {"cpu", m.cpu},
-                                                           {"threads", fmt::format("{}", m.threads)},
-                                                           {"experiment hash", m.experiment_hash}};
-    const auto add = [&](const char* key, const std::string& value) {
-      table.rows.push_back({TableCell::words(m.id), TableCell::words(key), words_or_none(value)});
-    };
-    for (const auto& [key, value] : entries) add(key, value);
+    const auto add = [&](const char* key, const std::string& value) { table.rows.push_back({m.id, key, value}); };
+    add("title", m.title);
+    add("version", m.version);
+    add("commit", m.commit);
+    add("compiler", m.compiler);
+    add("flags", m.flags);
+    add("cpu", m.cpu);
+    add("threads", fmt::format("{}", m.threads));
+    add("experiment hash", m.experiment_hash);
     if (m.isa.empty()) continue;  // a log from before these were noted
     add("processor", fmt::format("{} family {} model {} stepping {}", m.cpu_vendor, m.cpu_family, m.cpu_model, m.cpu_stepping));
     add("instruction set", m.isa);
