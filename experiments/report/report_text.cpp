@@ -97,14 +97,10 @@ std::string format_figure(double value, int digits) {
   if (std::isnan(value)) return "nan";
   if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
   if (value == 0) return "0";
-  const double magnitude = std::abs(value), hundred = 100 - 0.5 * std::pow(10.0, 2 - digits);  // what is rounded to it
-  if (magnitude >= hundred && magnitude < 99999.5) return fmt::format("{:.0f}", value);
+  const double magnitude = std::abs(value), whole = std::pow(10.0, digits - 1) - 0.05;  // from which on no decimal is left
+  if (magnitude >= whole && magnitude < 99999.5) return fmt::format("{:.0f}", value);
   // One notation from 0.01 on (for three digits), so that an interval around a small error does not mix two.
-  if (magnitude >= 0.995 * std::pow(10.0, 1 - digits) && magnitude < hundred) {
-    std::string text = fmt::format("{:#.{}g}", value, digits);
-    if (text.back() == '.') text.pop_back();
-    return text;
-  }
+  if (magnitude >= 0.995 * std::pow(10.0, 1 - digits) && magnitude < whole) return fmt::format("{:#.{}g}", value, digits);
   const std::string text = fmt::format("{:.{}e}", value, digits - 1);
   const std::size_t e = text.find('e');
   return fmt::format("{}e{}", text.substr(0, e), std::stoi(text.substr(e + 1)));
