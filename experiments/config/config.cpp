@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 // What changes a result, and so must not change within one output directory.
 std::string result_hash(const ConfigNode& root) {
   ConfigNode::Table table = *root.table();
-  for (const char* key : {"title", "outputs", "quick", "threads", "rates", "ratios"}) table.erase(key);
+  for (const char* key : {"title", "outputs", "quick", "threads", "predictions"}) table.erase(key);
   const std::string text = canonical_text({std::move(table), {}, {}});
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
 }
@@ -40,9 +40,11 @@ void refuse_keys(const ConfigNode& root, const ExperimentKind& kind) {
 }
 
 void refuse_unknown_keys(const ConfigNode& root) {
+  refuse_old_key(root, "rates", "[[predictions]] with expect = { exponent = … }");
+  refuse_old_key(root, "ratios", "[[predictions]] with over, and expect = { ratio = … }");
   TableReader reader(root, "experiment");
   for (const char* key : {"title", "scenes", "accels", "integrators", "seeds", "budget", "reference", "metrics", "confidence",
-                          "resolution", "threads", "structures", "regions", "rates", "ratios", "outputs", "quick"})
+                          "resolution", "threads", "structures", "regions", "predictions", "outputs", "quick"})
     reader.find(key);
   for (const ExperimentKind* kind : experiment_kinds())
     for (const auto& keys : {kind->keys(), kind->companions()})

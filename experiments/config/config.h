@@ -14,19 +14,24 @@
 //   resolution  [w, h]; default: the scene's
 //   threads     default: the machine's; `--threads` wins
 //   structures  true or { resolution, repetitions, check_rays, budget = "10s", isa = ["avx2", "avx512"] }: also time every
-//   structure on every scene dynamic     { frames, motions, policies, … }: instead of integrators, scenes that move
-//   (kinds/animation/animation.h) points, records  tables: instead of integrators, what finds points or records
-//   (kinds/search/search_config.h) claims      [[claims]] and timing: instead of all that, claims and what measures them
-//   (kinds/claims/claims_config.h) regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves
-//   (regions.h) rates       [[rates]]: at which exponent theory says errors fall there (rate_law.h); the report fits and
-//   compares ratios      [[ratios]]: what one method's error is expected to be over another's (ratio_claim.h); the report finds
-//   them stress      [[stress]] tables: methods on the scenes that break them (kinds/stress/stress_config.h) outputs     {
-//   tables = ["md", "csv", "tex"] } quick       any of the keys above, put in their place by `--quick`
+//               structure on every scene
+//   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
+//   predictions [[predictions]]: the exponents at which errors fall there, or the ratios of methods' errors, that somebody
+//               expects (prediction.h); the report measures and judges them
+//   outputs     { tables = ["md", "csv", "tex"] }
+//   quick       any of the keys above, put in their place by `--quick`
+//
+// or, instead of integrators, the keys of another kind of experiment:
+//
+//   dynamic         { frames, motions, policies, … }: scenes that move (kinds/animation/animation.h)
+//   points, records what finds points or records (kinds/search/search_config.h)
+//   claims, timing  statements and what measures them (kinds/claims/claims_config.h)
+//   stress          methods on the scenes that break them (kinds/stress/stress_config.h)
 #pragma once
 
 #include "experiments/config/budget.h"
 #include "experiments/config/method.h"
-#include "experiments/config/rate_law.h"
+#include "experiments/config/prediction.h"
 #include "experiments/config/regions.h"
 #include "framework/core/isa.h"
 #include "framework/core/vec.h"
@@ -77,15 +82,14 @@ struct ExperimentConfig {
   std::vector<std::string> metrics;
   bool confidence = false;
   std::vector<RegionChoice> regions;
-  std::vector<RateLaw> rates;
-  std::vector<RatioClaim> ratios;
+  std::vector<Prediction> predictions;
   std::optional<ivec2> resolution;
   std::optional<int> threads;
   std::optional<StructureTiming> structures;
   std::vector<std::string> table_formats;
   const ExperimentKind* kind = nullptr;
   std::shared_ptr<const KindChoice> choice;  // null: the kind has no keys beyond the above
-  std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs, rates or ratios
+  std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs or predictions
 };
 
 template <class Choice>

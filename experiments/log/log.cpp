@@ -159,8 +159,8 @@ class LogReader {
       take_reference(read_reference(json));
     } else if (type == "structure") {
       put_structure(log_, read_structure(json));
-    } else if (type == "rates") {
-      log_.rates = read_rates(json);
+    } else if (type == "predictions") {
+      log_.stated = read_stated(json);
     } else if (type == "checkpoint") {
       CheckpointRecord record = read_checkpoint(json);
       open_[record.cell].push_back(std::move(record));
@@ -173,7 +173,7 @@ class LogReader {
     } else if (!log_.finished) {
       std::vector<std::string> types = kind_record_types();
       for (const char* own :
-           {"manifest", "plan", "scene", "reference", "structure", "rates", "checkpoint", "cell", "products", "finished"})
+           {"manifest", "plan", "scene", "reference", "structure", "predictions", "checkpoint", "cell", "products", "finished"})
         types.emplace_back(own);
       throw Error(unknown_name("record", type, types));
     }
@@ -272,7 +272,7 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
     for (const auto& record : log.structures) put_structure(merged, record);
     for (const auto& record : log.products) add_products(merged, record);
     for (const auto& record : log.records) put_record(merged, record);
-    merged.rates.merge(log.rates);
+    merged.stated.merge(log.stated);
     std::map<CellName, std::vector<CheckpointRecord>> checkpoints;
     for (const auto& record : log.checkpoints) checkpoints[record.cell].push_back(record);
     for (const auto& record : log.cells) blocks.put(record, std::move(checkpoints[record.cell]));

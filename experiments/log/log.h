@@ -14,8 +14,7 @@
 //   structure   a structure built over a scene: keys of StructureRecord
 //   checkpoint  one point of a cell's convergence: keys of CheckpointRecord
 //   products    how the errors of a configuration's seeds go together: keys of ProductsRecord
-//   rates       what theory says of convergence and what ratios are expected, all of the experiment (rate_law.h); the last such
-//               line counts
+//   predictions what the experiment predicts, and the regions that it speaks of (prediction.h); the last such line counts
 //   cell        the end of a cell: status "done" or "failed" (with error), how many checkpoints stand before it, hash of the
 //               image, files with size and hash, expectation
 //   others      the end of a cell of another kind of experiment, with all of its figures (experiments/kind.h): animation,
@@ -28,7 +27,7 @@
 #pragma once
 
 #include "experiments/config/cell_name.h"
-#include "experiments/config/rate_law.h"
+#include "experiments/config/prediction.h"
 #include "experiments/log/json_fwd.h"
 #include "experiments/log/measured.h"
 #include "experiments/log/ray_kind.h"
@@ -173,7 +172,7 @@ struct RunLog {
   std::vector<CellRecord> cells;
   std::vector<ProductsRecord> products;
   std::vector<std::shared_ptr<KindRecord>> records;
-  RateRecord rates;
+  StatedRecord stated;
   std::vector<PlanRecord> plans;  // the last is the one that counts
   std::vector<SceneRecord> scenes;
   bool finished = false, torn = false;  // torn: its last block was cut short
@@ -204,7 +203,7 @@ std::string to_json_line(const CellRecord& record);
 std::string to_json_line(const ProductsRecord& record);
 std::string to_json_line(const PlanRecord& record);
 std::string to_json_line(const SceneRecord& record);
-std::string to_json_line(const RateRecord& record);
+std::string to_json_line(const StatedRecord& record);
 std::string finished_line(double took_s = 0);  // after so many seconds; 0: not known
 
 // The line as it stands in the file: with its checksum.

@@ -6,6 +6,7 @@ namespace etendue {
 
 namespace {
 
+constexpr const char* quantities[] = {"exponent", "ratio"};
 constexpr const char* models[] = {"power", "plateau"};
 constexpr const char* points[] = {"checkpoints", "configurations"};
 
@@ -143,19 +144,27 @@ void list_fields(auto& f, FieldsOf<ProductsRecord> auto& r) {
   f("products", r.products);
 }
 
-void list_fields(auto& f, FieldsOf<RateLaw> auto& r) {
+void list_fields(auto& f, FieldsOf<Expected> auto& r) {
+  f.end("low", r.low, -endless);
+  f.end("high", r.high, endless);
+  f.maybe("text", r.text);
+}
+
+void list_fields(auto& f, FieldsOf<Prediction> auto& r) {
+  f.choice("quantity", r.quantity, quantities);
   f("method", r.method);
+  f.maybe("over", r.over);
   f("scene", r.scene);
   f("region", r.region);
+  f.maybe("expected", r.expected);
+  f("source", r.source);
+  if (r.is_ratio()) return;
   f("metric", r.metric);
   f("x", r.x);
   f.choice("points", r.across, points);
   f("from", r.from);
   f("to", r.to);
   f.choice("model", r.model, models);
-  f("exponent", r.exponent);
-  f("exponent_text", r.exponent_text);
-  f("source", r.source);
 }
 
 void list_fields(auto& f, FieldsOf<RegionChoice> auto& r) {
@@ -164,19 +173,9 @@ void list_fields(auto& f, FieldsOf<RegionChoice> auto& r) {
   f("polygon", r.polygon);
 }
 
-void list_fields(auto& f, FieldsOf<RatioClaim> auto& r) {
-  f("method", r.method);
-  f("over", r.over);
-  f("scene", r.scene);
-  f("region", r.region);
-  f.maybe("expected", r.expected);
-  f("source", r.source);
-}
-
-void list_fields(auto& f, FieldsOf<RateRecord> auto& r) {
-  f("laws", r.laws);
+void list_fields(auto& f, FieldsOf<StatedRecord> auto& r) {
+  f("predictions", r.predictions);
   f("regions", r.regions);
-  f.maybe("ratios", r.ratios);
 }
 
 std::string to_json_line(const ManifestRecord& r) { return line_of("manifest", r); }
@@ -187,7 +186,7 @@ std::string to_json_line(const StructureRecord& r) { return line_of("structure",
 std::string to_json_line(const CheckpointRecord& r) { return line_of("checkpoint", r); }
 std::string to_json_line(const CellRecord& r) { return line_of("cell", r); }
 std::string to_json_line(const ProductsRecord& r) { return line_of("products", r); }
-std::string to_json_line(const RateRecord& r) { return line_of("rates", r); }
+std::string to_json_line(const StatedRecord& r) { return line_of("predictions", r); }
 std::string finished_line(double took_s) {
   Json json{{"type", "finished"}};
   if (took_s > 0) json["took_s"] = finite(took_s);
@@ -202,6 +201,6 @@ StructureRecord read_structure(const Json& json) { return read_value<StructureRe
 CheckpointRecord read_checkpoint(const Json& json) { return read_value<CheckpointRecord>(json); }
 CellRecord read_cell(const Json& json) { return read_value<CellRecord>(json); }
 ProductsRecord read_products(const Json& json) { return read_value<ProductsRecord>(json); }
-RateRecord read_rates(const Json& json) { return read_value<RateRecord>(json); }
+StatedRecord read_stated(const Json& json) { return read_value<StatedRecord>(json); }
 
 }  // namespace etendue

@@ -16,6 +16,6 @@ CellRecord read_cell(const Json& json);
 ProductsRecord read_products(const Json& json);
 PlanRecord read_plan(const Json& json);
 SceneRecord read_scene_record(const Json& json);
-RateRecord read_rates(const Json& json);
+StatedRecord read_stated(const Json& json);
 
 }  // namespace etendue

@@ -90,7 +90,7 @@ std::vector<Region> regions_of(const RunLog& log, const std::string& scene, ivec
   regions.front().pixels.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
   std::iota(regions.front().pixels.begin(), regions.front().pixels.end(), std::size_t{0});
   if (at_checkpoints)
-    for (Region& region : make_regions(log.rates.regions, scene, size)) regions.push_back(std::move(region));
+    for (Region& region : make_regions(log.stated.regions, scene, size)) regions.push_back(std::move(region));
   return regions;
 }
 

@@ -14,6 +14,13 @@ namespace {
 
 constexpr double rounded_by = 1e-6;  // of the radiance: what single precision leaves of pixels that have no noise
 
+struct Coverage {
+  const char *name, *text;
+  double least;  // of normal errors
+};
+constexpr Coverage coverages[] = {{"within_1", "pixels within 1 standard error", 0.683},
+                                  {"within_2", "pixels within 2 standard errors", 0.954}};
+
 double luminance_of(const dvec3& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
 std::vector<double> final_confidence(const Configuration& configuration, const std::string& name) {
@@ -46,44 +53,39 @@ std::map<std::string, double> confidence_of(const Image& image, const Image& sta
           {"true", std::sqrt(squared_errors / n)}};
 }
 
-Table confidence_table(const ReportData& data) {
-  Table table{"confidence", "Does the method know its error?", {}, {}, {}, {}};
-  table.columns = {{"scene", "scene", false},
-                   {"integrator", "integrator", false},
-                   {"structure", "", false, Audience::machines},
-                   {"seeds", "seeds"},
-                   {"iterations", "iterations"},
-                   {"within_1", "pixels within 1 s.e."},
-                   {"within_2", "within 2 s.e."},
-                   {"stated", "stated error (RMS)"},
-                   {"true", "true error (RMS)"}};
+Predictions confidence_predictions(const ReportData& data) {
+  Predictions predictions;
   for (const SceneData& scene : data.scenes) {
     if (scene.reference == nullptr || scene.reference->mse_floor > 0) continue;
     for (const Configuration& configuration : scene.configurations) {
-      const std::size_t seeds = final_confidence(configuration, "within_1").size();
-      if (seeds == 0) continue;
-      std::vector<TableCell> row{TableCell::words(configuration.scene), TableCell::words(configuration.integrator),
-                                 TableCell::words(configuration.accel), TableCell::count(seeds),
-                                 TableCell::count(configuration.replicates.front().last()->iterations)};
-      for (const char* share : {"within_1", "within_2"}) {
-        const double value = median(final_confidence(configuration, share));
-        row.push_back(TableCell::number(value, fmt::format("{:.1f} %", 100 * value)));
+      if (final_confidence(configuration, "within_1").empty()) continue;
+      for (const Coverage& coverage : coverages) {
+        const std::vector<double> shares = final_confidence(configuration, coverage.name);
+        JudgedPrediction row{.scene = configuration.scene,
+                             .method = configuration.integrator,
+                             .structure = configuration.accel,
+                             .quantity = coverage.text,
+                             .source = "normal errors that are stated rightly",
+                             .kind = FigureKind::share,
+                             .expected = Expected{coverage.least, 1}};
+        row.measure(median(shares), Interval{quantile(shares, 0.25), quantile(shares, 0.75)});
+        row.details = {{"seeds", TableCell::count(shares.size())},
+                       {"iterations", TableCell::count(configuration.replicates.front().last()->iterations)}};
+        for (const char* error : {"stated", "true"}) {
+          const double value = median(final_confidence(configuration, error));
+          row.details.emplace_back(error, TableCell::number(value, fmt::format("{:.3g}", value)));
+        }
+        predictions.rows.push_back(std::move(row));
       }
-      for (const char* error : {"stated", "true"}) {
-        const double value = median(final_confidence(configuration, error));
-        row.push_back(TableCell::number(value, fmt::format("{:.3g}", value)));
-      }
-      table.rows.push_back(std::move(row));
     }
   }
-  if (!table.rows.empty())
-    table.notes.push_back(
-        "Scenes with a closed form; medians over seeds. The share of pixels whose error in luminance is at most one and two of "
-        "the "
-        "standard errors that the method states for each pixel by itself. Normal errors stated rightly: 68.3 % and 95.4 %; "
-        "more, "
-        "the method states too much; less, too little.");
-  return table;
+  if (!predictions.rows.empty())
+    predictions.notes.push_back(
+        "Pixels within standard errors: on scenes with a closed form; medians over seeds, with their quartiles. The share of "
+        "pixels whose error in luminance is at most one and two of the standard errors that the method states for each pixel "
+        "by "
+        "itself. A larger share than that of normal errors says that the method states too much, a smaller one, too little.");
+  return predictions;
 }
 
 }  // namespace etendue

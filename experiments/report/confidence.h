@@ -2,7 +2,7 @@
 // the method itself states (Integrator::standard_error). Errors that are normal and stated rightly give 68 % and 95 %.
 #pragma once
 
-#include "experiments/report/table_format.h"
+#include "experiments/report/predictions.h"
 #include "framework/image/film.h"
 
 #include <map>
@@ -16,7 +16,7 @@ struct ReportData;
 // the error. The reference counts as exact.
 std::map<std::string, double> confidence_of(const Image& image, const Image& standard_error, const Image& reference);
 
-// On scenes with a closed form, medians over seeds at the last checkpoint.
-Table confidence_table(const ReportData& data);
+// That a method does not state too little: on scenes with a closed form, medians over seeds at the last checkpoint.
+Predictions confidence_predictions(const ReportData& data);
 
 }  // namespace etendue

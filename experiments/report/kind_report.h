@@ -3,6 +3,7 @@
 
 #include "experiments/log/log.h"
 #include "experiments/report/charts.h"
+#include "experiments/report/predictions.h"
 #include "experiments/report/table_format.h"
 
 #include <string>
@@ -14,6 +15,7 @@ namespace etendue {
 struct KindReport {
   std::string fact = {};  // beneath the page's title: "3 animations"
   std::vector<Table> tables = {};
+  Predictions predictions = {};
   std::vector<Figure> figures = {};                                // that are kept as files
   std::vector<std::pair<std::string, std::string>> findings = {};  // what of, and a sentence
   // The page's section: the name that links to it, its heading, and its HTML.

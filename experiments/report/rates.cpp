@@ -27,7 +27,7 @@ std::optional<double> mse_in(const CheckpointRecord& checkpoint, const std::stri
   return found == metrics.end() ? std::nullopt : std::optional(found->second);
 }
 
-double abscissa(const CheckpointRecord& checkpoint, const RateLaw& law) {
+double abscissa(const CheckpointRecord& checkpoint, const Prediction& law) {
   const std::string& x = law.x;
   if (x == "iterations") return static_cast<double>(checkpoint.iterations);
   if (x == "time") return checkpoint.time_s;
@@ -49,7 +49,7 @@ RatePoint diagonal_point(const std::vector<double>& x, const std::vector<double>
 }
 
 // The reference's own variance is known for the image as a whole; of a region it is left in.
-double offset_of(const RateLaw& law, const SceneData& scene) {
+double offset_of(const Prediction& law, const SceneData& scene) {
   return law.region.empty() && scene.reference != nullptr ? scene.reference->mse_floor : 0;
 }
 
@@ -64,7 +64,7 @@ std::vector<double> mirrored(const std::vector<double>& half, std::size_t seeds)
 
 class Gatherer {
  public:
-  Gatherer(const ReportData& data, const SceneData& scene, const RateLaw& law) : data_(data), scene_(scene), law_(law) {}
+  Gatherer(const ReportData& data, const SceneData& scene, const Prediction& law) : data_(data), scene_(scene), law_(law) {}
 
   // Throws Error where the log does not hold what the law speaks of.
   std::vector<RatePoint> checkpoints(const Configuration& configuration) const {
@@ -173,7 +173,7 @@ class Gatherer {
 
   const ReportData& data_;
   const SceneData& scene_;
-  const RateLaw& law_;
+  const Prediction& law_;
 };
 
 void fit_points(FittedRate& rate) {
@@ -199,7 +199,8 @@ void fit_points(FittedRate& rate) {
 }
 
 template <class Gather>
-FittedRate make_rate(const RateLaw& law, const SceneData& scene, const Configuration& first, bool alone, const Gather& gather) {
+FittedRate make_rate(const Prediction& law, const SceneData& scene, const Configuration& first, bool alone,
+                     const Gather& gather) {
   FittedRate rate;
   rate.law = &law;
   rate.scene = scene.name;
@@ -216,16 +217,11 @@ FittedRate make_rate(const RateLaw& law, const SceneData& scene, const Configura
 
 }  // namespace
 
-std::optional<bool> FittedRate::contains() const {
-  if (!fit || !fit->exponent_interval) return std::nullopt;
-  return fit->exponent_interval->contains(law->exponent);
-}
-
 std::vector<FittedRate> fit_rates(const ReportData& data) {
   std::vector<FittedRate> rates;
-  for (const RateLaw& law : data.log->rates.laws)
+  for (const Prediction& law : data.log->stated.predictions)
     for (const SceneData& scene : data.scenes) {
-      if (!data.log->rates.concerns(law.scene, law.region, scene.name)) continue;
+      if (law.is_ratio() || !data.log->stated.concerns(law, scene.name)) continue;
       // One structure says it all: structures change only the time.
       std::vector<const Configuration*> selected;
       std::set<std::size_t> seen;

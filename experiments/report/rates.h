@@ -1,5 +1,4 @@
-// The laws of an experiment compared with its log: points collected by region, method and metric, fitted, and compared with
-// theory.
+// The exponents that an experiment predicts, measured from its log: points collected by region, method and metric, and fitted.
 #pragma once
 
 #include "experiments/report/report_data.h"
@@ -12,7 +11,7 @@
 namespace etendue {
 
 struct FittedRate {
-  const RateLaw* law = nullptr;
+  const Prediction* law = nullptr;   // the prediction of an exponent
   std::string scene, method;         // as the law names it, or, where that selects several, as charts do
   std::size_t integrator_index = 0;  // for its colour
   std::size_t seeds = 0;
@@ -20,9 +19,6 @@ struct FittedRate {
   std::vector<std::string> names;  // of points that are configurations
   std::optional<RateFit> fit;
   std::string problem;  // why there is no fit
-
-  // Whether the interval holds theory's exponent; empty where there is no interval.
-  std::optional<bool> contains() const;
 };
 
 // One a law, scene and configuration, in the order of the laws. Keeps pointers into the log.

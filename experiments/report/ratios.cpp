@@ -28,21 +28,22 @@ double mse_at_end(const Replicate& replicate, const std::string& region) {
   return mse->second;
 }
 
-FoundRatio find_ratio(const RatioClaim& claim, const SceneData& scene, const Configuration& method, const Configuration& over) {
+FoundRatio find_ratio(const Prediction& prediction, const SceneData& scene, const Configuration& method,
+                      const Configuration& over) {
   FoundRatio found;
-  found.claim = &claim;
+  found.prediction = &prediction;
   found.scene = scene.name;
   found.method = method.integrator;
   found.over = over.integrator;
   // The reference's variance is known for the image as a whole; of a region it is left in.
-  const double floor = claim.region.empty() && scene.reference != nullptr ? scene.reference->mse_floor : 0;
+  const double floor = prediction.region.empty() && scene.reference != nullptr ? scene.reference->mse_floor : 0;
   try {
     std::vector<double> above, below;
     for (const Replicate& a : method.replicates)
       for (const Replicate& b : over.replicates)
         if (a.seed == b.seed) {
-          above.push_back(mse_at_end(a, claim.region) - floor);
-          below.push_back(mse_at_end(b, claim.region) - floor);
+          above.push_back(mse_at_end(a, prediction.region) - floor);
+          below.push_back(mse_at_end(b, prediction.region) - floor);
         }
     found.seeds = above.size();
     if (above.empty()) throw Error("no seed in common");
@@ -118,22 +119,29 @@ class ShortNames {
   bool any_ = false;
 };
 
-std::string figure_with(double value, const std::optional<Interval>& interval) {
-  std::string text = format_figure(value);
-  if (interval) text += " (" + format_interval(interval->low, interval->high) + ")";
-  return text;
+// A value is a figure of its source's own images: of ours it says which of the two methods is better.
+Expected side_of_one(const Expected& expected) {
+  if (!expected.is_value() || expected.low == 1) return expected;
+  return expected.low > 1 ? Expected{1, endless} : Expected{0, 1};
 }
 
-void add_interval(std::vector<TableCell>& row, double value, const std::optional<Interval>& interval) {
-  row.push_back(TableCell::number(value));
-  row.push_back(interval ? TableCell::number(interval->low) : TableCell{});
-  row.push_back(interval ? TableCell::number(interval->high) : TableCell{});
-}
-
-std::string side(const FoundRatio& ratio) {
-  if (!ratio.claim->expected) return "–";
-  const auto kept = ratio.side_as_expected();
-  return kept ? *kept ? "yes" : "NO" : "open";
+JudgedPrediction judged(const FoundRatio& found, const ShortNames& names) {
+  const Prediction& prediction = *found.prediction;
+  JudgedPrediction row{.scene = found.scene,
+                       .region = prediction.region,
+                       .method = names.of(found.method),
+                       .over = names.of(found.over),
+                       .quantity = "ratio of RMSE",
+                       .source = prediction.source,
+                       .expected = prediction.expected,
+                       .problem = found.problem};
+  row.details = {{"seeds", TableCell::count(found.seeds)}};
+  if (!found.problem.empty()) return row;
+  row.measure(found.ratio, found.ratio_interval);
+  if (row.verdict && found.ratio_interval)
+    row.verdict = judge(found.ratio, *found.ratio_interval, side_of_one(*prediction.expected), 1.0);
+  row.add_detail("rmse", found.rmse, found.rmse_interval);
+  return row;
 }
 
 // Ratios that share a scene, a place and what they are over can be put in order.
@@ -141,10 +149,10 @@ using Group = std::vector<const FoundRatio*>;
 std::vector<Group> expected_groups(const std::vector<FoundRatio>& ratios) {
   std::vector<Group> groups;
   for (const FoundRatio& ratio : ratios) {
-    if (!ratio.claim->expected || !ratio.problem.empty()) continue;
+    if (!ratio.prediction->expected || !ratio.problem.empty()) continue;
     const auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& group) {
       const FoundRatio& other = *group.front();
-      return other.scene == ratio.scene && other.over == ratio.over && other.claim->region == ratio.claim->region;
+      return other.scene == ratio.scene && other.over == ratio.over && other.prediction->region == ratio.prediction->region;
     });
     if (found == groups.end())
       groups.push_back({&ratio});
@@ -154,94 +162,59 @@ std::vector<Group> expected_groups(const std::vector<FoundRatio>& ratios) {
   return groups;
 }
 
-}  // namespace
-
-std::optional<bool> FoundRatio::side_as_expected() const {
-  if (!claim->expected || *claim->expected == 1 || !ratio_interval || ratio_interval->contains(1)) return std::nullopt;
-  return (ratio > 1) == (*claim->expected > 1);
+// How many pairs of methods are in the order expected, and the order found.
+std::string order_of_ratios(const std::vector<FoundRatio>& ratios, const ShortNames& names) {
+  std::string text;
+  for (Group& group : expected_groups(ratios)) {
+    std::size_t pairs = 0, kept = 0;
+    for (std::size_t i = 0; i < group.size(); ++i)
+      for (std::size_t j = i + 1; j < group.size(); ++j) {
+        const double expected = group[i]->prediction->expected->low - group[j]->prediction->expected->low;
+        if (expected == 0) continue;
+        ++pairs;
+        kept += (expected > 0) == (group[i]->ratio > group[j]->ratio);
+      }
+    const FoundRatio& first = *group.front();
+    const std::string place = first.prediction->region.empty() ? "" : ", " + first.prediction->region;
+    text += fmt::format("{}{}{}, over {}: ", text.empty() ? "" : " ", first.scene, place, names.of(first.over));
+    if (pairs > 0) text += fmt::format("of {} pairs of methods {} are in the order expected; ", pairs, kept);
+    std::stable_sort(group.begin(), group.end(), [](const auto* a, const auto* b) { return a->ratio > b->ratio; });
+    text += "found, worst first:";
+    for (const FoundRatio* ratio : group)
+      text += fmt::format("{} {} {}", ratio == group.front() ? "" : ",", names.of(ratio->method), format_figure(ratio->ratio));
+    text += ".";
+  }
+  return text;
 }
+
+}  // namespace
 
 std::vector<FoundRatio> find_ratios(const ReportData& data) {
   std::vector<FoundRatio> ratios;
-  for (const RatioClaim& claim : data.log->rates.ratios)
+  for (const Prediction& prediction : data.log->stated.predictions)
     for (const SceneData& scene : data.scenes) {
-      if (!data.log->rates.concerns(claim.scene, claim.region, scene.name)) continue;
-      const auto over = selected(scene, claim.over);
+      if (!prediction.is_ratio() || !data.log->stated.concerns(prediction, scene.name)) continue;
+      const auto over = selected(scene, prediction.over);
       if (over.empty()) continue;
-      for (const Configuration* method : selected(scene, claim.method))
+      for (const Configuration* method : selected(scene, prediction.method))
         if (method->integrator_index != over.front()->integrator_index)
-          ratios.push_back(find_ratio(claim, scene, *method, *over.front()));
+          ratios.push_back(find_ratio(prediction, scene, *method, *over.front()));
     }
   return ratios;
 }
 
-Table ratios_table(const std::vector<FoundRatio>& ratios) {
-  Table table{"ratios", "RMSE of methods over others'", {}, {}, {}, {}};
-  table.columns = {{"scene", "scene", false},
-                   {"region", "region", false},
-                   {"method", "method", false},
-                   {"", "RMSE (95 %)", true, Audience::people}};
-  for (const char* key : {"rmse", "rmse_low", "rmse_high"}) table.columns.push_back({key, "", true, Audience::machines});
-  table.columns.push_back({"over", "over", false});
-  table.columns.push_back({"", "ratio (95 %)", true, Audience::people});
-  for (const char* key : {"ratio", "ratio_low", "ratio_high"}) table.columns.push_back({key, "", true, Audience::machines});
-  table.columns.push_back({"expected", "expected"});
-  table.columns.push_back({"side", "side of 1 as expected", false});
-  table.columns.push_back({"seeds", "seeds"});
-  table.columns.push_back({"source", "source", false});
+Predictions ratio_predictions(const std::vector<FoundRatio>& ratios) {
+  Predictions predictions;
   const ShortNames names(ratios);
-  for (const FoundRatio& r : ratios) {
-    const bool fine = r.problem.empty();
-    std::vector<TableCell> row{
-        TableCell::words(r.scene), TableCell::words(r.claim->region.empty() ? "whole image" : r.claim->region),
-        TableCell::words(names.of(r.method)),
-        fine ? TableCell::number(r.rmse, figure_with(r.rmse, r.rmse_interval)) : TableCell::words(r.problem)};
-    add_interval(row, r.rmse, r.rmse_interval);
-    row.push_back(TableCell::words(names.of(r.over)));
-    row.push_back(fine ? TableCell::number(r.ratio, figure_with(r.ratio, r.ratio_interval)) : TableCell{});
-    add_interval(row, r.ratio, r.ratio_interval);
-    row.push_back(r.claim->expected ? TableCell::number(*r.claim->expected, format_short(*r.claim->expected)) : TableCell{});
-    row.push_back(TableCell::words(side(r)));
-    row.push_back(TableCell::count(r.seeds));
-    row.push_back(r.claim->source.empty() ? TableCell{} : TableCell::words(r.claim->source));
-    table.rows.push_back(std::move(row));
-  }
-  if (ratios.empty()) return table;
-  table.notes.push_back(
-      "RMSE at the end of each run, over the seeds that both methods have, the reference's own noise taken away; intervals are "
-      "95 % bootstraps over seeds (none below three). The side is open where the interval holds 1.");
-  if (const std::string finding = ratios_finding(ratios); !finding.empty()) table.notes.push_back(finding);
-  return table;
-}
-
-std::string ratios_finding(const std::vector<FoundRatio>& ratios) {
-  const ShortNames names(ratios);
-  std::string text;
-  for (Group& group : expected_groups(ratios)) {
-    std::size_t kept = 0, turned = 0, pairs = 0, pairs_kept = 0;
-    for (const FoundRatio* ratio : group) {
-      const auto side = ratio->side_as_expected();
-      kept += side == true;
-      turned += side == false;
-    }
-    for (std::size_t i = 0; i < group.size(); ++i)
-      for (std::size_t j = i + 1; j < group.size(); ++j) {
-        const double expected = *group[i]->claim->expected - *group[j]->claim->expected;
-        if (expected == 0) continue;
-        ++pairs;
-        pairs_kept += (expected > 0) == (group[i]->ratio > group[j]->ratio);
-      }
-    const FoundRatio& first = *group.front();
-    const std::string place = first.claim->region.empty() ? "" : ", " + first.claim->region;
-    text += fmt::format("{}{}{}, over {}: {} of {} ratios lie on the side of 1 that was expected, {} on the other",
-                        text.empty() ? "" : ". ", first.scene, place, names.of(first.over), kept, group.size(), turned);
-    if (pairs > 0) text += fmt::format("; of {} pairs of methods {} are in the order expected", pairs, pairs_kept);
-    std::stable_sort(group.begin(), group.end(), [](const auto* a, const auto* b) { return a->ratio > b->ratio; });
-    text += "; found, worst first:";
-    for (const FoundRatio* ratio : group)
-      text += fmt::format("{} {} {}", ratio == group.front() ? "" : ",", names.of(ratio->method), format_figure(ratio->ratio));
-  }
-  return text.empty() ? text : text + ".";
+  for (const FoundRatio& ratio : ratios) predictions.rows.push_back(judged(ratio, names));
+  if (ratios.empty()) return predictions;
+  predictions.notes.push_back(
+      "Ratios: of RMSE at the end of each run, over the seeds that both methods have, the reference's own noise taken away; "
+      "intervals are 95 % bootstraps over seeds (none below three). Judged is on which side of 1 they lie, for an expected "
+      "value "
+      "is one of its source's own images.");
+  predictions.order = order_of_ratios(ratios, names);
+  return predictions;
 }
 
 }  // namespace etendue

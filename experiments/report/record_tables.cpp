@@ -1,5 +1,4 @@
 // The tables that list records as they are, and the summary at the end of a run.
-#include "experiments/report/confidence.h"
 #include "experiments/report/rate_report.h"
 #include "experiments/report/ratios.h"
 #include "experiments/report/report_text.h"
@@ -114,8 +113,8 @@ Table manifest_table(const ReportData& data) {
 }
 
 std::vector<Table> report_tables(const ReportData& data) {
-  return {final_table(data), phases_table(data),     counters_table(data),     structures_table(data), references_table(data),
-          bias_table(data),  confidence_table(data), expectations_table(data), failures_table(data),   manifest_table(data)};
+  return {final_table(data),      phases_table(data),       counters_table(data), structures_table(data),
+          references_table(data), expectations_table(data), failures_table(data), manifest_table(data)};
 }
 
 std::string summary_table(const RunLog& log) {
@@ -134,16 +133,16 @@ std::string summary_table(const RunLog& log) {
     for (const auto& row : rows)
       if (row[0].raw == scene.name) table.rows.push_back(row);
     if (!table.rows.empty()) out += to_terminal(table, 1);
-    for (const SceneVerdicts& verdicts : conclusions.scenes)
-      if (verdicts.scene == scene.name)
-        for (const Verdict& verdict : verdicts.verdicts)
-          out += fmt::format("  {}: {}{}\n", verdict.topic, verdict.lead, verdict.text);
+    for (const SceneFindings& found : conclusions.scenes)
+      if (found.scene == scene.name)
+        for (const Finding& finding : found.findings)
+          out += fmt::format("  {}: {}{}\n", finding.topic, finding.lead, finding.text);
     out += "\n";
   }
-  if (const std::vector<FittedRate> rates = fit_rates(data); !rates.empty())
-    out += "Rates\n" + to_terminal(rates_table(rates), 1) + "  " + rates_finding(rates) + "\n\n";
-  if (const std::vector<FoundRatio> ratios = find_ratios(data); !ratios.empty())
-    out += "Ratios\n" + to_terminal(ratios_table(ratios), 0) + "  " + ratios_finding(ratios) + "\n\n";
+  Predictions stated = exponent_predictions(fit_rates(data));
+  stated.add(ratio_predictions(find_ratios(data)));
+  if (!stated.rows.empty())
+    out += "Predictions\n" + to_terminal(predictions_table(stated), 1) + "  " + predictions_finding(stated) + "\n\n";
   for (const std::string& warning : conclusions.warnings) out += "Note: " + warning + "\n";
   if (data.scenes.empty()) out += "The log holds no finished cell.\n";
   return out;

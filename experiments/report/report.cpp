@@ -4,6 +4,7 @@
 #include "experiments/log/products.h"
 #include "experiments/log/trust.h"
 #include "experiments/report/charts.h"
+#include "experiments/report/confidence.h"
 #include "experiments/report/page/html.h"
 #include "experiments/report/page/images.h"
 #include "experiments/report/rate_report.h"
@@ -201,9 +202,16 @@ std::string formatted(const Table& table, const std::string& format) {
 PageContent content_of(const ReportData& data) {
   PageContent content;
   content.rates = fit_rates(data);
-  if (!content.rates.empty()) content.tables.push_back(rates_table(content.rates));
-  if (const auto ratios = find_ratios(data); !ratios.empty()) content.tables.push_back(ratios_table(ratios));
-  for (const ExperimentKind* kind : experiment_kinds()) content.kinds.push_back(kind->report(*data.log));
+  content.stated = exponent_predictions(content.rates);
+  content.stated.add(ratio_predictions(find_ratios(data)));
+  Predictions predictions = content.stated;
+  predictions.add(bias_predictions(data));
+  predictions.add(confidence_predictions(data));
+  for (const ExperimentKind* kind : experiment_kinds()) {
+    content.kinds.push_back(kind->report(*data.log));
+    predictions.add(content.kinds.back().predictions);
+  }
+  content.tables.push_back(predictions_table(predictions));
   for (const KindReport& kind : content.kinds)
     content.tables.insert(content.tables.end(), kind.tables.begin(), kind.tables.end());
   const std::vector<Table> tables = report_tables(data);
@@ -221,17 +229,16 @@ std::vector<Figure> figures_of(const ReportData& data, const PageContent& conten
 
 // What an experiment was for comes first: theory, then what its kind judges, then who leads where.
 std::string finding_of(const ReportData& data, const PageContent& content) {
-  if (std::string rates = rates_finding(content.rates); !rates.empty()) return rates;
-  if (std::string ratios = ratios_finding(find_ratios(data)); !ratios.empty()) return ratios;
+  if (std::string stated = predictions_finding(content.stated); !stated.empty()) return stated;
   for (const KindReport& kind : content.kinds) {
     if (!kind.answer.empty()) return kind.answer;
     if (!kind.findings.empty()) return kind.findings.front().second;
   }
   constexpr std::size_t most = 4;  // scenes: it is one sentence that a reader wants
   std::string text;
-  const std::vector<SceneVerdicts> scenes = conclude(data).scenes;
+  const std::vector<SceneFindings> scenes = conclude(data).scenes;
   for (std::size_t i = 0; i < std::min(most, scenes.size()); ++i) {
-    const Verdict& first = scenes[i].verdicts.front();
+    const Finding& first = scenes[i].findings.front();
     const std::size_t end = first.text.find(". ");
     text += fmt::format("{}{}: {}{}", text.empty() ? "" : " ", scenes[i].scene, first.lead,
                         end == std::string::npos ? first.text : first.text.substr(0, end + 1));

@@ -1,17 +1,17 @@
 // The tables of a report, each the same data in every format.
 //
+//   predictions   what was expected, what was measured, and the verdict (predictions.h)
 //   final         per scene, integrator and structure: the error at equal time, cost, every metric, theory against measurement
 //   phases        where the time went
 //   counters      work per iteration, which no clock's noise touches
 //   structures    what `etendue accel` measured of the ray structures
 //   references    what the errors are measured against, and its own noise
 //   expectations  what each integrator declares of itself
-//   bias          on scenes with a closed form: the bias of the mean against what the method declares
-//   confidence    on scenes with a closed form: the share of pixels within the error that the method itself states
 //   failures      cells that failed, with their errors
 //   manifest      what ran: version, compiler, machine
 #pragma once
 
+#include "experiments/report/predictions.h"
 #include "experiments/report/report_data.h"
 #include "experiments/report/table_format.h"
 
@@ -26,9 +26,9 @@ Table counters_table(const ReportData& data);
 Table structures_table(const ReportData& data);
 Table references_table(const ReportData& data);
 Table expectations_table(const ReportData& data);
-Table bias_table(const ReportData& data);
 Table failures_table(const ReportData& data);
 Table manifest_table(const ReportData& data);
+Predictions bias_predictions(const ReportData& data);  // on scenes with a closed form, against what methods declare
 std::vector<Table> report_tables(const ReportData& data);
 
 // What `etendue run` prints at its end: per scene the errors at equal time, the verdict, and warnings.

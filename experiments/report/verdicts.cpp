@@ -44,16 +44,16 @@ std::vector<Contender> contenders(const ReportData& data, const SceneData& scene
   return sorted;
 }
 
-Verdict accuracy(const ReportData& data, const SceneData& scene) {
-  Verdict verdict{"Accuracy", {}, {}};
+Finding accuracy(const ReportData& data, const SceneData& scene) {
+  Finding finding{"Accuracy", {}, {}};
   std::vector<std::string> late;
   const auto ranked = contenders(data, scene, late);
   const std::string when = format_seconds(scene.common_time_s);
-  if (ranked.empty()) return verdict;
+  if (ranked.empty()) return finding;
   const Contender& first = ranked.front();
-  verdict.lead =
+  finding.lead =
       fmt::format("{} has {}{}", label(data, *first.configuration), ranked.size() > 1 ? "the least " : "", data.main_metric());
-  std::string& text = verdict.text;
+  std::string& text = finding.text;
   text = fmt::format(" at {}: {}, {}.", when, describe(first.error), seeds_text(first.error.count));
   if (ranked.size() > 1) {
     const Contender& next = ranked[1];
@@ -71,7 +71,7 @@ Verdict accuracy(const ReportData& data, const SceneData& scene) {
     }
   }
   if (!late.empty()) text += fmt::format(" No result by then: {}.", enumerate(late, ", ", 8));
-  return verdict;
+  return finding;
 }
 
 std::string lead_text(const ReportData& data, const SceneData& scene) {
@@ -200,19 +200,19 @@ std::string describe(const ArrivalMedian& arrival) {
 Conclusions conclude(const ReportData& data) {
   Conclusions conclusions;
   for (const SceneData& scene : data.scenes) {
-    SceneVerdicts verdicts{scene.name, {}};
+    SceneFindings found{scene.name, {}};
     const auto add = [&](const char* topic, const std::string& text) {
-      if (!text.empty()) verdicts.verdicts.push_back({topic, "", text});
+      if (!text.empty()) found.findings.push_back({topic, "", text});
     };
     // A signed figure has no order of good and bad: where nothing else was logged, nobody leads.
     if (!data.empty() && scene.common_time_s > 0 && !data.is_signed(data.main_metric())) {
-      if (Verdict verdict = accuracy(data, scene); !verdict.text.empty()) verdicts.verdicts.push_back(std::move(verdict));
+      if (Finding first = accuracy(data, scene); !first.text.empty()) found.findings.push_back(std::move(first));
       add("Over time", lead_text(data, scene));
       add("Time to error", target_text(data, scene));
     }
     add("Throughput", throughput_text(data, scene));
     add("Structures", structures_text(*data.log, scene.name));
-    if (!verdicts.verdicts.empty()) conclusions.scenes.push_back(std::move(verdicts));
+    if (!found.findings.empty()) conclusions.scenes.push_back(std::move(found));
   }
   conclusions.warnings = warnings_of(data);
   return conclusions;

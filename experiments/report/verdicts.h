@@ -9,17 +9,17 @@
 
 namespace etendue {
 
-struct Verdict {
+struct Finding {
   std::string topic, lead, text;  // "Accuracy", "path has the least relmse", " at 12 s: ..."; the lead may be empty
 };
 
-struct SceneVerdicts {
+struct SceneFindings {
   std::string scene;
-  std::vector<Verdict> verdicts;
+  std::vector<Finding> findings;
 };
 
 struct Conclusions {
-  std::vector<SceneVerdicts> scenes;
+  std::vector<SceneFindings> scenes;
   std::vector<std::string> warnings;
 };
 

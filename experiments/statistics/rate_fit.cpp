@@ -125,9 +125,9 @@ std::optional<Parameters> fit_plateau(std::span<const LogPoint> points) {
   return residuals.parameters(best);
 }
 
-std::optional<Parameters> fit(std::span<const LogPoint> points, RateLaw::Model model) {
+std::optional<Parameters> fit(std::span<const LogPoint> points, Prediction::Model model) {
   if (points.size() < 3) return std::nullopt;
-  return model == RateLaw::Model::plateau ? fit_plateau(points) : fit_power(points);
+  return model == Prediction::Model::plateau ? fit_plateau(points) : fit_power(points);
 }
 
 // Variance of log y, seed by seed left out; infinite where that is no number.
@@ -207,7 +207,7 @@ RateValue rate_estimate(const RatePoint& point, const std::string& metric) {
 
 double RateFit::value(double x) const { return amplitude * std::pow(x, exponent) + plateau; }
 
-std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::string& metric, RateLaw::Model model,
+std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::string& metric, Prediction::Model model,
                                 const BootstrapOptions& options) {
   if (points.empty()) return std::nullopt;
   const std::size_t seeds = points.front().x.size();
@@ -242,7 +242,7 @@ std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::st
       },
       options);
   result.exponent_interval = intervals[0];
-  if (model == RateLaw::Model::plateau) result.plateau_interval = intervals[1];
+  if (model == Prediction::Model::plateau) result.plateau_interval = intervals[1];
   return result;
 }
 

@@ -13,7 +13,7 @@
 // autocorrelated; the weights stay as they were.
 #pragma once
 
-#include "experiments/config/rate_law.h"
+#include "experiments/config/prediction.h"
 #include "experiments/statistics/statistics.h"
 
 #include <optional>
@@ -50,7 +50,7 @@ struct RateFit {
 };
 // The points may have any order; all hold the same seeds. Empty where fewer than three points (four for a plateau) are
 // positive.
-std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::string& metric, RateLaw::Model model,
+std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::string& metric, Prediction::Model model,
                                 const BootstrapOptions& options = {});
 
 }  // namespace etendue

@@ -46,7 +46,7 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
                         "expect = { bvh = [1, 1] }\n",
                     row =
                         "budget = { samples = 1 }\n[[stress]]\nid = 1\nfailure = \"f\"\nsource = \"s\"\n"
-                        "scene = \"builtin:edge\"\nfigure = \"bias\"\nfails = [1, 2]\nholds = [0, 0.5]\n"
+                        "scene = \"builtin:edge\"\nfigure = \"bias\"\nexpect = { fails = [1, 2], holds = [0, 0.5] }\n"
                         "method = { name = \"path\" }\n";
   const std::map<std::string, std::string> experiments{
       {"The file", base + z},
@@ -55,8 +55,7 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
       {"structures", base + "structures = { " + z + " }\n"},
       {"outputs", base + "outputs = { " + z + " }\n"},
       {"regions", base + path + "[[regions]]\n" + z},
-      {"rates", base + path + "[[rates]]\nmethod = \"path\"\n" + z},
-      {"ratios", base + path + "[[ratios]]\nmethod = \"path\"\nover = \"path\"\n" + z},
+      {"predictions", base + path + "[[predictions]]\nmethod = \"path\"\n" + z},
       {"dynamic", "scenes = [\"builtin:cornell-box\"]\n[dynamic]\n" + z},
       {"points", "scenes = [\"builtin:cornell-box\"]\n[points]\n" + z},
       {"records", "scenes = [\"builtin:cornell-box\"]\n[records]\n" + z},

@@ -183,13 +183,14 @@ TEST_F(Run, ShardsAreAPartitionAndMergeInTheReport) {
 
 TEST_F(Run, WhatImagesToldIsInTheLog) {
   write_file("rates.toml", std::string(experiment).replace(0, 15, "title = \"Rates\"") +
-                               "[[rates]]\nmethod = \"path mis=light\"\nscene = \"builtin:lambert-sphere\"\n"
-                               "metric = \"variance\"\nexponent = \"-1\"\nsource = \"[Veach1997]\"\n");
+                               "[[predictions]]\nmethod = \"path mis=light\"\nscene = \"builtin:lambert-sphere\"\n"
+                               "metric = \"variance\"\nexpect = { exponent = \"-1\" }\nsource = \"[Veach1997]\"\n");
   ASSERT_EQ(run({"run", "rates.toml", "--out", "whole"}).status, 0);
   std::filesystem::create_directory(directory_ / "log-alone");
   std::filesystem::copy_file(directory_ / "whole/runs.jsonl", directory_ / "log-alone/runs.jsonl");
   ASSERT_EQ(run({"report", "log-alone", "--logs-only"}).status, 0);
-  for (const char* table : {"tables/final.csv", "tables/rates.csv", "charts/rate-lambert-sphere-whole-image-variance-iterations.svg"}) {
+  for (const char* table :
+       {"tables/final.csv", "tables/predictions.csv", "charts/rate-lambert-sphere-whole-image-variance-iterations.svg"}) {
     const std::string whole = read_text_file(directory_ / "whole" / table);
     EXPECT_FALSE(whole.empty()) << table;
     EXPECT_EQ(read_text_file(directory_ / "log-alone" / table), whole) << table;

@@ -10,7 +10,7 @@
 namespace etendue {
 namespace {
 
-using Model = RateLaw::Model;
+using Model = Prediction::Model;
 
 class Normal {
  public:

@@ -24,11 +24,11 @@ constexpr const char* base =
     "scene = \"builtin:furnace\"\n"
     "from = [0, 0.25]\n"
     "to = [0.5, 0.75]\n"
-    "[[rates]]\n"
+    "[[predictions]]\n"
     "method = \"photon-map k=20\"\n"
     "region = \"left\"\n"
     "from = 4\n"
-    "exponent = \"-2/3\"\n"
+    "expect = { exponent = \"-2/3\" }\n"
     "source = \"theory\"\n";
 
 std::string with(const std::string& from, const std::string& to) { return replaced(base, from, to); }
@@ -61,18 +61,21 @@ TEST(Regions, SlipsAreErrorsAtTheirPlace) {
                "did you mean 'builtin:furnace'");
   expect_error(with("name = \"left\"\n", ""), "x.toml:4:1", "without a name");
   expect_error(with("from = [0, 0.25]\nto = [0.5, 0.75]", "polygon = [[0, 0], [1, 1]]"), "x.toml:7:11", "three or more");
-  expect_error(with("[[rates]]", "[[regions]]\nname = \"left\"\nfrom = [0, 0]\nto = [1, 1]\n[[rates]]"), "x.toml:9:1", "twice");
+  expect_error(with("[[predictions]]", "[[regions]]\nname = \"left\"\nfrom = [0, 0]\nto = [1, 1]\n[[predictions]]"),
+               "x.toml:9:1", "twice");
   const auto config = parse_experiment(with("to = [0.5, 0.75]", "to = [0.5, 0.26]"), "x.toml");
   EXPECT_THROW(make_regions(config.regions, "builtin:furnace", {8, 8}), Error);
 }
 
 TEST(Rates, LawIsReadInFull) {
-  const RateLaw law = parse_experiment(base, "x.toml").rates.at(0);
+  const Prediction law = parse_experiment(base, "x.toml").predictions.at(0);
   EXPECT_EQ(law.method, "photon-map k=20");
   EXPECT_EQ(law.region, "left");
   EXPECT_EQ(law.metric, "mse");
-  EXPECT_NEAR(law.exponent, -2.0 / 3, 1e-15);
-  EXPECT_EQ(law.exponent_text, "-2/3");
+  ASSERT_TRUE(law.expected);
+  EXPECT_TRUE(law.expected->is_value());
+  EXPECT_NEAR(law.expected->low, -2.0 / 3, 1e-15);
+  EXPECT_EQ(law.expected->text, "-2/3");
   EXPECT_EQ(law.from, 4);
   EXPECT_FALSE(law.across);
 }
@@ -82,15 +85,23 @@ TEST(Rates, SlipsAreErrorsAtTheirPlace) {
   expect_error(with("k=20", "k=21"), "x.toml:10:10", "unknown method");
   expect_error(with("region = \"left\"", "region = \"lft\""), "x.toml:11:10", "did you mean 'left'");
   expect_error(with("region = \"left\"", "region = \"left\"\nscene = \"builtin:lambert-sphere\""), "x.toml:11:10", "no region");
-  expect_error(with("exponent = \"-2/3\"\n", ""), "x.toml:9:1", "without an exponent");
-  expect_error(with("-2/3", "-2/0"), "x.toml:13:12", "fraction");
-  expect_error(with("source = \"theory\"\n", ""), "x.toml:9:1", "without a source");
+  expect_error(with("expect = { exponent = \"-2/3\" }\n", ""), "x.toml:9:1", "nothing is expected");
+  expect_error(with("-2/3", "-2/0"), "x.toml:13:23", "fraction");
+  expect_error(with("{ exponent =", "{ exponnent ="), "x.toml:13:12", "did you mean 'exponent'");
+  expect_error(with("source = \"theory\"\n", ""), "x.toml:13:10", "without a source");
   expect_error(with("from = 4", "from = 4\nto = 3"), "x.toml:13:6", "from < to");
   expect_error(with("from = 4", "x = \"recrods\""), "x.toml:12:5", "did you mean 'records'");
   expect_error(with("from = 4", "metric = \"bias\""), "x.toml:12:10", "did you mean 'bias2'");
   expect_error(with("from = 4", "points = \"configurations\""), "x.toml:10:10", "three or more");
   expect_error(with("budget", "metrics = [\"relmse\"]\nbudget"), "x.toml:10:1", "mse is not among");
-  expect_error("scenes = [\"builtin:mesh\"]\n[dynamic]\n[[rates]]\nx = \"time\"\n", "x.toml:3:3", "of no use");
+  expect_error("scenes = [\"builtin:mesh\"]\n[dynamic]\n[[predictions]]\nx = \"time\"\n", "x.toml:3:3", "of no use");
+}
+
+TEST(Rates, OldSpellingsNameTheNewOne) {
+  expect_error(with("[[predictions]]", "[[rates]]"), "x.toml:9:3", "[[predictions]] with expect = { exponent");
+  expect_error(with("[[predictions]]", "[[ratios]]"), "x.toml:9:3", "[[predictions]] with over");
+  expect_error(with("expect = { exponent = \"-2/3\" }", "exponent = \"-2/3\""), "x.toml:13:1", "expect = { exponent");
+  expect_error(with("expect = { exponent = \"-2/3\" }", "expected = 2"), "x.toml:13:1", "expect = { ratio");
 }
 
 TEST(Rates, LawsDoNotChangeTheExperimentsHashRegionsDo) {
@@ -110,8 +121,8 @@ TEST(Rates, MethodsAreSelectedByNameAndParameters) {
 
 TEST(Rates, RecordAndRegionsSurviveTheLog) {
   const ExperimentConfig config = parse_experiment(base, "x.toml");
-  const RateRecord record{config.rates, config.regions}, back = read_rates(Json::parse(to_json_line(record)));
-  EXPECT_EQ(back.laws, record.laws);
+  const StatedRecord record{config.predictions, config.regions}, back = read_stated(Json::parse(to_json_line(record)));
+  EXPECT_EQ(back.predictions, record.predictions);
   EXPECT_EQ(to_json_line(back), to_json_line(record));
 
   const std::filesystem::path path = std::filesystem::temp_directory_path() / "etendue-rates-log.jsonl";
@@ -125,27 +136,26 @@ TEST(Rates, RecordAndRegionsSurviveTheLog) {
                       << sealed(to_json_line(with_regions)) << "\n"
                       << sealed(to_json_line(log.cells.front())) << "\n";
   const RunLog read = read_log(path.string());
-  EXPECT_EQ(read.rates.laws, record.laws);
+  EXPECT_EQ(read.stated.predictions, record.predictions);
   ASSERT_EQ(read.checkpoints.size(), 2u);
   EXPECT_TRUE(read.checkpoints[0].regions.empty());
   EXPECT_EQ(read.checkpoints[1].regions.at("left").at("mse"), 0.25);
-  EXPECT_EQ(merge_logs({read, read}).rates.laws.size(), 1u);
+  EXPECT_EQ(merge_logs({read, read}).stated.predictions.size(), 1u);
   std::filesystem::remove(path);
 }
 
-RateLaw law(const std::string& method, double exponent, const std::string& text) {
-  RateLaw law;
+Prediction law(const std::string& method, double exponent, const std::string& text) {
+  Prediction law;
   law.method = method;
-  law.exponent = exponent;
-  law.exponent_text = text;
+  law.expected = {exponent, exponent, text};
   law.source = "theory";
   return law;
 }
 
 TEST(Rates, LogOfKnownExponentsIsJudgedByThem) {
   RunLog log = small_log();
-  log.rates.laws = {law("path", -1, "-1"), law("sppm", -0.5, "-1/2"), law("nobody", -1, "-1")};
-  log.rates.laws[0].from = 4;
+  log.stated.predictions = {law("path", -1, "-1"), law("sppm", -0.5, "-1/2"), law("nobody", -1, "-1")};
+  log.stated.predictions[0].from = 4;
   const ReportData data = arrange(log);
   const auto rates = fit_rates(data);
   ASSERT_EQ(rates.size(), 2u);
@@ -154,10 +164,14 @@ TEST(Rates, LogOfKnownExponentsIsJudgedByThem) {
   EXPECT_EQ(rates[0].fit->points, 6u);
   EXPECT_EQ(rates[0].points.size(), 8u) << "drawn are all";
   EXPECT_NEAR(rates[1].fit->exponent, -2.0 / 3, 1e-9);
-  EXPECT_FALSE(*rates[1].contains());
-  const std::string finding = rates_finding(rates);
-  EXPECT_NE(finding.find("sppm in whole image of builtin:room: -0.667"), std::string::npos) << finding;
-  const std::string table = to_markdown(rates_table(rates));
+  const Predictions predictions = exponent_predictions(rates);
+  EXPECT_EQ(predictions.rows[0].verdict, Verdict::confirmed);
+  EXPECT_EQ(predictions.rows[1].verdict, Verdict::refuted);
+  const std::string finding = predictions_finding(predictions);
+  EXPECT_NE(finding.find("2 predictions: 1 confirmed, 1 refuted. Not confirmed: sppm in builtin:room: -0.667"),
+            std::string::npos)
+      << finding;
+  const std::string table = to_markdown(predictions_table(predictions));
   EXPECT_NE(table.find("-1/2"), std::string::npos);
   EXPECT_NE(table.find("†"), std::string::npos) << "three seeds are few";
   for (const Figure& figure : rate_figures(rates)) {
@@ -177,10 +191,10 @@ TEST(Rates, ConfigurationsArePointsOfOneFit) {
       last.metrics["mse"] = std::pow(static_cast<double>(records), -2) * (1 + 0.01 * static_cast<double>(seed));
     }
   }
-  log.rates.laws = {law("irradiance-cache gradients=both", -1, "-1")};
-  log.rates.laws[0].metric = "rmse";
-  log.rates.laws[0].x = "records";
-  log.rates.laws[0].across = true;
+  log.stated.predictions = {law("irradiance-cache gradients=both", -1, "-1")};
+  log.stated.predictions[0].metric = "rmse";
+  log.stated.predictions[0].x = "records";
+  log.stated.predictions[0].across = true;
   const ReportData data = arrange(log);
   const auto rates = fit_rates(data);
   ASSERT_EQ(rates.size(), 1u);
@@ -192,42 +206,44 @@ TEST(Rates, ConfigurationsArePointsOfOneFit) {
 
 TEST(Rates, WhatCannotBeFittedSaysWhy) {
   RunLog log = small_log();
-  log.rates.laws = {law("path", -1, "-1"), law("path", -1, "-1"), law("path", -1, "-1")};
-  log.rates.laws[0].from = 1e6;
-  log.rates.laws[1].metric = "bias2";
-  log.rates.laws[2].region = "edge";
-  log.rates.regions.push_back({"edge", "", {{0, 0}, {1, 0}, {1, 1}}, {}});
+  log.stated.predictions = {law("path", -1, "-1"), law("path", -1, "-1"), law("path", -1, "-1")};
+  log.stated.predictions[0].from = 1e6;
+  log.stated.predictions[1].metric = "bias2";
+  log.stated.predictions[2].region = "edge";
+  log.stated.regions.push_back({"edge", "", {{0, 0}, {1, 0}, {1, 1}}, {}});
   const ReportData data = arrange(log);
   const auto rates = fit_rates(data);
   ASSERT_EQ(rates.size(), 3u);
   EXPECT_NE(rates[0].problem.find("0 of 8 points"), std::string::npos);
   EXPECT_NE(rates[1].problem.find("image"), std::string::npos);
   EXPECT_NE(rates[2].problem.find("'edge' was not logged"), std::string::npos);
-  EXPECT_NE(to_markdown(rates_table(rates)).find("was not logged"), std::string::npos);
+  EXPECT_NE(to_markdown(predictions_table(exponent_predictions(rates))).find("was not logged"), std::string::npos);
 }
 
 class RatesRun : public ProgramTest {};
 
 TEST_F(RatesRun, ExperimentEndsInATableAndChartsOfRates) {
-  write_file("small.toml",
-             "scenes = [\"builtin:lambert-sphere\"]\nseeds = 3\nbudget = { samples = 32 }\nresolution = [12, 12]\n"
-             "metrics = [\"mse\"]\n[[integrators]]\nname = \"path\"\nsampler = \"independent\"\n"
-             "[[regions]]\nname = \"middle\"\nfrom = [0.25, 0.25]\nto = [0.75, 0.75]\n"
-             "[[rates]]\nmethod = \"path\"\nregion = \"middle\"\nexponent = -1\nsource = \"independent samples\"\n"
-             "[[rates]]\nmethod = \"path\"\nregion = \"middle\"\nmetric = \"variance\"\nexponent = -1\nsource = \"same\"\n");
+  write_file(
+      "small.toml",
+      "scenes = [\"builtin:lambert-sphere\"]\nseeds = 3\nbudget = { samples = 32 }\nresolution = [12, 12]\n"
+      "metrics = [\"mse\"]\n[[integrators]]\nname = \"path\"\nsampler = \"independent\"\n"
+      "[[regions]]\nname = \"middle\"\nfrom = [0.25, 0.25]\nto = [0.75, 0.75]\n"
+      "[[predictions]]\nmethod = \"path\"\nregion = \"middle\"\nexpect = { exponent = -1 }\nsource = \"independent samples\"\n"
+      "[[predictions]]\nmethod = \"path\"\nregion = \"middle\"\nmetric = \"variance\"\nexpect = { exponent = -1 }\nsource = "
+      "\"same\"\n");
   const Outcome outcome = run({"run", "small.toml", "--threads", "1"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("intervals contain theory's exponent"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("2 predictions: "), std::string::npos) << outcome.out;
   const auto out = directory_ / "out/small";
-  EXPECT_NE(read_text_file(out / "tables/rates.csv").find("variance over iterations"), std::string::npos);
+  EXPECT_NE(read_text_file(out / "tables/predictions.csv").find("variance over iterations"), std::string::npos);
   EXPECT_TRUE(well_formed(read_text_file(out / "charts/rate-lambert-sphere-middle-variance-iterations.svg")));
-  EXPECT_NE(read_text_file(out / "report.html").find("id=\"rates\""), std::string::npos);
+  EXPECT_NE(read_text_file(out / "report.html").find("id=\"predictions\""), std::string::npos);
 
   const RunLog log = read_log((out / "runs.jsonl").string());
   const CheckpointRecord& last = log.checkpoints.back();
   const Image image = read_exr((out / log.cells.back().image).string());
   const Image reference = read_exr((out / log.references.front().file).string());
-  const Region middle = make_regions(log.rates.regions, "builtin:lambert-sphere", {12, 12}).at(0);
+  const Region middle = make_regions(log.stated.regions, "builtin:lambert-sphere", {12, 12}).at(0);
   EXPECT_NEAR(last.regions.at("middle").at("mse"), mse(crop(image, middle), crop(reference, middle)),
               1e-5 * last.metrics.at("mse"));
   const Image strip = read_exr((out / log.cells.back().strip).string());
@@ -243,7 +259,8 @@ TEST_F(RatesRun, RecordsAreCountedWhereTheErrorIs) {
       "refine = false\nmax_spacing = 0.05\nneighbour_clamping = false\n"
       "[[regions]]\nname = \"left\"\nfrom = [0, 0]\nto = [0.5, 1]\n[[regions]]\nname = \"right\"\nfrom = [0.5, 0]\nto = [1, "
       "1]\n"
-      "[[rates]]\nmethod = \"irradiance-cache\"\nregion = \"left\"\nx = \"records\"\nexponent = -1\nsource = \"none\"\n");
+      "[[predictions]]\nmethod = \"irradiance-cache\"\nregion = \"left\"\nx = \"records\"\nexpect = { exponent = -1 }\nsource "
+      "= \"none\"\n");
   const Outcome outcome = run({"run", "cache.toml", "--threads", "1"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const RunLog log = read_log((directory_ / "out/cache/runs.jsonl").string());

@@ -16,23 +16,24 @@ constexpr const char* base =
     "scenes = [\"builtin:lambert-sphere\", \"builtin:furnace\"]\n"
     "integrators = [\"path\", { name = \"photon-map\", k = 20 }, { name = \"photon-map\", k = 40 }]\n"
     "budget = { samples = 64 }\n"
-    "[[ratios]]\n"
+    "[[predictions]]\n"
     "method = \"photon-map\"\n"
     "over = \"path\"\n"
-    "expected = 1.5\n"
+    "expect = { ratio = 1.5 }\n"
     "source = \"a paper\"\n";
 
 std::string with(const std::string& from, const std::string& to) { return replaced(base, from, to); }
 
 TEST(Ratios, ClaimIsReadInFullAndKeptByTheLog) {
   const ExperimentConfig config = parse_experiment(base, "x.toml");
-  const RatioClaim claim = config.ratios.at(0);
+  const Prediction claim = config.predictions.at(0);
+  EXPECT_TRUE(claim.is_ratio());
   EXPECT_EQ(claim.method, "photon-map");
   EXPECT_EQ(claim.over, "path");
-  EXPECT_EQ(claim.expected, 1.5);
+  EXPECT_EQ(claim.expected, (Expected{1.5, 1.5, "1.5"}));
   EXPECT_EQ(claim.source, "a paper");
-  const RateRecord record{config.rates, config.regions, config.ratios};
-  EXPECT_EQ(read_rates(Json::parse(to_json_line(record))).ratios, config.ratios);
+  const StatedRecord record{config.predictions, config.regions};
+  EXPECT_EQ(read_stated(Json::parse(to_json_line(record))).predictions, config.predictions);
 }
 
 TEST(Ratios, DoNotChangeTheExperimentsHash) {
@@ -40,11 +41,12 @@ TEST(Ratios, DoNotChangeTheExperimentsHash) {
 }
 
 TEST(Ratios, SlipsAreErrorsAtTheirPlace) {
-  expect_error(with("over = \"path\"\n", ""), "x.toml:4:1", "without over");
+  expect_error(with("over = \"path\"\n", ""), "x.toml:6:12", "exponent");
   expect_error(with("\"photon-map\"\nover", "\"photon-mop\"\nover"), "x.toml:5:10", "photon-map k=20");
   expect_error(with("over = \"path\"", "over = \"photon-map\""), "x.toml:6:8", "selects 2");
-  expect_error(with("source = \"a paper\"\n", ""), "x.toml:7:12", "without a source");
-  expect_error(with("expected = 1.5", "expected = 0"), "x.toml:7:12", "0");
+  expect_error(with("source = \"a paper\"\n", ""), "x.toml:7:10", "without a source");
+  expect_error(with("{ ratio = 1.5 }", "{ ratio = [2, 1] }"), "x.toml:7:20", "low <= high");
+  expect_error(with("over =", "metric = \"mse\"\nover ="), "x.toml:6:1", "metric");
   expect_error(with("over =", "region = \"left\"\nover ="), "x.toml:6:10", "no [[regions]]");
   expect_error(with("over =", "scene = \"builtin:furnce\"\nover ="), "x.toml:6:9", "did you mean 'builtin:furnace'");
   expect_error(with("budget =", "metrics = [\"relmse\"]\nbudget ="), "x.toml:5:1", "mse is not among the metrics");
@@ -65,8 +67,14 @@ RunLog three_methods(int seeds) {
   add_method(log, "cache metric=a records=9", 1, seeds);
   add_method(log, "cache metric=b records=9", 4, seeds);
   add_method(log, "cache metric=c records=9", 0.5, seeds);
-  log.rates.ratios = {{"cache metric=b", "cache metric=a", "", "", 4.0, "a paper"},
-                      {"cache metric=c", "cache metric=a", "", "", 1.5, "a paper"}};
+  for (const auto& [method, expected] : {std::pair{"cache metric=b", 4.0}, {"cache metric=c", 1.5}})
+    log.stated.predictions.push_back({.quantity = Prediction::Quantity::ratio,
+                                      .method = method,
+                                      .over = "cache metric=a",
+                                      .scene = {},
+                                      .region = {},
+                                      .expected = Expected{expected, expected},
+                                      .source = "a paper"});
   return log;
 }
 
@@ -79,12 +87,13 @@ TEST(Ratios, LogOfKnownRatiosIsJudgedByThem) {
   EXPECT_NEAR(ratios[0].rmse, 0.04, 1e-3);
   ASSERT_TRUE(ratios[0].rmse_interval);
   EXPECT_TRUE(ratios[0].rmse_interval->contains(ratios[0].rmse));
-  EXPECT_EQ(ratios[0].side_as_expected(), true);
-  EXPECT_EQ(ratios[1].side_as_expected(), false);
-  const std::string finding = ratios_finding(ratios);
-  EXPECT_NE(finding.find("1 of 2 ratios lie on the side of 1 that was expected, 1 on the other"), std::string::npos) << finding;
+  const Predictions predictions = ratio_predictions(ratios);
+  EXPECT_EQ(predictions.rows[0].verdict, Verdict::confirmed);
+  EXPECT_EQ(predictions.rows[1].verdict, Verdict::refuted) << "on the other side of 1";
+  const std::string finding = predictions_finding(predictions);
+  EXPECT_NE(finding.find("2 predictions: 1 confirmed, 1 refuted"), std::string::npos) << finding;
   EXPECT_NE(finding.find("of 1 pairs of methods 1 are in the order expected"), std::string::npos) << finding;
-  const std::string table = to_markdown(ratios_table(ratios));
+  const std::string table = to_markdown(predictions_table(predictions));
   EXPECT_NE(table.find("metric=b"), std::string::npos) << table;
   EXPECT_EQ(table.find("records=9"), std::string::npos) << "what all share does not tell them apart";
 }
@@ -106,8 +115,7 @@ TEST(Ratios, FewSeedsHaveNoInterval) {
   const ReportData data = arrange(log);
   const auto ratios = find_ratios(data);
   EXPECT_FALSE(ratios[0].ratio_interval);
-  EXPECT_FALSE(ratios[0].side_as_expected());
-  EXPECT_NE(to_markdown(ratios_table(ratios)).find("open"), std::string::npos);
+  EXPECT_EQ(ratio_predictions(ratios).rows[0].verdict, Verdict::undecided);
 }
 
 }  // namespace

@@ -340,7 +340,7 @@ TEST(Warnings, SlowConvergenceIsFlaggedWithTenSeeds) {
 }
 
 }  // namespace
-TEST(BiasTable, JudgesMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors) {
+TEST(BiasPredictions, JudgeMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors) {
   RunLog log;
   log.manifests.push_back(manifest());
   log.references.push_back(reference("builtin:exact"));
@@ -353,17 +353,17 @@ TEST(BiasTable, JudgesMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors) {
   for (CellRecord& cell : log.cells)
     if (cell.cell.integrator == "dark") cell.bias_bound = 0.02;
 
-  Table table = bias_table(arrange(log));
+  const Table table = predictions_table(bias_predictions(arrange(log)));
   ASSERT_EQ(table.rows.size(), 2u);  // with a closed form and three seeds at least
-  EXPECT_EQ(table.rows[0][column(table, "integrator")].raw, "sound");
-  EXPECT_EQ(table.rows[0][column(table, "kept")].raw, "yes");
-  EXPECT_EQ(table.rows[1][column(table, "kept")].raw, "NO");
+  EXPECT_EQ(table.rows[0][column(table, "method")].raw, "sound");
+  EXPECT_EQ(table.rows[0][column(table, "verdict")].raw, "confirmed");
+  EXPECT_EQ(table.rows[1][column(table, "verdict")].raw, "refuted");
   for (CellRecord& cell : log.cells)
     if (cell.cell.integrator == "dark") cell.bias_bound = 0.03;
-  EXPECT_EQ(bias_table(arrange(log)).rows[1][column(table, "kept")].raw, "yes");
+  EXPECT_EQ(bias_predictions(arrange(log)).rows[1].verdict, Verdict::confirmed);
 }
 
-TEST(ConfidenceTable, CountsPixelsWithinTheStatedError) {
+TEST(ConfidencePredictions, CountPixelsWithinTheStatedError) {
   Image exact({2, 2}), image({2, 2}), stated({2, 2});
   stated.pixels = {dvec3(0.1), dvec3(0.1), dvec3(0.1), dvec3(0)};
   image.pixels = {dvec3(0.05), dvec3(-0.15), dvec3(0.3), dvec3(0)};
@@ -379,10 +379,11 @@ TEST(ConfidenceTable, CountsPixelsWithinTheStatedError) {
     for (const char* integrator : {"knows", "does not"}) add_cells(log, scene, {.integrator = integrator}, 3);
   for (CheckpointRecord& record : log.checkpoints)
     if (record.cell.integrator == "knows") record.confidence = confidence;
-  const Table table = confidence_table(arrange(log));
-  ASSERT_EQ(table.rows.size(), 1u);
-  EXPECT_EQ(table.rows[0][column(table, "integrator")].raw, "knows");
-  EXPECT_EQ(table.rows[0][column(table, "within_2")].text, "75.0 %");
+  const Table table = predictions_table(confidence_predictions(arrange(log)));
+  ASSERT_EQ(table.rows.size(), 2u) << "within one standard error, and within two";
+  EXPECT_EQ(table.rows[0][column(table, "method")].raw, "knows");
+  EXPECT_EQ(table.rows[1][column(table, "measured")].raw, "0.75");
+  EXPECT_EQ(table.rows[1][column(table, "verdict")].raw, "refuted") << "95 % are expected";
 }
 
 }  // namespace etendue

@@ -10,12 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 namespace etendue {
 namespace {
-
-constexpr double endless = std::numeric_limits<double>::infinity();
 
 StressRecord record_of(std::vector<double> medians, double low = 0, double high = 0.1) {
   StressRecord record;
@@ -24,26 +20,30 @@ StressRecord record_of(std::vector<double> medians, double low = 0, double high 
   record.id = 1;
   record.claim = "it <fails>";
   record.claimed = "relmse";
-  record.holds_low = low;
-  record.holds_high = high;
+  record.holds = {low, high};
   for (std::size_t i = 0; i < medians.size(); ++i) {
     record.figures.push_back({i == 0 ? "as it is" : "remedy " + std::to_string(i),
                               "relmse",
                               FigureKind::plain,
                               {medians[i], medians[i], medians[i]},
                               true,
-                              i == 0 ? 1.0 : low,
-                              i == 0 ? endless : high});
+                              i == 0 ? Expected{1, endless} : record.holds});
     record.methods.push_back("path");
   }
   return record;
 }
 
+std::vector<Verdict> verdicts_on(const StressRecord& record) {
+  std::vector<Verdict> verdicts;
+  for (const JudgedPrediction& row : judge_stress(record)) verdicts.push_back(*row.verdict);
+  return verdicts;
+}
+
 TEST(StressVerdicts, FollowTheIntervals) {
-  using enum StressVerdict;
-  EXPECT_EQ(judge_stress(record_of({2, 0.05, 1, 1.9})), (std::vector{fails_as_expected, holds, helps, no_help}));
-  EXPECT_EQ(judge_stress(record_of({0.5})), (std::vector{fails_otherwise}));
-  EXPECT_EQ(judge_stress(record_of({0.05, 0.2})), (std::vector{holds, no_help})) << "a remedy that breaks what was sound";
+  using enum Verdict;
+  EXPECT_EQ(verdicts_on(record_of({2, 0.05, 1, 1.9})), (std::vector{confirmed, confirmed, weaker, refuted}));
+  EXPECT_EQ(verdicts_on(record_of({0.5})), (std::vector{weaker})) << "it fails, but by less";
+  EXPECT_EQ(verdicts_on(record_of({0.05, 0.2})), (std::vector{refuted, refuted})) << "a remedy that breaks what was sound";
 }
 
 TEST(StressFigures, AreWhatTheySay) {
@@ -72,8 +72,7 @@ const std::string experiment =
     "scene = \"builtin:thin-plate?thickness=0.05\"\n"
     "figure = \"middle\"\n"
     "method = { name = \"photon-map\", k = 0, radius = 0.1, kernel = \"box\", caustic_photons = \"50k\", side_test = false }\n"
-    "fails = [12, 14]\n"
-    "holds = [0.98, 1.02]\n"
+    "expect = { fails = [12, 14], holds = [0.98, 1.02] }\n"
     "[[stress.remedies]]\n"
     "name = \"side test\"\n"
     "change = { side_test = true }\n";
@@ -97,14 +96,17 @@ TEST(StressConfig, ChangesAreOfTheMethod) {
 TEST(StressConfig, SlipsAreErrorsAtTheirPlace) {
   const struct {
     std::string text, where, what;
-  } slips[] = {{with("\"middle\"", "\"midle\""), "x.toml:10:", "middle"},
-               {with("thin-plate?", "thin-plat?"), "x.toml:9:", "thin-plate"},
-               {with("change = { side_test", "change = { sidetest"), "x.toml:16:", "side_test"},
-               {with("fails = [12, 14]", "fails = [1, 14]"), "x.toml", "overlap"},
-               {with("change = { side_test = true", "change = { side_test = [true, false]"),
-                "x.toml:16:", "an array; expected a single value"},
-               {with("samples = 2", "time = \"1s\""), "x.toml:5:", "samples"},
-               {with("seeds = 2", "scenes = [\"builtin:edge\"]"), "x.toml:2:", "scenes"}};
+  } slips[] = {
+      {with("\"middle\"", "\"midle\""), "x.toml:10:", "middle"},
+      {with("thin-plate?", "thin-plat?"), "x.toml:9:", "thin-plate"},
+      {with("change = { side_test", "change = { sidetest"), "x.toml:15:", "side_test"},
+      {with("fails = [12, 14]", "fails = [1, 14]"), "x.toml:12:", "overlap"},
+      {with("fails = [12, 14], ", ""), "x.toml:12:", "fails = [low, high], holds"},
+      {with("expect = { fails = [12, 14], ", "fails = [12, 14]\nexpect = { "), "x.toml:12:1: fails: spelt otherwise", "expect"},
+      {with("change = { side_test = true", "change = { side_test = [true, false]"),
+       "x.toml:15:", "an array; expected a single value"},
+      {with("samples = 2", "time = \"1s\""), "x.toml:5:", "samples"},
+      {with("seeds = 2", "scenes = [\"builtin:edge\"]"), "x.toml:2:", "scenes"}};
   for (const auto& slip : slips) {
     const std::string what = config_error(slip.text);
     EXPECT_NE(what.find(slip.where), std::string::npos) << what;
@@ -124,15 +126,15 @@ TEST(StressExperiment, IsValidAndItsRemediesAreNamedApart) {
 TEST(StressRecord, LineIsReadBack) {
   const StressRecord record = record_of({2, 0.05}, -endless, 0.1);
   const auto read = read_back<StressRecord>(record.line());
-  EXPECT_EQ(read.holds_low, -endless);
-  EXPECT_EQ(judge_stress(read), judge_stress(record));
+  EXPECT_EQ(read.holds.low, -endless);
+  EXPECT_EQ(verdicts_on(read), verdicts_on(record));
   EXPECT_EQ(read.line(), record.line());
 }
 
 TEST(StressReport, StandsApartFromClaims) {
   RunLog log;
   add_record(log, record_of({2, 0.05}));
-  EXPECT_EQ(stress_table(log).rows.size(), 2u);
+  EXPECT_EQ(stress_report(log).predictions.rows.size(), 2u);
   EXPECT_NE(stress_report(log).section.find("it &lt;fails&gt;"), std::string::npos);
   EXPECT_TRUE(claims_table(log).rows.empty());
   EXPECT_TRUE(claims_report(log).section.empty());
@@ -144,9 +146,9 @@ TEST(StressReport, FiguresStandBelowANameThatATerminalDoesNotHoldBesideThem) {
   add_record(log, record_of({2, 0.05})).figures[1].quantity = name;
   EXPECT_EQ(stress_summary(log),
             " 1  it <fails>  (builtin:edge: relmse)\n"
-            "      as it is\n        2.00                     expected above 1.00     fails as expected\n"
+            "      as it is\n        2.00                     expected above 1.00     confirmed\n"
             "      " +
-                name + "\n        0.0500                   expected 0 to 0.100     holds\n");
+                name + "\n        0.0500                   expected 0–0.100        confirmed\n");
 }
 
 class StressRun : public ProgramTest {};
@@ -155,14 +157,14 @@ TEST_F(StressRun, WritesTablePicturesAndPageAndResumes) {
   write_file("one.toml", experiment);
   const Outcome first = run({"run", "one.toml", "--threads", "1"});
   ASSERT_EQ(first.status, 0) << first.err;
-  EXPECT_NE(first.out.find("fails as expected"), std::string::npos) << first.out;
-  EXPECT_NE(first.out.find("holds"), std::string::npos) << first.out;
+  EXPECT_NE(first.out.find("expected 12.0–14.0"), std::string::npos) << first.out;
+  EXPECT_EQ(first.out.find("refuted"), std::string::npos) << first.out;
   EXPECT_TRUE(std::filesystem::exists(directory_ / "out/one/pictures/stress-03.png"));
   EXPECT_NE(read_text_file(directory_ / "out/one/report.html").find("data:image/png;base64"), std::string::npos);
-  const std::string table = read_text_file(directory_ / "out/one/tables/stress.md");
+  const std::string table = read_text_file(directory_ / "out/one/tables/predictions.md");
   const Outcome again = run({"run", "one.toml", "--threads", "1"});
   EXPECT_NE(again.err.find("1 of 1 cells are done already"), std::string::npos) << again.err;
-  EXPECT_EQ(read_text_file(directory_ / "out/one/tables/stress.md"), table);
+  EXPECT_EQ(read_text_file(directory_ / "out/one/tables/predictions.md"), table);
 }
 
 }  // namespace

@@ -59,8 +59,8 @@ class AnimationKind final : public ExperimentKind {
  public:
   std::vector<std::string> keys() const override { return {"dynamic"}; }
   std::vector<std::string> useless() const override {
-    return {"integrators", "structures", "budget",  "reference", "metrics",
-            "confidence",  "resolution", "regions", "rates",     "ratios"};
+    return {"integrators", "structures", "budget",  "reference",  "metrics",
+            "confidence",  "resolution", "regions", "predictions"};
   }
   std::string beside() const override { return "[dynamic], which renders nothing"; }
 

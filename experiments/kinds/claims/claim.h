@@ -1,7 +1,8 @@
 // Claims, and the measurements that test them.
 //
 // A claim states figures; a measurement gives figures of one scene. A claim expects some of them to lie in an interval;
-// verdict.h compares the two. Variants of the product's code and scenes that only claims need are in this folder.
+// experiments/statistics/verdict.h compares the two. Variants of the product's code and scenes that only claims need are in
+// this folder.
 #pragma once
 
 #include "experiments/kinds/claims/claim_record.h"
@@ -21,11 +22,6 @@ struct Quantity {
   std::string name;  // as an experiment's `expect` names it
   FigureKind kind = FigureKind::factor;
   std::string text;  // what it is, for a table
-};
-
-// The interval that a claim expects of a quantity; an end may be infinite.
-struct Expected {
-  double low = 0, high = 0;
 };
 
 struct MeasureTask {

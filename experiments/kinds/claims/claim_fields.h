@@ -4,12 +4,9 @@
 #include "experiments/kinds/claims/claim_record.h"
 #include "experiments/log/fields.h"
 
-#include <limits>
-
 namespace etendue {
 
-inline constexpr const char* figure_kinds[] = {"factor", "time", "plain"};
-inline constexpr double open_end = std::numeric_limits<double>::infinity();
+inline constexpr const char* figure_kinds[] = {"factor", "time", "plain", "share", "exponent"};
 
 void list_fields(auto& f, FieldsOf<ClaimFigure> auto& r) {
   f("quantity", r.quantity);
@@ -20,8 +17,8 @@ void list_fields(auto& f, FieldsOf<ClaimFigure> auto& r) {
   f("high", r.value.high);
   f("judged", r.judged);
   if (!r.judged) return;
-  f.end("expected_low", r.expected_low, -open_end);
-  f.end("expected_high", r.expected_high, open_end);
+  f.end("expected_low", r.expected.low, -endless);
+  f.end("expected_high", r.expected.high, endless);
 }
 
 // `Record` is a ClaimRecord, or what derives from one.

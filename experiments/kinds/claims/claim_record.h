@@ -2,6 +2,7 @@
 #pragma once
 
 #include "experiments/log/log.h"
+#include "experiments/statistics/verdict.h"
 
 #include <cstdint>
 #include <string>
@@ -9,15 +10,12 @@
 
 namespace etendue {
 
-// Tells which value means "no effect": 1 for a factor, infinity for a time in seconds, none for a plain figure.
-enum class FigureKind : std::uint8_t { factor, time, plain };
-
 struct ClaimFigure {
   std::string quantity, text;
   FigureKind kind = FigureKind::factor;
   Measured value;
-  bool judged = false;  // by the expected interval; else the figure is only shown
-  double expected_low = 0, expected_high = 0;
+  bool judged = false;  // by what is expected; else the figure is only shown
+  Expected expected = {};
 };
 
 // The cell is (scene, measurement, "claim-01", seed).

@@ -1,20 +1,14 @@
 #include "experiments/kinds/claims/claims_config.h"
 
+#include "experiments/config/config_keys.h"
 #include "experiments/kinds/claims/claim_scenes.h"
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <limits>
 
 namespace etendue {
 
 namespace {
-
-bool read_flag(const ConfigNode& node, const std::string& key) {
-  const bool* value = std::get_if<bool>(&node.value);
-  if (!value) wrong_type(node, key, "true or false");
-  return *value;
-}
 
 ClaimMeasure read_measure(const ConfigNode& node) {
   TableReader reader(node, "claims.measures");
@@ -29,11 +23,9 @@ ClaimMeasure read_measure(const ConfigNode& node) {
       throw Error(scene->where, fmt::format("scene '{}' stands there twice", measure.scenes.back()));
   }
   if (const ConfigNode* expect = reader.find("expect")) {
-    TableReader quantities(*expect, measure.measurement->name + ": expect");
-    for (const Quantity& quantity : measure.measurement->quantities)
-      if (const ConfigNode* interval = quantities.find(quantity.name))
-        measure.expect[quantity.name] = read_interval(*interval, quantity.name);
-    quantities.finish();
+    std::vector<std::string> names;
+    for (const Quantity& quantity : measure.measurement->quantities) names.push_back(quantity.name);
+    measure.expect = read_expectations(*expect, measure.measurement->name + ": expect", names);
   }
   if (const ConfigNode* large = reader.find("large")) measure.large = read_flag(*large, "large");
   reader.finish();
@@ -66,21 +58,6 @@ Claim read_claim(const ConfigNode& node) {
 }
 
 }  // namespace
-
-const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key) {
-  if (const ConfigNode* node = reader.find(key)) return *node;
-  throw Error(table.where, fmt::format("{}: no {}", owner, key));
-}
-
-Expected read_interval(const ConfigNode& node, const std::string& key) {
-  constexpr double endless = std::numeric_limits<double>::infinity();
-  const auto* array = node.array();
-  if (!array || array->size() != 2) wrong_type(node, key, "an interval [low, high], such as [1.2, 1.3] or [1, inf]");
-  const Expected expected{read_number((*array)[0], key, -endless, endless), read_number((*array)[1], key, -endless, endless)};
-  if (expected.low > expected.high)
-    throw Error(node.where, fmt::format("{}: [{:g}, {:g}] is empty; expected low <= high", key, expected.low, expected.high));
-  return expected;
-}
 
 ClaimsChoice read_claims(const ConfigNode& claims, const ConfigNode* timing) {
   ClaimsChoice choice;

@@ -7,7 +7,7 @@
 //   [[claims.measures]]
 //   name    of a measurement (claim.h)
 //   scenes  as load_claim_scene takes them
-//   expect  { quantity = [low, high], … }: intervals that judge; the measurement's other figures stand beside
+//   expect  { quantity = [low, high], … }: what judges (expected.h); the measurement's other figures stand beside
 //   large   true: left out where timing.large is false
 //
 // A cell is one (claim, measurement, scene).
@@ -39,10 +39,6 @@ struct ClaimsChoice final : KindChoice {
   bool large = true;     // with the measures that take gigabytes and minutes
   std::vector<Claim> rows;
 };
-
-// A key that must be there, and an interval [low, high] whose ends may be infinite; both throw Error.
-const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key);
-Expected read_interval(const ConfigNode& node, const std::string& key);
 
 // Reads the values of the keys `claims` and `timing` (may be null). Throws Error.
 ClaimsChoice read_claims(const ConfigNode& claims, const ConfigNode* timing);

@@ -75,8 +75,7 @@ class ClaimsWork final : public RecordWork {
       ClaimFigure figure{name, quantity->text, quantity->kind, value};
       if (const auto found = measure.expect.find(name); found != measure.expect.end()) {
         figure.judged = true;
-        figure.expected_low = found->second.low;
-        figure.expected_high = found->second.high;
+        figure.expected = found->second;
       }
       record.figures.push_back(std::move(figure));
     }
@@ -96,8 +95,8 @@ class ClaimsKind final : public ExperimentKind {
   std::vector<std::string> keys() const override { return {"claims"}; }
   std::vector<std::string> companions() const override { return {"timing"}; }
   std::vector<std::string> useless() const override {
-    return {"scenes",  "accels",     "integrators", "seeds",   "structures", "budget", "reference",
-            "metrics", "confidence", "resolution",  "regions", "rates",      "ratios"};
+    return {"scenes",    "accels",  "integrators", "seeds",      "structures", "budget",
+            "reference", "metrics", "confidence",  "resolution", "regions",    "predictions"};
   }
   std::string beside() const override { return "[[claims]], which name what they measure"; }
 

@@ -1,7 +1,7 @@
-// What a report says of claims: the table of verdicts, and every figure behind it.
+// What a report says of textbook statements: the verdict on each, and every figure behind it.
 #pragma once
 
-#include "experiments/kinds/claims/verdict.h"
+#include "experiments/kinds/claims/claim_record.h"
 #include "experiments/report/kind_report.h"
 
 #include <string>
@@ -13,7 +13,7 @@ namespace etendue {
 struct ClaimFindings {
   int id = 0;
   std::vector<const ClaimRecord*> records;
-  ClaimVerdict verdict = ClaimVerdict::depends;
+  Verdict verdict = Verdict::depends;
   std::string on_what;                // of "depends": which figures say what
   std::vector<std::string> measured;  // a line for each quantity
 };
@@ -21,8 +21,8 @@ struct ClaimFindings {
 // By id; keeps pointers into `log`. Claims of which no judged figure is there are left out.
 std::vector<ClaimFindings> arrange_claims(const RunLog& log);
 
-Table claims_table(const RunLog& log);         // claim | source | claimed | measured | verdict
-Table claim_figures_table(const RunLog& log);  // all figures, judged or not
+// claim | source | claimed | measured | verdict
+Table claims_table(const RunLog& log);
 
 KindReport claims_report(const RunLog& log);
 std::string claims_summary(const RunLog& log);  // what `etendue run` prints at its end

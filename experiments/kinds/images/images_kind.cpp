@@ -25,9 +25,8 @@ class ImagesKind final : public ExperimentKind {
     std::vector<std::string> scene_names;
     for (const SceneChoice& scene : config.scenes) scene_names.push_back(scene.name);
     if (const auto* n = find("regions")) config.regions = read_regions(*n, scene_names);
-    const RateContext context{scene_names, config.integrators, config.regions, config.metrics};
-    if (const auto* n = find("rates")) config.rates = read_rates(*n, context);
-    if (const auto* n = find("ratios")) config.ratios = read_ratios(*n, context);
+    const PredictionContext context{scene_names, config.integrators, config.regions, config.metrics};
+    if (const auto* n = find("predictions")) config.predictions = read_predictions(*n, context);
     if (!methods && !config.structures)
       throw Error(where, "no integrators; expected [[integrators]] tables (or structures = true, or [dynamic])");
     if (methods && !find("budget")) throw Error(where, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");

@@ -46,8 +46,8 @@ class Execution {
     for (const std::string& note : directory_.notes()) warn(note);
     load_scenes();
     choose_pending();
-    const RateRecord rates{config_.rates, config_.regions, config_.ratios};
-    if (const std::string line = to_json_line(rates); line != to_json_line(directory_.earlier().rates))
+    const StatedRecord stated{config_.predictions, config_.regions};
+    if (const std::string line = to_json_line(stated); line != to_json_line(directory_.earlier().stated))
       directory_.append({line});
     for (std::size_t s = 0; s < scenes_.size(); ++s)
       if (wants_structures(s)) compare_scene_structures(s);
@@ -283,8 +283,8 @@ class Execution {
 
   // Bias and variance are found from the images of several seeds.
   bool wants_images(const CellName& cell) const {
-    return std::any_of(config_.rates.begin(), config_.rates.end(), [&](const RateLaw& law) {
-      return law.needs_images() && (law.scene.empty() || law.scene == cell.scene) && selects(law.method, cell.integrator);
+    return std::any_of(config_.predictions.begin(), config_.predictions.end(), [&](const Prediction& p) {
+      return p.needs_images() && (p.scene.empty() || p.scene == cell.scene) && selects(p.method, cell.integrator);
     });
   }
 

@@ -59,8 +59,8 @@ class SearchKind final : public ExperimentKind {
  public:
   std::vector<std::string> keys() const override { return {"points", "records"}; }
   std::vector<std::string> useless() const override {
-    return {"integrators", "accels",     "structures", "budget",  "reference", "metrics",
-            "confidence",  "resolution", "threads",    "regions", "rates",     "ratios"};
+    return {"integrators", "accels",     "structures", "budget",  "reference",  "metrics",
+            "confidence",  "resolution", "threads",    "regions", "predictions"};
   }
   std::string beside() const override { return "[points] or [records], which render nothing"; }
 

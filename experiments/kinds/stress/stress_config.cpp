@@ -47,6 +47,7 @@ StressTrial read_remedy(const ConfigNode& node, const ConfigNode& method) {
 }
 
 StressRow read_row(const ConfigNode& node) {
+  for (const char* key : {"fails", "holds"}) refuse_old_key(node, key, fmt::format("expect = {{ {} = … }}", key));
   TableReader reader(node, "stress");
   const auto need = [&](const char* key) -> const ConfigNode& { return required(reader, node, "stress", key); };
   StressRow row;
@@ -58,10 +59,13 @@ StressRow read_row(const ConfigNode& node) {
   if (row.scene.starts_with(builtin_prefix)) check_builtin(row.scene, scene.where);
   const ConfigNode& figure = need("figure");
   row.figure = &find_stress_figure(read_text(figure, "stress.figure"), figure.where);
-  row.fails = read_interval(need("fails"), "stress.fails");
-  row.holds = read_interval(need("holds"), "stress.holds");
+  const ConfigNode& expect = need("expect");
+  const auto expected = read_expectations(expect, "stress.expect", {"fails", "holds"});
+  if (expected.size() != 2) throw Error(expect.where, "stress.expect: expected { fails = [low, high], holds = [low, high] }");
+  row.fails = expected.at("fails");
+  row.holds = expected.at("holds");
   if (row.fails.low <= row.holds.high && row.holds.low <= row.fails.high)
-    throw Error(node.where, fmt::format("stress: fails and holds of row {} overlap; expected intervals apart", row.id));
+    throw Error(expect.where, fmt::format("stress: fails and holds of row {} overlap; expected intervals apart", row.id));
   if (const ConfigNode* n = reader.find("samples"))
     row.samples = static_cast<std::uint64_t>(read_whole(*n, "stress.samples", 1, 1'000'000'000));
   const ConfigNode& method = need("method");

@@ -5,8 +5,7 @@
 //   scene                 builtin:NAME, or a file
 //   figure                what is measured of the image (stress_figures.h)
 //   method                { name, parameters… }: as it fails
-//   fails                 [low, high]: the figure expected of it
-//   holds                 [low, high]: the figure of a method that does not fail
+//   expect                { fails = [low, high], holds = [low, high] }: the figure of it, and of a method that does not fail
 //   samples               iterations; default: the experiment's budget
 //   [[stress.remedies]]
 //   name                  in words

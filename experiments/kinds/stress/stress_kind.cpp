@@ -52,8 +52,7 @@ class StressWork final : public RecordWork {
     record->claim = row.failure;
     record->source = row.source;
     record->claimed = row.figure->text;
-    record->holds_low = row.holds.low;
-    record->holds_high = row.holds.high;
+    record->holds = row.holds;
     for (const StressTrial& trial : row.trials) record->methods.push_back(trial.method.label());
     return record;
   }
@@ -91,8 +90,8 @@ class StressWork final : public RecordWork {
         progress(static_cast<double>(done) / static_cast<double>(row.trials.size() * seeds), done);
       }
       const Expected& expected = t == 0 ? row.fails : row.holds;
-      record.figures.push_back({t == 0 ? "as it is" : row.trials[t].name, row.figure->text, FigureKind::plain,
-                                summarise(values), true, expected.low, expected.high});
+      record.figures.push_back(
+          {t == 0 ? "as it is" : row.trials[t].name, row.figure->text, FigureKind::plain, summarise(values), true, expected});
     }
     record.picture = fmt::format("pictures/{}.png", cell.name.integrator);
     const std::filesystem::path picture = std::filesystem::path(directory.path()) / record.picture;
@@ -111,8 +110,7 @@ class StressKind final : public ExperimentKind {
  public:
   std::vector<std::string> keys() const override { return {"stress"}; }
   std::vector<std::string> useless() const override {
-    return {"scenes",  "accels",     "integrators", "structures", "reference",
-            "metrics", "confidence", "regions",     "rates",      "ratios"};
+    return {"scenes", "accels", "integrators", "structures", "reference", "metrics", "confidence", "regions", "predictions"};
   }
   std::string beside() const override { return "[[stress]], which names scenes and methods"; }
 

@@ -9,8 +9,8 @@ void list_fields(auto& f, FieldsOf<StressRecord> auto& r) {
   f("methods", r.methods);
   f("picture", r.picture);
   f.stamp("picture", r.picture_stamp);
-  f.end("holds_low", r.holds_low, -open_end);
-  f.end("holds_high", r.holds_high, open_end);
+  f.end("holds_low", r.holds.low, -endless);
+  f.end("holds_high", r.holds.high, endless);
 }
 
 std::string StressRecord::line() const { return line_of("stress", *this); }

@@ -8,9 +8,9 @@ namespace etendue {
 
 // The cell is (scene, figure, "stress-01", 1). `claim` is the failure in words, `claimed` what is measured of the image.
 struct StressRecord final : ClaimRecord {
-  double holds_low = 0, holds_high = 0;  // the figure of a method that does not fail
-  std::vector<std::string> methods;      // of the figures
-  std::string picture;                   // beside the log: the reference, then each method
+  Expected holds;                    // the figure of a method that does not fail
+  std::vector<std::string> methods;  // of the figures
+  std::string picture;               // beside the log: the reference, then each method
   FileStamp picture_stamp;
 
   std::string line() const override;

@@ -73,7 +73,7 @@ std::string navigation(const ReportData& data, const PageContent& content) {
   if (!found_in_sections(data, content)) out += "<a href=\"#findings\">Findings</a>";
   for (const SceneData& scene : data.scenes)
     if (has_charts(data, scene)) out += fmt::format("<a href=\"#scene-{}\">{}</a>", scene.file_stem, html(scene.name));
-  if (!content.rates.empty()) out += "<a href=\"#rates\">Rates</a>";
+  if (!content.stated.rows.empty()) out += "<a href=\"#predictions\">Predictions</a>";
   for (const KindReport& kind : content.kinds)
     if (!kind.section.empty()) out += fmt::format("<a href=\"#{}\">{}</a>", kind.id, html(kind.heading));
   if (!data.log->structures.empty()) out += "<a href=\"#structures\">Ray structures</a>";
@@ -91,15 +91,15 @@ std::string findings(const ReportData& data, const PageContent& content) {
   else if (data.done > 0 && data.empty())
     out += "<p>No metric was logged: there was nothing to measure the images against.</p>\n";
   out += "<div class=\"findings\">\n";
-  for (const SceneVerdicts& scene : conclusions.scenes) {
+  for (const SceneFindings& scene : conclusions.scenes) {
     out += fmt::format("<article class=\"card\"><h3>{}</h3><dl>\n", html(scene.scene));
-    for (const Verdict& verdict : scene.verdicts) {
+    for (const Finding& finding : scene.findings) {
       // Many scenes: what leads stays in sight, the rest a click away.
-      if (conclusions.scenes.size() > 4 && &verdict == &scene.verdicts[1]) out += "</dl><details><summary>more</summary><dl>\n";
-      out += fmt::format("<dt>{}</dt><dd>{}{}</dd>\n", html(verdict.topic),
-                         verdict.lead.empty() ? "" : "<strong>" + html(verdict.lead) + "</strong>", html(verdict.text));
+      if (conclusions.scenes.size() > 4 && &finding == &scene.findings[1]) out += "</dl><details><summary>more</summary><dl>\n";
+      out += fmt::format("<dt>{}</dt><dd>{}{}</dd>\n", html(finding.topic),
+                         finding.lead.empty() ? "" : "<strong>" + html(finding.lead) + "</strong>", html(finding.text));
     }
-    out += conclusions.scenes.size() > 4 && scene.verdicts.size() > 1 ? "</dl></details></article>\n" : "</dl></article>\n";
+    out += conclusions.scenes.size() > 4 && scene.findings.size() > 1 ? "</dl></details></article>\n" : "</dl></article>\n";
   }
   for (const KindReport& kind : content.kinds)
     for (const auto& [subject, text] : kind.findings)
@@ -276,11 +276,11 @@ std::string scene_section(const ReportData& data, const SceneData& scene, const 
   return out + "</section>\n";
 }
 
-std::string rates_section(const std::vector<FittedRate>& rates) {
-  if (rates.empty()) return {};
-  std::string out =
-      fmt::format("<section id=\"rates\"><h2>Rates</h2>\n<p>{}</p>\n<div class=\"figures\">\n", html(rates_finding(rates)));
-  for (Figure& figure : rate_figures(rates)) {
+std::string predictions_section(const PageContent& content) {
+  if (content.stated.rows.empty()) return {};
+  std::string out = fmt::format("<section id=\"predictions\"><h2>Predictions</h2>\n<p>{}</p>\n<div class=\"figures\">\n",
+                                html(predictions_finding(content.stated)));
+  for (Figure& figure : rate_figures(content.rates)) {
     figure.title = figure.scene + ", " + figure.title;
     out += figure_html(figure);
   }
@@ -361,7 +361,7 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     for (const SceneData& scene : data.scenes)
       if (has_charts(data, scene)) out += scene_section(data, scene, variants, content);
   }
-  out += rates_section(content.rates);
+  out += predictions_section(content);
   for (const KindReport& kind : content.kinds) out += kind_section(kind);
   out += structures_section(data);
   out += "<section id=\"tables\"><h2>Tables</h2>\n";

@@ -1,0 +1,162 @@
+#include "experiments/config/prediction.h"
+
+#include "framework/core/counters.h"
+#include "framework/core/error.h"
+#include "framework/io/text.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+std::vector<std::string> words(const std::string& text) {
+  std::vector<std::string> parts;
+  WordReader reader(text);
+  for (std::string_view word = reader.word(); !word.empty(); word = reader.word()) parts.emplace_back(word);
+  return parts;
+}
+
+// "key=0.20" is "key=0.2".
+bool same_parameter(const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  const std::size_t at = a.find('=');
+  if (at == std::string::npos || b.compare(0, at + 1, a, 0, at + 1) != 0) return false;
+  const auto x = parse_number(std::string_view(a).substr(at + 1)), y = parse_number(std::string_view(b).substr(at + 1));
+  return x && y && *x == *y;
+}
+
+std::string read_choice(TableReader& reader, const char* key, const char* otherwise, const std::vector<std::string>& valid) {
+  const auto* node = reader.find(key);
+  if (!node) return otherwise;
+  const std::string name = read_text(*node, std::string("predictions.") + key);
+  if (std::find(valid.begin(), valid.end(), name) == valid.end())
+    throw Error(node->where, "predictions: " + unknown_name(key, name, valid));
+  return name;
+}
+
+std::vector<std::string> abscissae() {
+  std::vector<std::string> names{"iterations", "time"};
+  for (std::size_t i = 0; i < counter_count; ++i) names.emplace_back(counter_name(static_cast<Counter>(i)));
+  return names;
+}
+
+// Of the experiment's integrators it must select between so many.
+std::string read_selection(const ConfigNode& node, const char* key, const PredictionContext& context, std::size_t least,
+                           std::size_t most) {
+  const std::string wanted = read_text(node, std::string("predictions.") + key);
+  std::vector<std::string> labels;
+  for (const Method& method : context.integrators) labels.push_back(method.label());
+  const auto selected = static_cast<std::size_t>(
+      std::count_if(labels.begin(), labels.end(), [&](const std::string& label) { return selects(wanted, label); }));
+  if (selected == 0) throw Error(node.where, "predictions: " + unknown_name("method", wanted, labels));
+  if (selected < least || selected > most)
+    throw Error(node.where, fmt::format("predictions: '{}' selects {} of the integrators; expected {}", wanted, selected,
+                                        selected > most ? "one" : "three or more configurations as points"));
+  return wanted;
+}
+
+void read_place(TableReader& reader, const PredictionContext& context, Prediction& prediction) {
+  prediction.scene = read_choice(reader, "scene", "", context.scenes);
+  const auto* node = reader.find("region");
+  if (!node) return;
+  const std::string region = prediction.region = read_text(*node, "predictions.region");
+  std::vector<std::string> names;
+  bool of_scene = false;
+  for (const RegionChoice& choice : context.regions) {
+    names.push_back(choice.name);
+    of_scene = of_scene || (choice.name == region && (prediction.scene.empty() || choice.of_scene(prediction.scene)));
+  }
+  if (names.empty())
+    throw Error(node->where,
+                fmt::format("predictions: region '{}', but there are no [[regions]]; expected one of that name", region));
+  if (std::find(names.begin(), names.end(), region) == names.end())
+    throw Error(node->where, "predictions: " + unknown_name("region", region, names));
+  if (!of_scene) throw Error(node->where, fmt::format("predictions: {} has no region '{}'", prediction.scene, region));
+}
+
+void read_window(TableReader& reader, Prediction& prediction) {
+  const auto *from = reader.find("from"), *to = reader.find("to");
+  if (from) prediction.from = read_number(*from, "predictions.from", 0, 1e30);
+  if (to) prediction.to = read_number(*to, "predictions.to", 0, 1e30);
+  if (prediction.from >= prediction.to)
+    throw Error((to ? to : from)->where,
+                fmt::format("predictions: from {} to {}; expected from < to", prediction.from, prediction.to));
+}
+
+void read_fit(TableReader& reader, Prediction& prediction) {
+  prediction.metric = read_choice(reader, "metric", "mse", {"mse", "rmse", "bias2", "variance"});
+  prediction.x = read_choice(reader, "x", "iterations", abscissae());
+  prediction.across = read_choice(reader, "points", "checkpoints", {"checkpoints", "configurations"}) == "configurations";
+  const bool plateau = read_choice(reader, "model", "power", {"power", "plateau"}) == "plateau";
+  prediction.model = plateau ? Prediction::Model::plateau : Prediction::Model::power;
+  read_window(reader, prediction);
+}
+
+Prediction read_prediction(const ConfigNode& node, const PredictionContext& context) {
+  if (!node.table()) wrong_type(node, "predictions", "tables { method, expect, … }");
+  refuse_old_key(node, "exponent", "expect = { exponent = … }");
+  refuse_old_key(node, "expected", "expect = { ratio = … }");
+  TableReader reader(node, "predictions");
+  Prediction prediction;
+  const ConfigNode& method = required(reader, node, "predictions", "method");
+  read_place(reader, context, prediction);
+  std::size_t least = 1;
+  if (const auto* over = reader.find("over")) {
+    prediction.quantity = Prediction::Quantity::ratio;
+    prediction.over = read_selection(*over, "over", context, 1, 1);
+  } else {
+    read_fit(reader, prediction);
+    if (prediction.across) least = 3;
+  }
+  prediction.method = read_selection(method, "method", context, least, context.integrators.size());
+  const auto *expect = reader.find("expect"), *source = reader.find("source");
+  reader.finish();
+  const std::string quantity = prediction.is_ratio() ? "ratio" : "exponent";
+  if (expect)
+    prediction.expected = read_expectations(*expect, "predictions.expect", {quantity}).at(quantity);
+  else if (!prediction.is_ratio())
+    throw Error(node.where, "predictions: nothing is expected; expected expect = { exponent = \"-2/3\" } or the like, or over");
+  if (source) prediction.source = read_text(*source, "predictions.source");
+  if (expect && !source)
+    throw Error(expect->where, "predictions: expect without a source; expected source = \"whose theory or figure this is\"");
+  if (std::find(context.metrics.begin(), context.metrics.end(), "mse") == context.metrics.end())
+    throw Error(node.where, "predictions: mse is not among the metrics; expected metrics = [\"mse\", …]");
+  return prediction;
+}
+
+}  // namespace
+
+bool selects(const std::string& method, const std::string& label) {
+  const std::vector<std::string> wanted = words(method), present = words(label);
+  if (wanted.empty() || present.empty() || wanted.front() != present.front()) return false;
+  return std::all_of(wanted.begin() + 1, wanted.end(), [&](const std::string& parameter) {
+    return std::any_of(present.begin() + 1, present.end(), [&](const auto& other) { return same_parameter(parameter, other); });
+  });
+}
+
+std::vector<Prediction> read_predictions(const ConfigNode& node, const PredictionContext& context) {
+  std::vector<Prediction> predictions;
+  for (const ConfigNode* element : list_elements(node, "predictions", "[[predictions]] tables { method, expect, … }"))
+    predictions.push_back(read_prediction(*element, context));
+  return predictions;
+}
+
+bool StatedRecord::concerns(const Prediction& prediction, const std::string& scene) const {
+  if (!prediction.scene.empty() && prediction.scene != scene) return false;
+  return prediction.region.empty() || std::any_of(regions.begin(), regions.end(), [&](const RegionChoice& choice) {
+           return choice.name == prediction.region && choice.of_scene(scene);
+         });
+}
+
+void StatedRecord::merge(const StatedRecord& other) {
+  for (const Prediction& prediction : other.predictions)
+    if (std::find(predictions.begin(), predictions.end(), prediction) == predictions.end()) predictions.push_back(prediction);
+  for (const RegionChoice& region : other.regions)
+    if (std::none_of(regions.begin(), regions.end(),
+                     [&](const RegionChoice& r) { return r.name == region.name && r.scene == region.scene; }))
+      regions.push_back(region);
+}
+
+}  // namespace etendue

@@ -1,0 +1,79 @@
+// What an experiment predicts of the errors in its images before it runs, whose theory or figure that is, and of which cells:
+//
+//   [[predictions]]
+//   method = "photon-map final_gather=4"    # of this name, with these parameters among those the experiment sets
+//   scene  = "builtin:edge"                 # default: every scene (that has the region)
+//   region = "smooth"                       # default: the whole image
+//   source = "[Knaus2011] section 5"        # whose theory
+//   expect = { exponent = "-2/3" }          # the e of A x^e, at which the error falls
+//   metric = "mse"                          # mse | rmse | bias2 | variance; the last two need two seeds and their images
+//   x      = "iterations"                   # iterations | time | a counter ("records", "photons_emitted", …)
+//                                           # "records" are those that lie in the region, where a cache tells where they are
+//   points = "checkpoints"                  # of each run; or "configurations": one from each run's end, all methods together
+//   from   = 1000, to = 1e5                 # the window of x that is fitted; default: all
+//   model  = "power"                        # A x^e; or "plateau": A x^e + P
+//
+// or, of the ratio of two methods' errors at the end of their runs, where each method that `method` selects is a row:
+//
+//   over   = "irradiance-cache metric=tabellion records=1000"   # likewise, but one method alone
+//   expect = { ratio = 4.1 }                                    # RMSE of the one over that of the other; default: none
+//
+// The log keeps predictions and their regions in one line. The last such line counts, so that a window can be moved without
+// running anything again.
+#pragma once
+
+#include "experiments/config/config_tree.h"
+#include "experiments/config/expected.h"
+#include "experiments/config/method.h"
+#include "experiments/config/regions.h"
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+struct Prediction {
+  enum class Quantity : std::uint8_t { exponent, ratio };
+  enum class Model : std::uint8_t { power, plateau };
+
+  Quantity quantity = Quantity::exponent;
+  std::string method, over, scene, region;  // scene empty: every one; region empty: the whole image
+  std::optional<Expected> expected;         // empty: a ratio that is measured only
+  std::string source;
+  // What is fitted for an exponent.
+  std::string metric = "mse", x = "iterations";
+  bool across = false;  // the points are configurations
+  double from = 0, to = std::numeric_limits<double>::max();
+  Model model = Model::power;
+
+  bool is_ratio() const { return quantity == Quantity::ratio; }
+  bool needs_images() const { return !is_ratio() && (metric == "bias2" || metric == "variance"); }
+  bool operator==(const Prediction&) const = default;
+};
+
+// Whether a method's label has the name and all of the parameters that a prediction's `method` has.
+bool selects(const std::string& method, const std::string& label);
+
+struct PredictionContext {
+  const std::vector<std::string>& scenes;
+  const std::vector<Method>& integrators;
+  const std::vector<RegionChoice>& regions;
+  const std::vector<std::string>& metrics;
+};
+// Throws Error.
+std::vector<Prediction> read_predictions(const ConfigNode& node, const PredictionContext& context);
+
+// What is stated before anything runs.
+struct StatedRecord {
+  std::vector<Prediction> predictions;
+  std::vector<RegionChoice> regions;
+
+  // Whether what is stated of a scene and a region (empty: of all) is of this scene.
+  bool concerns(const Prediction& prediction, const std::string& scene) const;
+  bool empty() const { return predictions.empty() && regions.empty(); }
+  void merge(const StatedRecord& other);  // adds what it does not hold
+};
+
+}  // namespace etendue

@@ -1,0 +1,213 @@
+#include "experiments/report/predictions.h"
+
+#include "experiments/report/report_text.h"
+#include "experiments/report/verdicts.h"
+#include "framework/core/units.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace etendue {
+
+const char* const verdict_rule =
+    "Confirmed: the measured interval meets the expected one; weaker or stronger: an effect of the expected direction, but "
+    "less "
+    "or more (a shorter time is more); refuted: no effect beyond the spread, or the opposite one; undecided: the spread "
+    "reaches "
+    "from no effect into what is expected. Of a count, a share, an exponent or little effect, the value must lie in the "
+    "expected "
+    "interval, or the measured interval hold the expected value.";
+
+namespace {
+
+using Row = JudgedPrediction;
+
+std::string range_text(FigureKind kind, double low, double high) {
+  return fmt::format("{}{}{}", figure_text(kind, low), low < 0 ? " to " : "–", figure_text(kind, high));
+}
+
+template <std::string Row::*member>
+TableCell words_of(const Row& row) {
+  return (row.*member).empty() ? TableCell{} : TableCell::words(row.*member);
+}
+
+TableCell number_of(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? TableCell::number(*value) : TableCell{};
+}
+
+TableCell people(const std::string& text) { return text == "–" ? TableCell{} : TableCell::words(text); }
+
+// A column, and its cell in a row: without a function, a detail of the row.
+struct Column {
+  TableColumn column;
+  TableCell (*cell)(const Row&) = nullptr;
+};
+
+constexpr auto everyone = Audience::everyone, readers = Audience::people, machines = Audience::machines;
+
+const std::vector<Column>& columns() {
+  static const std::vector<Column> all{
+      {{"id", "#"},
+       [](const Row& row) { return row.id > 0 ? TableCell::count(static_cast<std::uint64_t>(row.id)) : TableCell{}; }},
+      {{"statement", "statement", false}, words_of<&Row::statement>},
+      {{"scene", "scene", false}, words_of<&Row::scene>},
+      {{"region", "region", false}, words_of<&Row::region>},
+      {{"method", "method", false}, words_of<&Row::method>},
+      {{"structure", "", false, machines}, words_of<&Row::structure>},
+      {{"over", "over", false}, words_of<&Row::over>},
+      {{"remedy", "remedy", false}, words_of<&Row::remedy>},
+      {{"figure", "", false, machines}},
+      {{"quantity", "quantity", false}, words_of<&Row::quantity>},
+      {{"expected", "expected", true, readers, 1}, [](const Row& row) { return people(row.expected_text()); }},
+      {{"expected_low", "", true, machines, 1},
+       [](const Row& row) { return row.expected ? number_of(row.expected->low) : TableCell{}; }},
+      {{"expected_high", "", true, machines, 1},
+       [](const Row& row) { return row.expected ? number_of(row.expected->high) : TableCell{}; }},
+      {{"", "measured", true, readers, 1}, [](const Row& row) { return people(row.measured_text()); }},
+      {{"measured", "", true, machines, 1}, [](const Row& row) { return number_of(row.value); }},
+      {{"low", "", true, machines, 1},
+       [](const Row& row) { return row.interval ? number_of(row.interval->low) : TableCell{}; }},
+      {{"high", "", true, machines, 1},
+       [](const Row& row) { return row.interval ? number_of(row.interval->high) : TableCell{}; }},
+      {{"verdict", "verdict", false, everyone, 1},
+       [](const Row& row) { return row.verdict ? TableCell::words(std::string(verdict_name(*row.verdict))) : TableCell{}; }},
+      {{"source", "source", false, everyone, 1}, words_of<&Row::source>},
+      {{"seeds", "seeds", true, everyone, 2}},
+      {{"iterations", "iterations", true, everyone, 2}},
+      {{"points_are", "points", false, machines, 2}},
+      {{"points", "points", true, everyone, 2}},
+      {{"window", "window", true, readers, 2}},
+      {{"from", "", true, machines, 2}},
+      {{"to", "", true, machines, 2}},
+      {{"plateau", "plateau (95 %)", true, everyone, 2}},
+      {{"plateau_low", "", true, machines, 2}},
+      {{"plateau_high", "", true, machines, 2}},
+      {{"rmse", "RMSE (95 %)", true, everyone, 2}},
+      {{"rmse_low", "", true, machines, 2}},
+      {{"rmse_high", "", true, machines, 2}},
+      {{"standard_error", "standard error", true, everyone, 2}},
+      {{"stated", "stated error (RMS)", true, everyone, 2}},
+      {{"true", "true error (RMS)", true, everyone, 2}}};
+  return all;
+}
+
+TableCell cell_of(const Column& column, const Row& row) {
+  if (column.cell != nullptr) return column.cell(row);
+  const auto found = std::find_if(row.details.begin(), row.details.end(),
+                                  [&](const auto& detail) { return detail.first == column.column.key; });
+  return found == row.details.end() ? TableCell{} : found->second;
+}
+
+bool is_filled(const TableCell& cell) { return !cell.raw.empty() || cell.text != TableCell{}.text; }
+
+// "sppm, edge of builtin:room: -0.667 (-0.68 to -0.65), expected -1/2 (refuted)".
+std::string in_words(const Row& row) {
+  std::string text = row.method;
+  if (!row.over.empty()) text += " over " + row.over;
+  text += (row.region.empty() ? " in " : fmt::format(" in {} of ", row.region)) + row.scene;
+  return fmt::format("{}: {}, expected {} ({})", text, row.measured_text(), row.expected_text(), verdict_name(*row.verdict));
+}
+
+}  // namespace
+
+std::string figure_text(FigureKind kind, double value) {
+  if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
+  switch (kind) {
+    case FigureKind::factor:
+      return format_figure(value) + "×";
+    case FigureKind::time:
+      return format_seconds(value);
+    case FigureKind::plain:
+      break;
+    case FigureKind::share:
+      return fmt::format("{:.3g} %", 100 * value);
+    case FigureKind::exponent:
+      return fmt::format("{:.3f}", value);
+  }
+  return format_figure(value);
+}
+
+void JudgedPrediction::measure(double measured, const std::optional<Interval>& around, std::optional<double> no_effect) {
+  value = measured;
+  interval = around;
+  if (expected) verdict = around ? judge(measured, *around, *expected, no_effect) : Verdict::undecided;
+}
+
+void JudgedPrediction::add_detail(const std::string& key, double centre, const std::optional<Interval>& around) {
+  std::string text = format_figure(centre);
+  if (around) text += " (" + format_interval(around->low, around->high) + ")";
+  details.emplace_back(key, TableCell::number(centre, text));
+  if (!around) return;
+  details.emplace_back(key + "_low", TableCell::number(around->low));
+  details.emplace_back(key + "_high", TableCell::number(around->high));
+}
+
+std::string JudgedPrediction::expected_text() const {
+  if (!expected) return "–";
+  const auto& [low, high, text] = *expected;
+  if (!text.empty() && kind != FigureKind::time) return text;
+  if (std::isinf(high)) return "above " + figure_text(kind, low);
+  if (std::isinf(low) || (low == 0 && (kind == FigureKind::factor || kind == FigureKind::time)))
+    return "below " + figure_text(kind, high);
+  return expected->is_value() ? figure_text(kind, low) : range_text(kind, low, high);
+}
+
+std::string JudgedPrediction::measured_text() const {
+  if (!value) return problem.empty() ? "–" : problem;
+  std::string text = figure_text(kind, *value);
+  if (interval && interval->low < interval->high) text += fmt::format(" ({})", range_text(kind, interval->low, interval->high));
+  return text + marks;
+}
+
+void Predictions::add(Predictions others) {
+  rows.insert(rows.end(), others.rows.begin(), others.rows.end());
+  notes.insert(notes.end(), others.notes.begin(), others.notes.end());
+  order += others.order;
+}
+
+Table predictions_table(const Predictions& predictions) {
+  Table table{"predictions", "Predictions and what was measured", {}, {}, {"Verdict", "Measurement"}, {}};
+  std::vector<const Row*> rows;
+  for (const Row& row : predictions.rows) rows.push_back(&row);
+  std::stable_sort(rows.begin(), rows.end(), [](const Row* a, const Row* b) { return a->id < b->id; });
+  table.rows.resize(rows.size());
+  for (const Column& column : columns()) {
+    std::vector<TableCell> cells;
+    for (const Row* row : rows) cells.push_back(cell_of(column, *row));
+    if (std::none_of(cells.begin(), cells.end(), is_filled)) continue;
+    table.columns.push_back(column.column);
+    for (std::size_t i = 0; i < rows.size(); ++i) table.rows[i].push_back(std::move(cells[i]));
+  }
+  const auto measures = [](const TableColumn& column) { return column.group == 2 && column.audience != machines; };
+  if (std::none_of(table.columns.begin(), table.columns.end(), measures)) table.group_titles.clear();
+  if (rows.empty()) return table;
+  table.notes = predictions.notes;
+  table.notes.insert(table.notes.begin(), verdict_rule);
+  if (!predictions.order.empty()) table.notes.push_back(predictions.order);
+  return table;
+}
+
+std::string predictions_finding(const Predictions& predictions) {
+  constexpr std::size_t most = 6;
+  std::vector<Verdict> verdicts;
+  std::vector<std::string> missed;
+  std::size_t unmeasured = 0;
+  for (const Row& row : predictions.rows) {
+    unmeasured += row.expected && !row.value;
+    if (!row.verdict) continue;
+    verdicts.push_back(*row.verdict);
+    if (*row.verdict != Verdict::confirmed) missed.push_back(in_words(row));
+  }
+  const auto of_expected = [](const Row& row) { return row.expected.has_value(); };
+  if (std::none_of(predictions.rows.begin(), predictions.rows.end(), of_expected)) return {};
+  if (verdicts.empty()) return "No prediction could be measured.";
+  std::string text =
+      fmt::format("{} prediction{}: {}.", verdicts.size(), verdicts.size() == 1 ? "" : "s", count_verdicts(verdicts));
+  if (!missed.empty()) text += " Not confirmed: " + enumerate(missed, "; ", most) + ".";
+  if (unmeasured > 0) text += fmt::format(" {} could not be measured.", unmeasured);
+  return text + (predictions.order.empty() ? "" : " " + predictions.order);
+}
+
+}  // namespace etendue
