@@ -12,8 +12,10 @@ namespace {
 
 TEST(ExampleMethod, StandsInTheDocsAsItIsCompiled) {
   const std::string page = read_text_file(std::string(project_folder) + "docs/adding-a-method.md");
-  const std::string code = read_text_file(std::string(project_folder) + "tests/unit/example_method.h");
-  EXPECT_NE(page.find("```cpp\n" + code + "```"), std::string::npos);
+  for (const char* file : {"tests/unit/example_method.h", "framework/materials/diffuse.h"}) {
+    const std::string code = read_text_file(std::string(project_folder) + file);
+    EXPECT_NE(page.find("```cpp\n" + code + "```"), std::string::npos) << file;
+  }
 }
 
 TEST(ExampleMethod, HasDirectLightOfTheClosedForm) {
