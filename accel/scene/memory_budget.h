@@ -22,6 +22,9 @@ struct MemoryNeed {
   std::uint64_t kept = 0, peak = 0;
 };
 
+// The references to primitives that a spatial structure may hold, for each primitive.
+inline constexpr std::uint64_t references_per_primitive = 32;
+
 struct MemoryParams {
   std::uint64_t memory = 0;  // bytes; 0: without limit
   std::string over_memory = "leaner";

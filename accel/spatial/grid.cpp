@@ -9,8 +9,6 @@ static_assert(RayStructure<Grid>);
 
 namespace {
 
-constexpr std::uint64_t references_per_primitive = 32;
-
 using Size = std::array<int, 3>;
 
 std::uint64_t product(const Size& size) {

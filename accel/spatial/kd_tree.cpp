@@ -11,7 +11,6 @@ static_assert(RayStructure<RayKdTree>);
 
 namespace {
 
-constexpr std::uint64_t references_per_primitive = 32;
 constexpr std::size_t most_swept = 256;  // primitives of a node in which every face is tried
 constexpr double empty_side_factor = 0.8;
 

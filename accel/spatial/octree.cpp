@@ -11,8 +11,6 @@ static_assert(RayStructure<Octree>);
 
 namespace {
 
-constexpr std::uint64_t references_per_primitive = 32;
-
 // Which of eight cubes about a point does a triangle overlap? By the axes of [AkenineMoeller2001] in double precision: what
 // they need of the triangle is computed once for all eight.
 class CubeTests {

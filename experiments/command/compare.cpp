@@ -1,14 +1,13 @@
 // `etendue compare` and `etendue report`: from files alone, with no scene and no rendering.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/log/log.h"
+#include "experiments/log/json_line.h"
 #include "experiments/report/report.h"
 #include "framework/image/metrics.h"
 #include "framework/io/image/exr.h"
 
 #include <fmt/format.h>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 namespace etendue {
 
@@ -18,13 +17,13 @@ int compare_command(const CompareCommand& command) {
   if (image.size != reference.size)
     throw Error(Location{command.image}, fmt::format("{} x {} pixels; expected {} x {} as in {}", image.size.x, image.size.y,
                                                      reference.size.x, reference.size.y, command.reference));
-  nlohmann::ordered_json json;
+  Json json;
   for (const Metric& metric : metrics()) {
     const double value = metric.compute(image, reference);
     json[std::string(metric.name)] = value;
     if (!command.json) fmt::print("{:<15} {:.6g}\n", metric.name, value);
   }
-  if (command.json) fmt::print("{}\n", json.dump(2));
+  if (command.json) fmt::print("{}\n", dump(json, 2));
   return 0;
 }
 

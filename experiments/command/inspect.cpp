@@ -2,18 +2,16 @@
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
 #include "experiments/kinds/claims/claim.h"
+#include "experiments/log/json_line.h"
 #include "framework/core/units.h"
 #include "framework/io/load_scene.h"
 #include "framework/scene/needs.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace etendue {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct Contents {
   std::uint64_t triangles = 0, quadrics = 0, shapes = 0;
@@ -88,7 +86,7 @@ std::string to_json(const std::string& name, const Scene& scene, const SceneNeed
     json["spared"].push_back(
         {{"what", s.name}, {"factor", s.factor.median}, {"low", s.factor.low}, {"high", s.factor.high}, {"of", s.text}});
   json["warnings"] = scene.warnings;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+  return dump(json, 2);
 }
 
 std::string to_lines(const std::string& name, const Scene& scene, const SceneNeeds& needs, const std::vector<Spared>& spared) {

@@ -3,6 +3,7 @@
 #include "experiments/command/console.h"
 #include "experiments/command/output_files.h"
 #include "experiments/command/render_cache.h"
+#include "experiments/log/json_line.h"
 #include "experiments/log/manifest.h"
 #include "experiments/report/record_overlay.h"
 #include "experiments/report/report_text.h"
@@ -19,14 +20,11 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 namespace etendue {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t default_samples = 64;
 const std::string records_aov = "records", standard_error_aov = "standard-error";
@@ -131,7 +129,7 @@ std::string to_json(const Rendered& r) {
   if (r.repeats) json["repeats"] = {{"image", r.command.from}, {"to_the_bit", *r.repeats}};
   if (!r.reference.empty()) json["reference"] = r.reference;
   for (const auto& [name, value] : r.metrics) json[name] = value;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+  return dump(json, 2);
 }
 
 std::string to_lines(const Rendered& r) {

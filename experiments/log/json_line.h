@@ -35,7 +35,9 @@ inline const std::vector<double>& finite(const std::vector<double>& values) {
   return values;
 }
 
-// On one line. Bytes that are not UTF-8, which the text of an error may hold, are replaced.
-inline std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+// On one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced.
+inline std::string dump(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 }  // namespace etendue

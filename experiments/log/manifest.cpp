@@ -3,6 +3,7 @@
 #include "framework/core/isa.h"
 #include "framework/core/parallel.h"
 
+#include <etendue_build.h>
 #include <etendue_commit.h>
 #include <fmt/chrono.h>
 #include <unistd.h>

@@ -3,6 +3,7 @@
 #include "framework/core/error.h"
 #include "framework/io/image/exr.h"
 
+#include <etendue_build.h>
 #include <fmt/format.h>
 #include <algorithm>
 #include <charconv>

@@ -6,7 +6,6 @@ namespace etendue {
 
 namespace {
 
-const ivec2 exact_resolution{128, 128};
 const Rgb sand(0.7f, 0.6f, 0.45f);
 constexpr float sun_irradiance = 4;  // facing it
 

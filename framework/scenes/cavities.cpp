@@ -1,14 +1,8 @@
 #include "framework/scenes/cavities.h"
 
-#include "framework/scene/builder.h"
+#include "framework/scenes/exact_stage.h"
 
 namespace etendue {
-
-namespace {
-
-const ivec2 exact_resolution{128, 128};
-
-}  // namespace
 
 Scene make_cavity(const CavityParams& params) {
   const Rgb albedo(0.8f, 0.65f, 0.5f);

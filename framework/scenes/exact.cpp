@@ -1,15 +1,10 @@
 #include "framework/scenes/exact.h"
 
-#include "framework/scene/builder.h"
-
-#include <numbers>
+#include "framework/scenes/exact_stage.h"
 
 namespace etendue {
 
 namespace {
-
-constexpr double pi_d = std::numbers::pi;
-const ivec2 exact_resolution{128, 128};
 
 // A diffuse sphere of radius 1 around a point light of 1 W/sr: whatever is not absorbed comes back evenly, because a sphere's
 // form factor between any two of its elements is the same ([Cohen1993] 2.10; the integrating sphere).

@@ -8,7 +8,12 @@
 
 #include "framework/scene/builder.h"
 
+#include <numbers>
+
 namespace etendue {
+
+inline constexpr double pi_d = std::numbers::pi;
+inline const ivec2 exact_resolution{128, 128};  // of scenes with a closed form
 
 class ExactStage {
  public:

@@ -9,8 +9,6 @@ namespace etendue {
 
 namespace {
 
-constexpr double pi_d = std::numbers::pi;
-const ivec2 exact_resolution{128, 128};
 const dvec3 up(0, 1, 0);
 const Rgb floor_albedo(0.7f, 0.66f, 0.6f);
 

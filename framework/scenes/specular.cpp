@@ -2,14 +2,9 @@
 
 #include "framework/scenes/exact_stage.h"
 
-#include <numbers>
-
 namespace etendue {
 
 namespace {
-
-constexpr double pi_d = std::numbers::pi;
-const ivec2 exact_resolution{128, 128};
 
 double point_irradiance(const dvec3& to_light, const dvec3& normal) {
   const double distance = glm::length(to_light);

@@ -16,7 +16,7 @@ namespace {
 constexpr float kernel_noise = 4.0f / 3;  // variance of a density by n photons under Epanechnikov's kernel, times n
 
 // What a camera sample brings.
-struct CameraSample {
+struct GatherSample {
   std::uint64_t pixel;
   std::uint32_t index;  // among the pixel's samples
   Sampler sampler;
@@ -61,7 +61,7 @@ class PhotonCache final : public Integrator, public FileCache {
   void refine(RenderContext& context, std::uint32_t index);
   void gather(const RenderContext& context, std::span<PathSample> paths, int depth) const;
   IrradianceEstimate density(const RenderContext& context, const CachePoint& point, int depth) const;
-  void camera_sample(const RenderContext& context, const Ray& ray, float next_accuracy, CameraSample& sample) const;
+  void camera_sample(const RenderContext& context, const Ray& ray, float next_accuracy, GatherSample& sample) const;
 
   PhotonCacheParams params_;
   SamplerKind sampler_;
@@ -210,7 +210,7 @@ void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& f
     float cached_error = 0;
     CachePoint wanted;
     for (std::uint32_t i = samples.begin; i < samples.begin + samples.count; ++i) {
-      CameraSample sample{key, i, Sampler(sampler_, context.seed, Stream::camera, key, i)};
+      GatherSample sample{key, i, Sampler(sampler_, context.seed, Stream::camera, key, i)};
       const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
       camera_sample(context, ray, next_accuracy, sample);
       shares_.add(key, luminance(sample.sampled + sample.cached));
@@ -226,7 +226,7 @@ void PhotonCache::iteration(RenderContext& context, std::uint32_t index, Film& f
   shares_.end_iteration();
 }
 
-void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, float next_accuracy, CameraSample& sample) const {
+void PhotonCache::camera_sample(const RenderContext& context, const Ray& ray, float next_accuracy, GatherSample& sample) const {
   const auto at_rough_vertex = [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput,
                                    int depth, float distance) {
     const int remaining = max_depth_ - depth - 1;

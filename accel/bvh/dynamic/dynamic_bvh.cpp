@@ -11,11 +11,9 @@ static_assert(DynamicTree::leaf_size == TriangleBlock::width);
 
 namespace {
 
-constexpr std::size_t grain = 256;
-
 std::vector<Bounds> boxes_of(const Geometry& geometry, std::span<const std::uint32_t> primitives) {
   std::vector<Bounds> boxes(primitives.size());
-  parallel_for(primitives.size(), grain, [&](std::size_t i) {
+  parallel_for(primitives.size(), update_grain, [&](std::size_t i) {
     if (geometry.is_valid(primitives[i])) boxes[i] = geometry.primitive_bounds(primitives[i]);
   });
   return boxes;
@@ -43,7 +41,7 @@ TreeUpdate DynamicBvh::update(std::span<const std::uint32_t> changed) {
 void DynamicBvh::fill_touched_leaves() {
   leaves_.resize(tree_.leaf_count());
   const std::span<const std::uint32_t> touched = tree_.touched();
-  parallel_for(touched.size(), grain, [&](std::size_t i) {
+  parallel_for(touched.size(), update_grain, [&](std::size_t i) {
     std::array<std::uint32_t, DynamicTree::leaf_size> items;
     const std::uint32_t count = tree_.present_items(touched[i], items);
     leaves_.set(touched[i], std::span(items).first(count));

@@ -9,8 +9,6 @@ namespace etendue {
 
 namespace {
 
-constexpr std::size_t grain = 256;
-
 // The factor by which `work` per `area` has grown: 0 where there is no work, infinity where there was none before.
 float times(float work, float area, float built_work, float built_area) {
   if (!(work > 0) || !(area > 0)) return 0;
@@ -71,7 +69,7 @@ TreeUpdate DynamicTree::update(std::span<const std::uint32_t> changed, std::span
 }
 
 void DynamicTree::take_boxes(std::span<const std::uint32_t> changed, std::span<const Bounds> boxes) {
-  parallel_for(changed.size(), grain, [&](std::size_t i) {
+  parallel_for(changed.size(), update_grain, [&](std::size_t i) {
     const std::uint32_t item = changed[i];
     present_[item] = !boxes[i].empty();
     if (present_[item]) boxes_[item] = {boxes[i].lower + 0.0f, boxes[i].upper + 0.0f};  // no negative zeros
@@ -108,7 +106,7 @@ void DynamicTree::rebuild_all() {
   Region region{0, {}, {}, {}, {}, {}};
   region.parts.resize(boxes_.size());
   region.items.resize(boxes_.size());
-  parallel_for(boxes_.size(), grain, [&](std::size_t i) {
+  parallel_for(boxes_.size(), update_grain, [&](std::size_t i) {
     region.parts[i] = static_cast<std::uint32_t>(i);
     region.items[i] = {boxes_[i], static_cast<std::uint32_t>(i)};
   });
@@ -120,8 +118,8 @@ void DynamicTree::rebuild_all() {
 // --- refitting ---
 
 void DynamicTree::refit() {
-  parallel_for(touched_.size(), grain, [&](std::size_t i) { climb_and_mark(touched_[i]); });
-  parallel_for(touched_.size(), grain, [&](std::size_t i) { climb_and_fit(touched_[i]); });
+  parallel_for(touched_.size(), update_grain, [&](std::size_t i) { climb_and_mark(touched_[i]); });
+  parallel_for(touched_.size(), update_grain, [&](std::size_t i) { climb_and_fit(touched_[i]); });
 }
 
 // The first to reach a node goes on; whoever comes later only says that there is one more to wait for.

@@ -30,6 +30,8 @@
 
 namespace etendue {
 
+inline constexpr std::size_t update_grain = 256;  // items of a task
+
 // What an update did.
 struct TreeUpdate {
   std::uint64_t refitted = 0;  // leaves

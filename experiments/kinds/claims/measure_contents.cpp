@@ -16,7 +16,7 @@ namespace etendue {
 
 namespace {
 
-constexpr auto factor = FigureKind::factor;
+using FigureKind::factor;
 
 // A thing that a scene may hold.
 struct Content {
@@ -35,7 +35,7 @@ vec3 beneath(const Bounds& bounds) {
 vec3 beneath(const Scene& scene) { return beneath(scene.bounds()); }
 float small_size(const Bounds& bounds) { return 0.001f * glm::length(bounds.diagonal()); }
 
-Bounds bounds_of(const Geometry& geometry) {
+Bounds primitive_bounds(const Geometry& geometry) {
   Bounds bounds;
   for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) bounds.extend(geometry.primitive_bounds(id));
   return bounds;
@@ -52,7 +52,7 @@ void add_sphere(Object& object, const Sphere& sphere, std::uint32_t material) {
 // One in each object that holds anything, instances' too: it is their leaves that then ask of every primitive what it is.
 void add_spheres(Scene& scene) {
   for (Object& object : scene.objects)
-    if (const Bounds bounds = bounds_of(object.geometry); !bounds.empty())
+    if (const Bounds bounds = primitive_bounds(object.geometry); !bounds.empty())
       add_sphere(object, {beneath(bounds), small_size(bounds)}, 0);
 }
 

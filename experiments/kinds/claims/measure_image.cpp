@@ -16,7 +16,8 @@ namespace etendue {
 
 namespace {
 
-constexpr auto factor = FigureKind::factor, time_kind = FigureKind::time;
+using FigureKind::factor;
+constexpr auto time_kind = FigureKind::time;
 constexpr int image_width = 1024;
 
 struct ImageRays {

@@ -9,7 +9,7 @@ namespace etendue {
 
 namespace {
 
-constexpr auto factor = FigureKind::factor;
+using FigureKind::factor;
 
 // A list takes each of them past every object: few will do.
 std::vector<Ray> some_rays(const Scene& scene, int resolution) {

@@ -18,7 +18,7 @@ namespace etendue {
 
 namespace {
 
-constexpr auto factor = FigureKind::factor;
+using FigureKind::factor;
 
 enum class Directions : std::uint8_t { uniform, cosine };
 

@@ -9,7 +9,7 @@ namespace etendue {
 
 namespace {
 
-constexpr auto factor = FigureKind::factor, plain = FigureKind::plain;
+using FigureKind::factor, FigureKind::plain;
 
 MeasureResult measure_cells(const MeasureTask& task) {
   const Scene scene = load_claim_scene(task.scene, task.reading);

@@ -9,7 +9,7 @@ namespace etendue {
 
 namespace {
 
-constexpr auto factor = FigureKind::factor;
+using FigureKind::factor;
 
 // Observes into a model of a cache.
 struct ObserveCache {

@@ -1,5 +1,6 @@
 #include "integrators/caches/records/cache_file.h"
 
+#include <etendue_build.h>
 #include <fmt/format.h>
 #include <xxhash.h>
 #include <algorithm>
