@@ -12,7 +12,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -54,7 +53,7 @@ struct RenderContext {
   // Structures by name, so that integrators need not know accel/. Throw Error on an unknown name.
   std::function<std::unique_ptr<PointQuery>(const std::string& name)> make_points;
   std::function<std::unique_ptr<RecordQuery>(const std::string& name, const Bounds& bounds)> make_records;
-  bool states_error = false;  // standard_error() will be called: keep what it needs
+  bool states_error = false;  // Cache::standard_error() will be called: keep what it needs
 
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
   int max_depth(int requested) const { return requested > 0 ? requested : scene.max_depth.value_or(64); }
@@ -83,10 +82,17 @@ struct RecordShape {
   }
 };
 
-// A cache that outlives its image.
-class SavableCache {
+// What methods that keep a cache have besides.
+class Cache {
  public:
-  virtual ~SavableCache() = default;
+  virtual ~Cache() = default;
+  // Its records, whether prepared or not.
+  virtual std::vector<RecordShape> record_shapes() const = 0;
+  // What the method itself takes the standard error of each pixel to be after its iterations so far (its luminance, in all
+  // channels); bias that it knows of counts as error. Only to be called where RenderContext::states_error is set.
+  virtual Image standard_error() const = 0;
+  // Can it outlive its image?
+  virtual bool savable() const { return true; }
   // The bytes of a file, after the last iteration.
   virtual std::string save(const RenderContext& context) const = 0;
   // Before `prepare`, which then begins with these records. Throws Error where the bytes are damaged, or made for another
@@ -102,13 +108,7 @@ class Integrator {
   virtual void prepare(RenderContext& context) = 0;
   virtual void iteration(RenderContext& context, std::uint32_t index, Film& film) = 0;
   virtual Expectation expectation() const = 0;
-
-  // Only of methods that have them, prepared or not.
-  virtual SavableCache* savable_cache() { return nullptr; }
-  virtual std::optional<std::vector<RecordShape>> record_shapes() const { return std::nullopt; }
-  // What the method itself takes the standard error of each pixel to be after its iterations so far (its luminance, in all
-  // channels); bias that it knows of counts as error. Only to be called where RenderContext::states_error is set.
-  virtual std::optional<Image> standard_error() const { return std::nullopt; }
+  virtual Cache* cache() { return nullptr; }  // null: the method keeps none
 };
 
 // A row of the registry.
@@ -117,5 +117,16 @@ struct IntegratorEntry {
   std::vector<ParamInfo> params;
   std::function<std::unique_ptr<Integrator>(const ParamMap&)> make;  // throws Error on bad parameters
 };
+
+// The row of a method that make(params) makes.
+template <class Params, class Make>
+IntegratorEntry integrator_entry(const std::string& name, const std::string& summary, const Make& make) {
+  return {name, summary, list_params<Params>(),
+          [name, make](const ParamMap& map) -> std::unique_ptr<Integrator> { return make(read_params<Params>(map, name)); }};
+}
+template <class Method, class Params>
+IntegratorEntry integrator_entry(const std::string& name, const std::string& summary) {
+  return integrator_entry<Params>(name, summary, [](const Params& params) { return std::make_unique<Method>(params); });
+}
 
 }  // namespace etendue

@@ -8,10 +8,7 @@
 #include "integrators/path_space/hash_cache.h"
 #include "integrators/paths/path.h"
 #include "integrators/photons/photon_map.h"
-#include "integrators/progressive/appm.h"
-#include "integrators/progressive/cppm.h"
-#include "integrators/progressive/ppm_memoryless.h"
-#include "integrators/progressive/sppm.h"
+#include "integrators/progressive/methods.h"
 
 namespace etendue {
 

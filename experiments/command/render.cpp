@@ -176,13 +176,13 @@ void write_outputs(const Rendered& r, Integrator& integrator, const RenderContex
   if (!r.output.empty()) attempt([&] { write_image(r, result, r.output, result.image); });
   exit_on_interrupt("\ninterrupted\n");
   if (!r.command.save_cache.empty())
-    attempt([&] { write_whole_file(r.command.save_cache, integrator.savable_cache()->save(context)); });
+    attempt([&] { write_whole_file(r.command.save_cache, integrator.cache()->save(context)); });
   for (const std::string& aov : r.command.aovs)
     attempt([&] {
-      write_image(
-          r, result, aov_path(r.output, aov),
-          aov == records_aov ? draw_records(result.image, context, *integrator.record_shapes()) : *integrator.standard_error(),
-          aov);
+      write_image(r, result, aov_path(r.output, aov),
+                  aov == records_aov ? draw_records(result.image, context, integrator.cache()->record_shapes())
+                                     : integrator.cache()->standard_error(),
+                  aov);
     });
   if (failure) std::rethrow_exception(failure);
 }
@@ -364,7 +364,7 @@ int render_command(const RenderCommand& command) {
   CellTask task{scene, needs, r.accel, r.integrator, r.seed, r.resolution, budget, r.threads, target, {}, {}, false, progress};
   if (!command.load_cache.empty())
     task.before_prepare = [&](Integrator& integrator, RenderContext& context) {
-      integrator.savable_cache()->load(context, r.cache_to_load, Location{command.load_cache});
+      integrator.cache()->load(context, r.cache_to_load, Location{command.load_cache});
       r.cache_to_load = {};
     };
   task.confidence = r.states_error;

@@ -64,15 +64,16 @@ void complete_from_cache(std::string_view bytes, const std::string& path, Method
 }
 
 void require_savable(const Method& integrator, const std::string& option) {
-  require(integrator, option, "keeps no cache that can be saved", [](Integrator& i) { return i.savable_cache() != nullptr; });
+  require(integrator, option, "keeps no cache that can be saved",
+          [](Integrator& i) { return i.cache() && i.cache()->savable(); });
 }
 
 void require_records(const Method& integrator, const std::string& option) {
-  require(integrator, option, "has no records to show", [](Integrator& i) { return i.record_shapes().has_value(); });
+  require(integrator, option, "has no records to show", [](Integrator& i) { return i.cache() != nullptr; });
 }
 
 void require_standard_error(const Method& integrator, const std::string& option) {
-  require(integrator, option, "does not estimate its own error", [](Integrator& i) { return i.standard_error().has_value(); });
+  require(integrator, option, "does not estimate its own error", [](Integrator& i) { return i.cache() != nullptr; });
 }
 
 }  // namespace etendue

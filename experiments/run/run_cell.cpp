@@ -114,7 +114,7 @@ class CellRunner {
   }
 
   // With the clock stopped.
-  void checkpoint(const Integrator& integrator) {
+  void checkpoint(Integrator& integrator) {
     CheckpointRecord record;
     record.iterations = iterations_;
     record.time_s = clock_.wall_s();
@@ -131,8 +131,8 @@ class CellRunner {
     Image image = film_.mean();
     if (task_.reference) {
       record.metrics = measure(image, *task_.reference, task_.metrics);
-      if (const auto stated = task_.confidence ? integrator.standard_error() : std::nullopt)
-        record.confidence = confidence_of(image, *stated, *task_.reference);
+      if (task_.confidence && integrator.cache())
+        record.confidence = confidence_of(image, integrator.cache()->standard_error(), *task_.reference);
       for (const Region& region : task_.regions)
         record.regions[region.name] = measure(crop(image, region), crop(*task_.reference, region), task_.metrics);
       if (!task_.regions.empty()) count_records(integrator, record);
@@ -142,12 +142,12 @@ class CellRunner {
   }
 
   // Counts how many of a cache's records lie in each region; those on its border belong to what lies beside it too.
-  void count_records(const Integrator& integrator, CheckpointRecord& record) const {
-    const auto shapes = integrator.record_shapes();
-    if (!shapes) return;
+  void count_records(Integrator& integrator, CheckpointRecord& record) const {
+    if (!integrator.cache()) return;
+    const auto shapes = integrator.cache()->record_shapes();
     for (const Region& region : task_.regions)
       record.regions[region.name]["records"] =
-          static_cast<double>(std::count_if(shapes->begin(), shapes->end(), [&](const auto& shape) {
+          static_cast<double>(std::count_if(shapes.begin(), shapes.end(), [&](const auto& shape) {
             const auto seen = task_.scene.camera.connect(task_.resolution, shape.position, vec2(0.5f));
             return seen && region.holds(ivec2(seen->film), task_.resolution);
           }));

@@ -18,7 +18,7 @@ const char* type_name(const ParamValue& value) {
   return names[value.value.index()];
 }
 
-std::string join(std::initializer_list<const char*> options, const char* separator) {
+std::string join(Names options, const char* separator) {
   std::string text;
   for (const char* option : options) text += (text.empty() ? "" : separator) + std::string(option);
   return text;
@@ -70,13 +70,13 @@ void ParamLister::flag(const char* name, bool& value, const char* help) {
   infos.push_back({name, "boolean", value ? "true" : "false", "true | false", "", help});
 }
 
-void ParamLister::choice(const char* name, std::string& value, std::initializer_list<const char*> options, const char* help) {
+void ParamLister::choose(const char* name, std::string& value, Names options, const char* help) {
   infos.push_back({name, "text", value, join(options, " | "), "", help});
 }
 
 void ParamLister::bytes(const char* name, std::uint64_t& value, const char* help) {
-  infos.push_back({name, "size", value == 0 ? "none" : fmt::format("{}B", value), "none | 1B ..", "(B, KB, MB, GB, KiB, MiB, GiB)",
-                   help});
+  infos.push_back(
+      {name, "size", value == 0 ? "none" : fmt::format("{}B", value), "none | 1B ..", "(B, KB, MB, GB, KiB, MiB, GiB)", help});
 }
 
 const ParamValue* ParamReader::find(const char* name) {
@@ -127,7 +127,7 @@ void ParamReader::flag(const char* name, bool& value, const char*) {
   value = *b;
 }
 
-void ParamReader::choice(const char* name, std::string& value, std::initializer_list<const char*> options, const char*) {
+void ParamReader::choose(const char* name, std::string& value, Names options, const char*) {
   const ParamValue* given = find(name);
   if (!given) return;
   const auto* s = std::get_if<std::string>(&given->value);

@@ -46,8 +46,8 @@ class Vcm final : public Integrator {
     settings_.connect = setting != Setting::light_trace;
     settings_.roulette_depth = params.roulette_depth;
     settings_.wall_test = params.wall_test;
-    settings_.correlation = params.mis == "correlation-aware";
-    settings_.sampler = parse_sampler(params.sampler);
+    settings_.correlation = params.mis == VcmMis::correlation_aware;
+    settings_.sampler = params.sampler;
   }
 
   void prepare(RenderContext& context) override;
@@ -136,11 +136,11 @@ Expectation Vcm::expectation() const {
 
 template <class Params>
 IntegratorEntry entry(const char* name, const char* summary, Setting setting) {
-  return {name, summary, list_params<Params>(), [name, setting](const ParamMap& map) {
-            VcmParams params;
-            static_cast<Params&>(params) = read_params<Params>(map, name);
-            return std::make_unique<Vcm>(params, setting);
-          }};
+  return integrator_entry<Params>(name, summary, [setting](const Params& given) {
+    VcmParams params;
+    static_cast<Params&>(params) = given;
+    return std::make_unique<Vcm>(params, setting);
+  });
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ struct LightTraceParams {
   int max_depth = 0;
   int roulette_depth = 5;
   int paths = 0;
-  std::string sampler = "sobol";
+  SamplerKind sampler = SamplerKind::sobol;
 };
 
 template <class Visitor>
@@ -49,17 +49,20 @@ void describe(Visitor& v, LightTraceParams& p) {
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette begins");
   v.integer("paths", p.paths, 0, 1000000000, "per iteration", "light paths; 0: one for each pixel");
-  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+  v.choice("sampler", p.sampler, "random numbers");
 }
 
 struct BdptParams : LightTraceParams {};
+
+enum class VcmMis : std::uint8_t { balance, correlation_aware };
+constexpr auto names_of(VcmMis) { return std::array{"balance", "correlation-aware"}; }
 
 struct VcmParams : BdptParams {
   float radius = 0;
   int neighbours = 4;
   float alpha = 0.75f;
   bool wall_test = true;
-  std::string mis = "balance";
+  VcmMis mis = VcmMis::balance;
   std::string structure = "hash-grid";
 };
 
@@ -70,7 +73,7 @@ void describe(Visitor& v, VcmParams& p) {
   v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
   v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");
-  v.choice("mis", p.mis, {"balance", "correlation-aware"}, "the MIS weights of strategies");
+  v.choice("mis", p.mis, "the MIS weights of strategies");
   v.choice("structure", p.structure, point_structure_names, "what finds the vertices to merge with");
 }
 

@@ -89,9 +89,7 @@ float VcmMerges::usual_distance(const RenderContext& context, const LightPaths& 
     query->nearest(points[i], k, infinity, neighbours);
     distances[i] = neighbours.back().distance_squared;
   });
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return std::sqrt(*middle);
+  return std::sqrt(median(distances));
 }
 
 }  // namespace etendue

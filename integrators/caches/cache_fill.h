@@ -12,20 +12,13 @@ namespace etendue {
 // Irradiance at a point that has no hemisphere, with `depth` events before what it reflects.
 using PointIrradiance = std::function<IrradianceEstimate(const CachePoint& point, int depth)>;
 
-struct CacheSettings {
+struct CacheSettings : RecordSettings {
   CacheMetric metric = CacheMetric::bounded_split_sphere;
   Gradients gradients = Gradients::both;
   bool clamping = true;
   bool overture = true;
-  float accuracy = 0.2f;     // at which the spacings hold; with a number of records given they hold at that which is found
-  float min_spacing = 1.5f;  // pixels
-  float max_spacing = 0.1f;  // scene diagonals
-  float scene_size = 1;      // metres
-  float stretch = 1;         // see irradiance_records.h
-  float overlap = 1;         // likewise
-  HemisphereStrata strata;
-  SamplerKind sampler = SamplerKind::sobol;
-  std::string structure = "cells";
+  float scene_size = 1;         // metres
+  float stretch = 1;            // see irradiance_records.h
   PointIrradiance at_point;     // in place of hemispheres; none: hemispheres are sampled
   bool judges_by_rays = false;  // with `at_point`: hemispheres say how far a record serves, and that what it holds
 };

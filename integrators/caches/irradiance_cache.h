@@ -5,12 +5,10 @@
 // transmission of the incoming light is taken at its hemispherical mean). Direct light is sampled per camera sample; delta
 // lobes and all rough lobes are followed by path tracing until a cached surface.
 //
-// The cache refines (integrators/caches/records/cache_progress.h): after an overture, each iteration renders samples of each
-// pixel and notes where the accuracy of the next refinement is not met, which begins with more passes over the hemispheres of
-// the records there are and new records there. What the cache adds to a pixel is averaged, the overture with less weight.
-// Pixels that scatter take more camera samples than others (integrators/paths/sample_shares.h). Without `refine` the cache is
-// filled before the first iteration and stays as it is; with `records` it is filled to that number, and only passes are added
-// (and, loaded for another view, records for what is not covered there).
+// How the cache refines, and how it is saved and loaded: integrators/caches/record_cache.h. With `records` it is filled to that
+// number before the first iteration, and only passes are added (and, loaded for another view, records for what is not covered
+// there). `accuracy` (without `records`), `extra_samples`, `refine` and `structure` may differ when it is loaded; all other
+// parameters decide what records hold, and must agree.
 //
 // A camera sample on a spot that no record covers is path-traced one bounce on, which is unbiased; with `records` the nearest
 // record answers there as far as four times the accuracy, since a given number leaves gaps that paths would fill with noise.
@@ -32,31 +30,24 @@
 // Where the limit is above 16 all depths share them, and a path seen through c specular-like events may be c events too long;
 // where records answer for records, light may be so too.
 //
-// A cache can be saved and loaded (record_file.h). Loaded records serve any view of the same scene; what they do not cover gets
-// new ones. The refinement goes on where it stood: after N iterations saved, iteration i refines as N + i would, but for what
-// was noted since the last refinement, which is not saved. Loaded for the same view, resolution and seed without `refine`, a
-// cache gives the same image as a fresh one, to the bit. `accuracy` (without `records`), `extra_samples`, `refine` and
-// `structure` may differ; all other parameters decide what records hold, and must agree.
-//
 // Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
 #pragma once
 
 #include "framework/structure_names.h"
-#include "integrators/caches/cache_params.h"
-#include "integrators/caches/records/cache_file.h"
-#include "integrators/caches/rough_cache.h"
+#include "integrators/caches/record_cache.h"
 
 namespace etendue {
+
+enum class RecordFill : std::uint8_t { records, paths, closed_form, exact_values };
+constexpr auto names_of(RecordFill) { return std::array{"records", "paths", "closed-form", "exact-values"}; }
 
 struct IrradianceCacheParams : CacheParams {
   IrradianceCacheParams() { samples = 768; }
   int records = 0;
   bool overture = true;
-  std::string fill = "records";
+  RecordFill fill = RecordFill::records;
   bool cache_direct = false;
-  int max_depth = 0;
   std::string structure = "cells";
-  std::string sampler = "sobol";
 };
 
 template <class Visitor>
@@ -67,13 +58,11 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
   v.flag("overture", p.overture,
          "pixels are looked at on coarse grids first; off: row by row on one thread, so that records lie where "
          "those before them end");
-  v.choice("fill", p.fill, {"records", "paths", "closed-form", "exact-values"},
+  v.choice("fill", p.fill,
            "what gives a hemisphere's light its further bounces; closed-form: no hemispheres, records hold the exact answer; "
            "exact-values: that too, but hemispheres say how far they serve");
   v.flag("cache_direct", p.cache_direct, "records hold direct light too, as far as rays can find it; no light samples there");
-  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, record_structure_names, "what finds the records");
-  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 
 // Rough metals and plastics are answered too (radiance_cache.h), by an integrator of another name and parameters.

@@ -7,9 +7,8 @@
 // under a smooth coat. Records are filled by
 //
 //   gather    a stratified hemisphere of rays, each of which ends at its first rough vertex in the global map's density. The
-//   first
-//             hits' distances give all metrics and gradients of the other caches, the photons all further bounces: a ray costs
-//             one ray and one look-up, however dark or intricate the scene
+//             first hits' distances give all metrics and gradients of the other caches, the photons all further bounces: a ray
+//             costs one ray and one look-up, however dark or intricate the scene
 //   density   the global map's density at the record itself, without rays. It has no distances and no gradients. What bounds
 //             its record is the kernel: nothing finer than its radius is known, so at the usual accuracy (0.2) the record
 //             serves as far as its kernel reached, within the spacings' bounds, at other accuracies in proportion. Curved
@@ -40,39 +39,36 @@
 // Depth as in irradiance-cache: records serve the camera depth they were made at, or all depths where the limit is above 16.
 #pragma once
 
-#include "integrators/caches/cache_params.h"
+#include "integrators/caches/record_cache.h"
 #include "integrators/photons/photon_maps.h"
 
-#include <string>
-
 namespace etendue {
+
+enum class PhotonFill : std::uint8_t { gather, density };
+constexpr auto names_of(PhotonFill) { return std::array{"gather", "density"}; }
 
 struct PhotonCacheParams : PhotonMapsParams, CacheParams {
   PhotonCacheParams() {
     photons = 0;
     precompute = 16;
     follow_near = true;
-    edges = "hull";  // a disc's loss at edges darkens whole rooms
+    edges = Edges::hull;  // a disc's loss at edges darkens whole rooms
   }
 
-  std::string fill = "gather";
+  PhotonFill fill = PhotonFill::gather;
   bool retrace = true;
-  int max_depth = 0;
   std::string record_structure = "cells";
-  std::string sampler = "sobol";
 };
 
 template <class Visitor>
 void describe(Visitor& v, PhotonCacheParams& p) {
-  v.choice("fill", p.fill, {"gather", "density"},
+  v.choice("fill", p.fill,
            "records from hemispheres of rays that end in the photon map, or from the photons about them: no samples, "
            "gradients, precompute or follow_near then, and no metric of Hessians");
   v.flag("retrace", p.retrace, "new photons: for caustics in every iteration, for records at each pass over them");
   describe_cache(v, p);
   describe_photon_maps(v, p);
-  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("record_structure", p.record_structure, record_structure_names, "what finds the records");
-  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
 }
 
 IntegratorEntry photon_cache_entry();

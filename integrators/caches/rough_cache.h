@@ -17,18 +17,11 @@
 
 namespace etendue {
 
-struct RoughCacheSettings {
-  float accuracy = 0.2f;     // at which the spacings hold
-  float min_spacing = 1.5f;  // pixels
-  float max_spacing = 0.1f;  // scene diagonals
+struct RoughCacheSettings : RecordSettings {
   int highest_order = 10;
   float left_out = 0.025f;
   int lobe_samples = 4;
   bool gradients = true;
-  float overlap = 1;  // see irradiance_records.h
-  HemisphereStrata strata;
-  SamplerKind sampler = SamplerKind::sobol;
-  std::string structure = "cells";
 };
 
 // Share of a GGX lobe's amplitude that harmonics of a degree see.

@@ -2,7 +2,6 @@
 
 #include "framework/core/parallel.h"
 #include "integrators/guiding/guided_paths.h"
-#include "integrators/guiding/image_blocks.h"
 
 #include <optional>
 
@@ -14,18 +13,16 @@ constexpr std::size_t tiles_a_band = 256;  // whose records are kept at once
 
 class Guided final : public Integrator {
  public:
-  explicit Guided(const GuidedParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
+  explicit Guided(const GuidedParams& params) : params_(params) {}
 
   void prepare(RenderContext& context) override {
     settings_ = {context.max_depth(params_.max_depth), params_.roulette_depth, parse_mis(params_.mis)};
     tree_.emplace(context.scene.bounds(), SdTreeOptions{.split = static_cast<float>(params_.split),
                                                         .rho = params_.flux,
-                                                        .stochastic = params_.spatial_filter == "stochastic",
-                                                        .learn_share = params_.fraction == "learnt",
+                                                        .stochastic = params_.spatial_filter == SpatialFilter::stochastic,
+                                                        .learn_share = params_.fraction == BsdfFraction::learnt,
                                                         .bsdf_share = params_.bsdf_fraction});
-    blocks_.emplace(context.resolution, params_.combination == "mean"   ? BlockCombination::mean
-                                        : params_.combination == "last" ? BlockCombination::last
-                                                                        : BlockCombination::inverse_variance);
+    blocks_.emplace(context.resolution, params_.combination);
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
@@ -39,7 +36,6 @@ class Guided final : public Integrator {
                   std::vector<GuideRecord>& records);
 
   GuidedParams params_;
-  SamplerKind sampler_;
   PathSettings settings_;
   std::optional<SdTree> tree_;
   std::optional<ImageBlocks> blocks_;
@@ -70,7 +66,7 @@ void Guided::iteration(RenderContext& context, std::uint32_t index, Film& film) 
 void Guided::trace_tile(const RenderContext& context, const Tile& tile, std::uint32_t index, Film& film,
                         std::vector<GuideRecord>& records) {
   static thread_local std::vector<PathSample> paths;
-  camera_paths(context, tile, sampler_, index, paths);
+  camera_paths(context, tile, params_.sampler, index, paths);
   trace_guided_paths(context, paths, settings_, *tree_, records);
   auto path = paths.begin();
   for_pixels(tile, [&](ivec2 pixel) {
@@ -82,8 +78,7 @@ void Guided::trace_tile(const RenderContext& context, const Tile& tile, std::uin
 }  // namespace
 
 IntegratorEntry guided_entry() {
-  return {"guided", "path guiding by a spatio-directional tree", list_params<GuidedParams>(),
-          [](const ParamMap& map) { return std::make_unique<Guided>(read_params<GuidedParams>(map, "guided")); }};
+  return integrator_entry<Guided, GuidedParams>("guided", "path guiding by a spatio-directional tree");
 }
 
 }  // namespace etendue

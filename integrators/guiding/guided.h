@@ -17,22 +17,29 @@
 #pragma once
 
 #include "framework/integrator.h"
+#include "integrators/guiding/image_blocks.h"
 
 #include <string>
 
 namespace etendue {
 
+enum class BsdfFraction : std::uint8_t { learnt, fixed };
+constexpr auto names_of(BsdfFraction) { return std::array{"learnt", "fixed"}; }
+
+enum class SpatialFilter : std::uint8_t { nearest, stochastic };
+constexpr auto names_of(SpatialFilter) { return std::array{"nearest", "stochastic"}; }
+
 struct GuidedParams {
   int max_depth = 0;
   int roulette_depth = 5;
   float bsdf_fraction = 0.5f;
-  std::string fraction = "learnt";
+  BsdfFraction fraction = BsdfFraction::learnt;
   int split = 2000;
   float flux = 0.02f;
-  std::string spatial_filter = "nearest";
-  std::string combination = "inverse-variance";
+  SpatialFilter spatial_filter = SpatialFilter::nearest;
+  BlockCombination combination = BlockCombination::inverse_variance;
   std::string mis = "power";
-  std::string sampler = "sobol";
+  SamplerKind sampler = SamplerKind::sobol;
 };
 
 template <class Visitor>
@@ -41,15 +48,14 @@ void describe(Visitor& v, GuidedParams& p) {
   v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette may begin");
   v.number("bsdf_fraction", p.bsdf_fraction, 0.01, 1, "1",
            "directions that the BSDF samples, not the tree; where learnt, to begin with");
-  v.choice("fraction", p.fraction, {"learnt", "fixed"}, "bsdf_fraction: learnt per place, or fixed");
+  v.choice("fraction", p.fraction, "bsdf_fraction: learnt per place, or fixed");
   v.integer("split", p.split, 1, 1000000000, "records",
             "a place divides where it has more, times the square root of the block's samples");
   v.number("flux", p.flux, 1e-4, 1, "1", "share of a place's light that directions divide at");
-  v.choice("spatial_filter", p.spatial_filter, {"nearest", "stochastic"},
-           "records teach their own place, or those beside it too");
-  v.choice("combination", p.combination, {"inverse-variance", "mean", "last"}, "of the blocks of samples into one image");
+  v.choice("spatial_filter", p.spatial_filter, "records teach their own place, or those beside it too");
+  v.choice("combination", p.combination, "of the blocks of samples into one image");
   v.choice("mis", p.mis, {"power", "balance"}, "how light sampling and the mixture share the work");
-  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+  v.choice("sampler", p.sampler, "random numbers");
 }
 
 IntegratorEntry guided_entry();

@@ -13,6 +13,7 @@ namespace etendue {
 
 // inverse_variance; mean: all samples count the same, exactly unbiased; last: only the newest block.
 enum class BlockCombination : std::uint8_t { inverse_variance, mean, last };
+constexpr auto names_of(BlockCombination) { return std::array{"inverse-variance", "mean", "last"}; }
 
 class ImageBlocks {
  public:

@@ -3,7 +3,7 @@
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "framework/transport/roulette.h"
-#include "integrators/caches/file_cache.h"
+#include "integrators/caches/records/cache_file.h"
 #include "integrators/caches/records/cache_progress.h"
 #include "integrators/path_space/path_space_grid.h"
 #include "integrators/paths/emission.h"
@@ -59,7 +59,7 @@ struct TileWavefront {
 
 class HashCache final : public Integrator, public FileCache {
  public:
-  explicit HashCache(const HashCacheParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
+  explicit HashCache(const HashCacheParams& params) : params_(params) {}
 
   void prepare(RenderContext& context) override {
     max_depth_ = context.max_depth(params_.max_depth);
@@ -73,11 +73,9 @@ class HashCache final : public Integrator, public FileCache {
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
 
-  SavableCache* savable_cache() override { return this; }
-  std::optional<std::vector<RecordShape>> record_shapes() const override {
-    return grid_ ? grid_->cells() : std::vector<RecordShape>();
-  }
-  std::optional<Image> standard_error() const override { return cached_.standard_error(); }
+  Cache* cache() override { return this; }
+  std::vector<RecordShape> record_shapes() const override { return grid_ ? grid_->cells() : std::vector<RecordShape>(); }
+  Image standard_error() const override { return cached_.standard_error(); }
 
   Expectation expectation() const override {
     return {Bias::consistent, -2.0 / 3, 0.03, "indirect light blurred within cells, which shrink [Binder2018]"};
@@ -108,7 +106,6 @@ class HashCache final : public Integrator, public FileCache {
                      TileWavefront& wave) const;
 
   HashCacheParams params_;
-  SamplerKind sampler_;
   int max_depth_ = 0;
   float traced_on_ = 0;  // of paths where they could end, in this iteration
   std::optional<PathSpaceGrid> grid_;
@@ -249,7 +246,7 @@ void HashCache::trace_tile(const RenderContext& context, std::size_t number, std
   wave.paths.clear();
   wave.events.clear();
   for_pixels(path_tile(context.resolution, number), [&](ivec2 pixel) {
-    const PathSample path = camera_path(context, pixel, sampler_, sample);
+    const PathSample path = camera_path(context, pixel, params_.sampler, sample);
     wave.paths.start({static_cast<std::uint32_t>(pixels.size())}, path.ray);
     pixels.push_back({path.sampler});
   });
@@ -300,8 +297,7 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
 }  // namespace
 
 IntegratorEntry hash_cache_entry() {
-  return {"hash-cache", "path-space filtering through a hash grid", list_params<HashCacheParams>(),
-          [](const ParamMap& map) { return std::make_unique<HashCache>(read_params<HashCacheParams>(map, "hash-cache")); }};
+  return integrator_entry<HashCache, HashCacheParams>("hash-cache", "path-space filtering through a hash grid");
 }
 
 }  // namespace etendue

@@ -43,7 +43,7 @@ struct HashCacheParams {
   float finest = 4;
   float enough = 5;
   float trace_on = 0.05f;
-  std::string sampler = "sobol";
+  SamplerKind sampler = SamplerKind::sobol;
 };
 
 template <class Visitor>
@@ -58,7 +58,7 @@ void describe(Visitor& v, HashCacheParams& p) {
            "share of paths that go on where they could end with a cell, times the scatter of all values over cells' means "
            "where that is "
            "above 1");
-  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+  v.choice("sampler", p.sampler, "random numbers");
 }
 
 IntegratorEntry hash_cache_entry();

@@ -33,7 +33,7 @@
 #include "framework/integrator.h"
 #include "integrators/caches/records/cache_file.h"
 #include "integrators/caches/records/cache_progress.h"
-#include "integrators/photons/plane_moments.h"
+#include "integrators/path_space/plane_moments.h"
 
 #include <array>
 #include <optional>

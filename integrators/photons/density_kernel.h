@@ -6,20 +6,13 @@
 
 #include "framework/core/vec.h"
 
-#include <string>
+#include <array>
 
 namespace etendue {
 
 enum class Kernel : std::uint8_t { box, cone, epanechnikov, gaussian };
 
-inline constexpr const char* kernel_names[] = {"box", "cone", "epanechnikov", "gaussian"};
-
-inline Kernel kernel_from_name(const std::string& name) {
-  return name == "cone"           ? Kernel::cone
-         : name == "epanechnikov" ? Kernel::epanechnikov
-         : name == "gaussian"     ? Kernel::gaussian
-                                  : Kernel::box;
-}
+constexpr auto names_of(Kernel) { return std::array{"box", "cone", "epanechnikov", "gaussian"}; }
 
 namespace detail {
 inline constexpr float gaussian_beta = 1.953f;

@@ -41,9 +41,7 @@ float PhotonMap::automatic_radius() const {
     query_->nearest(photons_.position[i * photons_.size() / distances.size()], k, infinity, neighbours);
     distances[i] = std::sqrt(neighbours.back().distance_squared);
   });
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return std::max(*middle, std::numeric_limits<float>::min()) * (options_.k > 0 ? 4 : 1);
+  return std::max(median(distances), std::numeric_limits<float>::min()) * (options_.k > 0 ? 4 : 1);
 }
 
 GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, PhotonHistory histories,
@@ -74,10 +72,6 @@ GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, co
   at.longest_ = std::min(max_scatterings, 65535);
   at.constant_reflectance_ = Rgb(1);
   return at;
-}
-
-Edges parse_edges(const std::string& name) {
-  return name == "visible" ? Edges::visible : name == "hull" ? Edges::hull : Edges::disc;
 }
 
 Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,

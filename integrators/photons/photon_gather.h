@@ -25,7 +25,7 @@ namespace etendue {
 
 // What the photons are divided by: the whole disc, the part the point sees, or the photons' hull.
 enum class Edges : std::uint8_t { disc, visible, hull };
-Edges parse_edges(const std::string& name);  // of a checked parameter
+constexpr auto names_of(Edges) { return std::array{"disc", "visible", "hull"}; }
 
 struct GatherOptions {
   int k = 50;

@@ -17,8 +17,7 @@ struct CameraSample {
 
 class PhotonMapping final : public Integrator {
  public:
-  explicit PhotonMapping(const PhotonMapParams& params)
-      : params_(params), sampler_(parse_sampler(params.sampler)), maps_(params, "photon-map") {}
+  explicit PhotonMapping(const PhotonMapParams& params) : params_(params), maps_(params, "photon-map") {}
 
   void prepare(RenderContext& context) override;
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
@@ -31,14 +30,13 @@ class PhotonMapping final : public Integrator {
                 CameraSample& sample) const;
 
   PhotonMapParams params_;
-  SamplerKind sampler_;
   int max_depth_ = 0;
   PhotonMaps maps_;
 };
 
 void PhotonMapping::prepare(RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
-  maps_.prepare(context, {params_.final_gather, max_depth_, sampler_});
+  maps_.prepare(context, {params_.final_gather, max_depth_, params_.sampler});
   trace_maps(context, 0);
 }
 
@@ -52,7 +50,7 @@ void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film&
   const auto timed = context.phases.measure("gather");
   parallel_pixels(context.resolution, [&](ivec2 pixel) {
     const auto key = pixel_index(pixel, context.resolution);
-    CameraSample sample{key, index, Sampler(sampler_, context.seed, Stream::camera, key, index)};
+    CameraSample sample{key, index, Sampler(params_.sampler, context.seed, Stream::camera, key, index)};
     const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
     film.add(pixel, camera_radiance(context, ray, sample), index);
   });
@@ -76,7 +74,7 @@ Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& p
   radiance += maps_.caustics(context, point, bsdf, wo, remaining);
   if (params_.final_gather == 0) return radiance + maps_.seen_directly(context, point, bsdf, wo, remaining);
   if (remaining < 1) return radiance;
-  const FinalGather gather = maps_.gather(context, params_.final_gather, params_.gather_sampling == "photons");
+  const FinalGather gather = maps_.gather(context, params_.final_gather, params_.gather_sampling == GatherSampling::photons);
   return radiance + gather(point, bsdf, wo, depth, sample.pixel, sample.iteration);
 }
 
@@ -89,9 +87,8 @@ Expectation PhotonMapping::expectation() const {
 }  // namespace
 
 IntegratorEntry photon_map_entry() {
-  return {"photon-map", "photon mapping with a caustic map where one is needed, and optional final gathering",
-          list_params<PhotonMapParams>(),
-          [](const ParamMap& map) { return std::make_unique<PhotonMapping>(read_params<PhotonMapParams>(map, "photon-map")); }};
+  return integrator_entry<PhotonMapping, PhotonMapParams>(
+      "photon-map", "photon mapping with a caustic map where one is needed, and optional final gathering");
 }
 
 }  // namespace etendue

@@ -22,23 +22,26 @@
 
 namespace etendue {
 
+enum class GatherSampling : std::uint8_t { photons, bsdf };
+constexpr auto names_of(GatherSampling) { return std::array{"photons", "bsdf"}; }
+
 struct PhotonMapParams : PhotonMapsParams {
   int final_gather = 0;
-  std::string gather_sampling = "photons";
+  GatherSampling gather_sampling = GatherSampling::photons;
   bool retrace = false;
   int max_depth = 0;
-  std::string sampler = "sobol";
+  SamplerKind sampler = SamplerKind::sobol;
 };
 
 template <class Visitor>
 void describe(Visitor& v, PhotonMapParams& p) {
   describe_photon_maps(v, p);
   v.integer("final_gather", p.final_gather, 0, 1000000, "rays", "per visible point; 0: the global map is seen directly");
-  v.choice("gather_sampling", p.gather_sampling, {"photons", "bsdf"},
+  v.choice("gather_sampling", p.gather_sampling,
            "directions of those rays: from where photons came and by the BSDF in equal parts, or by the BSDF alone");
   v.flag("retrace", p.retrace, "new maps for every iteration");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
-  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+  v.choice("sampler", p.sampler, "random numbers");
 }
 
 IntegratorEntry photon_map_entry();

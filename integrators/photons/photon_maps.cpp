@@ -11,8 +11,7 @@ constexpr int fewest_photons = 200000;  // by default
 
 }  // namespace
 
-PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method)
-    : params_(params), emission_(parse_emission(params.emission)) {
+PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method) : params_(params) {
   if (params.k == 1) throw Error(method + ": k = 1: expected 0 (fixed radius) or at least 2");
 }
 
@@ -20,12 +19,12 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   use_ = use;
   rough_materials_ = std::make_unique<RoughMaterials>(context.scene, params_.carry_below);
   const bool caustics = context.needs.caustic_map || rough_materials_->narrow_lobes();
-  separate_caustics_ = params_.caustic_map == "on" || (params_.caustic_map == "auto" && caustics);
+  separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && caustics);
   holds_caustics_ = caustics && !separate_caustics_;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
   photons_ = params_.photons;
   if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
-  if (emission_ != PhotonEmission::power) mark_seen(context);
+  if (params_.emission != PhotonEmission::power) mark_seen(context);
 }
 
 // As many as make the kernel's radius over k of them 0.7 % of the scene's diagonal, at the median of what pixels see; but not
@@ -52,9 +51,7 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   });
   std::erase(radii, 0.0f);
   if (radii.empty()) return fewest_photons;
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return static_cast<int>(std::clamp(photons_for(*middle), double{fewest_photons}, most));
+  return static_cast<int>(std::clamp(photons_for(median(radii)), double{fewest_photons}, most));
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {
@@ -73,12 +70,12 @@ void PhotonMaps::mark_seen(const RenderContext& context) {
   // Half as much again, for what lies between the samples of a pixel.
   seen_ = find_seen(context, *rough_materials_, options, 1.5f * reach);
   if (gathers) gathered_ = find_seen(context, *rough_materials_, options, 1.5f * reach, std::min(use_.gather_rays, 16));
-  if (emission_ == PhotonEmission::visibility) largest_radius_ = reach;  // beyond it there may be no photons
+  if (params_.emission == PhotonEmission::visibility) largest_radius_ = reach;  // beyond it there may be no photons
 }
 
 PhotonPass PhotonMaps::pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep,
                                const VisibleRegion* visible) const {
-  return {static_cast<std::uint32_t>(count), key, max_scatterings, keep, use_.sampler, emission_, visible};
+  return {static_cast<std::uint32_t>(count), key, max_scatterings, keep, use_.sampler, params_.emission, visible};
 }
 
 Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) const {
@@ -88,7 +85,7 @@ Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) 
 
 void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) {
   map.build(std::move(photons), context.make_points(params_.structure),
-            {params_.k, params_.radius, kernel_from_name(params_.kernel), params_.side_test, largest_radius_, edges});
+            {params_.k, params_.radius, params_.kernel, params_.side_test, largest_radius_, edges});
   if (!params_.side_test) return;
   walls_ = wall_grid(context.scene, map.radius(), walls_);
   map.set_walls(walls_);
@@ -105,7 +102,7 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
   const bool precomputes = gathers && params_.precompute > 0;
   if (precomputes) sample_points = trace(context, pass_for(std::max(1, photons_ / params_.precompute), hash_keys(0, pass, 1)));
   const auto timed = context.phases.measure("build");
-  build(context, global_, std::move(photons), parse_edges(params_.edges));
+  build(context, global_, std::move(photons), params_.edges);
   if (precomputes)
     irradiance_ = std::make_unique<PhotonIrradiance>(context, global_, sample_points, context.make_points(params_.structure));
 }
@@ -115,8 +112,7 @@ void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass) {
   Photons photons =
       trace(context, pass_of(params_.caustic_photons, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
-  const Edges edges = parse_edges(params_.edges);
-  build(context, caustic_, std::move(photons), edges == Edges::hull ? Edges::disc : edges);
+  build(context, caustic_, std::move(photons), params_.edges == Edges::hull ? Edges::disc : params_.edges);
 }
 
 Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,

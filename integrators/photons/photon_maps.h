@@ -21,19 +21,22 @@
 
 namespace etendue {
 
+enum class CausticMap : std::uint8_t { where_needed, on, off };
+constexpr auto names_of(CausticMap) { return std::array{"auto", "on", "off"}; }
+
 struct PhotonMapsParams {
   int photons = 200000;
   int caustic_photons = 200000;
   int k = 50;
   float radius = 0;
-  std::string kernel = "epanechnikov";
+  Kernel kernel = Kernel::epanechnikov;
   int precompute = 0;
   bool follow_near = false;
-  std::string caustic_map = "auto";
+  CausticMap caustic_map = CausticMap::where_needed;
   float carry_below = 0.25f;
   bool side_test = true;
-  std::string edges = "disc";
-  std::string emission = "power";
+  Edges edges = Edges::disc;
+  PhotonEmission emission = PhotonEmission::power;
   std::string structure = "hash-grid";
 };
 
@@ -48,17 +51,16 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
       "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "
       "takes time in proportion");
   v.number("radius", p.radius, 0, 1e12, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
-  v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
+  v.choice("kernel", p.kernel, "density kernel, normalised");
   v.integer("precompute", p.precompute, 0, 1000000, "photons",
             "photons for each sample point that holds irradiance for gather rays; 0: they gather photons themselves");
   v.flag("follow_near", p.follow_near,
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
-  v.choice("caustic_map", p.caustic_map, {"auto", "on", "off"}, "auto: where the scene needs it; off: one map for all");
+  v.choice("caustic_map", p.caustic_map, "auto: where the scene needs it; off: one map for all");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
-  v.choice("edges", p.edges, {"disc", "visible", "hull"},
-           "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
-  v.choice("emission", p.emission, {"power", "importance", "visibility"},
+  v.choice("edges", p.edges, "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
+  v.choice("emission", p.emission,
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");
 }
@@ -106,7 +108,6 @@ class PhotonMaps {
   PhotonMapsParams params_;
   PhotonMapsUse use_;
   int photons_ = 0;  // of the global map
-  PhotonEmission emission_;
   bool separate_caustics_ = false;
   bool holds_caustics_ = false;             // the global map, to be seen directly
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly

@@ -158,12 +158,6 @@ RoughMaterials::RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_
   }
 }
 
-PhotonEmission parse_emission(const std::string& name) {
-  return name == "importance"   ? PhotonEmission::importance
-         : name == "visibility" ? PhotonEmission::visibility
-                                : PhotonEmission::power;
-}
-
 Photons trace_photons(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   if (context.lights.empty() || pass.count == 0 || pass.max_scatterings < 0) return {};
   Photons photons = pass.emission == PhotonEmission::importance   ? trace_by_importance(context, rough_materials, pass)

@@ -33,9 +33,10 @@
 
 #include "framework/integrator.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace etendue {
@@ -94,8 +95,16 @@ Photons joined(std::span<const Photons> parts);
 // Ids in the order of a Morton curve through 2048 x 2048 x 1024 cells of the points' bounds, ties by id.
 std::vector<std::uint32_t> along_curve(std::span<const vec3> points);
 
+// The middle one, of two the upper; reorders the values.
+inline float median(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 // How the tails of a narrow rough lobe are treated.
 enum class LobeTails : std::uint8_t { followed, gathered };
+constexpr auto names_of(LobeTails) { return std::array{"followed", "gathered"}; }
 
 // Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe is specular-like.
 class RoughMaterials {
@@ -119,7 +128,7 @@ class RoughMaterials {
 };
 
 enum class PhotonEmission : std::uint8_t { power, importance, visibility };
-PhotonEmission parse_emission(const std::string& name);  // of a checked parameter
+constexpr auto names_of(PhotonEmission) { return std::array{"power", "importance", "visibility"}; }
 
 class VisibleRegion;
 

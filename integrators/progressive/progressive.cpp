@@ -10,27 +10,16 @@ struct NoArrival {
 
 constexpr std::uint64_t pilot_key = 0xffffffffffffffffull;
 
-float median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoints points)
     : params_(params),
       points_(points),
-      sampler_(parse_sampler(params.sampler)),
-      kernel_(kernel_from_name(params.kernel)),
-      sample_direct_(params.direct == "sample"),
-      emission_(parse_emission(params.emission)),
-      gathered_(sample_direct_ ? photon_caustic | photon_indirect : photon_any) {}
+      gathered_(params.direct == DirectLighting::sample ? photon_caustic | photon_indirect : photon_any) {}
 
 void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
-  rough_materials_ = std::make_unique<RoughMaterials>(
-      context.scene, params_.carry_below, params_.lobe_tails == "gathered" ? LobeTails::gathered : LobeTails::followed);
+  rough_materials_ = std::make_unique<RoughMaterials>(context.scene, params_.carry_below, params_.lobe_tails);
   const bool diffuse = !context.needs.caustic_map && !context.needs.glossy;
   if (params_.photons_per_pixel == 0) params_.photons_per_pixel = diffuse ? 2.5f : 1;
   if (params_.neighbours == 0) params_.neighbours = diffuse ? 50 : 20;
@@ -38,10 +27,10 @@ void ProgressivePasses::prepare(const RenderContext& context) {
     const double wanted = static_cast<double>(params_.photons_per_pixel) * context.resolution.x * context.resolution.y;
     params_.photons = static_cast<int>(std::clamp(std::round(wanted), 2e4, 2e9));
   }
-  if (emission_ == PhotonEmission::power && params_.radius > 0) return;
+  if (params_.emission == PhotonEmission::power && params_.radius > 0) return;
   widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.scene.bounds().diagonal());
   // Half as much again as the radius, for what lies between the samples of a pixel.
-  seen_ = find_seen(context, *rough_materials_, {2, max_depth_, sampler_, params_.side_test}, 1.5f * widest_);
+  seen_ = find_seen(context, *rough_materials_, {2, max_depth_, params_.sampler, params_.side_test}, 1.5f * widest_);
 }
 
 void ProgressivePasses::look_for_walls(const RenderContext& context, float radius) {
@@ -49,15 +38,15 @@ void ProgressivePasses::look_for_walls(const RenderContext& context, float radiu
 }
 
 PhotonMap ProgressivePasses::trace_map(const RenderContext& context, std::uint32_t pass) const {
-  return make_map(context, trace(context, pass), {0, 1, kernel_, params_.side_test});
+  return make_map(context, trace(context, pass), {0, 1, params_.kernel, params_.side_test});
 }
 
 Photons ProgressivePasses::trace(const RenderContext& context, std::uint64_t key) const {
   const auto timed = context.phases.measure("emit");
   // The event at which a photon is gathered counts too.
   return trace_photons(context, *rough_materials_,
-                       {static_cast<std::uint32_t>(params_.photons), key, max_depth_ - 1, gathered_, sampler_, emission_,
-                        emission_ == PhotonEmission::power ? nullptr : seen_.get()});
+                       {static_cast<std::uint32_t>(params_.photons), key, max_depth_ - 1, gathered_, params_.sampler,
+                        params_.emission, params_.emission == PhotonEmission::power ? nullptr : seen_.get()});
 }
 
 PhotonMap ProgressivePasses::make_map(const RenderContext& context, Photons photons, const GatherOptions& options) const {
@@ -74,16 +63,16 @@ PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) {
   std::vector<std::uint32_t> seen;
   for (std::uint32_t i = 0; i < photons.size(); ++i)
     if (seen_->contains(photons.position[i], photons.side[i].normal())) seen.push_back(i);
-  PhotonMap map = make_map(context, photons.reordered(seen), {params_.neighbours, 0, kernel_, params_.side_test});
+  PhotonMap map = make_map(context, photons.reordered(seen), {params_.neighbours, 0, params_.kernel, params_.side_test});
   look_for_walls(context, map.radius());
   if (params_.side_test) map.set_walls(walls_);
   return map;
 }
 
 std::unique_ptr<DiscCoverage> ProgressivePasses::make_coverage(const RenderContext& context) const {
-  if (params_.edges == "disc") return nullptr;
-  return std::make_unique<DiscCoverage>(*rough_materials_, DiscCoverage::Rules{kernel_, params_.side_test, sampler_},
-                                        states(context));
+  if (params_.edges == DiscEdges::disc) return nullptr;
+  return std::make_unique<DiscCoverage>(
+      *rough_materials_, DiscCoverage::Rules{params_.kernel, params_.side_test, params_.sampler}, states(context));
 }
 
 InitialRadii ProgressivePasses::pilot(const RenderContext& context) {

@@ -48,21 +48,27 @@
 
 namespace etendue {
 
+enum class DirectLighting : std::uint8_t { sample, photons };
+constexpr auto names_of(DirectLighting) { return std::array{"sample", "photons"}; }
+
+enum class DiscEdges : std::uint8_t { measured, disc };
+constexpr auto names_of(DiscEdges) { return std::array{"measured", "disc"}; }
+
 struct ProgressiveParams {
   int photons = 0;
   float photons_per_pixel = 1;
   int neighbours = 20;
   float radius = 0;
-  std::string direct = "sample";
-  std::string kernel = "epanechnikov";
-  std::string emission = "power";
+  DirectLighting direct = DirectLighting::sample;
+  Kernel kernel = Kernel::epanechnikov;
+  PhotonEmission emission = PhotonEmission::power;
   float carry_below = 0.25f;
-  std::string lobe_tails = "followed";
+  LobeTails lobe_tails = LobeTails::followed;
   bool side_test = true;
-  std::string edges = "measured";
+  DiscEdges edges = DiscEdges::measured;
   int max_depth = 0;
   std::string structure = "hash-grid";
-  std::string sampler = "sobol";
+  SamplerKind sampler = SamplerKind::sobol;
 };
 
 template <class Visitor>
@@ -74,20 +80,20 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.integer("neighbours", p.neighbours, 0, 1000000, "photons",
             "of one iteration within the first radius; 0: 50 where surfaces that light reaches are diffuse, else 20");
   v.number("radius", p.radius, 0, 1e12, "m", "first radius of every pixel; 0: from the density of the photons");
-  v.choice("direct", p.direct, {"sample", "photons"}, "direct light by sampling lights, or by photons like all else");
-  v.choice("kernel", p.kernel, {"box", "cone", "epanechnikov", "gaussian"}, "density kernel, normalised");
-  v.choice("emission", p.emission, {"power", "importance", "visibility"},
+  v.choice("direct", p.direct, "direct light by sampling lights, or by photons like all else");
+  v.choice("kernel", p.kernel, "density kernel, normalised");
+  v.choice("emission", p.emission,
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
-  v.choice("lobe_tails", p.lobe_tails, {"followed", "gathered"},
+  v.choice("lobe_tails", p.lobe_tails,
            "those lobes whole, or their core alone: from the lobe_tails photons are gathered, with less noise, but leaks under "
            "doors");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
-  v.choice("edges", p.edges, {"measured", "disc"},
+  v.choice("edges", p.edges,
            "photons are divided by what probes find of the kernel's disc over all passes, or by the whole disc");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");
-  v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+  v.choice("sampler", p.sampler, "random numbers");
 }
 
 // Which camera paths a pixel sees: a new one in every iteration, or the same `fixed` ones in turn.
@@ -139,8 +145,8 @@ class ProgressivePasses {
       const auto key = pixel_index(pixel, context.resolution);
       View view{pixel,
                 next++,
-                {sampler_, context.seed, Stream::camera, key, points_.path(iteration)},
-                {sampler_, context.seed, Stream::gather, key, iteration},
+                {params_.sampler, context.seed, Stream::camera, key, points_.path(iteration)},
+                {params_.sampler, context.seed, Stream::gather, key, iteration},
                 {}};
       const Ray ray = sample_camera_ray(context, pixel, view.path);
       wave.start(view, ray);
@@ -150,7 +156,7 @@ class ProgressivePasses {
       const bool goes_on = walk.meet(
           view.state, ray, hit, so_far, view.path, view.light,
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
-            if (direct && sample_direct_)
+            if (direct && params_.direct == DirectLighting::sample)
               if (const auto light = sample_direct_light(context, point, bsdf, wo, view.light, MisMode::light))
                 wave.gain({Gain{view.radiance, throughput * light->radiance}}, light->shadow_ray);
             at(view.pixel, GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput, wave);
@@ -167,7 +173,7 @@ class ProgressivePasses {
 
   const VisiblePoints& points() const { return points_; }
   // A pixel has one state of the policy for its rough vertices, and another for the lobe tails of lobes on the way there.
-  std::uint32_t kinds() const { return rough_materials_->narrow_lobes() && params_.lobe_tails == "gathered" ? 2 : 1; }
+  std::uint32_t kinds() const { return rough_materials_->narrow_lobes() && params_.lobe_tails == LobeTails::gathered ? 2 : 1; }
   std::size_t states(const RenderContext& context) const {
     return static_cast<std::size_t>(context.resolution.x) * context.resolution.y * points_.per_pixel() * kinds();
   }
@@ -175,7 +181,7 @@ class ProgressivePasses {
   std::size_t first_state(const RenderContext& context, ivec2 pixel, std::uint32_t iteration) const {
     return points_.slot(pixel_index(pixel, context.resolution), iteration) * kinds();
   }
-  Kernel kernel() const { return kernel_; }
+  Kernel kernel() const { return params_.kernel; }
   // Null: photons are divided by whole discs.
   std::unique_ptr<DiscCoverage> make_coverage(const RenderContext& context) const;
 
@@ -186,10 +192,6 @@ class ProgressivePasses {
 
   ProgressiveParams params_;
   VisiblePoints points_;
-  SamplerKind sampler_;
-  Kernel kernel_;
-  bool sample_direct_;
-  PhotonEmission emission_;
   PhotonHistory gathered_;
   int max_depth_ = 0;
   std::unique_ptr<RoughMaterials> rough_materials_;
@@ -332,9 +334,5 @@ class ProgressivePhotonMapping final : public Integrator {
   std::vector<Totals> totals_;              // by slot; empty without coverage
   std::atomic<float> widest_reach_ = 0;     // of the last pass's gathers
 };
-
-// MSE exponent of radii that shrink as r^2 ~ n^(alpha - 1): variance ~ n^-alpha against bias^2 ~ n^(-2 (1 - alpha))
-// ([Kaplanyan2013]; alpha = 2/3 balances them). alpha = 1: the radius stays, and so does the bias.
-inline double progressive_exponent(double alpha) { return alpha < 1 ? -std::min(alpha, 2 * (1 - alpha)) : -1; }
 
 }  // namespace etendue

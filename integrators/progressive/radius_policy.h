@@ -9,9 +9,8 @@
 //   NearestRadius      the k-th nearest photon of the pass itself           [Jensen1996]; likewise
 //   MemorylessRadius   a sequence that looks at nothing                     [Knaus2011]
 //   SharedStatistics   by the photons a pixel has gathered so far           [Hachisuka2008], [Hachisuka2009]
-//   AdaptiveBandwidth  by the pixel's estimated variance and curvature      [Kaplanyan2013],
-//   integrators/progressive/adaptive_bandwidth.h ChiSquaredRadius   when a test finds the photons uneven [Lin2020],
-//   integrators/progressive/chi_squared_radius.h
+//   AdaptiveBandwidth  by the pixel's estimated variance and curvature      [Kaplanyan2013], adaptive_bandwidth.h
+//   ChiSquaredRadius   when a test finds the photons uneven                 [Lin2020], chi_squared_radius.h
 //
 // The flux that [Hachisuka2008] (section 4.2) corrects at each shrinking is this mean: tau_{i+1} = (tau_i + phi_i) r_{i+1}^2 /
 // r_i^2, so that tau / r^2 grows by phi_i / r_i^2, which is pi times the pass's own estimate.
@@ -98,7 +97,10 @@ class NearestRadius {
 // r_i of the memoryless sequence, i from 0, over r_0: r_{i+1}^2 / r_i^2 = (i + alpha) / (i + 1) with i from 1 ([Knaus2011]). In
 // closed form r_n^2 = Gamma(n + alpha) / (Gamma(1 + alpha) Gamma(n + 1)), which tends to n^(alpha-1) / Gamma(1 + alpha), with n
 // = i + 1 passes.
-float memoryless_shrinkage(std::uint32_t pass, double alpha);
+inline float memoryless_shrinkage(std::uint32_t pass, double alpha) {
+  const double n = pass + 1.0;
+  return static_cast<float>(std::exp(0.5 * (std::lgamma(n + alpha) - std::lgamma(1 + alpha) - std::lgamma(n + 1))));
+}
 
 class MemorylessRadius {
  public:
@@ -125,12 +127,20 @@ class SharedStatistics {
 
   SharedStatistics(InitialRadii radii, double alpha) : radii_(std::move(radii)), counts_(radii_.size(), 0), alpha_(alpha) {}
   GatherDisc disc(const GatherSite& site) const { return GatherDisc(radii_[site.pixel]); }
-  void update(std::size_t pixel, std::uint32_t pass, const Observed& observed);
+  void update(std::size_t pixel, std::uint32_t, const Observed& observed) {
+    if (observed.photons == 0) return;
+    const double m = observed.photons, kept = counts_[pixel] + alpha_ * m;
+    radii_[pixel] *= static_cast<float>(std::sqrt(kept / (counts_[pixel] + m)));
+    counts_[pixel] = kept;
+  }
 
  private:
   InitialRadii radii_;
   std::vector<double> counts_;  // N
   double alpha_;
 };
+
+static_assert(RadiusPolicy<FixedRadius> && RadiusPolicy<NearestRadius> && RadiusPolicy<MemorylessRadius> &&
+              RadiusPolicy<SharedStatistics>);
 
 }  // namespace etendue

@@ -29,7 +29,7 @@ StatedImage render_stated(const Scene& scene, const StatedCase& c, std::uint64_t
   Film film(size);
   integrator->prepare(scope.context);
   for (std::uint32_t i = 0; i < c.iterations; ++i) integrator->iteration(scope.context, i, film);
-  return {film.mean(), states ? *integrator->standard_error() : Image(size)};
+  return {film.mean(), states ? integrator->cache()->standard_error() : Image(size)};
 }
 
 void PrintTo(const StatedCase& c, std::ostream* out) {

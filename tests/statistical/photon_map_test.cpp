@@ -40,7 +40,7 @@ TEST(Kernel, EachIntegratesToOneOverItsDisc) {
     double sum = 0;
     constexpr int steps = 100000;
     for (int i = 0; i < steps; ++i) sum += kernel_shape(kernel, (static_cast<float>(i) + 0.5f) / steps);
-    EXPECT_NEAR(sum / steps, 1, 1e-4) << kernel_names[static_cast<int>(kernel)];
+    EXPECT_NEAR(sum / steps, 1, 1e-4) << name_of(kernel);
   }
 }
 
@@ -71,8 +71,7 @@ TEST(NearestPhotons, DensityIsUnbiasedForEveryKernelAndItsVarianceIsKnown) {
   }
   for (std::size_t c = 0; c < cases.size(); ++c) {
     const double mean = sum[c] / trials, variance = squares[c] / trials - mean * mean;
-    EXPECT_NEAR(mean, 1, 4.5 * std::sqrt(variance / trials))
-        << kernel_names[static_cast<int>(cases[c].kernel)] << " " << cases[c].r_max;
+    EXPECT_NEAR(mean, 1, 4.5 * std::sqrt(variance / trials)) << name_of(cases[c].kernel) << " " << cases[c].r_max;
   }
   const double mean = sum[0] / trials, variance = squares[0] / trials - mean * mean;
   EXPECT_NEAR(variance * (k - 2) / 0.81, 1, 0.1);

@@ -22,7 +22,7 @@ std::vector<RecordShape> discs_of(const ParamMap& params, int threads = 1) {
   SceneContext scene(load_scene("builtin:glowing-room"), {48, 48});
   const auto integrator = find_integrator("irradiance-cache", {}).make(params);
   with_threads(threads, [&] { integrator->prepare(scene.context); });
-  return *integrator->record_shapes();
+  return integrator->cache()->record_shapes();
 }
 
 TEST(RecordPlacement, SpacingsHoldAtTheAccuracyThatIsFound) {

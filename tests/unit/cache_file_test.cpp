@@ -41,11 +41,11 @@ CacheRun render_with(const Scene& scene, const ParamMap& map, std::uint32_t iter
   Film film(resolution);
   CacheRun result;
   with_threads(threads, [&] {
-    if (!loaded.empty()) integrator->savable_cache()->load(scope.context, loaded, here);
+    if (!loaded.empty()) integrator->cache()->load(scope.context, loaded, here);
     integrator->prepare(scope.context);
     for (std::uint32_t i = 0; i < iterations; ++i) integrator->iteration(scope.context, i, film);
-    result.cache = integrator->savable_cache()->save(scope.context);
-    result.records = integrator->record_shapes()->size();
+    result.cache = integrator->cache()->save(scope.context);
+    result.records = integrator->cache()->record_shapes().size();
   });
   result.hash = film.hash();
   result.image = film.mean();
@@ -195,14 +195,14 @@ std::string refused_or_used_by(const Scene& scene, const SavedCase& c, const std
   SceneContext scope(scene, ivec2(4));
   scope.context.states_error = true;
   const auto integrator = find_integrator(c.integrator, {}).make(params_of(c, true));
-  const std::string reason = refusal([&] { integrator->savable_cache()->load(scope.context, bytes, here); });
+  const std::string reason = refusal([&] { integrator->cache()->load(scope.context, bytes, here); });
   if (!reason.empty()) return reason;
   Film film(ivec2(4));
   integrator->prepare(scope.context);
   integrator->iteration(scope.context, 0, film);
-  integrator->standard_error();
-  integrator->record_shapes();
-  integrator->savable_cache()->save(scope.context);
+  integrator->cache()->standard_error();
+  integrator->cache()->record_shapes();
+  integrator->cache()->save(scope.context);
   return "";
 }
 
@@ -210,7 +210,7 @@ std::string refused_or_used_by(const Scene& scene, const SavedCase& c, const std
 std::string refused_by(const Scene& scene, const SavedCase& c, const std::string& bytes) {
   SceneContext scope(scene, size);
   const auto integrator = find_integrator(c.integrator, {}).make(params_of(c, true));
-  return refusal([&] { integrator->savable_cache()->load(scope.context, bytes, here); });
+  return refusal([&] { integrator->cache()->load(scope.context, bytes, here); });
 }
 
 TEST_P(SavedCaches, DamagedOrOfAnotherVersionAreRefused) {
@@ -280,7 +280,7 @@ TEST(SavedCache, OfMoreIterationsThanSamplesHaveNumbersForIsRefused) {
 TEST(SavedCache, OfRecordsThatAreMadeAnewIsRefused) {
   const auto integrator =
       find_integrator("photon-cache", {}).make({{"fill", {std::string("density"), {}}}, {"retrace", {true, {}}}});
-  EXPECT_EQ(integrator->savable_cache(), nullptr);
+  EXPECT_FALSE(integrator->cache()->savable());
 }
 
 TEST(SavedCache, OfCellsIsTheOneThatWentOn) {

@@ -20,13 +20,10 @@
 // is used.
 #pragma once
 
-#include "framework/core/error.h"
-#include "framework/core/params.h"
-#include "framework/core/vec.h"
+#include "framework/integrator.h"
 
 #include <bit>
 #include <cstring>
-#include <initializer_list>
 #include <map>
 #include <span>
 #include <string>
@@ -85,7 +82,7 @@ class ByteReader {
 using ParamTexts = std::map<std::string, std::string>;
 
 // Writes every value as text that the command line reads back to the same bits.
-class ParamTextVisitor {
+class ParamTextVisitor : public Choices<ParamTextVisitor> {
  public:
   ParamTexts texts;
 
@@ -94,7 +91,7 @@ class ParamTextVisitor {
   }
   void number(const char* name, float& value, double, double, const char*, const char*);
   void flag(const char* name, bool& value, const char*) { texts[name] = value ? "true" : "false"; }
-  void choice(const char* name, std::string& value, std::initializer_list<const char*>, const char*) { texts[name] = value; }
+  void choose(const char* name, std::string& value, Names, const char*) { texts[name] = value; }
 };
 
 template <class Params>
@@ -125,5 +122,28 @@ CacheFile open_cache_file(std::string_view bytes, const Location& where);
 // Throws Error unless the file was made for this key; parameters named in `free` may differ.
 void check_cache_key(const CacheKey& found, const CacheKey& wanted, std::span<const std::string_view> free,
                      const Location& where);
+
+// A cache that can be saved and loaded, whatever it holds: the key, the checks and the frame of the file are the same for all.
+// A method adds the parameters that determine what its cache holds, and the bytes of its content.
+class FileCache : public Cache {
+ public:
+  std::string save(const RenderContext& context) const final;
+  void load(const RenderContext& context, std::string_view bytes, const Location& where) final;
+
+ protected:
+  struct Identity {
+    std::string integrator;
+    ParamTexts params;                   // max_depth among them; 0: the scene's, which counts then
+    std::vector<std::string_view> free;  // parameters that may differ when it is loaded
+    std::uint32_t format = 1;            // of the content: another one's files are refused
+  };
+  virtual Identity identity() const = 0;
+  virtual void write(ByteWriter& body) const = 0;
+  // Throws Error where the body holds what no cache of the scene can. Bytes that are left over are refused afterwards.
+  virtual void read(const RenderContext& context, ByteReader& body) = 0;
+
+ private:
+  static CacheKey key(const RenderContext& context, const Identity& identity);
+};
 
 }  // namespace etendue

@@ -14,8 +14,8 @@
 
 #include "integrators/caches/records/hemisphere.h"
 
+#include <array>
 #include <cstdint>
-#include <string>
 
 namespace etendue {
 
@@ -28,10 +28,10 @@ enum class CacheMetric : std::uint8_t {
   occlusion_hessian
 };
 
-inline constexpr const char* cache_metric_names[] = {"split-sphere",        "bounded-split-sphere", "tabellion",
-                                                     "radiometric-hessian", "geometric-hessian",    "occlusion-hessian"};
-
-CacheMetric cache_metric(const std::string& name);  // of a checked parameter
+constexpr auto names_of(CacheMetric) {
+  return std::array{"split-sphere",        "bounded-split-sphere", "tabellion",
+                    "radiometric-hessian", "geometric-hessian",    "occlusion-hessian"};
+}
 
 // Accuracy at which [Tabellion2004]'s kappa is one, and about which [Ward1988]'s a is chosen.
 inline constexpr float usual_accuracy = 0.2f;
@@ -63,12 +63,15 @@ void estimate_hessian(CacheMetric metric, const HemisphereStrata& strata, std::s
 ValidityRadius metric_radius(CacheMetric metric, const IrradianceEstimate& estimate, const Frame& frame,
                              const MetricContext& context);
 
-// The rungs, each in its file.
-ValidityRadius split_sphere_radius(const IrradianceEstimate& estimate);
-ValidityRadius bounded_split_sphere_radius(const IrradianceEstimate& estimate, const MetricContext& context);
-ValidityRadius tabellion_radius(const IrradianceEstimate& estimate, const MetricContext& context);
+// The validity radius from second derivatives ([Schwarzhaupt2012] eqs. for total error and radius): a record extrapolated to
+// first order errs by lambda r^2 / 2 at distance r, which integrated over the disc of radius R is pi lambda R^4 / 4. Every
+// record is given the same integral of relative error, hence R = (4 error / (pi lambda))^(1/4), with one lambda for each axis
+// of the ellipse.
+//
+// That error has the unit of an area; here it is (accuracy^2 c D)^2 with D the scene's diagonal, so that spacings go with the
+// accuracy as in the other metrics. For the metrics of [Jarosz2012] `relative` is to the irradiance pi of unit radiance: the
+// radiometric one is of absolute error, so that twice the light makes more records.
 ValidityRadius hessian_radius(const TangentMatrix& relative, const Frame& frame, const MetricContext& context);
-ValidityRadius occlusion_radius(const IrradianceEstimate& estimate, const Frame& frame, const MetricContext& context);
 
 // The length of the translation gradient, |grad E| of the luminance.
 float steepness(const IrradianceEstimate& estimate);

@@ -25,9 +25,7 @@ TangentMatrix patch_hessian(const HemisphereSample& sample, const Frame& frame) 
 
 TangentMatrix absolute(const TangentMatrix& m) {
   const TangentEigen e = eigen(m);
-  const double a = std::abs(e.first), b = std::abs(e.second);
-  const dvec2 u = e.axis;
-  return {a * u.x * u.x + b * u.y * u.y, (a - b) * u.x * u.y, a * u.y * u.y + b * u.x * u.x};
+  return tangent_matrix(std::abs(e.first), std::abs(e.second), e.axis);
 }
 
 struct Vertex {
@@ -113,6 +111,10 @@ TangentEigen eigen(const TangentMatrix& m) {
   const double first = mean >= 0 ? mean + root : mean - root, second = mean >= 0 ? mean - root : mean + root;
   const double angle = 0.5 * std::atan2(m.xy, half) + (mean >= 0 ? 0 : 0.5 * std::numbers::pi);
   return {first, second, {std::cos(angle), std::sin(angle)}};
+}
+
+TangentMatrix tangent_matrix(double a, double b, const dvec2& u) {
+  return {a * u.x * u.x + b * u.y * u.y, (a - b) * u.x * u.y, a * u.y * u.y + b * u.x * u.x};
 }
 
 TangentMatrix radiometric_hessian(const HemisphereStrata& strata, std::span<const HemisphereSample> samples,

@@ -30,6 +30,7 @@ namespace etendue {
 // `both`: rotation, and translation by the walls between strata; `mesh`: from the mesh of the samples (see
 // irradiance_hessian.h).
 enum class Gradients : std::uint8_t { none, rotation, both, mesh };
+constexpr auto names_of(Gradients) { return std::array{"none", "rotation", "both", "mesh"}; }
 
 struct IrradianceRecord {
   vec3 position;

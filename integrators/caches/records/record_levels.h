@@ -12,6 +12,7 @@
 
 #include "framework/core/counters.h"
 #include "framework/core/parallel.h"
+#include "integrators/caches/records/hemisphere.h"
 #include "integrators/paths/path.h"
 #include "integrators/photons/cache_points.h"
 
@@ -30,6 +31,17 @@ struct RecordHistoryOf {
   std::uint64_t key = 0;  // of its random numbers
   Estimate mean;          // of its passes
   int passes = 0;
+};
+
+// What records of either kind are made by.
+struct RecordSettings {
+  float accuracy = 0.2f;     // at which the spacings hold; with a number of records given they hold at that which is found
+  float min_spacing = 1.5f;  // pixels
+  float max_spacing = 0.1f;  // scene diagonals
+  float overlap = 1;         // see irradiance_records.h
+  HemisphereStrata strata;
+  SamplerKind sampler = SamplerKind::sobol;
+  std::string structure = "cells";
 };
 
 // `Estimate`: what one pass over a hemisphere gives, and how passes average. `Records`: which points they cover. A point

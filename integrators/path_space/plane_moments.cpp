@@ -1,4 +1,4 @@
-#include "integrators/photons/plane_moments.h"
+#include "integrators/path_space/plane_moments.h"
 
 namespace etendue {
 
