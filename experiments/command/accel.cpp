@@ -73,7 +73,7 @@ int accel_command(const AccelCommand& command) {
   options.isas = isas_option(command.isa);
   std::vector<Scene> scenes;  // all of them before any is measured: a misspelt one is told at once
   for (const std::string& name : command.scenes) {
-    scenes.push_back(load_scene(name, {"command line"}, {command.confined}));
+    scenes.push_back(load_scene(name, {"command line"}, command.reading));
     for (const std::string& warning : scenes.back().warnings) console.warning(warning);
   }
   std::uint64_t disagreements = 0;

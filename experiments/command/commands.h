@@ -28,7 +28,7 @@ struct RenderCommand {
   std::vector<std::string> params, aovs;
   std::string output, save_cache, load_cache;  // paths
   bool json = false;
-  bool confined = false;                          // files of the scene outside its folder are errors
+  SceneReading reading;
   std::chrono::steady_clock::time_point started;  // of the process: --time counts from there
 };
 int render_command(const RenderCommand& command);
@@ -36,16 +36,20 @@ int render_command(const RenderCommand& command);
 struct AccelCommand {
   std::vector<std::string> scenes;
   std::string structures, resolution = "256", repetitions = "3", threads, check = "0", budget = "10s", isa;
-  bool json = false, confined = false;
+  bool json = false;
+  SceneReading reading;
 };
 int accel_command(const AccelCommand& command);
 
 struct InspectCommand {
   std::string scene;
   bool measure = false;  // time what the scene is spared
-  bool json = false, confined = false;
+  bool json = false;
+  bool all = false;  // `scene` is a folder: which of the scenes below it can be read
+  SceneReading reading;
 };
 int inspect_command(const InspectCommand& command);
+int inspect_all(const InspectCommand& command);  // every scene file below a folder
 
 struct ResultsCommand {
   std::vector<std::string> names, overrides;  // none: all experiments

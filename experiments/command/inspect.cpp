@@ -127,11 +127,12 @@ std::string to_lines(const std::string& name, const Scene& scene, const SceneNee
 }  // namespace
 
 int inspect_command(const InspectCommand& command) {
-  const Scene scene = load_scene(command.scene, {"command line"}, {command.confined});
+  if (command.all) return inspect_all(command);
+  const Scene scene = load_scene(command.scene, {"command line"}, command.reading);
   const SceneNeeds needs = scene_needs(scene);
   exit_on_interrupt("\ninterrupted\n");
   const std::vector<Spared> spared =
-      command.measure ? measure_spared(command.scene, scene.bounds(), {command.confined}) : std::vector<Spared>{};
+      command.measure ? measure_spared(command.scene, scene.bounds(), command.reading) : std::vector<Spared>{};
   if (command.json) {
     Console console;  // a program that reads the rest may not look at these
     for (const std::string& warning : scene.warnings) console.warning(warning);

@@ -96,8 +96,11 @@ class CommandLine {
     command->add_option(name, value, help)->type_name(type);
   }
 
-  static void confined(CLI::App* command, bool& value) {
-    command->add_flag("--confined", value, "a file that a scene names outside its own folder is an error, not a warning");
+  static void reading(CLI::App* command, SceneReading& value) {
+    command->add_flag("--confined", value.confined,
+                      "a file that a scene names outside its own folder is an error, not a warning");
+    command->add_flag("--approximate", value.approximate,
+                      "what a scene file holds and cannot be represented is approximated, with a warning each, not an error");
   }
 
   void isa(CLI::App* command) {
@@ -123,7 +126,7 @@ class CommandLine {
     isa(c);
     c->add_flag("--quick", run_.options.quick, "a small version: what the file's [quick] table says");
     c->add_flag("--dry-run", run_.dry_run, "list the cells and run nothing");
-    confined(c, run_.options.confined);
+    reading(c, run_.options.reading);
     text(c, "--filter", run_.options.filter, "REGEX",
          "only cells whose name it finds: \"scene | accel | integrator | seed=N\"");
     text(c, "--shard", run_.options.shard, "I/N",
@@ -159,7 +162,7 @@ class CommandLine {
          "view and seed with refine=false: the same image to the bit; with refine, and hash-cache always, it goes on where it "
          "stood. Refused if the scene (but for the camera), a parameter its records depend on, or the version differs");
     c->add_flag("--json", render_.json, "figures as JSON on stdout");
-    confined(c, render_.confined);
+    reading(c, render_.reading);
     text(c, "--threads", render_.threads, "N", "default: all of the machine's");
     isa(c);
     text(c, "--resolution", render_.resolution, "WxH", "default: the scene's");
@@ -171,7 +174,7 @@ class CommandLine {
             [this] { return accel_command(accel_); });
     c->add_option("SCENE", accel_.scenes, "builtin:NAME or files")->required()->type_name("");
     c->add_flag("--json", accel_.json, "one JSON object a line");
-    confined(c, accel_.confined);
+    reading(c, accel_.reading);
     text(c, "--structures", accel_.structures, "A,B:key=value", "default: all that are built in");
     text(c, "--resolution", accel_.resolution, "N", "about N x N rays of each kind; default 256");
     text(c, "--repetitions", accel_.repetitions, "N", "interleaved builds and timings, of which the median counts; default 3");
@@ -186,11 +189,13 @@ class CommandLine {
 
   void add_small_commands() {
     CLI::App* c = add("inspect", "what a scene holds and what it needs", [this] { return inspect_command(inspect_); });
-    c->add_option("SCENE", inspect_.scene, "builtin:NAME or a file")->required()->type_name("");
+    c->add_option("SCENE", inspect_.scene, "builtin:NAME, a file, or with --all a folder")->required()->type_name("");
     c->add_flag("--measure", inspect_.measure,
                 "time what the scene is spared: the same scene with each thing that it lacks, over without (some seconds)");
     c->add_flag("--json", inspect_.json, "as JSON");
-    confined(c, inspect_.confined);
+    c->add_flag("--all", inspect_.all,
+                "SCENE is a folder: for every scene file below it, whether it loads, needs --approximate or fails, and why");
+    reading(c, inspect_.reading);
     c = add("compare", "every metric of an image against a reference", [this] { return compare_command(compare_); });
     c->add_option("IMAGE", compare_.image, ".exr")->required()->type_name("");
     c->add_option("REFERENCE", compare_.reference, ".exr of the same size")->required()->type_name("");

@@ -301,7 +301,7 @@ Scene load_original_scene(const Rendered& r) {
   std::error_code ignored;
   const bool is_beside = r.command.scene.empty() && !std::filesystem::exists(r.scene, ignored) &&
                          std::filesystem::is_regular_file(beside, ignored);
-  Scene scene = load_scene(is_beside ? beside.string() : r.scene, {"command line"}, {r.command.confined});
+  Scene scene = load_scene(is_beside ? beside.string() : r.scene, {"command line"}, r.command.reading);
   if (const std::uint64_t hash = scene.hash(); hash != r.recipe->scene_hash)
     throw Error(Location{r.command.from},
                 fmt::format("was made of another scene than {} is now: hash {:016x}, and not {:016x}; expected the scene as it "
@@ -328,7 +328,7 @@ int render_command(const RenderCommand& command) {
   Budget budget = read_options(command, r);
   r.threads = available_threads(r.threads, console);
   warn_of_commit(r, console);
-  const Scene scene = r.recipe ? load_original_scene(r) : load_scene(r.scene, {"command line"}, {command.confined});
+  const Scene scene = r.recipe ? load_original_scene(r) : load_scene(r.scene, {"command line"}, command.reading);
   r.scene_hash = scene.hash();
   const SceneNeeds needs = scene_needs(scene);
   r.warnings = scene.warnings;

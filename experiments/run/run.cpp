@@ -8,7 +8,7 @@
 namespace etendue {
 
 Scene load_choice(const RunPlan& plan, const SceneChoice& choice, RunObserver& observer) {
-  Scene scene = load_scene(choice.path, choice.where, {plan.confined});
+  Scene scene = load_scene(choice.path, choice.where, plan.reading);
   for (const std::string& warning : scene.warnings) {
     const bool named = warning.starts_with(choice.name + ":");
     observer.narrate("warning: " + (named ? warning : choice.name + ": " + warning));

@@ -6,6 +6,7 @@
 #include "experiments/config/config.h"
 #include "experiments/log/log.h"
 #include "experiments/run/run_cell.h"
+#include "framework/io/scene_files.h"
 
 #include <functional>
 #include <optional>
@@ -22,7 +23,7 @@ struct RunOptions {
   std::string shard;   // "": what Slurm says, else all cells
   std::optional<int> threads;
   bool fresh = false, quick = false;
-  bool confined = false;  // scenes may name only files below their own folders
+  SceneReading reading;  // which files scenes may name, and what of them may be approximated
 };
 
 struct RunPlan {
@@ -31,7 +32,8 @@ struct RunPlan {
   Shard shard;
   std::string directory;
   int threads = 1;
-  bool fresh = false, confined = false;
+  bool fresh = false;
+  SceneReading reading = {};
   std::string filter = {};
   std::size_t all_cells = 0;  // of all shards
   std::string options = {};   // of what was typed beside the experiment's file, what changes figures

@@ -34,7 +34,7 @@ RunPlan plan_run(const RunOptions& options) {
   plan.config = load_config(options.experiment, {options.quick, options.overrides});
   plan.threads = options.threads.value_or(plan.config.threads.value_or(hardware_threads()));
   plan.fresh = options.fresh;
-  plan.confined = options.confined;
+  plan.reading = options.reading;
   plan.filter = options.filter;
   plan.options = typed_options(options);
   if (!options.shard.empty())

@@ -5,6 +5,7 @@
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/smf.h"
 #include "framework/io/pbrt/pbrt.h"
+#include "framework/io/text.h"
 #include "framework/scene/precision.h"
 
 #include <fmt/format.h>
@@ -64,10 +65,15 @@ Scene make_builtin(const std::string& name, const Location& where) {
   return found.params.empty() ? found.scene.make() : found.scene.make_with(found.params);
 }
 
-Scene load_file(const std::string& path, const Location& where, const SceneReading& reading) {
+std::string extension_of(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+Scene load_file(const std::string& path, const Location& where, const SceneReading& reading) {
+  const std::string extension = extension_of(path);
   if (!std::filesystem::exists(path)) throw Error(where, fmt::format("no such scene file: '{}'", path));
   if (extension == ".pbrt") return read_pbrt(path, reading);
   if (extension == ".obj") return mesh_scene(read_obj(path), path);
@@ -78,6 +84,10 @@ Scene load_file(const std::string& path, const Location& where, const SceneReadi
 }
 
 }  // namespace
+
+bool is_scene_file(const std::string& path) {
+  return extension_of(path) == ".pbrt" && read_file(path).find("WorldBegin") != std::string::npos;
+}
 
 void check_builtin(const std::string& name, const Location& where) {
   const NamedBuiltin found = find_builtin(name, where);

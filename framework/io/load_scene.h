@@ -15,6 +15,9 @@ namespace etendue {
 // Throws Error (file:line:col) on anything it cannot read in full. `where` is the place that named the scene.
 Scene load_scene(const std::string& name, const Location& where = {"command line"}, const SceneReading& reading = {});
 
+// Does a file describe a scene of its own, and not a part that other files include? A .pbrt file does that begins a world.
+bool is_scene_file(const std::string& path);
+
 struct BuiltinScene {
   std::string name, summary;  // name without "builtin:"
   Scene (*make)();            // with its parameters' defaults

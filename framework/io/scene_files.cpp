@@ -31,7 +31,10 @@ bool lies_below(const fs::path& path, const fs::path& folder) {
 }  // namespace
 
 SceneFiles::SceneFiles(std::string first_file, const SceneReading& reading)
-    : first_file_(std::move(first_file)), confined_(reading.confined), folder_(resolved(fs::path(first_file_).parent_path())) {}
+    : first_file_(std::move(first_file)),
+      confined_(reading.confined),
+      approximations_(reading.approximate),
+      folder_(resolved(fs::path(first_file_).parent_path())) {}
 
 std::string SceneFiles::resolve(const std::string& name, const std::string& named_in) const {
   const fs::path beside = fs::path(named_in).parent_path() / name;  // `name` itself when absolute
@@ -96,10 +99,12 @@ RgbImage SceneFiles::image(const std::string& name, const std::string& named_in,
 }
 
 std::vector<std::string> SceneFiles::warnings() const {
-  std::vector<std::string> warnings = outside_warnings_;
-  if (outside_.size() > warnings.size())
-    warnings.push_back(
-        fmt::format("{}: {} more files lie outside the folder of the scene", first_file_, outside_.size() - warnings.size()));
+  std::vector<std::string> warnings = told_;
+  for (const std::string& approximation : approximations_.warnings()) warnings.push_back(approximation);
+  warnings.insert(warnings.end(), outside_warnings_.begin(), outside_warnings_.end());
+  if (outside_.size() > outside_warnings_.size())
+    warnings.push_back(fmt::format("{}: {} more files lie outside the folder of the scene", first_file_,
+                                   outside_.size() - outside_warnings_.size()));
   return warnings;
 }
 

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "framework/core/error.h"
+#include "framework/io/approximations.h"
 #include "framework/io/image/image_file.h"
 
 #include <cstdint>
@@ -21,7 +22,8 @@
 namespace etendue {
 
 struct SceneReading {
-  bool confined = false;  // a file outside the scene's folder is an error
+  bool confined = false;     // a file outside the scene's folder is an error
+  bool approximate = false;  // what has no exact equal here is approximated and told (approximations.h), not an error
 };
 
 // Every function throws Error, at the place that is given, where a file cannot be read.
@@ -44,7 +46,11 @@ class SceneFiles {
   RgbImage image(const std::string& name, const std::string& named_in, const Location& where,
                  Encoding encoding = Encoding::srgb);
 
-  // Names the first ten files outside the scene's folder, and says how many more there are.
+  Approximations& approximations() { return approximations_; }
+  // For the scene's warnings, of what reads parameters and knows no scene.
+  void warn(const Location& where, const std::string& what) { told_.push_back(where.text() + ": " + what); }
+
+  // What was approximated and told. Then the first ten files outside the scene's folder, and how many more there are.
   std::vector<std::string> warnings() const;
 
  private:
@@ -54,6 +60,8 @@ class SceneFiles {
 
   std::string first_file_;
   bool confined_;
+  Approximations approximations_;
+  std::vector<std::string> told_;
   std::filesystem::path folder_;  // of the first file, symbolic links resolved
   std::set<std::filesystem::path> outside_;
   std::vector<std::string> outside_warnings_;

@@ -18,7 +18,7 @@ namespace {
 class ClaimsWork final : public RecordWork {
  public:
   explicit ClaimsWork(const RunPlan& plan)
-      : choice_(choice_of<ClaimsChoice>(plan.config)), threads_(plan.threads), reading_{plan.confined} {}
+      : choice_(choice_of<ClaimsChoice>(plan.config)), threads_(plan.threads), reading_(plan.reading) {}
 
   void remember(const KindRecord& remembered) override {
     const auto& record = static_cast<const ClaimRecord&>(remembered);

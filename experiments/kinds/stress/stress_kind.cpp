@@ -60,7 +60,7 @@ class StressWork final : public RecordWork {
   void fill(const Cell& cell, KindRecord& filled, RunDirectory& directory, const Progress& progress) override {
     auto& record = static_cast<StressRecord&>(filled);
     const StressRow& row = row_of(cell);
-    const Scene scene = load_scene(row.scene, {plan_.config.path}, {plan_.confined});
+    const Scene scene = load_scene(row.scene, {plan_.config.path}, plan_.reading);
     const SceneNeeds needs = scene_needs(scene);
     const ivec2 resolution = plan_.config.resolution.value_or(scene.resolution);
     const Reference reference = make_reference({scene,
