@@ -184,7 +184,7 @@ TEST(ImageFile, TgaAndExrAndHdrAreRead) {
 TEST(ImageFile, UnfitFilesAreErrors) {
   const TestDirectory directory;
   EXPECT_ERROR(read_image(directory.path("absent.png")), "absent.png");
-  EXPECT_ERROR(read_image(directory.write("a.png", "hello, this is no image at all")), "neither PNG, JPEG, TGA, HDR nor EXR");
+  EXPECT_ERROR(read_image(directory.write("a.png", "hello, this is no image at all")), "neither PNG, JPEG, TGA, HDR, PFM nor EXR");
   const std::uint8_t rgb[12] = {};
   const auto png = encode_png(rgb, {2, 2});
   std::string huge(png.begin(), png.end());

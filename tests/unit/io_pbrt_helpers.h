@@ -11,6 +11,15 @@ namespace etendue {
 inline const std::string triangle = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0]\n";
 
 inline Scene world(const std::string& text) { return parse_pbrt("Camera \"perspective\"\nWorldBegin\n" + text, "s.pbrt"); }
+// As the user allows what has no exact equal.
+inline Scene approximated(const std::string& text) {
+  return parse_pbrt("Camera \"perspective\"\nWorldBegin\n" + text, "s.pbrt", {.approximate = true});
+}
+template <class T>
+T approximate_material_of(const std::string& directive) {
+  const Scene scene = approximated(directive + "\n" + triangle);
+  return std::get<T>(scene.materials.at(scene.objects[0].shapes.at(0).material));
+}
 template <class T>
 T material_of(const std::string& directive) {
   const Scene scene = world(directive + "\n" + triangle);

@@ -4,6 +4,7 @@
 #include "framework/core/memory.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/image/hdr.h"
+#include "framework/io/image/pfm.h"
 #include "framework/io/text.h"
 
 // The one place where stb's functions are compiled.
@@ -77,7 +78,7 @@ void check_size(int width, int height, std::string_view bytes) {
 // checked.
 void check_huffman_tables(std::string_view bytes) {
   // No format begins so; stb would take it for padding before a JPEG's first marker.
-  if (bytes.starts_with("\xff\xff")) throw Error("neither PNG, JPEG, TGA, HDR nor EXR, or damaged");
+  if (bytes.starts_with("\xff\xff")) throw Error("neither PNG, JPEG, TGA, HDR, PFM nor EXR, or damaged");
   if (!bytes.starts_with("\xff\xd8")) return;
   const auto byte = [&](std::size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u; };
   bool in_data = false;
@@ -148,7 +149,7 @@ RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
   RgbImage image;
   int channels = 0;
   if (!StbReader(bytes)(&stbi_info_from_callbacks, &image.size.x, &image.size.y, &channels))
-    throw Error("neither PNG, JPEG, TGA, HDR nor EXR, or damaged");
+    throw Error("neither PNG, JPEG, TGA, HDR, PFM nor EXR, or damaged");
   check_size(image.size.x, image.size.y, bytes);
   image.texels.resize(static_cast<std::size_t>(image.size.x) * image.size.y);
   if (StbReader(bytes)(&stbi_is_16_bit_from_callbacks))
@@ -176,7 +177,9 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
     image = decode_exr(bytes, name);
   } else {
     try {
-      image = is_hdr(bytes) ? decode_hdr(bytes) : decode_stb(bytes, encoding);
+      image = is_hdr(bytes)   ? decode_hdr(bytes)
+              : is_pfm(bytes) ? decode_pfm(bytes)
+                              : decode_stb(bytes, encoding);
     } catch (const Error& e) {
       throw Error(fmt::format("cannot read '{}' as an image: {}", name, e.what()));
     }

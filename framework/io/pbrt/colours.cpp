@@ -51,6 +51,24 @@ std::optional<Rgb> metal_spectrum(std::string_view name) {
   return std::nullopt;
 }
 
+// The correlated colour temperature of an illuminant that is not computed in full.
+std::optional<double> illuminant_temperature(std::string_view name) {
+  constexpr std::pair<std::string_view, double> temperatures[] = {
+      {"stdillum-A", 2856},   {"stdillum-D50", 5003}, {"stdillum-D55", 5503}, {"stdillum-D75", 7504}, {"stdillum-F1", 6430},
+      {"stdillum-F2", 4230},  {"stdillum-F3", 3450},  {"stdillum-F4", 2940},  {"stdillum-F5", 6350},  {"stdillum-F6", 4150},
+      {"stdillum-F7", 6500},  {"stdillum-F8", 5000},  {"stdillum-F9", 4150},  {"stdillum-F10", 5000}, {"stdillum-F11", 4000},
+      {"stdillum-F12", 3000}, {"illum-acesD60", 6000}};
+  for (const auto& [known, kelvin] : temperatures)
+    if (known == name) return kelvin;
+  return std::nullopt;
+}
+
+// To linear sRGB (IEC 61966-2-1).
+Rgb xyz_to_rgb(const vec3& xyz) {
+  return {3.2406f * xyz.x - 1.5372f * xyz.y - 0.4986f * xyz.z, -0.9689f * xyz.x + 1.8758f * xyz.y + 0.0415f * xyz.z,
+          0.0557f * xyz.x - 0.204f * xyz.y + 1.057f * xyz.z};
+}
+
 std::vector<std::string> spectrum_names(ColourUse use) {
   std::vector<std::string> names;
   if (use == ColourUse::light) names.emplace_back("stdillum-D65");
@@ -71,6 +89,11 @@ Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
     if (param.strings.size() != 1 || !param.numbers.empty()) throw Error("expected one name, or pairs of wavelength and value");
     const std::string& name = param.strings[0];
     if (use == ColourUse::light && name == "stdillum-D65") return Rgb(1);
+    if (const auto kelvin = illuminant_temperature(name); kelvin && use == ColourUse::light) {
+      if (name != "stdillum-A")  // which is a blackbody
+        files_->approximations().take(where(param.name), quote(name), "a blackbody of its colour temperature");
+      return blackbody_rgb(*kelvin);
+    }
     if (const auto metal = metal_spectrum(name); metal && use == ColourUse::index) return *metal;
     if (name.ends_with(".spd")) {
       const SceneFiles::File file = files_->read(name, *file_, {});
@@ -93,21 +116,27 @@ Rgb PbrtParams::blackbody_colour(const PbrtParam& param, ColourUse use) const {
 
 std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) const {
   const PbrtParam* param =
-      find_typed(name, {"rgb", "float", "integer", "blackbody", "spectrum"}, "rgb, float, blackbody or spectrum");
+      find_typed(name, {"rgb", "xyz", "float", "integer", "blackbody", "spectrum"}, "rgb, float, blackbody or spectrum");
   if (!param) return std::nullopt;
   Rgb colour;
   if (param->type == "spectrum") {
     colour = spectrum_colour(*param, use);
   } else if (param->type == "blackbody") {
     colour = blackbody_colour(*param, use);
-  } else if (param->type == "rgb") {
+  } else if (param->type == "rgb" || param->type == "xyz") {
     if (param->numbers.size() != 3) fail(name, fmt::format("has {} values; expected three", param->numbers.size()));
     colour = {param->numbers[0], param->numbers[1], param->numbers[2]};
+    if (param->type == "xyz") colour = glm::max(xyz_to_rgb(colour), Rgb(0));
   } else {
     colour = Rgb(static_cast<float>(single(*param)));
   }
   // Metals have indices of hundreds at most, in the far infrared.
   const float most = use == ColourUse::reflectance ? 1 : use == ColourUse::index ? 1000 : 1e30f;
+  if (use == ColourUse::reflectance && is_finite(colour) && glm::all(glm::greaterThanEqual(colour, Rgb(0))) &&
+      max_component(colour) > 1 && files_->approximations().allowed()) {
+    files_->approximations().take(where(name), "a reflectance above 1", "1, for no surface makes light: it is darker");
+    colour = glm::min(colour, Rgb(1));
+  }
   for (int c = 0; c < 3; ++c)
     if (!(colour[c] >= 0 && colour[c] <= most))
       fail(name, fmt::format("has the component {}; expected 0 to {:g}", colour[c], most));

@@ -11,14 +11,13 @@ namespace etendue {
 namespace {
 
 constexpr float degrees = pi / 180;
-// W/(m^2 sr), W/sr or W/m^2, of a channel: its square, too, has room in single precision, and so has the power of a light.
-constexpr float brightest = 1e12f;
-
-Rgb emitted(const PbrtParams& params, std::string_view name) {
-  for (const std::string_view photometric : {"power", "illuminance"})
-    params.reject(photometric, fmt::format("give the light's '{}' itself", name));
-  const Rgb value =
-      params.colour(name, ColourUse::light).value_or(Rgb(1)) * params.colour("scale", ColourUse::light).value_or(Rgb(1));
+// `power_of_unit`: the power, or the illuminance, that a light of colour 1 has, by which version 4 states some.
+Rgb emitted(const PbrtParams& params, std::string_view name, std::string_view photometric = "", float power_of_unit = 1) {
+  for (const std::string_view other : {"power", "illuminance"})
+    if (other != photometric) params.reject(other, fmt::format("give the light's '{}' itself", name));
+  const float power = photometric.empty() ? -1 : params.number(photometric, -1);
+  const Rgb value = params.colour(name, ColourUse::light).value_or(Rgb(1)) *
+                    params.colour("scale", ColourUse::light).value_or(Rgb(1)) * (power > 0 ? power / power_of_unit : 1.0f);
   if (!is_finite(value)) params.fail(name, "times 'scale' leaves the range of single precision");
   if (max_component(value) > brightest)
     params.fail(name, fmt::format("is {:g}; expected {:g} at most", max_component(value), brightest));
@@ -58,8 +57,11 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
   if (type != "diffuse" && type != "area")
     throw Error(where, unknown_name("area light", type, std::vector<std::string>{"diffuse"}));
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
-  params.reject("filename", "the radiance of an area light is constant");
-  const Rgb radiance = emitted(params, "L");
+  Rgb radiance = emitted(params, "L");
+  if (params.has("filename")) {
+    params.approximate("filename", "the radiance of an area light is constant", "its mean colour: the light shows no image");
+    radiance *= mean_of_image(lexer, params, false);
+  }
   attributes_.glow = ShapeLook::Glow{radiance, params.boolean("twosided", false)};
   if (is_black(radiance)) attributes_.glow.reset();
   params.ignore({"samples", "nsamples"});
@@ -69,7 +71,8 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
 void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "LightSource");
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  params.add_defaults(attributes_.defaults["light"]);
   std::optional<Light> light;
   if (type == "point")
     light = point_light(params);
@@ -79,8 +82,14 @@ void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
     light = distant_light(params);
   else if (type == "infinite")
     light = infinite_light(lexer, params);
+  else if (type == "goniometric")
+    light = goniometric_light(lexer, params);
+  else if (type == "projection")
+    light = projection_light(lexer, params);
   else
-    throw Error(where, unknown_name("light", type, std::vector<std::string>{"point", "spot", "distant", "infinite"}));
+    throw Error(where,
+                unknown_name("light", type,
+                             std::vector<std::string>{"point", "spot", "distant", "infinite", "goniometric", "projection"}));
   params.ignore({"samples", "nsamples"});
   params.finish();
   if (is_black(emission(*light)))
@@ -90,33 +99,81 @@ void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
 }
 
 Light PbrtReader::point_light(const PbrtParams& params) const {
-  return PointLight{.position = placed(params, attributes_.ctm, params.point("from", vec3(0))),
-                    .intensity = emitted(params, "I")};
+  return PointLight{.position = placed(params, ctm(), params.point("from", vec3(0))),
+                    .intensity = emitted(params, "I", "power", 4 * pi)};
+}
+
+// Of an image that says where the light goes: over the sphere, by the rows' solid angle, or over a square.
+Rgb PbrtReader::mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere) {
+  const std::string_view param = params.has("mapname") ? "mapname" : "filename";
+  const std::string file = params.string(param, "");
+  if (file.empty()) return Rgb(1);
+  const RgbImage image = files_.image(file, *lexer.file(), params.where(param));
+  const bool by_rows = sphere && image.size.x != image.size.y;
+  dvec3 sum(0);
+  double weights = 0;
+  for (int y = 0; y < image.size.y; ++y) {
+    const double weight = by_rows ? std::sin(pi * (y + 0.5) / image.size.y) : 1;
+    for (int x = 0; x < image.size.x; ++x)
+      sum += weight * dvec3(image.texels[static_cast<std::size_t>(y) * image.size.x + static_cast<std::size_t>(x)]);
+    weights += weight * image.size.x;
+  }
+  return glm::max(Rgb(sum / weights), Rgb(0));
+}
+
+Light PbrtReader::goniometric_light(PbrtLexer& lexer, const PbrtParams& params) {
+  approximate(params.where(), "LightSource \"goniometric\": lights have no image",
+              "a point light of the same power, the same in all directions");
+  params.ignore({"fov"});
+  return PointLight{.position = placed(params, ctm(), params.point("from", vec3(0))),
+                    .intensity = emitted(params, "I", "power", 4 * pi) * mean_of_image(lexer, params, true)};
+}
+
+// A cone over the same solid angle as the square that the image covers.
+Light PbrtReader::projection_light(PbrtLexer& lexer, const PbrtParams& params) {
+  approximate(params.where(), "LightSource \"projection\": lights have no image",
+              "a spot of its mean colour over the same solid angle");
+  const float half = std::tan(0.5f * params.number("fov", 45, 1e-2f, 170) * degrees);
+  const float solid_angle = 4 * std::asin(half * half / (1 + half * half));
+  const float cosine = std::clamp(1 - solid_angle / (2 * pi), -0.99f, 0.9999999f);
+  const float power_of_unit = 2 * pi * (1 - cosine);
+  return SpotLight{.position = placed(params, ctm(), params.point("from", vec3(0))),
+                   .direction = unit_direction(params, ctm(), vec3(0), {0, 0, 1}),
+                   .intensity = emitted(params, "I", "power", power_of_unit) * mean_of_image(lexer, params, false),
+                   .cos_outer = cosine - 1e-4f * (1 - cosine),
+                   .cos_inner = cosine};
 }
 
 Light PbrtReader::spot_light(const PbrtParams& params) const {
   const vec3 from = params.point("from", vec3(0)), to = params.point("to", vec3(0, 0, 1));
-  const float angle = params.number("coneangle", 30, 1e-3f, 180), delta = params.number("conedeltaangle", 5, 0, 180);
+  const float angle = params.number("coneangle", 30, 1e-3f, 180);
+  const float delta = params.number("conedeltaangle", params.number("conedelta", std::min(5.0f, angle), 0, 180), 0, 180);
   if (delta > angle) params.fail("conedeltaangle", fmt::format("is {}; expected no more than coneangle, {}", delta, angle));
-  return SpotLight{.position = placed(params, attributes_.ctm, from),
-                   .direction = unit_direction(params, attributes_.ctm, from, to),
-                   .intensity = emitted(params, "I"),
-                   .cos_outer = std::cos(angle * degrees),
-                   .cos_inner = std::cos((angle - delta) * degrees)};
+  const float outer = std::cos(angle * degrees), inner = std::cos((angle - delta) * degrees);
+  return SpotLight{.position = placed(params, ctm(), from),
+                   .direction = unit_direction(params, ctm(), from, to),
+                   .intensity = emitted(params, "I", "power", 2 * pi * (1 - 0.5f * (inner + outer))),
+                   .cos_outer = outer,
+                   .cos_inner = inner};
 }
 
 // Light travels from 'from' to 'to'; L is the irradiance of a surface that faces it.
 Light PbrtReader::distant_light(const PbrtParams& params) const {
   const vec3 from = params.point("from", vec3(0)), to = params.point("to", vec3(0, 0, 1));
-  return DirectionalLight{.direction = unit_direction(params, attributes_.ctm, from, to), .irradiance = emitted(params, "L")};
+  return DirectionalLight{.direction = unit_direction(params, ctm(), from, to),
+                          .irradiance = emitted(params, "L", "illuminance")};
 }
 
 Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
-  params.reject("portal", "give the whole environment");
+  params.approximate("portal", "give the whole environment", "light from everywhere, through the portal or not");
   const bool version4 = params.has("filename");
   if (version4 && params.has("mapname")) params.fail("mapname", "cannot stand beside 'filename'");
   if (version4 && params.has("L")) params.fail("L", "cannot stand beside 'filename'");
-  EnvironmentLight light{.scale = emitted(params, "L"), .size = ivec2(0), .texels = {}, .light_to_world = attributes_.ctm};
+  const bool constant = !version4 && !params.has("mapname");
+  EnvironmentLight light{.scale = emitted(params, "L", constant ? "illuminance" : "", pi),
+                         .size = ivec2(0),
+                         .texels = {},
+                         .light_to_world = constant ? Transform() : ctm()};
   const std::string_view param = version4 ? "filename" : "mapname";
   const std::string file = params.string("filename", params.string("mapname", ""));
   if (file.empty()) {
@@ -124,16 +181,18 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
     return light;
   }
   // Directions are looked up by the inverse; a transform that is no similarity would bend them unevenly.
-  if (!attributes_.ctm.similarity_scale()) params.fail(param, "stands under a transform that distorts directions");
+  if (!ctm().similarity_scale()) params.fail(param, "stands under a transform that distorts directions");
   RgbImage image = files_.image(file, *lexer.file(), params.where(param));
   warn_of_not_finite(image, params.where(param), file);
-  if (version4 && image.size.x != image.size.y)
-    throw Error(
+  const bool square = image.size.x == image.size.y;
+  if (version4 && !square)
+    approximate(
         params.where(param),
         fmt::format(
             "'{}' is {} x {}: pbrt-v4's 'filename' expects a square octahedral image; give an equirectangular one as 'mapname'",
-            file, image.size.x, image.size.y));
-  if (version4) image = octahedral_to_equirectangular(image);
+            file, image.size.x, image.size.y),
+        "equirectangular");
+  if (version4 && square) image = octahedral_to_equirectangular(image);
   light.size = image.size;
   light.texels = std::move(image.texels);
   float least = 0;

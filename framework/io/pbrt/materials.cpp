@@ -32,12 +32,16 @@ vec2 PbrtReader::roughness_alpha(const PbrtParams& params, float otherwise, bool
 float PbrtReader::isotropic_alpha(const PbrtParams& params, float otherwise, bool version3) {
   const vec2 alpha = roughness_alpha(params, otherwise, version3);
   if (alpha.x != alpha.y)
-    params.fail(params.has("uroughness") ? "uroughness" : "vroughness",
-                "differs from the other: only conductors may be anisotropic");
-  return alpha.x;
+    approximate(params.where(params.has("uroughness") ? "uroughness" : "vroughness"),
+                "a roughness that differs from the other: only conductors may be anisotropic",
+                "their geometric mean: highlights are round");
+  return std::sqrt(alpha.x * alpha.y);
 }
 
-float PbrtReader::refractive_index(const PbrtParams& params) {
+// Of what is as dense as its surroundings nothing is refracted, rough or not.
+float smooth_where_even(float alpha, float eta) { return std::abs(eta - 1) < 1e-3f ? 0 : alpha; }
+
+float PbrtReader::refractive_index(const PbrtParams& params, float least) {
   std::vector<std::string> names;
   if (const auto name = params.named_spectrum("eta")) {
     for (const GlassIndex& glass : glasses()) {
@@ -49,13 +53,23 @@ float PbrtReader::refractive_index(const PbrtParams& params) {
     }
     throw Error(params.where("eta"), fmt::format("{}: {}", params.owner(), unknown_name("glass", *name, names)));
   }
-  return number(params, "eta", number(params, "index", 1.5f, 1.0001f, 10), 1.0001f, 10);
+  return number(params, "eta", number(params, "index", 1.5f, least, 10), least, 10);
 }
 
-Material PbrtReader::make_diffuse(const PbrtParams& params, std::string_view name, bool& textured) {
-  if (name == "Kd" && number(params, "sigma", 0, 0, 90) != 0)
-    params.fail("sigma", "is not supported: only Lambertian surfaces are");
-  return Diffuse{textured_colour(params, name, Rgb(0.5f), textured)};
+// A rough diffuse surface of version 3 ([OrenNayar1994]) has this share of the albedo of a smooth one: the mean of the model's
+// A + B max(0, cos) sin tan over both directions.
+float oren_nayar_albedo(float sigma_degrees) {
+  const float sigma = sigma_degrees * (pi / 180), s2 = sigma * sigma;
+  return 1 - s2 / (2 * (s2 + 0.33f)) + (2.0f / 3 - 64 / (45 * pi)) * 0.45f * s2 / (s2 + 0.09f);
+}
+
+Material PbrtReader::make_diffuse(const PbrtParams& params, std::string_view name, MaterialEntry& entry) {
+  const float sigma = name == "Kd" ? number(params, "sigma", 0, 0, 90) : 0;
+  if (sigma == 0) return Diffuse{textured_colour(params, name, Rgb(0.5f), entry)};
+  approximate(params.where("sigma"), "'sigma' is not supported: only Lambertian surfaces are",
+              "a Lambertian surface of the same albedo: it darkens towards the edge as rough ones do not");
+  const float albedo = oren_nayar_albedo(sigma);
+  return Diffuse{textured_colour(params, name, Rgb(0.5f), entry, [albedo](const Rgb& kd) { return albedo * kd; })};
 }
 
 Material PbrtReader::make_conductor(const PbrtParams& params, bool version3) {
@@ -87,40 +101,29 @@ Material PbrtReader::make_glass(const PbrtParams& params) {
   Dielectric glass;
   glass.reflect_tint = colour(params, "Kr", Rgb(1), ColourUse::reflectance);
   glass.transmit_tint = colour(params, "Kt", Rgb(1), ColourUse::reflectance);
-  glass.eta = refractive_index(params);
+  glass.eta = refractive_index(params, 0.1f);
   // Version 3 takes glass without roughness as smooth before it remaps.
   bool rough = false;
   for (const char* name : {"roughness", "uroughness", "vroughness"}) rough |= number(params, name, 0, 0, 1) > 0;
   const float alpha = isotropic_alpha(params, 0, true);
-  glass.alpha = rough ? alpha : 0;
+  glass.alpha = rough ? smooth_where_even(alpha, glass.eta) : 0;
   return glass;
 }
 
 Material PbrtReader::make_dielectric(const PbrtParams& params) {
   Dielectric dielectric;
-  dielectric.eta = refractive_index(params);
-  dielectric.alpha = isotropic_alpha(params, 0, false);
+  dielectric.eta = refractive_index(params, 0.1f);
+  dielectric.alpha = smooth_where_even(isotropic_alpha(params, 0, false), dielectric.eta);
   return dielectric;
 }
 
-Material PbrtReader::make_plastic(const PbrtParams& params, bool& textured) {
-  const Rgb specular = colour(params, "Ks", Rgb(0.25f), ColourUse::reflectance);
-  if (specular != Rgb(0.25f)) params.fail("Ks", "other than 0.25 is not supported: the coat is a plain dielectric");
-  warn(params.where(),
-       params.owner() + ": is a diffuse base under a dielectric coat that conserves energy, not pbrt-v3's sum of two lobes");
+Material PbrtReader::make_coated_diffuse(const PbrtParams& params, MaterialEntry& entry) {
   Plastic plastic;
-  plastic.reflectance = textured_colour(params, "Kd", Rgb(0.25f), textured);
-  plastic.alpha = isotropic_alpha(params, 0.1f, true);
-  return plastic;
-}
-
-Material PbrtReader::make_coated_diffuse(const PbrtParams& params, bool& textured) {
-  Plastic plastic;
-  plastic.reflectance = textured_colour(params, "reflectance", Rgb(0.5f), textured);
-  plastic.eta = refractive_index(params);
+  plastic.reflectance = textured_colour(params, "reflectance", Rgb(0.5f), entry);
+  plastic.eta = refractive_index(params, 1.0001f);
   plastic.alpha = isotropic_alpha(params, 0, false);
   if (!is_black(colour(params, "albedo", Rgb(0), ColourUse::reflectance)))
-    params.fail("albedo", "is not supported: nothing scatters inside the coat");
+    params.approximate("albedo", "nothing scatters inside the coat", "a clear coat: the base is seen through it undimmed");
   warn(params.where(), params.owner() + ": light between coat and base is summed in closed form, not sampled");
   params.ignore({"thickness", "g", "maxdepth", "nsamples"});  // of a clear coat, or of pbrt's sampling
   return plastic;
@@ -128,40 +131,51 @@ Material PbrtReader::make_coated_diffuse(const PbrtParams& params, bool& texture
 
 PbrtReader::MaterialEntry PbrtReader::make_material(const std::string& type, const PbrtParams& params) {
   for (const std::string_view bump : {"displacement", "bumpmap", "normalmap"})
-    params.reject(bump, "surfaces are not displaced");
-  if (type.empty() || type == "interface" || type == "none")
-    throw Error(params.where(), fmt::format("material '{}' is not supported: there are no participating media to bound", type));
+    params.approximate(bump, "surfaces are not displaced", "a surface without its fine relief");
   MaterialEntry entry;
-  bool& textured = entry.textured;
-  if (type == "diffuse")
-    entry.material = make_diffuse(params, "reflectance", textured);
-  else if (type == "matte")
-    entry.material = make_diffuse(params, "Kd", textured);
-  else if (type == "mirror")
+  if (type.empty() || type == "interface" || type == "none") {
+    entry.invisible = true;  // without media on its sides, nothing happens there
+    params.ignore_all();
+    return entry;
+  }
+  if (type == "mix") {
+    entry = make_mix(params);
+  } else if (type == "diffuse") {
+    entry.material = make_diffuse(params, "reflectance", entry);
+  } else if (type == "matte") {
+    entry.material = make_diffuse(params, "Kd", entry);
+  } else if (type == "mirror") {
     entry.material = make_mirror(params);
-  else if (type == "conductor" || type == "metal")
+  } else if (type == "conductor" || type == "metal") {
     entry.material = make_conductor(params, type == "metal");
-  else if (type == "dielectric")
+  } else if (type == "dielectric") {
     entry.material = make_dielectric(params);
-  else if (type == "glass")
+  } else if (type == "glass") {
     entry.material = make_glass(params);
-  else if (type == "coateddiffuse")
-    entry.material = make_coated_diffuse(params, textured);
-  else if (type == "plastic")
-    entry.material = make_plastic(params, textured);
-  else {
-    const std::vector<std::string> known{"diffuse",    "matte", "mirror",        "conductor", "metal",
-                                         "dielectric", "glass", "coateddiffuse", "plastic"};
+  } else if (type == "coateddiffuse") {
+    entry.material = make_coated_diffuse(params, entry);
+  } else if (type == "plastic") {
+    entry.material = make_plastic(params, entry);
+  } else if (!make_nearest(type, params, entry)) {
+    const std::vector<std::string> known{
+        "diffuse",        "matte",      "mirror",          "conductor",    "metal",
+        "dielectric",     "glass",      "coateddiffuse",   "plastic",      "uber",
+        "substrate",      "mix",        "translucent",     "none",         "diffusetransmission",
+        "interface",      "subsurface", "coatedconductor", "kdsubsurface", "hair",
+        "thindielectric", "measured",   "fourier"};
     throw Error(params.where(), unknown_name("material", type, known));
   }
   params.finish();
+  const auto* const metal = std::get_if<Conductor>(&entry.material);
+  entry.textured |= metal && metal->is_anisotropic();  // its highlights turn with u
   return entry;
 }
 
 void PbrtReader::material(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Material");
-  const PbrtParams params(lexer, titled(token.text, type), where);
+  PbrtParams params(lexer, titled(token.text, type), where);
+  params.add_defaults(attributes_.defaults["material"]);
   materials_.push_back(make_material(type, params));
   attributes_.material = static_cast<std::uint32_t>(materials_.size() - 1);
 }
@@ -169,12 +183,12 @@ void PbrtReader::material(PbrtLexer& lexer, const Token& token) {
 void PbrtReader::make_named_material(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string name = expect_string(lexer, "MakeNamedMaterial");
-  const PbrtParams params(lexer, titled(token.text, name), where);
-  if (named_materials_.contains(name)) throw Error(where, fmt::format("material '{}' is defined twice", name));
-  const std::string type = params.string("type", "");
-  if (type.empty()) params.fail("type", "is missing: the kind of material");
-  materials_.push_back(make_material(type, params));
-  named_materials_.emplace(name, static_cast<std::uint32_t>(materials_.size() - 1));
+  PbrtParams params(lexer, titled(token.text, name), where);
+  params.add_defaults(attributes_.defaults["material"]);
+  if (named_materials_.contains(name)) warn(where, fmt::format("material '{}' is defined twice; the last one counts", name));
+  if (!params.has("type")) params.fail("type", "is missing: the kind of material");
+  materials_.push_back(make_material(params.string("type", ""), params));
+  named_materials_.insert_or_assign(name, static_cast<std::uint32_t>(materials_.size() - 1));
 }
 
 void PbrtReader::named_material(PbrtLexer& lexer, const Token&) {

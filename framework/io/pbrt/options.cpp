@@ -1,6 +1,7 @@
 // Camera, film and options.
 
 #include "framework/io/pbrt/reader.h"
+#include "framework/io/spectra.h"
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
@@ -16,32 +17,51 @@ namespace {
   throw Error(where, unknown_name(kind, name, known));
 }
 
+bool differs(float a, float b) { return std::abs(a - b) > 1e-3f * std::abs(b); }
+
 }  // namespace
 
 void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Camera");
-  if (type != "perspective") fail_unknown(where, "camera", type, {"perspective"});
+  const bool spherical = type == "spherical" || type == "environment";
+  if (!spherical && type != "perspective" && type != "orthographic" && type != "realistic")
+    fail_unknown(where, "camera", type, {"perspective", "orthographic", "spherical", "environment", "realistic"});
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   Camera& camera = scene_.camera;
-  camera.to_world = attributes_.ctm.inverse();
+  camera.to_world = ctm().inverse();
   if (!within_reach(camera.to_world.point(vec3(0))))
     throw Error(params.where(), fmt::format("Camera: lies beyond {:g} m", farthest));
-  float degrees = params.number("fov", 90, 1e-3f, 179.9f);
+  const std::string what = fmt::format("Camera \"{}\" is not supported", type);
+  if (type == "orthographic")
+    approximate(where, what, "a distant perspective of the same framing: parallel lines meet far away");
+  if (spherical) {
+    approximate(where, what, "a perspective of 120 degrees around the middle of its image: the rest is not seen");
+    // The middle of the image looks along -x of the camera, and its right side lies along -z.
+    camera.to_world = camera.to_world * Transform::rotate(-pi / 2, {0, 1, 0}) * Transform::scale({-1, 1, 1});
+  }
+  if (type == "realistic") {
+    approximate(where, what, "a pinhole with the view of a lens of 50 mm: nothing is out of focus or distorted");
+    params.ignore({"lensfile", "aperturediameter", "focusdistance", "aperture", "simpleweighting"});
+  }
+  params.ignore({"mapping"});
+  float degrees = params.number("fov", spherical ? 120.0f : type == "realistic" ? 27.0f : 90.0f, 1e-3f, 179.9f);
   degrees = 2 * params.number("halffov", 0.5f * degrees, 5e-4f, 89.95f);
   camera.fov = degrees * (pi / 180);
   camera.lens_radius = params.number("lensradius", 0, 0);
   camera.focal_distance = params.number("focaldistance", 1e6f, 1e-6f);
   camera_ = CameraEntry{params.where(), std::nullopt, params.numbers("screenwindow")};
+  if (type == "orthographic") camera_->kind = CameraEntry::Kind::orthographic;
+  if (spherical) camera_->kind = CameraEntry::Kind::spherical;
   if (params.has("frameaspectratio")) camera_->frame_aspect = params.number("frameaspectratio", 1, 1e-6f);
   params.ignore({"shutteropen", "shutterclose"});
   if (params.has("shutteropen") || params.has("shutterclose"))
     warn(params.where(), "shutter times have no effect: nothing moves");
   params.finish();
-  coordinate_systems_.insert_or_assign("camera", camera.to_world);
+  coordinate_systems_.insert_or_assign("camera", Placement{ctm().inverse(), std::nullopt});
 }
 
-// Once the resolution is known: only frames that fit it are supported.
+// Once the resolution is known.
 void PbrtReader::check_camera() {
   if (!camera_) {
     warn({files_.first_file()}, "the scene has no Camera: at the origin, looking along +z, with a field of view of 90 degrees");
@@ -49,55 +69,140 @@ void PbrtReader::check_camera() {
     return;
   }
   const float aspect = static_cast<float>(scene_.resolution.x) / static_cast<float>(scene_.resolution.y);
-  const auto differs = [](float a, float b) { return std::abs(a - b) > 1e-3f * std::abs(b); };
   if (camera_->frame_aspect && differs(*camera_->frame_aspect, aspect))
-    throw Error(camera_->where, fmt::format("Camera: 'frameaspectratio' is {}; only that of the film is supported, {:.6g}",
-                                            *camera_->frame_aspect, aspect));
+    approximate(camera_->where,
+                fmt::format("Camera: 'frameaspectratio' is {}; only that of the film is supported, {:.6g}",
+                            *camera_->frame_aspect, aspect),
+                "that of the film: the image is not stretched");
+  if (camera_->kind == CameraEntry::Kind::orthographic)
+    make_orthographic(aspect);
+  else if (!camera_->screen_window.empty())
+    check_window(aspect);
+}
+
+// A window about the middle with the film's shape narrows or widens the view.
+void PbrtReader::check_window(float aspect) {
   const std::vector<float>& window = camera_->screen_window;
-  if (window.empty()) return;
   const float x = std::max(aspect, 1.0f), y = std::max(1 / aspect, 1.0f);
-  if (window.size() != 4 || differs(window[0], -x) || differs(window[1], x) || differs(window[2], -y) || differs(window[3], y))
-    throw Error(camera_->where,
-                fmt::format("Camera: only the 'screenwindow' [{:.6g} {:.6g} {:.6g} {:.6g}] that fits the film is supported", -x,
-                            x, -y, y));
+  if (window.size() != 4 || !(window[0] < window[1] && window[2] < window[3]))
+    throw Error(camera_->where, "Camera: 'screenwindow' expects four numbers: x from, x to, y from, y to");
+  const float half_x = 0.5f * (window[1] - window[0]), half_y = 0.5f * (window[3] - window[2]);
+  const bool centred = !differs(window[1], half_x) && !differs(window[3], half_y);
+  if (!centred || differs(half_x * y, half_y * x))
+    approximate(
+        camera_->where,
+        fmt::format("Camera: only the 'screenwindow' [{:.6g} {:.6g} {:.6g} {:.6g}] that fits the film is supported, or a "
+                    "multiple of it",
+                    -x, x, -y, y),
+        "one about the middle, as high: what lies to the side moves in the image");
+  scene_.camera.fov = 2 * std::atan(std::tan(0.5f * scene_.camera.fov) * half_y / y);
+}
+
+// As far behind as the scene allows: what lies behind the camera must not come before it.
+void PbrtReader::make_orthographic(float aspect) {
+  const std::vector<float>& window = camera_->screen_window;
+  const float half_height = window.size() == 4 ? 0.5f * std::abs(window[3] - window[2]) : std::max(1 / aspect, 1.0f);
+  const float half_width = window.size() == 4 ? 0.5f * std::abs(window[1] - window[0]) : std::max(aspect, 1.0f);
+  // Of what falls into the image, along the view.
+  Bounds seen;
+  const Transform to_camera = scene_.camera.to_world.inverse();
+  for (const Instance& instance : scene_.instances) {
+    const Geometry& g = scene_.objects[instance.object].geometry;
+    for (std::uint32_t i = 0; i < g.primitive_count(); ++i) {
+      if (!g.is_valid(i)) continue;
+      const Bounds b = (to_camera * instance.to_world).bounds(g.primitive_bounds(i));
+      if (b.upper.x >= -half_width && b.lower.x <= half_width && b.upper.y >= -half_height && b.lower.y <= half_height)
+        seen.extend(b);
+    }
+  }
+  const float depth = seen.empty() ? 1 : std::max(seen.upper.z, 1e-3f), shorter = std::min(half_width, half_height);
+  const bool nothing_behind = seen.empty() || seen.lower.z >= 0;
+  const float distance = nothing_behind ? 30 * std::max(depth, shorter) : 0;
+  const float reach =
+      nothing_behind ? distance + 0.5f * (depth + std::max(seen.empty() ? 0 : seen.lower.z, 0.0f)) : 0.5f * depth;
+  const vec3 shift(window.size() == 4 ? 0.5f * (window[0] + window[1]) : 0,
+                   window.size() == 4 ? 0.5f * (window[2] + window[3]) : 0, -distance);
+  if (!(shorter > 0) || !std::isfinite(reach / shorter))
+    throw Error(camera_->where, "Camera: 'screenwindow' expects four numbers: x from, x to, y from, y to");
+  scene_.camera.to_world = scene_.camera.to_world * Transform::translate(shift);
+  if (!within_reach(scene_.camera.to_world.point(vec3(0))))
+    throw Error(camera_->where, fmt::format("Camera: lies beyond {:g} m", farthest));
+  scene_.camera.fov = std::clamp(2 * std::atan(shorter / reach), 2e-5f, 3.1f);
+  scene_.camera.lens_radius = 0;
 }
 
 void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Film");
-  if (type != "image" && type != "rgb") fail_unknown(where, "film", type, {"rgb", "image"});
+  if (type != "image" && type != "rgb" && type != "gbuffer" && type != "spectral")
+    fail_unknown(where, "film", type, {"rgb", "image", "gbuffer", "spectral"});
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  version3_ = type == "image";
   const ivec2 otherwise = type == "image" ? ivec2(640, 480) : ivec2(1280, 720);  // version 3's and 4's
   scene_.resolution = {params.integer("xresolution", otherwise.x, 1, 65536),
                        params.integer("yresolution", otherwise.y, 1, 65536)};
 
-  if (const float factor = params.number("scale", 1); factor != 1)
-    params.fail("scale", fmt::format("is {}; only 1 is supported", factor));
-  const float exposure = params.number("exposuretime", 1) * params.number("iso", 100) / 100;
-  if (std::abs(exposure - 1) > 1e-6f)
-    params.fail(params.has("iso") ? "iso" : "exposuretime",
-                fmt::format("scales the image by {:.6g}; only 1 is supported", exposure));
-  if (const std::string sensor = params.string("sensor", "cie1931"); sensor != "cie1931")
-    params.fail("sensor", fmt::format("is '{}'; only cie1931 is supported", sensor));
-  if (params.number("whitebalance", 0) != 0) params.fail("whitebalance", "is not supported");
+  read_exposure(params);
   const std::array<float, 4> whole{0, 1, 0, 1};
   if (const auto crop = params.numbers("cropwindow");
       !crop.empty() && !std::equal(crop.begin(), crop.end(), whole.begin(), whole.end()))
-    params.fail("cropwindow", "is not supported: the whole image is rendered");
+    warn(params.where("cropwindow"), "'cropwindow': the whole image is rendered, of which it is a part");
   const std::array<int, 4> pixels{0, scene_.resolution.x, 0, scene_.resolution.y};
   if (const auto bounds = params.integers("pixelbounds");
       !bounds.empty() && !std::equal(bounds.begin(), bounds.end(), pixels.begin(), pixels.end()))
-    params.fail("pixelbounds", "is not supported: the whole image is rendered");
+    warn(params.where("pixelbounds"), "'pixelbounds': the whole image is rendered, of which they are a part");
   for (const std::string_view clamp : {"maxcomponentvalue", "maxsampleluminance"})
     if (params.has(clamp)) warn(params.where(clamp), fmt::format("'{}' is not applied: clamping would bias the image", clamp));
-  params.ignore({"filename", "diagonal", "savefp16", "maxcomponentvalue", "maxsampleluminance"});
+  params.ignore({"filename", "diagonal", "savefp16", "maxcomponentvalue", "maxsampleluminance", "coordinatesystem", "lambdamin",
+                 "lambdamax", "nbuckets"});
   params.finish();
+}
+
+// By what the film scales its image: light is scaled instead, which is the same.
+void PbrtReader::read_exposure(const PbrtParams& params) {
+  constexpr float most = 1e9f;
+  exposure_ = Rgb(params.number("scale", 1, 0, most) * params.number("exposuretime", 1, 0, most) *
+                  params.number("iso", 100, 0, most) / 100);
+  if (const std::string sensor = params.string("sensor", "cie1931"); sensor != "cie1931")
+    approximate(params.where("sensor"), "'sensor': only cie1931 is supported",
+                "cie1931: colours are those of the eye, not of a camera");
+  if (const float kelvin = params.number("whitebalance", 0, 0, 1e6f); kelvin != 0) {
+    approximate(params.where("whitebalance"), "'whitebalance' is not supported",
+                "a gain of each channel: saturated colours shift");
+    exposure_ *= blackbody_rgb(6504) / glm::max(blackbody_rgb(std::max(kelvin, 1000.0f)), Rgb(1e-3f));
+  }
+}
+
+void PbrtReader::expose(std::vector<Emission>& emissions) {
+  if (exposure_ == Rgb(1)) return;
+  struct Scale {
+    const Rgb& by;
+    Rgb& operator()(AreaLight& l) const { return l.radiance *= by; }
+    Rgb& operator()(PointLight& l) const { return l.intensity *= by; }
+    Rgb& operator()(SpotLight& l) const { return l.intensity *= by; }
+    Rgb& operator()(DirectionalLight& l) const { return l.irradiance *= by; }
+    Rgb& operator()(EnvironmentLight& l) const { return l.scale *= by; }
+  };
+  const auto check = [&](const Rgb& scaled, float most_texel) {
+    if (!is_finite(scaled) || max_component(scaled) * most_texel > brightest)
+      throw Error(Location{files_.first_file()}, fmt::format("Film: scaled, a light is beyond {:g}", brightest));
+  };
+  for (Light& light : scene_.lights) {
+    float most_texel = 1;
+    if (const auto* environment = std::get_if<EnvironmentLight>(&light))
+      for (const Rgb& texel : environment->texels) most_texel = std::max(most_texel, max_component(texel));
+    check(std::visit(Scale{exposure_}, light), most_texel);
+  }
+  for (Emission& emission : emissions) check(emission.radiance *= exposure_, 1);
 }
 
 void PbrtReader::color_space(PbrtLexer& lexer, const Token&) {
   const Location where = lexer.where(lexer.peek());
   const std::string name = expect_string(lexer, "ColorSpace");
-  if (name != "srgb") fail_unknown(where, "colour space", name, {"srgb"});
+  if (name == "srgb") return;
+  if (name != "rec2020" && name != "aces2065-1" && name != "dci-p3")
+    fail_unknown(where, "colour space", name, {"srgb", "rec2020", "aces2065-1", "dci-p3"});
+  approximate(where, fmt::format("ColorSpace \"{}\" is not supported", name), "srgb: saturated colours are paler");
 }
 
 void PbrtReader::option(PbrtLexer& lexer, const Token& token) {

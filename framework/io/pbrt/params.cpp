@@ -18,7 +18,7 @@ struct ParamType {
   std::string_view name, canonical;
   ValueKind values;
 };
-constexpr std::array<ParamType, 17> param_types{{{"integer", "integer", ValueKind::whole_number},
+constexpr std::array<ParamType, 18> param_types{{{"integer", "integer", ValueKind::whole_number},
                                                  {"float", "float", ValueKind::number},
                                                  {"point2", "point2", ValueKind::number},
                                                  {"vector2", "vector2", ValueKind::number},
@@ -30,6 +30,7 @@ constexpr std::array<ParamType, 17> param_types{{{"integer", "integer", ValueKin
                                                  {"normal", "normal3", ValueKind::number},
                                                  {"rgb", "rgb", ValueKind::number},
                                                  {"color", "rgb", ValueKind::number},
+                                                 {"xyz", "xyz", ValueKind::number},
                                                  {"blackbody", "blackbody", ValueKind::number},
                                                  {"spectrum", "spectrum", ValueKind::any},
                                                  {"bool", "bool", ValueKind::boolean},
@@ -89,9 +90,9 @@ void PbrtParams::read(PbrtLexer& lexer) {
                   .strings = {},
                   .line = declaration.line,
                   .column = declaration.column};
-  for (const PbrtParam& other : params_)
-    if (other.name == name) throw Error(lexer.where(declaration), fmt::format("{}: '{}' is given twice", owner_, name));
   read_values(lexer, param);
+  if (std::erase_if(params_, [&](const PbrtParam& other) { return other.name == name; }) > 0)
+    files_->warn(lexer.where(declaration), fmt::format("{}: '{}' is given twice; the last one counts", owner_, name));
   params_.push_back(std::move(param));
 }
 
@@ -175,6 +176,11 @@ std::string PbrtParams::string(std::string_view name, const std::string& otherwi
   return param->strings[0];
 }
 
+std::vector<std::string> PbrtParams::strings(std::string_view name) const {
+  const PbrtParam* param = find_typed(name, {"string"}, "string");
+  return param ? param->strings : std::vector<std::string>();
+}
+
 std::optional<std::string> PbrtParams::texture(std::string_view name) const {
   const PbrtParam* param = find(name);
   if (!param || param->type != "texture") return std::nullopt;
@@ -231,6 +237,24 @@ std::vector<vec3> PbrtParams::points3(std::string_view name) const {
 
 void PbrtParams::reject(std::string_view name, const std::string& reason) const {
   if (has(name)) fail(name, "is not supported: " + reason);
+}
+
+void PbrtParams::approximate(std::string_view name, const std::string& reason, const std::string& instead) const {
+  if (!has(name)) return;
+  ignore({name});
+  files_->approximations().take(where(name), fmt::format("{}: '{}' is not supported: {}", owner_, name, reason), instead);
+}
+
+void PbrtParams::ignore_all() const {
+  for (const PbrtParam& param : params_) param.used = true;
+}
+
+void PbrtParams::add_defaults(const std::vector<PbrtParam>& defaults) {
+  for (const PbrtParam& param : defaults)
+    if (!has(param.name)) {
+      params_.push_back(param);
+      params_.back().used = true;  // one for another kind of shape is no mistake
+    }
 }
 
 void PbrtParams::ignore(std::initializer_list<std::string_view> names) const {

@@ -45,16 +45,24 @@ class PbrtParams {
   std::vector<vec2> points2(std::string_view name) const;  // point2, vector2 or pairs of float
   std::vector<vec3> points3(std::string_view name) const;  // point3, vector3 or normal3
   std::optional<Rgb> colour(std::string_view name, ColourUse use) const;
+  std::vector<std::string> strings(std::string_view name) const;
   // The name in a parameter of type "texture".
   std::optional<std::string> texture(std::string_view name) const;
   std::optional<std::string> named_spectrum(std::string_view name) const;
 
   // The parameter exists but cannot be honoured: throws with the reason.
   void reject(std::string_view name, const std::string& reason) const;
+  // As reject where approximations are refused; else the parameter is known and `instead` is taken.
+  void approximate(std::string_view name, const std::string& reason, const std::string& instead) const;
   // Known, and without effect here.
   void ignore(std::initializer_list<std::string_view> names) const;
   // Known, and left to the command line; throws where it is of another type.
   void accept(std::string_view name, std::string_view type) const;
+  // All of them; for what is approximated without looking.
+  void ignore_all() const;
+  // Those that are not given, from an earlier Attribute.
+  void add_defaults(const std::vector<PbrtParam>& defaults);
+  const std::vector<PbrtParam>& all() const { return params_; }
   void finish() const;
   [[noreturn]] void fail(std::string_view name, const std::string& what) const;
 

@@ -15,7 +15,7 @@ std::span<const PbrtReader::Directive> PbrtReader::directives() {
       {"Accelerator", Phase::options, &R::accelerator},
       {"ActiveTransform", Phase::any, &R::active_transform},
       {"AreaLightSource", Phase::world, &R::area_light_source},
-      {"Attribute", Phase::any, &R::unsupported},
+      {"Attribute", Phase::any, &R::attribute},
       {"AttributeBegin", Phase::any, &R::attribute_begin},
       {"AttributeEnd", Phase::any, &R::attribute_end},
       {"Camera", Phase::options, &R::camera},
@@ -31,9 +31,9 @@ std::span<const PbrtReader::Directive> PbrtReader::directives() {
       {"LightSource", Phase::world, &R::light_source},
       {"LookAt", Phase::any, &R::look_at},
       {"MakeNamedMaterial", Phase::any, &R::make_named_material},
-      {"MakeNamedMedium", Phase::any, &R::unsupported},
+      {"MakeNamedMedium", Phase::any, &R::named_medium},
       {"Material", Phase::any, &R::material},
-      {"MediumInterface", Phase::any, &R::unsupported},
+      {"MediumInterface", Phase::any, &R::medium_interface},
       {"NamedMaterial", Phase::any, &R::named_material},
       {"ObjectBegin", Phase::world, &R::object_begin},
       {"ObjectEnd", Phase::world, &R::object_end},
@@ -49,7 +49,7 @@ std::span<const PbrtReader::Directive> PbrtReader::directives() {
       {"Transform", Phase::any, &R::transform},
       {"TransformBegin", Phase::any, &R::transform_begin},
       {"TransformEnd", Phase::any, &R::transform_end},
-      {"TransformTimes", Phase::any, &R::unsupported},
+      {"TransformTimes", Phase::any, &R::transform_times},
       {"Translate", Phase::any, &R::translate},
       {"WorldBegin", Phase::options, &R::world_begin},
       {"WorldEnd", Phase::world, &R::world_end},
@@ -86,8 +86,7 @@ const PbrtReader::Directive* PbrtReader::find_directive(std::string_view name) {
 
 void PbrtReader::fail_unknown_directive(const PbrtLexer& lexer, const Token& token) {
   std::vector<std::string> names;
-  for (const Directive& d : directives())
-    if (d.handler != &PbrtReader::unsupported) names.emplace_back(d.name);
+  for (const Directive& d : directives()) names.emplace_back(d.name);
   if (lexer.is_scene()) throw Error(lexer.where(token), unknown_name("directive", token.text, names));
   const std::vector<std::string> nearest = nearest_names(token.text, names, 1);
   throw Error(lexer.where(token), "no pbrt scene: its first word is no directive such as Camera, Shape or Include" +
@@ -108,7 +107,6 @@ void PbrtReader::finish() {
     throw Error(stack_.back().where, fmt::format("{} is never closed", names[static_cast<int>(stack_.back().block)]));
   }
   if (!in_world_) throw Error(Location{files_.first_file()}, "the file has no WorldBegin");
-  check_camera();
   std::vector<Emission> emissions;
   scene_.objects[0] = world_.parts[0].builder.take(&emissions);
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({files_.first_file()}, "the scene has no shapes");
@@ -118,14 +116,46 @@ void PbrtReader::finish() {
   if (const Bounds bounds = scene_.bounds();
       scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))
     throw Error(Location{files_.first_file()}, fmt::format("an instance lies beyond {:g} m", farthest));
+  check_camera();
+  expose(emissions);
   finish_scene(scene_, emissions);
 }
 
-void PbrtReader::unsupported(PbrtLexer& lexer, const Token& token) {
-  const std::string_view why = token.text == "Attribute"        ? "give the parameters to each shape, light or material"
-                               : token.text == "TransformTimes" ? "nothing moves"
-                                                                : "there are no participating media";
-  throw Error(lexer.where(token), fmt::format("{} is not supported: {}", token.text, why));
+// Of the parameters that later directives do not give themselves.
+void PbrtReader::attribute(PbrtLexer& lexer, const Token& token) {
+  const Location where = lexer.where(lexer.peek());
+  const std::string target = expect_string(lexer, "Attribute");
+  const std::vector<std::string> targets{"shape", "light", "material", "medium", "texture"};
+  if (std::find(targets.begin(), targets.end(), target) == targets.end())
+    throw Error(where, unknown_name("target of Attribute", target, targets));
+  const PbrtParams params(lexer, titled(token.text, target), lexer.where(token));
+  std::vector<PbrtParam>& defaults = attributes_.defaults[target];
+  for (const PbrtParam& param : params.all()) {
+    std::erase_if(defaults, [&](const PbrtParam& other) { return other.name == param.name; });
+    defaults.push_back(param);
+  }
+}
+
+namespace {
+
+constexpr std::string_view no_media = "there are no participating media";
+constexpr std::string_view vacuum = "vacuum: nothing scatters or absorbs between surfaces";
+
+}  // namespace
+
+void PbrtReader::named_medium(PbrtLexer& lexer, const Token& token) {
+  const Location where = lexer.where(token);
+  const std::string name = expect_string(lexer, "MakeNamedMedium");
+  const PbrtParams params(lexer, titled(token.text, name), where);
+  approximate(where, fmt::format("MakeNamedMedium is not supported: {}", no_media), std::string(vacuum));
+}
+
+// Two empty names are the vacuum that is here anyway.
+void PbrtReader::medium_interface(PbrtLexer& lexer, const Token& token) {
+  bool is_vacuum = expect_string(lexer, "MediumInterface").empty();
+  if (lexer.peek().kind == TokenKind::string) is_vacuum &= lexer.next().text.empty();
+  if (!is_vacuum)
+    approximate(lexer.where(token), fmt::format("MediumInterface is not supported: {}", no_media), std::string(vacuum));
 }
 
 void PbrtReader::include(PbrtLexer& lexer, const Token& token) {
@@ -152,7 +182,8 @@ void PbrtReader::import(PbrtLexer& lexer, const Token& token) {
 void PbrtReader::world_begin(PbrtLexer&, const Token& token) {
   if (!stack_.empty()) throw Error(stack_.back().where, fmt::format("a block is open at {}", token.text));
   in_world_ = true;
-  attributes_.ctm = Transform();
+  attributes_.ctm = {};
+  attributes_.end_only = false;
   coordinate_systems_.insert_or_assign("world", attributes_.ctm);
 }
 
@@ -177,7 +208,9 @@ void PbrtReader::attribute_end(PbrtLexer& lexer, const Token& token) {
 }
 void PbrtReader::transform_begin(PbrtLexer& lexer, const Token& token) { push(Block::transform, lexer.where(token)); }
 void PbrtReader::transform_end(PbrtLexer& lexer, const Token& token) {
-  attributes_.ctm = pop(Block::transform, token.text, lexer.where(token)).ctm;
+  const Attributes saved = pop(Block::transform, token.text, lexer.where(token));
+  attributes_.ctm = saved.ctm;
+  attributes_.end_only = saved.end_only;
 }
 void PbrtReader::reverse_orientation(PbrtLexer&, const Token&) {
   attributes_.reverse_orientation = !attributes_.reverse_orientation;

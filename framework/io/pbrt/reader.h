@@ -6,12 +6,25 @@
 #include "framework/io/mesh/left_out.h"
 #include "framework/io/object_builder.h"
 #include "framework/io/pbrt/params.h"
+#include "framework/io/pbrt/texture_bake.h"
+#include "framework/io/pbrt/texture_field.h"
 #include "framework/io/scene_files.h"
 #include "framework/scene/scene.h"
 
 #include <map>
 
 namespace etendue {
+
+// Of a dielectric's surface, straight on; and the index that has it.
+inline float normal_reflectance(float eta) { return square((eta - 1) / (eta + 1)); }
+inline float index_of_reflectance(float reflectance) {
+  if (reflectance <= 1e-6f) return 1;
+  const float root = std::sqrt(std::min(reflectance, 0.9f));
+  return (1 + root) / (1 - root);
+}
+
+// W/(m^2 sr), W/sr or W/m^2, of a channel: its square, too, has room in single precision, and so has the power of a light.
+inline constexpr float brightest = 1e12f;
 
 class PbrtReader {
  public:
@@ -30,9 +43,20 @@ class PbrtReader {
   static const Directive* find_directive(std::string_view name);
   [[noreturn]] static void fail_unknown_directive(const PbrtLexer& lexer, const Token& token);
 
+  // Why nothing can be placed by a transform.
+  struct Singular {
+    Location where;
+    std::string why;
+  };
+  struct Placement {
+    Transform transform;
+    std::optional<Singular> singular;
+  };
   // What AttributeBegin saves.
   struct Attributes {
-    Transform ctm;
+    Placement ctm;
+    bool end_only = false;  // transforms are those of the end of motion, which nobody sees here
+    std::map<std::string, std::vector<PbrtParam>, std::less<>> defaults;  // of Attribute, by what they are for
     bool reverse_orientation = false;
     std::uint32_t material = 0;  // index into materials_
     std::optional<ShapeLook::Glow> glow;
@@ -47,10 +71,13 @@ class PbrtReader {
   struct MaterialEntry {
     Material material;
     bool textured = false;
+    Field field = nullptr;                     // its reflectance, where that is to be baked for each shape
+    Field opacity = nullptr;                   // where parts of it are cut away
+    bool invisible = false;                    // the boundary of a medium
     std::optional<std::uint32_t> scene_index;  // once a shape uses it
   };
   struct TextureEntry {
-    std::variant<Rgb, Texture> value;
+    std::variant<Rgb, Texture, Field> value;
     std::string file = {};                          // of an image, as messages name it
     std::optional<std::uint32_t> scene_index = {};  // once a surface uses it
     bool moved = false;                             // the value then lies in the scene
@@ -71,13 +98,17 @@ class PbrtReader {
     Location where;
     std::optional<float> frame_aspect;
     std::vector<float> screen_window;
+    enum class Kind : std::uint8_t { perspective, orthographic, spherical } kind = Kind::perspective;
   };
 
   // reader.cpp
   void parse(PbrtLexer& lexer);
   void finish();
   void check_phase(const Directive& directive, const Location& where) const;
-  void unsupported(PbrtLexer& lexer, const Token& token);
+  void attribute(PbrtLexer& lexer, const Token& token);
+  void named_medium(PbrtLexer& lexer, const Token& token);
+  void medium_interface(PbrtLexer& lexer, const Token& token);
+  void expose(std::vector<Emission>& emissions);
   void include(PbrtLexer& lexer, const Token& token);
   void import(PbrtLexer& lexer, const Token& token);
   void world_begin(PbrtLexer& lexer, const Token& token);
@@ -101,8 +132,14 @@ class PbrtReader {
   void coordinate_system(PbrtLexer& lexer, const Token& token);
   void coord_sys_transform(PbrtLexer& lexer, const Token& token);
   void active_transform(PbrtLexer& lexer, const Token& token);
-  Transform read_matrix(PbrtLexer& lexer, const Token& token) const;
+  void transform_times(PbrtLexer& lexer, const Token& token);
+  std::optional<Transform> read_matrix(PbrtLexer& lexer, const Token& token) const;
+  // Each changes what later things are placed by, unless that is the end of a motion.
   void set_ctm(const Transform& transform, const Location& where);
+  void compose(const std::optional<Transform>& inner, const Location& where, const std::string& why_not);
+  void replace(const Placement& placement);
+  // Throws Error, at the transform, where it has no inverse.
+  const Transform& ctm() const;
 
   // options.cpp
   void camera(PbrtLexer& lexer, const Token& token);
@@ -110,6 +147,9 @@ class PbrtReader {
   void color_space(PbrtLexer& lexer, const Token& token);
   void option(PbrtLexer& lexer, const Token& token);
   void check_camera();
+  void check_window(float aspect);
+  void make_orthographic(float aspect);
+  void read_exposure(const PbrtParams& params);
 
   // rendering.cpp
   void integrator(PbrtLexer& lexer, const Token& token);
@@ -123,11 +163,20 @@ class PbrtReader {
   void object_begin(PbrtLexer& lexer, const Token& token);
   void object_end(PbrtLexer& lexer, const Token& token);
   void object_instance(PbrtLexer& lexer, const Token& token);
-  void triangle_mesh(PbrtLexer& lexer, const PbrtParams& params);
-  void ply_mesh(PbrtLexer& lexer, const PbrtParams& params);
+  TriangleMesh triangle_mesh(const PbrtParams& params);
+  void mesh_file(PbrtLexer& lexer, const PbrtParams& params);
+  void subdivided_mesh(const PbrtParams& params);
+  void curve(const PbrtParams& params);
+  void bilinear_mesh(const PbrtParams& params);
+  void height_field(const PbrtParams& params);
+  bool read_opacity(const PbrtParams& params);
   void place(TriangleMesh mesh, const PbrtParams& params, const std::string& name);
-  void place(const Quadric& quadric, const PbrtParams& params);
-  ShapeLook look(const PbrtParams& params, bool flip_normal);
+  void place(const Quadric& quadric, const SurfacePatch& patch, const PbrtParams& params);
+  // `patch`: where the surface is at (u, v), in the shape's own space; empty of meshes.
+  void place_patch(const SurfacePatch& patch, const PbrtParams& params);
+  ShapeLook look(const PbrtParams& params, bool flip_normal, std::uint32_t material);
+  std::uint32_t baked_material(const ImageTexture& image);
+  std::uint32_t baked_over_uv(const TriangleMesh& mesh);
   void instantiate(Definition& definition, const Transform& to_world);
 
   // materials.cpp
@@ -135,33 +184,54 @@ class PbrtReader {
   void make_named_material(PbrtLexer& lexer, const Token& token);
   void named_material(PbrtLexer& lexer, const Token& token);
   MaterialEntry make_material(const std::string& type, const PbrtParams& params);
-  Material make_diffuse(const PbrtParams& params, std::string_view name, bool& textured);
+  Material make_diffuse(const PbrtParams& params, std::string_view name, MaterialEntry& entry);
   Material make_conductor(const PbrtParams& params, bool version3);
   Material make_mirror(const PbrtParams& params);
   Material make_glass(const PbrtParams& params);
   Material make_dielectric(const PbrtParams& params);
-  Material make_plastic(const PbrtParams& params, bool& textured);
-  Material make_coated_diffuse(const PbrtParams& params, bool& textured);
+  Material make_plastic(const PbrtParams& params, MaterialEntry& entry);
+  Material make_coated_diffuse(const PbrtParams& params, MaterialEntry& entry);
   vec2 roughness_alpha(const PbrtParams& params, float otherwise, bool version3);
   float isotropic_alpha(const PbrtParams& params, float otherwise, bool version3);
-  float refractive_index(const PbrtParams& params);
+  float refractive_index(const PbrtParams& params, float least);
+
+  // nearest_materials.cpp: what has no exact equal
+  using ColourMap = std::function<Rgb(const Rgb&)>;
+  bool make_nearest(const std::string& type, const PbrtParams& params, MaterialEntry& entry);
+  // A diffuse base as bright as `base` under a coat of the index `eta`; bare where that is 1.
+  Material make_coated(const PbrtParams& params, std::string_view base, const Rgb& otherwise, float eta, float alpha,
+                       MaterialEntry& entry);
+  float specular_strength(const PbrtParams& params, std::string_view name, float otherwise);
+  Material make_uber(const PbrtParams& params, MaterialEntry& entry);
+  Material make_substrate(const PbrtParams& params, MaterialEntry& entry);
+  Material make_transmitting(const PbrtParams& params, bool version3, MaterialEntry& entry);
+  Material make_coated_conductor(const PbrtParams& params);
+  Material make_thin_dielectric(const PbrtParams& params);
+  Material make_subsurface(const PbrtParams& params, bool by_colour, MaterialEntry& entry);
+  Material make_hair(const PbrtParams& params, MaterialEntry& entry);
+  MaterialEntry make_mix(const PbrtParams& params);
+  const MaterialEntry& named_entry(const PbrtParams& params, std::string_view param, const std::string& name) const;
+  std::optional<Field> diffuse_field(const MaterialEntry& entry) const;
   std::uint32_t scene_material(std::uint32_t entry);
 
   // textures.cpp
   void texture(PbrtLexer& lexer, const Token& token);
   TextureEntry make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params, TextureMap& textures);
   TextureEntry image_texture(PbrtLexer& lexer, const PbrtParams& params);
-  Texture checker_texture(const PbrtParams& params, TextureMap& textures);
+  TextureEntry checker_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry scaled_texture(const PbrtParams& params, TextureMap& textures);
-  Rgb mixed_texture(const PbrtParams& params, TextureMap& textures);
+  TextureEntry mixed_texture(const PbrtParams& params, TextureMap& textures);
+  Field field_of(const TextureEntry& entry) const;
+  Field field_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures);
+  Rgb mean_operand(const PbrtParams& params, std::string_view name, const std::string& texture, TextureMap& textures);
   std::variant<Rgb, const TextureEntry*> operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise,
                                                  TextureMap& textures);
-  Rgb constant_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures);
   TextureEntry& find_texture(const PbrtParams& params, std::string_view param, const std::string& name, TextureMap& textures);
   // These read a material's numbers and colours, or a texture, which must be constant where only a constant will do.
   float number(const PbrtParams& params, std::string_view name, float otherwise, float low, float high);
   Rgb colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use);
-  TexturedRgb textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, bool& textured);
+  TexturedRgb textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, MaterialEntry& entry,
+                              const ColourMap& map = {});
   Texture take_reflectance(TextureEntry& entry, const Location& where, const std::string& name);
   void warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file);
 
@@ -172,10 +242,16 @@ class PbrtReader {
   Light spot_light(const PbrtParams& params) const;
   Light distant_light(const PbrtParams& params) const;
   Light infinite_light(PbrtLexer& lexer, const PbrtParams& params);
+  Light goniometric_light(PbrtLexer& lexer, const PbrtParams& params);
+  Light projection_light(PbrtLexer& lexer, const PbrtParams& params);
+  Rgb mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere);
 
   // Helpers of all of them.
   std::string expect_string(PbrtLexer& lexer, const std::string& what) const;
   float expect_number(PbrtLexer& lexer, const std::string& what) const;
+  void approximate(const Location& where, const std::string& what, const std::string& instead) {
+    files_.approximations().take(where, what, instead);
+  }
   void warn(const Location& where, const std::string& what) { scene_.warnings.push_back(where.text() + ": " + what); }
   static std::string titled(std::string_view directive, const std::string& name) {
     return std::string(directive) + " \"" + name + "\"";
@@ -188,11 +264,20 @@ class PbrtReader {
   LeftOutTriangles left_out_;
   Attributes attributes_;
   std::vector<Saved> stack_;
-  std::map<std::string, Transform, std::less<>> coordinate_systems_;
+  std::map<std::string, Placement, std::less<>> coordinate_systems_;
+  Rgb exposure_{1};        // by which the film scales the image
+  bool version3_ = false;  // as its film tells
   std::optional<CameraEntry> camera_;
   std::vector<MaterialEntry> materials_{MaterialEntry{.material = Diffuse{Rgb(0.5f)}, .textured = false, .scene_index = {}}};
   std::map<std::string, std::uint32_t, std::less<>> named_materials_;
   TextureMap spectrum_textures_, float_textures_;
+  BakeBudget bake_budget_;
+  struct Baked {
+    Field field;
+    Bounds uv_range;
+    std::uint32_t texture;
+  };
+  std::vector<Baked> baked_;  // over ranges of (u, v), for other shapes that need the same
   Definition world_;
   std::map<std::string, Definition, std::less<>> definitions_;
   Definition* open_definition_ = nullptr;

@@ -1,46 +1,20 @@
 // Shapes, objects and instances. Shapes are placed in their object's space when they are read.
 
+#include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
+#include "framework/io/mesh/smf.h"
+#include "framework/io/pbrt/quadrics.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
 
+#include <cctype>
+#include <filesystem>
+
 namespace etendue {
 
 namespace {
-
-// pbrt's quadrics in their own space; only whole ones.
-void expect_whole(const PbrtParams& params, std::string_view name, float value, float whole) {
-  if (std::abs(value - whole) > 1e-6f * std::abs(whole))
-    params.fail(name, fmt::format("is {}: only full shapes are supported, which have {:.6g}", value, whole));
-}
-
-float read_radius(const PbrtParams& params) {
-  const float radius = params.number("radius", 1, 1e-30f);
-  expect_whole(params, "phimax", params.number("phimax", 360), 360);
-  return radius;
-}
-
-Quadric read_sphere(const PbrtParams& params) {
-  const float radius = read_radius(params);
-  expect_whole(params, "zmin", params.number("zmin", -radius), -radius);
-  expect_whole(params, "zmax", params.number("zmax", radius), radius);
-  return Sphere{vec3(0), radius};
-}
-
-Quadric read_cylinder(const PbrtParams& params) {
-  const float radius = read_radius(params);
-  const float a = params.number("zmin", -1), b = params.number("zmax", 1);
-  if (a == b) params.fail("zmax", "equals zmin: the cylinder has no height");
-  return Cylinder{{0, 0, std::min(a, b)}, radius, {0, 0, 1}, std::abs(b - a), false};
-}
-
-Quadric read_disk(const PbrtParams& params) {
-  const float radius = read_radius(params), inner = params.number("innerradius", 0, 0);
-  if (!(inner < radius)) params.fail("innerradius", fmt::format("is {}; expected less than the radius, {}", inner, radius));
-  return Disk{{0, 0, params.number("height", 0)}, radius, {0, 0, 1}, inner};
-}
 
 // Under a similarity of the given scale.
 struct TransformQuadric {
@@ -62,31 +36,54 @@ bool keeps_axes(const Transform& t, float scale) {
   return near(t.vector({1, 0, 0}), {1, 0, 0}) && near(t.vector({0, 0, 1}), {0, 0, 1}) && !t.swaps_handedness();
 }
 
+// Those that a mesh without texture coordinates has: of each triangle (0, 0), (1, 0), (1, 1).
+TriangleMesh with_default_uvs(TriangleMesh mesh) {
+  TriangleMesh apart{.positions = {}, .normals = {}, .uvs = {}, .triangles = {}, .warnings = {}};
+  for (const uvec3& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(apart.positions.size());
+    for (int i = 0; i < 3; ++i) {
+      apart.positions.push_back(mesh.positions[t[i]]);
+      if (!mesh.normals.empty()) apart.normals.push_back(mesh.normals[t[i]]);
+    }
+    apart.uvs.insert(apart.uvs.end(), {{0, 0}, {1, 0}, {1, 1}});
+    apart.triangles.push_back(first + uvec3(0, 1, 2));
+  }
+  return apart;
+}
+
 }  // namespace
 
 void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Shape");
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
-  params.reject("alpha", "surfaces are opaque");
-  params.reject("shadowalpha", "surfaces are opaque");
+  PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  params.add_defaults(attributes_.defaults["shape"]);
   if (type == "trianglemesh")
-    triangle_mesh(lexer, params);
-  else if (type == "plymesh")
-    ply_mesh(lexer, params);
-  else if (type == "sphere")
-    place(read_sphere(params), params);
-  else if (type == "cylinder")
-    place(read_cylinder(params), params);
-  else if (type == "disk")
-    place(read_disk(params), params);
+    place(triangle_mesh(params), params, params.owner());
+  else if (type == "plymesh" || type == "objmesh")
+    mesh_file(lexer, params);
+  else if (type == "loopsubdiv")
+    subdivided_mesh(params);
+  else if (type == "curve")
+    curve(params);
+  else if (type == "bilinearmesh")
+    bilinear_mesh(params);
+  else if (type == "heightfield")
+    height_field(params);
+  else if (const auto quadric = read_quadric(type, params); !quadric)
+    throw Error(where, unknown_name("shape", type,
+                                    std::vector<std::string>{"trianglemesh", "plymesh", "objmesh", "sphere", "cylinder", "disk",
+                                                             "cone", "paraboloid", "hyperboloid", "loopsubdiv", "curve",
+                                                             "bilinearmesh", "heightfield"}));
+  else if (quadric->whole)
+    place(*quadric->whole, quadric->patch, params);
   else
-    throw Error(where,
-                unknown_name("shape", type, std::vector<std::string>{"trianglemesh", "plymesh", "sphere", "cylinder", "disk"}));
+    place_patch(quadric->patch, params);
+  params.ignore({"alpha", "shadowalpha"});
   params.finish();
 }
 
-void PbrtReader::triangle_mesh(PbrtLexer&, const PbrtParams& params) {
+TriangleMesh PbrtReader::triangle_mesh(const PbrtParams& params) {
   TriangleMesh mesh;
   mesh.positions = params.points3("P");
   mesh.normals = params.points3("N");
@@ -112,30 +109,90 @@ void PbrtReader::triangle_mesh(PbrtLexer&, const PbrtParams& params) {
       params.fail("indices", fmt::format("has {} as its value {}, but there are {} points", indices[i], i, vertices));
   mesh.triangles.reserve(indices.size() / 3);
   for (std::size_t i = 0; i < indices.size(); i += 3) mesh.triangles.emplace_back(indices[i], indices[i + 1], indices[i + 2]);
-  place(std::move(mesh), params, params.owner());
+  params.ignore({"faceIndices"});
+  return mesh;
 }
 
-void PbrtReader::ply_mesh(PbrtLexer& lexer, const PbrtParams& params) {
+void PbrtReader::mesh_file(PbrtLexer& lexer, const PbrtParams& params) {
   const std::string file = params.string("filename", "");
   if (file.empty()) params.fail("filename", "is missing");
-  params.reject("displacement", "surfaces are not displaced");
+  params.approximate("displacement", "surfaces are not displaced", "the mesh without its fine relief");
+  params.ignore({"displacement.edgelength", "edgelength"});
   const SceneFiles::File read = files_.read(file, *lexer.file(), params.where("filename"));
+  std::string extension = std::filesystem::path(file).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   try {
-    place(parse_ply(read.bytes, read.path), params, "'" + file + "'");
+    place(extension == ".obj"   ? parse_obj(read.bytes, read.path)
+          : extension == ".smf" ? parse_smf(read.bytes, read.path)
+                                : parse_ply(read.bytes, read.path),
+          params, "'" + file + "'");
   } catch (const Error& e) {
     throw Error(params.where("filename"), e.what());
   }
 }
 
-ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal) {
-  if (attributes_.glow && open_definition_)
-    throw Error(params.where(),
-                fmt::format("{}: shapes of an object cannot emit light; place it outside ObjectBegin", params.owner()));
-  return {scene_material(attributes_.material), flip_normal, attributes_.glow};
+// False where nothing of the shape is to be seen. Constants decide here; what varies is cut away later.
+bool PbrtReader::read_opacity(const PbrtParams& params) {
+  if (materials_[attributes_.material].invisible) {
+    if (attributes_.glow)
+      approximate(params.where(), "a light without a material: light passes through it", "a black surface that emits");
+    return attributes_.glow.has_value();
+  }
+  if (params.texture("alpha")) return true;
+  const float alpha = params.number("alpha", 1, 0, 1);
+  if (alpha > 0 && alpha < 1)
+    approximate(params.where("alpha"), "'alpha' is not supported: surfaces are opaque", "1: nothing is half transparent");
+  if (params.has("shadowalpha") && (params.texture("shadowalpha") || params.number("shadowalpha", 1, 0, 1) != 1))
+    approximate(params.where("shadowalpha"), "'shadowalpha' is not supported", "that of the surface: shadows are full");
+  return alpha > 0;
+}
+
+ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal, std::uint32_t material) {
+  auto glow = attributes_.glow;
+  if (glow && open_definition_) {
+    approximate(params.where(),
+                fmt::format("{}: shapes of an object cannot emit light; place it outside ObjectBegin", params.owner()),
+                "a surface without emission, as in pbrt");
+    glow.reset();
+  }
+  return {material, flip_normal, glow};
+}
+
+std::uint32_t PbrtReader::baked_material(const ImageTexture& image) {
+  Material material = materials_[attributes_.material].material;
+  TexturedRgb reflectance;
+  reflectance.texture = static_cast<std::uint32_t>(scene_.textures.size());
+  scene_.textures.emplace_back(image);
+  if (auto* diffuse = std::get_if<Diffuse>(&material)) diffuse->reflectance = reflectance;
+  if (auto* plastic = std::get_if<Plastic>(&material)) plastic->reflectance = reflectance;
+  scene_.materials.push_back(material);
+  return static_cast<std::uint32_t>(scene_.materials.size() - 1);
+}
+
+// Over the mesh's range of (u, v); an image that another shape has already serves again.
+std::uint32_t PbrtReader::baked_over_uv(const TriangleMesh& mesh) {
+  const Field& field = materials_[attributes_.material].field;
+  Bounds range;
+  for (const vec2& uv : mesh.uvs) range.extend(vec3(uv, 0));
+  if (mesh.uvs.empty()) range = {vec3(0), vec3(1, 1, 0)};
+  for (const Baked& baked : baked_)
+    if (baked.field == field && baked.uv_range.lower == range.lower && baked.uv_range.upper == range.upper) {
+      const ImageTexture& image = std::get<ImageTexture>(scene_.textures[baked.texture]);
+      const std::uint32_t material = baked_material({.size = {1, 1}, .texels = {}, .uv_scale = image.uv_scale});
+      scene_.textures.pop_back();
+      TexturedRgb same;
+      same.texture = baked.texture;
+      if (auto* diffuse = std::get_if<Diffuse>(&scene_.materials[material])) diffuse->reflectance = same;
+      if (auto* plastic = std::get_if<Plastic>(&scene_.materials[material])) plastic->reflectance = same;
+      return material;
+    }
+  baked_.push_back({field, range, static_cast<std::uint32_t>(scene_.textures.size())});
+  return baked_material(bake_over_uv(*field, range, bake_budget_, {}));
 }
 
 void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::string& name) {
-  const Transform& t = attributes_.ctm;
+  if (!read_opacity(params)) return;
+  const Transform& t = ctm();
   const bool reverse = attributes_.reverse_orientation;
   for (vec3& p : mesh.positions) {
     p = t.point(p);
@@ -145,20 +202,49 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   for (vec3& n : mesh.normals) n = reverse ? -t.normal(n) : t.normal(n);
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(params.where(), warning);
+  const MaterialEntry& entry = materials_[attributes_.material];
+  if (const auto alpha = params.texture("alpha")) {
+    approximate(params.where("alpha"), "'alpha' is not supported: surfaces are opaque",
+                "a hole where it is below a half, with edges to a fraction of a triangle");
+    cut_away(mesh, *field_operand(params, "alpha", Rgb(1), float_textures_));
+  }
+  if (entry.opacity) cut_away(mesh, *entry.opacity);
+  if (mesh.triangles.empty()) return;
+  std::uint32_t material;
+  if (!entry.field) {
+    material = scene_material(attributes_.material);
+  } else if (entry.field->uses_position) {
+    if (open_definition_)
+      approximate(params.where(), "a texture that depends on the place, on an object of which there are instances",
+                  "the same on each, as the object is defined");
+    material = baked_material(bake_atlas(*entry.field, mesh, bake_budget_));
+  } else {
+    if (mesh.uvs.empty()) mesh = with_default_uvs(std::move(mesh));
+    material = baked_over_uv(mesh);
+  }
   const std::size_t triangles = mesh.triangles.size();
   Definition& definition = open_definition_ ? *open_definition_ : world_;
-  const std::uint64_t invalid = definition.parts[0].builder.add(std::move(mesh), look(params, reverse != t.swaps_handedness()));
+  const std::uint64_t invalid =
+      definition.parts[0].builder.add(std::move(mesh), look(params, reverse != t.swaps_handedness(), material));
   left_out_.add(params.where().text() + ": " + name, triangles, invalid);
 }
 
-void PbrtReader::place(const Quadric& quadric, const PbrtParams& params) {
-  const ShapeLook appearance = look(params, attributes_.reverse_orientation);
-  const bool textured = materials_[attributes_.material].textured;
-  Transform t = attributes_.ctm;
+void PbrtReader::place_patch(const SurfacePatch& patch, const PbrtParams& params) {
+  place(tessellate(patch), params, params.owner());
+}
+
+void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const PbrtParams& params) {
+  Transform t = ctm();
+  const MaterialEntry& entry = materials_[attributes_.material];
+  const bool textured = entry.textured, mirrored = textured && std::holds_alternative<Sphere>(quadric);
   // pbrt's v runs up a sphere, ours down; mirrored, it is the same sphere.
-  if (textured && std::holds_alternative<Sphere>(quadric)) t = t * Transform::scale({1, 1, -1});
-  Definition& definition = open_definition_ ? *open_definition_ : world_;
+  if (mirrored) t = t * Transform::scale({1, 1, -1});
   const auto scale = t.similarity_scale();
+  const bool glows = attributes_.glow && !open_definition_;
+  if (entry.field || entry.opacity || params.texture("alpha") || (glows && !scale)) return place_patch(patch, params);
+  if (!read_opacity(params)) return;
+  const ShapeLook appearance = look(params, attributes_.reverse_orientation, scene_material(attributes_.material));
+  Definition& definition = open_definition_ ? *open_definition_ : world_;
   if (scale && (!textured || appearance.glow || keeps_axes(t, *scale))) {
     const Quadric placed = std::visit(TransformQuadric{t, *scale}, quadric);
     const Bounds bounds = quadric_bounds(placed);
@@ -169,9 +255,6 @@ void PbrtReader::place(const Quadric& quadric, const PbrtParams& params) {
     definition.parts[0].builder.add(placed, appearance);
     return;
   }
-  if (appearance.glow)
-    throw Error(params.where(), fmt::format("{}: a shape under a transform that distorts it cannot emit light; scale it evenly",
-                                            params.owner()));
   PlacedObject part{{}, t, std::nullopt};
   part.builder.add(quadric, appearance);
   if (open_definition_) {
@@ -208,7 +291,7 @@ void PbrtReader::object_instance(PbrtLexer& lexer, const Token&) {
     for (const auto& [known, definition] : definitions_) names.push_back(known);
     throw Error(where, unknown_name("object", name, names));
   }
-  instantiate(found->second, attributes_.ctm);
+  instantiate(found->second, ctm());
 }
 
 // Objects enter the scene with their first instance.

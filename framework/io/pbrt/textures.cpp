@@ -1,4 +1,5 @@
-// Textures. What is constant becomes a colour as it is read; images and checkerboards are kept for reflectances.
+// Textures. What is constant becomes a colour as it is read; images and checkerboards over (u, v) are kept as they are; all
+// else becomes a field, which is baked for each shape.
 
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/text.h"
@@ -11,18 +12,6 @@
 namespace etendue {
 
 namespace {
-
-// The "uv" mapping, the only one.
-struct UvMapping {
-  vec2 scale, offset;
-
-  explicit UvMapping(const PbrtParams& params)
-      : scale(params.number("uscale", 1), params.number("vscale", 1)),
-        offset(params.number("udelta", 0), params.number("vdelta", 0)) {
-    if (const std::string mapping = params.string("mapping", "uv"); mapping != "uv")
-      params.fail("mapping", fmt::format("is '{}'; only uv is supported", mapping));
-  }
-};
 
 Encoding read_encoding(const PbrtParams& params) {
   const std::string encoding = params.string("encoding", params.boolean("gamma", true) ? "sRGB" : "linear");
@@ -69,12 +58,7 @@ struct Extremes {
   }
 };
 
-// NaN (of a gain that overflows) is 0.
-Rgb within_unit(Rgb value) {
-  for (int c = 0; c < 3; ++c) value[c] = value[c] > 0 ? std::min(value[c], 1.0f) : 0;
-  return value;
-}
-
+// NaN, of a gain that overflows, becomes 0.
 struct ClampToUnit {
   Texture operator()(ImageTexture t) const {
     for (Rgb& texel : t.texels) texel = within_unit(t.gain * texel);
@@ -84,6 +68,22 @@ struct ClampToUnit {
   Texture operator()(CheckerTexture t) const {
     t.even = within_unit(t.even);
     t.odd = within_unit(t.odd);
+    return t;
+  }
+};
+
+// Every value of a texture by a function of it. Images keep their size: between texels the function's values are interpolated.
+struct MapTexture {
+  const std::function<Rgb(const Rgb&)>& map;
+
+  Texture operator()(ImageTexture t) const {
+    for (Rgb& texel : t.texels) texel = map(within_unit(t.gain * texel));
+    t.gain = 1;
+    return t;
+  }
+  Texture operator()(CheckerTexture t) const {
+    t.even = map(within_unit(t.even));
+    t.odd = map(within_unit(t.odd));
     return t;
   }
 };
@@ -99,30 +99,47 @@ void PbrtReader::texture(PbrtLexer& lexer, const Token& token) {
     throw Error(at_kind, unknown_name("kind of texture", kind, std::vector<std::string>{"spectrum", "float"}));
   const Location at_type = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Texture");
-  const PbrtParams params(lexer, titled(token.text, name), at_type);
+  PbrtParams params(lexer, titled(token.text, name), at_type);
+  params.add_defaults(attributes_.defaults["texture"]);
   TextureMap& textures = kind == "float" ? float_textures_ : spectrum_textures_;
-  if (textures.contains(name)) throw Error(where, fmt::format("{} texture '{}' is defined twice", kind, name));
-  textures.emplace(name, make_texture(lexer, type, params, textures));
+  if (textures.contains(name)) warn(where, fmt::format("{} texture '{}' is defined twice; the last one counts", kind, name));
+  textures.insert_or_assign(name, make_texture(lexer, type, params, textures));
   params.finish();
 }
 
 PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params,
                                                   TextureMap& textures) {
-  if (type == "constant") return {constant_operand(params, "value", Rgb(1), textures)};
+  if (type == "constant") {
+    const auto value = operand(params, "value", Rgb(1), textures);
+    if (const Rgb* constant = std::get_if<Rgb>(&value)) return {*constant};
+    return {field_of(*std::get<const TextureEntry*>(value))};
+  }
   if (type == "imagemap") return image_texture(lexer, params);
-  if (type == "checkerboard") return {checker_texture(params, textures)};
+  if (type == "checkerboard") return checker_texture(params, textures);
   if (type == "scale") return scaled_texture(params, textures);
-  if (type == "mix") return {mixed_texture(params, textures)};
+  if (type == "mix") return mixed_texture(params, textures);
+  const Field procedural = procedural_field(type, params, ctm(), version3_, [&](std::string_view name, const Rgb& otherwise) {
+    return field_operand(params, name, otherwise, textures);
+  });
+  if (procedural) return {procedural};
+  if (type == "ptex") {
+    approximate(params.where(), "texture \"ptex\" is not supported", "grey of 0.5");
+    params.ignore_all();
+    return {Rgb(0.5f)};
+  }
   throw Error(params.where(),
-              unknown_name("texture", type, std::vector<std::string>{"constant", "imagemap", "checkerboard", "scale", "mix"}));
+              unknown_name("texture", type,
+                           std::vector<std::string>{"constant", "imagemap", "checkerboard", "scale", "mix", "dots", "uv",
+                                                    "bilerp", "fbm", "wrinkled", "windy", "marble"}));
 }
 
 PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
-  const UvMapping mapping(params);
+  const TextureMapping mapping(params, ctm(), version3_);
   const std::string file = params.string("filename", "");
   if (file.empty()) params.fail("filename", "is missing");
-  if (const std::string wrap = params.string("wrap", "repeat"); wrap != "repeat")
-    params.fail("wrap", fmt::format("is '{}'; only repeat is supported", wrap));
+  const std::string wrap = params.string("wrap", "repeat");
+  if (wrap != "repeat" && wrap != "clamp" && wrap != "black")
+    params.fail("wrap", fmt::format("is '{}'; expected repeat, clamp or black", wrap));
   if (params.string("filter", "bilinear") == "point") warn(params.where("filter"), "images are interpolated between texels");
   params.ignore({"trilinear", "maxanisotropy"});
   ImageTexture texture{
@@ -136,6 +153,7 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
     for (Rgb& texel : texture.texels) texel = glm::max(Rgb(1) - texture.gain * texel, Rgb(0));
     texture.gain = 1;
   }
+  if (!mapping.is_uv() || wrap != "repeat") return {image_field(std::move(texture), mapping, wrap), file};
   return {std::move(texture), file};
 }
 
@@ -147,15 +165,16 @@ void PbrtReader::warn_of_not_finite(const RgbImage& image, const Location& where
                           image.not_finite, at + (image.not_finite > image.first_not_finite.size() ? ", ..." : "")));
 }
 
-Texture PbrtReader::checker_texture(const PbrtParams& params, TextureMap& textures) {
-  if (const int dimension = params.integer("dimension", 2, 2, 3); dimension != 2)
-    params.fail("dimension", "is 3; only 2 is supported");
-  const UvMapping mapping(params);
+PbrtReader::TextureEntry PbrtReader::checker_texture(const PbrtParams& params, TextureMap& textures) {
   params.ignore({"aamode"});
-  return CheckerTexture{.even = constant_operand(params, "tex1", Rgb(1), textures),
-                        .odd = constant_operand(params, "tex2", Rgb(0), textures),
-                        .uv_scale = mapping.scale,
-                        .uv_offset = mapping.offset};
+  const auto a = operand(params, "tex1", Rgb(1), textures), b = operand(params, "tex2", Rgb(0), textures);
+  const Rgb *even = std::get_if<Rgb>(&a), *odd = std::get_if<Rgb>(&b);
+  if (even && odd && params.integer("dimension", 2, 2, 3) == 2)
+    if (const TextureMapping mapping(params, ctm(), version3_); mapping.is_uv())
+      return {CheckerTexture{.even = *even, .odd = *odd, .uv_scale = mapping.scale, .uv_offset = mapping.offset}};
+  return {checkerboard_field(params, ctm(), version3_, [&](std::string_view name, const Rgb& otherwise) {
+    return field_operand(params, name, otherwise, textures);
+  })};
 }
 
 // Version 3 multiplies tex1 and tex2, version 4 tex and scale.
@@ -167,16 +186,41 @@ PbrtReader::TextureEntry PbrtReader::scaled_texture(const PbrtParams& params, Te
     if (const Rgb* second = std::get_if<Rgb>(&b)) return {*first * *second};
     std::swap(a, b);
   }
-  const Rgb* factor = std::get_if<Rgb>(&b);
-  if (!factor) params.fail(names[1], "is not constant, nor is the other: only products with a constant are supported");
   const TextureEntry& entry = *std::get<const TextureEntry*>(a);
+  const Rgb* factor = std::get_if<Rgb>(&b);
+  if (!factor)
+    return {
+        combined_field(params, {field_of(entry), field_of(*std::get<const TextureEntry*>(b))},
+                       [](const TexturePlace& place, std::span<const Field> f) { return f[0]->at(place) * f[1]->at(place); })};
+  if (const Field* field = std::get_if<Field>(&entry.value))
+    return {mapped_field(*field, [by = *factor](const Rgb& value) { return by * value; })};
   const Texture& texture = entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value);
   return {std::visit(ScaleTexture{*factor}, texture), entry.file};
 }
 
-Rgb PbrtReader::mixed_texture(const PbrtParams& params, TextureMap& textures) {
-  const Rgb a = constant_operand(params, "tex1", Rgb(0), textures), b = constant_operand(params, "tex2", Rgb(1), textures);
-  return glm::mix(a, b, number(params, "amount", 0.5f, 0, 1));
+PbrtReader::TextureEntry PbrtReader::mixed_texture(const PbrtParams& params, TextureMap& textures) {
+  const auto a = operand(params, "tex1", Rgb(0), textures), b = operand(params, "tex2", Rgb(1), textures);
+  const Rgb *first = std::get_if<Rgb>(&a), *second = std::get_if<Rgb>(&b);
+  if (first && second && !params.texture("amount")) return {glm::mix(*first, *second, params.number("amount", 0.5f, 0, 1))};
+  const Field amount = params.texture("amount") ? field_operand(params, "amount", Rgb(0.5f), float_textures_)
+                                                : constant_field(Rgb(params.number("amount", 0.5f, 0, 1)));
+  return {combined_field(
+      params, {field_operand(params, "tex1", Rgb(0), textures), field_operand(params, "tex2", Rgb(1), textures), amount},
+      [](const TexturePlace& place, std::span<const Field> f) {
+        return glm::mix(f[0]->at(place), f[1]->at(place), f[2]->at(place));
+      })};
+}
+
+Field PbrtReader::field_of(const TextureEntry& entry) const {
+  if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return constant_field(*constant);
+  if (const Field* field = std::get_if<Field>(&entry.value)) return *field;
+  return texture_field(entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value));
+}
+
+Field PbrtReader::field_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures) {
+  const auto value = operand(params, name, otherwise, textures);
+  if (const Rgb* constant = std::get_if<Rgb>(&value)) return constant_field(*constant);
+  return field_of(*std::get<const TextureEntry*>(value));
 }
 
 PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std::string_view param, const std::string& name,
@@ -199,41 +243,57 @@ std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const Pbr
   return &entry;
 }
 
-Rgb PbrtReader::constant_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures) {
-  const auto value = operand(params, name, otherwise, textures);
-  const Rgb* constant = std::get_if<Rgb>(&value);
-  if (!constant) params.fail(name, "is a texture that varies: only constants are supported here");
-  return *constant;
+// Where only a constant will do.
+Rgb PbrtReader::mean_operand(const PbrtParams& params, std::string_view name, const std::string& texture,
+                             TextureMap& textures) {
+  const TextureEntry& entry = find_texture(params, name, texture, textures);
+  if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return *constant;
+  approximate(params.where(name), fmt::format("'{}' is a texture that varies: only constants are supported here", name),
+              "its mean: the surface is the same all over");
+  return within_unit(mean_of(field_of(entry)));
 }
 
 float PbrtReader::number(const PbrtParams& params, std::string_view name, float otherwise, float low, float high) {
-  if (!params.texture(name)) return params.number(name, otherwise, low, high);
-  const float value = constant_operand(params, name, Rgb(0), float_textures_).x;
+  const auto texture = params.texture(name);
+  if (!texture) return params.number(name, otherwise, low, high);
+  const float value = mean_operand(params, name, *texture, float_textures_).x;
   if (!(value >= low && value <= high)) params.fail(name, fmt::format("is {}; expected {} to {}", value, low, high));
   return value;
 }
 
 Rgb PbrtReader::colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use) {
-  if (!params.texture(name)) return params.colour(name, use).value_or(otherwise);
-  const Rgb value = constant_operand(params, name, Rgb(0), spectrum_textures_);
+  const auto texture = params.texture(name);
+  if (!texture) return params.colour(name, use).value_or(otherwise);
+  const Rgb value = mean_operand(params, name, *texture, spectrum_textures_);
   if (!is_finite(value)) params.fail(name, "is a texture of a value that is not finite; expected finite values");
   if (use == ColourUse::reflectance && max_component(value) > 1) params.fail(name, "is a texture above 1; expected 0 to 1");
   return value;
 }
 
-TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, bool& textured) {
+TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise,
+                                        MaterialEntry& material, const ColourMap& map) {
   const auto texture = params.texture(name);
-  if (!texture) return colour(params, name, otherwise, ColourUse::reflectance);
+  const auto constant = [&] {
+    const Rgb value = colour(params, name, otherwise, ColourUse::reflectance);
+    return TexturedRgb(map ? map(value) : value);
+  };
+  if (!texture) return constant();
   TextureEntry& entry = find_texture(params, name, *texture, spectrum_textures_);
-  if (std::holds_alternative<Rgb>(entry.value)) return colour(params, name, otherwise, ColourUse::reflectance);
-  if (!entry.scene_index) {
-    Texture reflectance = take_reflectance(entry, params.where(name), *texture);
-    entry.scene_index = static_cast<std::uint32_t>(scene_.textures.size());
+  if (std::holds_alternative<Rgb>(entry.value)) return constant();
+  material.textured = true;
+  if (const Field* field = std::get_if<Field>(&entry.value)) {
+    material.field = map ? mapped_field(*field, [map](const Rgb& value) { return map(within_unit(value)); }) : *field;
+    return Rgb(0.5f);
+  }
+  if (!entry.scene_index || map) {
+    Texture reflectance =
+        map ? std::visit(MapTexture{map}, entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value))
+            : take_reflectance(entry, params.where(name), *texture);
+    if (!map) entry.scene_index = static_cast<std::uint32_t>(scene_.textures.size());
     scene_.textures.push_back(std::move(reflectance));
   }
-  textured = true;
   TexturedRgb result;
-  result.texture = *entry.scene_index;
+  result.texture = map ? static_cast<std::uint32_t>(scene_.textures.size() - 1) : *entry.scene_index;
   return result;
 }
 

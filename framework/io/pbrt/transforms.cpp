@@ -7,30 +7,51 @@
 
 namespace etendue {
 
+const Transform& PbrtReader::ctm() const {
+  const Placement& placement = attributes_.ctm;
+  if (placement.singular) throw Error(placement.singular->where, placement.singular->why);
+  return placement.transform;
+}
+
+void PbrtReader::replace(const Placement& placement) {
+  if (!attributes_.end_only) attributes_.ctm = placement;
+}
+
 void PbrtReader::set_ctm(const Transform& transform, const Location& where) {
   const Transform inverse = transform.inverse();
   for (const Transform& t : {transform, inverse})
     if (!is_finite(t.point(vec3(0))) || !is_finite(t.vector(vec3(1))) || !is_finite(t.vector(vec3(1, -1, 0.5f))))
       throw Error(where, "the transforms together leave the range of single precision");
-  attributes_.ctm = transform;
+  replace({transform, std::nullopt});
 }
 
-void PbrtReader::identity(PbrtLexer&, const Token&) { attributes_.ctm = Transform(); }
+// What has no inverse matters only once something is placed by it.
+void PbrtReader::compose(const std::optional<Transform>& inner, const Location& where, const std::string& why_not) {
+  if (attributes_.ctm.singular) return;
+  if (inner)
+    set_ctm(attributes_.ctm.transform * *inner, where);
+  else
+    replace({attributes_.ctm.transform, Singular{where, why_not}});
+}
+
+void PbrtReader::identity(PbrtLexer&, const Token&) { replace({}); }
 
 void PbrtReader::translate(PbrtLexer& lexer, const Token& token) {
   vec3 offset;
   for (int i = 0; i < 3; ++i) offset[i] = expect_number(lexer, "Translate");
-  set_ctm(attributes_.ctm * Transform::translate(offset), lexer.where(token));
+  compose(Transform::translate(offset), lexer.where(token), "");
 }
 
 void PbrtReader::scale(PbrtLexer& lexer, const Token& token) {
   vec3 factors;
+  std::optional<Location> zero;
   for (int i = 0; i < 3; ++i) {
     const Location where = lexer.where(lexer.peek());
     factors[i] = expect_number(lexer, "Scale");
-    if (factors[i] == 0) throw Error(where, "Scale: a factor of 0 has no inverse");
+    if (factors[i] == 0 && !zero) zero = where;
   }
-  set_ctm(attributes_.ctm * Transform::scale(factors), lexer.where(token));
+  compose(zero ? std::nullopt : std::optional(Transform::scale(factors)), zero.value_or(lexer.where(token)),
+          "Scale: a factor of 0 has no inverse");
 }
 
 void PbrtReader::rotate(PbrtLexer& lexer, const Token& token) {
@@ -38,8 +59,8 @@ void PbrtReader::rotate(PbrtLexer& lexer, const Token& token) {
   vec3 axis;
   for (int i = 0; i < 3; ++i) axis[i] = expect_number(lexer, "Rotate");
   const double length = glm::length(dvec3(axis));
-  if (!(length > 0)) throw Error(lexer.where(token), "Rotate: the axis has no length");
-  set_ctm(attributes_.ctm * Transform::rotate(degrees * (pi / 180), vec3(dvec3(axis) / length)), lexer.where(token));
+  compose(length > 0 ? std::optional(Transform::rotate(degrees * (pi / 180), vec3(dvec3(axis) / length))) : std::nullopt,
+          lexer.where(token), "Rotate: the axis has no length");
 }
 
 void PbrtReader::look_at(PbrtLexer& lexer, const Token& token) {
@@ -47,11 +68,11 @@ void PbrtReader::look_at(PbrtLexer& lexer, const Token& token) {
   for (vec3& p : points)
     for (int i = 0; i < 3; ++i) p[i] = expect_number(lexer, "LookAt");
   const auto camera_to_world = Transform::look_at(points[0], points[1], points[2]);
-  if (!camera_to_world) throw Error(lexer.where(token), "LookAt: the eye is the target, or up points along the view");
-  set_ctm(attributes_.ctm * camera_to_world->inverse(), lexer.where(token));
+  compose(camera_to_world ? std::optional(camera_to_world->inverse()) : std::nullopt, lexer.where(token),
+          "LookAt: the eye is the target, or up points along the view");
 }
 
-Transform PbrtReader::read_matrix(PbrtLexer& lexer, const Token& token) const {
+std::optional<Transform> PbrtReader::read_matrix(PbrtLexer& lexer, const Token& token) const {
   const std::string name(token.text);
   const bool bracketed = lexer.peek().kind == TokenKind::open;
   if (bracketed) lexer.next();
@@ -67,15 +88,18 @@ Transform PbrtReader::read_matrix(PbrtLexer& lexer, const Token& token) const {
                   fmt::format("{}: the matrix is not affine; its 4th, 8th, 12th and 16th numbers must be 0 0 0 1", name));
     m[i][3] = affine;
   }
-  const auto transform = Transform::from_matrix(m);
-  if (!transform) throw Error(lexer.where(token), fmt::format("{}: the matrix has no inverse", name));
-  return *transform;
+  return Transform::from_matrix(m);
 }
 
-void PbrtReader::transform(PbrtLexer& lexer, const Token& token) { set_ctm(read_matrix(lexer, token), lexer.where(token)); }
+void PbrtReader::transform(PbrtLexer& lexer, const Token& token) {
+  const auto matrix = read_matrix(lexer, token);
+  replace({});
+  compose(matrix, lexer.where(token), "Transform: the matrix has no inverse");
+}
 
 void PbrtReader::concat_transform(PbrtLexer& lexer, const Token& token) {
-  set_ctm(attributes_.ctm * read_matrix(lexer, token), lexer.where(token));
+  const auto matrix = read_matrix(lexer, token);
+  compose(matrix, lexer.where(token), "ConcatTransform: the matrix has no inverse");
 }
 
 void PbrtReader::coordinate_system(PbrtLexer& lexer, const Token&) {
@@ -91,14 +115,22 @@ void PbrtReader::coord_sys_transform(PbrtLexer& lexer, const Token&) {
     for (const auto& [known, ctm] : coordinate_systems_) names.push_back(known);
     throw Error(where, unknown_name("coordinate system", name, names));
   }
-  attributes_.ctm = found->second;
+  replace(found->second);
 }
 
 void PbrtReader::active_transform(PbrtLexer& lexer, const Token&) {
   const Token which = lexer.next();
-  if (which.kind != TokenKind::word || which.text != "All")
+  const bool known = which.text == "All" || which.text == "StartTime" || which.text == "EndTime";
+  if (which.kind != TokenKind::word || !known)
     throw Error(lexer.where(which),
-                fmt::format("ActiveTransform: expected All (nothing moves), found {}", lexer.describe(which)));
+                fmt::format("ActiveTransform: expected All, StartTime or EndTime, found {}", lexer.describe(which)));
+  if (which.text != "All")
+    approximate(lexer.where(which), "ActiveTransform: nothing moves", "the place at the start time, without blur");
+  attributes_.end_only = which.text == "EndTime";
+}
+
+void PbrtReader::transform_times(PbrtLexer& lexer, const Token&) {
+  for (int i = 0; i < 2; ++i) expect_number(lexer, "TransformTimes");
 }
 
 }  // namespace etendue

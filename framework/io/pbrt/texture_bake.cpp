@@ -1,0 +1,197 @@
+#include "framework/io/pbrt/texture_bake.h"
+
+#include "framework/core/memory.h"
+#include "framework/core/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+constexpr vec2 default_uvs[3] = {{0, 0}, {1, 0}, {1, 1}};
+
+vec2 uv_of(const TriangleMesh& mesh, const uvec3& triangle, int corner) {
+  return mesh.uvs.empty() ? default_uvs[corner] : mesh.uvs[triangle[corner]];
+}
+
+// A triangle's place in the atlas: the corner of its square of texels, and whether it is the upper of the two there. In texels
+// from that corner, its right angle lies at 0 and its legs are `leg` long.
+struct Cell {
+  int side, leg, per_row;
+
+  ivec2 corner(std::uint32_t triangle) const {
+    const int square = static_cast<int>(triangle / 2);
+    return side * ivec2(square % per_row, square / per_row);
+  }
+  ivec2 size(std::size_t triangles) const {
+    const int squares = static_cast<int>((triangles + 1) / 2);
+    return side * ivec2(per_row, (squares + per_row - 1) / per_row);
+  }
+  // Texel (i, j) of a square, in texels of the triangle that it belongs to.
+  bool is_upper(int i, int j) const { return i + j >= side - 1; }
+  vec2 legs_at(int i, int j) const {
+    return vec2(is_upper(i, j) ? ivec2(side - 1 - i, side - 1 - j) : ivec2(i, j)) / static_cast<float>(leg);
+  }
+};
+
+Cell cell_for(std::size_t triangles, int side) {
+  constexpr int least = 5;  // of which a leg is one texel: the values at the corners, interpolated
+  const auto squares = static_cast<double>((triangles + 1) / 2);
+  const int per_row = static_cast<int>(std::ceil(std::sqrt(squares)));
+  const int cell = std::max(side / per_row, least);
+  return {cell, cell - 4, per_row};
+}
+
+struct Corners {
+  vec3 position[3];
+  vec2 uv[3];
+};
+
+}  // namespace
+
+Rgb within_unit(Rgb value) {
+  for (int c = 0; c < 3; ++c) value[c] = value[c] > 0 ? std::min(value[c], 1.0f) : 0;
+  return value;
+}
+
+int BakeBudget::side(int wanted) {
+  constexpr std::uint64_t fine = std::uint64_t{1} << 25, coarse = std::uint64_t{1} << 26;
+  const int side = texels_ < fine ? wanted : texels_ < coarse ? std::min(wanted, 256) : 32;
+  texels_ += static_cast<std::uint64_t>(side) * side;
+  return side;
+}
+
+ImageTexture bake_over_uv(const TextureField& field, const Bounds& uv_range, BakeBudget& budget,
+                          const std::function<vec3(const vec2&)>& place) {
+  const vec2 lower(uv_range.lower);
+  vec2 extent = vec2(uv_range.upper) - lower;
+  for (int i = 0; i < 2; ++i)
+    if (!(extent[i] > 0 && std::isfinite(extent[i]))) extent[i] = 1;
+  const float wanted = static_cast<float>(field.resolution) * std::max(extent.x, extent.y);
+  const int side = budget.side(static_cast<int>(std::clamp(wanted, 1024.0f, 4096.0f)));
+  ImageTexture image{.size = ivec2(side), .texels = {}};
+  // The range's ends lie at the centres of the outermost texels.
+  const float shrunk = 1 - 1 / static_cast<float>(side);
+  image.uv_scale = shrunk / extent;
+  image.uv_offset = 0.5f / static_cast<float>(side) - lower * image.uv_scale;
+  image.texels.resize(static_cast<std::size_t>(side) * side);
+  parallel_for(static_cast<std::size_t>(side), 8, [&](std::size_t row) {
+    for (int i = 0; i < side; ++i) {
+      const vec2 share(static_cast<float>(i) / static_cast<float>(side - 1),
+                       1 - static_cast<float>(row) / static_cast<float>(side - 1));
+      const vec2 uv = lower + share * extent;
+      image.texels[row * static_cast<std::size_t>(side) + static_cast<std::size_t>(i)] =
+          within_unit(field.at({uv, place ? place(uv) : vec3(0)}));
+    }
+  });
+  return image;
+}
+
+ImageTexture bake_atlas(const TextureField& field, TriangleMesh& mesh, BakeBudget& budget) {
+  const std::size_t triangles = mesh.triangles.size();
+  const Cell cell = cell_for(triangles, budget.side(1024));
+  ImageTexture image{.size = cell.size(triangles), .texels = {}};
+  const std::size_t texels = static_cast<std::size_t>(image.size.x) * image.size.y;
+  require_memory(static_cast<double>(texels) * sizeof(Rgb), {}, "the baked texture", "fewer triangles");
+  image.texels.resize(texels);
+  parallel_for(triangles, 64, [&](std::size_t k) {
+    const uvec3 t = mesh.triangles[k];
+    const ivec2 corner = cell.corner(static_cast<std::uint32_t>(k));
+    for (int j = 0; j < cell.side; ++j)
+      for (int i = 0; i < cell.side; ++i) {
+        if (cell.is_upper(i, j) != (k % 2 == 1)) continue;
+        const vec2 b = cell.legs_at(i, j);
+        const float w[3] = {1 - b.x - b.y, b.x, b.y};
+        TexturePlace place{vec2(0), vec3(0)};
+        for (int c = 0; c < 3; ++c) {
+          place.uv += w[c] * uv_of(mesh, t, c);
+          place.position += w[c] * mesh.positions[t[c]];
+        }
+        image.texels[static_cast<std::size_t>(corner.y + j) * image.size.x + corner.x + i] = within_unit(field.at(place));
+      }
+  });
+  TriangleMesh apart{.positions = {}, .normals = {}, .uvs = {}, .triangles = {}, .warnings = std::move(mesh.warnings)};
+  for (std::size_t k = 0; k < triangles; ++k) {
+    const uvec3 t = mesh.triangles[k];
+    const bool upper = k % 2 == 1;
+    for (int c = 0; c < 3; ++c) {
+      const ivec2 along = cell.leg * ivec2(c == 1, c == 2);
+      const ivec2 texel = cell.corner(static_cast<std::uint32_t>(k)) + (upper ? ivec2(cell.side - 1) - along : along);
+      const vec2 share = (vec2(texel) + 0.5f) / vec2(image.size);
+      apart.positions.push_back(mesh.positions[t[c]]);
+      if (!mesh.normals.empty()) apart.normals.push_back(mesh.normals[t[c]]);
+      apart.uvs.emplace_back(share.x, 1 - share.y);
+    }
+    apart.triangles.push_back(static_cast<std::uint32_t>(3 * k) + uvec3(0, 1, 2));
+  }
+  mesh = std::move(apart);
+  return image;
+}
+
+namespace {
+
+class Cutter {
+ public:
+  Cutter(const TriangleMesh& mesh, const TextureField& opacity) : mesh_(mesh), opacity_(opacity) {
+    result_.warnings = mesh.warnings;
+    const auto each = static_cast<double>(std::max<std::size_t>(mesh.triangles.size(), 1));
+    depth_ = std::clamp(static_cast<int>(std::log2(4e6 / each) / 2), 0, 7);
+    for (const uvec3& t : mesh.triangles) cut(t);
+  }
+  TriangleMesh take() { return std::move(result_); }
+
+ private:
+  // Barycentric weights of a point of the triangle at hand.
+  TexturePlace place(const uvec3& t, const vec3& w) const {
+    TexturePlace p{vec2(0), vec3(0)};
+    for (int c = 0; c < 3; ++c) {
+      p.uv += w[c] * uv_of(mesh_, t, c);
+      p.position += w[c] * mesh_.positions[t[c]];
+    }
+    return p;
+  }
+  bool is_solid(const uvec3& t, const vec3& w) const { return mean_component(opacity_.at(place(t, w))) >= 0.5f; }
+
+  void cut(const uvec3& t) { cut(t, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0); }
+  void cut(const uvec3& t, const vec3& a, const vec3& b, const vec3& c, int level) {
+    const vec3 ab = 0.5f * (a + b), bc = 0.5f * (b + c), ca = 0.5f * (c + a), middle = (a + b + c) / 3.0f;
+    const bool solid = is_solid(t, middle);
+    constexpr int always = 3;  // a pattern finer than a triangle would be missed by its corners
+    bool uniform = level >= std::min(always, depth_);
+    for (const vec3& w : {a, b, c, ab, bc, ca}) uniform = uniform && is_solid(t, w) == solid;
+    if (level < depth_ && !uniform) {
+      cut(t, a, ab, ca, level + 1);
+      cut(t, ab, b, bc, level + 1);
+      cut(t, ca, bc, c, level + 1);
+      cut(t, ab, bc, ca, level + 1);
+    } else if (solid) {
+      add(t, a, b, c);
+    }
+  }
+  void add(const uvec3& t, const vec3& a, const vec3& b, const vec3& c) {
+    const auto first = static_cast<std::uint32_t>(result_.positions.size());
+    for (const vec3& w : {a, b, c}) {
+      const TexturePlace p = place(t, w);
+      result_.positions.push_back(p.position);
+      result_.uvs.push_back(p.uv);
+      if (mesh_.normals.empty()) continue;
+      vec3 n(0);
+      for (int i = 0; i < 3; ++i) n += w[i] * mesh_.normals[t[i]];
+      result_.normals.push_back(n);
+    }
+    result_.triangles.push_back(first + uvec3(0, 1, 2));
+  }
+
+  const TriangleMesh& mesh_;
+  const TextureField& opacity_;
+  TriangleMesh result_;
+  int depth_ = 0;
+};
+
+}  // namespace
+
+void cut_away(TriangleMesh& mesh, const TextureField& opacity) { mesh = Cutter(mesh, opacity).take(); }
+
+}  // namespace etendue

@@ -1,0 +1,36 @@
+// Texture fields as images over one shape's surface.
+//
+// What depends on (u, v) alone becomes an image over the shape's range of them, 1024 texels wide or as fine as the images in
+// it. What depends on the place becomes, on a surface over the unit square, an image over that; on a mesh, an atlas in which
+// two triangles share a square of texels. Interpolation blurs edges by a texel.
+#pragma once
+
+#include "framework/io/mesh/mesh.h"
+#include "framework/io/mesh/tessellate.h"
+#include "framework/io/pbrt/texture_field.h"
+
+namespace etendue {
+
+// Values outside 0 .. 1, which no surface reflects, are clamped; NaN is 0.
+Rgb within_unit(Rgb value);
+
+// How many texels a scene's baked textures may take together before they become coarser.
+class BakeBudget {
+ public:
+  int side(int wanted);  // of a square image, which it counts
+
+ private:
+  std::uint64_t texels_ = 0;
+};
+
+// `place(uv)` is where the surface is at (u, v).
+ImageTexture bake_over_uv(const TextureField& field, const Bounds& uv_range, BakeBudget& budget,
+                          const std::function<vec3(const vec2&)>& place);
+// Gives the mesh, whose vertices are where the field is to be evaluated, the atlas's texture coordinates; vertices are no
+// longer shared.
+ImageTexture bake_atlas(const TextureField& field, TriangleMesh& mesh, BakeBudget& budget);
+
+// Cuts away what of a mesh has an opacity below a half, splitting triangles along that line as finely as their number allows.
+void cut_away(TriangleMesh& mesh, const TextureField& opacity);
+
+}  // namespace etendue

@@ -1,0 +1,125 @@
+// Materials of pbrt without an exact equal: which of ours they become, and how bright.
+#include "framework/io/spectra.h"
+#include "framework/materials/fresnel.h"
+#include "tests/unit/io_pbrt_helpers.h"
+
+namespace etendue {
+namespace {
+
+// Of a coat's base seen straight on under even light: in through the coat from everywhere, out through it straight.
+float base_brightness(const Plastic& p) {
+  const float eta = p.eta, albedo = p.reflectance.constant.x, straight = square((eta - 1) / (eta + 1));
+  return albedo / (eta * eta * (1 - albedo * p.eta.internal_reflectance())) * (1 - straight) * (1 - fresnel_average(eta));
+}
+
+TEST(PbrtNearest, CoatsReflectTheirShareAndKeepTheBaseAsBright) {
+  const Plastic plastic = material_of<Plastic>("Material \"plastic\" \"rgb Kd\" [.25 .25 .25] \"rgb Ks\" [.7 .7 .7]");
+  EXPECT_NEAR(fresnel_average(plastic.eta), 0.7f * CoatIndex(1.5f).internal_reflectance(), 1e-4f)
+      << "pbrt-v3 sees it from within";
+  EXPECT_NEAR(base_brightness(plastic), 0.25f, 1e-5f);
+  const Plastic substrate = material_of<Plastic>(
+      "Material \"substrate\" \"rgb Kd\" [.1 .1 .1] \"rgb Ks\" [.3 .3 .3] \"float uroughness\" .2 \"float "
+      "vroughness\" .2 \"bool remaproughness\" false");
+  EXPECT_NEAR(square((substrate.eta - 1) / (substrate.eta + 1)), 0.3f, 1e-5f);
+  EXPECT_NEAR(base_brightness(substrate), 0.1f, 1e-5f);
+  EXPECT_FLOAT_EQ(substrate.alpha, 0.2f);
+  EXPECT_EQ(material_of<Diffuse>("Material \"plastic\" \"rgb Kd\" [.1 .2 .3] \"rgb Ks\" [0 0 0]").reflectance.constant,
+            Rgb(0.1f, 0.2f, 0.3f));
+}
+
+TEST(PbrtNearest, UberIsWhicheverOfItsLobesItHas) {
+  const std::string uber = "Material \"uber\" ";
+  EXPECT_EQ(material_of<Diffuse>(uber + "\"rgb Kd\" [.1 .2 .3] \"rgb Ks\" [0 0 0]").reflectance.constant,
+            Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_GT(material_of<Plastic>(uber).alpha, 0.1f);
+  const Plastic smooth = material_of<Plastic>(uber + "\"rgb Ks\" [0 0 0] \"rgb Kr\" [1 1 1] \"float index\" 1.7");
+  EXPECT_EQ(smooth.alpha, 0);
+  EXPECT_NEAR(smooth.eta, 1.7f, 1e-4f);
+  const Dielectric glass =
+      material_of<Dielectric>(uber + "\"rgb Kd\" [0 0 0] \"rgb Ks\" [0 0 0] \"rgb Kr\" [1 1 1] \"rgb Kt\" [.5 1 1]");
+  EXPECT_EQ(glass.transmit_tint, Rgb(0.5f, 1, 1));
+  EXPECT_ERROR(material_of<Dielectric>(uber + "\"rgb Kt\" [.5 1 1]"), "'Kt' beside Kd or Ks");
+  EXPECT_ERROR(world(uber + "\"rgb opacity\" [.5 .5 .5]"), "'opacity' below 1: surfaces are opaque; --approximate takes");
+  EXPECT_TRUE(approximated(uber + "\"float opacity\" .25 " + triangle).objects[0].shapes.empty());
+}
+
+TEST(PbrtNearest, MixturesOfDiffuseSurfacesAreExact) {
+  const std::string parts =
+      "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [1 0 0] MakeNamedMaterial \"b\" \"string type\" \"matte\" "
+      "\"rgb "
+      "Kd\" [0 1 0] MakeNamedMaterial \"m\" \"string type\" \"mirror\" ";
+  expect_near(
+      material_of<Diffuse>(parts + "Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"rgb "
+                                   "amount\" [.25 .25 .25]")
+          .reflectance.constant,
+      {0.25f, 0.75f, 0});
+  expect_near(material_of<Diffuse>(parts + "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .25")
+                  .reflectance.constant,
+              {0.75f, 0.25f, 0});
+  const std::string other = parts + "Material \"mix\" \"string materials\" [\"a\" \"m\"] \"float amount\" ";
+  EXPECT_TRUE(material_of<Conductor>(other + "1").ideal) << "wholly the second";
+  EXPECT_ERROR(world(other + ".7"), "material \"mix\" is not supported but of diffuse surfaces");
+  EXPECT_TRUE(approximate_material_of<Conductor>(other + ".7").ideal);
+  EXPECT_ERROR(world(parts + "Material \"mix\" \"string materials\" [\"a\" \"n\"]"), "unknown named material 'n'");
+}
+
+TEST(PbrtNearest, RoughDiffuseSurfacesKeepTheirAlbedo) {
+  EXPECT_EQ(material_of<Diffuse>("Material \"matte\" \"float sigma\" 0 \"float Kd\" .5").reflectance.constant, Rgb(0.5f));
+  // The mean of A + B max(0, cos) sin tan over both directions, by quadrature.
+  const double sigma = 20 * M_PI / 180, s2 = sigma * sigma, a = 1 - s2 / (2 * (s2 + 0.33)), b = 0.45 * s2 / (s2 + 0.09);
+  double mean = 0;
+  constexpr int n = 200;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const double x = (i + 0.5) * M_PI / 2 / n, y = (j + 0.5) * M_PI / 2 / n;
+      mean += (a + b / M_PI * std::sin(std::max(x, y)) * std::tan(std::min(x, y))) * std::sin(2 * x) * std::sin(2 * y);
+    }
+  mean *= square(static_cast<float>(M_PI / 2 / n));
+  const Diffuse rough = approximate_material_of<Diffuse>("Material \"matte\" \"float sigma\" 20 \"float Kd\" .5");
+  EXPECT_NEAR(rough.reflectance.constant.x, 0.5 * mean, 1e-4);
+}
+
+TEST(PbrtNearest, ThinLayeredAndTransmittingSurfaces) {
+  const Dielectric sheet = approximate_material_of<Dielectric>("Material \"thindielectric\"");
+  EXPECT_EQ(sheet.eta, 1);
+  EXPECT_NEAR(sheet.transmit_tint.x, 1 - 2 * 0.04 / 1.04, 1e-5);
+  const Conductor coated = approximate_material_of<Conductor>(
+      "Material \"coatedconductor\" \"rgb reflectance\" [.9 .5 .1] \"float interface.roughness\" 0 \"float "
+      "conductor.roughness\" .04");
+  EXPECT_FLOAT_EQ(coated.alpha.x, 0.2f);
+  const Rgb r = (coated.k * coated.k) / (4.0f + coated.k * coated.k), base(0.9f, 0.5f, 0.1f);
+  expect_near(r, 0.04f + 0.96f * 0.96f * base / (1.0f - 0.04f * base), 1e-4f);
+  EXPECT_EQ(
+      approximate_material_of<Diffuse>("Material \"diffusetransmission\" \"rgb reflectance\" [.1 .2 .3] \"float scale\" 2")
+          .reflectance.constant,
+      Rgb(0.2f, 0.4f, 0.6f));
+  EXPECT_EQ(
+      material_of<Diffuse>("Material \"diffusetransmission\" \"rgb reflectance\" [.1 .2 .3] \"rgb transmittance\" [0 0 0]")
+          .reflectance.constant,
+      Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_TRUE(approximate_material_of<Dielectric>("Material \"diffusetransmission\" \"rgb reflectance\" [0 0 0]").alpha == 1);
+  EXPECT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float eta\" .75").eta, 0.75f) << "as of air in water";
+  EXPECT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float eta\" 1 \"float roughness\" .3").alpha, 0);
+}
+
+TEST(PbrtNearest, MaterialsThatAreFarFromOursHaveTheirAlbedo) {
+  const Plastic skin = approximate_material_of<Plastic>("Material \"subsurface\" \"string name\" \"Skin1\"");
+  EXPECT_GT(skin.reflectance.constant.x, 1.2f * skin.reflectance.constant.z);
+  for (const char* far : {"hair", "measured", "fourier"}) {
+    EXPECT_ERROR(world("Material \"" + std::string(far) + "\" \"string filename\" \"x\""),
+                 "is not supported; --approximate takes a diffuse");
+    approximate_material_of<Diffuse>("Material \"" + std::string(far) + "\"");
+  }
+  EXPECT_TRUE(warns(approximated("Material \"matte\" \"texture bumpmap\" \"x\"" + triangle), "without its fine relief"));
+  EXPECT_TRUE(warns(approximated("Material \"matte\" \"rgb Kd\" [.1 1.5 0]"), "a reflectance above 1: taken as 1"));
+}
+
+TEST(PbrtNearest, BoundariesOfMediaAreNotSeen) {
+  for (const char* name : {"", "none", "interface"})
+    EXPECT_TRUE(world("Material \"" + std::string(name) + "\" " + triangle + "Shape \"sphere\"").objects[0].shapes.empty());
+  EXPECT_ERROR(world("Material \"interface\" AreaLightSource \"diffuse\" " + triangle), "a light without a material");
+  EXPECT_TRUE(world("Shape \"sphere\" \"float alpha\" 0").objects[0].shapes.empty());
+}
+
+}  // namespace
+}  // namespace etendue
