@@ -67,6 +67,8 @@ std::vector<Prediction> read_predictions(const ConfigNode& node, const Predictio
 
 // What is stated before anything runs.
 struct StatedRecord {
+  static constexpr const char* line_type = "predictions";  // in the log
+
   std::vector<Prediction> predictions;
   std::vector<RegionChoice> regions;
 

@@ -4,6 +4,8 @@
 //   void list_fields(auto& f, FieldsOf<CellRecord> auto& r) {
 //     f("status", r.status);      // every line has it
 //     f.maybe("strip", r.strip);  // left out where it has its default value, as in lines older than the field
+//     FIELDS(status, error);      // of r, into f, under the names of the members
+//     MAYBE_FIELDS(strip, note);
 //   }
 //
 // Fields are numbers, text, points, vectors and maps of them, and records with a list of their own. A number that is not finite
@@ -27,6 +29,11 @@
 #include <vector>
 
 namespace etendue {
+
+#define ETENDUE_FIELD(name) f(#name, r.name);
+#define ETENDUE_MAYBE_FIELD(name) f.maybe(#name, r.name);
+#define FIELDS(...) NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(ETENDUE_FIELD, __VA_ARGS__))
+#define MAYBE_FIELDS(...) NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(ETENDUE_MAYBE_FIELD, __VA_ARGS__))
 
 // A record, const where it is only written.
 template <class T, class Record>

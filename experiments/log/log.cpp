@@ -1,7 +1,6 @@
 #include "experiments/log/log.h"
 
 #include "experiments/log/json_line.h"
-#include "experiments/log/log_lines.h"
 #include "framework/core/check.h"
 #include "framework/core/error.h"
 #include "framework/io/text.h"
@@ -15,40 +14,41 @@
 #include <cstring>
 #include <filesystem>
 #include <iterator>
+#include <tuple>
+#include <typeindex>
 
 namespace etendue {
 
 namespace {
 
-// Appends a record, or replaces the one that is the same by `same`.
-template <class Record, class Same>
-void put(std::vector<Record>& records, Record record, const Same& same) {
-  const auto found = std::find_if(records.begin(), records.end(), [&](const Record& other) { return same(other, record); });
+// Of records with one key the last counts.
+auto key(const ManifestRecord& r) { return std::tie(r.id); }
+auto key(const SceneRecord& r) { return std::tie(r.scene); }
+auto key(const ReferenceRecord& r) { return std::tie(r.scene); }
+auto key(const StructureRecord& r) { return std::tie(r.scene, r.structure, r.layout); }
+auto key(const ProductsRecord& r) { return std::tie(r.scene, r.accel, r.integrator, r.region, r.at_checkpoints); }
+std::tuple<std::type_index, const CellName&> key(const std::shared_ptr<KindRecord>& record) {
+  const KindRecord& r = *record;
+  return {typeid(r), r.cell};
+}
+
+template <class Record>
+void put(std::vector<Record>& records, Record record) {
+  const auto found = std::find_if(records.begin(), records.end(), [&](const Record& r) { return key(r) == key(record); });
   if (found == records.end())
     records.push_back(std::move(record));
   else
     *found = std::move(record);
 }
 
-void put_manifest(RunLog& log, ManifestRecord record) {
-  put(log.manifests, std::move(record), [](const auto& a, const auto& b) { return a.id == b.id; });
+void put(std::vector<PlanRecord>& plans, PlanRecord record) {
+  std::erase(plans, record);
+  plans.push_back(std::move(record));
 }
-void put_plan(RunLog& log, PlanRecord record) {
-  std::erase(log.plans, record);
-  log.plans.push_back(std::move(record));
-}
-void put_reference(RunLog& log, ReferenceRecord record) {
-  put(log.references, std::move(record), [](const auto& a, const auto& b) { return a.scene == b.scene; });
-}
-void put_structure(RunLog& log, StructureRecord record) {
-  put(log.structures, std::move(record),
-      [](const auto& a, const auto& b) { return a.scene == b.scene && a.structure == b.structure && a.layout == b.layout; });
-}
-void put_record(RunLog& log, std::shared_ptr<KindRecord> record) {
-  put(log.records, std::move(record), [](const auto& a, const auto& b) {
-    const KindRecord &x = *a, &y = *b;
-    return typeid(x) == typeid(y) && x.cell == y.cell;
-  });
+
+template <class Record>
+void put_all(std::vector<Record>& records, const std::vector<Record>& others) {
+  for (const Record& record : others) put(records, record);
 }
 
 // A cell's checkpoints and closing line, in the place of any that it left before.
@@ -149,37 +149,38 @@ class LogReader {
     const std::string type = json.at("type");
     log_.finished = type == "finished";
     if (log_.finished) log_.took_s += json.value("took_s", 0.0);
-    if (type == "manifest") {
-      put_manifest(log_, read_manifest(json));
-    } else if (type == "plan") {
-      put_plan(log_, read_plan(json));
-    } else if (type == "scene") {
-      take_scene(read_scene_record(json));
-    } else if (type == "reference") {
-      take_reference(read_reference(json));
-    } else if (type == "structure") {
-      put_structure(log_, read_structure(json));
-    } else if (type == "predictions") {
-      log_.stated = read_stated(json);
-    } else if (type == "checkpoint") {
-      CheckpointRecord record = read_checkpoint(json);
-      open_[record.cell].push_back(std::move(record));
-    } else if (type == "cell") {
-      take_cell(read_cell(json));
-    } else if (type == "products") {
-      add_products(log_, read_products(json));
-    } else if (auto record = read_kind_record(type, json)) {
-      put_record(log_, std::move(record));
-    } else if (!log_.finished) {
-      std::vector<std::string> types = kind_record_types();
-      for (const char* own :
-           {"manifest", "plan", "scene", "reference", "structure", "predictions", "checkpoint", "cell", "products", "finished"})
-        types.emplace_back(own);
-      throw Error(unknown_name("record", type, types));
-    }
+    if (!log_.finished)
+      take_as<ManifestRecord, PlanRecord, SceneRecord, ReferenceRecord, StructureRecord, StatedRecord, CheckpointRecord,
+              CellRecord, ProductsRecord>(type, json);
   }
 
-  void take_cell(const CellRecord& record) {
+  // As one of these records or of a kind's.
+  template <class... Records>
+  void take_as(const std::string& type, const Json& json) {
+    const auto is_taken = [&]<class Record>(std::type_identity<Record>) {
+      if (type != Record::line_type) return false;
+      take(read_record<Record>(json));
+      return true;
+    };
+    if ((is_taken(std::type_identity<Records>()) || ...)) return;
+    if (auto record = read_kind_record(type, json)) {
+      put(log_.records, std::move(record));
+      return;
+    }
+    std::vector<std::string> types = kind_record_types();
+    (types.emplace_back(Records::line_type), ...);
+    types.emplace_back("finished");
+    throw Error(unknown_name("record", type, types));
+  }
+
+  void take(ManifestRecord record) { put(log_.manifests, std::move(record)); }
+  void take(PlanRecord record) { put(log_.plans, std::move(record)); }
+  void take(StructureRecord record) { put(log_.structures, std::move(record)); }
+  void take(ProductsRecord record) { put(log_.products, std::move(record)); }
+  void take(StatedRecord record) { log_.stated = std::move(record); }
+  void take(CheckpointRecord record) { open_[record.cell].push_back(std::move(record)); }
+
+  void take(const CellRecord& record) {
     std::vector<CheckpointRecord> checkpoints = std::move(open_[record.cell]);
     open_.erase(record.cell);
     if (record.checkpoints) {
@@ -192,18 +193,16 @@ class LogReader {
     blocks_.put(record, std::move(checkpoints));
   }
 
-  void take_scene(SceneRecord record) {
-    const auto same = [&](const SceneRecord& other) { return other.scene == record.scene; };
-    const auto known = std::find_if(log_.scenes.begin(), log_.scenes.end(), same);
-    if (known == log_.scenes.end() || known->hash != record.hash) drop_scene(record.scene);
-    put(log_.scenes, std::move(record), [](const auto& a, const auto& b) { return a.scene == b.scene; });
+  void take(SceneRecord record) {
+    const SceneRecord* known = log_.scene(record.scene);
+    if (known == nullptr || known->hash != record.hash) drop_scene(record.scene);
+    put(log_.scenes, std::move(record));
   }
 
-  void take_reference(ReferenceRecord record) {
-    const auto same = [&](const ReferenceRecord& other) { return other.scene == record.scene; };
-    const auto known = std::find_if(log_.references.begin(), log_.references.end(), same);
-    if (known == log_.references.end() || known->stamp != record.stamp) blocks_.drop_scene(record.scene);
-    put_reference(log_, std::move(record));
+  void take(ReferenceRecord record) {
+    const ReferenceRecord* known = log_.reference(record.scene);
+    if (known == nullptr || known->stamp != record.stamp) blocks_.drop_scene(record.scene);
+    put(log_.references, std::move(record));
   }
 
   // What was logged of a scene that has changed since.
@@ -211,7 +210,7 @@ class LogReader {
     blocks_.drop_scene(scene);
     std::erase_if(log_.references, [&](const auto& record) { return record.scene == scene; });
     std::erase_if(log_.structures, [&](const auto& record) { return record.scene == scene; });
-    std::erase_if(log_.records, [&](const auto& record) { return record->is_of(scene); });
+    std::erase_if(log_.records, [&](const auto& record) { return record->cell.is_of(scene); });
   }
 
   RunLog log_;
@@ -249,12 +248,7 @@ void set_aside(const std::string& path, const std::vector<DamagedLine>& damaged)
   write_whole_file(path, kept);
 }
 
-void add_products(RunLog& log, ProductsRecord record) {
-  put(log.products, std::move(record), [](const auto& a, const auto& b) {
-    return a.scene == b.scene && a.accel == b.accel && a.integrator == b.integrator && a.region == b.region &&
-           a.at_checkpoints == b.at_checkpoints;
-  });
-}
+void add_products(RunLog& log, ProductsRecord record) { put(log.products, std::move(record)); }
 
 RunLog merge_logs(const std::vector<RunLog>& logs) {
   RunLog merged;
@@ -264,14 +258,13 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
     merged.finished = merged.finished && log.finished;
     merged.torn = merged.torn || log.torn;
     merged.took_s += log.took_s;
-    for (const auto& record : log.manifests) put_manifest(merged, record);
-    for (const auto& record : log.plans) put_plan(merged, record);
-    for (const auto& record : log.scenes)
-      put(merged.scenes, record, [](const auto& a, const auto& b) { return a.scene == b.scene; });
-    for (const auto& record : log.references) put_reference(merged, record);
-    for (const auto& record : log.structures) put_structure(merged, record);
-    for (const auto& record : log.products) add_products(merged, record);
-    for (const auto& record : log.records) put_record(merged, record);
+    put_all(merged.manifests, log.manifests);
+    put_all(merged.plans, log.plans);
+    put_all(merged.scenes, log.scenes);
+    put_all(merged.references, log.references);
+    put_all(merged.structures, log.structures);
+    put_all(merged.products, log.products);
+    put_all(merged.records, log.records);
     merged.stated.merge(log.stated);
     std::map<CellName, std::vector<CheckpointRecord>> checkpoints;
     for (const auto& record : log.checkpoints) checkpoints[record.cell].push_back(record);

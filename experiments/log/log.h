@@ -18,8 +18,7 @@
 //   cell        the end of a cell: status "done" or "failed" (with error), how many checkpoints stand before it, hash of the
 //               image, files with size and hash, expectation
 //   others      the end of a cell of another kind of experiment, with all of its figures (experiments/kind.h): animation,
-//   claim,
-//               search, stress
+//               claim, search, stress
 //   finished    all that was to run did, in took_s seconds; whatever is logged later takes this back
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, after the files that they
@@ -44,7 +43,11 @@
 
 namespace etendue {
 
+// The records, each with the type of its line.
+
 struct ManifestRecord {
+  static constexpr const char* line_type = "manifest";
+
   std::string id, version, commit, compiler, flags, cpu, title, experiment_hash;
   int threads = 0;
   std::string file = {}, options = {}, experiment = {};  // file ("": elsewhere), what was typed beside it, its text
@@ -57,6 +60,8 @@ struct ManifestRecord {
 };
 
 struct PlanRecord {
+  static constexpr const char* line_type = "plan";
+
   std::string experiment_hash, filter;
   int shard = 0, shards = 1;
   std::uint64_t cells = 0, all_cells = 0;  // of this shard, and of all of them
@@ -65,11 +70,15 @@ struct PlanRecord {
 };
 
 struct SceneRecord {
+  static constexpr const char* line_type = "scene";
+
   std::string scene, hash;
   std::string file = {};  // relative to the log's directory; "": built in, or nowhere that another machine has
 };
 
 struct ReferenceRecord {
+  static constexpr const char* line_type = "reference";
+
   std::string scene, scene_hash, source, file, checks;
   double mse_floor = 0;
   int width = 0, height = 0;
@@ -78,6 +87,8 @@ struct ReferenceRecord {
 };
 
 struct CheckpointRecord {
+  static constexpr const char* line_type = "checkpoint";
+
   CellName cell;
   std::string manifest;
   std::uint64_t iterations = 0;
@@ -93,6 +104,8 @@ struct CheckpointRecord {
 };
 
 struct CellRecord {
+  static constexpr const char* line_type = "cell";
+
   CellName cell;
   std::string status;  // "done" | "failed"
   std::string error;   // of a failed cell
@@ -113,6 +126,8 @@ struct CellRecord {
 // The mean over pixels and channels of the product of two seeds' errors, G_ij, for each pair of seeds: squared bias, variance
 // and their rates are computed from them (rate_fit.h). Found from the images as soon as a configuration's seeds are done.
 struct ProductsRecord {
+  static constexpr const char* line_type = "products";
+
   std::string scene, accel, integrator;
   std::string region;                         // empty: the whole image
   bool at_checkpoints = false;                // a point for each checkpoint; otherwise one, of the last images
@@ -122,6 +137,8 @@ struct ProductsRecord {
 };
 
 struct StructureRecord {
+  static constexpr const char* line_type = "structure";
+
   std::string scene, structure, layout, manifest;
   std::string note;      // what was left out of the measurement, and why; empty: nothing
   std::string fallback;  // what was measured instead of the structure, and why; empty: the structure itself
@@ -159,9 +176,6 @@ struct KindRecord {
   virtual File file() { return {}; }
 
   bool done() const { return status == "done"; }
-  // Whether the record no longer counts where the scene is another than it was. A set of a scene is named for the scene and
-  // what varies in it.
-  bool is_of(const std::string& scene) const { return cell.scene == scene || cell.scene.starts_with(scene + " "); }
 };
 
 struct RunLog {
@@ -179,6 +193,17 @@ struct RunLog {
   double took_s = 0;                    // of the runs that reached their end; 0: not known
 
   std::size_t cell_count() const { return cells.size() + records.size(); }
+  // Of a scene; null where it has none.
+  const SceneRecord* scene(const std::string& name) const { return of_scene(scenes, name); }
+  const ReferenceRecord* reference(const std::string& scene) const { return of_scene(references, scene); }
+
+ private:
+  template <class Record>
+  static const Record* of_scene(const std::vector<Record>& records, const std::string& scene) {
+    for (const Record& record : records)
+      if (record.scene == scene) return &record;
+    return nullptr;
+  }
 };
 
 // Those of one kind, in order of the log.
@@ -194,16 +219,14 @@ std::vector<const Record*> records_of(const RunLog& log) {
 std::shared_ptr<KindRecord> read_kind_record(const std::string& type, const Json& json);
 std::vector<std::string> kind_record_types();
 
-// Serialised lines, without the newline. Doubles keep all their digits; non-finite ones are an error of the caller (CHECK).
-std::string to_json_line(const ManifestRecord& record);
-std::string to_json_line(const ReferenceRecord& record);
-std::string to_json_line(const StructureRecord& record);
-std::string to_json_line(const CheckpointRecord& record);
-std::string to_json_line(const CellRecord& record);
-std::string to_json_line(const ProductsRecord& record);
-std::string to_json_line(const PlanRecord& record);
-std::string to_json_line(const SceneRecord& record);
-std::string to_json_line(const StatedRecord& record);
+// The line of any of the records above, without the newline. Doubles keep all their digits; non-finite ones are an error of the
+// caller (CHECK).
+template <class Record>
+std::string to_json_line(const Record& record);
+// The record of a line. A missing key or one of the wrong type throws nlohmann::json::exception; keys that were added to the
+// format later have defaults, so that older logs can still be read.
+template <class Record>
+Record read_record(const Json& json);
 std::string finished_line(double took_s = 0);  // after so many seconds; 0: not known
 
 // The line as it stands in the file: with its checksum.

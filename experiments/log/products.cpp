@@ -37,12 +37,6 @@ std::vector<Configuration> configurations_of(const RunLog& log) {
   return all;
 }
 
-const ReferenceRecord* reference_of(const RunLog& log, const std::string& scene) {
-  for (const ReferenceRecord& reference : log.references)
-    if (reference.scene == scene) return &reference;
-  return nullptr;
-}
-
 // Names the images and the reference by their bits.
 std::string images_hash(const Configuration& configuration, const ReferenceRecord& reference) {
   std::string text = reference.scene_hash + ' ' + reference.stamp.hash;
@@ -112,7 +106,7 @@ std::vector<double> error_products(std::span<const Image> images, const Image& r
 
 const ProductsRecord* current_products(const RunLog& log, const CellName& name, const std::string& region,
                                        bool at_checkpoints) {
-  const ReferenceRecord* const reference = reference_of(log, name.scene);
+  const ReferenceRecord* const reference = log.reference(name.scene);
   if (reference == nullptr) return nullptr;
   for (const Configuration& configuration : configurations_of(log))
     if (configuration.scene == name.scene && configuration.accel == name.accel && configuration.integrator == name.integrator)
@@ -123,7 +117,7 @@ const ProductsRecord* current_products(const RunLog& log, const CellName& name, 
 std::vector<ProductsRecord> missing_products(const RunLog& log) {
   std::vector<ProductsRecord> found;
   for (const Configuration& configuration : configurations_of(log)) {
-    const ReferenceRecord* const logged = reference_of(log, configuration.scene);
+    const ReferenceRecord* const logged = log.reference(configuration.scene);
     if (configuration.cells.size() < 2 || logged == nullptr || logged->file.empty()) continue;
     for (const bool at_checkpoints : {false, true}) {
       if (at_checkpoints && configuration.cells.front()->strip.empty()) continue;

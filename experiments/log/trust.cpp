@@ -30,14 +30,10 @@ void each_cell(RunLog& log, const Visit& visit) {
   for (const auto& record : log.records) visit(*record);
 }
 
-bool is_of(const std::string& cell_scene, const std::string& scene) {
-  return cell_scene == scene || cell_scene.starts_with(scene + " ");  // a set of points, with what varies in it
-}
-
 std::size_t fail_scene(RunLog& log, const std::string& scene, const std::string& why) {
   std::size_t count = 0;
   each_cell(log, [&](auto& record) {
-    if (record.status != "done" || !is_of(record.cell.scene, scene)) return;
+    if (record.status != "done" || !record.cell.is_of(scene)) return;
     record.status = "failed";
     record.error = why;
     ++count;

@@ -140,10 +140,9 @@ void RunDirectory::finish() {
 
 std::string RunDirectory::note_scene(const std::string& scene, const std::string& path, std::uint64_t hash) {
   const SceneRecord record{scene, fmt::format("{:016x}", hash), path_from(path_, path)};
-  const auto known = std::find_if(earlier_.scenes.begin(), earlier_.scenes.end(),
-                                  [&](const SceneRecord& other) { return other.scene == scene; });
-  if (known != earlier_.scenes.end() && to_json_line(*known) == to_json_line(record)) return "";
-  const std::string before = known == earlier_.scenes.end() ? "" : known->hash;
+  const SceneRecord* known = earlier_.scene(scene);
+  if (known != nullptr && to_json_line(*known) == to_json_line(record)) return "";
+  const std::string before = known == nullptr ? "" : known->hash;
   const std::size_t had = earlier_.cell_count();
   append({to_json_line(record)});
   if (before == record.hash) return "";
@@ -155,12 +154,10 @@ std::string RunDirectory::note_scene(const std::string& scene, const std::string
 }
 
 std::string RunDirectory::note_reference(const ReferenceRecord& record) {
-  const auto known = std::find_if(earlier_.references.begin(), earlier_.references.end(),
-                                  [&](const ReferenceRecord& other) { return other.scene == record.scene; });
-  const bool is_known = known != earlier_.references.end();
+  const ReferenceRecord* known = earlier_.reference(record.scene);
   // Once: a run that goes on ends with the log of one that was not stopped.
-  if (is_known && to_json_line(*known) == to_json_line(record)) return "";
-  const bool differs = !is_known || known->stamp != record.stamp;
+  if (known != nullptr && to_json_line(*known) == to_json_line(record)) return "";
+  const bool differs = known == nullptr || known->stamp != record.stamp;
   const std::size_t had = earlier_.cells.size();
   append({to_json_line(record)});
   read_earlier();

@@ -1,7 +1,7 @@
 // Ratios from the experiment to the report.
 #include "experiments/report/ratios.h"
 #include "experiments/log/json_line.h"
-#include "experiments/log/log_lines.h"
+#include "experiments/log/json_line.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/report_helpers.h"
 
@@ -33,7 +33,7 @@ TEST(Ratios, ClaimIsReadInFullAndKeptByTheLog) {
   EXPECT_EQ(claim.expected, (Expected{1.5, 1.5, "1.5"}));
   EXPECT_EQ(claim.source, "a paper");
   const StatedRecord record{config.predictions, config.regions};
-  EXPECT_EQ(read_stated(Json::parse(to_json_line(record))).predictions, config.predictions);
+  EXPECT_EQ(read_record<StatedRecord>(Json::parse(to_json_line(record))).predictions, config.predictions);
 }
 
 TEST(Ratios, DoNotChangeTheExperimentsHash) {
