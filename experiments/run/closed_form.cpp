@@ -3,8 +3,10 @@
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 
-#include <array>
+#include <boost/math/quadrature/gauss.hpp>
+
 #include <span>
+#include <vector>
 
 namespace etendue {
 
@@ -14,27 +16,18 @@ struct Node {
   double x, weight;  // on [0, 1]
 };
 
-// From the positive half of the nodes on [-1, 1].
-template <std::size_t Half>
-constexpr std::array<Node, 2 * Half> gauss_legendre(const std::array<Node, Half>& half) {
-  std::array<Node, 2 * Half> nodes{};
-  for (std::size_t i = 0; i < Half; ++i) {
-    nodes[2 * i] = {0.5 - 0.5 * half[i].x, 0.5 * half[i].weight};
-    nodes[2 * i + 1] = {0.5 + 0.5 * half[i].x, 0.5 * half[i].weight};
-  }
+// Gauss-Legendre; the library has the positive half of the nodes on [-1, 1].
+template <unsigned count>
+std::vector<Node> gauss_legendre() {
+  using Rule = boost::math::quadrature::gauss<double, count>;
+  std::vector<Node> nodes;
+  for (std::size_t i = 0; i < Rule::abscissa().size(); ++i)
+    for (const double sign : {-1.0, 1.0}) nodes.push_back({0.5 + sign * 0.5 * Rule::abscissa()[i], 0.5 * Rule::weights()[i]});
   return nodes;
 }
 
-constexpr auto four_nodes =
-    gauss_legendre<2>({{{0.3399810435848563, 0.6521451548625461}, {0.8611363115940526, 0.3478548451374538}}});
-constexpr auto six_nodes = gauss_legendre<3>({{{0.2386191860831969, 0.4679139345726910},
-                                               {0.6612093864662645, 0.3607615730481386},
-                                               {0.9324695142031521, 0.1713244923791704}}});
-constexpr auto eight_nodes = gauss_legendre<4>({{{0.1834346424956498, 0.3626837833783620},
-                                                 {0.5255324099163290, 0.3137066458778873},
-                                                 {0.7966664774136267, 0.2223810344533745},
-                                                 {0.9602898564975363, 0.1012285362903763}}});
-constexpr std::array<Node, 1> lens_centre{{{0.5, 1.0}}};
+const std::vector<Node> four_nodes = gauss_legendre<4>(), six_nodes = gauss_legendre<6>(), eight_nodes = gauss_legendre<8>();
+const std::vector<Node> lens_centre{{0.5, 1.0}};
 
 constexpr double tolerance = 1e-6;
 constexpr int most_cuts = 4;
@@ -42,9 +35,7 @@ constexpr int most_cuts = 4;
 class PixelIntegral {
  public:
   PixelIntegral(const Scene& scene, ivec2 resolution)
-      : scene_(scene),
-        resolution_(resolution),
-        lens_(scene.camera.lens_radius > 0 ? std::span<const Node>(six_nodes) : std::span<const Node>(lens_centre)) {}
+      : scene_(scene), resolution_(resolution), lens_(scene.camera.lens_radius > 0 ? six_nodes : lens_centre) {}
 
   // The mean over a square of the film.
   dvec3 mean(const dvec2& corner, double side, int cuts) const {

@@ -73,7 +73,7 @@ TEST(ClosedForm, IsIntegratedOverEachPixel) {
   const Image image = integrate_closed_form(scene, {4, 4});
   const Ray centre = scene.camera.ray({4, 4}, {2.5f, 1.5f}, {0.5f, 0.5f});
   EXPECT_NEAR(image.at(2, 1).x, centre.direction.x, 1e-6);
-  EXPECT_DOUBLE_EQ(image.at(2, 1).y, 1);
+  EXPECT_NEAR(image.at(2, 1).y, 1, 1e-14);
   // A step: half of the film is lit, and the step lies inside a pixel.
   const float step = scene.camera.ray({5, 5}, {2.25f, 2.5f}, {0.5f, 0.5f}).direction.x;
   const float right = scene.camera.ray({5, 5}, {4.5f, 2.5f}, {0.5f, 0.5f}).direction.x;
