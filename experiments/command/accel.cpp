@@ -64,13 +64,8 @@ int accel_command(const AccelCommand& command) {
   Console console;
   exit_on_interrupt("\ninterrupted\n");
   const std::vector<StructureChoice> choices = choose(command.structures);
-  ComparisonOptions options;
-  options.resolution = static_cast<int>(whole_option("--resolution", command.resolution, 8, 8192));
-  options.repetitions = static_cast<int>(whole_option("--repetitions", command.repetitions, 1, 1000));
-  options.threads = available_threads(threads_option(command.threads), console);
-  options.check_rays = static_cast<std::uint64_t>(whole_option("--check", command.check, 0, 1'000'000'000'000));
-  options.budget_s = duration_option("--budget", command.budget);
-  options.isas = isas_option(command.isa);
+  StructureTiming timing = command.timing;
+  timing.threads = available_threads(command.threads, console);
   std::vector<Scene> scenes;  // all of them before any is measured: a misspelt one is told at once
   for (const std::string& name : command.scenes) {
     scenes.push_back(load_scene(name, {"command line"}, command.reading));
@@ -82,7 +77,7 @@ int accel_command(const AccelCommand& command) {
     const Scene& scene = scenes[i];
     RunLog log;
     for (StructureRecord record :
-         compare_structures(scene, choices, options, [&](const std::string& line) { console.status(line); })) {
+         compare_structures(scene, choices, timing, [&](const std::string& line) { console.status(line); })) {
       record.scene = name;
       if (!record.fallback.empty()) console.warning(fmt::format("{}: {}: {}", name, record.structure, record.fallback));
       if (!is_third_party(record)) disagreements += record.disagreements;

@@ -6,14 +6,16 @@
 #include "framework/core/isa.h"
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace etendue {
 
+// What is not given on the command line keeps its value here, or is empty.
+
 struct RunCommand {
   RunOptions options;
-  std::string threads;
   bool dry_run = false;
 };
 int run_command(const RunCommand& command);
@@ -21,10 +23,13 @@ int run_command(const RunCommand& command);
 int stress_command(RunCommand command);
 
 struct RenderCommand {
-  std::string scene, from;                                  // of the two at least one; `from`: an image to repeat
-  std::string integrator;                                   // empty: that of the cache to load, else path
-  std::string accel;                                        // empty: default_accel()
-  std::string spp, time, error, seed, threads, resolution;  // seed: default 1
+  std::string scene, from;  // of the two at least one; `from`: an image to repeat
+  std::string integrator;   // empty: that of the cache to load, else path
+  std::string accel;        // empty: default_accel()
+  std::optional<std::uint64_t> spp, seed;
+  std::optional<double> time_s, error;
+  std::optional<int> threads;
+  std::optional<ivec2> resolution;
   std::vector<std::string> params, aovs;
   std::string output, save_cache, load_cache;  // paths
   bool json = false;
@@ -35,7 +40,9 @@ int render_command(const RenderCommand& command);
 
 struct AccelCommand {
   std::vector<std::string> scenes;
-  std::string structures, resolution = "256", repetitions = "3", threads, check = "0", budget = "10s", isa;
+  std::string structures;
+  StructureTiming timing;
+  std::optional<int> threads;  // of the parallel builds
   bool json = false;
   SceneReading reading;
 };
@@ -77,8 +84,7 @@ int list_command(const std::string& what);  // one list, or one name of any; "":
 std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high);
 double duration_option(const std::string& option, const std::string& text);
 double number_option(const std::string& option, const std::string& text, double low, double high);
-int threads_option(const std::string& text);            // "": the machine's
-std::vector<Isa> isas_option(const std::string& text);  // "avx2,avx512"; all of them on this machine
-ivec2 resolution_option(const std::string& text);       // "640x480"
+std::vector<Isa> isas_option(const std::string& option, const std::string& text);  // "avx2,avx512"; of this machine
+ivec2 resolution_option(const std::string& option, const std::string& text);       // "640x480"
 
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "experiments/command/console.h"
 
+#include "framework/core/parallel.h"
 #include "framework/core/threads.h"
 #include "framework/core/units.h"
 
@@ -86,7 +87,8 @@ void Console::clear_status() {
   shown_ = false;
 }
 
-int available_threads(int wanted, Console& console) {
+int available_threads(std::optional<int> asked, Console& console) {
+  const int wanted = asked.value_or(hardware_threads());
   const int threads = start_threads(wanted);
   if (threads < wanted)
     console.warning(fmt::format("the system lets this program have {} of {} threads: it goes on with those", threads, wanted));

@@ -4,6 +4,7 @@
 #include "experiments/run/run.h"
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 namespace etendue {
@@ -31,8 +32,8 @@ class Console {
   std::chrono::steady_clock::time_point last_{};
 };
 
-// As many of these threads as the system lets this process have; says so where they are fewer.
-int available_threads(int wanted, Console& console);
+// As many of these threads (default: the machine's) as the system lets this process have; says so where they are fewer.
+int available_threads(std::optional<int> asked, Console& console);
 
 // "[#####     ]" of `width` places.
 std::string progress_bar(double share, int width);

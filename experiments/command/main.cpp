@@ -72,10 +72,7 @@ class CommandLine {
       std::fputs(app_.help().c_str(), stderr);
       return 2;
     }
-    if (const std::vector<Isa> isas = isas_option(isa_); isas.size() > 1)
-      throw Error(Location{"--isa"}, fmt::format("'{}' names several; expected one", isa_));
-    else if (!isas.empty())
-      choose_isa(isas.front());
+    if (!isas_.empty()) choose_isa(isas_.front());
     return chosen_();
   }
 
@@ -96,6 +93,23 @@ class CommandLine {
     command->add_option(name, value, help)->type_name(type);
   }
 
+  // One that `parse(name, text)` makes of what is typed.
+  template <class Value, class Parse>
+  static void parsed(CLI::App* command, const char* name, Value& value, const Parse& parse, const char* type,
+                     const char* help) {
+    const auto read = [&value, name, parse](const std::string& typed) { value = static_cast<Value>(parse(name, typed)); };
+    command->add_option_function<std::string>(name, read, help)->type_name(type);
+  }
+  template <class Value>
+  static void whole(CLI::App* command, const char* name, Value& value, std::int64_t low, std::int64_t high, const char* type,
+                    const char* help) {
+    const auto parse = [=](const char* option, const std::string& typed) { return whole_option(option, typed, low, high); };
+    parsed(command, name, value, parse, type, help);
+  }
+  static void threads(CLI::App* command, std::optional<int>& value, const char* help) {
+    whole(command, "--threads", value, 1, 4096, "N", help);
+  }
+
   static void reading(CLI::App* command, SceneReading& value) {
     command->add_flag("--confined", value.confined,
                       "a file that a scene names outside its own folder is an error, not a warning");
@@ -104,8 +118,13 @@ class CommandLine {
   }
 
   void isa(CLI::App* command) {
-    text(command, "--isa", isa_, "NAME",
-         "sse, avx2 or avx512: no wider instructions, by Embree neither; default: the machine's widest");
+    const auto one = [](const char* option, const std::string& typed) {
+      const std::vector<Isa> isas = isas_option(option, typed);
+      if (isas.size() > 1) throw Error(Location{option}, fmt::format("'{}' names several; expected one", typed));
+      return isas;
+    };
+    parsed(command, "--isa", isas_, one, "NAME",
+           "sse, avx2 or avx512: no wider instructions, by Embree neither; default: the machine's widest");
   }
 
   void add_run() {
@@ -122,7 +141,7 @@ class CommandLine {
              "put a value in the place of the file's (budget.time=5s), repeatable");
     text(c, "--out", run_.options.out, "DIR", "where results go; default out/NAME");
     c->add_flag("--fresh", run_.options.fresh, "delete what an earlier run left there");
-    text(c, "--threads", run_.threads, "N", "default: the experiment's, else all of the machine's");
+    threads(c, run_.options.threads, "default: the experiment's, else all of the machine's");
     isa(c);
     c->add_flag("--quick", run_.options.quick, "a small version: what the file's [quick] table says");
     c->add_flag("--dry-run", run_.dry_run, "list the cells and run nothing");
@@ -143,11 +162,12 @@ class CommandLine {
     text(c, "-i,--integrator", render_.integrator, "NAME",
          "default path, with --load-cache that of the cache; see `etendue list integrators`");
     text(c, "--accel", render_.accel, "NAME", "default: binned-sah in the layout that suits; see `etendue list accels`");
-    text(c, "--spp", render_.spp, "N", "iterations: samples per pixel, photon passes; default 64");
-    text(c, "--time", render_.time, "30s",
-         "the image is there by then, preparation included (a longer preparation is finished first)");
-    text(c, "--error", render_.error, "0.01", "until relmse is that small (within --time, default 10min)");
-    text(c, "--seed", render_.seed, "N", "default 1");
+    whole(c, "--spp", render_.spp, 1, 4'000'000'000, "N", "iterations: samples per pixel, photon passes; default 64");
+    parsed(c, "--time", render_.time_s, duration_option, "30s",
+           "the image is there by then, preparation included (a longer preparation is finished first)");
+    const auto error = [](const char* option, const std::string& typed) { return number_option(option, typed, 1e-12, 1e6); };
+    parsed(c, "--error", render_.error, error, "0.01", "until relmse is that small (within --time, default 10min)");
+    whole(c, "--seed", render_.seed, 0, INT64_MAX, "N", "default 1");
     repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");
     text(c, "-o", render_.output, "FILE", ".exr or .png; default: named after scene and integrator, none with --json");
     repeated(
@@ -163,9 +183,9 @@ class CommandLine {
          "stood. Refused if the scene (but for the camera), a parameter its records depend on, or the version differs");
     c->add_flag("--json", render_.json, "figures as JSON on stdout");
     reading(c, render_.reading);
-    text(c, "--threads", render_.threads, "N", "default: all of the machine's");
+    threads(c, render_.threads, "default: all of the machine's");
     isa(c);
-    text(c, "--resolution", render_.resolution, "WxH", "default: the scene's");
+    parsed(c, "--resolution", render_.resolution, resolution_option, "WxH", "default: the scene's");
   }
 
   void add_accel() {
@@ -176,15 +196,16 @@ class CommandLine {
     c->add_flag("--json", accel_.json, "one JSON object a line");
     reading(c, accel_.reading);
     text(c, "--structures", accel_.structures, "A,B:key=value", "default: all that are built in");
-    text(c, "--resolution", accel_.resolution, "N", "about N x N rays of each kind; default 256");
-    text(c, "--repetitions", accel_.repetitions, "N", "interleaved builds and timings, of which the median counts; default 3");
-    text(c, "--check", accel_.check, "1e7",
-         "rays aimed at vertices and edges, at four scales and offsets, judged in double precision; default none");
-    text(c, "--budget", accel_.budget, "10s",
-         "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
-    text(c, "--threads", accel_.threads, "N", "of the parallel builds; default: all of the machine's");
-    text(c, "--isa", accel_.isa, "A,B",
-         "sse, avx2, avx512: with no wider instructions, Embree neither; several are compared; default: the widest");
+    whole(c, "--resolution", accel_.timing.resolution, 8, 8192, "N", "about N x N rays of each kind; default 256");
+    whole(c, "--repetitions", accel_.timing.repetitions, 1, 1000, "N",
+          "interleaved builds and timings, of which the median counts; default 3");
+    whole(c, "--check", accel_.timing.check_rays, 0, 1'000'000'000'000, "1e7",
+          "rays aimed at vertices and edges, at four scales and offsets, judged in double precision; default none");
+    parsed(c, "--budget", accel_.timing.budget_s, duration_option, "10s",
+           "for each structure, checks aside; what does not fit is sampled or skipped, and noted");
+    threads(c, accel_.threads, "of the parallel builds; default: all of the machine's");
+    parsed(c, "--isa", accel_.timing.isas, isas_option, "A,B",
+           "sse, avx2, avx512: with no wider instructions, Embree neither; several are compared; default: the widest");
   }
 
   void add_small_commands() {
@@ -252,7 +273,8 @@ class CommandLine {
   CompareCommand compare_;
   ReportCommand report_;
   ResultsCommand results_;
-  std::string list_, isa_;
+  std::string list_;
+  std::vector<Isa> isas_;
   std::function<int()> chosen_;
 };
 

@@ -1,51 +1,51 @@
 #include "experiments/command/commands.h"
-#include "framework/core/parallel.h"
 #include "framework/core/units.h"
+#include "framework/io/text.h"
 
 #include <fmt/format.h>
 #include <algorithm>
 #include <charconv>
-#include <cmath>
+#include <optional>
 #include <sstream>
 
 namespace etendue {
 
-std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high) {
-  std::int64_t value = 0;
+namespace {
+
+// What `parse` makes of the text; its errors become those of the option.
+auto parsed(const std::string& option, const std::string& text, const auto& parse) {
   try {
-    value = parse_count(text);
+    return parse(text);
   } catch (const Error& e) {
     throw Error(Location{option}, e.what());
   }
+}
+
+}  // namespace
+
+std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high) {
+  const std::int64_t value = parsed(option, text, parse_count);
   if (value < low || value > high)
     throw Error(Location{option}, fmt::format("{} is out of range; expected {} .. {}", text, low, high));
   return value;
 }
 
 double duration_option(const std::string& option, const std::string& text) {
-  double value = 0;
-  try {
-    value = parse_seconds(text);
-  } catch (const Error& e) {
-    throw Error(Location{option}, e.what());
-  }
+  const double value = parsed(option, text, parse_seconds);
   if (!(value > 0)) throw Error(Location{option}, fmt::format("{}; expected a time above zero", text));
   return value;
 }
 
 double number_option(const std::string& option, const std::string& text, double low, double high) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [parsed, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || parsed != end)
-    throw Error(Location{option}, fmt::format("'{}' is no number; expected one such as 0.01", text));
-  if (!(value >= low && value <= high))
+  const std::optional<double> value = parse_number(text);
+  if (!value) throw Error(Location{option}, fmt::format("'{}' is no number; expected one such as 0.01", text));
+  if (!(*value >= low && *value <= high))
     throw Error(Location{option}, fmt::format("{} is out of range; expected {:g} .. {:g}", text, low, high));
-  return value;
+  return *value;
 }
 
-std::vector<Isa> isas_option(const std::string& text) {
-  const Location where{"--isa"};
+std::vector<Isa> isas_option(const std::string& option, const std::string& text) {
+  const Location where{option};
   std::vector<Isa> isas;
   std::istringstream names(text);
   for (std::string name; std::getline(names, name, ',');) {
@@ -61,11 +61,7 @@ std::vector<Isa> isas_option(const std::string& text) {
   return isas;
 }
 
-int threads_option(const std::string& text) {
-  return text.empty() ? hardware_threads() : static_cast<int>(whole_option("--threads", text, 1, 4096));
-}
-
-ivec2 resolution_option(const std::string& text) {
+ivec2 resolution_option(const std::string& option, const std::string& text) {
   ivec2 size{0};
   const char* end = text.data() + text.size();
   const auto width = std::from_chars(text.data(), end, size.x);
@@ -74,7 +70,7 @@ ivec2 resolution_option(const std::string& text) {
     if (height.ec == std::errc() && height.ptr == end && size.x >= 1 && size.y >= 1 && size.x <= 16384 && size.y <= 16384)
       return size;
   }
-  throw Error(Location{"--resolution"}, fmt::format("'{}'; expected WIDTHxHEIGHT such as 640x480, each in 1 .. 16384", text));
+  throw Error(Location{option}, fmt::format("'{}'; expected WIDTHxHEIGHT such as 640x480, each in 1 .. 16384", text));
 }
 
 }  // namespace etendue

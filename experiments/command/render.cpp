@@ -48,9 +48,9 @@ void read_parameters(const RenderCommand& command, Method& integrator, Method& a
 Budget read_budget(const RenderCommand& command) {
   Budget budget;
   budget.checkpoints.linear = 1;
-  if (!command.spp.empty()) budget.samples = static_cast<std::uint64_t>(whole_option("--spp", command.spp, 1, 4'000'000'000));
-  if (!command.time.empty()) budget.time_s = duration_option("--time", command.time);
-  if (!command.error.empty()) budget.error = number_option("--error", command.error, 1e-12, 1e6);
+  budget.samples = command.spp;
+  budget.time_s = command.time_s;
+  budget.error = command.error;
   if (!budget.samples && !budget.time_s) {
     if (budget.error)
       budget.time_s = default_error_limit_s;
@@ -229,9 +229,10 @@ void warn_of_non_finite(const CellResult& result, Console& console) {
 // What the image to repeat was made of; of what is typed, nothing may say otherwise.
 void read_original(const RenderCommand& command, Rendered& r) {
   const std::pair<const char*, bool> typed[] = {
-      {"-i", !command.integrator.empty()}, {"--accel", !command.accel.empty()},          {"--spp", !command.spp.empty()},
-      {"--time", !command.time.empty()},   {"--error", !command.error.empty()},          {"--seed", !command.seed.empty()},
-      {"-p", !command.params.empty()},     {"--resolution", !command.resolution.empty()}};
+      {"-i", !command.integrator.empty()},    {"--accel", !command.accel.empty()},
+      {"--spp", command.spp.has_value()},     {"--time", command.time_s.has_value()},
+      {"--error", command.error.has_value()}, {"--seed", command.seed.has_value()},
+      {"-p", !command.params.empty()},        {"--resolution", command.resolution.has_value()}};
   for (const auto& [option, is_typed] : typed)
     if (is_typed)
       throw Error(Location{option},
@@ -280,12 +281,8 @@ Budget read_options(const RenderCommand& command, Rendered& r) {
   if (!command.save_cache.empty()) require_savable(r.integrator, "--save-cache");
   check_cache(r);
   r.output = output_path(command, r.scene, r.integrator.name);
-  r.threads = threads_option(command.threads);
-  if (r.recipe)
-    r.seed = r.recipe->seed;
-  else if (!command.seed.empty())
-    r.seed = static_cast<std::uint64_t>(whole_option("--seed", command.seed, 0, INT64_MAX));
-  if (!command.resolution.empty()) r.resolution = resolution_option(command.resolution);
+  r.seed = r.recipe ? r.recipe->seed : command.seed.value_or(1);
+  if (command.resolution) r.resolution = *command.resolution;
   check_aovs(command, r);
   check_files(command, r);
   if (std::find(command.aovs.begin(), command.aovs.end(), standard_error_aov) != command.aovs.end()) r.states_error = true;
@@ -326,7 +323,7 @@ int render_command(const RenderCommand& command) {
   const Method accel = command.accel.empty() ? default_accel() : Method{command.accel, {}, {"--accel"}};
   Rendered r{command, integrator, accel};
   Budget budget = read_options(command, r);
-  r.threads = available_threads(r.threads, console);
+  r.threads = available_threads(command.threads, console);
   warn_of_commit(r, console);
   const Scene scene = r.recipe ? load_original_scene(r) : load_scene(r.scene, {"command line"}, command.reading);
   r.scene_hash = scene.hash();

@@ -72,9 +72,7 @@ int stress_command(RunCommand command) {
 
 int run_command(const RunCommand& command) {
   Console console;
-  RunOptions options = command.options;
-  if (!command.threads.empty()) options.threads = threads_option(command.threads);
-  RunPlan plan = plan_run(options);
+  RunPlan plan = plan_run(command.options);
   if (command.dry_run) {
     print_plan(plan, console);
     return 0;

@@ -2,6 +2,7 @@
 
 #include "experiments/config/config_keys.h"
 #include "experiments/config/config_quick.h"
+#include "experiments/config/expected.h"
 #include "experiments/kind.h"
 #include "framework/image/metrics.h"
 
@@ -39,45 +40,40 @@ void refuse_keys(const ConfigNode& root, const ExperimentKind& kind) {
   }
 }
 
-void refuse_unknown_keys(const ConfigNode& root) {
+// What any experiment may say. All other keys are read by kinds.
+void read_common(const ConfigNode& root, const fs::path& directory, ExperimentConfig& config) {
   refuse_old_key(root, "rates", "[[predictions]] with expect = { exponent = … }");
   refuse_old_key(root, "ratios", "[[predictions]] with over, and expect = { ratio = … }");
   TableReader reader(root, "experiment");
-  for (const char* key : {"title", "scenes", "accels", "integrators", "seeds", "budget", "reference", "metrics", "confidence",
-                          "resolution", "threads", "structures", "regions", "predictions", "outputs", "quick"})
-    reader.find(key);
+  reader.text("title", config.title);
+  if (const auto* n = reader.find("resolution")) config.resolution = read_resolution(*n);
+  reader.whole("threads", config.threads, 1, 4096);
+  if (const auto* n = reader.find("structures")) config.structures = read_structures(*n);
+  std::vector<std::string> all_metrics;
+  for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
+  config.metrics = all_metrics;
+  reader.names("metrics", config.metrics, "metric", all_metrics);
+  reader.flag("confidence", config.confidence);
+  config.table_formats = {"md", "csv", "tex"};
+  if (const auto* n = reader.find("outputs")) {
+    TableReader outputs(*n, "outputs");
+    outputs.names("tables", config.table_formats, "format", {"md", "csv", "tex"});
+    outputs.finish();
+  }
+  if (const auto* quick = reader.find("quick"); quick && !quick->table())
+    wrong_type(*quick, "quick", "a table of keys to replace");
+  const auto *scenes = reader.find("scenes"), *seeds = reader.find("seeds"), *budget = reader.find("budget"),
+             *reference = reader.find("reference");
+  for (const char* key : {"accels", "integrators", "regions", "predictions"}) reader.find(key);
   for (const ExperimentKind* kind : experiment_kinds())
     for (const auto& keys : {kind->keys(), kind->companions()})
       for (const std::string& key : keys) reader.find(key);
   reader.finish();
-}
-
-// What any experiment may say.
-void read_common(const ConfigNode& root, const fs::path& directory, ExperimentConfig& config) {
-  const auto find = [&](const char* key) { return find_key(root, key); };
-  if (const auto* n = find("title")) config.title = read_text(*n, "title");
-  if (const auto* n = find("resolution")) config.resolution = read_resolution(*n);
-  if (const auto* n = find("threads")) config.threads = static_cast<int>(read_whole(*n, "threads", 1, 4096));
-  if (const auto* n = find("structures")) config.structures = read_structures(*n);
-  std::vector<std::string> all_metrics;
-  for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
-  const auto* wanted = find("metrics");
-  config.metrics = wanted ? read_names(*wanted, "metrics", "metric", all_metrics) : all_metrics;
-  if (const auto* n = find("confidence")) config.confidence = read_flag(*n, "confidence");
-  config.table_formats = {"md", "csv", "tex"};
-  if (const auto* outputs = find("outputs")) {
-    TableReader reader(*outputs, "outputs");
-    if (const auto* n = reader.find("tables"))
-      config.table_formats = read_names(*n, "outputs.tables", "format", {"md", "csv", "tex"});
-    reader.finish();
-  }
-  if (const auto* quick = find("quick"); quick && !quick->table()) wrong_type(*quick, "quick", "a table of keys to replace");
-  refuse_unknown_keys(root);
-  config.seeds = read_seeds(find("seeds"));
-  if (const auto* n = find("budget")) config.budget = read_budget(*n);
-  config.reference = read_reference(find("reference"), directory);
+  config.seeds = read_seeds(seeds);
+  if (budget) config.budget = read_budget(*budget);
+  config.reference = read_reference(reference, directory);
   config.accels = {default_accel()};
-  if (const auto* n = find("scenes")) config.scenes = read_scenes(*n, directory);
+  if (scenes) config.scenes = read_scenes(*scenes, directory);
 }
 
 ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {

@@ -1,32 +1,5 @@
 // experiment.toml → ExperimentConfig: everything checked, with file:line:col, before anything runs.
-//
-//   title       text; default: the file's name
-//   scenes      names or paths (beside the TOML file first, then in the working directory)
-//   accels      ray structures: names or tables { name, parameters… }; "all": every one that is built in. Default binned-sah
-//   integrators methods: tables { name, parameters… } or names; a parameter may be an array: one method for each value
-//   seeds       how many (1, 2, …, N) or an array of them
-//   budget      { time = "60s", samples = N, error = E, checkpoints = "log" | "sqrt2" | "linear:N" }: the first limit reached
-//               ends a cell; `error` (a relmse) needs a limit beside it, for it may never be reached
-//   reference   "auto" (default: the closed form where the scene has one, else cached or rendered), "exact", { samples = N }
-//               or { file = "ref.exr" }
-//   metrics     default: all
-//   confidence  true: hold what methods take their own error to be against a closed form (confidence.h)
-//   resolution  [w, h]; default: the scene's
-//   threads     default: the machine's; `--threads` wins
-//   structures  true or { resolution, repetitions, check_rays, budget = "10s", isa = ["avx2", "avx512"] }: also time every
-//               structure on every scene
-//   regions     [[regions]]: parts of a scene's image that every checkpoint judges by themselves (regions.h)
-//   predictions [[predictions]]: the exponents at which errors fall there, or the ratios of methods' errors, that somebody
-//               expects (prediction.h); the report measures and judges them
-//   outputs     { tables = ["md", "csv", "tex"] }
-//   quick       any of the keys above, put in their place by `--quick`
-//
-// or, instead of integrators, the keys of another kind of experiment:
-//
-//   dynamic         { frames, motions, policies, … }: scenes that move (kinds/animation/animation.h)
-//   points, records what finds points or records (kinds/search/search_config.h)
-//   claims, timing  statements and what measures them (kinds/claims/claims_config.h)
-//   stress          methods on the scenes that break them (kinds/stress/stress_config.h)
+// docs/experiment-file.md lists the keys.
 #pragma once
 
 #include "experiments/config/budget.h"
@@ -57,12 +30,14 @@ struct ReferenceChoice {
   Location where;
 };
 
+// How structures are compared (kinds/structures/accel_comparison.h).
 struct StructureTiming {
-  int resolution = 256;
-  int repetitions = 3;
-  std::uint64_t check_rays = 0;  // as in ComparisonOptions
-  double budget_s = 10;
-  std::vector<Isa> isas = {};
+  int resolution = 256;          // about resolution^2 rays of each kind
+  int repetitions = 3;           // interleaved; medians and quartiles are reported
+  int threads = 1;               // of the parallel build
+  std::uint64_t check_rays = 0;  // further rays, aimed at vertices and edges, in four scales and offsets
+  double budget_s = 10;          // for each structure, without checks: beyond it fewer rays and repetitions, or none
+  std::vector<Isa> isas = {};    // each structure with each, named where there are several; empty: the chosen one alone
 };
 
 class ExperimentKind;  // experiments/kind.h

@@ -12,18 +12,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A file beside the experiment, or in the working directory; "": there is none.
+std::string find_file(const fs::path& directory, const std::string& name) {
+  for (const fs::path& candidate : {directory / name, fs::path(name)})
+    if (is_file(candidate.string())) return candidate.string();
+  return "";
+}
+
 SceneChoice read_scene(const ConfigNode& node, const fs::path& directory) {
   SceneChoice scene{read_text(node, "scenes", "names or paths in quotes"), {}, node.where};
   if (scene.name.starts_with(builtin_prefix)) {
     check_builtin(scene.name, scene.where);
     scene.path = scene.name;
-    return scene;
+  } else {
+    scene.path = find_file(directory, scene.name);
   }
-  for (const fs::path& candidate : {directory / scene.name, fs::path(scene.name)}) {
-    if (!is_file(candidate.string())) continue;
-    scene.path = candidate.string();
-    return scene;
-  }
+  if (!scene.path.empty()) return scene;
   throw Error(scene.where, fmt::format("no scene '{}'; expected a file beside the experiment or in the working directory, or "
                                        "builtin:NAME (`etendue list scenes`)",
                                        scene.name));
@@ -66,24 +70,17 @@ std::vector<std::uint64_t> read_seeds(const ConfigNode* node) {
 Budget read_budget(const ConfigNode& node) {
   TableReader reader(node, "budget");
   Budget budget;
-  if (const auto* time = reader.find("time")) budget.time_s = read_duration(*time, "budget.time");
-  if (const auto* samples = reader.find("samples"))
-    budget.samples = static_cast<std::uint64_t>(read_whole(*samples, "budget.samples", 1, 4'000'000'000));
-  const auto* error = reader.find("error");
-  if (error) budget.error = read_number(*error, "budget.error", 1e-12, 1e6);
-  if (const auto* ladder = reader.find("checkpoints")) {
-    try {
-      budget.checkpoints = CheckpointLadder::parse(read_text(*ladder, "budget.checkpoints"));
-    } catch (const Error& e) {
-      throw Error(ladder->where, std::string("budget: ") + e.what());
-    }
-  }
+  reader.duration("time", budget.time_s);
+  reader.whole("samples", budget.samples, 1, 4'000'000'000);
+  reader.number("error", budget.error, 1e-12, 1e6);
+  if (const auto* ladder = reader.find("checkpoints"))
+    budget.checkpoints = read_parsed(*ladder, "budget.checkpoints", CheckpointLadder::parse);
   reader.finish();
-  if (!budget.time_s && !budget.samples)
-    throw Error((error ? *error : node).where, error ? "budget: an error that is never reached would run for ever; expected a "
-                                                       "time or samples beside it"
-                                                     : "budget: no limit; expected time, samples or error");
-  return budget;
+  if (budget.time_s || budget.samples) return budget;
+  if (budget.error)
+    throw Error(find_key(node, "error")->where,
+                "budget: an error that is never reached would run for ever; expected a time or samples beside it");
+  throw Error(node.where, "budget: no limit; expected time, samples or error");
 }
 
 ReferenceChoice read_reference(const ConfigNode* node, const fs::path& directory) {
@@ -106,28 +103,9 @@ ReferenceChoice read_reference(const ConfigNode* node, const fs::path& directory
             static_cast<std::uint64_t>(read_whole(*samples, "reference.samples", 16, 1'000'000'000)),
             {},
             samples->where};
-  const std::string name = read_text(*file, "reference.file");
-  for (const fs::path& candidate : {directory / name, fs::path(name)})
-    if (is_file(candidate.string())) return {Kind::file, 0, candidate.string(), file->where};
+  const std::string name = read_text(*file, "reference.file"), path = find_file(directory, name);
+  if (!path.empty()) return {Kind::file, 0, path, file->where};
   throw Error(file->where, fmt::format("reference: no file '{}' beside the experiment or in the working directory", name));
-}
-
-bool read_flag(const ConfigNode& node, const std::string& key) {
-  const auto* flag = std::get_if<bool>(&node.value);
-  if (!flag) wrong_type(node, key, "true or false");
-  return *flag;
-}
-
-std::vector<std::string> read_names(const ConfigNode& node, const std::string& key, const std::string& kind,
-                                    const std::vector<std::string>& valid) {
-  std::vector<std::string> names;
-  for (const ConfigNode* element : list_elements(node, key, "an array of names")) {
-    const std::string name = read_text(*element, key);
-    if (std::find(valid.begin(), valid.end(), name) == valid.end())
-      throw Error(element->where, key + ": " + unknown_name(kind, name, valid));
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  }
-  return names;
 }
 
 ivec2 read_resolution(const ConfigNode& node) {
@@ -142,17 +120,13 @@ std::optional<StructureTiming> read_structures(const ConfigNode& node) {
   if (!node.table()) wrong_type(node, "structures", "true, false or { resolution = N, repetitions = N, … }");
   TableReader reader(node, "structures");
   StructureTiming timing;
-  if (const auto* n = reader.find("resolution"))
-    timing.resolution = static_cast<int>(read_whole(*n, "structures.resolution", 8, 8192));
-  if (const auto* n = reader.find("repetitions"))
-    timing.repetitions = static_cast<int>(read_whole(*n, "structures.repetitions", 1, 1000));
-  if (const auto* n = reader.find("check_rays"))
-    timing.check_rays = static_cast<std::uint64_t>(read_whole(*n, "structures.check_rays", 0, 1'000'000'000'000));
-  if (const auto* n = reader.find("budget")) timing.budget_s = read_duration(*n, "structures.budget");
-  if (const auto* n = reader.find("isa"))
-    for (const std::string& name :
-         read_names(*n, "structures.isa", "instruction set", {std::begin(isa_options), std::end(isa_options)}))
-      timing.isas.push_back(isa_of_option(name));
+  reader.whole("resolution", timing.resolution, 8, 8192);
+  reader.whole("repetitions", timing.repetitions, 1, 1000);
+  reader.whole("check_rays", timing.check_rays, 0, 1'000'000'000'000);
+  reader.duration("budget", timing.budget_s);
+  std::vector<std::string> isas;
+  reader.names("isa", isas, "instruction set", {std::begin(isa_options), std::end(isa_options)});
+  for (const std::string& name : isas) timing.isas.push_back(isa_of_option(name));
   reader.finish();
   return timing;
 }

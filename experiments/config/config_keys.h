@@ -18,9 +18,5 @@ ReferenceChoice read_reference(const ConfigNode* node, const std::filesystem::pa
 Budget read_budget(const ConfigNode& node);
 ivec2 read_resolution(const ConfigNode& node);
 std::optional<StructureTiming> read_structures(const ConfigNode& node);
-bool read_flag(const ConfigNode& node, const std::string& key);
-// Names among `valid`, each once; `kind` is what an error calls them.
-std::vector<std::string> read_names(const ConfigNode& node, const std::string& key, const std::string& kind,
-                                    const std::vector<std::string>& valid);
 
 }  // namespace etendue

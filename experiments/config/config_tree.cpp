@@ -195,34 +195,10 @@ std::string canonical_text(const ConfigNode& node) {
   return std::visit(visitor, node.value);
 }
 
-TableReader::TableReader(const ConfigNode& node, std::string owner)
-    : table_(node.table() ? *node.table() : (wrong_type(node, owner, "a table"), *node.table())), owner_(std::move(owner)) {}
-
 const ConfigNode* find_key(const ConfigNode& node, const std::string& key) {
   const ConfigNode::Table& table = *node.table();
   const auto found = table.find(key);
   return found == table.end() ? nullptr : &found->second;
-}
-
-const ConfigNode* TableReader::find(const std::string& key) {
-  known_.push_back(key);
-  const auto found = table_.find(key);
-  return found == table_.end() ? nullptr : &found->second;
-}
-
-void TableReader::finish() const {
-  // The first by place in the file, so that one sees the mistakes in reading order.
-  const ConfigNode* first = nullptr;
-  std::string first_key;
-  for (const auto& [key, node] : table_) {
-    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-    if (!first ||
-        std::pair(node.key_where.line, node.key_where.column) < std::pair(first->key_where.line, first->key_where.column)) {
-      first = &node;
-      first_key = key;
-    }
-  }
-  if (first) throw Error(first->key_where, owner_ + ": " + unknown_name("key", first_key, known_));
 }
 
 void wrong_type(const ConfigNode& node, const std::string& key, const std::string& expected) {
@@ -249,52 +225,72 @@ std::string read_text(const ConfigNode& node, const std::string& key, const char
 }
 
 std::int64_t read_whole(const ConfigNode& node, const std::string& key, std::int64_t low, std::int64_t high) {
-  std::int64_t number = 0;
-  if (const auto* integer = std::get_if<std::int64_t>(&node.value)) {
-    number = *integer;
-  } else if (const auto* text = node.text()) {
-    try {
-      number = parse_count(*text);
-    } catch (const Error& e) {
-      throw Error(node.where, fmt::format("{}: {}", key, e.what()));
-    }
-  } else {
-    wrong_type(node, key, "a whole number such as 1000 or \"200k\"");
-  }
+  const auto* integer = std::get_if<std::int64_t>(&node.value);
+  if (!integer && !node.text()) wrong_type(node, key, "a whole number such as 1000 or \"200k\"");
+  const std::int64_t number = integer ? *integer : read_parsed(node, key, parse_count);
   if (number < low || number > high)
     throw Error(node.where, fmt::format("{} = {} is out of range; expected {} .. {}", key, number, low, high));
   return number;
 }
 
 double read_number(const ConfigNode& node, const std::string& key, double low, double high) {
-  double number = 0;
-  if (const auto* d = std::get_if<double>(&node.value)) {
-    number = *d;
-  } else if (const auto* i = std::get_if<std::int64_t>(&node.value)) {
-    number = static_cast<double>(*i);
-  } else {
-    wrong_type(node, key, "a number");
-  }
+  const auto* real = std::get_if<double>(&node.value);
+  const auto* integer = std::get_if<std::int64_t>(&node.value);
+  if (!real && !integer) wrong_type(node, key, "a number");
+  const double number = real ? *real : static_cast<double>(*integer);
   if (!(number >= low && number <= high))
     throw Error(node.where, fmt::format("{} = {:g} is out of range; expected {:g} .. {:g}", key, number, low, high));
   return number;
 }
 
 double read_duration(const ConfigNode& node, const std::string& key) {
-  double seconds = 0;
-  if (const auto* text = node.text()) {
-    try {
-      seconds = parse_seconds(*text);
-    } catch (const Error& e) {
-      throw Error(node.where, fmt::format("{}: {}", key, e.what()));
-    }
-  } else if (std::holds_alternative<double>(node.value) || std::holds_alternative<std::int64_t>(node.value)) {
-    seconds = read_number(node, key, 0, 1e9);
-  } else {
-    wrong_type(node, key, "a time such as \"60s\" (units: s, ms, min, h)");
-  }
+  const bool is_number = std::holds_alternative<double>(node.value) || std::holds_alternative<std::int64_t>(node.value);
+  if (!is_number && !node.text()) wrong_type(node, key, "a time such as \"60s\" (units: s, ms, min, h)");
+  const double seconds = is_number ? read_number(node, key, 0, 1e9) : read_parsed(node, key, parse_seconds);
   if (!(seconds > 0)) throw Error(node.where, fmt::format("{} = {:g} s; expected a time above zero", key, seconds));
   return seconds;
+}
+
+bool read_flag(const ConfigNode& node, const std::string& key) {
+  const auto* flag = std::get_if<bool>(&node.value);
+  if (!flag) wrong_type(node, key, "true or false");
+  return *flag;
+}
+
+std::vector<std::string> read_names(const ConfigNode& node, const std::string& key, const std::string& kind,
+                                    const std::vector<std::string>& valid) {
+  std::vector<std::string> names;
+  for (const ConfigNode* element : list_elements(node, key, "an array of names")) {
+    const std::string name = read_text(*element, key);
+    if (std::find(valid.begin(), valid.end(), name) == valid.end())
+      throw Error(element->where, key + ": " + unknown_name(kind, name, valid));
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+TableReader::TableReader(const ConfigNode& node, std::string owner) : node_(node), owner_(std::move(owner)) {
+  if (!node.table()) wrong_type(node, owner_, "a table");
+}
+
+const ConfigNode* TableReader::find(const std::string& key) {
+  known_.push_back(key);
+  return find_key(node_, key);
+}
+
+const ConfigNode& TableReader::need(const std::string& key) {
+  if (const ConfigNode* node = find(key)) return *node;
+  throw Error(node_.where, fmt::format("{}: no {}", owner_, key));
+}
+
+void TableReader::finish() const {
+  // The first by place in the file, so that one sees the mistakes in reading order.
+  const ConfigNode::Table::value_type* first = nullptr;
+  const auto place = [](const auto& entry) { return std::pair(entry.second.key_where.line, entry.second.key_where.column); };
+  for (const auto& entry : *node_.table())
+    if (std::find(known_.begin(), known_.end(), entry.first) == known_.end() && (!first || place(entry) < place(*first)))
+      first = &entry;
+  if (first) throw Error(first->second.key_where, owner_ + ": " + unknown_name("key", first->first, known_));
 }
 
 }  // namespace etendue

@@ -269,7 +269,7 @@ TEST(AccelComparison, StructuresAreRightOnASceneAndAreMeasured) {
     if (entry.available) choices.push_back({entry.name, {}});
   choices.push_back({"binned-sah", {{"bins", {std::int64_t{4}, {}}}}});
   std::size_t lines = 0;
-  ComparisonOptions options;
+  StructureTiming options;
   options.resolution = 32;
   options.repetitions = 2;
   options.threads = 2;
@@ -301,7 +301,7 @@ TEST(AccelComparison, StructuresAreRightOnASceneAndAreMeasured) {
 
 TEST(AccelComparison, WhatDoesNotFitTheBudgetIsSampledAndSaysSo) {
   const Scene scene = load_scene("builtin:mesh");
-  ComparisonOptions options;
+  StructureTiming options;
   options.resolution = 32;
   options.repetitions = 3;
   options.budget_s = 0.3;

@@ -91,14 +91,8 @@ class Execution {
         scenes_[s].reset();
   }
 
-  const ReferenceRecord* logged_reference(const std::string& scene) const {
-    for (const ReferenceRecord& record : directory_.earlier().references)
-      if (record.scene == scene) return &record;
-    return nullptr;
-  }
-
   bool wants_reference(std::size_t s, const std::set<CellName>& whole) {
-    const ReferenceRecord* known = logged_reference(config_.scenes[s].name);
+    const ReferenceRecord* known = directory_.earlier().reference(config_.scenes[s].name);
     if (known == nullptr || config_.reference.kind == ReferenceChoice::Kind::file) return true;
     if (!damage(*known, plan_.directory).empty()) return true;
     return std::any_of(plan_.cells.begin(), plan_.cells.end(),
@@ -152,7 +146,7 @@ class Execution {
     const auto narrate = [this](const std::string& line) { observer_.narrate(line); };
     const auto status = [this](const std::string& line) { observer_.status(line); };
     const RunLog& earlier = directory_.earlier();
-    const ReferenceRecord* known = logged_reference(name);
+    const ReferenceRecord* known = directory_.earlier().reference(name);
     const std::string wrong = known != nullptr ? damage(*known, plan_.directory) : "";
     if (!wrong.empty()) warn(fmt::format("{}: the reference {}; it is made again", name, wrong));
     // By a reference that was refused nothing has been measured.
@@ -178,12 +172,8 @@ class Execution {
     const std::string& name = config_.scenes[s].name;
     std::vector<StructureChoice> choices;
     for (const Method& accel : config_.accels) choices.push_back({accel.name, accel.params});
-    ComparisonOptions options;
-    options.resolution = config_.structures->resolution;
-    options.repetitions = config_.structures->repetitions;
+    StructureTiming options = *config_.structures;
     options.threads = plan_.threads;
-    options.check_rays = config_.structures->check_rays;
-    options.budget_s = config_.structures->budget_s;
     options.isas = structure_isas();
     for (const Isa isa : config_.structures->isas)
       if (!is_supported(isa))

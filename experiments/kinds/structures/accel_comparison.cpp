@@ -84,7 +84,7 @@ std::vector<double> larger_of(std::span<const double> a, std::span<const double>
 
 class Comparison {
  public:
-  Comparison(const Scene& scene, const std::vector<StructureChoice>& choices, const ComparisonOptions& options,
+  Comparison(const Scene& scene, const std::vector<StructureChoice>& choices, const StructureTiming& options,
              const std::function<void(const std::string&)>& progress)
       : scene_(scene), options_(options), progress_(progress), exact_tracer_(scene) {
     if (options_.isas.empty()) options_.isas = {chosen_isa()};
@@ -348,7 +348,7 @@ class Comparison {
   }
 
   const Scene& scene_;
-  ComparisonOptions options_;
+  StructureTiming options_;
   const std::function<void(const std::string&)>& progress_;
   std::size_t wanted_ = 0;  // contenders whose records are asked for, the first ones
   const ExactTracer exact_tracer_;
@@ -365,7 +365,7 @@ class Comparison {
 }  // namespace
 
 std::vector<StructureRecord> compare_structures(const Scene& scene, const std::vector<StructureChoice>& choices,
-                                                const ComparisonOptions& options,
+                                                const StructureTiming& options,
                                                 const std::function<void(const std::string&)>& progress) {
   CHECK(!choices.empty());
   CHECK_GT(options.repetitions, 0);
