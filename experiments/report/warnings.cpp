@@ -13,38 +13,43 @@
 namespace etendue {
 namespace {
 
+using Warnings = std::vector<std::string>;
+
+template <class... Args>
+void warn(Warnings& warnings, fmt::format_string<Args...> text, Args&&... args) {
+  warnings.push_back(fmt::format(text, std::forward<Args>(args)...));
+}
+
 // A method's errors do not depend on the structure: the first one stands for all.
 std::vector<const Configuration*> one_per_integrator(const SceneData& scene) {
   std::map<std::size_t, const Configuration*> first;
-  for (const Configuration& configuration : scene.configurations)
-    if (!configuration.replicates.empty()) first.try_emplace(configuration.integrator_index, &configuration);
+  for (const Configuration* configuration : scene.finished()) first.try_emplace(configuration->integrator_index, configuration);
   std::vector<const Configuration*> result;
   for (const auto& [index, configuration] : first) result.push_back(configuration);
   return result;
 }
 
-void warn_of_references(const ReportData& data, std::vector<std::string>& warnings) {
+void warn_of_references(const ReportData& data, Warnings& warnings) {
   for (const SceneData& scene : data.scenes) {
     if (scene.reference == nullptr) {
-      if (!one_per_integrator(scene).empty())
-        warnings.push_back(fmt::format("{}: the log holds no reference record.", scene.name));
+      if (!scene.finished().empty()) warn(warnings, "{}: the log holds no reference record.", scene.name);
       continue;
     }
     if (scene.reference->checks.find(undecided) != std::string::npos)
-      warnings.push_back(fmt::format("{}: the reference is unproven; {}.", scene.name, scene.reference->checks));
+      warn(warnings, "{}: the reference is unproven; {}.", scene.name, scene.reference->checks);
     if (const double share = floor_share(scene); share > floor_share_limit)
-      warnings.push_back(
-          fmt::format("{}: the reference's own variance ({}) is {} % of the smallest mean squared error drawn; it should stay "
-                      "below {} %. The lowest curves flatten on the reference's noise.",
-                      scene.name, format_figure(scene.reference->mse_floor), format_figure(100 * share),
-                      format_short(100 * floor_share_limit)));
+      warn(warnings,
+           "{}: the reference's own variance ({}) is {} % of the smallest mean squared error drawn; it should stay below {} %. "
+           "The lowest curves flatten on the reference's noise.",
+           scene.name, format_figure(scene.reference->mse_floor), format_figure(100 * share),
+           format_short(100 * floor_share_limit));
   }
   for (const std::string& scene : data.conflicts)
-    warnings.push_back(fmt::format(
-        "{}: the merged logs measured different versions or sizes of this scene; their errors are not comparable.", scene));
+    warn(warnings, "{}: the merged logs measured different versions or sizes of this scene; their errors are not comparable.",
+         scene);
 }
 
-void warn_of_bias(const ReportData& data, std::vector<std::string>& warnings) {
+void warn_of_bias(const ReportData& data, Warnings& warnings) {
   std::vector<const Configuration*> tested;
   for (const SceneData& scene : data.scenes)
     for (const Configuration* configuration : one_per_integrator(scene))
@@ -54,32 +59,32 @@ void warn_of_bias(const ReportData& data, std::vector<std::string>& warnings) {
   for (const Configuration* configuration : tested) {
     const Estimate estimate = signed_estimate(final_values(*configuration, "bias"), confidence);
     if (!estimate.interval.contains(0))
-      warnings.push_back(
-          fmt::format("{}: {} is declared unbiased, but its mean differs from the reference's by {} % ({} to {} %, "
-                      "at 95 % over all {} such tests together).",
-                      configuration->scene, configuration->integrator, format_figure(100 * estimate.centre),
-                      format_figure(100 * estimate.interval.low), format_figure(100 * estimate.interval.high), tested.size()));
+      warn(warnings,
+           "{}: {} is declared unbiased, but its mean differs from the reference's by {} % ({} to {} %, at 95 % over all {} "
+           "such tests together).",
+           configuration->scene, configuration->integrator, format_figure(100 * estimate.centre),
+           format_figure(100 * estimate.interval.low), format_figure(100 * estimate.interval.high), tested.size());
   }
 }
 
-void warn_of_rates(const ReportData& data, std::vector<std::string>& warnings) {
+void warn_of_rates(const ReportData& data, Warnings& warnings) {
   for (const SceneData& scene : data.scenes)
     for (const Configuration* configuration : one_per_integrator(scene)) {
       const auto rate = measured_rate(*configuration, scene.reference);
       const CellRecord* cell = configuration->any_cell();
       // A biased method keeps its rate only until its plateau, and where that lies is not declared.
       if (!rate || !rate->fit.interval || rate->replicates < 10 || cell->bias == "biased") continue;
-      if (cell->mse_exponent >= rate->fit.interval->low) continue;
-      warnings.push_back(
-          fmt::format("{}: {} converges more slowly than declared: exponent {:.2f} ({:.2f} to {:.2f}) against {}.", scene.name,
-                      configuration->integrator, rate->fit.slope, rate->fit.interval->low, rate->fit.interval->high,
-                      format_short(cell->mse_exponent)));
+      if (cell->mse_exponent < rate->fit.interval->low)
+        warn(warnings, "{}: {} converges more slowly than declared: exponent {:.2f} ({:.2f} to {:.2f}) against {}.", scene.name,
+             configuration->integrator, rate->fit.slope, rate->fit.interval->low, rate->fit.interval->high,
+             format_short(cell->mse_exponent));
     }
 }
 
 // The same integrator and seed after as many iterations must give the same bits on every structure.
-void warn_of_images(const ReportData& data, std::vector<std::string>& warnings) {
+void warn_of_images(const ReportData& data, Warnings& warnings) {
   for (const SceneData& scene : data.scenes) {
+    // The structures by the hash of their image, which is the same for all of them.
     std::map<std::tuple<std::string, std::uint64_t, std::uint64_t>, std::map<std::string, std::string>> images;
     for (const Configuration& configuration : scene.configurations)
       for (const Replicate& replicate : configuration.replicates)
@@ -91,80 +96,72 @@ void warn_of_images(const ReportData& data, std::vector<std::string>& warnings) 
       if (by_hash.size() > 1)
         for (const auto& [hash, accel] : by_hash) differing[std::get<0>(key)].insert(accel);
     for (const auto& [integrator, accels] : differing)
-      warnings.push_back(fmt::format("{}: images of {} differ between structures ({}) after equal iterations of equal seeds.",
-                                     scene.name, integrator, enumerate({accels.begin(), accels.end()}, ", ", 8)));
+      warn(warnings, "{}: images of {} differ between structures ({}) after equal iterations of equal seeds.", scene.name,
+           integrator, enumerate({accels.begin(), accels.end()}, ", ", 8));
   }
 }
 
 // A figure under a structure's name that is another's.
-void warn_of_fallbacks(const ReportData& data, std::vector<std::string>& warnings) {
-  std::set<std::string> told;
+void warn_of_fallbacks(const ReportData& data, Warnings& warnings) {
+  Warnings told;
   const auto tell = [&](const std::string& scene, const std::string& structure, const std::string& fallback) {
-    std::string text = fmt::format("{}: {}: {}.", scene, structure, fallback);
-    if (!fallback.empty() && told.insert(text).second) warnings.push_back(std::move(text));
+    if (!fallback.empty()) index_in(told, fmt::format("{}: {}: {}.", scene, structure, fallback));
   };
   for (const StructureRecord& record : data.log->structures) tell(record.scene, record.structure, record.fallback);
   for (const CellRecord& cell : data.log->cells) tell(cell.cell.scene, cell.cell.accel, cell.fallback);
+  warnings.insert(warnings.end(), told.begin(), told.end());
 }
 
 // What the readers left out, replaced or found not finite: the image is of another scene than its files say.
-void warn_of_scenes(const ReportData& data, std::vector<std::string>& warnings) {
+void warn_of_scenes(const ReportData& data, Warnings& warnings) {
   constexpr std::size_t most_told = 10;
   for (const SceneData& scene : data.scenes) {
     if (scene.reference == nullptr) continue;
     std::vector<std::string> told = scene.reference->warnings;
     std::stable_partition(told.begin(), told.end(),
                           [](const std::string& w) { return w.find("NaN or infinity") != std::string::npos; });
-    const std::size_t more = told.size() - std::min(told.size(), most_told);
-    told.resize(told.size() - more);
-    for (const std::string& warning : told)
-      warnings.push_back(warning.starts_with(scene.name + ":") ? warning : scene.name + ": " + warning);
-    if (more > 0) warnings.push_back(fmt::format("{}: {} more warnings of its reader stand in the log.", scene.name, more));
+    for (std::size_t i = 0; i < std::min(told.size(), most_told); ++i)
+      warnings.push_back(told[i].starts_with(scene.name + ":") ? told[i] : scene.name + ": " + told[i]);
+    if (told.size() > most_told)
+      warn(warnings, "{}: {} more warnings of its reader stand in the log.", scene.name, told.size() - most_told);
   }
 }
 
-// "seed 3: pixel (4, 5), iteration 6": the first ten of all cells.
-std::string non_finite_places(const std::vector<const CellRecord*>& cells) {
+void warn_of_samples(const ReportData& data, Warnings& warnings) {
+  constexpr std::size_t most_told = 10;
+  std::uint64_t dropped = 0;
+  std::set<std::string> sources;
   std::vector<std::string> places;
-  for (const CellRecord* cell : cells)
-    for (const auto& [x, y, iteration] : cell->non_finite_at)
-      if (places.size() < 10)
-        places.push_back(
-            fmt::format("{} seed {} pixel ({}, {}) iteration {}", cell->cell.integrator, cell->cell.seed, x, y, iteration));
-  return places.empty() ? "" : " First: " + enumerate(places, "; ", 10) + ".";
+  for (const Configuration* configuration : data.finished())
+    for (const Replicate& replicate : configuration->replicates) {
+      if (replicate.last()->non_finite == 0) continue;
+      dropped += replicate.last()->non_finite;
+      sources.insert(fmt::format("{} on {}", label(data, *configuration), configuration->scene));
+      for (const auto& [x, y, iteration] : replicate.cell->non_finite_at)
+        if (places.size() < most_told)
+          places.push_back(fmt::format("{} seed {} pixel ({}, {}) iteration {}", configuration->integrator, replicate.seed, x,
+                                       y, iteration));
+    }
+  if (dropped > 0)
+    warn(warnings, "{} non-finite samples were dropped: {}.{}", dropped, enumerate({sources.begin(), sources.end()}, ", ", 6),
+         places.empty() ? "" : " First: " + enumerate(places, "; ", most_told) + ".");
 }
 
-void warn_of_runs(const ReportData& data, std::vector<std::string>& warnings) {
-  if (data.failed > 0)
-    warnings.push_back(fmt::format("{} of {} cells failed; they are listed below.", data.failed, data.failed + data.done));
-  std::uint64_t non_finite = 0;
-  std::set<std::string> sources;
-  std::vector<const CellRecord*> cells;
-  for (const SceneData& scene : data.scenes)
-    for (const Configuration& configuration : scene.configurations)
-      for (const Replicate& replicate : configuration.replicates)
-        if (replicate.last()->non_finite > 0) {
-          non_finite += replicate.last()->non_finite;
-          cells.push_back(replicate.cell);
-          sources.insert(fmt::format("{} on {}", label(data, configuration), scene.name));
-        }
-  if (non_finite > 0)
-    warnings.push_back(fmt::format("{} non-finite samples were dropped: {}.{}", non_finite,
-                                   enumerate({sources.begin(), sources.end()}, ", ", 6), non_finite_places(cells)));
+void warn_of_runs(const ReportData& data, Warnings& warnings) {
+  if (data.failed > 0) warn(warnings, "{} of {} cells failed; they are listed below.", data.failed, data.failed + data.done);
+  warn_of_samples(data, warnings);
   for (const StructureRecord& record : data.log->structures)
     if (record.disagreements > 0)
-      warnings.push_back(fmt::format("{}: {} gave {} wrong answers to {} rays.", record.scene, record.structure,
-                                     record.disagreements, record.checked));
-  std::set<std::string> machines;
-  for (const ManifestRecord& manifest : data.log->manifests)
-    machines.insert(fmt::format("{}|{}|{}|{}", manifest.cpu, manifest.threads, manifest.commit, manifest.flags));
+      warn(warnings, "{}: {} gave {} wrong answers to {} rays.", record.scene, record.structure, record.disagreements,
+           record.checked);
+  std::set<std::tuple<std::string, int, std::string, std::string>> machines;
+  for (const ManifestRecord& m : data.log->manifests) machines.emplace(m.cpu, m.threads, m.commit, m.flags);
   if (machines.size() > 1)
-    warnings.push_back(fmt::format("{} different machines, thread counts or builds are merged here: compare times with care.",
-                                   machines.size()));
+    warn(warnings, "{} different machines, thread counts or builds are merged here: compare times with care.", machines.size());
   if (data.done > 0 && data.most_seeds == 1)
-    warnings.push_back("One seed for each configuration: there are no intervals, and an order between methods may be chance.");
+    warn(warnings, "One seed for each configuration: there are no intervals, and an order between methods may be chance.");
   else if (data.most_seeds == 2)
-    warnings.push_back("Two seeds for each configuration: bands show both extremes, which is no confidence interval.");
+    warn(warnings, "Two seeds for each configuration: bands show both extremes, which is no confidence interval.");
 }
 
 }  // namespace
@@ -180,7 +177,7 @@ double floor_share(const SceneData& scene) {
 
 std::vector<std::string> warnings_of(const ReportData& data) {
   std::vector<std::string> warnings;
-  for (const std::string& finding : data.findings) warnings.push_back(finding + ".");
+  for (const std::string& finding : data.findings) warn(warnings, "{}.", finding);
   warn_of_runs(data, warnings);
   warn_of_scenes(data, warnings);
   warn_of_fallbacks(data, warnings);
