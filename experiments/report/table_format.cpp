@@ -82,6 +82,12 @@ std::vector<std::size_t> visible_columns(const Table& table, std::size_t group) 
   return chosen;
 }
 
+std::optional<std::size_t> column_of(const Table& table, std::string_view key) {
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    if (table.columns[i].audience != Audience::people && table.columns[i].key == key) return i;
+  return std::nullopt;
+}
+
 void check_shape(const Table& table) {
   for (const auto& row : table.rows) CHECK_EQ(row.size(), table.columns.size());
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -69,6 +70,9 @@ std::string to_terminal(const Table& table, std::size_t group);
 // Indices of the columns a reader sees: of all groups, or of group 0 and the chosen one.
 inline constexpr std::size_t all_groups = static_cast<std::size_t>(-1);
 std::vector<std::size_t> visible_columns(const Table& table, std::size_t group = all_groups);
+
+// The column of that key, among a program's.
+std::optional<std::size_t> column_of(const Table& table, std::string_view key);
 
 void check_shape(const Table& table);  // CHECKs that each row has a cell for each column
 

@@ -1,6 +1,7 @@
 #include "experiments/report/results/changes.h"
 
 #include "experiments/report/report_text.h"
+#include "experiments/report/table_of.h"
 
 #include <fmt/format.h>
 
@@ -17,13 +18,6 @@ struct FigureColumns {
   std::size_t centre, low, high;
   std::optional<std::size_t> what;  // says what the interval is
 };
-
-std::optional<std::size_t> column_of(const Table& table, std::string_view key) {
-  const auto found = std::find_if(table.columns.begin(), table.columns.end(), [&](const TableColumn& column) {
-    return column.audience != Audience::people && column.key == key;
-  });
-  return found == table.columns.end() ? std::nullopt : std::optional<std::size_t>(found - table.columns.begin());
-}
 
 std::vector<FigureColumns> figure_columns(const Table& table) {
   struct Spelling {
@@ -60,19 +54,12 @@ Rows rows_by_name(const Table& table) {
   return rows;
 }
 
-std::optional<double> number_in(const std::vector<TableCell>& row, std::size_t column) {
-  const std::string& raw = row[column].raw;
-  char* end = nullptr;
-  const double value = std::strtod(raw.c_str(), &end);
-  return raw.empty() || *end != 0 ? std::nullopt : std::optional(value);
-}
-
 struct FigureValue {
   double centre, low, high;
 };
 std::optional<FigureValue> figure_in(const std::vector<TableCell>& row, const FigureColumns& columns) {
   if (columns.what && row[*columns.what].raw == "min-max") return std::nullopt;
-  const auto centre = number_in(row, columns.centre), low = number_in(row, columns.low), high = number_in(row, columns.high);
+  const auto centre = row[columns.centre].order, low = row[columns.low].order, high = row[columns.high].order;
   return centre && low && high ? std::optional(FigureValue{*centre, *low, *high}) : std::nullopt;
 }
 
@@ -104,24 +91,26 @@ std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<
 }
 
 Table changes_table(std::span<const FigureChange> changes) {
-  Table table{"changes", "What moved since the last log", {}, {}, {}, {}};
-  table.columns = {{"table", "table", false},
-                   {"row", "row", false},
-                   {"figure", "figure", false},
-                   {"then", "then"},
-                   {"", "interval", true, Audience::people},
-                   {"now", "now"},
-                   {"", "interval", true, Audience::people},
-                   {"ratio", "now / then"}};
-  for (const FigureChange& c : changes)
-    if (c.moved())
-      table.rows.push_back({TableCell::words(c.table), TableCell::words(c.row), TableCell::words(c.column),
-                            TableCell::number(c.then), TableCell::words(format_interval(c.then_low, c.then_high)),
-                            TableCell::number(c.now), TableCell::words(format_interval(c.now_low, c.now_high)),
-                            c.then == 0 ? TableCell{} : TableCell::number(c.now / c.then)});
-  table.notes.push_back(
-      fmt::format("{} figures with intervals were compared; those of {} do not overlap.", changes.size(), table.rows.size()));
-  return table;
+  std::vector<FigureChange> moved;
+  std::copy_if(changes.begin(), changes.end(), std::back_inserter(moved), [](const FigureChange& c) { return c.moved(); });
+  const std::string note =
+      fmt::format("{} figures with intervals were compared; those of {} do not overlap.", changes.size(), moved.size());
+  TableOf<FigureChange> table("changes", "What moved since the last log", std::move(moved));
+  const auto interval = [](double FigureChange::*low, double FigureChange::*high) {
+    return [=](const FigureChange& c) { return TableCell(format_interval(c.*low, c.*high)); };
+  };
+  table.column("table", "table", &FigureChange::table);
+  table.column("row", "row", &FigureChange::row);
+  table.column("figure", "figure", &FigureChange::column);
+  table.column("then", "then", &FigureChange::then);
+  table.column("", "interval", interval(&FigureChange::then_low, &FigureChange::then_high), Audience::people);
+  table.column("now", "now", &FigureChange::now);
+  table.column("", "interval", interval(&FigureChange::now_low, &FigureChange::now_high), Audience::people);
+  table.column("ratio", "now / then",
+               [](const FigureChange& c) { return c.then == 0 ? TableCell() : TableCell(c.now / c.then); });
+  Table result = table.take();
+  result.notes.push_back(note);
+  return result;
 }
 
 }  // namespace etendue

@@ -1,7 +1,7 @@
 #include "experiments/report/results/quotes.h"
 
 #include "experiments/report/report_text.h"
-#include "framework/core/error.h"
+#include "framework/io/text.h"
 
 #include <fmt/format.h>
 
@@ -46,12 +46,12 @@ double value_of(std::string_view quote, const TableSource& tables) {
   if (folder.empty() || name.empty() || key.empty() || words.empty() || !trimmed(quote).empty())
     throw Error("a figure that cannot be read; expected FOLDER/TABLE COLUMN [WORD, WORD, …]");
   const Table& table = tables(folder, name);
-  std::vector<std::string> keys;
-  for (const TableColumn& column : table.columns)
-    if (column.audience != Audience::people) keys.push_back(column.key);
-  const auto column = std::find_if(table.columns.begin(), table.columns.end(),
-                                   [&](const TableColumn& c) { return c.audience != Audience::people && c.key == key; });
-  if (column == table.columns.end()) throw Error(unknown_name("column", key, keys));
+  const auto column = column_of(table, key);
+  if (!column) {
+    std::vector<std::string> keys;
+    for (const TableColumn& other : table.columns) keys.push_back(other.key);
+    throw Error(unknown_name("column", key, keys));
+  }
   std::vector<std::string_view> wanted;
   while (!words.empty()) wanted.push_back(cut(words, ","));
   const TableCell* found = nullptr;
@@ -62,7 +62,7 @@ double value_of(std::string_view quote, const TableSource& tables) {
     });
     if (!fits) continue;
     ++rows;
-    found = &row[static_cast<std::size_t>(column - table.columns.begin())];
+    found = &row[*column];
   }
   if (rows != 1)
     throw Error(fmt::format("{} rows of {}/{} have all of [{}]; expected one", rows, folder, name, fmt::join(wanted, ", ")));
@@ -92,20 +92,13 @@ std::string figure_of(std::string_view marker, const TableSource& tables) {
   return notation(value_of(std::string(first) + "]", tables) / value_of(figures, tables), trimmed(format));
 }
 
-Location location_of(const std::string& file, std::string_view text, std::size_t at) {
-  const std::string_view before = text.substr(0, at);
-  const std::size_t line_start = before.rfind('\n');
-  return {file, static_cast<int>(std::count(before.begin(), before.end(), '\n')) + 1,
-          static_cast<int>(line_start == std::string_view::npos ? at : at - line_start - 1) + 1};
-}
-
 }  // namespace
 
 std::string fill_quotes(const std::string& file, std::string_view text, const TableSource& tables) {
   std::string filled;
   std::size_t done = 0;
   for (std::size_t at; (at = text.find(opening, done)) != std::string_view::npos;) {
-    const Location where = location_of(file, text, at);
+    const Location where = location_at(file, text, at);
     const std::size_t close = text.find(closing, at), end = text.find(end_mark, at);
     if (end == std::string_view::npos || text.find(opening, at + 1) < end)
       throw Error(where, fmt::format("a figure without its end; expected {}", end_mark));

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <set>
+#include <sstream>
 
 namespace etendue {
 
@@ -45,11 +46,17 @@ std::string machine_text(const ManifestRecord& manifest) {
   return fmt::format("{}, family {}, model {}, {}", manifest.cpu, manifest.cpu_family, manifest.cpu_model, manifest.isa);
 }
 
-Table overview(const fs::path& root, const std::map<std::string, LogAnswers>& answers) {
-  Table table{"results", "Results", {}, {}, {}, {}};
-  table.columns = {{"folder", "log", false},           {"question", "question", false}, {"answer", "answer", false},
-                   {"commit", "commit", false},        {"date", "date", false},         {"machine", "processor", false},
-                   {"duration", "time it took", false}};
+std::string in_row(std::string text) {
+  std::replace(text.begin(), text.end(), '|', '/');
+  return text;
+}
+
+// A row for each experiment, not padded: answers are long.
+std::string page_text(const fs::path& root, const std::map<std::string, LogAnswers>& answers) {
+  std::string text =
+      "# Results\n\nEach row is an experiment of `experiments/` by the same name, its answer as its log gives it. `./etendue "
+      "results` runs them\nagain and writes this page; [docs/results.md](../docs/results.md) discusses them.\n\n"
+      "| log | question | answer | commit | date | processor | time it took |\n|---|---|---|---|---|---|---|";
   for (const auto& [folder, answer] : answers) {
     const fs::path file = root / "experiments" / (folder + ".toml");
     std::set<std::string> commits, dates, machines;
@@ -58,32 +65,13 @@ Table overview(const fs::path& root, const std::map<std::string, LogAnswers>& an
       machines.insert(machine_text(manifest));
       if (!manifest.date.empty()) dates.insert(manifest.date);
     }
-    table.rows.push_back({TableCell::words(fmt::format("[{0}]({0}/tables/)", folder)),
-                          TableCell::words(is_file(file.string()) ? question_of(read_file(file.string())) : ""),
-                          TableCell::words(answer.finding), TableCell::words(fmt::format("{}", fmt::join(commits, ", "))),
-                          TableCell::words(fmt::format("{}", fmt::join(dates, ", "))),
-                          TableCell::words(fmt::format("{}", fmt::join(machines, "; "))),
-                          seconds_of(answer.log) > 0 ? TableCell::words(format_seconds(seconds_of(answer.log))) : TableCell{}});
-  }
-  return table;
-}
-
-// Rows of a page, not padded: answers are long.
-std::string page_text(const Table& table) {
-  std::string text =
-      "# Results\n\nEach row is an experiment of `experiments/` by the same name, its answer as its log gives it. `./etendue "
-      "results` "
-      "runs them\nagain and writes this page; [docs/results.md](../docs/results.md) discusses them.\n\n|";
-  for (const TableColumn& column : table.columns) text += " " + column.title + " |";
-  text += "\n|";
-  for (std::size_t i = 0; i < table.columns.size(); ++i) text += "---|";
-  for (const auto& row : table.rows) {
-    text += "\n|";
-    for (const TableCell& cell : row) {
-      std::string shown = cell.text;
-      std::replace(shown.begin(), shown.end(), '|', '/');
-      text += " " + shown + " |";
-    }
+    const double seconds = seconds_of(answer.log);
+    std::string row =
+        fmt::format("[{0}]({0}/tables/) | {1} | {2} | {3} | {4} | {5} | {6}", folder,
+                    in_row(is_file(file.string()) ? question_of(read_file(file.string())) : ""), in_row(answer.finding),
+                    fmt::join(commits, ", "), fmt::join(dates, ", "), in_row(fmt::format("{}", fmt::join(machines, "; "))),
+                    seconds > 0 ? format_seconds(seconds) : "–");
+    text += fmt::format("\n| {} |", row);
   }
   return text + "\n";
 }
@@ -108,18 +96,14 @@ std::vector<std::string> result_folders(const std::string& root) {
 }
 
 std::string question_of(const std::string& experiment_text) {
+  std::istringstream lines(experiment_text);
   std::string comment;
-  for (std::size_t begin = 0; begin < experiment_text.size() && experiment_text[begin] == '#';) {
-    const std::size_t end = std::min(experiment_text.find('\n', begin), experiment_text.size());
-    const std::string line = experiment_text.substr(begin + 1, end - begin - 1);
-    comment += (comment.empty() ? "" : " ") + line.substr(std::min(line.size(), line.find_first_not_of(' ')));
-    begin = end + 1;
-  }
+  for (std::string line; std::getline(lines, line) && line.starts_with('#');)
+    comment += line.substr(std::min(line.find_first_not_of("# "), line.size())) + " ";
   const std::size_t mark = comment.find('?');
   if (mark == std::string::npos) return "";
-  const std::size_t before = comment.substr(0, mark).rfind(". ");
-  return comment.substr(before == std::string::npos ? 0 : before + 2,
-                        mark + 1 - (before == std::string::npos ? 0 : before + 2));
+  const std::size_t before = comment.rfind(". ", mark), begin = before == std::string::npos ? 0 : before + 2;
+  return comment.substr(begin, mark + 1 - begin);
 }
 
 std::map<std::string, std::string> derived_files(const std::string& root) {
@@ -137,7 +121,7 @@ std::map<std::string, std::string> derived_files(const std::string& root) {
         files["results/" + chart] = to_svg(figure);
   }
   if (!charts.empty()) throw Error(fmt::format("a document shows results/{}, which no log gives", *charts.begin()));
-  files["results/README.md"] = page_text(overview(top, answers));
+  files["results/README.md"] = page_text(top, answers);
   const TableSource tables = [&](const std::string& folder, const std::string& name) -> const Table& {
     const auto found = answers.find(folder);
     if (found == answers.end()) throw Error(unknown_name("folder of results/", folder, result_folders(root)));
