@@ -81,11 +81,6 @@ std::string series_classes(const ChartSeries& series) {
                      draws[static_cast<std::size_t>(series.draw)]);
 }
 
-bool Chart::is_named_by_title(const ChartSeries& one) const {
-  return one.label == title &&
-         std::count_if(series.begin(), series.end(), [](const ChartSeries& s) { return s.is_in_legend(); }) == 1;
-}
-
 Interval natural_x_range(const Chart& chart) {
   std::vector<double> values;
   for (const ChartSeries& series : chart.series)
@@ -146,11 +141,8 @@ std::string Plot::axes() const {
   for (const Tick& tick : y_ticks_) {
     const double y = place(x_.low, tick.value).y;
     const bool zero = chart_.rows.empty() && y_scale_ == Scale::linear && tick.value == 0;
-    grid += fmt::format(R"(<path class="{}" d="M{} {}H{}"/>)",
-                        zero                 ? "zero"
-                        : tick.label.empty() ? "minor"
-                                             : "grid",
-                        px(box_.left), px(y), px(box_.right()));
+    const char* classes = zero ? "zero" : tick.label.empty() ? "minor" : "grid";
+    grid += fmt::format(R"(<path class="{}" d="M{} {}H{}"/>)", classes, px(box_.left), px(y), px(box_.right()));
     if (!tick.label.empty()) labels += text_at(box_.left - 8, y + 4.5, "end", "", tick.label);
   }
   std::string out = fmt::format(R"(<g class="axes">{}<rect class="frame" x="{}" y="{}" width="{}" height="{}"/>)", grid,

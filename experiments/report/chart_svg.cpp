@@ -1,5 +1,6 @@
 #include "experiments/report/chart_svg.h"
 
+#include "experiments/log/json_line.h"
 #include "experiments/report/chart_plot.h"
 #include "experiments/report/page/assets.h"
 #include "experiments/report/report_text.h"
@@ -10,18 +11,6 @@
 
 namespace etendue {
 namespace {
-
-// One a key, in order, without those whose panel is theirs alone.
-std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels) {
-  std::vector<const ChartSeries*> entries;
-  for (const Chart& chart : panels)
-    for (const ChartSeries& series : chart.series) {
-      const auto same = [&](const ChartSeries* entry) { return entry->key == series.key; };
-      if (series.is_in_legend() && !chart.is_named_by_title(series) && std::none_of(entries.begin(), entries.end(), same))
-        entries.push_back(&series);
-    }
-  return entries;
-}
 
 constexpr std::size_t legend_length = 96;  // characters: a method with the parameters that tell it from others
 
@@ -129,6 +118,20 @@ Sheet grid_of_plots(std::span<const Chart> panels) {
 
 }  // namespace
 
+std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels) {
+  std::vector<const ChartSeries*> entries;
+  for (const Chart& chart : panels) {
+    const auto count = std::count_if(chart.series.begin(), chart.series.end(), [](const auto& s) { return s.is_in_legend(); });
+    for (const ChartSeries& series : chart.series) {
+      const auto same = [&](const ChartSeries* entry) { return entry->key == series.key; };
+      const bool named_by_title = count == 1 && series.label == chart.title;
+      if (series.is_in_legend() && !named_by_title && std::none_of(entries.begin(), entries.end(), same))
+        entries.push_back(&series);
+    }
+  }
+  return entries;
+}
+
 std::string inline_svg(const Chart& chart, bool compact) {
   const double width = compact ? 420 : 720, height = compact ? 310 : plot_height(chart);
   return fmt::format(
@@ -137,7 +140,8 @@ std::string inline_svg(const Chart& chart, bool compact) {
       width, height,
       escape_html(fmt::format("{}{} against {}", chart.title.empty() ? "" : chart.title + ": ", chart.y.title, chart.x.title)),
       escape_html(chart.title), escape_html(chart.x.title), escape_html(chart.y.title),
-      chart.rows.empty() ? "" : " data-rows=\"1\"", Plot(chart, {0, 0, width, height}, compact).svg());
+      chart.rows.empty() ? "" : fmt::format(R"( data-rows="{}")", escape_html(dump(Json(chart.rows)))),
+      Plot(chart, {0, 0, width, height}, compact).svg());
 }
 
 std::string standalone_svg(const std::string& title, std::span<const Chart> panels, const std::vector<std::string>& notes) {

@@ -66,9 +66,6 @@ struct Chart {
   std::vector<std::string> rows = {};  // where given, y is an index into these names, the first on top
   std::vector<ChartSeries> series = {};
   std::vector<ChartLabel> labels = {};  // placed beside their points where there is room
-
-  // Whether the legend need not name a series of it: its title does, and nothing else is drawn there.
-  bool is_named_by_title(const ChartSeries& one) const;
 };
 
 // The ranges a chart takes by itself; to share axes among panels.
@@ -81,6 +78,8 @@ std::string inline_svg(const Chart& chart, bool compact = false);
 // A file of its own: title, panels (one, or several in a grid), legend, notes.
 std::string standalone_svg(const std::string& title, std::span<const Chart> panels, const std::vector<std::string>& notes);
 
+// What a legend of these panels names: one series a key, in order, without those whose panel is theirs alone.
+std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels);
 // The line and marker of a series, for a legend in HTML.
 std::string legend_swatch(const ChartSeries& series);
 

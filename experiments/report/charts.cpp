@@ -1,7 +1,6 @@
 #include "experiments/report/charts.h"
 
 #include "experiments/report/report_text.h"
-#include "experiments/report/structures/structure_figures.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -246,12 +245,7 @@ std::vector<Figure> file_figures(const ReportData& data) {
       add(error_figure(data, scene, metric, Abscissa::iterations, Scale::log));
       add(front_figure(data, scene, metric, Scale::log));
     }
-    add(structures_figure(data, scene));
-    add(break_even_figure(data, scene));
-    add(ray_cost_figure(data, scene));
   }
-  for (Figure& figure : structure_sweep_figures(data)) add(std::move(figure));
-  add(structures_over_scenes_figure(data));
   return figures;
 }
 

@@ -3,7 +3,6 @@
 //   error over time        log-log, a series for each integrator and structure, bands over seeds; the main chart
 //   error over iterations  where structures must coincide: they change only the time
 //   front                  every checkpoint of every configuration as (time, error) and what nothing beats
-//   ray structures         structure_figures.h
 //
 // Beyond ten series the error charts split into panels, one an integrator, the others' curves grey behind.
 #pragma once
@@ -30,7 +29,7 @@ struct Figure {
 Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale);
 Figure front_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Scale scale);
 
-// All that are kept as files: every metric, log axes.
+// Those that are kept as files: every metric, log axes.
 std::vector<Figure> file_figures(const ReportData& data);
 
 std::string to_svg(const Figure& figure);

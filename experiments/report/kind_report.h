@@ -1,4 +1,5 @@
-// What a report shows of the records of one kind of experiment. All of it is empty where the log has none.
+// What a report shows of the records of one kind of experiment, or of what stands beside them: rates, ray structures. All of it
+// is empty where the log has none.
 #pragma once
 
 #include "experiments/log/log.h"
@@ -12,16 +13,21 @@
 
 namespace etendue {
 
+// Figures below one heading of the page; without a heading, each one's caption says what it is of.
+struct FigureGroup {
+  std::string heading = {};
+  std::vector<Figure> figures = {};
+};
+
 struct KindReport {
   std::string fact = {};  // beneath the page's title: "3 animations"
   std::vector<Table> tables = {};
   Predictions predictions = {};
-  std::vector<Figure> figures = {};                                // that are kept as files
   std::vector<std::pair<std::string, std::string>> findings = {};  // what of, and a sentence
-  // The page's section: the name that links to it, its heading, and its HTML.
+  std::string answer = {};                                         // all of that in one sentence
+  // The page's section: the name that links to it, its heading, HTML, and figures, which are kept as files, too.
   std::string id = {}, heading = {}, section = {};
-  bool finds_in_section = false;  // the section says all that was found
-  std::string answer = {};        // all of that in one sentence
+  std::vector<FigureGroup> figures = {};
 };
 
 // A line for each cell that failed.

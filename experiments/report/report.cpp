@@ -3,47 +3,29 @@
 #include "experiments/kind.h"
 #include "experiments/log/products.h"
 #include "experiments/log/trust.h"
-#include "experiments/report/charts.h"
 #include "experiments/report/confidence.h"
 #include "experiments/report/page/html.h"
-#include "experiments/report/page/images.h"
 #include "experiments/report/rate_report.h"
 #include "experiments/report/ratios.h"
+#include "experiments/report/report_text.h"
+#include "experiments/report/structures/structure_figures.h"
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"
 #include "framework/core/error.h"
+#include "framework/io/text.h"
 #include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 
 namespace etendue {
 namespace fs = std::filesystem;
-namespace {
-
-constexpr std::size_t image_budget_bytes = 24 << 20;
-constexpr const char* written_list = "report.files";  // what the last report wrote: nothing else may be removed
-
-std::string read_small(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
-// Files of a log are named relative to its directory.
-void resolve(std::string& file, const fs::path& directory) {
-  if (!file.empty() && fs::path(file).is_relative()) file = (directory / file).lexically_normal().string();
-}
-
-}  // namespace
-
 namespace {
 
 RunLog read_directory(const std::string& directory) {
@@ -53,34 +35,29 @@ RunLog read_directory(const std::string& directory) {
   return read_log(path.string());
 }
 
-void resolve_files(RunLog& log, const std::string& directory) {
+// change(name) of every file that the log names.
+template <class Change>
+void change_files(RunLog& log, const Change& change) {
   for (CellRecord& cell : log.cells) {
-    resolve(cell.image, directory);
-    resolve(cell.strip, directory);
+    change(cell.image);
+    change(cell.strip);
   }
-  for (ReferenceRecord& reference : log.references) resolve(reference.file, directory);
+  for (ReferenceRecord& reference : log.references) change(reference.file);
   for (const auto& record : log.records)
-    if (const KindRecord::File file = record->file(); file.path) resolve(*file.path, directory);
+    if (const KindRecord::File file = record->file(); file.path) change(*file.path);
 }
 
-// Without the files that the log names, which nobody held against it.
+// Files of a log are named relative to its directory.
+void resolve_files(RunLog& log, const fs::path& directory) {
+  change_files(log, [&](std::string& file) {
+    if (!file.empty() && fs::path(file).is_relative()) file = (directory / file).lexically_normal().string();
+  });
+}
+
+// Without the files, which nobody held against the log.
 void forget_files(RunLog& log) {
-  for (CellRecord& cell : log.cells) {
-    cell.image.clear();
-    cell.strip.clear();
-  }
-  for (ReferenceRecord& reference : log.references) reference.file.clear();
+  change_files(log, [](std::string& file) { file.clear(); });
 }
-
-}  // namespace
-
-RunLog read_resolved_log(const std::string& directory) {
-  RunLog log = read_directory(directory);
-  resolve_files(log, directory);
-  return log;
-}
-
-namespace {
 
 // Directories as a reader may type them: relative ones as they are, of others the last part.
 std::string shown_name(const std::string& directory) {
@@ -94,19 +71,18 @@ std::vector<std::pair<std::string, std::string>> find_experiments(const RunLog& 
                                                                   const std::vector<std::string>& directories) {
   constexpr std::uintmax_t largest = 64 << 10;
   std::vector<std::pair<std::string, std::string>> found;
-  const auto add = [&](std::pair<std::string, std::string> experiment) {
-    const auto same = [&](const auto& other) { return other.second == experiment.second; };
-    if (std::none_of(found.begin(), found.end(), same)) found.push_back(std::move(experiment));
+  const auto add = [&](const std::string& name, const std::string& text) {
+    const auto same = [&](const auto& other) { return other.second == text; };
+    if (std::none_of(found.begin(), found.end(), same)) found.emplace_back(name, text);
   };
   for (const ManifestRecord& manifest : log.manifests)
-    if (!manifest.experiment.empty()) add({manifest.file.empty() ? nameless_experiment : manifest.file, manifest.experiment});
+    if (!manifest.experiment.empty()) add(manifest.file.empty() ? nameless_experiment : manifest.file, manifest.experiment);
   for (const std::string& directory : directories) {
-    std::vector<fs::path> files;
+    std::set<fs::path> files;
     for (const auto& entry : fs::directory_iterator(directory))
       if (entry.is_regular_file() && entry.path().extension() == ".toml" && entry.file_size() <= largest)
-        files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
-    for (const fs::path& file : files) add({file.filename().string(), read_small(file)});
+        files.insert(entry.path());
+    for (const fs::path& file : files) add(file.filename().string(), read_file(file.string()));
   }
   return found;
 }
@@ -119,24 +95,29 @@ std::vector<std::string> conflicting_scenes(const RunLog& merged, const std::vec
       return other.scene == kept.scene &&
              (other.scene_hash != kept.scene_hash || other.width != kept.width || other.height != kept.height);
     };
-    if (std::any_of(logs.begin(), logs.end(),
-                    [&](const RunLog& log) { return std::any_of(log.references.begin(), log.references.end(), differs); }))
-      scenes.push_back(kept.scene);
+    const auto has_other = [&](const RunLog& log) {
+      return std::any_of(log.references.begin(), log.references.end(), differs);
+    };
+    if (std::any_of(logs.begin(), logs.end(), has_other)) scenes.push_back(kept.scene);
   }
   return scenes;
 }
 
-// What a report wrote: a line for each file with its stamp and name, then the checksum of those lines.
-std::string list_text(const std::map<std::string, FileStamp>& files) {
+// --- the files of a report ---
+
+using FileList = std::map<std::string, FileStamp>;
+constexpr const char* written_list = "report.files";  // what the last report wrote: nothing else may be removed
+
+// A line for each file with its stamp and name, then the checksum of those lines.
+std::string list_text(const FileList& files) {
   std::string text;
   for (const auto& [name, stamp] : files) text += fmt::format("{} {} {}\n", stamp.hash, stamp.bytes, name);
   return text + hash_text(text) + "\n";
 }
 
 // nullopt where the list is not as it was written.
-std::optional<std::map<std::string, FileStamp>> read_list(const fs::path& path) {
-  std::map<std::string, FileStamp> files;
-  const std::string all = read_small(path);
+std::optional<FileList> read_list(const std::string& all) {
+  FileList files;
   std::istringstream lines(all);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
@@ -150,123 +131,131 @@ std::optional<std::map<std::string, FileStamp>> read_list(const fs::path& path) 
 class Output {
  public:
   explicit Output(fs::path directory) : directory_(std::move(directory)) {
-    std::error_code ignored;
-    if (!fs::is_regular_file(directory_ / written_list, ignored)) return;
-    if (auto list = read_list(directory_ / written_list)) {
+    if (!is_file(path_of(written_list))) return;
+    if (auto list = read_list(read_file(path_of(written_list))))
       old_ = std::move(*list);
-    } else {
-      notes_.push_back(fmt::format("{} was changed since it was written: what an earlier report left stays",
-                                   (directory_ / written_list).string()));
-    }
+    else
+      notes_.push_back(path_of(written_list) + " was changed since it was written: what an earlier report left stays");
     for (const auto& [name, stamp] : old_)
-      if (fs::exists(directory_ / name, ignored))
-        if (const std::string wrong = difference((directory_ / name).string(), stamp); !wrong.empty())
-          notes_.push_back(
-              fmt::format("{} was changed since it was written ({}); it is written anew", (directory_ / name).string(), wrong));
+      if (const std::string path = path_of(name); is_file(path))
+        if (const std::string wrong = difference(path, stamp); !wrong.empty())
+          notes_.push_back(fmt::format("{} was changed since it was written ({}); it is written anew", path, wrong));
   }
 
   void write(const std::string& name, const std::string& text) {
-    const fs::path path = directory_ / name;
-    const FileStamp stamp = stamp_of(text);
-    if (!difference(path.string(), stamp).empty()) {  // to flush what is there already would take as long
-      make_folders(path.parent_path().string());
-      write_whole_file(path.string(), text);
-    }
-    written_[name] = stamp;
+    const std::string path = path_of(name);
+    written_[name] = stamp_of(text);
+    if (difference(path, written_[name]).empty()) return;  // to flush what is there already would take as long
+    make_folders(fs::path(path).parent_path().string());
+    write_whole_file(path, text);
   }
 
   // Removes what an earlier report left and this one did not write, and notes what was written.
   Report finish() {
     std::error_code ignored;
     for (const auto& [name, stamp] : old_)
-      if (!written_.contains(name) && fs::is_regular_file(directory_ / name, ignored)) fs::remove(directory_ / name, ignored);
-    write_whole_file((directory_ / written_list).string(), list_text(written_));
+      if (!written_.contains(name) && is_file(path_of(name))) fs::remove(path_of(name), ignored);
+    write_whole_file(path_of(written_list), list_text(written_));
     Report report{{}, {}, std::move(notes_)};
-    for (const auto& [name, stamp] : written_) report.files.push_back((directory_ / name).string());
+    for (const auto& [name, stamp] : written_) report.files.push_back(path_of(name));
     return report;
   }
 
  private:
+  std::string path_of(const std::string& name) const { return (directory_ / name).string(); }
+
   fs::path directory_;
-  std::map<std::string, FileStamp> old_, written_;
+  FileList old_, written_;
   std::vector<std::string> notes_;
 };
 
-std::string formatted(const Table& table, const std::string& format) {
-  if (format == "md") return to_markdown(table);
-  if (format == "csv") return to_csv(table);
-  return to_tex(table);
-}
+// --- what a log tells ---
 
-// What needs no image.
-PageContent content_of(const ReportData& data) {
-  PageContent content;
-  content.rates = fit_rates(data);
-  content.stated = exponent_predictions(content.rates);
-  content.stated.add(ratio_predictions(find_ratios(data)));
-  Predictions predictions = content.stated;
+using Formatter = std::string (*)(const Table&);
+const std::map<std::string, Formatter> formatters{{"md", to_markdown}, {"csv", to_csv}, {"tex", to_tex}};
+
+// What the experiment predicts of its images, and what methods declare of themselves.
+KindReport predictions_report(const ReportData& data) {
+  const std::vector<FittedRate> rates = fit_rates(data);
+  Predictions predictions = exponent_predictions(rates);
+  predictions.add(ratio_predictions(find_ratios(data)));
+  KindReport report{.answer = predictions_finding(predictions), .id = "predictions", .heading = "Predictions"};
+  if (!predictions.rows.empty()) {
+    report.section = fmt::format("<p>{}</p>\n", escape_html(report.answer));
+    report.figures = {{"", rate_figures(rates)}};
+  }
   predictions.add(bias_predictions(data));
   predictions.add(confidence_predictions(data));
-  for (const ExperimentKind* kind : experiment_kinds()) {
-    content.kinds.push_back(kind->report(*data.log));
-    predictions.add(content.kinds.back().predictions);
-  }
+  report.predictions = std::move(predictions);
+  return report;
+}
+
+// What needs no image. What an experiment was for comes first: what it predicts, then what its kind judges.
+PageContent content_of(const ReportData& data) {
+  PageContent content;
+  content.parts.push_back(predictions_report(data));
+  for (const ExperimentKind* kind : experiment_kinds()) content.parts.push_back(kind->report(*data.log));
+  content.parts.push_back(structures_report(data));
+  Predictions predictions;
+  for (const KindReport& part : content.parts) predictions.add(part.predictions);
   content.tables.push_back(predictions_table(predictions));
-  for (const KindReport& kind : content.kinds)
-    content.tables.insert(content.tables.end(), kind.tables.begin(), kind.tables.end());
+  for (const KindReport& part : content.parts)
+    content.tables.insert(content.tables.end(), part.tables.begin(), part.tables.end());
   const std::vector<Table> tables = report_tables(data);
   content.tables.insert(content.tables.end(), tables.begin(), tables.end());
+  // That nothing failed is an answer.
+  std::erase_if(content.tables, [](const Table& table) { return table.rows.empty() && table.name != "failures"; });
   return content;
 }
 
 std::vector<Figure> figures_of(const ReportData& data, const PageContent& content) {
   std::vector<Figure> figures = file_figures(data);
-  for (const KindReport& kind : content.kinds) figures.insert(figures.end(), kind.figures.begin(), kind.figures.end());
-  const std::vector<Figure> rates = rate_figures(content.rates);
-  figures.insert(figures.end(), rates.begin(), rates.end());
+  for (const KindReport& part : content.parts)
+    for (const FigureGroup& group : part.figures) figures.insert(figures.end(), group.figures.begin(), group.figures.end());
   return figures;
 }
 
-// What an experiment was for comes first: theory, then what its kind judges, then who leads where.
+// In one sentence; where nothing but errors was logged, who leads where.
 std::string finding_of(const ReportData& data, const PageContent& content) {
-  if (std::string stated = predictions_finding(content.stated); !stated.empty()) return stated;
-  for (const KindReport& kind : content.kinds) {
-    if (!kind.answer.empty()) return kind.answer;
-    if (!kind.findings.empty()) return kind.findings.front().second;
+  for (const KindReport& part : content.parts) {
+    if (!part.answer.empty()) return part.answer;
+    if (!part.findings.empty()) return part.findings.front().second;
   }
   constexpr std::size_t most = 4;  // scenes: it is one sentence that a reader wants
   std::string text;
   const std::vector<SceneFindings> scenes = conclude(data).scenes;
   for (std::size_t i = 0; i < std::min(most, scenes.size()); ++i) {
     const Finding& first = scenes[i].findings.front();
-    const std::size_t end = first.text.find(". ");
-    text += fmt::format("{}{}: {}{}", text.empty() ? "" : " ", scenes[i].scene, first.lead,
-                        end == std::string::npos ? first.text : first.text.substr(0, end + 1));
+    const std::string sentence = first.text.substr(0, first.text.find(". "));
+    text += fmt::format("{}{}: {}{}{}", text.empty() ? "" : " ", scenes[i].scene, first.lead, sentence,
+                        sentence.size() < first.text.size() ? "." : "");
   }
   return scenes.size() > most ? fmt::format("{} And {} more scenes.", text, scenes.size() - most) : text;
 }
 
-// That nothing failed is an answer.
-bool is_shown(const Table& table) { return !table.rows.empty() || table.name == "failures"; }
-
 }  // namespace
+
+RunLog read_resolved_log(const std::string& directory) {
+  RunLog log = read_directory(directory);
+  resolve_files(log, directory);
+  return log;
+}
 
 LogAnswers answers_of(const std::string& directory) {
   RunLog log = read_directory(directory);
   forget_files(log);
   const ReportData data = arrange(log);
-  PageContent content = content_of(data);
-  LogAnswers answers{std::move(content.tables), figures_of(data, content), finding_of(data, content), {}};
-  std::erase_if(answers.tables, [](const Table& table) { return !is_shown(table); });
+  const PageContent content = content_of(data);
+  LogAnswers answers{content.tables, figures_of(data, content), finding_of(data, content), {}};
   answers.log = std::move(log);
   return answers;
 }
 
 Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options) {
-  const std::vector<std::string> formats{"md", "csv", "tex"};
+  constexpr std::size_t image_budget_bytes = 24 << 20;
   for (const std::string& format : options.table_formats)
-    if (std::find(formats.begin(), formats.end(), format) == formats.end())
-      throw Error(unknown_name("table format", format, formats));
+    if (!formatters.contains(format))
+      throw Error(unknown_name("table format", format, std::vector<std::string>{"md", "csv", "tex"}));
   std::vector<RunLog> logs;
   for (const std::string& directory : directories) logs.push_back(read_directory(directory));
   std::vector<std::string> findings = missing_parts(logs, directories, !options.of_a_run);
@@ -290,11 +279,9 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   content.experiments = find_experiments(log, directories);
 
   Output out(output.empty() ? fs::path(".") : fs::path(output));
-  for (const Table& table : content.tables) {
-    if (!is_shown(table)) continue;
+  for (const Table& table : content.tables)
     for (const std::string& format : options.table_formats)
-      out.write("tables/" + table.name + "." + format, formatted(table, format));
-  }
+      out.write("tables/" + table.name + "." + format, formatters.at(format)(table));
   for (const Figure& figure : figures_of(data, content)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   out.write("report.html", report_page(data, content));
   Report report = out.finish();

@@ -79,8 +79,13 @@ TEST(Charts, EveryFileIsWellFormedAndFinite) {
   RunLog log = small_log();
   log.structures = {structure("builtin:room", "sah", "bvh8", 2, 0.1), structure("builtin:room", "lbvh", "binary", 1, 0.01),
                     structure("builtin:room", "brute", "-", 1e-4, 0)};
-  const auto figures = file_figures(arrange(log));
-  EXPECT_EQ(figures.size(), 3u * 2 + 2 + 3);  // metrics over time and iterations, fronts of the unsigned, structures
+  const ReportData data = arrange(log);
+  std::vector<Figure> figures = file_figures(data);
+  EXPECT_EQ(figures.size(), 3u * 2 + 2);  // metrics over time and iterations, fronts of the unsigned
+  const KindReport structures = structures_report(data);
+  ASSERT_EQ(structures.figures.size(), 1u);  // of the scene
+  EXPECT_EQ(structures.figures[0].figures.size(), 3u);
+  figures.insert(figures.end(), structures.figures[0].figures.begin(), structures.figures[0].figures.end());
   for (const Figure& figure : figures) {
     const std::string svg = to_svg(figure);
     EXPECT_TRUE(well_formed(svg)) << figure.name;
@@ -305,6 +310,12 @@ TEST(Charts, LegendsLeaveOutWhatAPanelsTitleNames) {
   EXPECT_EQ(times(svg, ">alone<"), 1);
   EXPECT_EQ(times(svg, ">two<"), 2);
   EXPECT_EQ(times(svg, ">third<"), 1);
+}
+
+TEST(Charts, RowsAreNamedForReadOuts) {
+  Chart chart{.rows = {"sah \"bvh8\"", "grid"}};
+  chart.series.push_back({.key = "k", .label = "k", .points = {{1, 0}, {2, 1}}});
+  EXPECT_NE(inline_svg(chart).find("data-rows=\"[&quot;sah \\&quot;bvh8\\&quot;&quot;,&quot;grid&quot;]\""), std::string::npos);
 }
 
 TEST(Charts, EqualLogsGiveEqualFiles) {

@@ -90,6 +90,28 @@ TEST(Page, OfLogsWithLittleInThemSaysWhatIsMissing) {
   EXPECT_EQ(page_of(only_bias).find("the least bias"), std::string::npos);
 }
 
+TEST(Page, PartsHaveSectionsLinksAndCaptionsThatSayWhatTheyAreOf) {
+  Figure figure{.name = "f", .scene = "a set", .title = "times"};
+  figure.panels.push_back({.series = {{.key = "k", .label = "k", .points = {{1, 1}, {2, 2}}}}});
+  PageContent content;
+  content.parts = {
+      {.fact = "3 sets", .id = "sets", .heading = "Sets", .figures = {{"", {figure}}, {"Under a heading", {figure}}}},
+      {.id = "nothing", .heading = "Nothing"}};
+  ReportData data;
+  const RunLog log;
+  data.log = &log;
+  data.findings = {"the run has not finished"};
+  const std::string page = report_page(data, content);
+  EXPECT_NE(page.find("<p class=\"facts\">3 sets</p>"), std::string::npos);
+  EXPECT_NE(page.find("<a href=\"#sets\">Sets</a>"), std::string::npos);
+  EXPECT_NE(page.find("<section id=\"sets\"><h2>Sets</h2>"), std::string::npos);
+  EXPECT_NE(page.find("<figcaption>a set, times</figcaption>"), std::string::npos);
+  EXPECT_NE(page.find("<h3>Under a heading</h3>"), std::string::npos);
+  EXPECT_NE(page.find("<figcaption>times</figcaption>"), std::string::npos);
+  EXPECT_EQ(page.find("#nothing"), std::string::npos);
+  EXPECT_NE(page.find("<li>the run has not finished.</li>"), std::string::npos);
+}
+
 TEST(Page, ZeroErrorsBringNoNonFiniteText) {
   RunLog log = small_log();
   for (CheckpointRecord& record : log.checkpoints) record.metrics["relmse"] = record.metrics["mse"] = 0;

@@ -1,6 +1,5 @@
 #include "experiments/kinds/animation/animation_report.h"
 
-#include "experiments/report/page/figure.h"
 #include "experiments/report/report_text.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/units.h"
@@ -212,12 +211,7 @@ KindReport animation_report(const RunLog& log) {
     report.fact = fmt::format("{} {}", animations.size(), animations.size() == 1 ? "animation" : "animations");
   for (const AnimationData& animation : animations) {
     report.findings.emplace_back(animation.name, animation_finding(animation));
-    report.section += fmt::format("<h3>{}</h3><div class=\"figures\">\n", escape_html(animation.name));
-    for (Figure& figure : animation_figures(animation)) {
-      report.section += figure_html(figure);
-      report.figures.push_back(std::move(figure));
-    }
-    report.section += "</div>\n";
+    report.figures.push_back({animation.name, animation_figures(animation)});
   }
   return report;
 }

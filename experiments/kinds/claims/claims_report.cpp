@@ -173,10 +173,9 @@ KindReport claims_report(const RunLog& log) {
   const std::vector<ClaimFindings> claims = arrange_claims(log);
   KindReport report{.tables = {claims_table(log)},
                     .predictions = claim_predictions(log),
+                    .answer = count_claims(claims) + ".",
                     .id = "claims",
-                    .heading = "Textbook statements, measured",
-                    .finds_in_section = true,
-                    .answer = count_claims(claims) + "."};
+                    .heading = "Textbook statements, measured"};
   if (!claims.empty()) report.fact = fmt::format("{} {}", claims.size(), claims.size() == 1 ? "statement" : "statements");
   std::string& out = report.section;
   out = fmt::format("<p>{}</p>\n<p class=\"note\">{}</p>\n", escape_html(report.answer), escape_html(verdict_rule));

@@ -1,7 +1,6 @@
 #include "experiments/kinds/search/search_report.h"
 
 #include "experiments/kinds/search/search_curves.h"
-#include "experiments/report/page/figure.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/units.h"
 
@@ -289,14 +288,11 @@ KindReport search_report(const RunLog& log) {
   if (sets == 0) return {};
   KindReport report{.fact = fmt::format("{} {}", sets, sets == 1 ? "set searched" : "sets searched"),
                     .tables = {search_times_table(log), search_leaders_table(log), search_crossovers_table(log)},
-                    .figures = search_figures(log),
                     .findings = search_findings(log),
                     .id = "searches",
-                    .heading = "Points and records"};
+                    .heading = "Points and records",
+                    .figures = {{"", search_figures(log)}}};
   for (auto& [set, text] : report.findings) text += ".";
-  report.section = "<div class=\"figures\">\n";
-  for (const Figure& figure : report.figures) report.section += figure_html(figure);
-  report.section += "</div>\n";
   return report;
 }
 

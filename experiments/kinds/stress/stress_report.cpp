@@ -77,7 +77,7 @@ std::vector<JudgedPrediction> judge_stress(const StressRecord& record) {
 KindReport stress_report(const RunLog& log) {
   if (records_of<StressRecord>(log).empty()) return {};
   const std::vector<const StressRecord*> records = arrange_stress(log);
-  KindReport report{.id = "stress", .heading = "Where methods fail", .finds_in_section = true};
+  KindReport report{.id = "stress", .heading = "Where methods fail"};
   if (!records.empty()) report.fact = fmt::format("{} {}", records.size(), records.size() == 1 ? "failure" : "failures");
   std::string& out = report.section;
   out = fmt::format("<p class=\"note\">{} {}</p>\n<div class=\"findings\">\n", escape_html(rule), escape_html(verdict_rule));

@@ -1,14 +1,9 @@
 #include "experiments/report/page/html.h"
 
 #include "experiments/log/json_line.h"
-#include "experiments/report/charts.h"
 #include "experiments/report/page/assets.h"
-#include "experiments/report/page/figure.h"
-#include "experiments/report/rate_report.h"
 #include "experiments/report/report_text.h"
-#include "experiments/report/structures/structure_figures.h"
 #include "experiments/report/verdicts.h"
-#include "framework/core/check.h"
 #include "framework/image/metrics.h"
 
 #include <fmt/format.h>
@@ -21,96 +16,77 @@ namespace {
 
 std::string html(std::string_view text) { return escape_html(text); }
 
-std::string counted(std::size_t count, std::string_view one, std::string_view many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 std::string title_of(const RunLog& log) {
   std::vector<std::string> titles;
   for (const ManifestRecord& manifest : log.manifests)
-    if (!manifest.title.empty() && std::find(titles.begin(), titles.end(), manifest.title) == titles.end())
-      titles.push_back(manifest.title);
+    if (!manifest.title.empty()) index_in(titles, manifest.title);
   return titles.empty() ? "Experiment" : enumerate(titles, " / ", 4);
 }
 
-std::string header(const ReportData& data, const PageContent& content) {
-  std::string out = fmt::format("<header><h1>{}</h1>\n", html(title_of(*data.log)));
-  for (const KindReport& kind : content.kinds)
-    if (!kind.fact.empty()) out += fmt::format("<p class=\"facts\">{}</p>\n", html(kind.fact));
-  if (!data.scenes.empty() || data.log->records.empty())
-    out += fmt::format(
-        "<p class=\"facts\">{} · {} · {} · {}{} · {} done{}</p>\n", counted(data.scenes.size(), "scene", "scenes"),
-        counted(data.integrators.size(), "integrator", "integrators"), counted(data.accels.size(), "structure", "structures"),
-        data.most_seeds > 1 ? "up to " : "", counted(data.most_seeds, "seed", "seeds"), counted(data.done, "cell", "cells"),
-        data.failed > 0 ? fmt::format(", {} failed", data.failed) : "");
+std::string facts(const ReportData& data, const PageContent& content) {
+  std::vector<std::string> lines;
+  for (const KindReport& part : content.parts)
+    if (!part.fact.empty()) lines.push_back(part.fact);
+  if (!data.log->cells.empty() || lines.empty())
+    lines.push_back(fmt::format("{} · {} · {} · {}{} · {} done{}", counted(data.scenes.size(), "scene"),
+                                counted(data.integrators.size(), "integrator"), counted(data.accels.size(), "structure"),
+                                data.most_seeds > 1 ? "up to " : "", counted(data.most_seeds, "seed"),
+                                counted(data.done, "cell"), data.failed > 0 ? fmt::format(", {} failed", data.failed) : ""));
   std::set<std::string> machines;
   for (const ManifestRecord& m : data.log->manifests)
     machines.insert(fmt::format("{}{} · etendue {} ({})", m.cpu.empty() ? "" : m.cpu + ", ",
-                                counted(static_cast<std::size_t>(std::max(0, m.threads)), "thread", "threads"), m.version,
+                                counted(static_cast<std::size_t>(std::max(0, m.threads)), "thread"), m.version,
                                 m.commit.empty() ? "no commit" : m.commit));
-  for (const std::string& machine : machines) out += fmt::format("<p class=\"facts\">{}</p>\n", html(machine));
-  return out + "</header>\n";
+  lines.insert(lines.end(), machines.begin(), machines.end());
+  std::string out;
+  for (const std::string& line : lines) out += fmt::format("<p class=\"facts\">{}</p>\n", html(line));
+  return out;
 }
 
-bool has_charts(const ReportData& data, const SceneData& scene) {
-  return !data.empty() && std::any_of(scene.configurations.begin(), scene.configurations.end(),
-                                      [](const Configuration& c) { return !c.replicates.empty(); });
-}
+// --- sections ---
 
-// Whether sections of their own say all that was found.
-bool found_in_sections(const ReportData& data, const PageContent& content) {
-  if (!data.scenes.empty()) return false;
-  bool any = false;
-  for (const KindReport& kind : content.kinds) {
-    if (!kind.findings.empty()) return false;
-    any = any || kind.finds_in_section;
+struct Section {
+  std::string id, heading, body;
+
+  std::string text() const { return fmt::format("<section id=\"{}\"><h2>{}</h2>\n{}</section>\n", id, html(heading), body); }
+  std::string link() const { return fmt::format("<a href=\"#{}\">{}</a>", id, html(heading)); }
+};
+
+std::string scene_card(const SceneFindings& scene, bool folded) {
+  std::string out = fmt::format("<article class=\"card\"><h3>{}</h3><dl>\n", html(scene.scene));
+  for (const Finding& finding : scene.findings) {
+    if (folded && &finding == &scene.findings[1]) out += "</dl><details><summary>more</summary><dl>\n";
+    out += fmt::format("<dt>{}</dt><dd>{}{}</dd>\n", html(finding.topic),
+                       finding.lead.empty() ? "" : "<strong>" + html(finding.lead) + "</strong>", html(finding.text));
   }
-  return any;
+  return out + (folded && scene.findings.size() > 1 ? "</dl></details></article>\n" : "</dl></article>\n");
 }
 
-std::string navigation(const ReportData& data, const PageContent& content) {
-  std::string out = "<nav aria-label=\"Contents\">";
-  if (!found_in_sections(data, content)) out += "<a href=\"#findings\">Findings</a>";
-  for (const SceneData& scene : data.scenes)
-    if (has_charts(data, scene)) out += fmt::format("<a href=\"#scene-{}\">{}</a>", scene.file_stem, html(scene.name));
-  if (!content.stated.rows.empty()) out += "<a href=\"#predictions\">Predictions</a>";
-  for (const KindReport& kind : content.kinds)
-    if (!kind.section.empty()) out += fmt::format("<a href=\"#{}\">{}</a>", kind.id, html(kind.heading));
-  if (!data.log->structures.empty()) out += "<a href=\"#structures\">Ray structures</a>";
-  return out + "<a href=\"#tables\">Tables</a><a href=\"#reproduce\">How to reproduce</a></nav>\n";
-}
-
-std::string findings(const ReportData& data, const PageContent& content) {
-  if (found_in_sections(data, content)) return {};
-  const Conclusions conclusions = conclude(data);
-  std::string out = "<section id=\"findings\"><h2>Findings</h2>\n";
+// Empty where sections of their own say all that was found.
+Section findings(const ReportData& data, const PageContent& content) {
+  Section section{"findings", "Findings", ""};
   if (data.done == 0 && data.failed > 0)
-    out += "<p>No cell finished; what went wrong is in the table of failures.</p>\n";
-  else if (data.done == 0 && data.log->records.empty())
-    out += "<p>The log holds no finished cell.</p>\n";
+    section.body += "<p>No cell finished; what went wrong is in the table of failures.</p>\n";
+  else if (data.done == 0 && data.log->records.empty() && data.log->structures.empty())
+    section.body += "<p>The log holds no finished cell.</p>\n";
   else if (data.done > 0 && data.empty())
-    out += "<p>No metric was logged: there was nothing to measure the images against.</p>\n";
-  out += "<div class=\"findings\">\n";
-  for (const SceneFindings& scene : conclusions.scenes) {
-    out += fmt::format("<article class=\"card\"><h3>{}</h3><dl>\n", html(scene.scene));
-    for (const Finding& finding : scene.findings) {
-      // Many scenes: what leads stays in sight, the rest a click away.
-      if (conclusions.scenes.size() > 4 && &finding == &scene.findings[1]) out += "</dl><details><summary>more</summary><dl>\n";
-      out += fmt::format("<dt>{}</dt><dd>{}{}</dd>\n", html(finding.topic),
-                         finding.lead.empty() ? "" : "<strong>" + html(finding.lead) + "</strong>", html(finding.text));
-    }
-    out += conclusions.scenes.size() > 4 && scene.findings.size() > 1 ? "</dl></details></article>\n" : "</dl></article>\n";
-  }
-  for (const KindReport& kind : content.kinds)
-    for (const auto& [subject, text] : kind.findings)
-      out += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}</p></article>\n", html(subject), html(text));
-  out += "</div>\n";
-  if (!conclusions.warnings.empty()) {
-    out += "<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n";
-    for (const std::string& warning : conclusions.warnings) out += "<li>" + html(warning) + "</li>\n";
-    out += "</ul></aside>\n";
-  }
-  return out + "</section>\n";
+    section.body += "<p>No metric was logged: there was nothing to measure the images against.</p>\n";
+  const Conclusions conclusions = conclude(data);
+  std::string cards, warnings;
+  // Many scenes: what leads stays in sight, the rest a click away.
+  for (const SceneFindings& scene : conclusions.scenes) cards += scene_card(scene, conclusions.scenes.size() > 4);
+  for (const KindReport& part : content.parts)
+    for (const auto& [subject, text] : part.findings)
+      cards += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}</p></article>\n", html(subject), html(text));
+  for (const std::string& warning : conclusions.warnings) warnings += "<li>" + html(warning) + "</li>\n";
+  if (!cards.empty()) section.body += "<div class=\"findings\">\n" + cards + "</div>\n";
+  if (!warnings.empty())
+    section.body += fmt::format("<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n{}</ul></aside>\n", warnings);
+  return section;
 }
 
 // --- charts ---
@@ -125,39 +101,46 @@ struct Variants {
 Variants affordable(const ReportData& data, std::size_t budget) {
   constexpr double bytes_per_point = 130, charts_per_variant = 3;  // over time, over iterations, the front
   double points = 0;
-  for (const SceneData& scene : data.scenes)
-    for (const Configuration& configuration : scene.configurations)
-      if (!configuration.replicates.empty()) points += static_cast<double>(configuration.replicates.front().checkpoints.size());
-  const double each = points * bytes_per_point * charts_per_variant;
+  for (const Configuration* configuration : data.finished())
+    points += static_cast<double>(configuration->replicates.front().checkpoints.size());
+  const double each = points * bytes_per_point * charts_per_variant * static_cast<double>(data.metrics.size());
   Variants variants{data.metrics, {Scale::log, Scale::linear}, ""};
-  if (each * 2 * static_cast<double>(data.metrics.size()) <= static_cast<double>(budget)) return variants;
+  if (2 * each <= static_cast<double>(budget)) return variants;
   variants.scales = {Scale::log};
   variants.note = "Linear axes are left out to keep this page small.";
-  if (each * static_cast<double>(data.metrics.size()) <= static_cast<double>(budget)) return variants;
+  if (each <= static_cast<double>(budget)) return variants;
   variants.metrics.resize(1);
   variants.note = "Charts of the other metrics are in charts/, to keep this page small.";
   return variants;
 }
 
-std::string_view scale_name(Scale scale) { return scale == Scale::log ? "log" : "linear"; }
-
-std::string toolbar(const Variants& variants) {
-  std::string out = "<div class=\"toolbar\"><label>Metric <select name=\"metric\">";
+// What the toolbar chooses among; the script shows it where there is something to choose.
+std::string metric_options(const Variants& variants) {
+  std::string out;
   for (const std::string& metric : variants.metrics) {
     const Metric* known = find_metric(metric);
     out += fmt::format("<option data-formula=\"{}\">{}</option>", known ? html(known->formula) : "", html(metric));
   }
-  out +=
-      "</select></label>\n<fieldset><legend>Against</legend><label><input type=\"radio\" name=\"axis\" value=\"time\" checked> "
-      "time</label>"
-      "<label><input type=\"radio\" name=\"axis\" value=\"iterations\"> iterations</label></fieldset>\n";
-  if (variants.scales.size() > 1)
-    out +=
-        "<fieldset><legend>Axes</legend><label><input type=\"radio\" name=\"scale\" value=\"log\" checked> logarithmic</label>"
-        "<label><input type=\"radio\" name=\"scale\" value=\"linear\"> linear</label></fieldset>\n";
-  out += "<output class=\"formula note\"></output>";
-  if (!variants.note.empty()) out += fmt::format("<span class=\"note\">{}</span>", html(variants.note));
-  return out + "</div>\n";
+  return out;
+}
+
+// The title, the panels and the notes of a figure; and the buttons that switch its series, where there are several.
+std::string stage_html(const Figure& figure) {
+  std::string out = fmt::format("<figcaption>{}</figcaption><div class=\"panels\">", html(figure.title));
+  for (const Chart& panel : figure.panels) out += inline_svg(panel, figure.panels.size() > 1);
+  out += "</div>";
+  for (const std::string& note : figure.notes) out += "<p class=\"note\">" + html(note) + "</p>";
+  return out;
+}
+
+std::string legend_html(const Figure& figure) {
+  const std::vector<const ChartSeries*> entries = legend_series(figure.panels);
+  if (entries.size() < 2) return {};
+  std::string out = "<ul class=\"legend\" aria-label=\"Series: click to switch, double click to see one alone\">";
+  for (const ChartSeries* series : entries)
+    out += fmt::format("<li><button type=\"button\" data-key=\"{}\" aria-pressed=\"true\">{}{}</button></li>",
+                       html(series->key), legend_swatch(*series), html(series->label));
+  return out + "</ul>";
 }
 
 // The first variant that draws anything in the open, all of them as templates.
@@ -169,7 +152,7 @@ std::string variable_figure(const Variants& variants, std::string_view uses, con
   for (const std::string& metric : variants.metrics)
     for (const Scale scale : variants.scales)
       for (const Abscissa axis : axes) {
-        std::string key = fmt::format("{}|{}", metric, scale_name(scale));
+        std::string key = metric + (scale == Scale::log ? "|log" : "|linear");
         if (axes.size() > 1) key += axis == Abscissa::time ? "|time" : "|iterations";
         Figure figure = make(metric, scale, axis);
         if (figure.empty()) continue;
@@ -184,77 +167,9 @@ std::string variable_figure(const Variants& variants, std::string_view uses, con
       first.panels.size() > 1 ? " wide" : "", uses, html(shown), stage_html(first), legend_html(first), templates);
 }
 
-// --- images ---
-
-std::string viewer(const SceneImages& images, std::size_t index) {
-  std::string out = fmt::format("<figure class=\"viewer\" data-scene=\"{}\"><figcaption>Images</figcaption>\n", index);
-  out += fmt::format(
-      "<svg width=\"0\" height=\"0\" aria-hidden=\"true\" style=\"position:absolute\"><filter id=\"exposure-{}\" "
-      "color-interpolation-filters=\"linearRGB\"><feComponentTransfer><feFuncR type=\"linear\" slope=\"1\"/>"
-      "<feFuncG type=\"linear\" slope=\"1\"/><feFuncB type=\"linear\" slope=\"1\"/></feComponentTransfer></filter></svg>\n",
-      index);
-  out +=
-      "<div class=\"controls\"><label>Left <select class=\"left\"></select></label><label>Right <select "
-      "class=\"right\"></select></label>"
-      "<label>Exposure <input class=\"exposure\" type=\"range\" min=\"-4\" max=\"6\" step=\"0.25\" value=\"0\"><output "
-      "class=\"ev\">0 EV"
-      "</output></label><label>Zoom <select class=\"zoom\"><option "
-      "value=\"fit\">fit</option><option>1</option><option>2</option>"
-      "<option>4</option><option>8</option></select></label></div>\n";
-  out +=
-      "<div class=\"panes\"><div class=\"pane\"><div class=\"frame-box\"><div class=\"canvas wipe-canvas\"><img "
-      "class=\"under\" alt=\"\">"
-      "<img class=\"over\" alt=\"\"><div class=\"divider\"></div></div></div>"
-      "<input class=\"wipe\" type=\"range\" min=\"0\" max=\"100\" step=\"0.5\" value=\"50\" aria-label=\"Border between left "
-      "and right\">"
-      "<p class=\"caption\"><span class=\"name-left\"></span><span class=\"name-right\"></span></p></div>\n";
-  const auto mapped =
-      std::count_if(images.images.begin(), images.images.end(), [](const auto& i) { return !i.error_png.empty(); });
-  std::string stops;
-  for (int i = 0; i <= 10; ++i) stops += (i > 0 ? "," : "") + viridis_css(i / 10.0);
-  out += fmt::format(
-      "<div class=\"pane map\"><div class=\"frame-box\"><div class=\"canvas\"><img class=\"error\" alt=\"\"></div></div>"
-      "<div class=\"colourbar\" style=\"background:linear-gradient(to right,{})\"></div><div class=\"ticks\"></div>"
-      "<p class=\"caption\"><span class=\"name-map\"></span></p></div></div>\n{}<div class=\"sheet\"></div>\n",
-      stops,
-      mapped < 2
-          ? ""
-          : "<h3>Where each one errs</h3><p class=\"note\">Each image with its map of relative squared error below it, all in "
-            "the colours of the bar above; a click puts it on the left.</p>\n");
-  for (const std::string& note : images.notes) out += "<p class=\"note\">" + html(note) + "</p>\n";
-  out += fmt::format(
-      "<p class=\"note\">White at 0 EV is {} W/(m² sr), 1.25 times the 98th percentile; what is brighter was clipped, so only "
-      "darker "
-      "parts "
-      "can be exposed anew.</p></figure>\n",
-      format_figure(1 / images.exposure));
-  return out;
-}
-
-std::string images_json(const std::vector<SceneImages>& scenes) {
-  Json all = Json::array();
-  for (const SceneImages& scene : scenes) {
-    Json images = Json::array();
-    for (const PageImage& image : scene.images)
-      images.push_back({{"label", image.label},
-                        {"detail", image.detail},
-                        {"png", image.png},
-                        {"err", image.error_png},
-                        {"relmse", image.relmse < 0 ? Json() : Json(image.relmse)}});
-    all.push_back({{"width", scene.shown.x},
-                   {"low", scene.lowest_decade},
-                   {"high", scene.highest_decade},
-                   {"images", std::move(images)}});
-  }
-  std::string text = dump(all);
-  // No text ends the script.
-  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
-  return fmt::format("<script type=\"application/json\" id=\"images\">{}</script>\n", text);
-}
-
-std::string scene_section(const ReportData& data, const SceneData& scene, const Variants& variants,
-                          const PageContent& content) {
-  std::string out = fmt::format("<section class=\"scene\" id=\"scene-{}\"><h2>{}</h2>\n", scene.file_stem, html(scene.name));
+Section scene_section(const ReportData& data, const SceneData& scene, const Variants& variants, const PageContent& content) {
+  Section section{"scene-" + scene.file_stem, scene.name, ""};
+  std::string& out = section.body;
   if (scene.reference != nullptr) {
     const ReferenceRecord& r = *scene.reference;
     out +=
@@ -272,107 +187,107 @@ std::string scene_section(const ReportData& data, const SceneData& scene, const 
   else
     out += "<div class=\"figures\">\n" + over_time + front + "</div>\n";
   for (std::size_t i = 0; i < content.images.size(); ++i)
-    if (content.images[i].scene == scene.name) out += viewer(content.images[i], i);
-  return out + "</section>\n";
+    if (content.images[i].scene == scene.name) out += fmt::format("<figure class=\"viewer\" data-scene=\"{}\"></figure>\n", i);
+  return section;
 }
 
-std::string predictions_section(const PageContent& content) {
-  if (content.stated.rows.empty()) return {};
-  std::string out = fmt::format("<section id=\"predictions\"><h2>Predictions</h2>\n<p>{}</p>\n<div class=\"figures\">\n",
-                                html(predictions_finding(content.stated)));
-  for (Figure& figure : rate_figures(content.rates)) {
-    figure.title = figure.scene + ", " + figure.title;
-    out += figure_html(figure);
+Section part_section(const KindReport& part) {
+  Section section{part.id, part.heading, part.section};
+  for (const FigureGroup& group : part.figures) {
+    if (group.figures.empty()) continue;
+    if (!group.heading.empty()) section.body += fmt::format("<h3>{}</h3>", html(group.heading));
+    section.body += "<div class=\"figures\">\n";
+    for (Figure figure : group.figures) {
+      if (group.heading.empty()) figure.title = figure.scene + ", " + figure.title;
+      section.body += fmt::format("<figure class=\"chart\">{}{}</figure>\n", stage_html(figure), legend_html(figure));
+    }
+    section.body += "</div>\n";
   }
-  return out + "</div>\n</section>\n";
+  return section;
 }
 
-std::string kind_section(const KindReport& kind) {
-  if (kind.section.empty()) return {};
-  return fmt::format("<section id=\"{}\"><h2>{}</h2>\n{}</section>\n", kind.id, html(kind.heading), kind.section);
-}
+// --- images ---
 
-std::string structures_section(const ReportData& data) {
-  if (data.log->structures.empty()) return {};
-  std::string out = "<section id=\"structures\"><h2>Ray structures</h2>\n";
-  for (const SceneData& scene : data.scenes) {
-    const std::string figures = figure_html(structures_figure(data, scene)) + figure_html(break_even_figure(data, scene)) +
-                                figure_html(ray_cost_figure(data, scene));
-    if (!figures.empty()) out += fmt::format("<h3>{}</h3><div class=\"figures\">\n{}</div>\n", html(scene.name), figures);
+std::string images_json(const std::vector<SceneImages>& scenes) {
+  Json all = {{"colours", viridis_stops()}, {"scenes", Json::array()}};
+  for (const SceneImages& scene : scenes) {
+    Json images = Json::array();
+    for (const PageImage& image : scene.images)
+      images.push_back({{"label", image.label},
+                        {"detail", image.detail},
+                        {"png", image.png},
+                        {"err", image.error_png},
+                        {"relmse", image.relmse ? Json(*image.relmse) : Json()}});
+    all["scenes"].push_back({{"width", scene.shown.x},
+                             {"low", scene.lowest_decade},
+                             {"high", scene.highest_decade},
+                             {"notes", scene.notes},
+                             {"images", std::move(images)}});
   }
-  for (const Figure& figure : structure_sweep_figures(data))
-    out += fmt::format("<h3>{}</h3><div class=\"figures\">\n{}</div>\n", html(figure.scene + ": " + figure.title),
-                       figure_html(figure));
-  if (const std::string figure = figure_html(structures_over_scenes_figure(data)); !figure.empty())
-    out += fmt::format("<h3>Over all scenes</h3><div class=\"figures\">\n{}</div>\n", figure);
-  return out + "</section>\n";
+  std::string text = dump(all);
+  // No text ends the script.
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
+  return text;
 }
 
-std::string reproduction(const ReportData& data, const PageContent& content) {
-  std::string out = "<section id=\"reproduce\"><h2>How to reproduce</h2>\n<pre>";
-  std::set<std::string> commands;
-  for (const ManifestRecord& m : data.log->manifests) {
-    constexpr std::string_view dirty = "-dirty";  // there is no such commit to check out
-    const bool changed = m.commit.ends_with(dirty);
-    const std::string commit = changed ? m.commit.substr(0, m.commit.size() - dirty.size()) : m.commit;
-    const std::string checkout =
-        commit.empty() ? ""
-                       : fmt::format("git checkout {}{}\n", commit, changed ? "  # and changes that were not committed" : "");
-    const bool beside = m.experiment.empty() && content.experiments.size() == 1;
-    const std::string file = !m.file.empty() ? m.file : beside ? content.experiments.front().first : nameless_experiment;
-    commands.insert(fmt::format("{}./etendue run {}{} --threads {}{}\n", checkout, shell_word(file),
-                                m.options.empty() ? "" : " " + m.options, m.threads,
-                                m.file.empty() && !m.experiment.empty() ? "  # its text is below" : ""));
-  }
-  for (const std::string& command : commands) out += html(command);
-  out += "./etendue report";
-  for (const std::string& directory : content.directories) out += " " + html(shell_word(directory));
-  out +=
-      "</pre>\n<p class=\"note\">Equal seeds give equal images on any number of threads; times belong to the machine named "
-      "above. Everything "
-      "on this page is computed from runs.jsonl.</p>\n";
-  for (const auto& [name, text] : content.experiments)
-    out += fmt::format("<details><summary>{}</summary><pre>{}</pre></details>\n", html(name), html(text));
-  return out + "</section>\n";
-}
+// --- how to reproduce ---
 
-// The template with what stands for each @name@ in its place.
-std::string filled(std::string_view page, const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
+std::string command_of(const ManifestRecord& m, const PageContent& content) {
+  constexpr std::string_view dirty = "-dirty";  // there is no such commit to check out
+  const bool changed = m.commit.ends_with(dirty);
   std::string out;
-  for (const auto& [name, text] : parts) {
-    const std::string place = fmt::format("@{}@", name);
-    const std::size_t at = page.find(place);
-    CHECK(at != std::string_view::npos);
-    out.append(page.substr(0, at)).append(text);
-    page.remove_prefix(at + place.size());
-  }
-  return out.append(page);
+  if (!m.commit.empty())
+    out = fmt::format("git checkout {}{}\n", m.commit.substr(0, m.commit.size() - (changed ? dirty.size() : 0)),
+                      changed ? "  # and changes that were not committed" : "");
+  const bool beside = m.experiment.empty() && content.experiments.size() == 1;
+  const std::string file = !m.file.empty() ? m.file : beside ? content.experiments.front().first : nameless_experiment;
+  return out + fmt::format("./etendue run {}{} --threads {}{}\n", shell_word(file), m.options.empty() ? "" : " " + m.options,
+                           m.threads, m.file.empty() && !m.experiment.empty() ? "  # its text is below" : "");
+}
+
+Section reproduction(const ReportData& data, const PageContent& content) {
+  std::set<std::string> commands;
+  for (const ManifestRecord& manifest : data.log->manifests) commands.insert(command_of(manifest, content));
+  std::string report = "./etendue report";
+  for (const std::string& directory : content.directories) report += " " + shell_word(directory);
+  Section section{"reproduce", "How to reproduce", ""};
+  section.body = fmt::format(
+      "<pre>{}{}</pre>\n<p class=\"note\">Equal seeds give equal images on any number of threads; times belong to the machine "
+      "named above. Everything on this page is computed from runs.jsonl.</p>\n",
+      html(fmt::format("{}", fmt::join(commands, ""))), html(report));
+  for (const auto& [name, text] : content.experiments)
+    section.body += fmt::format("<details><summary>{}</summary><pre>{}</pre></details>\n", html(name), html(text));
+  return section;
 }
 
 }  // namespace
 
 std::string report_page(const ReportData& data, const PageContent& content) {
-  std::string out = header(data, content) + navigation(data, content) + findings(data, content);
-  const bool any = std::any_of(data.scenes.begin(), data.scenes.end(), [&](const SceneData& s) { return has_charts(data, s); });
-  if (any) {
-    const Variants variants = affordable(data, content.chart_budget_bytes);
-    out += toolbar(variants);
-    out += "<noscript><p class=\"note\">Without JavaScript the charts stand still and images are not shown.</p></noscript>\n";
+  Variants variants;
+  const Section found = findings(data, content);
+  std::vector<Section> sections;
+  if (!data.empty() && !data.finished().empty()) {
+    variants = affordable(data, content.chart_budget_bytes);
     for (const SceneData& scene : data.scenes)
-      if (has_charts(data, scene)) out += scene_section(data, scene, variants, content);
+      if (!scene.finished().empty()) sections.push_back(scene_section(data, scene, variants, content));
   }
-  out += predictions_section(content);
-  for (const KindReport& kind : content.kinds) out += kind_section(kind);
-  out += structures_section(data);
-  out += "<section id=\"tables\"><h2>Tables</h2>\n";
+  for (const KindReport& part : content.parts)
+    if (!part.section.empty() || !part.figures.empty()) sections.push_back(part_section(part));
+  Section& tables = sections.emplace_back(Section{"tables", "Tables", ""});
   for (const Table& table : content.tables)
-    if (!table.rows.empty()) out += to_html(table);
-  out += "</section>\n" + reproduction(data, content) + images_json(content.images);
-  return filled(page_html, {{"title", html(title_of(*data.log))},
-                            {"chart_style", chart_css},
-                            {"style", page_css},
-                            {"content", out},
-                            {"script", page_js}});
+    if (!table.rows.empty()) tables.body += to_html(table);
+  sections.push_back(reproduction(data, content));
+
+  std::string links = found.body.empty() ? "" : found.link(), text;
+  for (const Section& section : sections) {
+    links += section.link();
+    text += section.text();
+  }
+  return fmt::format(fmt::runtime(page_html), fmt::arg("title", html(title_of(*data.log))), fmt::arg("chart_style", chart_css),
+                     fmt::arg("style", page_css), fmt::arg("facts", facts(data, content)), fmt::arg("links", links),
+                     fmt::arg("findings", found.body.empty() ? "" : found.text()),
+                     fmt::arg("metrics", metric_options(variants)), fmt::arg("left_out", html(variants.note)),
+                     fmt::arg("sections", text), fmt::arg("images", images_json(content.images)), fmt::arg("script", page_js));
 }
 
 }  // namespace etendue

@@ -3,8 +3,6 @@
 
 #include "experiments/report/kind_report.h"
 #include "experiments/report/page/images.h"
-#include "experiments/report/predictions.h"
-#include "experiments/report/rates.h"
 #include "experiments/report/report_data.h"
 #include "experiments/report/table_format.h"
 
@@ -17,11 +15,9 @@ namespace etendue {
 inline const std::string nameless_experiment = "EXPERIMENT.toml";  // whose file cannot be named
 
 struct PageContent {
-  std::vector<KindReport> kinds;
-  std::vector<Table> tables;  // the kinds' among them
+  std::vector<KindReport> parts;  // each a section, beside the scenes'
+  std::vector<Table> tables;      // the parts' among them
   std::vector<SceneImages> images;
-  std::vector<FittedRate> rates;
-  Predictions stated;                                            // by the experiment, of its images
   std::vector<std::string> directories;                          // that the report was made of, as the reader types them
   std::vector<std::pair<std::string, std::string>> experiments;  // files that asked the question: name, text
   std::size_t chart_budget_bytes = 24 << 20;                     // beyond it, charts of lesser use are left to charts/

@@ -1,10 +1,11 @@
-// The images of a report's page: tone-mapped pictures and error maps as PNG, and what images of several seeds tell of bias.
+// The images of a report's page: tone-mapped pictures and error maps as PNG.
 #pragma once
 
 #include "experiments/report/report_data.h"
-#include "experiments/report/tables.h"
+#include "framework/core/vec.h"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,18 +13,16 @@ namespace etendue {
 
 struct PageImage {
   std::string label, detail;
-  std::string png;        // base64, sRGB
-  std::string error_png;  // base64; "" for the reference, and where there is none to compare with
-  double relmse = -1;     // of the whole image; below zero where it is not known
+  std::string png;                    // base64, sRGB
+  std::string error_png;              // base64; "" for the reference, and where there is none to compare with
+  std::optional<double> relmse = {};  // of the whole image, where it is known
 };
 
 struct SceneImages {
   std::string scene;
-  ivec2 original{0}, shown{0};
-  double exposure = 1;                        // what linear radiance was multiplied by
+  ivec2 shown{0};                             // pixels, after averaging
   int lowest_decade = 0, highest_decade = 0;  // of the error maps' colours
   std::vector<PageImage> images;              // the reference first, where its image was kept
-  bool has_reference = false;
   std::vector<std::string> notes;
 };
 
@@ -33,5 +32,7 @@ std::vector<SceneImages> page_images(const ReportData& data, std::size_t budget_
 
 // viridis ([Smith2015]) at t in [0, 1] as "#rrggbb": perceptually uniform, and readable in grey and by the colour-blind.
 std::string viridis_css(double t);
+// Its colours at every tenth, for a gradient of the page's style.
+std::string viridis_stops();
 
 }  // namespace etendue

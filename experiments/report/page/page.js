@@ -2,11 +2,16 @@
 // them and reads values from their data-p attributes. All text goes in by textContent.
 'use strict';
 const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+const make = (tag, properties = {}, ...children) => {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...children);
+  return element;
+};
 const figure3 = v => !isFinite(v) ? String(v) : v === 0 ? '0'
   : Math.abs(v) >= 0.00995 && Math.abs(v) < 99999.5 ? String(Number(v.toPrecision(3))) : v.toExponential(2).replace('+', '');
 
 // --- charts: which variant is shown ---
-const chosen = {metric: '', scale: 'log', axis: 'time'};
+const chosen = {};
 const hiddenKeys = new WeakMap();
 function applyHidden(figure) {
   const hidden = hiddenKeys.get(figure) || new Set();
@@ -20,24 +25,23 @@ function showVariants() {
     const stage = figure.querySelector('.stage');
     if (stage.dataset.shown === key) continue;
     stage.dataset.shown = key;
-    stage.replaceChildren();
-    if (template) stage.append(template.content.cloneNode(true));
-    else {
-      const none = document.createElement('p');
-      none.className = 'none';
-      none.textContent = 'Nothing to draw for this choice.';
-      stage.append(none);
-    }
+    stage.replaceChildren(template ? template.content.cloneNode(true)
+      : make('p', {className: 'none', textContent: 'Nothing to draw for this choice.'}));
     hideTip(figure);
     applyHidden(figure);
   }
 }
-function showFormula() {
-  const formula = document.querySelector('.toolbar [name=metric]').selectedOptions[0].dataset.formula;
-  document.querySelector('.toolbar .formula').textContent = formula ? chosen.metric + ' = ' + formula + ' (x: image, r: reference)' : '';
+const toolbar = document.querySelector('.toolbar');
+function choose() {
+  // The browser may restore earlier choices on a reload.
+  for (const control of all('select, input:checked', toolbar)) chosen[control.name] = control.value;
+  const {formula} = toolbar.querySelector('select').selectedOptions[0].dataset;
+  toolbar.querySelector('.formula').textContent = formula ? chosen.metric + ' = ' + formula + ' (x: image, r: reference)' : '';
+  showVariants();
 }
-for (const control of all('.toolbar [name]'))
-  control.addEventListener('change', () => { chosen[control.name] = control.value; showFormula(); showVariants(); });
+toolbar.hidden = !toolbar.querySelector('option');
+for (const input of all('[name=scale]', toolbar)) input.closest('fieldset').hidden = !document.querySelector('[data-variant*="|linear"]');
+toolbar.addEventListener('change', choose);
 
 // --- legends: a click switches a series, a double click shows it alone ---
 document.addEventListener('click', event => {
@@ -67,10 +71,11 @@ function seriesOf(svg) {
   return parsed.get(svg).filter(s => !s.group.classList.contains('hidden'));
 }
 function hideTip(figure) {
-  const tip = figure.querySelector('.tip');
-  if (tip) tip.replaceChildren();
+  for (const tip of all('.tip', figure)) tip.replaceChildren();
   for (const cursor of all('.cursor', figure)) cursor.remove();
 }
+const unitOf = title => { const unit = /\[([^\]]*)\]/.exec(title); return unit ? ' ' + unit[1].replace(' per ray', '') : ''; };
+const nameOf = title => title.split(/[,[]/)[0].trim();
 function showTip(svg, series, index) {
   const figure = svg.closest('figure');
   hideTip(figure);
@@ -78,28 +83,21 @@ function showTip(svg, series, index) {
   const cursor = document.createElementNS('http://www.w3.org/2000/svg', 'circle');
   for (const [name, value] of [['class', 'cursor'], ['r', 8], ['cx', px], ['cy', py]]) cursor.setAttribute(name, value);
   svg.append(cursor);
-  let tip = figure.querySelector('.tip');
-  if (!tip) {
-    tip = document.createElement('div');
-    tip.className = 'tip';
-    tip.setAttribute('role', 'status');
-    figure.append(tip);
-  }
-  const rows = svg.dataset.rows ? JSON.parse(svg.dataset.rows) : null;
-  const title = document.createElement('b');
-  title.textContent = (svg.dataset.title ? svg.dataset.title + ': ' : '') + (rows ? rows[y] : series.label);
-  const lines = rows ? [series.label + ': ' + figure3(x) + unitOf(svg.dataset.x)]
-    : [nameOf(svg.dataset.x) + ' ' + figure3(x) + unitOf(svg.dataset.x), nameOf(svg.dataset.y) + ' ' + figure3(y) + unitOf(svg.dataset.y)];
+  const rows = svg.dataset.rows && JSON.parse(svg.dataset.rows);
+  const figureOf = (title, value) => figure3(value) + unitOf(title);
+  const lines = rows ? [series.label + ': ' + figureOf(svg.dataset.x, x)]
+    : [nameOf(svg.dataset.x) + ' ' + figureOf(svg.dataset.x, x), nameOf(svg.dataset.y) + ' ' + figureOf(svg.dataset.y, y)];
   if (!rows && high !== undefined) lines.push(figure3(low) + ' to ' + figure3(high));
-  tip.append(title, ...lines.map(text => { const d = document.createElement('div'); d.textContent = text; return d; }));
+  const title = (svg.dataset.title ? svg.dataset.title + ': ' : '') + (rows ? rows[y] : series.label);
+  const tip = figure.querySelector('.tip') || figure.appendChild(make('div', {className: 'tip'}));
+  tip.setAttribute('role', 'status');
+  tip.append(make('b', {textContent: title}), ...lines.map(textContent => make('div', {textContent})));
   const at = new DOMPoint(px, py).matrixTransform(svg.getScreenCTM()), box = figure.getBoundingClientRect();
   const left = at.x - box.left + 14 + tip.offsetWidth > box.width ? at.x - box.left - 14 - tip.offsetWidth : at.x - box.left + 14;
   tip.style.left = Math.max(0, left) + 'px';
   tip.style.top = Math.max(0, at.y - box.top - tip.offsetHeight - 10) + 'px';
   svg.dataset.at = seriesOf(svg).indexOf(series) + ',' + index;
 }
-const unitOf = title => { const unit = /\[([^\]]*)\]/.exec(title); return unit ? ' ' + unit[1].replace(' per ray', '') : ''; };
-const nameOf = title => title.split(/[,[]/)[0].trim();
 function pointAt(event) {
   const svg = event.target.closest && event.target.closest('svg.chart');
   if (!svg) return;
@@ -154,9 +152,7 @@ for (const table of all('figure.table table')) {
     }));
   }));
   if (body.rows.length > 15) {
-    const filter = document.createElement('input');
-    filter.type = 'search';
-    filter.placeholder = 'filter rows';
+    const filter = make('input', {type: 'search', placeholder: 'filter rows'});
     filter.setAttribute('aria-label', 'filter rows');
     filter.addEventListener('input', () => {
       const words = filter.value.toLowerCase().split(/\s+/);
@@ -167,44 +163,43 @@ for (const table of all('figure.table table')) {
 }
 
 // --- images ---
-const scenes = JSON.parse(document.getElementById('images').textContent);
+const {scenes, colours} = JSON.parse(document.getElementById('images').textContent);
 const uri = png => 'data:image/png;base64,' + png;
 for (const viewer of all('.viewer')) {
-  const {images, low, high, width} = scenes[Number(viewer.dataset.scene)];
+  const {images, low, high, width, notes} = scenes[viewer.dataset.scene];
+  viewer.append(document.getElementById('viewer').content.cloneNode(true), ...notes.map(textContent => make('p', {className: 'note', textContent})));
   const part = name => viewer.querySelector('.' + name);
   const [left, right, exposure, zoom, wipe] = ['left', 'right', 'exposure', 'zoom', 'wipe'].map(part);
-  const fill = select => images.forEach((image, i) => select.add(new Option(image.label, i)));
-  fill(left);
-  fill(right);
+  const filter = viewer.querySelector('filter');
+  filter.id = 'exposure-' + viewer.dataset.scene;
+  part('colourbar').style.background = 'linear-gradient(to right,' + colours + ')';
+  part('compared').hidden = images.filter(image => image.err).length < 2;
+  for (const select of [left, right]) images.forEach((image, i) => select.add(new Option(image.label, i)));
   // The one of least error against the reference, or the second image against the first.
   const known = images.map((image, i) => [image.relmse, i]).filter(([error]) => error !== null).sort((a, b) => a[0] - b[0]);
   left.value = known.length ? known[0][1] : images.length > 1 ? 1 : 0;
   right.value = 0;
+  const put = (name, png, alt) => Object.assign(part(name), {src: uri(png), alt});
+  const named = image => image.label + (image.detail ? ' (' + image.detail + ')' : '');
   const show = () => {
     const a = images[left.value], b = images[right.value];
-    part('over').src = uri(a.png);
-    part('over').alt = a.label;
-    part('under').src = uri(b.png);
-    part('under').alt = b.label;
-    part('name-left').textContent = '◀ ' + a.label + (a.detail ? ' (' + a.detail + ')' : '');
-    part('name-right').textContent = b.label + (b.detail ? ' (' + b.detail + ')' : '') + ' ▶';
-    const map = part('map'), mapped = a.err ? a : b.err ? b : null;
-    map.hidden = !mapped;
+    put('over', a.png, a.label);
+    put('under', b.png, b.label);
+    part('name-left').textContent = '◀ ' + named(a);
+    part('name-right').textContent = named(b) + ' ▶';
+    const mapped = a.err ? a : b.err ? b : null;
+    part('map').hidden = !mapped;
     if (mapped) {
-      part('error').src = uri(mapped.err);
-      part('error').alt = 'error map of ' + mapped.label;
+      put('error', mapped.err, 'error map of ' + mapped.label);
       part('name-map').textContent = 'Relative squared error of ' + mapped.label;
     }
     for (const button of all('.sheet button', viewer)) button.setAttribute('aria-pressed', String(button.value === left.value));
   };
-  const scale = () => {
-    for (const canvas of all('.canvas', viewer)) canvas.style.width = zoom.value === 'fit' ? '100%' : Number(zoom.value) * width + 'px';
-  };
   const expose = () => {
     const slope = 2 ** Number(exposure.value);
-    for (const f of all('filter *', viewer)) if (f.hasAttribute('slope')) f.setAttribute('slope', slope);
+    for (const f of all('[slope]', filter)) f.setAttribute('slope', slope);
     part('ev').textContent = (exposure.value > 0 ? '+' : '') + exposure.value + ' EV';
-    for (const image of all('.wipe-canvas img', viewer)) image.style.filter = slope === 1 ? '' : 'url(#' + viewer.querySelector('filter').id + ')';
+    for (const image of all('.wipe-canvas img', viewer)) image.style.filter = slope === 1 ? '' : 'url(#' + filter.id + ')';
   };
   const divide = percent => {
     wipe.value = percent;
@@ -220,46 +215,22 @@ for (const viewer of all('.viewer')) {
   part('wipe-canvas').addEventListener('dragstart', event => event.preventDefault());
   wipe.addEventListener('input', () => divide(wipe.value));
   for (const select of [left, right]) select.addEventListener('change', show);
-  zoom.addEventListener('change', scale);
+  zoom.addEventListener('change', () => {
+    for (const canvas of all('.canvas', viewer)) canvas.style.width = zoom.value === 'fit' ? '100%' : zoom.value * width + 'px';
+  });
   exposure.addEventListener('input', expose);
-  images.forEach((image, i) => {
-    const button = document.createElement('button'), thumb = new Image(), name = document.createElement('span');
-    button.type = 'button';
-    button.value = i;
-    thumb.src = uri(image.png);
-    thumb.alt = '';
-    name.textContent = image.label;
-    button.append(thumb);
-    if (image.err) {
-      const map = new Image();
-      map.src = uri(image.err);
-      map.alt = 'error map';
-      button.append(map);
-    }
-    button.append(name);
-    if (image.relmse !== null) {
-      const error = document.createElement('span');
-      error.className = 'note';
-      error.textContent = 'relmse ' + figure3(image.relmse);
-      button.append(error);
-    }
-    button.addEventListener('click', () => { left.value = i; show(); });
+  images.forEach((image, value) => {
+    const button = make('button', {type: 'button', value}, make('img', {src: uri(image.png), alt: ''}));
+    if (image.err) button.append(make('img', {src: uri(image.err), alt: 'error map'}));
+    button.append(make('span', {textContent: image.label}));
+    if (image.relmse !== null) button.append(make('span', {className: 'note', textContent: 'relmse ' + figure3(image.relmse)}));
+    button.addEventListener('click', () => { left.value = value; show(); });
     part('sheet').append(button);
   });
-  for (let decade = low; decade <= high; ++decade) {
-    const tick = document.createElement('span');
-    tick.textContent = (decade === low ? '≤ ' : decade === high ? '≥ ' : '') + '1e' + decade;
-    part('ticks').append(tick);
-  }
+  for (let decade = low; decade <= high; ++decade)
+    part('ticks').append(make('span', {textContent: (decade === low ? '≤ ' : decade === high ? '≥ ' : '') + '1e' + decade}));
   show();
   divide(50);
 }
 
-const metricSelect = document.querySelector('.toolbar [name=metric]');
-if (metricSelect) {
-  chosen.metric = metricSelect.value;
-  // The browser may restore earlier choices on a reload.
-  for (const control of all('.toolbar [name]:checked')) chosen[control.name] = control.value;
-  showFormula();
-  showVariants();
-}
+if (!toolbar.hidden) choose();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 namespace etendue {
 namespace {
@@ -96,6 +97,27 @@ Figure ray_cost_figure(const ReportData& data, const SceneData& scene) {
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   return {"ray-cost-" + scene.file_stem, scene.name, "cost per ray", {std::move(chart)}, notes};
+}
+
+KindReport structures_report(const ReportData& data) {
+  KindReport report{.id = "structures", .heading = "Ray structures"};
+  std::set<std::string> names, scenes;
+  for (const StructureRecord& record : data.log->structures) {
+    names.insert(structure_name(record));
+    scenes.insert(record.scene);
+  }
+  if (names.empty()) return report;
+  report.fact = fmt::format("{} ray structure{} in {} scene{}", names.size(), names.size() == 1 ? "" : "s", scenes.size(),
+                            scenes.size() == 1 ? "" : "s");
+  const auto add = [&](const std::string& heading, std::vector<Figure> figures) {
+    std::erase_if(figures, [](const Figure& figure) { return figure.empty(); });
+    if (!figures.empty()) report.figures.push_back({heading, std::move(figures)});
+  };
+  for (const SceneData& scene : data.scenes)
+    add(scene.name, {structures_figure(data, scene), break_even_figure(data, scene), ray_cost_figure(data, scene)});
+  for (const Figure& figure : structure_sweep_figures(data)) add(figure.scene + ": " + figure.title, {figure});
+  add("Over all scenes", {structures_over_scenes_figure(data)});
+  return report;
 }
 
 }  // namespace etendue

@@ -7,7 +7,8 @@
 //   over scenes               each structure against the scene's fastest: which ones suffer where
 #pragma once
 
-#include "experiments/report/charts.h"
+#include "experiments/report/kind_report.h"
+#include "experiments/report/report_data.h"
 
 namespace etendue {
 
@@ -25,6 +26,8 @@ ChartSeries marks_in_rows(const std::string& label, std::size_t index, std::size
     if (const double x = cost(row); x > 0) series.points.emplace_back(x, static_cast<double>(row));
   return series;
 }
+
+KindReport structures_report(const ReportData& data);
 
 Figure structures_figure(const ReportData& data, const SceneData& scene);
 Figure break_even_figure(const ReportData& data, const SceneData& scene);
