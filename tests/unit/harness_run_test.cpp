@@ -34,21 +34,23 @@ class Run : public ProgramTest {
   RunLog log(const std::string& out = "out/small") { return read_log((directory_ / out / "runs.jsonl").string()); }
   std::string log_text(const std::string& out) { return read_text_file(directory_ / out / "runs.jsonl"); }
 
-  // Squared bias and variance of the images, row by row, of the table of results.
+  // Squared bias and variance of the images in the table of results: a line for each configuration, ordered by name, since the
+  // table's order is that of errors at equal time.
   std::string split_columns(const std::string& out) {
     std::istringstream lines(read_text_file(directory_ / out / "tables/final.csv"));
-    std::vector<std::size_t> wanted;
-    std::string text;
+    std::vector<std::size_t> wanted{0, 1, 2};  // scene, integrator, structure
+    std::set<std::string> rows;
     for (std::string line; std::getline(lines, line);) {
       std::istringstream cells(line);
       std::vector<std::string> row;
       for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
-      for (std::size_t i = 0; text.empty() && i < row.size(); ++i)
+      for (std::size_t i = 0; rows.empty() && i < row.size(); ++i)
         if (row[i].starts_with("bias_squared") || row[i] == "image_variance") wanted.push_back(i);
+      std::string text;
       for (const std::size_t i : wanted) text += i < row.size() && !row[i].empty() ? row[i] + " " : "– ";
-      text += '\n';
+      rows.insert(text + '\n');
     }
-    return text;
+    return std::accumulate(rows.begin(), rows.end(), std::string());
   }
 
   // Waits until the log of `out` holds so many finished cells.

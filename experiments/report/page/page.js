@@ -40,7 +40,7 @@ function choose() {
   showVariants();
 }
 toolbar.hidden = !toolbar.querySelector('option');
-for (const input of all('[name=scale]', toolbar)) input.closest('fieldset').hidden = !document.querySelector('[data-variant*="|linear"]');
+for (const input of all('[name=scale]', toolbar)) input.closest('fieldset').hidden = !document.querySelector('[data-variant*=linear]');
 toolbar.addEventListener('change', choose);
 
 // --- legends: a click switches a series, a double click shows it alone ---
