@@ -73,6 +73,18 @@ TEST(ImageFile, CutShortIsRefused) {
   }
 }
 
+// Rows from the bottom, each padded to four bytes; blue, green, red.
+TEST(ImageFile, BmpIsRead) {
+  const std::string header("BM\x46\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\2\0\0\0\2\0\0\0\1\0\x18\0", 30);
+  const std::string rows("\xff\0\0\0\xff\0\0\0\0\0\xff\xff\xff\xff\0\0", 16);
+  const std::string whole = header + std::string(24, '\0') + rows;
+  const RgbImage image = decode_image(whole, "i.bmp");
+  ASSERT_EQ(image.size, ivec2(2, 2));
+  EXPECT_EQ(image.texels, (std::vector<Rgb>{{1, 0, 0}, {1, 1, 1}, {0, 0, 1}, {0, 1, 0}}));
+  for (std::size_t size = 0; size + 2 < whole.size(); ++size)
+    EXPECT_THROW(decode_image(whole.substr(0, size), "i.bmp"), Error) << size;
+}
+
 TEST(Exr, RoundTripKeepsSinglePrecisionAndAttributes) {
   const TestDirectory directory;
   const std::string path = directory.path("a.exr");
@@ -184,7 +196,8 @@ TEST(ImageFile, TgaAndExrAndHdrAreRead) {
 TEST(ImageFile, UnfitFilesAreErrors) {
   const TestDirectory directory;
   EXPECT_ERROR(read_image(directory.path("absent.png")), "absent.png");
-  EXPECT_ERROR(read_image(directory.write("a.png", "hello, this is no image at all")), "neither PNG, JPEG, TGA, HDR, PFM nor EXR");
+  EXPECT_ERROR(read_image(directory.write("a.png", "hello, this is no image at all")),
+               "neither PNG, JPEG, TGA, BMP, HDR, PFM nor EXR");
   const std::uint8_t rgb[12] = {};
   const auto png = encode_png(rgb, {2, 2});
   std::string huge(png.begin(), png.end());

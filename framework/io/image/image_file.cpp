@@ -20,6 +20,7 @@
 #define STBI_ONLY_PNG
 #define STBI_ONLY_JPEG
 #define STBI_ONLY_TGA
+#define STBI_ONLY_BMP
 #define STBI_NO_HDR
 #define STBI_NO_LINEAR
 #include <stb/stb_image.h>
@@ -78,7 +79,7 @@ void check_size(int width, int height, std::string_view bytes) {
 // checked.
 void check_huffman_tables(std::string_view bytes) {
   // No format begins so; stb would take it for padding before a JPEG's first marker.
-  if (bytes.starts_with("\xff\xff")) throw Error("neither PNG, JPEG, TGA, HDR, PFM nor EXR, or damaged");
+  if (bytes.starts_with("\xff\xff")) throw Error("neither PNG, JPEG, TGA, BMP, HDR, PFM nor EXR, or damaged");
   if (!bytes.starts_with("\xff\xd8")) return;
   const auto byte = [&](std::size_t i) { return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u; };
   bool in_data = false;
@@ -149,7 +150,7 @@ RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
   RgbImage image;
   int channels = 0;
   if (!StbReader(bytes)(&stbi_info_from_callbacks, &image.size.x, &image.size.y, &channels))
-    throw Error("neither PNG, JPEG, TGA, HDR, PFM nor EXR, or damaged");
+    throw Error("neither PNG, JPEG, TGA, BMP, HDR, PFM nor EXR, or damaged");
   check_size(image.size.x, image.size.y, bytes);
   image.texels.resize(static_cast<std::size_t>(image.size.x) * image.size.y);
   if (StbReader(bytes)(&stbi_is_16_bit_from_callbacks))

@@ -23,7 +23,7 @@ struct RgbImage {
   std::vector<ivec2> first_not_finite = {};
 };
 
-// PNG, JPEG, TGA (8 or 16 bits), HDR (RGBE), PFM and EXR, told apart by their content; alpha is ignored, grey becomes RGB.
+// PNG, JPEG, TGA, BMP (8 or 16 bits), HDR (RGBE), PFM and EXR, told apart by their content; alpha is ignored, grey becomes RGB.
 // Throws Error; `name` names the image in messages.
 RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding = Encoding::srgb);
 RgbImage read_image(const std::string& path, Encoding encoding = Encoding::srgb);
