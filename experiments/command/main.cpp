@@ -154,7 +154,7 @@ class CommandLine {
 
   void add_render() {
     CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
-    c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .obj, .ply or .smf; with --from, where it lies now")
+    c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .xml, .obj, .ply or .smf; with --from, where it lies now")
         ->type_name("");
     text(c, "--from", render_.from, "IMAGE",
          "an .exr that render or run wrote: repeat it to the same bits, from what its attributes say. Refused if the scene has "

@@ -4,6 +4,7 @@
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/smf.h"
+#include "framework/io/mitsuba/mitsuba.h"
 #include "framework/io/pbrt/pbrt.h"
 #include "framework/io/text.h"
 #include "framework/scene/precision.h"
@@ -76,17 +77,23 @@ Scene load_file(const std::string& path, const Location& where, const SceneReadi
   const std::string extension = extension_of(path);
   if (!std::filesystem::exists(path)) throw Error(where, fmt::format("no such scene file: '{}'", path));
   if (extension == ".pbrt") return read_pbrt(path, reading);
+  if (extension == ".xml") return read_mitsuba(path, reading);
   if (extension == ".obj") return mesh_scene(read_obj(path), path);
   if (extension == ".smf") return mesh_scene(read_smf(path), path);
   if (extension == ".ply") return mesh_scene(read_ply(path), path);
-  throw Error(where,
-              fmt::format("'{}' is no scene: expected builtin:NAME, or a file that ends in .pbrt, .obj, .smf or .ply", path));
+  throw Error(
+      where,
+      fmt::format("'{}' is no scene: expected builtin:NAME, or a file that ends in .pbrt, .xml, .obj, .smf or .ply", path));
 }
 
 }  // namespace
 
 bool is_scene_file(const std::string& path) {
-  return extension_of(path) == ".pbrt" && read_file(path).find("WorldBegin") != std::string::npos;
+  const std::string extension = extension_of(path);
+  if (extension != ".pbrt" && extension != ".xml") return false;
+  const std::string text = read_file(path);
+  const auto has = [&](std::string_view word) { return text.find(word) != std::string::npos; };
+  return extension == ".pbrt" ? has("WorldBegin") : has("<scene") && (has("<sensor") || has("<camera") || has("<include"));
 }
 
 void check_builtin(const std::string& name, const Location& where) {

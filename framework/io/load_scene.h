@@ -1,5 +1,5 @@
-// Scenes by name: "builtin:NAME" or "builtin:NAME?key=value,key=value", a .pbrt file, or a bare mesh (.obj, .smf, .ply) with a
-// default camera, light and material.
+// Scenes by name: "builtin:NAME" or "builtin:NAME?key=value,key=value", a .pbrt file, Mitsuba's .xml, or a bare mesh
+// (.obj, .smf, .ply) with a default camera, light and material.
 #pragma once
 
 #include "framework/core/params.h"
@@ -15,7 +15,8 @@ namespace etendue {
 // Throws Error (file:line:col) on anything it cannot read in full. `where` is the place that named the scene.
 Scene load_scene(const std::string& name, const Location& where = {"command line"}, const SceneReading& reading = {});
 
-// Does a file describe a scene of its own, and not a part that other files include? A .pbrt file does that begins a world.
+// Does a file describe a scene of its own, and not a part that other files include? A .pbrt file does that begins a world,
+// and an .xml file of Mitsuba's that has a camera, or includes others.
 bool is_scene_file(const std::string& path);
 
 struct BuiltinScene {

@@ -65,6 +65,13 @@ Rgb of_unit_luminance(const Spectrum& spectrum) {
   return xyz.y > 0 ? in_gamut(xyz_to_rgb(xyz / xyz.y)) : Rgb(0);
 }
 
+// Of which a constant of 1 has luminance 1.
+template <class Spectrum>
+Rgb mean_rgb(const Spectrum& spectrum) {
+  const double y_integral = integrate([](int) { return 1.0; }).y;
+  return in_gamut(xyz_to_rgb(integrate(spectrum) / y_integral));
+}
+
 }  // namespace
 
 double SampledSpectrum::at(double wavelength) const {
@@ -94,8 +101,16 @@ Rgb blackbody_rgb(double kelvin) {
 Rgb blackbody_rgb_of_unit_peak(double kelvin) {
   constexpr double wien = 2.897771955e6;  // nm K
   const double peak = planck(wien / kelvin, kelvin);
-  const double y_integral = integrate([](int) { return 1.0; }).y;
-  return in_gamut(xyz_to_rgb(integrate([&](int w) { return planck(w, kelvin) / peak; }) / y_integral));
+  return mean_rgb([&](int w) { return planck(w, kelvin) / peak; });
+}
+
+Rgb blackbody_radiance_rgb(double kelvin) {
+  return mean_rgb([&](int w) { return 1e-9 * planck(w, kelvin); });
+}
+
+Rgb equal_energy_rgb(const SampledSpectrum& spectrum) {
+  return mean_rgb(
+      [&](int w) { return w < spectrum.wavelengths.front() || w > spectrum.wavelengths.back() ? 0 : spectrum.at(w); });
 }
 
 // Fitted, per channel, to the reflectance that the spectral index gives at 45 angles of incidence, averaged over the channel's

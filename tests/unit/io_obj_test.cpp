@@ -217,7 +217,7 @@ TEST(LoadScene, FilesAreToldApartByTheirEnding) {
   EXPECT_EQ(load_scene(obj).triangle_count(), 3u);
   EXPECT_EQ(load_scene(obj).name, obj);
   EXPECT_EQ(load_scene(smf).triangle_count(), 4u);
-  EXPECT_ERROR(load_scene(directory.write("m.txt", "x")), "ends in .pbrt, .obj, .smf or .ply");
+  EXPECT_ERROR(load_scene(directory.write("m.txt", "x")), "ends in .pbrt, .xml, .obj, .smf or .ply");
   EXPECT_ERROR(load_scene("absent.pbrt", {"cells.toml", 3, 11}), "cells.toml:3:11: no such scene file: 'absent.pbrt'");
 }
 

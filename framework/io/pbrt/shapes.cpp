@@ -5,6 +5,7 @@
 #include "framework/io/mesh/smf.h"
 #include "framework/io/pbrt/quadrics.h"
 #include "framework/io/pbrt/reader.h"
+#include "framework/io/place_quadric.h"
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
@@ -15,26 +16,6 @@
 namespace etendue {
 
 namespace {
-
-// Under a similarity of the given scale.
-struct TransformQuadric {
-  const Transform& t;
-  float scale;
-
-  Quadric operator()(const Sphere& s) const { return Sphere{t.point(s.centre), scale * s.radius}; }
-  Quadric operator()(const Cylinder& c) const {
-    return Cylinder{t.point(c.base), scale * c.radius, glm::normalize(t.vector(c.axis)), scale * c.length, c.caps};
-  }
-  Quadric operator()(const Disk& d) const {
-    return Disk{t.point(d.centre), scale * d.radius, glm::normalize(t.normal(d.normal)), scale * d.inner_radius};
-  }
-};
-
-// Does a quadric keep its texture coordinates, which count from the axes of the space it is in?
-bool keeps_axes(const Transform& t, float scale) {
-  const auto near = [&](const vec3& v, const vec3& axis) { return glm::length(v / scale - axis) < 1e-4f; };
-  return near(t.vector({1, 0, 0}), {1, 0, 0}) && near(t.vector({0, 0, 1}), {0, 0, 1}) && !t.swaps_handedness();
-}
 
 // Those that a mesh without texture coordinates has: of each triangle (0, 0), (1, 0), (1, 1).
 TriangleMesh with_default_uvs(TriangleMesh mesh) {
@@ -239,20 +220,20 @@ void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const 
   const bool textured = entry.textured, mirrored = textured && std::holds_alternative<Sphere>(quadric);
   // pbrt's v runs up a sphere, ours down; mirrored, it is the same sphere.
   if (mirrored) t = t * Transform::scale({1, 1, -1});
-  const auto scale = t.similarity_scale();
   const bool glows = attributes_.glow && !open_definition_;
-  if (entry.field || entry.opacity || params.texture("alpha") || (glows && !scale)) return place_patch(patch, params);
+  if (entry.field || entry.opacity || params.texture("alpha") || (glows && !t.similarity_scale()))
+    return place_patch(patch, params);
   if (!read_opacity(params)) return;
   const ShapeLook appearance = look(params, attributes_.reverse_orientation, scene_material(attributes_.material));
   Definition& definition = open_definition_ ? *open_definition_ : world_;
-  if (scale && (!textured || appearance.glow || keeps_axes(t, *scale))) {
-    const Quadric placed = std::visit(TransformQuadric{t, *scale}, quadric);
-    const Bounds bounds = quadric_bounds(placed);
-    if (!within_reach(bounds.lower) || !within_reach(bounds.upper) || !(quadric_area(placed) > 0) ||
-        !std::isfinite(quadric_area(placed)))
-      throw Error(params.where(), fmt::format("{}: placed, it lies beyond {:g} m, or is too small for single precision",
-                                              params.owner(), farthest));
-    definition.parts[0].builder.add(placed, appearance);
+  std::optional<Quadric> placed;
+  try {
+    placed = placed_quadric(quadric, t, textured && !appearance.glow);
+  } catch (const Error& e) {
+    throw Error(params.where(), fmt::format("{}: {}", params.owner(), e.what()));
+  }
+  if (placed) {
+    definition.parts[0].builder.add(*placed, appearance);
     return;
   }
   PlacedObject part{{}, t, std::nullopt};

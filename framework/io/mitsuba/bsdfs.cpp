@@ -1,0 +1,349 @@
+// BSDFs by Mitsuba's names. Roughness is GGX's alpha as it stands; alphas below 0.001 are perfectly smooth. Beckmann's
+// distribution, Mitsuba's default, is not among ours.
+
+#include "framework/io/mitsuba/reader.h"
+#include "framework/io/spectra.h"
+#include "framework/io/text.h"
+
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+struct NamedIndex {
+  std::string_view name;
+  float eta;
+};
+
+// At 589 nm and 20 degrees, as Mitsuba's documentation lists them.
+constexpr NamedIndex indices[] = {
+    {"vacuum", 1.0f},      {"helium", 1.00004f},         {"hydrogen", 1.00013f},
+    {"air", 1.00028f},     {"carbon dioxide", 1.00045f}, {"water", 1.3330f},
+    {"acetone", 1.36f},    {"ethanol", 1.361f},          {"carbon tetrachloride", 1.461f},
+    {"glycerol", 1.4729f}, {"benzene", 1.501f},          {"silicone oil", 1.52045f},
+    {"bromine", 1.661f},   {"water ice", 1.31f},         {"fused quartz", 1.458f},
+    {"pyrex", 1.470f},     {"acrylic glass", 1.49f},     {"polypropylene", 1.49f},
+    {"bk7", 1.5046f},      {"sodium chloride", 1.544f},  {"amber", 1.55f},
+    {"pet", 1.5750f},      {"diamond", 2.419f},
+};
+
+// Metals that Mitsuba names and framework/io/spectra.h has no index of, by their reflectance at normal incidence.
+struct NamedReflectance {
+  std::string_view name;
+  Rgb reflectance;
+};
+constexpr Rgb grey_metal{0.55f};
+const NamedReflectance other_metals[] = {
+    {"Cr", {0.55f, 0.556f, 0.554f}},
+    {"Ni_palik", {0.66f, 0.609f, 0.526f}},
+    {"W", {0.504f, 0.498f, 0.478f}},
+    {"Hg", {0.78f, 0.78f, 0.77f}},
+    {"Na_palik", {0.97f, 0.96f, 0.92f}},
+    {"Rh", {0.77f, 0.75f, 0.73f}},
+    {"a-C", grey_metal},
+    {"AlAs", grey_metal},
+    {"AlSb", grey_metal},
+    {"Be", grey_metal},
+    {"CsI", grey_metal},
+    {"Cu2O", grey_metal},
+    {"CuO", grey_metal},
+    {"d-C", grey_metal},
+    {"HgTe", grey_metal},
+    {"Ir", grey_metal},
+    {"K", grey_metal},
+    {"Li", grey_metal},
+    {"Mo", grey_metal},
+    {"Nb", grey_metal},
+    {"Se", grey_metal},
+    {"SiC", grey_metal},
+    {"SnTe", grey_metal},
+    {"Ta", grey_metal},
+    {"Te", grey_metal},
+    {"ThF4", grey_metal},
+    {"TiC", grey_metal},
+    {"TiN", grey_metal},
+    {"VC", grey_metal},
+    {"V_palik", grey_metal},
+    {"VN", grey_metal},
+};
+
+}  // namespace
+
+std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
+  using R = MitsubaReader;
+  static constexpr BsdfType table[] = {
+      {"diffuse", "as it is", &R::diffuse},
+      {"dielectric", "as it is; int_ior and ext_ior by number or name", &R::dielectric},
+      {"roughdielectric", "GGX; beckmann and others approximated by it, two alphas by their mean", &R::dielectric},
+      {"conductor", "material, or eta and k; ext_eta", &R::conductor},
+      {"roughconductor", "GGX with alpha or alpha_u, alpha_v; beckmann and others approximated by it", &R::conductor},
+      {"plastic", "as it is, nonlinear or not; another specular_reflectance than 1 approximated by 1", &R::plastic},
+      {"roughplastic", "the same with a rough coat, which keeps the smooth one's transmission", &R::plastic},
+      {"twosided", "the bsdf in it; of two different ones approximated by the first", &R::two_sided},
+      {"null", "the shape is left out", &R::null_bsdf},
+      {"mask", "opacity 1 and 0 as they are; others approximated: opaque", &R::mask},
+      {"blendbsdf", "two diffuse ones with constants mixed; others approximated by the one with more weight", &R::blend},
+      {"mixturebsdf", "approximated by the one with most weight", &R::mixture},
+      {"bumpmap", "approximated by the bsdf in it", &R::bump},
+      {"normalmap", "approximated by the bsdf in it", &R::bump},
+      {"roughdiffuse", "alpha 0 as it is; others approximated by diffuse", &R::rough_diffuse},
+      {"thindielectric", "approximated by what it lets through straight on; its reflections are lost", &R::thin_dielectric},
+      {"coating", "approximated: of a diffuse bsdf plastic, else the bsdf in it", &R::coating},
+      {"roughcoating", "approximated: of a diffuse bsdf roughplastic, else the bsdf in it", &R::coating},
+      {"phong", "approximated by a metallic GGX lobe or by roughplastic, whichever of the two lobes is larger", &R::phong},
+      {"ward", "approximated like phong", &R::ward},
+      {"principled", "approximated: metal, glass or roughplastic, whichever has most weight", &R::principled},
+      {"principledthin", "approximated like principled", &R::principled},
+      {"difftrans", "approximated: grey diffuse of 0.5", &R::other_bsdf},
+      {"hair", "approximated: grey diffuse of 0.5", &R::other_bsdf},
+      {"hk", "approximated: grey diffuse of 0.5", &R::other_bsdf},
+      {"irawan", "approximated: grey diffuse of 0.5", &R::other_bsdf},
+      {"measured", "approximated: grey diffuse of 0.5", &R::other_bsdf},
+  };
+  return table;
+}
+
+std::uint32_t MitsubaReader::bsdf(const XmlElement& element) {
+  const auto [entry, is_new] = bsdfs_.try_emplace(&element);
+  if (!is_new && !entry->second) throw Error(element.where(), "bsdf: refers to itself");
+  if (is_new) {
+    const Nesting nesting(*this, element);
+    const Properties of = properties(element);
+    MaterialEntry made = (this->*find_type(bsdf_types(), of).handler)(of);
+    of.finish();
+    materials_.push_back(std::move(made));
+    bsdfs_[&element] = static_cast<std::uint32_t>(materials_.size() - 1);
+  }
+  return *bsdfs_[&element];
+}
+
+MitsubaReader::MaterialEntry& MitsubaReader::nested_bsdf(const Properties& of, std::size_t most) {
+  const auto found = of.objects({"bsdf"});
+  if (found.empty() || found.size() > most)
+    throw Error(of.where(),
+                fmt::format("{}: has {} bsdfs in it; expected {}", of.title(), found.size(), most == 1 ? "one" : "one or two"));
+  if (found.size() > 1 && found[0] != found[1])
+    approximate(found[1]->where(), fmt::format("{}: has another bsdf for its back", of.title()), "the first on both sides");
+  return materials_[bsdf(*found[0])];
+}
+
+// Version 0's shapes without a bsdf are diffuse too.
+std::uint32_t MitsubaReader::material_of(const Properties& shape) {
+  const auto found = shape.objects({"bsdf"});
+  if (found.size() > 1)
+    throw Error(found[1]->where(), fmt::format("{}: has {} bsdfs; expected one", shape.title(), found.size()));
+  if (!found.empty()) return bsdf(*found[0]);
+  materials_.emplace_back();
+  return static_cast<std::uint32_t>(materials_.size() - 1);
+}
+
+std::uint32_t MitsubaReader::scene_material(MaterialEntry& entry) {
+  if (!entry.scene_index) {
+    entry.scene_index = static_cast<std::uint32_t>(scene_.materials.size());
+    scene_.materials.push_back(entry.material);
+  }
+  return *entry.scene_index;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::diffuse(const Properties& of) {
+  MaterialEntry entry;
+  entry.material = Diffuse{reflectance(of, "reflectance", Rgb(0.5f), entry.textured)};
+  return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::rough_diffuse(const Properties& of) {
+  if (number(of, "alpha", 0.2f, 0, 1) != 0)
+    approximate(of.where(), fmt::format("{}: 'alpha' is not 0", of.title()), "a Lambertian surface");
+  of.ignore({"use_fast_approx"});
+  return diffuse(of);
+}
+
+float MitsubaReader::refractive_index(const Properties& of, std::string_view name, const std::string& otherwise) {
+  const XmlElement* element = of.element(name);
+  if (element && element->tag != "string") return number(of, name, 1.5f, 0.1f, 10);
+  const std::string wanted = of.string(name, otherwise);
+  std::vector<std::string> names;
+  for (const NamedIndex& index : indices) {
+    if (index.name == wanted) return index.eta;
+    names.emplace_back(index.name);
+  }
+  throw Error(of.where(name), fmt::format("{}: {}", of.title(), unknown_name("material", wanted, names)));
+}
+
+// Next to 1 there is no half vector of refraction.
+float MitsubaReader::relative_index(const Properties& of, const std::string& inside) {
+  const float eta = of.has("eta") && of.element("eta")->tag == "float"
+                        ? of.number("eta", 1.5f, 0.1f, 10)
+                        : refractive_index(of, "int_ior", inside) / refractive_index(of, "ext_ior", "air");
+  return std::abs(eta - 1) < 1e-3f ? 1.001f : eta;
+}
+
+vec2 MitsubaReader::roughness(const Properties& of, bool rough, float otherwise) {
+  if (!rough) return vec2(0);
+  const float both = number(of, "alpha", otherwise, 0, 10);
+  const vec2 alpha(number(of, "alpha_u", both, 0, 10), number(of, "alpha_v", both, 0, 10));
+  of.ignore({"sample_visible"});
+  const std::string distribution = of.string("distribution", "beckmann");
+  if (distribution != "beckmann" && distribution != "ggx" && distribution != "phong" && distribution != "as")
+    throw Error(
+        of.where("distribution"),
+        fmt::format("{}: {}", of.title(),
+                    unknown_name("distribution", distribution, std::vector<std::string>{"ggx", "beckmann", "phong", "as"})));
+  if (std::max(alpha.x, alpha.y) < 1e-3f) return vec2(0);
+  if (distribution != "ggx")
+    approximate(of.where("distribution"), fmt::format("{}: the distribution is '{}'; expected ggx", of.title(), distribution),
+                "GGX with the same alpha, whose highlights have wider tails");
+  return glm::max(alpha, vec2(1e-4f));
+}
+
+float MitsubaReader::isotropic_roughness(const Properties& of, bool rough, float otherwise) {
+  const vec2 alpha = roughness(of, rough, otherwise);
+  if (alpha.x != alpha.y)
+    approximate(of.where("alpha_u"),
+                fmt::format("{}: 'alpha_u' differs from 'alpha_v'; only conductors may be anisotropic", of.title()),
+                "the mean of both");
+  return 0.5f * (alpha.x + alpha.y);
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::dielectric(const Properties& of) {
+  Dielectric glass;
+  glass.eta = relative_index(of, "bk7");
+  glass.alpha = isotropic_roughness(of, of.type() == "roughdielectric", 0.1f);
+  glass.reflect_tint = colour(of, "specular_reflectance", Rgb(1), ColourUse::reflectance);
+  glass.transmit_tint = colour(of, "specular_transmittance", Rgb(1), ColourUse::reflectance);
+  return {.material = glass, .two_sided = true};
+}
+
+// A pane lets (1 - R) / (1 + R) through, R of one of its two sides at normal incidence.
+MitsubaReader::MaterialEntry MitsubaReader::thin_dielectric(const Properties& of) {
+  const float eta = relative_index(of, "bk7"), r = square((eta - 1) / (eta + 1));
+  approximate(of.where(), fmt::format("{} is not supported", of.title()),
+              fmt::format("a pane that reflects nothing and lets {:.0f} % of the light straight on", 100 * (1 - r) / (1 + r)));
+  Dielectric pane{.eta = 1.0001f};
+  of.ignore({"specular_reflectance"});
+  pane.transmit_tint = (1 - r) / (1 + r) * colour(of, "specular_transmittance", Rgb(1), ColourUse::reflectance);
+  return {.material = pane, .two_sided = true};
+}
+
+void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
+  // Version 3 has a mirror where nothing is said, earlier ones copper.
+  const std::string name = of.string("material", version_ >= 3 ? "none" : "Cu");
+  const float outside = refractive_index(of, "ext_eta", version0() ? "air" : "vacuum");
+  if (of.has("eta") || of.has("k")) {
+    metal.eta = colour(of, "eta", Rgb(0), ColourUse::index) / outside;
+    metal.k = colour(of, "k", Rgb(1), ColourUse::index) / outside;
+    metal.ideal = is_black(metal.eta) && metal.k == Rgb(1) / outside;
+    for (int c = 0; c < 3; ++c)
+      if (metal.eta[c] == 0 && metal.k[c] == 0) of.fail("eta", "and 'k' are both 0 in a channel");
+    return;
+  }
+  metal.ideal = name == "none";
+  if (metal.ideal) return;
+  std::vector<std::string> names{"none"};
+  for (const MetalIndex& known : metals()) {
+    if (name == known.name) {
+      metal.eta = known.eta / outside;
+      metal.k = known.k / outside;
+      return;
+    }
+    names.emplace_back(known.name);
+  }
+  for (const NamedReflectance& other : other_metals)
+    if (name == other.name) {
+      approximate(of.where("material"), fmt::format("{}: there is no index of '{}' here", of.title(), name),
+                  fmt::format("a metal that reflects {:.2f} {:.2f} {:.2f}", other.reflectance.x, other.reflectance.y,
+                              other.reflectance.z));
+      metal.eta = Rgb(1);
+      metal.k = 2.0f * glm::sqrt(other.reflectance) / glm::sqrt(1.0f - other.reflectance);
+      return;
+    }
+  throw Error(of.where("material"), fmt::format("{}: {}", of.title(), unknown_name("metal", name, names)));
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::conductor(const Properties& of) {
+  Conductor metal;
+  index_of_metal(of, metal);
+  metal.alpha = roughness(of, of.type() == "roughconductor", 0.1f);
+  metal.tint = colour(of, "specular_reflectance", Rgb(1), ColourUse::reflectance);
+  return {.material = metal, .textured = metal.is_anisotropic()};
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::two_sided(const Properties& of) {
+  MaterialEntry entry = nested_bsdf(of, 2);
+  entry.two_sided = true;
+  return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::null_bsdf(const Properties&) { return {.two_sided = true, .invisible = true}; }
+
+MitsubaReader::MaterialEntry MitsubaReader::mask(const Properties& of) {
+  MaterialEntry entry = nested_bsdf(of);
+  const XmlElement* opacity = of.element("opacity");
+  const bool constant = !opacity || is_colour(*opacity);
+  const float value = !opacity ? 0.5f : constant ? mean_component(read_colour(*opacity, ColourUse::reflectance)) : 0.5f;
+  if (constant && value == 0) entry.invisible = true;
+  if (!constant || (value != 0 && value != 1))
+    approximate(of.where(), fmt::format("{}: an opacity that is neither 0 nor 1 everywhere is not supported", of.title()),
+                "an opaque surface: what it would let through is hidden");
+  return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::bump(const Properties& of) {
+  approximate(of.where(), fmt::format("{} is not supported", of.title()), "the smooth surface in it");
+  of.ignore({"normalmap", "scale", "map"});
+  const MaterialEntry entry = nested_bsdf(of);
+  of.ignore_all();
+  return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::coating(const Properties& of) {
+  MaterialEntry entry = nested_bsdf(of);
+  const auto* base = std::get_if<Diffuse>(&entry.material);
+  approximate(of.where(), fmt::format("{} is not supported", of.title()),
+              base ? "plastic, whose coat absorbs nothing" : "the surface without its coat");
+  if (base)
+    entry.material = Plastic{base->reflectance, std::max(relative_index(of, "bk7"), 1.001f),
+                             isotropic_roughness(of, of.type() == "roughcoating", 0.1f)};
+  entry.scene_index.reset();
+  of.ignore_all();
+  return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::blend(const Properties& of) {
+  const float weight = number(of, "weight", 0.5f, 0, 1);  // of the second
+  const auto found = of.objects({"bsdf"});
+  if (found.size() != 2) throw Error(of.where(), fmt::format("{}: has {} bsdfs in it; expected two", of.title(), found.size()));
+  MaterialEntry first = materials_[bsdf(*found[0])], second = materials_[bsdf(*found[1])];
+  const auto *a = std::get_if<Diffuse>(&first.material), *b = std::get_if<Diffuse>(&second.material);
+  first.scene_index.reset();
+  second.scene_index.reset();
+  if (a && b && a->reflectance.is_constant() && b->reflectance.is_constant() && !first.invisible && !second.invisible) {
+    first.material = Diffuse{glm::mix(a->reflectance.constant, b->reflectance.constant, weight)};
+    return first;
+  }
+  if (weight > 0 && weight < 1)
+    approximate(of.where(), fmt::format("{}: only diffuse bsdfs can be mixed", of.title()), "the bsdf with more weight alone");
+  return weight > 0.5f ? second : first;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::mixture(const Properties& of) {
+  const auto found = of.objects({"bsdf"});
+  if (found.empty()) throw Error(of.where(), fmt::format("{}: has no bsdfs in it", of.title()));
+  approximate(of.where(), fmt::format("{} is not supported", of.title()), "the bsdf with most weight alone");
+  std::string text = of.string("weights", "");
+  std::replace(text.begin(), text.end(), ',', ' ');
+  WordReader words(text);
+  std::size_t most = 0;
+  double most_weight = -1;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (const double weight = parse_number(words.word_on_any_line()).value_or(0); weight > most_weight) {
+      most = i;
+      most_weight = weight;
+    }
+  MaterialEntry entry = materials_[bsdf(*found[most])];
+  entry.scene_index.reset();
+  return entry;
+}
+
+}  // namespace etendue

@@ -1,0 +1,179 @@
+// Emitters. Their spectra are radiance, intensity or irradiance as they stand.
+
+#include "framework/io/mitsuba/reader.h"
+#include "framework/io/mitsuba/sky.h"
+
+namespace etendue {
+
+namespace {
+
+constexpr float brightest = 1e12f;  // of a channel: its square has room in single precision, and so has a light's power
+
+// Light space of an EnvironmentLight (z up, azimuth from +x to +y) in Mitsuba's (y up, azimuth from -z to +x).
+Transform light_to_emitter() { return *Transform::from_matrix(mat4(0, 0, -1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1)); }
+
+vec3 unit(const Properties& of, const vec3& direction) {
+  const double length = glm::length(dvec3(direction));
+  if (!(length > 0) || !std::isfinite(length)) throw Error(of.where(), fmt::format("{}: has no direction", of.title()));
+  return vec3(dvec3(direction) / length);
+}
+
+}  // namespace
+
+std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
+  using R = MitsubaReader;
+  static constexpr EmitterType table[] = {
+      {"area", "in a shape; a textured radiance approximated by its mean", nullptr},
+      {"point", "as it is", &R::point},
+      {"spot", "as it is without a falloff, else approximated by a smooth one; a texture by its mean", &R::spot},
+      {"directional", "as it is", &R::directional},
+      {"constant", "as it is", &R::constant},
+      {"envmap", "as it is", &R::environment},
+      {"sky", "approximated by Preetham's clear sky", &R::sky},
+      {"sun", "approximated by a directional light", &R::sky},
+      {"sunsky", "approximated by both", &R::sky},
+      {"collimated", "approximated: left out", &R::left_out_emitter},
+      {"directionalarea", "approximated: left out", &R::left_out_emitter},
+      {"projector", "approximated: left out", &R::left_out_emitter},
+      {"volumelight", "approximated: left out", &R::left_out_emitter},
+  };
+  return table;
+}
+
+void MitsubaReader::emitter(const XmlElement& element) {
+  const Properties of = properties(element);
+  const EmitterType& type = find_type(emitter_types(), of);
+  if (!type.handler) return;  // an area emitter, which a shape refers to
+  leave_out_media(of);
+  of.ignore({"sampling_weight"});
+  (this->*type.handler)(of);
+  of.finish();
+}
+
+Rgb MitsubaReader::emitted(const Properties& of, std::string_view name) {
+  const Rgb value = of.number("scale", 1, 0) * colour(of, name, Rgb(1), ColourUse::light);
+  if (!is_finite(value) || max_component(value) > brightest)
+    of.fail(name, fmt::format("is {:g}; expected {:g} at most", max_component(value), brightest));
+  return value;
+}
+
+void MitsubaReader::add_light(const Properties& of, Light light, const Rgb& emitted) {
+  if (is_black(emitted))
+    warn(of.where(), of.title() + ": is black and left out");
+  else
+    scene_.lights.push_back(std::move(light));
+}
+
+vec3 MitsubaReader::placed_point(const Properties& of, const Transform& t, const vec3& p) const {
+  const vec3 placed = t.point(p);
+  if (!within_reach(placed)) throw Error(of.where(), fmt::format("{}: lies, placed, beyond {:g} m", of.title(), farthest));
+  return placed;
+}
+
+void MitsubaReader::point(const Properties& of) {
+  const Rgb intensity = emitted(of, "intensity");
+  const vec3 position = placed_point(of, of.transform("to_world"), of.point("position", vec3(0)));
+  add_light(of, PointLight{.position = position, .intensity = intensity}, intensity);
+}
+
+void MitsubaReader::spot(const Properties& of) {
+  Rgb intensity = emitted(of, "intensity");
+  if (of.has("texture")) intensity *= colour(of, "texture", Rgb(1), ColourUse::light);
+  const Transform t = of.transform("to_world");
+  const float cutoff = of.number("cutoff_angle", 20, 1e-3f, 180), beam = of.number("beam_width", 0.75f * cutoff, 0, 180);
+  if (beam > cutoff) of.fail("beam_width", fmt::format("is {}; expected no more than the cutoff angle, {}", beam, cutoff));
+  if (beam < cutoff)
+    approximate(of.where("beam_width"),
+                fmt::format("{}: falls off linearly between 'beam_width' and 'cutoff_angle'", of.title()),
+                "a smooth falloff between the same angles");
+  add_light(of,
+            SpotLight{.position = placed_point(of, t, vec3(0)),
+                      .direction = unit(of, t.vector({0, 0, 1})),
+                      .intensity = intensity,
+                      .cos_outer = std::cos(cutoff * degrees),
+                      .cos_inner = std::cos(beam * degrees)},
+            intensity);
+}
+
+void MitsubaReader::directional(const Properties& of) {
+  const Rgb irradiance = emitted(of, "irradiance");
+  const vec3 direction = of.transform("to_world").vector(of.point("direction", {0, 0, 1}));
+  add_light(of, DirectionalLight{.direction = unit(of, direction), .irradiance = irradiance}, irradiance);
+}
+
+void MitsubaReader::constant(const Properties& of) {
+  const Rgb radiance = emitted(of, "radiance");
+  of.ignore({"to_world"});
+  add_light(of, EnvironmentLight{.scale = radiance, .size = ivec2(0), .texels = {}, .light_to_world = {}}, radiance);
+}
+
+void MitsubaReader::environment(const Properties& of) {
+  const Transform to_world = of.transform("to_world");
+  if (!to_world.similarity_scale()) of.fail("to_world", "distorts directions; expected rotations and even scales");
+  of.ignore({"cache", "mis_compensation"});
+  if (const float gamma = of.number("gamma", -1); gamma != -1 && gamma != 1)
+    approximate(of.where("gamma"), fmt::format("{}: 'gamma' is neither 1 nor -1", of.title()), "1");
+  EnvironmentLight light{.scale = Rgb(of.number("scale", 1, 0, brightest)),
+                         .size = {},
+                         .texels = {},
+                         .light_to_world = to_world * light_to_emitter()};
+  RgbImage image = read_image_of(of, Encoding::srgb);
+  light.size = image.size;
+  light.texels = std::move(image.texels);
+  float least = 0, most = 0;
+  for (Rgb& texel : light.texels) {
+    least = std::min({least, texel.x, texel.y, texel.z});
+    texel = glm::max(texel, Rgb(0));
+    most = std::max({most, max_component(texel), max_component(light.scale * texel)});
+  }
+  if (least < 0)
+    warn(of.where("filename"), fmt::format("'{}' falls to {:.4g}: no light is negative, taken as 0", file_name(of), least));
+  if (most > brightest) of.fail("filename", fmt::format("has a texel of {:g}; expected {:g} at most", most, brightest));
+  const Rgb scale = light.scale;
+  add_light(of, std::move(light), most > 0 ? scale : Rgb(0));
+}
+
+void MitsubaReader::sky(const Properties& of) {
+  const bool has_sky = of.type() != "sun", has_sun = of.type() != "sky";
+  approximate(of.where(), fmt::format("{} is not supported", of.title()),
+              "Preetham's sky and a directional sun from 'sun_direction'; brightness and colours differ");
+  const Transform to_world = of.transform("to_world");
+  const vec3 towards_sun = unit(of, of.point("sun_direction", {0.5f, 0.7f, -0.4f}));
+  const float turbidity = of.number("turbidity", 3, 1, 10), scale = of.number("scale", 1, 0, 1e6f);
+  const float sky_scale = scale * of.number("sky_scale", 1, 0, 1e6f), sun_scale = scale * of.number("sun_scale", 1, 0, 1e6f);
+  if (has_sky) {
+    EnvironmentLight light = preetham_sky(towards_sun, turbidity);
+    light.scale = Rgb(sky_scale);
+    light.light_to_world = to_world * light_to_emitter();
+    add_light(of, std::move(light), Rgb(sky_scale));
+  }
+  if (const Rgb sun = sun_scale * sun_irradiance(towards_sun, turbidity); has_sun && towards_sun.y > 0)
+    add_light(of, DirectionalLight{.direction = unit(of, to_world.vector(-towards_sun)), .irradiance = sun}, sun);
+  of.ignore_all();
+}
+
+void MitsubaReader::left_out_emitter(const Properties& of) {
+  of.ignore_all();
+  approximate(of.where(), fmt::format("{} is not supported", of.title()), "nothing: its light is missing");
+}
+
+std::optional<ShapeLook::Glow> MitsubaReader::area_emitter(const Properties& shape) {
+  const auto found = shape.objects({"emitter", "luminaire"});
+  if (found.empty()) return std::nullopt;
+  if (found.size() > 1)
+    throw Error(found[1]->where(), fmt::format("{}: has {} emitters; expected one", shape.title(), found.size()));
+  const Properties of = properties(*found[0]);
+  const EmitterType& type = find_type(emitter_types(), of);
+  if (type.handler) {
+    left_out_emitter(of);
+    return std::nullopt;
+  }
+  leave_out_media(of);
+  of.ignore({"sampling_weight"});
+  const Rgb radiance = emitted(of, "radiance");
+  of.finish();
+  if (is_black(radiance)) return std::nullopt;
+  return ShapeLook::Glow{radiance, false};
+}
+
+}  // namespace etendue

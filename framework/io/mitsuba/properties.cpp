@@ -1,0 +1,183 @@
+#include "framework/io/mitsuba/properties.h"
+
+#include "framework/io/text.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+constexpr std::array values{"float", "integer", "boolean",  "string",    "point",    "vector",
+                            "rgb",   "srgb",    "spectrum", "blackbody", "transform"};
+constexpr std::array objects{"bsdf",       "shape",   "emitter", "luminaire", "sensor", "camera",  "film",      "sampler",
+                             "integrator", "texture", "medium",  "volume",    "phase",  "rfilter", "subsurface"};
+constexpr std::array others{"ref", "alias", "path"};
+
+template <class List>
+bool contains(const List& list, std::string_view word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+void check_tag(const XmlElement& element) {
+  if (contains(values, element.tag) || contains(objects, element.tag) || contains(others, element.tag)) return;
+  std::vector<std::string> names(values.begin(), values.end());
+  names.insert(names.end(), objects.begin(), objects.end());
+  names.insert(names.end(), others.begin(), others.end());
+  throw Error(element.where(), unknown_name("element", element.tag, names));
+}
+
+}  // namespace
+
+void XmlIds::add(const XmlElement& element) {
+  const std::string id = element.value("id");
+  if (element.tag == "alias") {
+    aliases_.emplace(element.value("as"), id);
+  } else if (element.tag != "ref" && !id.empty() && !objects_.emplace(id, &element).second) {
+    doubles_.insert(id);
+  }
+  for (const XmlElement& child : element.children) add(child);
+}
+
+const XmlElement& XmlIds::find(const XmlElement& ref) const {
+  std::string id = ref.value("id");
+  if (id.empty()) throw Error(ref.where(), "ref: 'id' is missing");
+  const Location where = ref.where("id");
+  if (const auto alias = aliases_.find(id); alias != aliases_.end()) id = alias->second;
+  if (doubles_.contains(id)) throw Error(where, fmt::format("{} is the id of two objects; expected one", quote(id)));
+  const auto found = objects_.find(id);
+  if (found != objects_.end()) return *found->second;
+  std::vector<std::string> names;
+  for (const auto& [name, object] : objects_) names.push_back(name);
+  throw Error(where, unknown_name("id", id, names));
+}
+
+Properties::Properties(const XmlElement& element, const XmlIds& ids) : element_(element), type_(element.value("type")) {
+  std::set<std::string> names;
+  for (const XmlElement& child : element.children) {
+    check_tag(child);
+    if (child.tag == "alias" || child.tag == "path") continue;
+    Entry entry{snake_case(child.value("name")), &child, &child};
+    if (child.tag == "ref") entry.meant = &ids.find(child);
+    if (entry.name.empty() && contains(values, child.tag))
+      throw Error(child.where(), fmt::format("{}: 'name' is missing", child.tag));
+    if (!entry.name.empty() && !names.insert(entry.name).second)
+      throw Error(child.where(), fmt::format("{}: '{}' is given twice", title(), child.value("name")));
+    entries_.push_back(std::move(entry));
+  }
+}
+
+std::string Properties::title() const { return type_.empty() ? element_.tag : fmt::format("{} \"{}\"", element_.tag, type_); }
+
+const Properties::Entry* Properties::find(std::string_view name) const {
+  asked_.emplace(name);
+  for (const Entry& entry : entries_)
+    if (entry.name == name) {
+      entry.used = true;
+      return &entry;
+    }
+  return nullptr;
+}
+
+Location Properties::where(std::string_view name) const {
+  for (const Entry& entry : entries_)
+    if (entry.name == name) return entry.written->where();
+  return where();
+}
+
+void Properties::fail(std::string_view name, const std::string& what) const {
+  throw Error(where(name), fmt::format("{}: '{}' {}", title(), name, what));
+}
+
+const Properties::Entry* Properties::find_typed(std::string_view name, std::initializer_list<std::string_view> tags,
+                                                std::string_view expected) const {
+  const Entry* entry = find(name);
+  if (entry && std::find(tags.begin(), tags.end(), entry->meant->tag) == tags.end())
+    fail(name, fmt::format("is a {}; expected {}", entry->meant->tag, expected));
+  return entry;
+}
+
+float Properties::number(std::string_view name, float otherwise, float low, float high) const {
+  const Entry* entry = find_typed(name, {"float", "integer"}, "a float");
+  if (!entry) return otherwise;
+  const float value = read_number(*entry->meant, "value");
+  if (!(value >= low && value <= high)) {
+    const bool from = low > -std::numeric_limits<float>::max(), to = high < std::numeric_limits<float>::max();
+    fail(name, fmt::format("is {}; expected {}", value,
+                           from && to ? fmt::format("{:g} to {:g}", low, high)
+                           : from     ? fmt::format("{:g} at least", low)
+                                      : fmt::format("{:g} at most", high)));
+  }
+  return value;
+}
+
+int Properties::integer(std::string_view name, int otherwise, int low, int high) const {
+  const Entry* entry = find_typed(name, {"integer", "float"}, "an integer");
+  if (!entry) return otherwise;
+  const float value = read_number(*entry->meant, "value");
+  if (value != std::floor(value) || value < static_cast<float>(low) || value > static_cast<float>(high))
+    fail(name, fmt::format("is {}; expected a whole number of {} to {}", value, low, high));
+  return static_cast<int>(value);
+}
+
+bool Properties::boolean(std::string_view name, bool otherwise) const {
+  const Entry* entry = find_typed(name, {"boolean"}, "a boolean");
+  if (!entry) return otherwise;
+  const std::string value = entry->meant->value("value");
+  if (value == "true" || value == "True") return true;
+  if (value == "false" || value == "False") return false;
+  fail(name, fmt::format("is {}; expected true or false", quote(value)));
+}
+
+std::string Properties::string(std::string_view name, const std::string& otherwise) const {
+  const Entry* entry = find_typed(name, {"string"}, "a string");
+  return entry ? entry->meant->value("value") : otherwise;
+}
+
+vec3 Properties::point(std::string_view name, const vec3& otherwise) const {
+  const Entry* entry = find_typed(name, {"point", "vector"}, "a point or a vector");
+  return entry ? read_vector(*entry->meant, vec3(0)) : otherwise;
+}
+
+Transform Properties::transform(std::string_view name) const {
+  const Entry* entry = find_typed(name, {"transform"}, "a transform");
+  return entry ? read_transform(*entry->meant) : Transform();
+}
+
+const XmlElement* Properties::element(std::string_view name) const {
+  const Entry* entry = find(name);
+  return entry ? entry->meant : nullptr;
+}
+
+std::vector<const XmlElement*> Properties::objects(std::initializer_list<std::string_view> tags) const {
+  std::vector<const XmlElement*> found;
+  for (const Entry& entry : entries_)
+    if (!entry.used && std::find(tags.begin(), tags.end(), entry.meant->tag) != tags.end()) {
+      entry.used = true;
+      found.push_back(entry.meant);
+    }
+  return found;
+}
+
+void Properties::ignore(std::initializer_list<std::string_view> names) const {
+  for (const std::string_view name : names) find(name);
+}
+
+void Properties::ignore_all() const {
+  for (const Entry& entry : entries_) entry.used = true;
+}
+
+void Properties::finish() const {
+  for (const Entry& entry : entries_) {
+    if (entry.used) continue;
+    if (entry.name.empty())
+      throw Error(entry.written->where(), fmt::format("{}: a {} has no place in it", title(), entry.meant->tag));
+    throw Error(entry.written->where(), fmt::format("{}: {}", title(),
+                                                    unknown_name("property", entry.written->value("name"),
+                                                                 std::vector<std::string>(asked_.begin(), asked_.end()))));
+  }
+}
+
+}  // namespace etendue

@@ -1,0 +1,131 @@
+#include "framework/io/mitsuba/reader.h"
+
+#include "framework/io/text.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace etendue {
+
+Scene MitsubaReader::read() {
+  const std::string version = tree_.root().value("version");
+  if (!version.empty() && (version[0] < '0' || version[0] > '9'))
+    throw Error(tree_.root().where("version"), fmt::format("scene: version {}; expected 0.4 to 3", quote(version)));
+  if (!version.empty()) version_ = std::atoi(version.c_str());
+  if (version_ > 3)
+    throw Error(tree_.root().where("version"), fmt::format("scene: version {}; expected 0.4 to 3", quote(version)));
+  for (const XmlElement& child : tree_.root().children)
+    if (child.tag == "path") search_.push_back(child.value("value"));
+  properties(tree_.root());  // every element and reference is known
+  for (const XmlElement& child : tree_.root().children) read_child(child);
+  finish();
+  return std::move(scene_);
+}
+
+void MitsubaReader::read_child(const XmlElement& child) {
+  const Nesting nesting(*this, child);
+  if (child.tag == "ref") {
+    read_child(ids_.find(child));
+  } else if (child.tag == "shape") {
+    shape(child, world_);
+  } else if (child.tag == "emitter" || child.tag == "luminaire") {
+    emitter(child);
+  } else if (child.tag == "sensor" || child.tag == "camera") {
+    sensor(child);
+  } else if (child.tag == "integrator") {
+    integrator(child);
+  }
+  // Others are read where something refers to them.
+}
+
+void MitsubaReader::finish() {
+  const Location whole{files_.first_file()};
+  if (!has_sensor_) {
+    warn(whole, "the scene has no sensor: at the origin, looking along +z, with a field of view of 50 degrees");
+    scene_.camera.to_world = Transform::scale({-1, 1, 1});
+    scene_.camera.fov = 50 * pi / 180;
+  }
+  std::vector<Emission> emissions;
+  scene_.objects[0] = world_.parts[0].builder.take(&emissions);
+  if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn(whole, "the scene has no shapes");
+  if (emissions.empty() && scene_.lights.empty()) warn(whole, "the scene has no lights");
+  if (one_sided_ > 0)
+    warn(*first_one_sided_, fmt::format("{} shapes have a bsdf without twosided, which is black from behind in Mitsuba; here "
+                                        "both sides are alike",
+                                        one_sided_));
+  for (const Told& told : told_)
+    scene_.warnings.push_back(told.where.text() + ": " + told.what +
+                              (told.count > 1 ? fmt::format(" ({} times in all)", told.count) : ""));
+  for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
+  for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
+  if (const Bounds bounds = scene_.bounds();
+      scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))
+    throw Error(whole, fmt::format("an instance lies beyond {:g} m", farthest));
+  finish_scene(scene_, emissions);
+}
+
+void MitsubaReader::warn(const Location& where, const std::string& what) {
+  const auto [entry, is_new] = told_index_.emplace(what, told_.size());
+  if (is_new)
+    told_.push_back({where, what});
+  else
+    ++told_[entry->second].count;
+}
+
+void MitsubaReader::approximate(const Location& where, const std::string& what, const std::string& taken) {
+  files_.approximations().take(where, what, taken);
+}
+
+void MitsubaReader::leave_out_media(const Properties& of) {
+  of.ignore({"interior", "exterior"});
+  auto media = of.objects({"medium", "subsurface"});
+  for (const std::string_view name : {"interior", "exterior"})
+    if (const XmlElement* medium = of.element(name)) media.push_back(medium);
+  for (const XmlElement* medium : media)
+    approximate(medium->where(), fmt::format("a {} is not supported: there are no participating media", medium->tag),
+                "nothing: what it would absorb and scatter goes straight on");
+}
+
+std::string MitsubaReader::file_name(const Properties& of) {
+  const std::string name = of.string("filename", "");
+  if (name.empty()) throw Error(of.where(), fmt::format("{}: 'filename' is missing", of.title()));
+  return name;
+}
+
+SceneFiles::File MitsubaReader::read_file_of(const Properties& of) {
+  return search(file_name(of),
+                [&](const std::string& name) { return files_.read(name, *of.element().file, of.where("filename")); });
+}
+
+RgbImage MitsubaReader::read_image_of(const Properties& of, Encoding encoding) {
+  RgbImage image = search(file_name(of), [&](const std::string& name) {
+    return files_.image(name, *of.element().file, of.where("filename"), encoding);
+  });
+  if (image.not_finite > 0)
+    warn(of.where("filename"),
+         fmt::format("'{}' holds NaN or infinity in {} texels, which are taken as 0", file_name(of), image.not_finite));
+  return image;
+}
+
+std::vector<MitsubaSupport> mitsuba_support() {
+  std::vector<MitsubaSupport> all;
+  const auto add = [&](std::string_view element, const auto& types) {
+    for (const auto& type : types) all.push_back({element, type.name, type.how});
+  };
+  add("shape", MitsubaReader::shape_types());
+  add("bsdf", MitsubaReader::bsdf_types());
+  add("texture", MitsubaReader::texture_types());
+  add("emitter", MitsubaReader::emitter_types());
+  add("sensor", MitsubaReader::sensor_types());
+  return all;
+}
+
+Scene parse_mitsuba(std::string text, const std::string& path, const SceneReading& reading) {
+  return MitsubaReader(std::move(text), path, reading).read();
+}
+
+Scene read_mitsuba(const std::string& path, const SceneReading& reading) {
+  return parse_mitsuba(read_file(path), path, reading);
+}
+
+}  // namespace etendue

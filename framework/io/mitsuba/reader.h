@@ -1,0 +1,238 @@
+// The state of reading a Mitsuba scene. Internal to framework/io/mitsuba/*.cpp, which split it by concept: reader (the scene's
+// children, references, messages), sensor (camera, film, integrator), shapes, bsdfs, coated (bsdfs of several lobes), textures,
+// emitters, colours.
+#pragma once
+
+#include "framework/io/mesh/left_out.h"
+#include "framework/io/mitsuba/mitsuba.h"
+#include "framework/io/mitsuba/properties.h"
+#include "framework/io/object_builder.h"
+
+#include <deque>
+#include <map>
+
+namespace etendue {
+
+class MitsubaReader {
+ public:
+  MitsubaReader(std::string text, const std::string& path, const SceneReading& reading)
+      : files_(path, reading), tree_(std::move(text), path, files_), ids_(tree_.root()) {}
+  Scene read();
+
+  // A type of an object: what is made of it, for docs/scene-files.md, and who makes it.
+  template <class Handler>
+  struct Type {
+    std::string_view name, how;
+    Handler handler;
+  };
+  struct MaterialEntry {
+    Material material = Diffuse{Rgb(0.5f)};
+    bool textured = false;
+    bool two_sided = false;  // looks the same from both sides, as all opaque materials do here
+    bool invisible = false;  // no surface at all
+    std::optional<std::uint32_t> scene_index = {};
+  };
+  using TextureValue = std::variant<Rgb, Texture>;
+  // Shapes of the world or of a shapegroup; a quadric that a transform distorts is an object of its own under that transform.
+  struct Part {
+    ObjectBuilder builder;
+    Transform to_group;
+    std::optional<std::uint32_t> scene_index;
+  };
+  struct Group {
+    std::vector<Part> parts{1};
+    bool in_world = false;
+  };
+  using BsdfType = Type<MaterialEntry (MitsubaReader::*)(const Properties&)>;
+  using TextureType = Type<TextureValue (MitsubaReader::*)(const Properties&)>;
+  using EmitterType = Type<void (MitsubaReader::*)(const Properties&)>;
+  using ShapeType = Type<void (MitsubaReader::*)(const Properties&, Group&)>;
+  using SensorType = Type<void (MitsubaReader::*)(const Properties&)>;
+  static std::span<const BsdfType> bsdf_types();
+  static std::span<const TextureType> texture_types();
+  static std::span<const EmitterType> emitter_types();
+  static std::span<const ShapeType> shape_types();
+  static std::span<const SensorType> sensor_types();
+
+ private:
+  static constexpr float degrees = pi / 180;
+  enum class ColourUse : std::uint8_t { reflectance, light, index };
+
+  // reader.cpp
+  void read_child(const XmlElement& child);
+  void finish();
+  void warn(const Location& where, const std::string& what);
+  // `what` cannot be represented, `taken` stands for it. Throws Error unless approximations are asked for.
+  void approximate(const Location& where, const std::string& what, const std::string& taken);
+  void leave_out_media(const Properties& of);
+  Properties properties(const XmlElement& element) const { return {element, ids_}; }
+  SceneFiles::File read_file_of(const Properties& of);
+  RgbImage read_image_of(const Properties& of, Encoding encoding);
+  static std::string file_name(const Properties& of);
+  // Reads by the name as it stands, or in the folders of <path>. What the first try says is told where none succeeds.
+  template <class Read>
+  auto search(const std::string& name, const Read& read) const {
+    try {
+      return read(name);
+    } catch (const Error&) {
+      for (const std::string& folder : search_) try {
+          return read(folder + "/" + name);
+        } catch (const Error&) {
+        }
+      throw;
+    }
+  }
+  bool version0() const { return version_ < 2; }
+  template <class Handler>
+  const Type<Handler>& find_type(std::span<const Type<Handler>> types, const Properties& of) const {
+    std::vector<std::string> names;
+    for (const auto& type : types) {
+      if (type.name == of.type()) return type;
+      names.emplace_back(type.name);
+    }
+    throw Error(of.element().where("type"), unknown_name(of.element().tag, of.type(), names));
+  }
+
+  // sensor.cpp
+  void sensor(const XmlElement& element);
+  void perspective(const Properties& of);
+  void thin_lens(const Properties& of);
+  void orthographic(const Properties& of);
+  void other_sensor(const Properties& of);
+  float field_of_view(const Properties& of) const;  // radians, across the shorter side
+  void place_camera(const Properties& of);
+  void film(const Properties& of);
+  void crop(const Properties& of);
+  void integrator(const XmlElement& element);
+
+  // shapes.cpp
+  void shape(const XmlElement& element, Group& group);
+  void obj_mesh(const Properties& of, Group& group);
+  void ply_mesh(const Properties& of, Group& group);
+  void serialized_mesh(const Properties& of, Group& group);
+  void file_mesh(const Properties& of, Group& group, bool flip_v, TriangleMesh (*parse)(const SceneFiles::File&, int),
+                 int index);
+  void rectangle(const Properties& of, Group& group);
+  void cube(const Properties& of, Group& group);
+  void sphere(const Properties& of, Group& group);
+  void disk(const Properties& of, Group& group);
+  void cylinder(const Properties& of, Group& group);
+  void shape_group(const Properties& of, Group& group);
+  void instance(const Properties& of, Group& group);
+  void other_shape(const Properties& of, Group& group);
+  std::optional<ShapeLook> look(const Properties& of, const Group& group, bool* textured = nullptr);
+  void place(TriangleMesh mesh, const Properties& of, Group& group, const std::string& name, bool outward);
+  void place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group);
+  void instantiate(Group& group, const Transform& to_world);
+  std::optional<ShapeLook::Glow> area_emitter(const Properties& of);
+
+  // bsdfs.cpp
+  std::uint32_t material_of(const Properties& shape);
+  std::uint32_t bsdf(const XmlElement& element);
+  MaterialEntry& nested_bsdf(const Properties& of, std::size_t most = 1);
+  std::uint32_t scene_material(MaterialEntry& entry);
+  MaterialEntry diffuse(const Properties& of);
+  MaterialEntry rough_diffuse(const Properties& of);
+  MaterialEntry dielectric(const Properties& of);
+  MaterialEntry thin_dielectric(const Properties& of);
+  MaterialEntry conductor(const Properties& of);
+  MaterialEntry two_sided(const Properties& of);
+  MaterialEntry null_bsdf(const Properties& of);
+  MaterialEntry mask(const Properties& of);
+  MaterialEntry bump(const Properties& of);
+  MaterialEntry coating(const Properties& of);
+  MaterialEntry blend(const Properties& of);
+  MaterialEntry mixture(const Properties& of);
+  float refractive_index(const Properties& of, std::string_view name, const std::string& otherwise);
+  float relative_index(const Properties& of, const std::string& inside);
+  void index_of_metal(const Properties& of, Conductor& metal);
+  vec2 roughness(const Properties& of, bool rough, float otherwise);
+  float isotropic_roughness(const Properties& of, bool rough, float otherwise);
+
+  // coated.cpp
+  MaterialEntry plastic(const Properties& of);
+  MaterialEntry phong(const Properties& of);
+  MaterialEntry ward(const Properties& of);
+  MaterialEntry principled(const Properties& of);
+  MaterialEntry other_bsdf(const Properties& of);
+  MaterialEntry diffuse_and_lobe(const Properties& of, float alpha);
+
+  // textures.cpp
+  TextureValue texture(const XmlElement& element);
+  TextureValue bitmap(const Properties& of);
+  TextureValue checkerboard(const Properties& of);
+  TextureValue scaled(const Properties& of);
+  TextureValue other_texture(const Properties& of);
+  TexturedRgb reflectance(const Properties& of, std::string_view name, const Rgb& otherwise, bool& textured,
+                          float internal_reflectance = 0);
+  Rgb colour(const Properties& of, std::string_view name, const Rgb& otherwise, ColourUse use);  // a texture's mean, if asked
+  float number(const Properties& of, std::string_view name, float otherwise, float low, float high);
+  struct UvMap {
+    vec2 scale{1}, offset{0};
+  };
+  UvMap uv_map(const Properties& of);
+
+  // colours.cpp
+  static bool is_colour(const XmlElement& element);
+  Rgb read_colour(const XmlElement& element, ColourUse use);
+  Rgb read_spectrum(const XmlElement& element, ColourUse use);
+  Rgb spectrum_object(const XmlElement& element, ColourUse use);
+
+  // emitters.cpp
+  void emitter(const XmlElement& element);
+  void point(const Properties& of);
+  void spot(const Properties& of);
+  void directional(const Properties& of);
+  void constant(const Properties& of);
+  void environment(const Properties& of);
+  void sky(const Properties& of);
+  void left_out_emitter(const Properties& of);
+  void add_light(const Properties& of, Light light, const Rgb& emitted);
+  Rgb emitted(const Properties& of, std::string_view name);
+  vec3 placed_point(const Properties& of, const Transform& t, const vec3& p) const;
+
+  SceneFiles files_;
+  XmlTree tree_;
+  XmlIds ids_;
+  int version_ = 3;
+  Scene scene_;
+  bool has_sensor_ = false;
+  LeftOutTriangles left_out_;
+  Group world_{.parts = std::vector<Part>(1), .in_world = true};
+  std::map<const XmlElement*, Group> groups_;
+  // How many objects are being read, each for the one before it: a chain of references must end.
+  class Nesting {
+   public:
+    Nesting(MitsubaReader& reader, const XmlElement& element) : depth_(reader.depth_) {
+      if (++depth_ > most_nested) {
+        --depth_;
+        throw Error(element.where(), fmt::format("{}: references lead on more than {} objects deep", element.tag, most_nested));
+      }
+    }
+    ~Nesting() { --depth_; }
+    Nesting(const Nesting&) = delete;
+    Nesting& operator=(const Nesting&) = delete;
+
+   private:
+    static constexpr int most_nested = 64;
+    int& depth_;
+  };
+  int depth_ = 0;
+  // Of an object that is being read there is an entry without a value: references must not lead back to it.
+  std::map<const XmlElement*, std::optional<std::uint32_t>> bsdfs_;
+  std::map<const XmlElement*, std::optional<TextureValue>> textures_;
+  std::map<std::pair<const XmlElement*, float>, std::uint32_t> scene_textures_;
+  std::deque<MaterialEntry> materials_;
+  std::vector<std::string> search_;  // folders of <path>
+  struct Told {
+    Location where;
+    std::string what;
+    std::uint64_t count = 1;
+  };
+  std::vector<Told> told_;
+  std::map<std::string, std::size_t> told_index_;
+  std::uint64_t one_sided_ = 0;  // shapes of a material that is black from behind in Mitsuba
+  std::optional<Location> first_one_sided_;
+};
+
+}  // namespace etendue

@@ -1,0 +1,191 @@
+// The sensor with its film, and what of the integrator changes the image.
+
+#include "framework/io/mitsuba/reader.h"
+#include "framework/io/text.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace etendue {
+
+namespace {
+
+// Integrators of Mitsuba that compute all transport, a part of it, or something else.
+constexpr std::string_view all_light[] = {
+    "path",           "volpath", "volpathmis", "volpath_simple", "bdpt",     "pssmlt", "mlt", "erpt",  "ptracer",
+    "adjointptracer", "ppm",     "sppm",       "photonmapper",   "irrcache", "vpl",    "prb", "stokes"};
+constexpr std::string_view wrappers[] = {"moment", "aov", "adaptive", "multichannel", "irrcache", "stokes"};
+
+bool is_one_of(std::span<const std::string_view> names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+std::span<const MitsubaReader::SensorType> MitsubaReader::sensor_types() {
+  using R = MitsubaReader;
+  static constexpr SensorType table[] = {
+      {"perspective", "fov and fov_axis, or focal_length; film size, crop approximated by the whole film", &R::perspective},
+      {"thinlens", "the same with aperture_radius and focus_distance", &R::thin_lens},
+      {"orthographic", "approximated by a perspective view from 1000 times half its width away", &R::orthographic},
+      {"telecentric", "approximated like orthographic", &R::orthographic},
+      {"batch", "approximated: a view from the origin", &R::other_sensor},
+      {"fluencemeter", "approximated: a view from the origin", &R::other_sensor},
+      {"irradiancemeter", "approximated: a view from the origin", &R::other_sensor},
+      {"radiancemeter", "approximated: a view from the origin", &R::other_sensor},
+      {"spherical", "approximated: a view along +z of the sensor", &R::other_sensor},
+  };
+  return table;
+}
+
+void MitsubaReader::sensor(const XmlElement& element) {
+  const Properties of = properties(element);
+  const SensorType& type = find_type(sensor_types(), of);
+  if (has_sensor_) {
+    warn(element.where(), "another sensor: the first one is used");
+    return;
+  }
+  has_sensor_ = true;
+  film(of);
+  of.objects({"sampler"});
+  leave_out_media(of);
+  of.ignore({"near_clip", "far_clip", "shutter_open", "shutter_close", "srf"});
+  (this->*type.handler)(of);
+  of.finish();
+}
+
+// The angle is across the width unless fov_axis says otherwise; a focal length is that of 35 mm film, across its diagonal.
+float MitsubaReader::field_of_view(const Properties& of) const {
+  const vec2 size(scene_.resolution);
+  std::string axis = of.string("fov_axis", "x");
+  float angle = of.number("fov", 0, 1e-3f, 179.9f) * degrees;
+  if (!of.has("fov")) {
+    std::string length = of.string("focal_length", "50mm");
+    if (length.ends_with("mm")) length.resize(length.size() - 2);
+    const auto number = parse_number(length);
+    if (!number || !(*number > 0)) of.fail("focal_length", fmt::format("is {}; expected a length such as 50mm", quote(length)));
+    angle = 2 * std::atan(std::sqrt(36.0f * 36 + 24 * 24) / (2 * static_cast<float>(*number)));
+    axis = "diagonal";
+  }
+  const float shorter = std::min(size.x, size.y);
+  const auto across = [&] {
+    if (axis == "x") return size.x;
+    if (axis == "y") return size.y;
+    if (axis == "diagonal") return glm::length(size);
+    if (axis == "smaller") return shorter;
+    if (axis == "larger") return std::max(size.x, size.y);
+    throw Error(of.where("fov_axis"),
+                fmt::format("{}: {}", of.title(),
+                            unknown_name("axis", axis, std::vector<std::string>{"x", "y", "diagonal", "smaller", "larger"})));
+  }();
+  return 2 * std::atan(std::tan(0.5f * angle) * shorter / across);
+}
+
+// Mitsuba's +x is to the left of the image. A scaled camera sees the same as an unscaled one.
+void MitsubaReader::place_camera(const Properties& of) {
+  Transform t = of.transform("to_world");
+  if (const auto scale = t.similarity_scale(); scale && std::abs(*scale - 1) > 1e-4f)
+    t = t * Transform::scale(vec3(1 / *scale));
+  scene_.camera.to_world = t * Transform::scale({-1, 1, 1});
+  placed_point(of, t, vec3(0));
+  for (const std::string_view name : {"principal_point_offset_x", "principal_point_offset_y", "shift_x", "shift_y"})
+    if (of.number(name, 0) != 0)
+      approximate(of.where(name), fmt::format("{}: '{}' moves the image; only 0 is supported", of.title(), name), "0");
+  if (of.has("kc"))
+    approximate(of.where("kc"), fmt::format("{}: 'kc' bends straight lines; it is not supported", of.title()), "no distortion");
+}
+
+void MitsubaReader::perspective(const Properties& of) {
+  scene_.camera.fov = field_of_view(of);
+  of.ignore({"focus_distance"});
+  place_camera(of);
+}
+
+void MitsubaReader::thin_lens(const Properties& of) {
+  scene_.camera.lens_radius = of.number("aperture_radius", 0, 0, 1e6f);
+  scene_.camera.focal_distance = of.number("focus_distance", of.number("far_clip", 10'000, 1e-6f), 1e-6f);
+  for (const std::string_view name : {"blades", "aperture_blades"})
+    if (of.has(name))
+      approximate(of.where(name), fmt::format("{}: '{}' is not supported", of.title(), name),
+                  "a round aperture: what is out of focus has another shape");
+  of.ignore({"blade_rotation"});
+  scene_.camera.fov = field_of_view(of);
+  place_camera(of);
+}
+
+// x from -1 to 1 across the film, scaled by to_world.
+void MitsubaReader::orthographic(const Properties& of) {
+  constexpr float far = 1000;
+  approximate(of.where(), fmt::format("{} is not supported", of.title()),
+              fmt::format("a perspective view from {} times half its width away: what lies behind the sensor is seen", far));
+  const Transform t = of.transform("to_world");
+  const vec3 x = t.vector({1, 0, 0}), y = t.vector({0, 1, 0}), z = t.vector({0, 0, 1});
+  const float half_width = glm::length(x),
+              aspect = static_cast<float>(scene_.resolution.y) / static_cast<float>(scene_.resolution.x);
+  if (std::abs(glm::length(y) / half_width - 1) > 1e-3f) warn(of.where(), "the scale of y is taken to be that of x");
+  const vec3 forward = glm::normalize(z), eye = placed_point(of, t, vec3(0)) - far * half_width * forward;
+  const vec3 right = -x / half_width, up = glm::normalize(y);
+  const auto placed = Transform::from_matrix(mat4(vec4(right, 0), vec4(up, 0), vec4(forward, 0), vec4(eye, 1)));
+  if (!placed) of.fail("to_world", "has no inverse");
+  scene_.camera.to_world = *placed;
+  scene_.camera.fov = 2 * std::atan(std::min(1.0f, aspect) / far);
+  of.ignore({"aperture_radius", "focus_distance"});
+}
+
+void MitsubaReader::other_sensor(const Properties& of) {
+  approximate(of.where(), fmt::format("{} is not supported", of.title()),
+              "a perspective view of 90 degrees from where it stands");
+  place_camera(of);
+  scene_.camera.fov = pi / 2;
+  of.ignore_all();
+}
+
+void MitsubaReader::film(const Properties& sensor) {
+  scene_.resolution = {768, 576};
+  const auto films = sensor.objects({"film"});
+  if (films.size() > 1) throw Error(films[1]->where(), "sensor: has two films; expected one");
+  bool is_unit_box = false;
+  if (!films.empty()) {
+    const Properties of = properties(*films[0]);
+    scene_.resolution = {of.integer("width", 768, 1, 65536), of.integer("height", 576, 1, 65536)};
+    crop(of);
+    for (const XmlElement* filter : of.objects({"rfilter"})) {
+      const Properties filtering = properties(*filter);
+      is_unit_box = filtering.type() == "box" && filtering.number("radius", 0.5f) == 0.5f;
+    }
+    of.ignore_all();  // file formats and the like
+  }
+  if (!is_unit_box)
+    warn(films.empty() ? sensor.where() : films[0]->where(), "film: images are filtered with a box one pixel wide");
+}
+
+void MitsubaReader::crop(const Properties& of) {
+  const ivec2 size = scene_.resolution;
+  const bool whole = of.integer("crop_offset_x", 0, 0, 65536) == 0 && of.integer("crop_offset_y", 0, 0, 65536) == 0 &&
+                     of.integer("crop_width", size.x, 1, 65536) == size.x &&
+                     of.integer("crop_height", size.y, 1, 65536) == size.y;
+  if (!whole)
+    approximate(of.where("crop_width"), fmt::format("{}: a crop window is not supported", of.title()), "the whole film");
+}
+
+// Mitsuba counts the edges of a path: those of a path with one scattering event are two.
+void MitsubaReader::integrator(const XmlElement& element) {
+  const Nesting nesting(*this, element);
+  const Properties of = properties(element);
+  if (of.has("max_depth")) {
+    const int edges = of.integer("max_depth", -1, -1, 1 << 20);
+    if (edges >= 0) scene_.max_depth = std::max(edges - 1, 0);
+  }
+  for (const XmlElement* inner : of.objects({"integrator"})) integrator(*inner);
+  if (of.type() == "direct")
+    scene_.max_depth = 1;
+  else if (!is_one_of(all_light, of.type()) && !is_one_of(wrappers, of.type()))
+    warn(element.where("type"),
+         fmt::format("integrator '{}' is not one of Mitsuba's light transport; here every method computes all of it",
+                     of.type()));
+  if (of.boolean("hide_emitters", false))
+    approximate(of.where("hide_emitters"), fmt::format("{}: 'hide_emitters' is not supported", of.title()),
+                "false: they are seen");
+}
+
+}  // namespace etendue

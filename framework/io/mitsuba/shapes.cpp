@@ -1,0 +1,233 @@
+// Shapes, shapegroups and instances. Shapes are placed in their group's space when they are read.
+
+#include "framework/io/mesh/obj.h"
+#include "framework/io/mesh/ply.h"
+#include "framework/io/mesh/serialized.h"
+#include "framework/io/mitsuba/reader.h"
+#include "framework/io/mitsuba/vertex_normals.h"
+#include "framework/io/place_quadric.h"
+#include "framework/scene/builder.h"
+
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+TriangleMesh as_mesh(MeshData data) {
+  return {std::move(data.positions), std::move(data.normals), std::move(data.uvs), std::move(data.triangles), {}};
+}
+
+// Each face has the corners of a unit square as its texture coordinates.
+MeshData cube_faces() {
+  constexpr vec3 faces[6][4] = {
+      {{1, -1, -1}, {1, -1, 1}, {-1, -1, 1}, {-1, -1, -1}}, {{1, 1, -1}, {-1, 1, -1}, {-1, 1, 1}, {1, 1, 1}},
+      {{1, -1, -1}, {1, 1, -1}, {1, 1, 1}, {1, -1, 1}},     {{1, -1, 1}, {1, 1, 1}, {-1, 1, 1}, {-1, -1, 1}},
+      {{-1, -1, 1}, {-1, 1, 1}, {-1, 1, -1}, {-1, -1, -1}}, {{1, 1, -1}, {1, -1, -1}, {-1, -1, -1}, {-1, 1, -1}}};
+  MeshData cube;
+  for (const auto& face : faces) {
+    const MeshData side = quad(face[0], face[1], face[2], face[3]);
+    for (const uvec3& t : side.triangles) cube.triangles.push_back(t + static_cast<std::uint32_t>(cube.positions.size()));
+    cube.positions.insert(cube.positions.end(), side.positions.begin(), side.positions.end());
+    cube.uvs.insert(cube.uvs.end(), {{0, 1}, {1, 1}, {1, 0}, {0, 0}});
+  }
+  return cube;
+}
+
+}  // namespace
+
+std::span<const MitsubaReader::ShapeType> MitsubaReader::shape_types() {
+  using R = MitsubaReader;
+  static constexpr ShapeType table[] = {
+      {"obj", "as it is, without its own materials; max_smooth_angle approximated by smooth normals", &R::obj_mesh},
+      {"ply", "as it is", &R::ply_mesh},
+      {"serialized", "versions 3 and 4, by shape_index", &R::serialized_mesh},
+      {"rectangle", "as it is", &R::rectangle},
+      {"cube", "as it is", &R::cube},
+      {"sphere", "as it is", &R::sphere},
+      {"disk", "as it is", &R::disk},
+      {"cylinder", "as it is", &R::cylinder},
+      {"shapegroup", "as it is", &R::shape_group},
+      {"instance", "as it is", &R::instance},
+      {"bsplinecurve", "approximated: left out", &R::other_shape},
+      {"deformable", "approximated: left out", &R::other_shape},
+      {"ellipsoids", "approximated: left out", &R::other_shape},
+      {"hair", "approximated: left out", &R::other_shape},
+      {"heightfield", "approximated: left out", &R::other_shape},
+      {"linearcurve", "approximated: left out", &R::other_shape},
+      {"merge", "approximated: left out", &R::other_shape},
+      {"sdfgrid", "approximated: left out", &R::other_shape},
+  };
+  return table;
+}
+
+void MitsubaReader::shape(const XmlElement& element, Group& group) {
+  const Properties of = properties(element);
+  (this->*find_type(shape_types(), of).handler)(of, group);
+  of.objects({"sensor"});
+  of.finish();
+}
+
+// None where the shape is no surface: it is left out.
+std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& group, bool* textured) {
+  leave_out_media(of);
+  MaterialEntry& entry = materials_[material_of(of)];
+  const auto glow = area_emitter(of);
+  if (glow && !group.in_world)
+    throw Error(of.where(), fmt::format("{}: shapes of a shapegroup cannot emit light; place it outside", of.title()));
+  const bool flip = of.boolean("flip_normals", false);
+  if (entry.invisible && !glow) return std::nullopt;
+  if (!entry.two_sided && one_sided_++ == 0) first_one_sided_ = of.where();
+  if (textured) *textured = entry.textured;
+  return ShapeLook{scene_material(entry), flip, glow};
+}
+
+// `outward`: the mesh is a solid's or a plane's own, whose side a mirroring transform does not change.
+void MitsubaReader::place(TriangleMesh mesh, const Properties& of, Group& group, const std::string& name, bool outward) {
+  const Transform t = of.transform("to_world");
+  const bool faces = of.boolean("face_normals", false);
+  auto appearance = look(of, group);
+  if (!appearance) return;
+  for (vec3& p : mesh.positions) {
+    p = t.point(p);
+    if (!within_reach(p)) throw Error(of.where(), fmt::format("{}: placed, a vertex lies beyond {:g} m", of.title(), farthest));
+  }
+  if (faces || outward) {
+    mesh.normals.clear();
+  } else if (mesh.normals.empty()) {
+    mesh.normals = smooth_normals(mesh);
+  } else {
+    for (vec3& n : mesh.normals) n = t.normal(n);
+  }
+  if (appearance->flip_normal)
+    for (vec3& n : mesh.normals) n = -n;
+  appearance->flip_normal ^= outward && t.swaps_handedness();
+  mend_attributes(mesh, name);
+  for (const std::string& warning : mesh.warnings) warn(of.where(), warning);
+  const std::size_t triangles = mesh.triangles.size();
+  left_out_.add(of.where().text() + ": " + name, triangles, group.parts[0].builder.add(std::move(mesh), *appearance));
+}
+
+void MitsubaReader::file_mesh(const Properties& of, Group& group, bool flip_v,
+                              TriangleMesh (*parse)(const SceneFiles::File&, int), int index) {
+  const SceneFiles::File file = read_file_of(of);
+  TriangleMesh mesh;
+  try {
+    mesh = parse(file, index);
+  } catch (const Error& e) {
+    throw Error(of.where("filename"), e.what());
+  }
+  if (of.boolean("flip_tex_coords", flip_v))
+    for (vec2& uv : mesh.uvs) uv.y = 1 - uv.y;
+  of.ignore({"srgb", "collapse"});
+  if (of.has("max_smooth_angle"))
+    approximate(of.where("max_smooth_angle"), fmt::format("{}: 'max_smooth_angle' is not supported", of.title()),
+                "the file's own normals, or smooth ones");
+  place(std::move(mesh), of, group, "'" + of.string("filename", "") + "'", false);
+}
+
+void MitsubaReader::obj_mesh(const Properties& of, Group& group) {
+  of.ignore({"load_materials"});
+  file_mesh(
+      of, group, true, [](const SceneFiles::File& file, int) { return parse_obj(file.bytes, file.path); }, 0);
+}
+
+void MitsubaReader::ply_mesh(const Properties& of, Group& group) {
+  file_mesh(
+      of, group, false, [](const SceneFiles::File& file, int) { return parse_ply(file.bytes, file.path); }, 0);
+}
+
+void MitsubaReader::serialized_mesh(const Properties& of, Group& group) {
+  file_mesh(
+      of, group, false, [](const SceneFiles::File& file, int index) { return parse_serialized(file.bytes, file.path, index); },
+      of.integer("shape_index", 0, 0, 1 << 24));
+}
+
+void MitsubaReader::rectangle(const Properties& of, Group& group) {
+  place(as_mesh(quad({-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0})), of, group, of.title(), true);
+}
+
+void MitsubaReader::cube(const Properties& of, Group& group) { place(as_mesh(cube_faces()), of, group, of.title(), true); }
+
+void MitsubaReader::sphere(const Properties& of, Group& group) {
+  const vec3 centre = of.point("center", vec3(0));
+  const Transform t = of.transform("to_world") * Transform::translate(centre);
+  place(Sphere{vec3(0), of.number("radius", 1, 1e-30f)}, t, of, group);
+}
+
+void MitsubaReader::disk(const Properties& of, Group& group) {
+  place(Disk{vec3(0), 1, {0, 0, 1}, 0}, of.transform("to_world"), of, group);
+}
+
+void MitsubaReader::cylinder(const Properties& of, Group& group) {
+  const vec3 p0 = of.point("p0", vec3(0)), p1 = of.point("p1", {0, 0, 1});
+  const float length = glm::length(p1 - p0);
+  if (!(length > 0) || !std::isfinite(length)) of.fail("p1", "is 'p0': the cylinder has no height");
+  place(Cylinder{p0, of.number("radius", 1, 1e-30f), (p1 - p0) / length, length, false}, of.transform("to_world"), of, group);
+}
+
+void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group) {
+  bool textured = false;
+  const auto appearance = look(of, group, &textured);
+  if (!appearance) return;
+  std::optional<Quadric> placed;
+  try {
+    placed = placed_quadric(quadric, to_group, textured && !appearance->glow);
+  } catch (const Error& e) {
+    throw Error(of.where(), fmt::format("{}: {}", of.title(), e.what()));
+  }
+  if (placed) {
+    group.parts[0].builder.add(*placed, *appearance);
+    return;
+  }
+  if (appearance->glow)
+    throw Error(of.where(),
+                fmt::format("{}: a shape under a transform that distorts it cannot emit light; scale it evenly", of.title()));
+  Part part{{}, to_group, {}};
+  part.builder.add(quadric, *appearance);
+  if (!group.in_world) {
+    group.parts.push_back(std::move(part));
+    return;
+  }
+  Group alone;
+  alone.parts[0] = std::move(part);
+  instantiate(alone, Transform());
+}
+
+// Only its instances are seen.
+void MitsubaReader::shape_group(const Properties& of, Group& group) {
+  if (!group.in_world) throw Error(of.where(), "a shapegroup inside another: groups do not nest");
+  const auto [entry, is_new] = groups_.try_emplace(&of.element());
+  const auto shapes = of.objects({"shape"});
+  if (!is_new) return;
+  for (const XmlElement* inner : shapes) shape(*inner, entry->second);
+}
+
+void MitsubaReader::instance(const Properties& of, Group& group) {
+  if (!group.in_world) throw Error(of.where(), "an instance inside a shapegroup: instances do not nest");
+  auto found = of.objects({"shape"});
+  if (const XmlElement* named = of.element("shapegroup")) found.push_back(named);
+  if (found.size() != 1 || found[0]->value("type") != "shapegroup")
+    throw Error(of.where(), fmt::format("{}: expected one reference to a shapegroup", of.title()));
+  const Transform to_world = of.transform("to_world");
+  shape(*found[0], group);  // it may stand behind its instances
+  instantiate(groups_.at(found[0]), to_world);
+}
+
+void MitsubaReader::instantiate(Group& group, const Transform& to_world) {
+  for (Part& part : group.parts) {
+    if (!part.scene_index) {
+      if (part.builder.empty()) continue;
+      part.scene_index = static_cast<std::uint32_t>(scene_.objects.size());
+      scene_.objects.push_back(part.builder.take());
+    }
+    scene_.instances.push_back({*part.scene_index, to_world * part.to_group});
+  }
+}
+
+void MitsubaReader::other_shape(const Properties& of, Group&) {
+  of.ignore_all();
+  approximate(of.where(), fmt::format("{} is not supported", of.title()), "nothing: it is missing");
+}
+
+}  // namespace etendue

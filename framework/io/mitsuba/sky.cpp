@@ -1,0 +1,92 @@
+#include "framework/io/mitsuba/sky.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace etendue {
+
+namespace {
+
+constexpr double lumen_per_watt = 683;
+
+struct Perez {
+  double a, b, c, d, e;
+
+  double operator()(double cos_theta, double gamma) const {
+    const double cos_gamma = std::cos(gamma);
+    return (1 + a * std::exp(b / cos_theta)) * (1 + c * std::exp(d * gamma) + e * cos_gamma * cos_gamma);
+  }
+};
+
+// [Preetham1999] table 2.
+Perez luminance_of(double t) {
+  return {0.1787 * t - 1.4630, -0.3554 * t + 0.4275, -0.0227 * t + 5.3251, 0.1206 * t - 2.5771, -0.0670 * t + 0.3703};
+}
+Perez x_of(double t) {
+  return {-0.0193 * t - 0.2592, -0.0665 * t + 0.0008, -0.0004 * t + 0.2125, -0.0641 * t - 0.8989, -0.0033 * t + 0.0452};
+}
+Perez y_of(double t) {
+  return {-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537, -0.0109 * t + 0.0529};
+}
+
+struct Zenith {
+  double luminance, x, y;  // cd/m^2
+};
+
+// [Preetham1999] appendix A.2.
+Zenith zenith_of(double t, double sun) {
+  const double chi = (4.0 / 9 - t / 120) * (std::numbers::pi - 2 * sun);
+  const double s2 = sun * sun, s3 = s2 * sun, t2 = t * t;
+  return {1000 * ((4.0453 * t - 4.9710) * std::tan(chi) - 0.2155 * t + 2.4192),
+          t2 * (0.00166 * s3 - 0.00375 * s2 + 0.00209 * sun) + t * (-0.02903 * s3 + 0.06377 * s2 - 0.03202 * sun + 0.00394) +
+              (0.11693 * s3 - 0.21196 * s2 + 0.06052 * sun + 0.25886),
+          t2 * (0.00275 * s3 - 0.00610 * s2 + 0.00317 * sun) + t * (-0.04214 * s3 + 0.08970 * s2 - 0.04153 * sun + 0.00516) +
+              (0.15346 * s3 - 0.26756 * s2 + 0.06670 * sun + 0.26688)};
+}
+
+Rgb from_xy_luminance(double x, double y, double luminance) {
+  const double Y = luminance, X = x / y * Y, Z = (1 - x - y) / y * Y;
+  const dvec3 rgb{3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z, -0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z,
+                  0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z};
+  return Rgb(glm::max(rgb, dvec3(0)));
+}
+
+}  // namespace
+
+EnvironmentLight preetham_sky(const vec3& towards_sun, float turbidity) {
+  const double t = std::max(turbidity, 1.7f);  // the model's least
+  const double sun = std::acos(std::clamp(towards_sun.y, 0.02f, 1.0f));
+  const Zenith zenith = zenith_of(t, sun);
+  const Perez luminance = luminance_of(t), x = x_of(t), y = y_of(t);
+  EnvironmentLight light{.scale = Rgb(1), .size = {512, 256}, .texels = {}, .light_to_world = {}};
+  light.texels.resize(static_cast<std::size_t>(light.size.x) * light.size.y);
+  for (int row = 0; row < light.size.y / 2; ++row)
+    for (int column = 0; column < light.size.x; ++column) {
+      const double theta = (row + 0.5) / light.size.y * std::numbers::pi,
+                   phi = (column + 0.5) / light.size.x * 2 * std::numbers::pi;
+      const dvec3 direction{std::sin(theta) * std::sin(phi), std::cos(theta), -std::sin(theta) * std::cos(phi)};
+      const double gamma = std::acos(std::clamp(glm::dot(direction, dvec3(towards_sun)), -1.0, 1.0));
+      const auto relative = [&](const Perez& f) { return f(std::max(std::cos(theta), 0.01), gamma) / f(1, sun); };
+      light.texels[static_cast<std::size_t>(row) * light.size.x + column] =
+          from_xy_luminance(zenith.x * relative(x), zenith.y * relative(y),
+                            std::max(zenith.luminance * relative(luminance), 0.0) / lumen_per_watt);
+    }
+  return light;
+}
+
+// Of 128 klx outside of the atmosphere; Rayleigh's and the haze's optical depths at 610, 550 and 465 nm.
+Rgb sun_irradiance(const vec3& towards_sun, float turbidity) {
+  const double height = std::max(towards_sun.y, 0.02f);
+  const double air_mass = 1 / height, beta = 0.04608 * turbidity - 0.04586;
+  constexpr double wavelengths[] = {0.61, 0.55, 0.465};  // micrometres
+  Rgb irradiance;
+  for (int c = 0; c < 3; ++c) {
+    const double rayleigh = 0.008735 * std::pow(wavelengths[c], -4.08),
+                 haze = std::max(beta, 0.0) * std::pow(wavelengths[c], -1.3);
+    irradiance[c] = static_cast<float>(128'000 / lumen_per_watt * std::exp(-(rayleigh + haze) * air_mass));
+  }
+  return irradiance;
+}
+
+}  // namespace etendue

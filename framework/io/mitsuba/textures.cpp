@@ -1,0 +1,203 @@
+// Textures. Mitsuba's v = 0 is the top row of an image and ours the bottom one, so that every image is turned by its mapping;
+// mirrored repetition becomes an image of twice the size.
+
+#include "framework/io/mitsuba/reader.h"
+#include "framework/io/text.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace etendue {
+
+namespace {
+
+Rgb mean_of(const Texture& texture) {
+  if (const auto* checks = std::get_if<CheckerTexture>(&texture)) return 0.5f * (checks->even + checks->odd);
+  const auto& image = std::get<ImageTexture>(texture);
+  const dvec3 sum = std::accumulate(image.texels.begin(), image.texels.end(), dvec3(0),
+                                    [](const dvec3& s, const Rgb& texel) { return s + dvec3(texel); });
+  return Rgb(static_cast<double>(image.gain) / static_cast<double>(image.texels.size()) * sum);
+}
+
+template <class Function>
+void for_each_colour(Texture& texture, const Function& function) {
+  if (auto* checks = std::get_if<CheckerTexture>(&texture)) {
+    function(checks->even);
+    function(checks->odd);
+    return;
+  }
+  auto& image = std::get<ImageTexture>(texture);
+  for (Rgb& texel : image.texels) {
+    texel *= image.gain;
+    function(texel);
+  }
+  image.gain = 1;
+}
+
+// The image, beside it and below it its mirror images.
+void mirror(ImageTexture& image) {
+  const ivec2 size = image.size;
+  std::vector<Rgb> texels(4 * image.texels.size());
+  for (int y = 0; y < 2 * size.y; ++y)
+    for (int x = 0; x < 2 * size.x; ++x) {
+      const int from_x = x < size.x ? x : 2 * size.x - 1 - x, from_y = y < size.y ? y : 2 * size.y - 1 - y;
+      texels[static_cast<std::size_t>(y) * 2 * size.x + x] = image.texels[static_cast<std::size_t>(from_y) * size.x + from_x];
+    }
+  image.texels = std::move(texels);
+  image.size = 2 * size;
+  image.uv_scale *= 0.5f;
+  image.uv_offset = {0.5f * image.uv_offset.x, 1 - 0.5f * (1 - image.uv_offset.y)};
+}
+
+}  // namespace
+
+std::span<const MitsubaReader::TextureType> MitsubaReader::texture_types() {
+  using R = MitsubaReader;
+  static constexpr TextureType table[] = {
+      {"bitmap", "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, gamma 1 or floats; interpolated; repeated or mirrored",
+       &R::bitmap},
+      {"checkerboard", "color0, color1, to_uv (or uscale, uoffset ...)", &R::checkerboard},
+      {"scale", "a texture times a constant", &R::scaled},
+      {"curvature", "approximated: grey of 0.5", &R::other_texture},
+      {"gridtexture", "approximated: grey of 0.5", &R::other_texture},
+      {"mesh_attribute", "approximated: grey of 0.5", &R::other_texture},
+      {"vertexcolors", "approximated: grey of 0.5", &R::other_texture},
+      {"volume", "approximated: grey of 0.5", &R::other_texture},
+      {"wireframe", "approximated: grey of 0.5", &R::other_texture},
+  };
+  return table;
+}
+
+MitsubaReader::TextureValue MitsubaReader::texture(const XmlElement& element) {
+  const auto [entry, is_new] = textures_.try_emplace(&element);
+  if (!is_new && !entry->second) throw Error(element.where(), "texture: refers to itself");
+  if (is_new) {
+    const Nesting nesting(*this, element);
+    const Properties of = properties(element);
+    TextureValue value = (this->*find_type(texture_types(), of).handler)(of);
+    of.finish();
+    textures_[&element] = std::move(value);
+  }
+  return *textures_[&element];
+}
+
+MitsubaReader::UvMap MitsubaReader::uv_map(const Properties& of) {
+  UvMap map{{of.number("uscale", 1), of.number("vscale", 1)}, {of.number("uoffset", 0), of.number("voffset", 0)}};
+  const float both = of.number("uvscale", 1);
+  map.scale *= both;
+  const Transform to_uv = of.transform("to_uv");
+  const vec3 u = to_uv.vector({1, 0, 0}), v = to_uv.vector({0, 1, 0}), at = to_uv.point(vec3(0));
+  if (std::abs(u.y) + std::abs(v.x) > 1e-4f * (std::abs(u.x) + std::abs(v.y)))
+    approximate(of.where("to_uv"),
+                fmt::format("{}: 'to_uv' turns the texture; only scales and offsets are supported", of.title()),
+                "its scale and offset, without the turn");
+  map.offset = map.offset * vec2(u.x, v.y) + vec2(at);
+  map.scale *= vec2(u.x, v.y);
+  return map;
+}
+
+MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
+  const float gamma = of.number("gamma", -1);
+  const bool linear = of.boolean("raw", gamma == 1);
+  if (gamma != -1 && gamma != 1)
+    approximate(of.where("gamma"), fmt::format("{}: 'gamma' is neither 1 nor -1 (sRGB)", of.title()), "sRGB");
+  if (of.has("channel")) {
+    approximate(of.where("channel"), fmt::format("{}: 'channel' chooses one channel of the image", of.title()), "all of them");
+  }
+  if (of.string("filter_type", "bilinear") == "nearest")
+    warn(of.where("filter_type"), "images are interpolated between texels");
+  const UvMap map = uv_map(of);
+  of.ignore({"max_anisotropy", "cache", "format", "accel", "cache_id"});
+  RgbImage image = read_image_of(of, linear ? Encoding::linear : Encoding::srgb);
+  ImageTexture texture{.size = image.size,
+                       .texels = std::move(image.texels),
+                       .uv_scale = {map.scale.x, -map.scale.y},
+                       .uv_offset = {map.offset.x, 1 - map.offset.y}};
+  const std::string both = of.string("wrap_mode", "repeat");
+  const std::string wrap = of.string("wrap_mode_u", both), wrap_v = of.string("wrap_mode_v", both);
+  for (const std::string& mode : {wrap, wrap_v})
+    if (mode != "repeat" && mode != "mirror" && mode != "clamp" && mode != "zero" && mode != "one")
+      throw Error(of.where("wrap_mode"),
+                  unknown_name("wrap mode", mode, std::vector<std::string>{"repeat", "mirror", "clamp", "zero", "one"}));
+  if (wrap != wrap_v || (wrap != "repeat" && wrap != "mirror"))
+    approximate(of.where("wrap_mode"), fmt::format("{}: 'wrap_mode' is '{}'; expected repeat or mirror", of.title(), wrap),
+                "repeat: it differs outside of 0 to 1 and within half a texel of the edges");
+  else if (wrap == "mirror")
+    mirror(texture);
+  return Texture(std::move(texture));
+}
+
+// Mitsuba's checks are half a unit wide.
+MitsubaReader::TextureValue MitsubaReader::checkerboard(const Properties& of) {
+  const UvMap map = uv_map(of);
+  CheckerTexture checks{.uv_scale = 2.0f * map.scale, .uv_offset = 2.0f * map.offset};
+  checks.even = colour(of, "color0", Rgb(0.4f), ColourUse::reflectance);
+  checks.odd = colour(of, "color1", Rgb(0.2f), ColourUse::reflectance);
+  return Texture(checks);
+}
+
+MitsubaReader::TextureValue MitsubaReader::scaled(const Properties& of) {
+  const Rgb factor = colour(of, of.has("value") ? "value" : "scale", Rgb(1), ColourUse::index);
+  for (const XmlElement* nested : of.objects({"texture"})) {
+    TextureValue value = texture(*nested);
+    if (Rgb* constant = std::get_if<Rgb>(&value)) return *constant * factor;
+    for_each_colour(std::get<Texture>(value), [&](Rgb& c) { c *= factor; });
+    return value;
+  }
+  return factor;
+}
+
+MitsubaReader::TextureValue MitsubaReader::other_texture(const Properties& of) {
+  of.ignore_all();
+  approximate(of.where(), fmt::format("{} is not supported", of.title()), "grey of 0.5");
+  return Rgb(0.5f);
+}
+
+TexturedRgb MitsubaReader::reflectance(const Properties& of, std::string_view name, const Rgb& otherwise, bool& textured,
+                                       float internal_reflectance) {
+  // Of a base under a coat: the one whose inner reflections, summed, give this one without them.
+  const auto summed = [&](const Rgb& c) { return c / (1.0f - internal_reflectance * (1.0f - c)); };
+  const XmlElement* element = of.element(name);
+  if (!element || is_colour(*element)) return summed(element ? read_colour(*element, ColourUse::reflectance) : otherwise);
+  const auto [entry, is_new] = scene_textures_.try_emplace({element, internal_reflectance}, 0);
+  TextureValue value = is_new ? texture(*element) : TextureValue(Rgb(0));
+  if (Rgb* constant = std::get_if<Rgb>(&value); is_new && constant) {
+    scene_textures_.erase(entry);
+    return summed(glm::clamp(*constant, Rgb(0), Rgb(1)));
+  }
+  textured = true;
+  TexturedRgb result;
+  if (is_new) {
+    float most = 0;
+    for_each_colour(std::get<Texture>(value), [&](Rgb& c) {
+      most = std::max(most, max_component(c));
+      c = summed(glm::clamp(c, Rgb(0), Rgb(1)));
+    });
+    if (most > 1 + 1e-4f)
+      warn(element->where(), fmt::format("texture: reaches {:.4g}, more than a surface can reflect: clamped to 1", most));
+    entry->second = static_cast<std::uint32_t>(scene_.textures.size());
+    scene_.textures.push_back(std::move(std::get<Texture>(value)));
+  }
+  result.texture = entry->second;
+  return result;
+}
+
+Rgb MitsubaReader::colour(const Properties& of, std::string_view name, const Rgb& otherwise, ColourUse use) {
+  const XmlElement* element = of.element(name);
+  if (!element) return otherwise;
+  if (is_colour(*element)) return read_colour(*element, use);
+  const TextureValue value = texture(*element);
+  if (const Rgb* constant = std::get_if<Rgb>(&value)) return *constant;
+  const Rgb mean = mean_of(std::get<Texture>(value));
+  approximate(of.where(name), fmt::format("{}: '{}' is a texture that varies; expected a constant", of.title(), name),
+              "its mean");
+  return mean;
+}
+
+float MitsubaReader::number(const Properties& of, std::string_view name, float otherwise, float low, float high) {
+  const XmlElement* element = of.element(name);
+  if (!element || element->tag == "float" || element->tag == "integer") return of.number(name, otherwise, low, high);
+  return std::clamp(mean_component(colour(of, name, Rgb(otherwise), ColourUse::index)), low, high);
+}
+
+}  // namespace etendue

@@ -1,0 +1,162 @@
+// Mitsuba scenes: bsdfs, colours, textures and emitters.
+#include "framework/io/image/image_file.h"
+#include "framework/io/load_scene.h"
+#include "framework/io/spectra.h"
+#include "tests/unit/io_mitsuba_helpers.h"
+
+namespace etendue {
+namespace {
+
+using namespace mitsuba_test;
+
+TEST(MitsubaBsdfs, AreReadAsOurs) {
+  EXPECT_EQ(material_of<Diffuse>("").reflectance.constant, Rgb(0.5f)) << "without a bsdf";
+  EXPECT_NEAR(material_of<Dielectric>("<bsdf type=\"dielectric\"/>").eta, 1.5046f / 1.00028f, 1e-4);
+  EXPECT_NEAR(
+      material_of<Dielectric>(
+          "<bsdf type=\"dielectric\"><string name=\"intIOR\" value=\"water\"/><float name=\"extIOR\" value=\"1\"/></bsdf>")
+          .eta,
+      1.333f, 1e-4);
+  EXPECT_TRUE(material_of<Conductor>("<bsdf type=\"conductor\"/>").ideal) << "version 3";
+  EXPECT_EQ(material_of<Conductor>("<bsdf type=\"conductor\"><string name=\"material\" value=\"Au\"/></bsdf>").eta,
+            metals()[2].eta);
+  const auto rough = material_of<Conductor>(
+      "<bsdf type=\"twosided\"><bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"ggx\"/><float "
+      "name=\"alphaU\" value=\"0.2\"/><float name=\"alphaV\" value=\"0.1\"/></bsdf></bsdf>");
+  EXPECT_EQ(rough.alpha, vec2(0.2f, 0.1f));
+  EXPECT_ERROR(material_of<Conductor>("<bsdf type=\"roughconductor\"/>"), "the distribution is 'beckmann'; expected ggx");
+  EXPECT_ERROR(material_of<Conductor>("<bsdf type=\"conductor\"><string name=\"material\" value=\"Aq\"/></bsdf>"),
+               "unknown metal 'Aq'");
+  EXPECT_ERROR(material_of<Dielectric>("<bsdf type=\"dielectric\"><string name=\"int_ior\" value=\"watr\"/></bsdf>"),
+               "unknown material 'watr'; did you mean 'water'");
+  EXPECT_TRUE(read("<shape type=\"sphere\"><bsdf type=\"null\"/></shape>").objects[0].shapes.empty());
+  const auto mixed = material_of<Diffuse>(R"(<bsdf type="blendbsdf"><float name="weight" value="0.25"/>
+    <bsdf type="diffuse"><rgb name="reflectance" value="0.8"/></bsdf><bsdf type="diffuse"><rgb name="reflectance" value="0.4"/></bsdf></bsdf>)");
+  expect_near(mixed.reflectance.constant, Rgb(0.7f));
+}
+
+// Mitsuba's plastic without `nonlinear` divides by 1 - F, ours by 1 - albedo F.
+TEST(MitsubaBsdfs, LinearPlasticKeepsItsReflectance) {
+  const std::string inside = "<rgb name=\"diffuse_reflectance\" value=\"0.5\"/>";
+  const auto linear = material_of<Plastic>("<bsdf type=\"plastic\">" + inside + "</bsdf>");
+  const auto nonlinear =
+      material_of<Plastic>("<bsdf type=\"plastic\">" + inside + "<boolean name=\"nonlinear\" value=\"true\"/></bsdf>");
+  const float f = linear.eta.internal_reflectance(), a = linear.reflectance.constant.x;
+  EXPECT_EQ(nonlinear.reflectance.constant, Rgb(0.5f));
+  EXPECT_NEAR(a / (1 - a * f), 0.5f / (1 - f), 1e-5);
+}
+
+TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
+  for (const char* type : {"phong", "ward", "principled", "roughdiffuse", "thindielectric", "hk", "measured", "difftrans"}) {
+    const std::string shape = "<shape type=\"rectangle\"><bsdf type=\"" + std::string(type) + "\"/></shape>";
+    EXPECT_ERROR(read(shape), "s.xml:2:25: ") << type;
+    EXPECT_TRUE(warns(approximated(shape), type)) << type;
+  }
+  for (const char* type : {"bumpmap", "normalmap", "coating", "mask"}) {
+    const std::string shape =
+        "<shape type=\"rectangle\"><bsdf type=\"" + std::string(type) + "\"><bsdf type=\"diffuse\"/></bsdf></shape>";
+    EXPECT_ERROR(read(shape), "s.xml:2:25: ") << type;
+    EXPECT_TRUE(warns(approximated(shape), type)) << type;
+  }
+  EXPECT_ERROR(read("<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"/></shape>"),
+               "there are no participating media");
+  EXPECT_TRUE(warns(approximated("<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"/></shape>"),
+                    "taken as nothing"));
+}
+
+TEST(MitsubaColours, AreLinearRgb) {
+  const auto reflectance = [](const std::string& colour, const std::string& version = "3.0.0") {
+    return material_of<Diffuse>("<bsdf type=\"diffuse\">" + colour + "</bsdf>", version).reflectance.constant;
+  };
+  expect_near(reflectance("<rgb name=\"reflectance\" value=\"0.1 0.2, 0.3\"/>"), {0.1f, 0.2f, 0.3f});
+  expect_near(reflectance("<srgb name=\"reflectance\" value=\"#ff8000\"/>"), {1, 0.21586f, 0});
+  expect_near(reflectance("<spectrum name=\"reflectance\" value=\"400:0.4, 700:0.4\"/>"), Rgb(0.4f), 1e-3f);
+  const Rgb pink = reflectance("<spectrum name=\"reflectance\" value=\"400:0.4, 700:0.4\"/>", "0.5.0");
+  EXPECT_NEAR(luminance(pink), 0.4f, 2e-3) << "before version 2, under light of equal energy";
+  EXPECT_GT(pink.x, 1.2f * pink.y);
+  EXPECT_EQ(light_of<PointLight>("<emitter type=\"point\"><spectrum name=\"intensity\" value=\"3\"/></emitter>").intensity,
+            Rgb(3));
+  const Rgb warm =
+      light_of<PointLight>("<emitter type=\"point\"><blackbody name=\"intensity\" temperature=\"3000K\"/></emitter>").intensity;
+  EXPECT_GT(warm.x, warm.z);
+  EXPECT_ERROR(reflectance("<spectrum name=\"reflectance\" value=\"500:1, 400:1\"/>"), "wavelengths must increase");
+  EXPECT_ERROR(reflectance("<rgb name=\"reflectance\" value=\"-1\"/>"), "has the component -1; expected 0 to 1");
+  EXPECT_ERROR(reflectance("<srgb name=\"reflectance\" value=\"#ff80\"/>"), "expected #rrggbb");
+}
+
+TEST(MitsubaEmitters, AreReadAsOurs) {
+  const Scene area =
+      read("<shape type=\"rectangle\"><emitter type=\"area\"><rgb name=\"radiance\" value=\"2\"/></emitter></shape>");
+  ASSERT_EQ(area.lights.size(), 2u) << "one for each triangle";
+  EXPECT_EQ(std::get<AreaLight>(area.lights[0]).radiance, Rgb(2));
+  expect_near(
+      light_of<DirectionalLight>("<emitter type=\"directional\"><vector name=\"direction\" value=\"0, -2, 0\"/></emitter>")
+          .direction,
+      {0, -1, 0});
+  const std::string spot_text = R"(<emitter type="spot"><float name="cutoff_angle" value="30"/><transform name="to_world">
+    <lookat origin="0, 3, 0" target="0, 0, 0" up="0, 0, 1"/></transform></emitter>)";
+  EXPECT_ERROR(read(rectangle + spot_text), "falls off linearly");
+  const auto spot = std::get<SpotLight>(approximated(rectangle + spot_text).lights.at(0));
+  expect_near(spot.direction, {0, -1, 0});
+  EXPECT_NEAR(spot.cos_inner, std::cos(22.5f * pi / 180), 1e-5);
+  EXPECT_EQ(light_of<EnvironmentLight>("<emitter type=\"constant\"/>").scale, Rgb(1));
+  EXPECT_ERROR(read("<emitter type=\"projector\"/>"), "is not supported");
+  EXPECT_EQ(approximated(rectangle + "<emitter type=\"sunsky\"/>").lights.size(), 2u);
+}
+
+// The middle of an envmap lies towards +z of Mitsuba's emitter space, and its top towards +y.
+TEST(MitsubaEmitters, EnvironmentsAreTurnedIntoPlace) {
+  const TestDirectory directory;
+  std::string pixels;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 8; ++column)
+      pixels += std::string({static_cast<char>(column * 30), static_cast<char>(row * 60), 0});
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(pixels.data());
+  const auto png = encode_png(bytes, {8, 4});
+  directory.write("e.png", std::string(png.begin(), png.end()));
+  const Scene scene = load_scene(directory.write(
+      "s.xml", scene_text("<emitter type=\"envmap\"><string name=\"filename\" value=\"e.png\"/></emitter>" + rectangle)));
+  const auto& light = std::get<EnvironmentLight>(scene.lights.at(0));
+  const auto texel = [&](const vec3& direction) {
+    const vec3 d = light.light_to_world.inverse().vector(direction);
+    const float u = std::atan2(d.y, d.x) / (2 * pi);
+    return ivec2((u < 0 ? u + 1 : u) * 8, std::acos(d.z) / pi * 4);
+  };
+  EXPECT_EQ(texel(glm::normalize(vec3(-0.01f, 0.1f, 1))), ivec2(4, 1));
+  EXPECT_EQ(texel(glm::normalize(vec3(1, 0.1f, 0.01f))), ivec2(2, 1));
+  EXPECT_EQ(texel(glm::normalize(vec3(0.01f, 1, 0.02f))).y, 0);
+}
+
+Rgb texture_at(const Scene& scene, const vec2& mitsuba_uv) { return evaluate(scene.textures.at(0), mitsuba_uv); }
+
+TEST(MitsubaTextures, AreMappedAsMitsubaMapsThem) {
+  const TestDirectory directory;
+  const std::uint8_t black_over_white[] = {0, 0, 0, 255, 255, 255};
+  const auto png = encode_png(black_over_white, {1, 2});
+  directory.write("t.png", std::string(png.begin(), png.end()));
+  const auto textured = [&](const std::string& inside) {
+    return load_scene(
+        directory.write("s.xml", scene_text("<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" "
+                                            "type=\"bitmap\"><string name=\"filename\" value=\"t.png\"/>" +
+                                            inside + "</texture></bsdf></shape>")));
+  };
+  const Scene plain = textured("");
+  expect_near(texture_at(plain, {0.5f, 0.25f}), Rgb(0));
+  expect_near(texture_at(plain, {0.5f, 0.75f}), Rgb(1));
+  const Scene mirrored = textured("<string name=\"wrap_mode\" value=\"mirror\"/>");
+  expect_near(texture_at(mirrored, {0.5f, 0.25f}), Rgb(0));
+  expect_near(texture_at(mirrored, {0.5f, 1.25f}), Rgb(1));
+  expect_near(texture_at(mirrored, {0.5f, 1.75f}), Rgb(0));
+  const Scene moved = textured("<transform name=\"to_uv\"><translate y=\"0.5\"/></transform>");
+  expect_near(texture_at(moved, {0.5f, 0.25f}), Rgb(1));
+  EXPECT_ERROR(textured("<string name=\"wrap_mode\" value=\"clamp\"/>"), "'wrap_mode' is 'clamp'; expected repeat or mirror");
+
+  const Scene checks = read(R"(<shape type="rectangle"><bsdf type="diffuse"><texture name="reflectance" type="checkerboard">
+    <transform name="to_uv"><scale x="5" y="5"/></transform></texture></bsdf></shape>)");
+  expect_near(texture_at(checks, {0.05f, 0.05f}), Rgb(0.4f));
+  expect_near(texture_at(checks, {0.15f, 0.05f}), Rgb(0.2f));
+  expect_near(texture_at(checks, {0.15f, 0.15f}), Rgb(0.4f));
+}
+
+}  // namespace
+}  // namespace etendue
