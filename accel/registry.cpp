@@ -20,7 +20,6 @@
 #include "accel/records/hash_grid.h"
 #include "accel/records/kd_tree.h"
 #include "accel/records/octree.h"
-#include "accel/scene/memory_ladder.h"
 #include "accel/spatial/brute_force.h"
 #include "accel/spatial/grid.h"
 #include "accel/spatial/kd_tree.h"
@@ -33,15 +32,6 @@
 namespace etendue {
 
 namespace {
-
-// Gives every structure its budget.
-std::vector<RayEntry> with_budgets(std::vector<RayEntry> entries) {
-  for (RayEntry& entry : entries)
-    entry.make = [name = entry.name](const Scene& scene, const ParamMap& map) {
-      return make_within_memory(find_ray_structure(name, {}), scene, map);
-    };
-  return entries;
-}
 
 template <PointStructure S>
 PointEntry point_entry(const char* name, const char* summary) {
@@ -68,23 +58,12 @@ const Entry& find(std::span<const Entry> entries, const char* kind, const std::s
 bool is_adapter(std::string_view label) { return label.starts_with("embree") || label.starts_with("cgal"); }
 
 std::span<const RayEntry> ray_structures() {
-  static const std::vector<RayEntry> entries = with_budgets({
-      brute_entry(),
-      bounds_entry(),
-      median_entry(),
-      median_round_robin_entry(),
-      midpoint_entry(),
-      sah_entry(),
-      binned_sah_entry(),
-      sbvh_entry(),
-      lbvh_entry(),
-      ploc_entry(),
-      grid_entry(),
-      kd_tree_entry(),
-      octree_entry(),
-      embree_entry(),
-      cgal_entry(),
-  });
+  static const std::vector<RayEntry> entries{
+      brute_entry(),    bounds_entry(), median_entry(),     median_round_robin_entry(),
+      midpoint_entry(), sah_entry(),    binned_sah_entry(), sbvh_entry(),
+      lbvh_entry(),     ploc_entry(),   grid_entry(),       kd_tree_entry(),
+      octree_entry(),   embree_entry(), cgal_entry(),
+  };
   return entries;
 }
 

@@ -7,7 +7,7 @@ static_assert(RayStructure<Bvh>);
 Bvh::Bvh(const Geometry& geometry, BinaryTree tree) : leaves_(geometry), sah_cost_(tree.sah_cost()) {
   for (TreeNode& node : tree.nodes) {
     if (!node.is_leaf()) continue;
-    const LeafBlocks::Run run = leaves_.add(std::span(tree.primitives).subspan(node.first, node.count));
+    const Leaves::Run run = leaves_.add(std::span(tree.primitives).subspan(node.first, node.count));
     node.first = run.first;
     node.count = run.count;
   }

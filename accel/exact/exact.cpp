@@ -2,8 +2,8 @@
 
 #include "accel/bvh/build/binned_sah.h"
 #include "accel/exact/exact_primitives.h"
+#include "accel/kernels/primitive_test.h"
 #include "accel/scene/two_level.h"
-#include "framework/scene/intersect.h"
 
 namespace etendue {
 

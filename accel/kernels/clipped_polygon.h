@@ -12,7 +12,7 @@ namespace etendue {
 // By how much a structure that subdivides space enlarges its cells when it lists what touches them. A ray and the triangle that
 // the watertight test says it hits can lie apart by some epsilon of the coordinates involved; 16 of the largest (an extent is
 // at most twice as large) keep the hit in a cell that the ray visits. Origins far outside are covered by the padding of
-// distances (traversal_limit.h).
+// distances (TraversalLimit).
 inline double cell_slack(const Bounds& b) {
   double largest = 0;
   for (int axis = 0; axis < 3; ++axis) largest = std::max<double>({largest, std::abs(b.lower[axis]), std::abs(b.upper[axis])});

@@ -1,98 +1,92 @@
 // What the leaves of a bottom-level structure hold, and how a ray is tested against them.
 //
-// A leaf is a run of blocks. A block holds up to four primitives: triangles with copies of their vertices, tested together
-// (triangle_block.h), so that no index is followed; quadrics, by their ids, tested one by one in the geometry. `mixed` is false
-// for a geometry without quadrics: their test is then not compiled in.
+// A leaf is a run of packs. A pack holds up to four primitives: triangles with copies of their vertices, tested together, so
+// that no index is followed; and quadrics, by their ids behind those of the triangles, tested one by one in the geometry.
 #pragma once
 
-#include "accel/kernels/triangle_block.h"
+#include "accel/kernels/pack_query.h"
+#include "accel/kernels/queries.h"
 
 #include <span>
 
 namespace etendue {
 
-class LeafBlocks {
+class Leaves {
  public:
+  struct Pack : TrianglePack<4> {
+    std::uint32_t needle_bits = 0;
+
+    unsigned needles() const { return needle_bits; }
+  };
   struct Run {
-    std::uint32_t first = 0, count = 0;  // blocks
+    std::uint32_t first = 0, count = 0;  // packs
   };
 
   // `geometry` must outlive this.
-  explicit LeafBlocks(const Geometry& geometry) : geometry_(&geometry) {}
+  explicit Leaves(const Geometry& geometry) : geometry_(&geometry), mixed_(!geometry.quadrics.empty()) {}
 
   // Adds the primitives of one leaf and returns where they lie.
   Run add(std::span<const std::uint32_t> ids);
-  // For trees that change: makes blocks without primitives, and fills one of them (with at most TriangleBlock::width ids).
-  void resize(std::size_t blocks) { blocks_.resize(blocks); }
-  void set(std::uint32_t block, std::span<const std::uint32_t> ids);
+  // For trees that change: makes packs without primitives, and fills one of them (with at most Pack::lanes ids).
+  void resize(std::size_t packs) { packs_.resize(packs); }
+  void set(std::uint32_t pack, std::span<const std::uint32_t> ids);
 
-  bool mixed() const { return !geometry_->quadrics.empty(); }
+  const Geometry& geometry() const { return *geometry_; }
+  bool mixed() const { return mixed_; }  // with quadrics
+  std::span<const Pack> packs(Run run) const { return std::span(packs_).subspan(run.first, run.count); }
   std::uint64_t references() const;
-  std::uint64_t bytes() const { return blocks_.size() * sizeof(Block); }
+  std::uint64_t bytes() const { return packs_.size() * sizeof(Pack); }
 
-  // Tests a run, lowering `hit`.
-  template <bool mixed, class Count>
-  void closest(const BlockRay& ray, Run run, Hit& hit, Count& count) const {
-    for (const Block& block : std::span(blocks_).subspan(run.first, run.count)) {
-      count.primitives(block.size);
-      TriangleBlock::Hits hits;
-      block.triangles.intersect(ray, hit.t, block, hits);
-      for (auto mask = static_cast<unsigned>(hits.mask); mask != 0; mask &= mask - 1) {
-        const int lane = std::countr_zero(mask);
-        if (closer(hits.t[lane], block.ids[lane], hit))
-          record(hit, hits.t[lane], {hits.u[lane], hits.v[lane]}, block.ids[lane]);
-      }
-      if constexpr (mixed) {
-        for (std::uint32_t lane = block.triangle_count; lane < block.size; ++lane) {
-          float t;
-          vec2 uv;
-          const std::uint32_t id = block.ids[lane];
-          if (intersect_quadric(ray.ray, geometry_->quadric(id), hit.t, t, uv) && closer(t, id, hit)) record(hit, t, uv, id);
-        }
-      }
-    }
-  }
+ private:
+  // `ids` ascend.
+  void fill(Pack& pack, std::span<const std::uint32_t> ids) const;
 
-  template <bool mixed, class Count>
-  bool occluded(const BlockRay& ray, Run run, Count& count) const {
-    const float t_max = ray.ray.t_max;
-    for (const Block& block : std::span(blocks_).subspan(run.first, run.count)) {
-      count.primitives(block.size);
-      TriangleBlock::Hits hits;
-      block.triangles.intersect(ray, t_max, block, hits);
-      if (hits.mask != 0) return true;
-      if constexpr (mixed) {
-        float t;
-        vec2 uv;
-        for (std::uint32_t lane = block.triangle_count; lane < block.size; ++lane)
-          if (intersect_quadric(ray.ray, geometry_->quadric(block.ids[lane]), t_max, t, uv)) return true;
-      }
+  const Geometry* geometry_ = nullptr;
+  bool mixed_ = false;
+  std::vector<Pack> packs_;
+};
+
+inline std::uint32_t primitives_of(const Leaves::Pack& pack) {
+  std::uint32_t count = 0;
+  for (const std::uint32_t id : pack.ids) count += id != no_id;
+  return count;
+}
+
+// A ray against such leaves, lowering a hit.
+template <bool any_hit>
+class LeafTest {
+  using Query = PackQuery<Floats<4, native_width>, Leaves::Pack, any_hit>;
+
+ public:
+  LeafTest(const Leaves& leaves, const Ray& ray) : leaves_(leaves), ray_(ray), query_(ray.origin, TriangleRay(ray.direction)) {}
+
+  template <class Count>
+  bool operator()(Leaves::Run run, Hit& hit, Count& count) const {
+    bool found = false;
+    for (const Leaves::Pack& pack : leaves_.packs(run)) {
+      if constexpr (Count::of_primitives) count.primitives(primitives_of(pack));
+      const auto outcome = query_.test_common(pack, ray_.t_min, hit);
+      found |= outcome == Query::Outcome::found;
+      if (outcome == Query::Outcome::rare) [[unlikely]]
+        found |= query_.test_rare(leaves_.geometry(), pack, ray_, hit);
+      if (leaves_.mixed()) found |= test_quadrics(pack, hit);
+      if (any_hit && found) return true;
     }
-    return false;
+    return found;
   }
 
  private:
-  struct Block {
-    TriangleBlock triangles;
-    std::array<std::uint32_t, TriangleBlock::width> ids;  // triangles first
-    std::uint8_t triangle_count = 0, size = 0;
-    std::uint8_t needles = 0;  // a bit per lane
-
-    Block() { ids.fill(no_id); }
-    bool operator()(int mask) const { return (needles & mask) != 0; }
-  };
-
-  static void record(Hit& hit, float t, const vec2& uv, std::uint32_t id) {
-    hit.t = t;
-    hit.uv = uv;
-    hit.primitive = id;
+  bool test_quadrics(const Leaves::Pack& pack, Hit& hit) const {
+    bool found = false;
+    for (const std::uint32_t id : pack.ids)
+      if (id != no_id && !leaves_.geometry().is_triangle(id))
+        found |= intersect_primitive(leaves_.geometry(), id, ray_, query_.shear(), hit);
+    return found;
   }
 
-  // `ids` triangles first.
-  void fill(Block& block, std::span<const std::uint32_t> ids) const;
-
-  const Geometry* geometry_ = nullptr;
-  std::vector<Block> blocks_;
+  const Leaves& leaves_;
+  const Ray& ray_;
+  const Query query_;
 };
 
 }  // namespace etendue

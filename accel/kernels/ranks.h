@@ -2,7 +2,7 @@
 // on the numbers.
 #pragma once
 
-#include "accel/kernels/four_floats.h"
+#include "accel/kernels/simd_bounds.h"
 
 #include <cstddef>
 #include <cstring>

@@ -1,92 +1,111 @@
-// A box under construction, held in two SIMD registers: a builder's inner loops are minima and maxima of boxes.
+// Points and boxes in vectors of four floats: a builder's inner loops are minima and maxima of them.
 #pragma once
 
+#include "accel/kernels/floats.h"
 #include "framework/core/vec.h"
-
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
 
 namespace etendue {
 
-struct Uninitialised {};
+// x, y and z of a point, and a lane that does not count.
+using FourFloats = Vector<float, 4>;
+using FourInts = Vector<std::int32_t, 4>;
+using FourUnsigned = Vector<std::uint32_t, 4>;
 
-#if defined(__SSE2__)
+inline FourFloats four(const vec3& v) { return FourFloats{v.x, v.y, v.z, 0}; }
+inline FourFloats smaller(FourFloats a, FourFloats b) { return a < b ? a : b; }
+inline FourFloats larger(FourFloats a, FourFloats b) { return a > b ? a : b; }
+inline FourFloats yzx(FourFloats v) { return __builtin_shufflevector(v, v, 1, 2, 0, 3); }
+inline FourFloats cross(FourFloats a, FourFloats b) { return yzx(a * yzx(b) - yzx(a) * b); }
 
-// Where a box holds its bounds along an axis.
-class AxisLanes {
+// The product over x, y and z; the fourth lanes must be zero.
+inline float dot(FourFloats a, FourFloats b) {
+  const FourFloats products = a * b, pairs = products + __builtin_shufflevector(products, products, 1, 0, 3, 2);
+  return pairs[0] + pairs[2];
+}
+
+// Swaps the halves of vectors, or does not: without a branch.
+class HalfSwap {
  public:
-  explicit AxisLanes(int axis)
-      : lower_(_mm_castsi128_ps(_mm_cmpeq_epi32(_mm_setr_epi32(0, 1, 2, 3), _mm_set1_epi32(axis)))),
-        upper_(_mm_castsi128_ps(_mm_cmpeq_epi32(_mm_setr_epi32(-1, 0, 1, 2), _mm_set1_epi32(axis)))) {}
+  HalfSwap() = default;
+#if defined(__SSE4_1__)
+  explicit HalfSwap(bool swaps)
+      : bytes_(swaps ? _mm_setr_epi8(8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7)
+                     : _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) {}
+  FourFloats operator()(FourFloats v) const { return _mm_castsi128_ps(_mm_shuffle_epi8(_mm_castps_si128(v), bytes_)); }
 
  private:
-  friend class SimdBounds;
-  __m128 lower_, upper_;
+  __m128i bytes_;
+#else
+  explicit HalfSwap(bool swaps) : swaps_(FourInts{} - static_cast<std::int32_t>(swaps)) {}
+  FourFloats operator()(FourFloats v) const { return swaps_ ? __builtin_shufflevector(v, v, 2, 3, 0, 1) : v; }
+
+ private:
+  FourInts swaps_;
+#endif
 };
 
-// Lanes 0-2 of `lower_` and 1-3 of `upper_` count; the two others hold what the overlapping loads of a Bounds bring along.
+// A box around points. Negative zeros become positive, so that it depends on no order.
+class PointBounds {
+ public:
+  void extend(FourFloats point) {
+    lower_ = smaller(point, lower_);
+    upper_ = larger(point, upper_);
+  }
+  Bounds get() const {
+    const FourFloats lower = lower_ + 0.0f, upper = upper_ + 0.0f;
+    return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
+  }
+
+ private:
+  FourFloats lower_ = FourFloats{} + infinity, upper_ = FourFloats{} - infinity;
+};
+
+struct Uninitialised {};
+
+// Where a SimdBounds holds its bounds along an axis.
+struct AxisLanes {
+  FourInts lower, upper;
+
+  explicit AxisLanes(int axis) : lower(FourInts{0, 1, 2, 3} == axis), upper(FourInts{-1, 0, 1, 2} == axis) {}
+};
+
+// A box under construction. Lanes 0-2 of `lower_` and 1-3 of `upper_` count; the two others hold what the overlapping loads of
+// a Bounds bring along.
 class SimdBounds {
  public:
-  SimdBounds() : lower_(_mm_set1_ps(infinity)), upper_(_mm_set1_ps(-infinity)) {}
+  SimdBounds() : lower_(FourFloats{} + infinity), upper_(FourFloats{} - infinity) {}
   explicit SimdBounds(Uninitialised) {}
-  explicit SimdBounds(const Bounds& b) : lower_(_mm_loadu_ps(&b.lower.x)), upper_(_mm_loadu_ps(&b.lower.x + 2)) {
+  explicit SimdBounds(const Bounds& b) {
     static_assert(sizeof(Bounds) == 6 * sizeof(float));
+    std::memcpy(&lower_, &b.lower.x, sizeof lower_);
+    std::memcpy(&upper_, &b.lower.z, sizeof upper_);
   }
 
   void extend(const Bounds& b) { extend(SimdBounds(b)); }
   void extend(const SimdBounds& b) {
-    lower_ = _mm_min_ps(lower_, b.lower_);
-    upper_ = _mm_max_ps(upper_, b.upper_);
+    lower_ = smaller(lower_, b.lower_);
+    upper_ = larger(upper_, b.upper_);
   }
   // A plane in place of a bound along an axis. A box in memory that is changed so must not be loaded at once: a load wider than
   // the store before it waits for that.
-  void set_lower(const AxisLanes& axis, float plane) { lower_ = blend(lower_, _mm_set1_ps(plane), axis.lower_); }
-  void set_upper(const AxisLanes& axis, float plane) { upper_ = blend(upper_, _mm_set1_ps(plane), axis.upper_); }
+  void set_lower(const AxisLanes& axis, float plane) { lower_ = axis.lower ? plane - FourFloats{} : lower_; }
+  void set_upper(const AxisLanes& axis, float plane) { upper_ = axis.upper ? plane - FourFloats{} : upper_; }
   Bounds get() const {
     alignas(16) float lower[4], upper[4];
-    _mm_store_ps(lower, lower_);
-    _mm_store_ps(upper, upper_);
+    std::memcpy(lower, &lower_, sizeof lower);
+    std::memcpy(upper, &upper_, sizeof upper);
     return {{lower[0], lower[1], lower[2]}, {upper[1], upper[2], upper[3]}};
   }
+  // As Bounds::centre. The fourth lane does not count, but is finite where the box is.
+  FourFloats centre() const { return 0.5f * lower_ + 0.5f * __builtin_shufflevector(upper_, upper_, 1, 2, 3, 3); }
   // As Bounds::half_area, of a box that is not empty.
   float half_area() const {
-    const __m128 xyz = _mm_sub_ps(_mm_shuffle_ps(upper_, upper_, _MM_SHUFFLE(0, 3, 2, 1)), lower_);
-    const __m128 yzx = _mm_shuffle_ps(xyz, xyz, _MM_SHUFFLE(3, 0, 2, 1));
-    const __m128 products = _mm_mul_ps(xyz, yzx);
-    const __m128 second = _mm_shuffle_ps(products, products, _MM_SHUFFLE(1, 1, 1, 1));
-    return _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(products, second), _mm_movehl_ps(products, products)));
+    const FourFloats extent = __builtin_shufflevector(upper_, upper_, 1, 2, 3, 0) - lower_, products = extent * yzx(extent);
+    return products[0] + products[1] + products[2];
   }
 
  private:
-  static __m128 blend(__m128 a, __m128 b, __m128 mask) { return _mm_or_ps(_mm_andnot_ps(mask, a), _mm_and_ps(mask, b)); }
-
-  __m128 lower_, upper_;
+  FourFloats lower_, upper_;
 };
-
-#else
-
-struct AxisLanes {
-  int axis;
-};
-
-class SimdBounds {
- public:
-  SimdBounds() = default;
-  explicit SimdBounds(Uninitialised) {}
-  explicit SimdBounds(const Bounds& b) : bounds_(b) {}
-
-  void extend(const Bounds& b) { bounds_.extend(b); }
-  void extend(const SimdBounds& b) { bounds_.extend(b.bounds_); }
-  void set_lower(const AxisLanes& lanes, float plane) { bounds_.lower[lanes.axis] = plane; }
-  void set_upper(const AxisLanes& lanes, float plane) { bounds_.upper[lanes.axis] = plane; }
-  Bounds get() const { return bounds_; }
-  float half_area() const { return bounds_.half_area(); }
-
- private:
-  Bounds bounds_;
-};
-
-#endif
 
 }  // namespace etendue

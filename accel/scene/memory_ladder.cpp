@@ -1,4 +1,5 @@
-#include "accel/scene/memory_ladder.h"
+// Which structures stand in for one that exceeds its memory budget.
+#include "accel/registry.h"
 
 #include <algorithm>
 
@@ -35,15 +36,15 @@ std::vector<MemoryRung> memory_rungs(const RayEntry& asked, const Scene& scene, 
 
 }  // namespace
 
-std::unique_ptr<RayQuery> make_within_memory(const RayEntry& entry, const Scene& scene, const ParamMap& map) {
+std::unique_ptr<RayQuery> RayEntry::make(const Scene& scene, const ParamMap& map) const {
   MemoryParams budget;
-  ParamReader reader(map, entry.name);
+  ParamReader reader(map, name);
   describe(reader, budget);
   const auto has_primitives = [](const Object& object) { return object.geometry.primitive_count() > 0; };
   if (budget.memory == 0 || std::none_of(scene.objects.begin(), scene.objects.end(), has_primitives))
-    return entry.build(scene, map, nullptr);
+    return build(scene, map, nullptr);
   const bool leaner = budget.over_memory == "leaner";
-  return build_within(budget, map.at("memory").where, scene.name, memory_rungs(entry, scene, map, leaner));
+  return build_within(budget, map.at("memory").where, scene.name, memory_rungs(*this, scene, map, leaner));
 }
 
 }  // namespace etendue

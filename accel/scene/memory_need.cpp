@@ -1,5 +1,9 @@
 #include "accel/scene/memory_need.h"
 
+#include "accel/bvh/layout_binary.h"
+#include "accel/bvh/wide/wide_tree.h"
+#include "accel/kernels/leaf.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,8 +14,9 @@ namespace {
 // Any geometry needs this much, whatever it holds, since nodes and leaves are not divisible.
 constexpr double least = 4096;
 
-// Bytes of what is built from, or into (binary_tree.h, layout_binary.h, leaf.h, wide_tree.h, shared_pack.h, triangle_pack.h).
-constexpr double item = 32, tree_node = 32, id = 4, binary_node = 64, block = 176;
+// Bytes of what is built from, or into.
+constexpr double item = sizeof(BuildItem), tree_node = sizeof(TreeNode), id = sizeof(std::uint32_t),
+                 binary_node = BinaryLayout::node_bytes, pack_of_four = sizeof(Leaves::Pack);
 
 constexpr double list_growth = 2;  // of a vector that grows by doubling, over what it holds; while it moves, 3 times
 
@@ -38,10 +43,10 @@ struct WideShape {
 
 // A pack of bvh16 holds 16 vertices: six triangles and more of a mesh, five that share none.
 WideShape shape_of(const std::string& layout, const Geometry& geometry) {
-  if (layout == "bvh4") return {112, 160, 3, 2.1, 1};
-  if (layout == "bvh8") return {256, 320, 5.5, 4, 2};
+  if (layout == "bvh4") return {sizeof(WideNode<4>), sizeof(TrianglePack<4>), 3, 2.1, 1};
+  if (layout == "bvh8") return {sizeof(WideNode<8>), sizeof(TrianglePack<8>), 5.5, 4, 2};
   const double vertices = static_cast<double>(geometry.positions.size()), triangles = primitives_of(geometry);
-  return {448, 320, 11, vertices > 1.5 * triangles ? 4.2 : 5.6, 5};
+  return {sizeof(WideNode<16>), sizeof(SharedPack), 11, vertices > 1.5 * triangles ? 4.2 : 5.6, 5};
 }
 
 double plan_bytes(const std::string& layout) { return 16 + (layout == "bvh4" ? 4 : layout == "bvh8" ? 8 : 16); }  // per node
@@ -78,9 +83,9 @@ MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int lea
   if (reinsertion) peak = std::max(peak, 2 * tree + 64 * nodes);  // moves, parents, and the tree in its new order
   double kept = 0;
   if (binary) {
-    const double leaves = references / filling(tree_leaf), blocks = leaves * std::max(1.0, 0.3 * tree_leaf);
-    kept = binary_node * leaves + block * blocks;
-    peak = std::max(peak, tree + kept + list_growth * block * blocks + id * nodes);
+    const double leaves = references / filling(tree_leaf), packs = leaves * std::max(1.0, 0.3 * tree_leaf);
+    kept = binary_node * leaves + pack_of_four * packs;
+    peak = std::max(peak, tree + kept + list_growth * pack_of_four * packs + id * nodes);
   } else {
     const double triangles = leaf_size > 0 ? std::min<double>(leaf_size, wide.triangles) : wide.triangles;
     const double packs = references / triangles, inner = packs / (wide.children - 1);
@@ -94,7 +99,7 @@ MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int lea
 }
 
 MemoryNeed brute_need(const Geometry& geometry) {
-  const double kept = block * primitives_of(geometry) / 4;
+  const double kept = pack_of_four * primitives_of(geometry) / Leaves::Pack::lanes;
   return whole(geometry, kept, kept + list_growth * kept + list_growth * id * primitives_of(geometry));
 }
 

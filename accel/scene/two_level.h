@@ -6,6 +6,7 @@
 #pragma once
 
 #include "accel/bvh/layout_binary.h"
+#include "accel/kernels/queries.h"
 #include "framework/scene/scene.h"
 
 namespace etendue {
@@ -20,25 +21,13 @@ inline Ray to_object_space(const Transform& to_world, const Ray& ray) {
 }
 
 template <RayStructure Bottom>
-class TwoLevel {
+class TwoLevel : public Queries<TwoLevel<Bottom>> {
  public:
   // `bottoms` by object; `top` over instance_items(scene).
   TwoLevel(std::vector<Bottom> bottoms, const Scene& scene, const BinaryTree& top);
 
-  Hit closest(const Ray& ray) const {
-    return closest_with(ray, CountNothing{}, [](const Bottom& bottom, const Ray& r) { return bottom.closest(r); });
-  }
-  bool occluded(const Ray& ray) const {
-    return occluded_with(ray, CountNothing{}, [](const Bottom& bottom, const Ray& r) { return bottom.occluded(r); });
-  }
-  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const {
-    return closest_with(ray, CountWork{counters},
-                        [&](const Bottom& bottom, const Ray& r) { return bottom.closest_counted(r, counters); });
-  }
-  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const {
-    return occluded_with(ray, CountWork{counters},
-                         [&](const Bottom& bottom, const Ray& r) { return bottom.occluded_counted(r, counters); });
-  }
+  template <bool any_hit, class Count>
+  Hit trace(const Ray& ray, Count count) const;
   RayStructureStats stats() const;
 
  private:
@@ -47,11 +36,6 @@ class TwoLevel {
     std::uint32_t object, instance;
     bool is_identity;
   };
-
-  template <class Count, class Closest>
-  Hit closest_with(const Ray& ray, Count count, const Closest& closest) const;
-  template <class Count, class Occluded>
-  bool occluded_with(const Ray& ray, Count count, const Occluded& occluded) const;
 
   std::vector<Bottom> bottoms_;
   std::vector<Placed> placed_;  // in the order of the top level's leaves
@@ -76,8 +60,8 @@ TwoLevel<Bottom>::TwoLevel(std::vector<Bottom> bottoms, const Scene& scene, cons
 }
 
 template <RayStructure Bottom>
-template <class Count, class Closest>
-Hit TwoLevel<Bottom>::closest_with(const Ray& ray, Count count, const Closest& closest) const {
+template <bool any_hit, class Count>
+Hit TwoLevel<Bottom>::trace(const Ray& ray, Count count) const {
   if (!is_traceable(ray)) return {};
   Hit best;
   best.t = ray.t_max;
@@ -85,29 +69,15 @@ Hit TwoLevel<Bottom>::closest_with(const Ray& ray, Count count, const Closest& c
     for (const Placed& placed : std::span(placed_).subspan(first, size)) {
       Ray local = placed.is_identity ? ray : to_object_space(placed.to_world, ray);
       local.t_max = best.t;
-      const Hit hit = closest(bottoms_[placed.object], local);
+      const Hit hit = count.template trace<any_hit>(bottoms_[placed.object], local);
       if (!hit || (hit.t == best.t && placed.instance > best.instance)) continue;
       best = hit;
       best.instance = placed.instance;
+      if (any_hit) return true;
     }
     return false;
   });
   return best ? best : Hit{};
-}
-
-template <RayStructure Bottom>
-template <class Count, class Occluded>
-bool TwoLevel<Bottom>::occluded_with(const Ray& ray, Count count, const Occluded& occluded) const {
-  if (!is_traceable(ray)) return false;
-  bool found = false;
-  top_.traverse(ray, ray.t_max, count, [&](std::uint32_t first, std::uint32_t size) {
-    for (const Placed& placed : std::span(placed_).subspan(first, size)) {
-      found = occluded(bottoms_[placed.object], placed.is_identity ? ray : to_object_space(placed.to_world, ray));
-      if (found) return true;
-    }
-    return false;
-  });
-  return found;
 }
 
 template <RayStructure Bottom>

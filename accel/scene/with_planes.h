@@ -2,7 +2,7 @@
 // already shortens the ray. Used only for scenes that have planes.
 #pragma once
 
-#include "framework/scene/intersect.h"
+#include "accel/kernels/queries.h"
 #include "framework/scene/scene.h"
 
 namespace etendue {
@@ -16,21 +16,26 @@ inline bool intersect_plane(const Ray& ray, const InfinitePlane& plane, float t_
 }
 
 template <RayStructure Inner>
-class WithPlanes {
+class WithPlanes : public Queries<WithPlanes<Inner>> {
  public:
   WithPlanes(Inner inner, const std::vector<InfinitePlane>& planes) : inner_(std::move(inner)), planes_(planes) {}
 
-  Hit closest(const Ray& ray) const {
-    return closest_with(ray, [this](const Ray& r) { return inner_.closest(r); });
-  }
-  bool occluded(const Ray& ray) const { return meets_plane(ray) || inner_.occluded(ray); }
-  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const {
-    counters.primitives += planes_.size();
-    return closest_with(ray, [&](const Ray& r) { return inner_.closest_counted(r, counters); });
-  }
-  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const {
-    counters.primitives += planes_.size();
-    return meets_plane(ray) || inner_.occluded_counted(ray, counters);
+  // At equal distance the surface inside the structure wins, as its instance is the lower; so does the lower plane.
+  template <bool any_hit, class Count>
+  Hit trace(const Ray& ray, Count count) const {
+    if (!is_traceable(ray)) return {};
+    count.primitives(static_cast<std::uint32_t>(planes_.size()));
+    Hit plane_hit;
+    Ray shortened = ray;
+    for (std::uint32_t i = 0; i < planes_.size(); ++i) {
+      float t;
+      if (!intersect_plane(ray, planes_[i], shortened.t_max, t) || (plane_hit && t == plane_hit.t)) continue;
+      plane_hit = {t, vec2(0), plane_instance, i};
+      if (any_hit) return plane_hit;
+      shortened.t_max = t;
+    }
+    const Hit hit = count.template trace<any_hit>(inner_, shortened);
+    return hit ? hit : plane_hit;
   }
   RayStructureStats stats() const {
     RayStructureStats stats = inner_.stats();
@@ -39,29 +44,6 @@ class WithPlanes {
   }
 
  private:
-  // At equal distance the surface inside the structure wins, as its instance is the lower; so does the lower plane.
-  template <class Closest>
-  Hit closest_with(const Ray& ray, const Closest& closest) const {
-    if (!is_traceable(ray)) return {};
-    Hit plane_hit;
-    Ray shortened = ray;
-    for (std::uint32_t i = 0; i < planes_.size(); ++i) {
-      float t;
-      if (!intersect_plane(ray, planes_[i], shortened.t_max, t) || (plane_hit && t == plane_hit.t)) continue;
-      plane_hit = {t, vec2(0), plane_instance, i};
-      shortened.t_max = t;
-    }
-    const Hit hit = closest(shortened);
-    return hit ? hit : plane_hit;
-  }
-
-  bool meets_plane(const Ray& ray) const {
-    float t;
-    return is_traceable(ray) && std::any_of(planes_.begin(), planes_.end(), [&](const InfinitePlane& plane) {
-             return intersect_plane(ray, plane, ray.t_max, t);
-           });
-  }
-
   Inner inner_;
   std::vector<InfinitePlane> planes_;
 };

@@ -20,10 +20,10 @@ void describe(Visitor& v, BruteParams& params) {
 
 }  // namespace
 
-BruteForce::BruteForce(const Geometry& geometry) : blocks_(geometry), all_(blocks_.add(geometry.valid_primitives())) {}
+BruteForce::BruteForce(const Geometry& geometry) : leaves_(geometry), all_(leaves_.add(geometry.valid_primitives())) {}
 
 RayStructureStats BruteForce::stats() const {
-  return {blocks_.bytes(), 0, 0, blocks_.references(), static_cast<double>(blocks_.references())};
+  return {leaves_.bytes(), 0, 0, leaves_.references(), static_cast<double>(leaves_.references())};
 }
 
 RayEntry brute_entry() {

@@ -7,14 +7,13 @@
 //
 // No hit is lost: lists are enlarged by cell_slack; distances of planes are computed afresh at each step, from the planes, so
 // rounding does not add up; where planes are met at distances too close to tell their order, all the cells around the edge or
-// corner are visited, however many; walking ends only beyond traversal_limit.h, so ties go to the lowest id. A primitive of
-// several cells is tested once, thanks to mailboxes (reference_test.h).
+// corner are visited, however many; walking ends only beyond the TraversalLimit (box_test.h), so ties go to the lowest id. A
+// primitive of several cells is tested once, thanks to mailboxes (reference_test.h).
 //
 // Limits: where detail is uneven ("teapot in a stadium") all of it falls into few cells.
 #pragma once
 
-#include "accel/kernels/box_interval.h"
-#include "accel/kernels/counting.h"
+#include "accel/kernels/box_test.h"
 #include "accel/kernels/reference_test.h"
 #include "accel/scene/memory_budget.h"
 
@@ -32,15 +31,14 @@ void describe(Visitor& v, GridParams& params) {
   v.integer("max_cells", params.max_cells, 1, 1 << 28, "cells", "the grid is coarser where the density asks for more");
 }
 
-class Grid {
+class Grid : public LeafQueries<Grid, ReferenceTest> {
  public:
   // `geometry` must outlive the structure.
   Grid(const Geometry& geometry, const GridParams& params);
 
-  Hit closest(const Ray& ray) const { return closest_with(ray, CountNothing{}); }
-  bool occluded(const Ray& ray) const { return occluded_with(ray, CountNothing{}); }
-  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const { return closest_with(ray, CountWork{counters}); }
-  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const { return occluded_with(ray, CountWork{counters}); }
+  template <class Count, class Leaf>
+  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
+  const Geometry& leaves() const { return *geometry_; }
   // Nodes are cells.
   RayStructureStats stats() const;
 
@@ -53,12 +51,6 @@ class Grid {
     return std::span(references_).subspan(starts_[i], starts_[i + 1] - starts_[i]);
   }
   int size(int axis) const { return static_cast<int>(planes_[axis].size()) - 1; }
-  template <class Count, class Leaf>
-  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
-  template <class Count>
-  Hit closest_with(const Ray& ray, Count count) const;
-  template <class Count>
-  bool occluded_with(const Ray& ray, Count count) const;
 
   const Geometry* geometry_;
   Bounds bounds_;
@@ -102,7 +94,7 @@ class Grid::Traversal {
     const float at = parallel ? ray.origin[axis] : ray.origin[axis] + passed_ * ray.direction[axis];
     int i = std::clamp(static_cast<int>(std::upper_bound(planes.begin(), planes.end(), at) - planes.begin()) - 1, 0, last);
     next_[axis] = infinity;
-    step_[axis] = parallel ? 0 : slab_.negative[axis] ? -1 : 1;
+    step_[axis] = parallel ? 0 : slab_.is_negative(axis) ? -1 : 1;
     if (step_[axis] > 0) {
       while (i > 0 && distance(axis, i) * slab_pad >= passed_) --i;
       next_[axis] = distance(axis, i + 1);
@@ -165,7 +157,7 @@ void Grid::traverse(const Ray& ray, const float& t_best, Count& count, const Lea
   if (references_.empty()) return;
   const SlabRay slab(ray);
   const TraversalLimit limit_beyond(ray, largest_coordinate(bounds_));
-  const BoxInterval interval = box_interval(slab, bounds_, ray.t_min, limit_beyond(t_best));
+  const BoxInterval interval = box_interval(slab, bounds_, limit_beyond(t_best));
   if (interval.empty()) return;
   const auto visit = [&](const std::array<int, 3>& cell) {
     count.node();
@@ -177,18 +169,6 @@ void Grid::traverse(const Ray& ray, const float& t_best, Count& count, const Lea
     if (visit(walk.cell())) return;
     if (const float exit = walk.exit(); exit == infinity || exit > limit_beyond(t_best)) return;
   } while (walk.advance(visit));
-}
-
-template <class Count>
-Hit Grid::closest_with(const Ray& ray, Count count) const {
-  return closest_by_reference(*geometry_, ray, count,
-                              [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
-}
-
-template <class Count>
-bool Grid::occluded_with(const Ray& ray, Count count) const {
-  return occluded_by_reference(*geometry_, ray, count,
-                               [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
 }
 
 struct RayEntry grid_entry();  // its row of the registry

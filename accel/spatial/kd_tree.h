@@ -8,13 +8,12 @@
 // primitive.
 //
 // No hit is lost at a plane: boxes are enlarged by cell_slack, both sides of a plane are visited where the padded distances do
-// not exclude it, and the walk ends only beyond traversal_limit.h, so ties go to the lowest id. A primitive of several leaves
-// is tested once, thanks to mailboxes (reference_test.h). Memory: 8 bytes per node and 4 per reference; the geometry is not
-// copied.
+// not exclude it, and the walk ends only beyond the TraversalLimit (box_test.h), so ties go to the lowest id. A primitive of
+// several leaves is tested once, thanks to mailboxes (reference_test.h). Memory: 8 bytes per node and 4 per reference; the
+// geometry is not copied.
 #pragma once
 
-#include "accel/kernels/box_interval.h"
-#include "accel/kernels/counting.h"
+#include "accel/kernels/box_test.h"
 #include "accel/kernels/reference_test.h"
 #include "accel/kernels/traversal_stack.h"
 #include "accel/scene/memory_budget.h"
@@ -35,15 +34,14 @@ void describe(Visitor& v, KdTreeParams& params) {
   v.integer("bins", params.bins, 2, 1024, "bins", "planes tried per axis in large nodes, plus one");
 }
 
-class RayKdTree {
+class RayKdTree : public LeafQueries<RayKdTree, ReferenceTest> {
  public:
   // `geometry` must outlive the structure.
   RayKdTree(const Geometry& geometry, const KdTreeParams& params);
 
-  Hit closest(const Ray& ray) const { return closest_with(ray, CountNothing{}); }
-  bool occluded(const Ray& ray) const { return occluded_with(ray, CountNothing{}); }
-  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const { return closest_with(ray, CountWork{counters}); }
-  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const { return occluded_with(ray, CountWork{counters}); }
+  template <class Count, class Leaf>
+  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
+  const Geometry& leaves() const { return *geometry_; }
   RayStructureStats stats() const;
 
  private:
@@ -76,13 +74,6 @@ class RayKdTree {
     float entry, exit;
   };
 
-  template <class Count, class Leaf>
-  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
-  template <class Count>
-  Hit closest_with(const Ray& ray, Count count) const;
-  template <class Count>
-  bool occluded_with(const Ray& ray, Count count) const;
-
   const Geometry* geometry_;
   Bounds bounds_;
   std::vector<Node> nodes_;  // 0 is the root; empty over no primitive
@@ -99,7 +90,7 @@ void RayKdTree::traverse(const Ray& ray, const float& t_best, Count& count, cons
   if (nodes_.empty()) return;
   const SlabRay slab(ray);
   const TraversalLimit limit_beyond(ray, largest_coordinate(bounds_));
-  BoxInterval interval = box_interval(slab, bounds_, ray.t_min, limit_beyond(t_best));
+  BoxInterval interval = box_interval(slab, bounds_, limit_beyond(t_best));
   if (interval.empty()) return;
   TraversalStack<Waiting> stack(depth_);
   Waiting* top = stack.begin();
@@ -109,7 +100,7 @@ void RayKdTree::traverse(const Ray& ray, const float& t_best, Count& count, cons
       const Node& node = nodes_[place];
       count.node();
       const int axis = node.axis();
-      const bool negative = slab.negative[axis];
+      const bool negative = slab.is_negative(axis);
       const float t = (node.plane() - component(slab.origin, axis)) * component(slab.reciprocal, axis), t_padded = t * slab_pad;
       const std::uint32_t near = node.children() + negative, far = node.children() + !negative;
       if (interval.entry > t_padded) {
@@ -132,18 +123,6 @@ void RayKdTree::traverse(const Ray& ray, const float& t_best, Count& count, cons
     place = top->node;
     interval = {top->entry, top->exit};
   }
-}
-
-template <class Count>
-Hit RayKdTree::closest_with(const Ray& ray, Count count) const {
-  return closest_by_reference(*geometry_, ray, count,
-                              [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
-}
-
-template <class Count>
-bool RayKdTree::occluded_with(const Ray& ray, Count count) const {
-  return occluded_by_reference(*geometry_, ray, count,
-                               [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
 }
 
 struct RayEntry kd_tree_entry();  // its row of the registry

@@ -6,7 +6,7 @@ namespace etendue {
 
 static_assert(RayStructure<MeshBounds>);
 
-MeshBounds::MeshBounds(const Object& object) : blocks_(object.geometry) {
+MeshBounds::MeshBounds(const Object& object) : leaves_(object.geometry) {
   const Geometry& geometry = object.geometry;
   std::vector<double> weights;  // by mesh: area times primitives
   std::uint32_t end = 0;
@@ -20,7 +20,7 @@ MeshBounds::MeshBounds(const Object& object) : blocks_(object.geometry) {
     }
     if (ids.empty()) return;
     bounds_.extend(bounds);
-    meshes_.push_back({bounds, blocks_.add(ids)});
+    meshes_.push_back({bounds, leaves_.add(ids)});
     weights.push_back(static_cast<double>(bounds.half_area()) * static_cast<double>(ids.size()));
   };
   for (const Shape& shape : object.shapes) {
@@ -34,7 +34,7 @@ MeshBounds::MeshBounds(const Object& object) : blocks_(object.geometry) {
 }
 
 RayStructureStats MeshBounds::stats() const {
-  return {meshes_.size() * sizeof(Mesh) + blocks_.bytes(), meshes_.size(), meshes_.empty() ? 0u : 1u, blocks_.references(),
+  return {meshes_.size() * sizeof(Mesh) + leaves_.bytes(), meshes_.size(), meshes_.empty() ? 0u : 1u, leaves_.references(),
           sah_cost_};
 }
 

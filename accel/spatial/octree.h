@@ -9,9 +9,8 @@
 // reference; the geometry is not copied.
 #pragma once
 
-#include "accel/kernels/counting.h"
+#include "accel/kernels/box_test.h"
 #include "accel/kernels/reference_test.h"
-#include "accel/kernels/traversal_limit.h"
 #include "accel/kernels/traversal_stack.h"
 #include "accel/scene/memory_budget.h"
 
@@ -32,15 +31,14 @@ void describe(Visitor& v, OctreeParams& params) {
            "cost of a primitive test, for choosing leaves (a visit tests eight cubes)");
 }
 
-class Octree {
+class Octree : public LeafQueries<Octree, ReferenceTest> {
  public:
   // `geometry` must outlive the structure.
   Octree(const Geometry& geometry, const OctreeParams& params);
 
-  Hit closest(const Ray& ray) const { return closest_with(ray, CountNothing{}); }
-  bool occluded(const Ray& ray) const { return occluded_with(ray, CountNothing{}); }
-  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const { return closest_with(ray, CountWork{counters}); }
-  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const { return occluded_with(ray, CountWork{counters}); }
+  template <class Count, class Leaf>
+  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
+  const Geometry& leaves() const { return *geometry_; }
   RayStructureStats stats() const { return {bytes(), nodes_.size(), depth_, references_.size(), sah_cost_}; }
 
  private:
@@ -59,14 +57,8 @@ class Octree {
   };
 
   std::uint64_t bytes() const { return nodes_.size() * sizeof(Node) + references_.size() * sizeof(std::uint32_t); }
-  template <class Count, class Leaf>
-  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const;
   static Visit* visit_children(const SlabRay& slab, const Ray& ray, float limit, const Visit& parent, std::uint32_t first,
                                Visit* top);
-  template <class Count>
-  Hit closest_with(const Ray& ray, Count count) const;
-  template <class Count>
-  bool occluded_with(const Ray& ray, Count count) const;
 
   const Geometry* geometry_;
   std::vector<Node> nodes_;
@@ -85,16 +77,17 @@ inline Octree::Visit* Octree::visit_children(const SlabRay& slab, const Ray& ray
   unsigned flip = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const float planes[3] = {parent.lower[axis], middle[axis], parent.upper[axis]};
-    flip |= static_cast<unsigned>(slab.negative[axis]) << axis;
+    const bool negative = slab.is_negative(axis);
+    flip |= static_cast<unsigned>(negative) << axis;
     for (int half = 0; half < 2; ++half) {
-      near[axis][half] = (planes[half + slab.negative[axis]] - slab.origin[axis]) * slab.reciprocal[axis];
-      far[axis][half] = (planes[half + !slab.negative[axis]] - slab.origin[axis]) * slab.reciprocal[axis] * slab_pad;
+      near[axis][half] = (planes[half + negative] - slab.origin[axis]) * slab.reciprocal[axis];
+      far[axis][half] = (planes[half + !negative] - slab.origin[axis]) * slab.padded_reciprocal[axis];
     }
   }
   for (unsigned i = 8; i-- > 0;) {
     const unsigned child = i ^ flip;
     float entry = ray.t_min, exit = limit;
-    for (int axis = 0; axis < 3; ++axis) {  // ordered so that a NaN restricts nothing, as in slab_entry
+    for (int axis = 0; axis < 3; ++axis) {  // ordered so that a NaN restricts nothing, as in box_test.h
       const unsigned half = child >> axis & 1;
       entry = near[axis][half] > entry ? near[axis][half] : entry;
       exit = far[axis][half] < exit ? far[axis][half] : exit;
@@ -116,11 +109,11 @@ template <class Count, class Leaf>
 void Octree::traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const {
   const SlabRay slab(ray);
   const TraversalLimit limit_beyond(ray, largest_coordinate(cube_));
-  const float entry = slab_entry(slab, cube_.lower, cube_.upper, ray.t_min, limit_beyond(t_best));
-  if (nodes_.empty() || entry == infinity) return;
+  const BoxInterval interval = box_interval(slab, cube_, limit_beyond(t_best));
+  if (nodes_.empty() || interval.empty()) return;
   TraversalStack<Visit> stack(7 * depth_ + 8);
   Visit* top = stack.begin();
-  *top++ = {0, entry, cube_.lower, cube_.upper};
+  *top++ = {0, interval.entry, cube_.lower, cube_.upper};
   while (top != stack.begin()) {
     const Visit visit = *--top;
     const float limit = limit_beyond(t_best);
@@ -133,18 +126,6 @@ void Octree::traverse(const Ray& ray, const float& t_best, Count& count, const L
       return;
     }
   }
-}
-
-template <class Count>
-Hit Octree::closest_with(const Ray& ray, Count count) const {
-  return closest_by_reference(*geometry_, ray, count,
-                              [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
-}
-
-template <class Count>
-bool Octree::occluded_with(const Ray& ray, Count count) const {
-  return occluded_by_reference(*geometry_, ray, count,
-                               [&](const float& t_best, const auto& leaf) { traverse(ray, t_best, count, leaf); });
 }
 
 struct RayEntry octree_entry();  // its row of the registry

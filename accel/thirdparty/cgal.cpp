@@ -1,8 +1,7 @@
 // The only file that includes CGAL: it takes 10 s and much memory to compile.
 #include "accel/thirdparty/cgal.h"
 
-#include "accel/kernels/counting.h"
-#include "framework/scene/intersect.h"
+#include "accel/kernels/queries.h"
 
 // CGAL's own checks stay out of Debug builds too: what is degenerate to its rounding need not be to ours, and would throw.
 #define CGAL_NDEBUG

@@ -2,9 +2,9 @@
 
 #include "accel/thirdparty/embree.h"
 
+#include "accel/kernels/primitive_test.h"
 #include "framework/core/error.h"
 #include "framework/core/isa.h"
-#include "framework/scene/intersect.h"
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 // Meshes that no one would model, in every ray structure and layout: random bits, coincident, collinear, geometric series, of
 // none to some hundred triangles. Nothing may crash, hang or miss a primitive, and all of it within a stack of 256 KiB.
 #include "accel/exact/exact.h"
+#include "accel/kernels/primitive_test.h"
 #include "accel/registry.h"
-#include "framework/scene/intersect.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>

@@ -6,11 +6,13 @@
 #include "accel/bvh/build/midpoint.h"
 #include "accel/bvh/build/ploc.h"
 #include "accel/bvh/build/sah.h"
-#include "accel/kernels/triangle_block.h"
+#include "accel/kernels/pack_query.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>
+
+#include <set>
 
 #include <pthread.h>
 
@@ -311,7 +313,27 @@ TEST(TreeBuilders, SahCostIsTheExpectedWork) {
   EXPECT_EQ(BinaryTree().sah_cost(), 0);
 }
 
-TEST(TriangleBlock, LanesGiveTheBitsOfTheScalarTest) {
+// The nearest hit among the triangles of a pack, and whether there is any.
+template <class Lanes, class Pack>
+void expect_scalar_hits(const Geometry& g, const Pack& pack, const Ray& ray, std::size_t& hits_seen) {
+  const TriangleRay shear(ray.direction);
+  Hit expected, hit, any;
+  expected.t = hit.t = any.t = farthest_hit(ray);
+  for (const std::uint32_t id : pack.ids)
+    if (id != no_id) intersect_primitive(g, id, ray, shear, expected);
+  const PackQuery<Lanes, Pack, false> nearest(ray.origin, shear);
+  if (nearest.test_common(pack, ray.t_min, hit) == decltype(nearest)::Outcome::rare) nearest.test_rare(g, pack, ray, hit);
+  ASSERT_EQ(hit.primitive, expected.primitive);
+  ASSERT_EQ(hit.t, expected.t);
+  ASSERT_EQ(hit.uv, expected.uv);
+  const PackQuery<Lanes, Pack, true> occluded(ray.origin, shear);
+  bool rare;
+  const bool found = occluded.occluded(pack, ray.t_min, farthest_hit(ray), rare);
+  ASSERT_EQ(rare ? occluded.test_rare(g, pack, ray, any) : found, static_cast<bool>(expected));
+  hits_seen += static_cast<bool>(hit);
+}
+
+TEST(PackQuery, LanesGiveTheBitsOfTheScalarTest) {
   std::size_t hits_seen = 0;
   for (const RayCase& c : ray_cases()) {
     const Geometry& g = c.scene.objects[0].geometry;
@@ -321,32 +343,24 @@ TEST(TriangleBlock, LanesGiveTheBitsOfTheScalarTest) {
     rays.insert(rays.end(), aimed.begin(), aimed.end());
     Random random(13);
     for (const Ray& ray : rays) {
-      TriangleBlock block;
-      vec3 p[4][3];
-      const std::uint32_t filled = 1 + random.below(4);
-      int needles = 0;
-      for (std::uint32_t lane = 0; lane < filled; ++lane) {
-        const uvec3 v = g.triangles[random.below(static_cast<std::uint32_t>(g.triangles.size()))];
-        for (int i = 0; i < 3; ++i) p[lane][i] = g.positions[v[i]];
-        block.set(lane, p[lane][0], p[lane][1], p[lane][2]);
-        needles |= is_needle(p[lane][0], p[lane][1], p[lane][2]) << lane;
-      }
-      const BlockRay block_ray(ray);
-      TriangleBlock::Hits hits;
-      block.intersect(
-          block_ray, ray.t_max, [&](int lanes) { return (lanes & needles) != 0; }, hits);
-      for (std::uint32_t lane = 0; lane < 4; ++lane) {
-        float t;
-        vec2 uv;
-        const bool hit =
-            lane < filled && intersect_triangle(ray, block_ray.shear, p[lane][0], p[lane][1], p[lane][2], ray.t_max, t, uv);
-        ASSERT_EQ((hits.mask >> lane & 1) != 0, hit) << c.name;
-        if (!hit) continue;
-        ++hits_seen;
-        ASSERT_EQ(hits.t[lane], t);
-        ASSERT_EQ(hits.u[lane], uv.x);
-        ASSERT_EQ(hits.v[lane], uv.y);
-      }
+      std::set<std::uint32_t> ids;  // ascending
+      for (std::uint32_t i = 1 + random.below(4); i > 0; --i)
+        ids.insert(random.below(static_cast<std::uint32_t>(g.triangles.size())));
+      TrianglePack<4> four;
+      TrianglePack<8> eight;
+      const auto fill = [&](auto& pack, std::size_t lane) {
+        for (const std::uint32_t id : ids) {
+          const uvec3 v = g.triangles[id];
+          pack.ids[lane] = id;
+          pack.set(lane++, g.positions[v.x], g.positions[v.y], g.positions[v.z]);
+        }
+      };
+      fill(four, 0);
+      fill(eight, random.below(5));
+      SCOPED_TRACE(c.name);
+      ASSERT_NO_FATAL_FAILURE((expect_scalar_hits<Floats<4, 1>>(g, four, ray, hits_seen)));
+      ASSERT_NO_FATAL_FAILURE((expect_scalar_hits<Floats<4, native_width>>(g, four, ray, hits_seen)));
+      ASSERT_NO_FATAL_FAILURE((expect_scalar_hits<Floats<8, native_width>>(g, eight, ray, hits_seen)));
     }
   }
   EXPECT_GT(hits_seen, 1000u);

@@ -5,8 +5,8 @@
 #include "accel/bvh/build/ploc.h"
 #include "accel/bvh/bvh.h"
 #include "accel/bvh/wide/wide_bvh.h"
+#include "accel/kernels/primitive_test.h"
 #include "framework/core/parallel.h"
-#include "framework/scene/intersect.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Shapes, their orientation, objects and instances.
-#include "framework/scene/intersect.h"
+#include "accel/kernels/primitive_test.h"
 #include "tests/unit/io_pbrt_helpers.h"
 
 namespace etendue {

@@ -1,8 +1,9 @@
+#include "accel/kernels/box_test.h"
+#include "accel/kernels/primitive_test.h"
 #include "framework/core/sampler.h"
 #include "framework/io/load_scene.h"
 #include "framework/io/pbrt/pbrt.h"
 #include "framework/scene/builder.h"
-#include "framework/scene/intersect.h"
 #include "framework/scene/needs.h"
 #include "framework/scene/precision.h"
 #include "framework/scenes/meshes.h"
@@ -87,14 +88,16 @@ TEST(Quadrics, AnnulusHasAHole) {
 }
 
 TEST(SlabTest, OriginOnAFaceAndZeroComponentsLoseNothing) {
-  const vec3 lower(0, 0, 0), upper(1, 1, 1);
+  const Bounds box{vec3(0), vec3(1)};
   for (const float zero : {0.0f, -0.0f}) {
     for (const float x : {0.0f, 0.5f, 1.0f}) {
       const Ray ray{.origin = {x, 0.5f, -1}, .direction = {zero, zero, 1}};
-      EXPECT_EQ(slab_entry(SlabRay(ray), lower, upper, 0, infinity), 1) << x;
+      const BoxInterval interval = box_interval(SlabRay(ray), box, infinity);
+      EXPECT_EQ(interval.entry, 1) << x;
+      EXPECT_FALSE(interval.empty()) << x;
     }
     const Ray outside{.origin = {1.5f, 0.5f, -1}, .direction = {zero, zero, 1}};
-    EXPECT_EQ(slab_entry(SlabRay(outside), lower, upper, 0, infinity), infinity);
+    EXPECT_TRUE(box_interval(SlabRay(outside), box, infinity).empty());
   }
 }
 

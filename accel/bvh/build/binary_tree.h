@@ -73,7 +73,7 @@ void describe(Visitor& v, TreeLimits& limits) {
 
 // Further parameters of builders by the surface area heuristic.
 struct SahParams : TreeLimits {
-  // Four triangles are tested at once (triangle_block.h), so each costs well less than a visit of a node.
+  // Four triangles are tested at once (pack_query.h), so each costs well less than a visit of a node.
   float primitive_cost = 0.35f;
 };
 

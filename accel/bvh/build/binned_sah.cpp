@@ -3,7 +3,6 @@
 #include "accel/bvh/build/grow_tree.h"
 #include "accel/bvh/build/small_sweep.h"
 #include "accel/bvh/bvh_entry.h"
-#include "accel/kernels/four_floats.h"
 #include "accel/kernels/simd_bounds.h"
 #include "framework/core/huge_pages.h"
 #include "framework/core/parallel.h"
@@ -132,7 +131,7 @@ class Bins {
  private:
   [[gnu::always_inline]] void add(const BuildItem& item, const Grid& grid) {
     const SimdBounds bounds(item.bounds);
-    const FourInts bins = grid(centre_of(item.bounds));
+    const FourInts bins = grid(bounds.centre());
     for (int axis = 0; axis < 3; ++axis) {
       Bin& bin = bins_[axis * capacity + static_cast<std::uint32_t>(bins[axis])];
       bin.bounds.extend(bounds);
@@ -325,7 +324,7 @@ class BinnedSplitter {
       moved[is_left ? left : right] = items[i];
       left += is_left;
       right += !is_left;
-      centres.add(centre_of(items[i].bounds), is_left);
+      centres.add(SimdBounds(items[i].bounds).centre(), is_left);
     }
     return centres;
   }

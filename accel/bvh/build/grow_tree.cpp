@@ -1,6 +1,5 @@
 #include "accel/bvh/build/grow_tree.h"
 
-#include "accel/kernels/four_floats.h"
 #include "accel/kernels/simd_bounds.h"
 #include "framework/core/parallel.h"
 
@@ -46,8 +45,9 @@ std::pair<Bounds, Bounds> extents(std::span<const BuildItem> items) {
         SimdBounds bounds;
         PointBounds centres;
         for (std::size_t i = range.begin(); i != range.end(); ++i) {
-          bounds.extend(items[i].bounds);
-          centres.extend(centre_of(items[i].bounds));
+          const SimdBounds item(items[i].bounds);
+          bounds.extend(item);
+          centres.extend(item.centre());
         }
         return Extents(united(bounds.get(), sum.first), united(centres.get(), sum.second));
       },

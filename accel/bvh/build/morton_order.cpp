@@ -1,6 +1,6 @@
 #include "accel/bvh/build/morton_order.h"
 
-#include "accel/kernels/four_floats.h"
+#include "accel/kernels/simd_bounds.h"
 #include "framework/core/check.h"
 #include "framework/core/isa.h"
 

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "accel/bvh/build/binary_tree.h"
-#include "accel/kernels/four_floats.h"
+#include "accel/kernels/simd_bounds.h"
 #include "framework/core/huge_pages.h"
 #include "framework/core/parallel.h"
 

@@ -3,14 +3,12 @@
 #include "accel/kernels/simd_bounds.h"
 
 #include <bit>
-#include <cstring>
 
 namespace etendue {
 
 namespace {
 
-using Floats = float __attribute__((vector_size(16)));
-using Keys = std::uint32_t __attribute__((vector_size(16)));  // of the x, y and z axis
+using Keys = FourUnsigned;  // of the x, y and z axis
 
 constexpr std::uint32_t sorted_size = 16;  // of the largest network
 constexpr std::uint32_t index_mask = sorted_size - 1;
@@ -45,12 +43,7 @@ inline void sort_network(Keys* keys) {
 
 // The centre's bits, in the order of the floats, with the item's index in place of the last four.
 Keys sort_keys(const BuildItem& item, std::uint32_t index) {
-  Floats lower, upper;
-  std::memcpy(&lower, &item.bounds.lower.x, sizeof lower);
-  std::memcpy(&upper, &item.bounds.lower.z, sizeof upper);  // lanes 1 to 3
-  const Floats centre = 0.5f * lower + 0.5f * __builtin_shufflevector(upper, upper, 1, 2, 3, 3);
-  Keys bits;
-  std::memcpy(&bits, &centre, sizeof bits);
+  const auto bits = reinterpret_cast<Keys>(SimdBounds(item.bounds).centre());
   const Keys negative = (bits >> 31) * 0xffffffffu;
   return ((bits ^ (negative | 0x80000000u)) & ~index_mask) | index;
 }

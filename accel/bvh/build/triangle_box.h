@@ -1,7 +1,7 @@
 // The boxes of a mesh's triangles one after the other, where builders begin.
 #pragma once
 
-#include "accel/kernels/four_floats.h"
+#include "accel/kernels/simd_bounds.h"
 #include "framework/scene/geometry.h"
 
 #include <algorithm>

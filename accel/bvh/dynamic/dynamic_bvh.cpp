@@ -7,7 +7,7 @@
 namespace etendue {
 
 static_assert(RayStructure<DynamicBvh>);
-static_assert(DynamicTree::leaf_size == TriangleBlock::width);
+static_assert(DynamicTree::leaf_size == static_cast<std::uint32_t>(Leaves::Pack::lanes));
 
 namespace {
 

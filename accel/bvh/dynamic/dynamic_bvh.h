@@ -10,7 +10,7 @@
 
 namespace etendue {
 
-class DynamicBvh {
+class DynamicBvh : public LeafQueries<DynamicBvh, LeafTest> {
  public:
   // `geometry` must outlive the structure.
   DynamicBvh(const Geometry& geometry, DynamicTree::Build build, const ChangePolicy& policy);
@@ -18,28 +18,21 @@ class DynamicBvh {
   // Primitives `changed` (each once) of the geometry have changed. No query may run meanwhile.
   TreeUpdate update(std::span<const std::uint32_t> changed);
 
-  Hit closest(const Ray& ray) const { return closest_with(ray, CountNothing{}); }
-  bool occluded(const Ray& ray) const { return occluded_with(ray, CountNothing{}); }
-  Hit closest_counted(const Ray& ray, TraversalCounters& counters) const { return closest_with(ray, CountWork{counters}); }
-  bool occluded_counted(const Ray& ray, TraversalCounters& counters) const { return occluded_with(ray, CountWork{counters}); }
+  template <class Count, class Leaf>
+  void traverse(const Ray& ray, const float& t_best, Count& count, const Leaf& leaf) const {
+    tree_.layout().traverse(ray, t_best, count, [&](std::uint32_t first, std::uint32_t size) {
+      return leaf(Leaves::Run{first, size});
+    });
+  }
+  const Leaves& leaves() const { return leaves_; }
   RayStructureStats stats() const;
 
  private:
-  template <class Count>
-  Hit closest_with(const Ray& ray, Count count) const {
-    return leaves_.mixed() ? closest_in<true>(tree_.layout(), leaves_, ray, count)
-                           : closest_in<false>(tree_.layout(), leaves_, ray, count);
-  }
-  template <class Count>
-  bool occluded_with(const Ray& ray, Count count) const {
-    return leaves_.mixed() ? occluded_in<true>(tree_.layout(), leaves_, ray, count)
-                           : occluded_in<false>(tree_.layout(), leaves_, ray, count);
-  }
   void fill_touched_leaves();
 
   const Geometry* geometry_;
   DynamicTree tree_;
-  LeafBlocks leaves_;  // block i is leaf i of the tree
+  Leaves leaves_;  // pack i is leaf i of the tree
 };
 
 }  // namespace etendue

@@ -7,7 +7,7 @@
 
 #include "accel/bvh/wide/leaf_contents.h"
 #include "accel/bvh/wide/wide_tree.h"
-#include "accel/kernels/four_floats.h"
+#include "accel/kernels/simd_bounds.h"
 #include "framework/core/parallel.h"
 
 #include <algorithm>

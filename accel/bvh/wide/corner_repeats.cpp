@@ -1,7 +1,7 @@
 #include "accel/bvh/wide/corner_repeats.h"
 
-#include "accel/kernels/four_floats.h"
 #include "accel/kernels/ranks.h"
+#include "accel/kernels/simd_bounds.h"
 
 namespace etendue {
 
@@ -32,7 +32,7 @@ Bounds CornerRepeats::fill(SharedPack& pack, const Geometry& geometry, std::span
     for (int axis = 0; axis < 3; ++axis) pack.vertices[axis][slot] = p[axis];
     box.extend(p);
   }
-  pack.collapse_needles();
+  pack.find_needles();
   return box.get();
 }
 

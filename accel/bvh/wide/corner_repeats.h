@@ -6,7 +6,7 @@
 // pack and no more.
 #pragma once
 
-#include "accel/bvh/wide/shared_pack.h"
+#include "accel/kernels/shared_pack.h"
 #include "framework/core/huge_pages.h"
 
 #include <array>

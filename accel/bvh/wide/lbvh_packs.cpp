@@ -5,8 +5,8 @@
 #include "accel/bvh/build/triangle_box.h"
 #include "accel/bvh/wide/corner_repeats.h"
 #include "accel/bvh/wide/fill_pack.h"
-#include "accel/bvh/wide/shared_pack.h"
-#include "accel/bvh/wide/triangle_pack.h"
+#include "accel/kernels/shared_pack.h"
+#include "accel/kernels/triangle_pack.h"
 
 #include <atomic>
 #include <bit>

@@ -1,8 +1,9 @@
 // How a batch of rays goes through a wide tree, for one instruction set; included like wide_tests.inl.
 //
-// Rays that keep together go in packets, the others in streams. Some go one by one for nearest hits: those that start apart, as
-// a stream takes children in an order that suits few of them, and those that meet few nodes, which leave a stream little to
-// share. Whichever way a ray goes, its answer is the same.
+// Rays that keep together go in packets, shadow rays else in streams. The others go in streams where the instruction set is
+// quick to tell them apart (Simd::streams_nearest), but for some that go one by one: those that start apart, as a stream takes
+// children in an order that suits few of them, and those that meet few nodes, which leave a stream little to share. Whichever
+// way a ray goes, its answer is the same.
 #pragma once
 
 #include "accel/bvh/wide/wide_packet.inl"
@@ -22,7 +23,7 @@ template <int node_width>
 float size_of(const WideNode<node_width>& root) {
   vec3 size;
   for (int axis = 0; axis < 3; ++axis) {
-    const float *const lower = root.planes[2 * axis], *const upper = root.planes[2 * axis + 1];
+    const float *const lower = root.planes[axis], *const upper = root.planes[3 + axis];
     size[axis] = *std::max_element(upper, upper + node_width) - *std::min_element(lower, lower + node_width);
   }
   return max_component(size);
@@ -38,13 +39,25 @@ inline bool start_apart(std::span<const Ray> rays, float size) {
   return max_component(upper - lower) > 0.9f * size;
 }
 
+// Takes no ray in.
+struct NoStream {
+  static constexpr std::size_t most = packet_size;
+
+  template <class View>
+  NoStream(const View&, std::span<const Ray>) {}
+  bool add(std::size_t) { return false; }
+  std::size_t size() const { return 0; }
+  template <class Answer>
+  void run(const Answer&) {}
+};
+
 // Answers rays one by one; says whether those that may be traced visited few nodes.
 template <class Simd, int node_width, class Pack, class Answer>
 bool visit_few(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
   std::uint32_t nodes = 0, traced = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const std::uint32_t before = nodes;
-    answer(i, trace<Simd, false>(view, rays[i], CountNodes{nodes}));
+    answer(i, trace<Simd, false>(view, rays[i], CountNodes(nodes)));
     traced += nodes > before;
   }
   return nodes < few_nodes * traced;
@@ -58,7 +71,9 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
     return;
   }
   const float size = size_of(view.tree.nodes[0]);
-  using Stream = std::conditional_t<any_hit, WideShadowStream<Simd, node_width, Pack>, WideStream<Simd, node_width, Pack>>;
+  constexpr bool streams = any_hit || Simd::streams_nearest;
+  using Nearest = std::conditional_t<streams, WideStream<Simd, node_width, Pack>, NoStream>;
+  using Stream = std::conditional_t<any_hit, WideShadowStream<Simd, node_width, Pack>, Nearest>;
   Stream stream(view, rays);
   bool are_short = false;  // rays that go in no packet, as judged last
   std::size_t judged = 0;  // where to judge them next
@@ -77,12 +92,12 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
       std::size_t first = 0;
       if constexpr (any_hit) {
         stream.make_room();
-      } else if (begin >= judged) {
+      } else if (streams && begin >= judged) {
         first = std::min(judges, some.size());
         are_short = visit_few<Simd>(view, some.first(first), [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
         judged = begin + Stream::most;
       }
-      const bool singly = !any_hit && (are_short || start_apart(some, size));
+      const bool singly = !streams || (!any_hit && (are_short || start_apart(some, size)));
       for (std::size_t i = first; i < some.size(); ++i) {
         if (singly)
           answer(begin + i, trace<Simd, false>(view, some[i], CountNothing()));

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "accel/bvh/wide/wide_tree.h"
-#include "accel/kernels/traversal_limit.h"
+#include "accel/kernels/box_test.h"
 #include "framework/core/isa.h"
 #include "framework/query.h"
 
@@ -49,19 +49,15 @@ class WideBvh {
   WideBvh(const Geometry& geometry, PackTree<Pack> packs, Isa isa = chosen_isa())
       : WideBvh(geometry, packs.tree, collapse<node_width, Pack>(std::move(packs)), isa) {}
 
-  Hit closest(const Ray& ray) const { return kernels_->closest({tree_, *geometry_, extent_}, ray); }
-  bool occluded(const Ray& ray) const { return kernels_->occluded({tree_, *geometry_, extent_}, ray); }
-  void closest(std::span<const Ray> rays, std::span<Hit> hits) const {
-    kernels_->closest_of({tree_, *geometry_, extent_}, rays, hits);
-  }
-  void occluded(std::span<const Ray> rays, std::span<bool> occluded) const {
-    kernels_->occluded_of({tree_, *geometry_, extent_}, rays, occluded);
-  }
+  Hit closest(const Ray& ray) const { return kernels_->closest(view(), ray); }
+  bool occluded(const Ray& ray) const { return kernels_->occluded(view(), ray); }
+  void closest(std::span<const Ray> rays, std::span<Hit> hits) const { kernels_->closest_of(view(), rays, hits); }
+  void occluded(std::span<const Ray> rays, std::span<bool> occluded) const { kernels_->occluded_of(view(), rays, occluded); }
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const {
-    return kernels_->closest_counted({tree_, *geometry_, extent_}, ray, counters);
+    return kernels_->closest_counted(view(), ray, counters);
   }
   bool occluded_counted(const Ray& ray, TraversalCounters& counters) const {
-    return kernels_->occluded_counted({tree_, *geometry_, extent_}, ray, counters);
+    return kernels_->occluded_counted(view(), ray, counters);
   }
   RayStructureStats stats() const {
     std::uint64_t references = tree_.list_ids.size();
@@ -75,6 +71,8 @@ class WideBvh {
         tree_(std::move(wide)),
         kernels_(&wide_kernels<node_width, Pack>(isa)),
         extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
+
+  WideView<node_width, Pack> view() const { return {tree_, *geometry_, extent_}; }
 
   static constexpr const char* layout_name = node_width == 4 ? "bvh4" : node_width == 8 ? "bvh8" : "bvh16";
 

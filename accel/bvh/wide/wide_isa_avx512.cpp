@@ -10,6 +10,8 @@ namespace etendue {
 namespace {
 
 struct Avx512 : Simd<16> {
+  static constexpr bool streams_nearest = true;
+
   using Simd<16>::stack_places;
   using Simd<16>::collect;
 
@@ -25,6 +27,7 @@ struct Avx512 : Simd<16> {
     return size;
   }
 
+  // And where they enter it: `entries` by ray and child. `nearest`: the least.
   template <int width>
   static std::uint32_t collect(const std::uint32_t* met, const std::uint32_t* ids, const float* entries, std::uint32_t count,
                                int child, std::uint32_t* to, float* nears, float& nearest) {
@@ -43,25 +46,6 @@ struct Avx512 : Simd<16> {
     }
     nearest = _mm512_reduce_min_ps(least);
     return size;
-  }
-
-  class Table {
-   public:
-    explicit Table(Lanes16 values) : values_(values.v) {}
-    Lanes16 pick(const std::uint8_t* slots) const {
-      return {_mm512_permutexvar_ps(_mm512_cvtepu8_epi32(_mm_load_si128(reinterpret_cast<const __m128i*>(slots))), values_)};
-    }
-
-   private:
-    __m512 values_;
-  };
-
-  using Simd<16>::sides;
-  static Sides sides(Lanes16 u, Lanes16 v, Lanes16 w) {
-    const auto bits = [](Lanes16 a) { return _mm512_castps_si512(a.v); };
-    const __m512i differs = _mm512_ternarylogic_epi32(bits(u), bits(v), bits(w), 0x7e);  // neither all set nor all clear
-    const __m512 least = _mm512_range_ps(_mm512_range_ps(u.v, v.v, 2), w.v, 2);          // of magnitudes
-    return {_mm512_cmp_ps_mask(least, _mm512_setzero_ps(), _CMP_EQ_OQ), static_cast<__mmask16>(~_mm512_movepi32_mask(differs))};
   }
 
   template <int width, class Lanes>
@@ -94,7 +78,7 @@ struct Avx512 : Simd<16> {
   }
 
   // References and entries compressed, then interleaved into (reference, entry) pairs.
-  static Waiting* stack_places(const WideNode<16>& node, const Lanes16& entries, unsigned lanes, Waiting* top) {
+  static Waiting* stack_places(const WideNode<16>& node, const Simd<16>::Floats<16>& entries, unsigned lanes, Waiting* top) {
     const auto mask = static_cast<__mmask16>(lanes);
     const __m512i places = _mm512_maskz_compress_epi32(mask, _mm512_load_si512(node.children));
     const __m512i keys = _mm512_maskz_compress_epi32(mask, _mm512_castps_si512(entries.v));

@@ -6,18 +6,26 @@
 namespace etendue {
 namespace {
 
+// `answer(i, hit)` is called once for every ray. Without vectors nothing is gained by tracing rays together.
+template <class Simd, bool any_hit, int node_width, class Pack, class Answer>
+void trace_batch(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
+  if constexpr (Simd::widest == 1) {
+    for (std::size_t i = 0; i < rays.size(); ++i) answer(i, trace<Simd, any_hit>(view, rays[i], CountNothing()));
+  } else {
+    trace_many<Simd, node_width, Pack, any_hit>(view, rays, answer);
+  }
+}
+
 template <class Simd, int node_width, class Pack>
 constexpr WideKernels<node_width, Pack> kernels() {
   using View = WideView<node_width, Pack>;
   return {[](const View& view, const Ray& ray) { return trace<Simd, false>(view, ray, CountNothing()); },
           [](const View& view, const Ray& ray) { return static_cast<bool>(trace<Simd, true>(view, ray, CountNothing())); },
           [](const View& view, std::span<const Ray> rays, std::span<Hit> hits) {
-            trace_many<Simd, node_width, Pack, false>(view, rays,
-                                                      [&](std::size_t i, const Hit& hit) { hits[i] = placed(hit); });
+            trace_batch<Simd, false>(view, rays, [&](std::size_t i, const Hit& hit) { hits[i] = placed(hit); });
           },
           [](const View& view, std::span<const Ray> rays, std::span<bool> occluded) {
-            trace_many<Simd, node_width, Pack, true>(
-                view, rays, [&](std::size_t i, const Hit& hit) { occluded[i] = static_cast<bool>(hit); });
+            trace_batch<Simd, true>(view, rays, [&](std::size_t i, const Hit& hit) { occluded[i] = static_cast<bool>(hit); });
           },
           [](const View& view, const Ray& ray, TraversalCounters& counters) {
             return trace<Simd, false>(view, ray, CountWork{counters});

@@ -79,10 +79,10 @@ class PacketNodeTest {
   using Boxes = typename Simd::template Floats<node_width>;
 
   explicit PacketNodeTest(const PacketBounds& rays) : t_min_(Boxes::set(rays.t_min)) {
+    std::uint32_t signs = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const bool negative = rays.direction_upper[axis] < 0;
-      near_plane[axis] = static_cast<std::uint32_t>((2 * axis + (negative ? 1 : 0)) * node_width);
-      far_plane[axis] = static_cast<std::uint32_t>((2 * axis + (negative ? 0 : 1)) * node_width);
+      signs |= static_cast<std::uint32_t>(negative) << axis;
       near_origin_[axis] = Boxes::set(negative ? rays.origin_lower[axis] : rays.origin_upper[axis]);
       far_origin_[axis] = Boxes::set(negative ? rays.origin_upper[axis] : rays.origin_lower[axis]);
       reciprocal_[axis][0] = Boxes::set(1 / rays.direction_lower[axis]);
@@ -90,6 +90,7 @@ class PacketNodeTest {
       padded_reciprocal_[axis][0] = Boxes::set(1 / rays.direction_lower[axis] * slab_pad);
       padded_reciprocal_[axis][1] = Boxes::set(1 / rays.direction_upper[axis] * slab_pad);
     }
+    places = &plane_places<node_width>[signs];
   }
 
   // The children that some ray may meet, a bit each; `near`: no ray enters them before. `far`: the largest of the rays'.
@@ -97,15 +98,15 @@ class PacketNodeTest {
     const float* const planes = node.planes[0];
     near = t_min_;
     for (int axis = 0; axis < 3; ++axis) {
-      const Boxes to_near = Boxes::load(planes + near_plane[axis]) - near_origin_[axis];
-      const Boxes to_far = Boxes::load(planes + far_plane[axis]) - far_origin_[axis];
+      const Boxes to_near = Boxes::load(planes + places->near[axis]) - near_origin_[axis];
+      const Boxes to_far = Boxes::load(planes + places->far[axis]) - far_origin_[axis];
       near = larger(smaller(to_near * reciprocal_[axis][0], to_near * reciprocal_[axis][1]), near);
       far = smaller(larger(to_far * padded_reciprocal_[axis][0], to_far * padded_reciprocal_[axis][1]), far);
     }
     return less_equal(near, far);
   }
 
-  std::uint32_t near_plane[3], far_plane[3];  // by axis: where they begin in WideNode::planes
+  const PlanePlaces* places;
 
  private:
   const Boxes t_min_;
@@ -246,16 +247,16 @@ class WidePacket {
     return top;
   }
 
-  // The rays of a vector that meet a child: NodeTest with a ray in each lane.
+  // The rays of a vector that meet a child.
   [[gnu::always_inline]] unsigned rays_meeting(const float* child_planes, int vector) const {
-    Rays near = Rays::load(t_min_ + 16 * vector), far = Rays::load(far_ + 16 * vector);
-    for (int axis = 0; axis < 3; ++axis) {
-      const Rays origin = Rays::load(origin_[axis] + 16 * vector), reciprocal = Rays::load(reciprocal_[axis] + 16 * vector),
-                 padded_reciprocal = Rays::load(padded_reciprocal_[axis] + 16 * vector);
-      near = larger((Rays::set(child_planes[node_test_.near_plane[axis]]) - origin) * reciprocal, near);
-      far = smaller((Rays::set(child_planes[node_test_.far_plane[axis]]) - origin) * padded_reciprocal, far);
-    }
-    return less_equal(near, far);
+    using Test = BoxTest<Rays, node_width>;
+    const auto axis = [&](int a) {
+      return typename Test::Axis{Rays::load(origin_[a] + 16 * vector), Rays::load(reciprocal_[a] + 16 * vector),
+                                 Rays::load(padded_reciprocal_[a] + 16 * vector)};
+    };
+    Rays near;
+    return Test(*node_test_.places, Rays::load(t_min_ + 16 * vector), axis(0), axis(1), axis(2))
+        .met([&](std::uint32_t place) { return Rays::set(child_planes[place]); }, Rays::load(far_ + 16 * vector), near);
   }
 
   [[gnu::always_inline]] void test_leaf(const WideNode<node_width>& parent, int slot, WideRef leaf) {
@@ -272,8 +273,8 @@ class WidePacket {
     ++tests_;
     const TriangleRay shear = shears_[i];
     CountNothing nothing;
-    LeafTest<Simd, Pack, any_hit, CountNothing> test;
-    test.prepare(shear, origin_[shear.kx][i], origin_[shear.ky][i], origin_[shear.kz][i]);
+    const LeafQuery<Simd, Pack, any_hit, CountNothing> test(shear, origin_[shear.kx][i], origin_[shear.ky][i],
+                                                            origin_[shear.kz][i]);
     if (!test.test(view_, ray, leaf, hits_[i], nothing)) return false;
     far_[i] = any_hit ? -infinity : TraversalLimit(ray, view_.extent)(hits_[i].t);
     return true;

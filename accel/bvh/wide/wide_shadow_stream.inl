@@ -37,12 +37,12 @@ class WideShadowStream {
   [[gnu::always_inline]] bool add(std::size_t index) {
     const Ray& ray = rays_[index];
     const RayTerms<Simd> terms(ray, view_.extent);
-    const SlabTerms<node_width> slab(ray, terms);
+    const SlabRay slab(ray, terms.reciprocal, terms.negative);
     const float far = terms.limit(farthest_hit(ray));
     Boxes near;
     const unsigned met = NodeTest<Simd, node_width>(slab).met(view_.tree.nodes[0], Boxes::set(far), near);
     Traveller& traveller = space_.travellers[size_];
-    std::construct_at(&traveller.slab, ray, terms);
+    traveller.slab = slab;
     traveller.far = far;
     const bool goes_on = terms.is_traceable && met != 0;
     space_.indices[size_] = static_cast<std::uint32_t>(index);
@@ -82,7 +82,7 @@ class WideShadowStream {
  private:
   // What visits of nodes read of a ray, in one line.
   struct alignas(64) Traveller {
-    SlabTerms<node_width> slab;
+    SlabRay slab;
     float far;  // limit(t_max); of occluded rays -infinity: they meet nothing any more
   };
   struct Job {
@@ -194,8 +194,8 @@ class WideShadowStream {
     const std::uint32_t* const ids = space_.ids.data() + job.first;
     for (std::uint32_t i = 0; i < pairs; ++i) {
       const std::uint32_t place = space_.paired_places[i], id = ids[place];
-      const bool found = LeafTest<Simd, Pack, true, CountNothing>::occluded(view_, rays_[space_.indices[id]],
-                                                                            space_.leaf_terms[id], space_.paired_leaves[i]);
+      const bool found = LeafQuery<Simd, Pack, true, CountNothing>::occluded(view_, rays_[space_.indices[id]],
+                                                                             space_.leaf_terms[id], space_.paired_leaves[i]);
       space_.travellers[id].far = std::min(space_.travellers[id].far, far_of[found]);
       space_.occluded[id] |= static_cast<std::uint8_t>(found);
       space_.met[place] &= static_cast<std::uint32_t>(found) - 1u;

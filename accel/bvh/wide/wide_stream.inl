@@ -69,7 +69,7 @@ class WideStream {
  private:
   struct alignas(64) Traveller {
     // What visits of nodes read, in one line.
-    SlabTerms<node_width> slab;
+    SlabRay slab;
     float far;            // limit(hit.t)
     std::uint32_t index;  // in the batch
     // What tests of leaves read; many rays come to none.
@@ -80,7 +80,7 @@ class WideStream {
     Hit hit;
 
     Traveller(const Ray& r, const RayTerms<Simd>& terms, std::uint32_t i)
-        : slab(r, terms), index(i), limit(terms.limit), ray(r) {
+        : slab(r, terms.reciprocal, terms.negative), index(i), limit(terms.limit), ray(r) {
       hit.t = farthest_hit(r);
       far = limit(hit.t);
     }
@@ -156,20 +156,14 @@ class WideStream {
     for (std::uint32_t i = job.first; i < job.first + job.count; ++i) {
       Traveller& traveller = travellers_[ids_[i]];
       if (nears_[i] > traveller.far) continue;
-      LeafTest<Simd, Pack, false, CountNothing> test;
-      prepare(test, traveller);
+      if (!traveller.has_shear) {
+        traveller.shear = TriangleRay(traveller.ray.direction);
+        traveller.has_shear = true;
+      }
+      const LeafQuery<Simd, Pack, false, CountNothing> test(traveller.ray.origin, traveller.shear);
       CountNothing nothing;
-      if (test.test(view_, traveller.ray, job.place, traveller.hit, nothing))
-        traveller.far = traveller.limit(traveller.hit.t);
+      if (test.test(view_, traveller.ray, job.place, traveller.hit, nothing)) traveller.far = traveller.limit(traveller.hit.t);
     }
-  }
-
-  [[gnu::always_inline]] static void prepare(LeafTest<Simd, Pack, false, CountNothing>& test, Traveller& traveller) {
-    if (!traveller.has_shear) {
-      traveller.shear = TriangleRay(traveller.ray.direction);
-      traveller.has_shear = true;
-    }
-    test.prepare(traveller.ray.origin, traveller.shear);
   }
 
   const View& view_;

@@ -63,8 +63,7 @@ bool has_few_packs(const Tree& tree) {
 template <class Simd, bool any_hit, int node_width, class Pack, class Count>
 [[gnu::always_inline]] inline Hit trace_few(const WideView<node_width, Pack>& view, const Ray& ray, Count& count) {
   count.node();
-  LeafTest<Simd, Pack, any_hit, Count> leaf_test;
-  leaf_test.prepare(ray.origin, TriangleRay(ray.direction));
+  const LeafQuery<Simd, Pack, any_hit, Count> leaf_test(ray.origin, TriangleRay(ray.direction));
   Hit hit;
   hit.t = farthest_hit(ray);
   for (std::uint32_t i = 0; i < view.tree.packs.size(); ++i)
@@ -78,13 +77,13 @@ class Traversal {
   using View = WideView<node_width, Pack>;
   using Boxes = typename Simd::template Floats<node_width>;
   using Place = std::conditional_t<any_hit, WaitingAny, Waiting>;
-  using Leaf = LeafTest<Simd, Pack, any_hit, Count>;
+  using Leaf = LeafQuery<Simd, Pack, any_hit, Count>;
 
  public:
   Traversal(const View& view, const Ray& ray, const RayTerms<Simd>& terms, Count count)
       : view_(view),
         ray_(ray),
-        slab_(ray, terms),
+        slab_(ray, terms.reciprocal, terms.negative),
         limit_(terms.limit),
         count_(count),
         stack_(view.tree.depth * (node_width - 1) + node_width),
@@ -120,8 +119,7 @@ class Traversal {
     const auto& tree = view.tree;
     const WideNode<node_width>* const nodes = tree.nodes.data();
     const NodeTest<Simd, node_width> node_test(slab_);
-    Leaf leaf_test;
-    leaf_test.prepare(leaf_);
+    const Leaf leaf_test(leaf_);
     const TraversalLimit limit_beyond = limit_;
     const float t_min = leaf_.t_min;
     Count count = count_;
@@ -157,7 +155,7 @@ class Traversal {
 
   const View& view_;
   const Ray& ray_;
-  const SlabTerms<node_width> slab_;
+  const SlabRay slab_;
   const TraversalLimit limit_;
   LeafTerms leaf_;
   Count count_;

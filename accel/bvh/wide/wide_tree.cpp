@@ -110,7 +110,7 @@ class Collapse {
 
   static std::uint32_t add_node(Piece& piece) {
     Node& node = piece.nodes.emplace_back();
-    for (int plane = 0; plane < 6; ++plane) std::fill_n(node.planes[plane], node_width, plane % 2 == 0 ? infinity : -infinity);
+    for (int plane = 0; plane < 6; ++plane) std::fill_n(node.planes[plane], node_width, plane < 3 ? infinity : -infinity);
     std::fill_n(node.children, node_width, WideRef(WideRef::Kind::node, 0));
     return static_cast<std::uint32_t>(piece.nodes.size() - 1);
   }
@@ -118,8 +118,8 @@ class Collapse {
   void set_child(Node& node, std::size_t slot, std::uint32_t binary, WideRef child) const {
     const Bounds& b = tree_.nodes[binary].bounds;
     for (int axis = 0; axis < 3; ++axis) {
-      node.planes[2 * axis][slot] = b.lower[axis];
-      node.planes[2 * axis + 1][slot] = b.upper[axis];
+      node.planes[axis][slot] = b.lower[axis];
+      node.planes[3 + axis][slot] = b.upper[axis];
     }
     node.children[slot] = child;
   }

@@ -8,8 +8,8 @@
 
 #include "accel/bvh/build/vertex_ids.h"
 #include "accel/bvh/wide/pack_tree.h"
-#include "accel/bvh/wide/shared_pack.h"
-#include "accel/bvh/wide/triangle_pack.h"
+#include "accel/kernels/shared_pack.h"
+#include "accel/kernels/triangle_pack.h"
 
 #include <cstdint>
 #include <span>
@@ -37,7 +37,7 @@ class WideRef {
 
 template <int width>
 struct alignas(64) WideNode {
-  // Lower and upper x, y, z. An empty slot has lower = infinity and upper = -infinity, which no ray meets.
+  // Lower x, y, z, then upper. An empty slot has lower = infinity and upper = -infinity, which no ray meets.
   float planes[6][width];
   WideRef children[width];
 };

@@ -39,7 +39,7 @@ class NaiveLoop {
     const TriangleRay shear(ray.direction);
     const TraversalLimit limit(ray, extent_);
     for (const Mesh& mesh : meshes_) {
-      if (boxes_ && slab_entry(slab, mesh.bounds.lower, mesh.bounds.upper, ray.t_min, limit(hit.t)) == infinity) continue;
+      if (boxes_ && box_interval(slab, mesh.bounds, limit(hit.t)).empty()) continue;
       for (const std::uint32_t id : mesh.ids)
         if (intersect_primitive(geometry_, id, ray, shear, hit) && any) return hit;
     }

@@ -25,7 +25,7 @@ std::unique_ptr<LinkedNodes::Node> LinkedNodes::make(const BinaryTree& tree, std
 VariantTree::VariantTree(const Geometry& geometry, BinaryTree of_builder) : leaves(geometry), tree(std::move(of_builder)) {
   for (TreeNode& node : tree.nodes) {
     if (!node.is_leaf()) continue;
-    const LeafBlocks::Run run = leaves.add(std::span(tree.primitives).subspan(node.first, node.count));
+    const Leaves::Run run = leaves.add(std::span(tree.primitives).subspan(node.first, node.count));
     node.first = run.first;
     node.count = run.count;
   }

@@ -4,11 +4,9 @@
 #pragma once
 
 #include "accel/bvh/build/binary_tree.h"
-#include "accel/kernels/counting.h"
+#include "accel/kernels/box_test.h"
 #include "accel/kernels/leaf.h"
-#include "accel/kernels/traversal_limit.h"
 #include "accel/kernels/traversal_stack.h"
-#include "framework/scene/intersect.h"
 
 #include <memory>
 
@@ -23,12 +21,14 @@ namespace etendue {
 // The framework's, without a branch, axis by axis.
 class ScalarSlab {
  public:
-  explicit ScalarSlab(const Ray& ray) : ray_(ray), t_min_(ray.t_min) {}
-  float entry(const Bounds& box, float limit) const { return slab_entry(ray_, box.lower, box.upper, t_min_, limit); }
+  explicit ScalarSlab(const Ray& ray) : ray_(ray) {}
+  float entry(const Bounds& box, float limit) const {
+    const BoxInterval interval = box_interval(ray_, box, limit);
+    return interval.empty() ? infinity : interval.entry;
+  }
 
  private:
   SlabRay ray_;
-  float t_min_;
 };
 
 // As in textbooks: a loop over the axes that swaps near and far and returns at the first axis that misses.
@@ -302,12 +302,12 @@ class Traversal {
   const Leaf& leaf_;
 };
 
-// A tree, and its leaves as runs of blocks.
+// A tree, and its leaves as runs of packs.
 struct VariantTree {
   VariantTree(const Geometry& geometry, BinaryTree of_builder);
 
-  LeafBlocks leaves;
-  BinaryTree tree;  // its leaves name blocks
+  Leaves leaves;
+  BinaryTree tree;  // its leaves name packs
   float extent;
 };
 
@@ -316,21 +316,13 @@ template <TraversalOptions options, class Slab, class Nodes, class Observe = Obs
 Hit closest_by(const VariantTree& tree, const Nodes& nodes, const Ray& ray, Observe observe = {}) {
   if (tree.tree.nodes.empty() || !is_traceable(ray)) return {};
   Hit hit;
-  hit.t = ray.t_max;
-  const BlockRay block_ray(ray);
+  hit.t = farthest_hit(ray);
+  const LeafTest<false> test(tree.leaves, ray);
   CountNothing nothing;
-  const bool mixed = tree.leaves.mixed();
-  const auto leaf = [&](std::uint32_t first, std::uint32_t count) {
-    if (mixed)
-      tree.leaves.closest<true>(block_ray, {first, count}, hit, nothing);
-    else
-      tree.leaves.closest<false>(block_ray, {first, count}, hit, nothing);
-  };
+  const auto leaf = [&](std::uint32_t first, std::uint32_t count) { test(Leaves::Run{first, count}, hit, nothing); };
   Traversal<options, Slab, Nodes, Observe, decltype(leaf)>(nodes, ray, TraversalLimit(ray, tree.extent), hit.t, observe, leaf)
       .run(tree.tree.depth);
-  if (!hit) return {};
-  hit.instance = 0;
-  return hit;
+  return placed(hit);
 }
 
 }  // namespace etendue

@@ -1,6 +1,7 @@
 // A leaf of `bvh16`: up to sixteen triangles over up to sixteen different vertices, tested together by SIMD instructions
-// (wide_tests.inl). Neighbours in a mesh share vertices, so each is stored, and moved into the ray's space, once; the triangles
-// pick theirs by a permutation of lanes. Ids ascend. A needle has but its first corner, as in triangle_pack.h.
+// (pack_query.h). Neighbours in a mesh share vertices, so each is stored, and moved into the ray's space, once; the triangles
+// pick theirs by a permutation of lanes. Ids ascend. Needles are known by a bit each: only
+// where a ray meets one is the scalar test asked.
 #pragma once
 
 #include "framework/scene/geometry.h"
@@ -15,7 +16,7 @@ struct alignas(64) SharedPack {
 
   float vertices[3][slots];             // by axis
   std::uint8_t corners[3][lanes] = {};  // the slot of each triangle's first, second and third vertex
-  std::uint32_t count = 0;
+  std::uint32_t count = 0, needle_bits = 0;
   alignas(64) std::uint32_t ids[lanes];  // a line of its own, read for a hit only
 
   SharedPack();
@@ -25,8 +26,9 @@ struct alignas(64) SharedPack {
     const int slot = corners[corner][lane];
     return {vertices[0][slot], vertices[1][slot], vertices[2][slot]};
   }
-  void collapse_needles();  // when it is filled
+  void find_needles();  // when it is filled
   unsigned used() const { return (1u << count) - 1; }
+  unsigned needles() const { return needle_bits; }
 };
 
 }  // namespace etendue

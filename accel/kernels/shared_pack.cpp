@@ -1,7 +1,7 @@
-#include "accel/bvh/wide/shared_pack.h"
+#include "accel/kernels/shared_pack.h"
 
+#include "accel/kernels/triangle_test.h"
 #include "framework/core/check.h"
-#include "framework/scene/intersect.h"
 
 #include <algorithm>
 #include <array>
@@ -80,12 +80,12 @@ void SharedPack::fill(const Geometry& geometry, std::span<const std::uint32_t> t
   }
   for (std::uint32_t slot = 0; slot < set.size(); ++slot)
     for (int axis = 0; axis < 3; ++axis) vertices[axis][slot] = geometry.positions[set[slot]][axis];
-  collapse_needles();
+  find_needles();
 }
 
-void SharedPack::collapse_needles() {
+void SharedPack::find_needles() {
   for (int lane = 0; lane < static_cast<int>(count); ++lane)
-    if (is_needle(vertex(lane, 0), vertex(lane, 1), vertex(lane, 2))) corners[1][lane] = corners[2][lane] = corners[0][lane];
+    needle_bits |= static_cast<unsigned>(is_needle(vertex(lane, 0), vertex(lane, 1), vertex(lane, 2))) << lane;
 }
 
 }  // namespace etendue

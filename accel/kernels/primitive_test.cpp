@@ -1,4 +1,4 @@
-#include "framework/scene/intersect.h"
+#include "accel/kernels/primitive_test.h"
 
 #include "framework/scene/clearance.h"
 

@@ -1,6 +1,4 @@
-#include "accel/bvh/wide/triangle_pack.h"
-
-#include "framework/scene/intersect.h"
+#include "accel/kernels/triangle_pack.h"
 
 #include <algorithm>
 #include <limits>
@@ -9,7 +7,9 @@ namespace etendue {
 
 template <int width>
 TrianglePack<width>::TrianglePack() {
-  std::fill_n(&vertices[0][0][0], 9 * width, std::numeric_limits<float>::quiet_NaN());
+  // Of either sign, so that the edge functions' mostly differ and a lane does not count as one that the ray may meet.
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  for (int corner = 0; corner < 3; ++corner) std::fill_n(&vertices[corner][0][0], 3 * width, corner == 1 ? -nan : nan);
   std::fill_n(ids, width, no_id);
 }
 
@@ -19,13 +19,7 @@ void TrianglePack<width>::fill(const Geometry& geometry, std::span<const std::ui
   for (std::size_t lane = 0; lane < triangles.size(); ++lane) {
     ids[lane] = triangle_ids[lane];
     const uvec3& v = triangles[lane];
-    const vec3 &a = geometry.positions[v.x], &b = geometry.positions[v.y], &c = geometry.positions[v.z];
-    const bool needle = is_needle(a, b, c);
-    for (int axis = 0; axis < 3; ++axis) {
-      vertices[0][axis][lane] = a[axis];
-      vertices[1][axis][lane] = needle ? a[axis] : b[axis];
-      vertices[2][axis][lane] = needle ? a[axis] : c[axis];
-    }
+    set(lane, geometry.positions[v.x], geometry.positions[v.y], geometry.positions[v.z]);
   }
 }
 
