@@ -93,6 +93,37 @@ TEST(WideLayouts, EveryInstructionSetGivesTheBitsOfTheBinaryLayout) {
   }
 }
 
+// A few triangles on a lattice, so that rays meet their edges, with equal ones, needles and such as have no area; and spheres.
+Geometry few_primitives(Random& random, float scale) {
+  Geometry g;
+  const auto corner = [&] { return scale * (vec3(random.below(4), random.below(4), random.below(4)) / 2.0f - vec3(0.75f)); };
+  const std::uint32_t triangles = 1 + random.below(64);
+  while (g.triangles.size() < triangles) {
+    const vec3 a = corner(), b = corner();
+    add_triangle(g, a, b, random.below(10) == 0 ? b + scale * random.in_cube(1e-3f) : corner());
+    if (random.below(10) == 0) add_triangle(g, b, a, corner());
+    if (random.below(10) == 0) add_triangle(g, a, b, g.positions[g.triangles.back().z]);
+  }
+  for (std::uint32_t i = random.below(5); i > 0; --i) g.quadrics.push_back(Sphere{corner(), scale * random.between(0, 0.5f)});
+  return g;
+}
+
+// Batches are asked of all of a small geometry, a ray in each lane (small_geometry.h).
+TEST(WideLayouts, SmallGeometriesGiveTheBitsOfTheBinaryLayout) {
+  Random random(17);
+  for (int i = 0; i < 60; ++i) {
+    SCOPED_TRACE(i);
+    const Scene scene = scene_of(few_primitives(random, std::ldexp(1.0f, 10 * (i % 7 - 3))));
+    const Geometry& geometry = scene.objects[0].geometry;
+    const BinaryTree tree = build_binned_sah(build_items(geometry), {});
+    const Bvh binary(geometry, build_binned_sah(build_items(geometry), {}));
+    std::vector<Ray> rays = general_rays(scene, 301, i);
+    for (const Ray& ray : aimed_rays(scene, 301, i)) rays.push_back(ray);
+    ASSERT_NO_FATAL_FAILURE(expect_same_bits<Bvh8>(geometry, tree, binary, rays));
+    ASSERT_NO_FATAL_FAILURE(expect_same_bits<Bvh16>(geometry, tree, binary, rays));
+  }
+}
+
 // Two streams of shadow rays and more that meet something, and between them such as meet nothing and such as no ray may be.
 std::vector<Ray> rays_of_all_kinds(const Scene& scene) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();

@@ -2,6 +2,7 @@
 // set that is chosen as it is built (framework/core/isa.h).
 #pragma once
 
+#include "accel/bvh/wide/small_geometry.h"
 #include "accel/bvh/wide/wide_tree.h"
 #include "accel/kernels/box_test.h"
 #include "framework/core/isa.h"
@@ -17,6 +18,7 @@ struct WideView {
   const WideTree<node_width, Pack>& tree;
   const Geometry& geometry;
   float extent;  // largest_coordinate of the root's box
+  const SmallGeometry& small;
 };
 
 template <int node_width, class Pack>
@@ -62,7 +64,7 @@ class WideBvh {
   RayStructureStats stats() const {
     std::uint64_t references = tree_.list_ids.size();
     for (const Pack& pack : tree_.packs) references += Pack::lanes - std::count(pack.ids, pack.ids + Pack::lanes, no_id);
-    return {tree_.bytes(), tree_.nodes.size(), tree_.depth, references, tree_.sah_cost, layout_name};
+    return {tree_.bytes() + small_.bytes(), tree_.nodes.size(), tree_.depth, references, tree_.sah_cost, layout_name};
   }
 
  private:
@@ -70,9 +72,10 @@ class WideBvh {
       : geometry_(&geometry),
         tree_(std::move(wide)),
         kernels_(&wide_kernels<node_width, Pack>(isa)),
-        extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {}
+        extent_(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)),
+        small_(isa >= Isa::avx2 ? SmallGeometry(geometry) : SmallGeometry()) {}
 
-  WideView<node_width, Pack> view() const { return {tree_, *geometry_, extent_}; }
+  WideView<node_width, Pack> view() const { return {tree_, *geometry_, extent_, small_}; }
 
   static constexpr const char* layout_name = node_width == 4 ? "bvh4" : node_width == 8 ? "bvh8" : "bvh16";
 
@@ -80,6 +83,7 @@ class WideBvh {
   WideTree<node_width, Pack> tree_;
   const WideKernels<node_width, Pack>* kernels_;
   float extent_;
+  SmallGeometry small_;  // where batches are asked of all of it
 };
 
 using Bvh4 = WideBvh<4, TrianglePack<4>>;

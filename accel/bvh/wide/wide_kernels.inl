@@ -3,12 +3,24 @@
 
 #include "accel/bvh/wide/wide_batch.inl"
 
+#if defined(__AVX2__)
+#include "accel/bvh/wide/small_geometry.inl"
+#endif
+
 namespace etendue {
 namespace {
 
 // `answer(i, hit)` is called once for every ray. Without vectors nothing is gained by tracing rays together.
 template <class Simd, bool any_hit, int node_width, class Pack, class Answer>
 void trace_batch(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
+#if defined(__AVX2__)
+  if (!view.small.empty() && rays.size() >= widest_lanes / 2) {
+    for (std::size_t begin = 0; begin < rays.size(); begin += widest_lanes)
+      SmallGeometryQuery<any_hit>::run(view.small, view.geometry, rays.subspan(begin),
+                                       [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
+    return;
+  }
+#endif
   if constexpr (Simd::widest == 1) {
     for (std::size_t i = 0; i < rays.size(); ++i) answer(i, trace<Simd, any_hit>(view, rays[i], CountNothing()));
   } else {
