@@ -1,7 +1,7 @@
 // `etendue inspect`: what a scene holds, and what of the machinery it needs.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/kinds/claims/claim.h"
+#include "experiments/kinds/claims/measurement.h"
 #include "experiments/log/json_line.h"
 #include "framework/core/units.h"
 #include "framework/io/load_scene.h"

@@ -2,8 +2,8 @@
 #include "accel/bvh/dynamic/change_policy.h"
 #include "accel/registry.h"
 #include "experiments/command/commands.h"
-#include "experiments/kinds/claims/claim.h"
 #include "experiments/kinds/claims/claim_scenes.h"
+#include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/stress/stress_figures.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
@@ -64,7 +64,7 @@ Entries measurement_entries() {
   Entries entries;
   for (const Measurement& measurement : measurements())
     entries.push_back({measurement.name, measurement.summary, {}, measurement.quantities});
-  for (const ClaimScene& scene : claim_scenes()) entries.push_back({"claim:" + scene.name, scene.summary, scene.params});
+  for (const BuiltinScene& scene : claim_scenes()) entries.push_back({"claim:" + scene.name, scene.summary, scene.params});
   return entries;
 }
 

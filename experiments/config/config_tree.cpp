@@ -269,6 +269,11 @@ std::vector<std::string> read_names(const ConfigNode& node, const std::string& k
   return names;
 }
 
+const ConfigNode::Array& read_tables(const ConfigNode& node, const std::string& key) {
+  if (!node.array() || node.array()->empty()) wrong_type(node, key, fmt::format("[[{}]] tables", key));
+  return *node.array();
+}
+
 TableReader::TableReader(const ConfigNode& node, std::string owner) : node_(node), owner_(std::move(owner)) {
   if (!node.table()) wrong_type(node, owner_, "a table");
 }

@@ -64,6 +64,8 @@ bool read_flag(const ConfigNode& node, const std::string& key);
 // Names among `valid`, each once; `kind` is what an error calls them.
 std::vector<std::string> read_names(const ConfigNode& node, const std::string& key, const std::string& kind,
                                     const std::vector<std::string>& valid);
+// [[key]], at least one.
+const ConfigNode::Array& read_tables(const ConfigNode& node, const std::string& key);
 [[noreturn]] void wrong_type(const ConfigNode& node, const std::string& key, const std::string& expected);
 
 // Reads one table key by key; `finish` throws on the first key that was not read.

@@ -55,9 +55,4 @@ void refuse_old_key(const ConfigNode& table, const std::string& key, const std::
     throw Error(found->key_where, fmt::format("{}: spelt otherwise by now; expected {}", key, spelling));
 }
 
-const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key) {
-  if (const ConfigNode* node = reader.find(key)) return *node;
-  throw Error(table.where, fmt::format("{}: no {}", owner, key));
-}
-
 }  // namespace etendue

@@ -32,7 +32,4 @@ std::map<std::string, Expected> read_expectations(const ConfigNode& node, const 
 // Throws where the table has a key that is spelt otherwise by now, and names the new spelling.
 void refuse_old_key(const ConfigNode& table, const std::string& key, const std::string& spelling);
 
-// A key that must be there. Throws Error.
-const ConfigNode& required(TableReader& reader, const ConfigNode& table, const std::string& owner, const char* key);
-
 }  // namespace etendue

@@ -100,7 +100,7 @@ Prediction read_prediction(const ConfigNode& node, const PredictionContext& cont
   refuse_old_key(node, "expected", "expect = { ratio = … }");
   TableReader reader(node, "predictions");
   Prediction prediction;
-  const ConfigNode& method = required(reader, node, "predictions", "method");
+  const ConfigNode& method = reader.need("method");
   read_place(reader, context, prediction);
   std::size_t least = 1;
   if (const auto* over = reader.find("over")) {

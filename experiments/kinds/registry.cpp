@@ -1,11 +1,13 @@
 #include "experiments/kind.h"
-#include "experiments/kinds/animation/animation_kind.h"
-#include "experiments/kinds/claims/claims_kind.h"
-#include "experiments/kinds/images/images_kind.h"
-#include "experiments/kinds/search/search_kind.h"
-#include "experiments/kinds/stress/stress_kind.h"
 
 namespace etendue {
+
+// Each in the folder of its name.
+const ExperimentKind& animation_kind();
+const ExperimentKind& claims_kind();
+const ExperimentKind& images_kind();
+const ExperimentKind& search_kind();
+const ExperimentKind& stress_kind();
 
 namespace {
 

@@ -152,6 +152,10 @@ std::optional<double> value_at(const Curve& curve, double x) {
   return a > 0 && b > 0 ? a * std::pow(b / a, fraction) : a + fraction * (b - a);
 }
 
+double equality_between(double x0, double log_ratio0, double x1, double log_ratio1) {
+  return x0 * std::pow(x1 / x0, log_ratio0 / (log_ratio0 - log_ratio1));
+}
+
 std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y) {
   CHECK_EQ(x.size(), y.size());
   std::vector<double> log_x, log_y;

@@ -85,6 +85,9 @@ struct Curve {
 // Between the checkpoints around `x`, linear on log-log axes (linear in y where an end is not positive); nothing outside them.
 std::optional<double> value_at(const Curve& curve, double x);
 
+// Where the logarithm of a ratio, linear in log x between x0 and x1, is zero: the two have different signs there.
+double equality_between(double x0, double log_ratio0, double x1, double log_ratio1);
+
 // The least-squares slope of log y over log x, over points with y > 0; empty with fewer than two different x.
 std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y);
 

@@ -21,10 +21,11 @@ namespace etendue {
 
 namespace {
 
-const BuiltinScene& find_named(const std::string& name, const Location& where) {
+const BuiltinScene& find_named(std::span<const BuiltinScene> table, std::string_view prefix, const std::string& name,
+                               const Location& where) {
   std::vector<std::string> names;
-  for (const BuiltinScene& scene : builtin_scenes()) {
-    names.push_back(std::string(builtin_prefix) + scene.name);
+  for (const BuiltinScene& scene : table) {
+    names.push_back(std::string(prefix) + scene.name);
     if (names.back() == name) return scene;
   }
   throw Error(where, unknown_name("scene", name, names));
@@ -39,15 +40,16 @@ ParamValue parse_scene_param(const std::string& text, const Location& where) {
   return value;
 }
 
-struct NamedBuiltin {
+struct NamedScene {
   const BuiltinScene& scene;
   ParamMap params;
 };
 
-NamedBuiltin find_builtin(const std::string& name, const Location& where) {
+NamedScene find_scene(std::span<const BuiltinScene> table, std::string_view prefix, const std::string& name,
+                      const Location& where) {
   const std::size_t question = name.find('?');
   const std::string plain = name.substr(0, question);
-  NamedBuiltin found{find_named(plain, where), {}};
+  NamedScene found{find_named(table, prefix, plain, where), {}};
   if (question == std::string::npos) return found;
   if (!found.scene.make_with)
     throw Error(where, fmt::format("'{}': {} has no parameters; expected nothing behind its name", name, plain));
@@ -59,11 +61,6 @@ NamedBuiltin find_builtin(const std::string& name, const Location& where) {
     found.params[pair.substr(0, equals)] = parse_scene_param(pair.substr(equals + 1), where);
   }
   return found;
-}
-
-Scene make_builtin(const std::string& name, const Location& where) {
-  const NamedBuiltin found = find_builtin(name, where);
-  return found.params.empty() ? found.scene.make() : found.scene.make_with(found.params);
 }
 
 std::string extension_of(const std::string& path) {
@@ -96,13 +93,25 @@ bool is_scene_file(const std::string& path) {
   return extension == ".pbrt" ? has("WorldBegin") : has("<scene") && (has("<sensor") || has("<camera") || has("<include"));
 }
 
-void check_builtin(const std::string& name, const Location& where) {
-  const NamedBuiltin found = find_builtin(name, where);
+void check_scene_of(std::span<const BuiltinScene> table, std::string_view prefix, const std::string& name,
+                    const Location& where) {
+  const NamedScene found = find_scene(table, prefix, name, where);
   if (!found.params.empty()) found.scene.check(found.params);
 }
 
+Scene make_scene_of(std::span<const BuiltinScene> table, std::string_view prefix, const std::string& name,
+                    const Location& where) {
+  const NamedScene found = find_scene(table, prefix, name, where);
+  return found.params.empty() ? found.scene.make() : found.scene.make_with(found.params);
+}
+
+void check_builtin(const std::string& name, const Location& where) {
+  check_scene_of(builtin_scenes(), builtin_prefix, name, where);
+}
+
 Scene load_scene(const std::string& name, const Location& where, const SceneReading& reading) {
-  Scene scene = name.starts_with(builtin_prefix) ? make_builtin(name, where) : load_file(name, where, reading);
+  Scene scene = name.starts_with(builtin_prefix) ? make_scene_of(builtin_scenes(), builtin_prefix, name, where)
+                                                 : load_file(name, where, reading);
   scene.name = name;
   for (const std::string& warning : precision_warnings(scene)) scene.warnings.push_back(name + ": " + warning);
   return scene;

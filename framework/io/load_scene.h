@@ -33,4 +33,22 @@ inline constexpr std::string_view builtin_prefix = "builtin:";
 // A built-in scene's name, parameters included, without making it. Throws Error with the nearest names.
 void check_builtin(const std::string& name, const Location& where);
 
+// The same for scenes of another table, "PREFIX:NAME?key=value,…".
+Scene make_scene_of(std::span<const BuiltinScene> table, std::string_view prefix, const std::string& name,
+                    const Location& where);
+void check_scene_of(std::span<const BuiltinScene> table, std::string_view prefix, const std::string& name,
+                    const Location& where);
+
+// A row of such a table.
+template <class Params, Scene (*make)(const Params&)>
+BuiltinScene scene_with_params(std::string_view prefix, const char* name, const char* summary) {
+  const std::string owner = std::string(prefix) + name;
+  return {name,
+          summary,
+          [] { return make({}); },
+          list_params<Params>(),
+          [owner](const ParamMap& map) { read_params<Params>(map, owner); },
+          [owner](const ParamMap& map) { return make(read_params<Params>(map, owner)); }};
+}
+
 }  // namespace etendue

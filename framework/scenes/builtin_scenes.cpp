@@ -14,13 +14,7 @@ namespace {
 
 template <class Params, Scene (*make)(const Params&)>
 BuiltinScene with_params(const char* name, const char* summary) {
-  const std::string owner = std::string("builtin:") + name;
-  return {name,
-          summary,
-          [] { return make({}); },
-          list_params<Params>(),
-          [owner](const ParamMap& map) { read_params<Params>(map, owner); },
-          [owner](const ParamMap& map) { return make(read_params<Params>(map, owner)); }};
+  return scene_with_params<Params, make>(builtin_prefix, name, summary);
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // The variants that claims are measured on find what the product finds.
 #include "experiments/config/config.h"
 #include "experiments/kinds/claims/cache_model.h"
-#include "experiments/kinds/claims/claim.h"
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/claims_config.h"
+#include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/claims/naive_loop.h"
 #include "experiments/kinds/claims/task_shapes.h"
 #include "experiments/kinds/claims/traversal_variants.h"

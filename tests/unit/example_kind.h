@@ -5,14 +5,10 @@
 #pragma once
 
 #include "experiments/config/config_keys.h"
-#include "experiments/kind.h"
-#include "experiments/kinds/structures/accel_timing.h"
-#include "experiments/log/fields.h"
-#include "experiments/run/record_run.h"
+#include "experiments/kinds/record_kind.h"
+#include "experiments/kinds/timing.h"
 #include "framework/core/units.h"
 #include "framework/io/load_scene.h"
-
-#include <chrono>
 
 namespace etendue {
 
@@ -21,6 +17,8 @@ struct LoadingChoice final : KindChoice {
 };
 
 struct LoadingRecord final : KindRecord {
+  static constexpr const char* type = "loading";
+
   std::uint64_t triangles = 0;
   Measured load_s;
 
@@ -34,11 +32,11 @@ void list_fields(auto& f, FieldsOf<LoadingRecord> auto& r) {
   f.measured("load_s", r.load_s);
 }
 
-inline std::string LoadingRecord::line() const { return line_of("loading", *this); }
+inline std::string LoadingRecord::line() const { return line_of(type, *this); }
 
 class LoadingWork final : public RecordWork {
  public:
-  explicit LoadingWork(const RunPlan& plan) : plan_(plan) {}
+  LoadingWork(const RunPlan& plan, RunObserver&) : plan_(plan) {}
 
   std::unique_ptr<KindRecord> begin(const Cell&) override { return std::make_unique<LoadingRecord>(); }
 
@@ -47,9 +45,7 @@ class LoadingWork final : public RecordWork {
     const SceneChoice& scene = plan_.config.scenes[cell.scene];
     std::vector<double> times;
     for (int i = choice_of<LoadingChoice>(plan_.config).repetitions; i > 0; --i) {
-      const auto start = std::chrono::steady_clock::now();
-      record.triangles = load_scene(scene.path, scene.where).triangle_count();
-      times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+      times.push_back(seconds_of([&] { record.triangles = load_scene(scene.path, scene.where).triangle_count(); }));
       progress(1.0 / i, times.size());
     }
     record.load_s = summarise(times);
@@ -59,17 +55,17 @@ class LoadingWork final : public RecordWork {
   const RunPlan& plan_;
 };
 
-class LoadingKind final : public ExperimentKind {
+class LoadingKind final : public RecordKind<LoadingRecord, LoadingWork> {
  public:
+  LoadingKind() : RecordKind({"accels", "budget"}) {}
+
   std::vector<std::string> keys() const override { return {"loading"}; }
   std::string beside() const override { return "[loading], which renders nothing"; }
-  std::vector<std::string> useless() const override { return {"integrators", "accels", "budget", "metrics"}; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
     auto choice = std::make_shared<LoadingChoice>();
     TableReader reader(*find_key(root, "loading"), "loading");
-    if (const auto* n = reader.find("repetitions"))
-      choice->repetitions = static_cast<int>(read_whole(*n, "loading.repetitions", 1, 1000));
+    reader.whole("repetitions", choice->repetitions, 1, 1000);
     reader.finish();
     config.choice = choice;
     require_scenes(config);
@@ -77,15 +73,6 @@ class LoadingKind final : public ExperimentKind {
 
   std::vector<Cell> cells(const ExperimentConfig& config) const override { return make_matrix(config, {{"load", {}, {}}}); }
 
-  RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction&) const override {
-    LoadingWork work(plan);
-    return execute_records(plan, 1, observer, work);
-  }
-
-  std::string record_type() const override { return "loading"; }
-  std::shared_ptr<KindRecord> read_record(const Json& json) const override {
-    return std::make_shared<LoadingRecord>(read_value<LoadingRecord>(json));
-  }
   KindReport report(const RunLog& log) const override {
     Table table{"loading", "Scenes as they are read", {}, {}, {}, failed_cells<LoadingRecord>(log)};
     table.columns = {{"scene", "scene", false}, {"triangles", "triangles"}, {"load_s", "time"}};

@@ -3,35 +3,20 @@
 #include "accel/bvh/bvh.h"
 #include "accel/bvh/dynamic/dynamic_bvh.h"
 #include "accel/registry.h"
+#include "experiments/kinds/structures/accel_rays.h"
+#include "experiments/kinds/timing.h"
+#include "experiments/statistics/statistics.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
-#include "framework/core/sampling.h"
 #include "framework/scene/motion.h"
-#include "framework/transport/ray_tools.h"
 
 #include <fmt/format.h>
-#include <algorithm>
-#include <atomic>
-#include <chrono>
 
 namespace etendue {
 
 namespace {
 
 constexpr std::size_t ray_grain = 512;
-
-template <class Work>
-double seconds(const Work& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 class AnimationRunner {
  public:
@@ -40,7 +25,8 @@ class AnimationRunner {
     if (task.scene.has_instances())
       throw Error(fmt::format("{}: has instances; expected a scene of one object, whose primitives move", task.scene.name));
     if (geometry.primitive_count() == 0) throw Error(fmt::format("{}: nothing to move; expected primitives", task.scene.name));
-    motion_ = find_motion(task.motion.name, task.motion.where).make({geometry, task.frames, task.seed}, task.motion.params);
+    motion_ =
+        find_motion(task.motion.name, task.motion.where).make({geometry, task.choice.frames, task.seed}, task.motion.params);
     // Its own shading plays no part: one shape without attributes.
     scene_ = task.scene;
     scene_.objects[0] = {motion_->rest(), {}, {}, {{0, geometry.primitive_count(), 0, no_id, false, false, false}}, {}};
@@ -50,22 +36,22 @@ class AnimationRunner {
 
   AnimationRecord run() {
     record_.primitives = geometry().primitive_count();
-    for (const Method& policy : task_.policies) {
+    for (const Method& policy : task_.choice.policies) {
       const ChangePolicy change = find_change_policy(policy.name, policy.where).make(policy.params);
       record_.policies.emplace_back().policy = policy.label();
-      const double time = seconds([&] { trees_.push_back(std::make_unique<DynamicBvh>(geometry(), build_, change)); });
+      const double time = seconds_of([&] { trees_.push_back(std::make_unique<DynamicBvh>(geometry(), build_, change)); });
       record_.policies.back().update_s.push_back(time);
       record_.policies.back().rebuilt.push_back(1);
     }
     record_.changed.push_back(0);
     trace_frame(0);
-    for (int frame = 1; frame <= task_.frames; ++frame) {
+    for (int frame = 1; frame <= task_.choice.frames; ++frame) {
       if (task_.progress) task_.progress(frame);
       const std::vector<std::uint32_t> changed = motion_->pose(frame, geometry());
       record_.changed.push_back(share(changed.size()));
       for (std::size_t i = 0; i < trees_.size(); ++i) {
         TreeUpdate done;
-        record_.policies[i].update_s.push_back(seconds([&] { done = trees_[i]->update(changed); }));
+        record_.policies[i].update_s.push_back(seconds_of([&] { done = trees_[i]->update(changed); }));
         record_.policies[i].rebuilt.push_back(share(done.rebuilt));
       }
       trace_frame(frame);
@@ -83,9 +69,9 @@ class AnimationRunner {
     record_.rebuilt_sah_cost.push_back(anew.stats().sah_cost);
     record_rays(anew, frame);
     record_.rays.push_back(static_cast<double>(rays_.size()));
-    std::vector<std::vector<double>> times(trees_.size());
-    for (int repetition = 0; repetition < task_.repetitions; ++repetition)
-      for (std::size_t i = 0; i < trees_.size(); ++i) times[i].push_back(seconds([&] { trace(*trees_[i], hits_); }));
+    std::vector<TimedWork> tracing;
+    for (const auto& tree : trees_) tracing.push_back(timed([&] { trace(*tree, hits_); }));
+    const Times times = take_turns(tracing, task_.choice.repetitions);
     for (std::size_t i = 0; i < trees_.size(); ++i) {
       record_.policies[i].trace_s.push_back(median(times[i]));
       record_.policies[i].sah_cost.push_back(trees_[i]->stats().sah_cost);
@@ -103,7 +89,7 @@ class AnimationRunner {
 
   // Primary rays pixel by pixel, then a cosine-weighted bounce from each of their hits.
   void record_rays(const Bvh& anew, int frame) {
-    const int resolution = task_.resolution;
+    const int resolution = task_.choice.resolution;
     rays_.clear();
     std::vector<Ray> bounces;
     for (int y = 0; y < resolution; ++y)
@@ -113,19 +99,10 @@ class AnimationRunner {
         const vec2 film = vec2(x, y) + sampler.get_2d();
         const Ray ray = scene_.camera.ray(ivec2(resolution), film, sampler.get_2d());
         rays_.push_back(ray);
-        if (const Hit hit = anew.closest(ray)) bounces.push_back(bounce(ray, hit, sampler));
+        if (const Hit hit = anew.closest(ray)) bounces.push_back(cosine_bounce(scene_, ray, hit, sampler));
       }
     rays_.insert(rays_.end(), bounces.begin(), bounces.end());
     trace(anew, expected_);
-  }
-
-  Ray bounce(const Ray& ray, const Hit& hit, Sampler& sampler) const {
-    const SurfacePoint point = scene_.surface_at(ray, hit);
-    const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;
-    Ray next;
-    next.origin = ray_origin(point, normal);
-    next.direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(sampler.get_2d()));
-    return next;
   }
 
   const AnimationTask& task_;
@@ -143,12 +120,9 @@ class AnimationRunner {
 AnimationChoice read_animation(const ConfigNode& node) {
   TableReader reader(node, "dynamic");
   AnimationChoice choice;
-  const auto whole = [&](const char* key, int& value, std::int64_t low, std::int64_t high) {
-    if (const auto* n = reader.find(key)) value = static_cast<int>(read_whole(*n, std::string("dynamic.") + key, low, high));
-  };
-  whole("frames", choice.frames, 1, 1'000'000);
-  whole("resolution", choice.resolution, 1, 8192);
-  whole("repetitions", choice.repetitions, 1, 1000);
+  reader.whole("frames", choice.frames, 1, 1'000'000);
+  reader.whole("resolution", choice.resolution, 1, 8192);
+  reader.whole("repetitions", choice.repetitions, 1, 1000);
   const auto names = [](const auto& entries) {
     std::vector<Method> methods;
     for (const auto& entry : entries) methods.push_back({entry.name, {}, {}});

@@ -1,14 +1,7 @@
-// Experiments on change over time: scenes that move, and what keeps a ray structure up to date while they do.
-//
-//   [dynamic]
-//   frames       beyond the rest position; default 100
-//   resolution   of the frame that is traced: primary rays, and a bounce from each hit; default 128
-//   repetitions  of tracing a frame, of which the median counts; default 3
-//   motions      names or tables { name, parameters… } (framework/scene/motion.h); default wave, twist, explode and scatter
-//   policies     names or tables (accel/bvh/dynamic/change_policy.h); default refit, rebuild and hybrid
-//
-// `accels` are then the builders. A cell is one (scene, builder, motion, seed). Its policies take turns in each frame, so that
-// a machine that slows down slows all of them.
+// Experiments on change over time, [dynamic]: scenes that move, and what keeps a ray structure up to date while they do
+// (docs/experiment-file.md has the keys; motions are framework/scene/motion.h's, policies accel/bvh/dynamic/change_policy.h's).
+// A cell is one (scene, builder, motion, seed). Its policies take turns in each frame, so that a machine that slows down slows
+// all of them.
 #pragma once
 
 #include "experiments/config/config.h"
@@ -35,8 +28,7 @@ struct AnimationTask {
   const Scene& scene;
   const Method& builder;
   const Method& motion;
-  const std::vector<Method>& policies;
-  int frames = 1, resolution = 1, repetitions = 1;
+  const AnimationChoice& choice;
   std::uint64_t seed = 1;
   int threads = 1;  // that update and trace
   std::function<void(int frame)> progress = {};

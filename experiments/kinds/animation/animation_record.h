@@ -21,6 +21,8 @@ struct PolicyRecord {
 
 // The cell's "integrator" is the motion, its "accel" the builder.
 struct AnimationRecord final : KindRecord {
+  static constexpr const char* type = "animation";
+
   std::uint64_t primitives = 0;
   std::vector<double> rays;              // of each frame
   std::vector<double> changed;           // primitives that moved since the frame before, in primitives of the scene
@@ -29,8 +31,5 @@ struct AnimationRecord final : KindRecord {
 
   std::string line() const override;
 };
-
-// Throws what the JSON library throws.
-AnimationRecord read_animation_record(const Json& json);
 
 }  // namespace etendue

@@ -20,6 +20,8 @@ struct ClaimFigure {
 
 // The cell is (scene, measurement, "claim-01", seed).
 struct ClaimRecord : KindRecord {
+  static constexpr const char* type = "claim";
+
   int id = 0;
   std::string claim, source, claimed;
   std::string reading;  // how the claim's words became intervals, and what else a reader must know
@@ -29,8 +31,5 @@ struct ClaimRecord : KindRecord {
 
   std::string line() const override;
 };
-
-// Throws what the JSON library throws.
-ClaimRecord read_claim_record(const Json& json);
 
 }  // namespace etendue

@@ -1,7 +1,6 @@
 #include "experiments/kinds/claims/claim_scenes.h"
 
 #include "framework/core/rng.h"
-#include "framework/io/load_scene.h"
 #include "framework/io/whole_file.h"
 #include "framework/scenes/meshes.h"
 
@@ -39,8 +38,8 @@ MeshData lone_triangle(const vec3& centre, float radius, Random& random) {
 }
 
 // A floor, an area light above it and a view of both.
-SceneBuilder furnished(const std::string& name) {
-  SceneBuilder b(name);
+SceneBuilder furnished() {
+  SceneBuilder b("furnished");
   const std::uint32_t grey = b.material(Diffuse{Rgb(0.6f)});
   b.mesh(quad({-span, 0, span}, {span, 0, span}, {span, 0, -span}, {-span, 0, -span}), grey);
   b.mesh(quad({-2, 8, -2}, {2, 8, -2}, {2, 8, 2}, {-2, 8, 2}), grey, Rgb(20));
@@ -60,8 +59,10 @@ void describe(Visitor& v, CountParams& p) {
 enum class Strewn : std::uint8_t { spheres, cylinders, triangles, all };
 
 // Sizes fall with the number, so that the floor is about as full in any case; within one scene they vary eightfold.
-Scene strewn(const std::string& name, Strewn what, int count) {
-  SceneBuilder b = furnished(name);
+template <Strewn what>
+Scene strewn(const CountParams& params) {
+  const int count = params.count;
+  SceneBuilder b = furnished();
   const std::uint32_t material = b.material(Diffuse{Rgb(0.7f, 0.5f, 0.3f)});
   Random random(1);
   const float size = std::min(1.0f, 6 / std::cbrt(static_cast<float>(count)));
@@ -98,8 +99,8 @@ void describe(Visitor& v, ModelsParams& p) {
   v.number("distance", p.distance, 0.5, 100, "times", "of the eye, from where the mesh fills a fifth of the image");
 }
 
-Scene models(const std::string& name, const ModelsParams& params) {
-  SceneBuilder b(name);
+Scene models(const ModelsParams& params) {
+  SceneBuilder b("models");
   const std::uint32_t grey = b.material(Diffuse{Rgb(0.6f)});
   const float floor = span * std::max(1.0f, params.distance);
   b.mesh(quad({-floor, 0, floor}, {floor, 0, floor}, {floor, 0, -floor}, {-floor, 0, -floor}), grey);
@@ -137,8 +138,8 @@ MeshData bar(int triangles) {
   return mesh;
 }
 
-Scene bars(const std::string& name, const BarsParams& params) {
-  Scene scene = furnished(name).finish();
+Scene bars(const BarsParams& params) {
+  Scene scene = furnished().finish();
   const MeshData mesh = bar(params.triangles);
   Object& object = scene.objects.emplace_back();
   object.geometry.positions = mesh.positions;
@@ -153,66 +154,34 @@ Scene bars(const std::string& name, const BarsParams& params) {
   return scene;
 }
 
-// "key=value,…" behind the question mark.
-ParamMap parse_params(const std::string& name, const Location& where) {
-  ParamMap params;
-  const std::size_t question = name.find('?');
-  for (std::size_t begin = question; begin != std::string::npos && begin < name.size();) {
-    const std::size_t end = std::min(name.find(',', begin + 1), name.size());
-    const std::string pair = name.substr(begin + 1, end - begin - 1);
-    const std::size_t equals = pair.find('=');
-    if (equals == std::string::npos)
-      throw Error(where, fmt::format("'{}': '{}': expected key=value, as in claim:spheres?count=500", name, pair));
-    params[pair.substr(0, equals)] = parse_param_value(pair.substr(equals + 1), where);
-    begin = end;
-  }
-  return params;
-}
-
-template <class Params, class Make>
-ClaimScene scene_entry(const char* name, const char* summary, const Make& make) {
-  return {name, summary, list_params<Params>(),
-          [](const std::string& whole, const ParamMap& map) { read_params<Params>(map, whole); },
-          [make](const std::string& whole, const ParamMap& map) { return make(whole, read_params<Params>(map, whole)); }};
-}
-
-ClaimScene strewn_entry(const char* name, const char* summary, Strewn what) {
-  return scene_entry<CountParams>(
-      name, summary, [what](const std::string& whole, const CountParams& params) { return strewn(whole, what, params.count); });
-}
-
-const ClaimScene& find_claim_scene(const std::string& name, const Location& where) {
-  const std::string kind = name.substr(prefix.size(), name.find('?') - prefix.size());
-  std::vector<std::string> names;
-  for (const ClaimScene& scene : claim_scenes()) {
-    if (scene.name == kind) return scene;
-    names.push_back(scene.name);
-  }
-  throw Error(where, unknown_name("scene", kind, names));
-}
+template <class Params, Scene (*make)(const Params&)>
+constexpr auto entry = scene_with_params<Params, make>;
 
 }  // namespace
 
-std::span<const ClaimScene> claim_scenes() {
-  static const std::vector<ClaimScene> scenes{
-      strewn_entry("spheres", "few triangles, many spheres: a floor, a light, spheres of unequal size strewn over it",
-                   Strewn::spheres),
-      strewn_entry("cylinders", "the same with capped cylinders, turned at random", Strewn::cylinders),
-      strewn_entry("triangles", "the same with single triangles", Strewn::triangles),
-      strewn_entry("objects", "the same with all three and boxes in turn: what a student's ray tracer is shown", Strewn::all),
-      scene_entry<ModelsParams>("models", "a mesh on show, spheres about it, point lights", models),
-      scene_entry<BarsParams>("bars", "instances of a bar ten times as long as thick, turned at random", bars)};
+std::span<const BuiltinScene> claim_scenes() {
+  static const BuiltinScene scenes[] = {
+      entry<CountParams, strewn<Strewn::spheres>>(
+          prefix, "spheres", "few triangles, many spheres: a floor, a light, spheres of unequal size strewn over it"),
+      entry<CountParams, strewn<Strewn::cylinders>>(prefix, "cylinders", "the same with capped cylinders, turned at random"),
+      entry<CountParams, strewn<Strewn::triangles>>(prefix, "triangles", "the same with single triangles"),
+      entry<CountParams, strewn<Strewn::all>>(
+          prefix, "objects", "the same with all three and boxes in turn: what a student's ray tracer is shown"),
+      entry<ModelsParams, models>(prefix, "models", "a mesh on show, spheres about it, point lights"),
+      entry<BarsParams, bars>(prefix, "bars", "instances of a bar ten times as long as thick, turned at random")};
   return scenes;
 }
 
 Scene load_claim_scene(const std::string& name, const SceneReading& reading) {
   if (!name.starts_with(prefix)) return load_scene(name, {"command line"}, reading);
-  return find_claim_scene(name, {name}).make(name, parse_params(name, {name}));
+  Scene scene = make_scene_of(claim_scenes(), prefix, name, {name});
+  scene.name = name;
+  return scene;
 }
 
 void check_claim_scene(const std::string& name, const Location& where) {
   if (name.starts_with(prefix))
-    find_claim_scene(name, where).check(name, parse_params(name, where));
+    check_scene_of(claim_scenes(), prefix, name, where);
   else if (name.starts_with(builtin_prefix))
     check_builtin(name, where);
   else if (!is_file(name))

@@ -1,20 +1,9 @@
-// The part of an experiment that names claims.
-//
-//   timing  { resolution, repetitions, large }: see ClaimsChoice
-//   [[claims]]
-//   id, claim, source, claimed   as the source has them
-//   reading                      how the words became intervals, and what else a reader must know; optional
-//   [[claims.measures]]
-//   name    of a measurement (claim.h)
-//   scenes  as load_claim_scene takes them
-//   expect  { quantity = [low, high], … }: what judges (expected.h); the measurement's other figures stand beside
-//   large   true: left out where timing.large is false
-//
-// A cell is one (claim, measurement, scene).
+// The part of an experiment that names claims: [[claims]] with their measures, and timing (docs/experiment-file.md has the
+// keys). A cell is one (claim, measurement, scene).
 #pragma once
 
 #include "experiments/config/config.h"
-#include "experiments/kinds/claims/claim.h"
+#include "experiments/kinds/claims/measurement.h"
 
 #include <map>
 
@@ -29,8 +18,8 @@ struct ClaimMeasure {
 
 struct Claim {
   int id = 0;
-  std::string claim, source, claimed, reading;
-  std::vector<ClaimMeasure> measures;
+  std::string claim, source, claimed, reading = {};
+  std::vector<ClaimMeasure> measures = {};
 };
 
 struct ClaimsChoice final : KindChoice {

@@ -1,23 +1,23 @@
-#include "experiments/kinds/claims/claims_kind.h"
-
+#include "experiments/kinds/claims/claim_fields.h"
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/claims_config.h"
 #include "experiments/kinds/claims/claims_report.h"
-#include "experiments/run/record_run.h"
-#include "framework/core/check.h"
+#include "experiments/kinds/record_kind.h"
 #include "framework/core/parallel.h"
 #include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
-#include <map>
 
 namespace etendue {
+
+void list_fields(auto& f, FieldsOf<ClaimRecord> auto& r) { list_claim_fields(f, r); }
+std::string ClaimRecord::line() const { return line_of(type, *this); }
 
 namespace {
 
 class ClaimsWork final : public RecordWork {
  public:
-  explicit ClaimsWork(const RunPlan& plan)
+  ClaimsWork(const RunPlan& plan, RunObserver&)
       : choice_(choice_of<ClaimsChoice>(plan.config)), threads_(plan.threads), reading_(plan.reading) {}
 
   void remember(const KindRecord& remembered) override {
@@ -28,7 +28,7 @@ class ClaimsWork final : public RecordWork {
   }
 
   std::optional<SceneState> scene(const Cell& cell) override {
-    const std::string& name = choice_.rows[cell.integrator].measures[cell.accel].scenes[cell.scene];
+    const std::string& name = measure_of(cell).scenes[cell.scene];
     if (!is_file(name)) return std::nullopt;
     return SceneState{name, name, load_claim_scene(name).hash()};
   }
@@ -44,8 +44,8 @@ class ClaimsWork final : public RecordWork {
     return record;
   }
 
-  void fill(const Cell& cell, KindRecord& record, RunDirectory&, const Progress& progress) override {
-    const ClaimMeasure& measure = choice_.rows[cell.integrator].measures[cell.accel];
+  void fill(const Cell& cell, KindRecord& filled, RunDirectory&, const Progress& progress) override {
+    const ClaimMeasure& measure = measure_of(cell);
     const Measurement& measurement = *measure.measurement;
     const MeasureTask task{measure.scenes[cell.scene],
                            choice_.resolution,
@@ -62,26 +62,21 @@ class ClaimsWork final : public RecordWork {
       disagreements_ += result.disagreements;
       known = results_.emplace(std::pair{measurement.name, task.scene}, std::move(result)).first;
     }
-    fill(static_cast<ClaimRecord&>(record), measure, known->second);
+    auto& record = static_cast<ClaimRecord&>(filled);
+    record.remarks = known->second.remarks;
+    record.disagreements = known->second.disagreements;
+    for (const auto& [name, value] : known->second.figures) {
+      const Quantity& quantity = *measurement.quantity(name);
+      const auto expected = measure.expect.find(name);
+      const bool judged = expected != measure.expect.end();
+      record.figures.push_back({name, quantity.text, quantity.kind, value, judged, judged ? expected->second : Expected{}});
+    }
   }
 
   std::uint64_t disagreements() const override { return disagreements_; }
 
  private:
-  static void fill(ClaimRecord& record, const ClaimMeasure& measure, const MeasureResult& result) {
-    for (const auto& [name, value] : result.figures) {
-      const Quantity* quantity = measure.measurement->quantity(name);
-      CHECK(quantity != nullptr);
-      ClaimFigure figure{name, quantity->text, quantity->kind, value};
-      if (const auto found = measure.expect.find(name); found != measure.expect.end()) {
-        figure.judged = true;
-        figure.expected = found->second;
-      }
-      record.figures.push_back(std::move(figure));
-    }
-    record.remarks = result.remarks;
-    record.disagreements = result.disagreements;
-  }
+  const ClaimMeasure& measure_of(const Cell& cell) const { return choice_.rows[cell.integrator].measures[cell.accel]; }
 
   const ClaimsChoice& choice_;
   int threads_;
@@ -90,14 +85,12 @@ class ClaimsWork final : public RecordWork {
   std::map<std::pair<std::string, std::string>, MeasureResult> results_;  // by measurement and scene
 };
 
-class ClaimsKind final : public ExperimentKind {
+class ClaimsKind final : public RecordKind<ClaimRecord, ClaimsWork> {
  public:
+  ClaimsKind() : RecordKind({"scenes", "accels", "seeds", "budget", "resolution"}) {}
+
   std::vector<std::string> keys() const override { return {"claims"}; }
   std::vector<std::string> companions() const override { return {"timing"}; }
-  std::vector<std::string> useless() const override {
-    return {"scenes",    "accels",  "integrators", "seeds",      "structures", "budget",
-            "reference", "metrics", "confidence",  "resolution", "regions",    "predictions"};
-  }
   std::string beside() const override { return "[[claims]], which name what they measure"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
@@ -129,15 +122,6 @@ class ClaimsKind final : public ExperimentKind {
     return fmt::format("{} repetitions, about {}² rays of a kind", choice.repetitions, choice.resolution);
   }
 
-  RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction&) const override {
-    ClaimsWork work(plan);
-    return execute_records(plan, plan.threads, observer, work);
-  }
-
-  std::string record_type() const override { return "claim"; }
-  std::shared_ptr<KindRecord> read_record(const Json& json) const override {
-    return std::make_shared<ClaimRecord>(read_claim_record(json));
-  }
   KindReport report(const RunLog& log) const override { return claims_report(log); }
   std::string summary(const RunLog& log) const override { return claims_summary(log); }
 };

@@ -1,6 +1,6 @@
 // Which tree: claims about builders. All trees are traversed alike, in the `binary` layout; where it matters in `bvh16` too.
 #include "experiments/kinds/claims/claim_scenes.h"
-#include "experiments/kinds/claims/measure_tools.h"
+#include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/claims/naive_loop.h"
 #include "experiments/statistics/statistics.h"
 
@@ -10,60 +10,16 @@ namespace etendue {
 
 namespace {
 
-struct Candidate {
-  std::string name;
-  ParamMap params;
-};
-
-// Every candidate over the scene, and the seconds they take for its rays, in turns.
-Times trace_times(const MeasureTask& task, const Scene& scene, const std::vector<Candidate>& candidates) {
-  const ClaimRays rays = record_claim_rays(scene, task.resolution);
-  std::vector<std::unique_ptr<RayQuery>> structures;
-  std::vector<std::function<void()>> works;
-  for (const Candidate& candidate : candidates) {
-    structures.push_back(make_structure(scene, candidate.name, candidate.params));
-    works.push_back([&rays, structure = structures.back().get()] { trace_rays(*structure, rays); });
-  }
-  return take_turns(task, works);
+void measure_builders(Trial& t) {
+  t.race_structures(t.record_rays());
+  const auto wide = [&](const std::string& name) { return t.ratio(name + " layout=bvh16", "sah layout=bvh16").median; };
+  t.remark(
+      fmt::format("{} in the bvh16 layout: median {:.2f}×, midpoint {:.2f}×.", t.task.scene, wide("median"), wide("midpoint")));
 }
 
-MeasureResult measure_builders(const MeasureTask& task) {
-  const ParamMap wide = text_param("layout", "bvh16");
-  const Times times = trace_times(task, load_claim_scene(task.scene, task.reading),
-                                  {{"sah", {}},
-                                   {"median", {}},
-                                   {"midpoint", {}},
-                                   {"median-round-robin", {}},
-                                   {"sah", wide},
-                                   {"median", wide},
-                                   {"midpoint", wide}});
-  MeasureResult result;
-  result.add("median", ratio_of(times[1], times[0]));
-  result.add("midpoint", ratio_of(times[2], times[0]));
-  result.add("median_round_robin", ratio_of(times[3], times[0]));
-  result.add("median_wide", ratio_of(times[5], times[4]));
-  result.add("midpoint_wide", ratio_of(times[6], times[4]));
-  result.remarks.push_back(fmt::format("{} in the bvh16 layout: median {:.2f}×, midpoint {:.2f}×.", task.scene,
-                                       ratio_of(times[5], times[4]).median, ratio_of(times[6], times[4]).median));
-  return result;
-}
-
-MeasureResult measure_bins(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene, task.reading);
-  constexpr int bins[] = {16, 4, 8, 32, 128};
-  std::vector<Candidate> candidates;
-  for (const int count : bins) candidates.push_back({"binned-sah", whole_param("bins", count)});
-  candidates.push_back({"sah", {}});
-  const Times times = trace_times(task, scene, candidates);
-  MeasureResult result;
-  result.add("gain_from_4", ratio_of(times[1], times[0]));
-  result.add("gain_from_8", ratio_of(times[2], times[0]));
-  result.add("gain_of_32", ratio_of(times[0], times[3]));
-  result.add("gain_of_128", ratio_of(times[0], times[4]));
-  result.add("gain_of_all_cuts", ratio_of(times[0], times[5]));
-  const auto cost = [&](const Candidate& c) { return make_structure(scene, c.name, c.params)->stats().sah_cost; };
-  result.add("cost_of_16", cost(candidates[0]) / cost(candidates[5]));
-  return result;
+void measure_bins(Trial& t) {
+  t.race_structures(t.record_rays());
+  t.count("cost_of_16", t.make("binned-sah bins=16").stats().sah_cost / t.make("sah").stats().sah_cost);
 }
 
 // Builds and traces one frame of the scene with more and more objects: from how many on does the one take less than the other?
@@ -74,26 +30,24 @@ struct Crossing {
 };
 
 Crossing last_crossing(const std::vector<double>& sizes, const std::vector<double>& ratio) {
-  for (std::size_t i = sizes.size() - 1; i > 0; --i) {
-    if (!(ratio[i] < 1) || ratio[i - 1] < 1) {
-      if (!(ratio[i] < 1)) break;
-      continue;
-    }
-    const double share = std::log(ratio[i - 1]) / (std::log(ratio[i - 1]) - std::log(ratio[i]));
-    return {sizes[i - 1] * std::pow(sizes[i] / sizes[i - 1], share), true};
+  for (std::size_t i = sizes.size() - 1; i > 0 && ratio[i] < 1; --i) {
+    if (ratio[i - 1] < 1) continue;
+    return {equality_between(sizes[i - 1], std::log(ratio[i - 1]), sizes[i], std::log(ratio[i])), true};
   }
   return {ratio.back() < 1 ? sizes.front() : sizes.back(), ratio.back() < 1};
 }
 
-// `work(scene, rays)` gives the seconds of the challenger and of the champion.
-template <class Work>
-Measured crossing(const MeasureTask& task, const std::vector<double>& sizes, const Work& work, MeasureResult& result) {
-  const std::size_t rounds = static_cast<std::size_t>(task.repetitions);
-  std::vector<std::vector<double>> ratio(rounds);
+// `works(scene, rays)` gives the challenger and the champion.
+template <class Works>
+void count_crossing(Trial& t, const char* quantity, const std::vector<double>& sizes, const Works& works) {
+  std::vector<std::vector<double>> ratio(static_cast<std::size_t>(t.task.repetitions));
   for (const double size : sizes) {
-    const Scene scene = load_claim_scene(fmt::format("{}?count={}", task.scene, size), task.reading);
-    const Times times = work(scene, record_claim_rays(scene, std::max(8, task.resolution / 2)));
-    for (std::size_t r = 0; r < rounds; ++r) ratio[r].push_back(times[0][r] / times[1][r]);
+    MeasureTask sized = t.task;
+    sized.scene = fmt::format("{}?count={}", t.task.scene, size);
+    const Trial of_size(sized, {});
+    const TrialRays rays = of_size.record_rays(std::max(8, t.task.resolution / 2));
+    const Times times = take_turns(works(of_size.scene, rays), t.task.repetitions, t.task.progress);
+    for (std::size_t r = 0; r < ratio.size(); ++r) ratio[r].push_back(times[0][r] / times[1][r]);
   }
   std::vector<double> at;
   bool beyond = false;
@@ -102,98 +56,88 @@ Measured crossing(const MeasureTask& task, const std::vector<double>& sizes, con
     at.push_back(crossing.at);
     beyond = beyond || !crossing.found;
   }
-  if (beyond)
-    result.remarks.push_back(
-        fmt::format("In some repetitions not even with the most tried ({}): counted as there.", sizes.back()));
+  if (beyond) t.remark(fmt::format("In some repetitions not even with the most tried ({}): counted as there.", sizes.back()));
   if (median(at) == sizes.front())
-    result.remarks.push_back(fmt::format("With the fewest objects tried ({}) it is ahead already.", sizes.front()));
-  return summarise(at);
+    t.remark(fmt::format("With the fewest objects tried ({}) it is ahead already.", sizes.front()));
+  t.count(quantity, summarise(at));
 }
 
-MeasureResult measure_worth(const MeasureTask& task) {
-  MeasureResult result;
-  const auto frame = [&](const Scene& scene, const ClaimRays& rays) {
-    const auto with = [&](const char* name) { return [&, name] { trace_rays(*make_structure(scene, name), rays); }; };
-    return take_turns(task, {with("sah"), with("median")});
-  };
-  result.add("worth_from", crossing(task, {4, 8, 16, 32, 64, 128, 256, 512}, frame, result));
-  return result;
+void measure_worth(Trial& t) {
+  count_crossing(t, "worth_from", {4, 8, 16, 32, 64, 128, 256, 512}, [](const Scene& scene, const TrialRays& rays) {
+    const auto frame = [&](const char* name) {
+      return timed([&scene, &rays, name] { trace_rays(*find_ray_structure(name, {}).make(scene, {}), rays); });
+    };
+    return std::vector{frame("sah"), frame("median")};
+  });
 }
 
-MeasureResult measure_brute(const MeasureTask& task) {
-  MeasureResult result;
+void measure_brute(Trial& t) {
   const std::vector<double> sizes{1, 2, 4, 8, 16, 32, 64, 128, 256};
   // `make` gives brute force and tree.
   const auto against = [&](const auto& make) {
-    return [&](const Scene& scene, const ClaimRays& rays) {
-      const auto structures = make(scene);
-      const auto& brute = structures.first;
-      const auto& tree = structures.second;
-      result.disagreements +=
-          count_disagreements(*make_structure(scene, "sah"), rays.closest, [&](const Ray& ray) { return brute->closest(ray); });
-      return take_turns(task, {tracing(rays.closest, [&](const Ray& ray) { return tree->closest(ray); }),
-                               tracing(rays.closest, [&](const Ray& ray) { return brute->closest(ray); })});
+    return [&](const Scene& scene, const TrialRays& rays) {
+      auto made = make(scene);
+      const auto brute = [held = std::move(made.first)](const Ray& ray) { return held->closest(ray); };
+      const auto tree = [held = std::move(made.second)](const Ray& ray) { return held->closest(ray); };
+      t.hold_to(*find_ray_structure("sah", {}).make(scene, {}), rays.closest, brute);
+      return std::vector{tracing(rays.closest, tree), tracing(rays.closest, brute)};
     };
   };
   const auto scalar = [](const Scene& scene) {
     const Geometry& geometry = scene.objects[0].geometry;
-    return std::pair{std::make_unique<NaiveLoop>(scene, false),
-                     std::make_unique<NaiveTree>(geometry, find_ray_structure("binned-sah", {}).tree(geometry, {}))};
+    return std::pair{std::make_shared<NaiveLoop>(scene, false),
+                     std::make_shared<NaiveTree>(geometry, find_ray_structure("binned-sah", {}).tree(geometry, {}))};
   };
   const auto product = [](const Scene& scene) {
-    return std::pair{make_structure(scene, "brute"), make_structure(scene, "binned-sah")};
+    const auto make = [&](const char* name) { return std::shared_ptr<RayQuery>(find_ray_structure(name, {}).make(scene, {})); };
+    return std::pair{make("brute"), make("binned-sah")};
   };
-  result.add("viable_below", crossing(task, sizes, against(scalar), result));
-  result.add("viable_below_simd", crossing(task, sizes, against(product), result));
-  return result;
+  count_crossing(t, "viable_below", sizes, against(scalar));
+  count_crossing(t, "viable_below_simd", sizes, against(product));
 }
 
-MeasureResult measure_build(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene, task.reading);
-  const auto with = [&](const char* name) { return [&, name] { keep_answer(make_structure(scene, name)); }; };
-  const Times times = take_turns(task, {with("sah"), with("binned-sah"), with("median")});
-  MeasureResult result;
-  result.add("full_sweep", summarise(times[0]));
-  result.add("binned", summarise(times[1]));
-  result.add("median", summarise(times[2]));
-  return result;
+void measure_build(Trial& t) {
+  std::vector<Contender> contenders;
+  for (const std::string& name : t.works())
+    contenders.push_back({name, timed([&] { keep_answer(find_ray_structure(name, {}).make(t.scene, {})); })});
+  t.race(contenders);
 }
 
 }  // namespace
 
 std::vector<Measurement> builder_measurements() {
-  constexpr auto factor = FigureKind::factor;
+  constexpr auto factor = FigureKind::factor, plain = FigureKind::plain, time = FigureKind::time;
   return {{"builders",
            "time for the same rays, over that in the tree by full-sweep SAH",
-           {{"median", factor, "median over SAH"},
-            {"midpoint", factor, "midpoint over SAH"},
-            {"median_round_robin", factor, "median on a rotating axis over SAH"},
-            {"median_wide", factor, "median over SAH in the bvh16 layout"},
-            {"midpoint_wide", factor, "midpoint over SAH in the bvh16 layout"}},
+           {{"median", factor, "median over SAH", "median", "sah"},
+            {"midpoint", factor, "midpoint over SAH", "midpoint", "sah"},
+            {"median_round_robin", factor, "median on a rotating axis over SAH", "median-round-robin", "sah"},
+            {"median_wide", factor, "median over SAH in the bvh16 layout", "median layout=bvh16", "sah layout=bvh16"},
+            {"midpoint_wide", factor, "midpoint over SAH in the bvh16 layout", "midpoint layout=bvh16", "sah layout=bvh16"}},
            measure_builders},
           {"bins",
            "what more bins spare",
-           {{"gain_from_4", factor, "4 bins over 16"},
-            {"gain_from_8", factor, "8 bins over 16"},
-            {"gain_of_32", factor, "16 bins over 32"},
-            {"gain_of_128", factor, "16 bins over 128"},
-            {"gain_of_all_cuts", factor, "16 bins over the full sweep"},
+           {{"gain_from_4", factor, "4 bins over 16", "binned-sah bins=4", "binned-sah bins=16"},
+            {"gain_from_8", factor, "8 bins over 16", "binned-sah bins=8", "binned-sah bins=16"},
+            {"gain_of_32", factor, "16 bins over 32", "binned-sah bins=16", "binned-sah bins=32"},
+            {"gain_of_128", factor, "16 bins over 128", "binned-sah bins=16", "binned-sah bins=128"},
+            {"gain_of_all_cuts", factor, "16 bins over the full sweep", "binned-sah bins=16", "sah"},
             {"cost_of_16", factor, "SAH cost of 16 bins over the full sweep's"}},
            measure_bins},
           {"sah-worth",
            "objects from which on building by full-sweep SAH and tracing a frame takes less than with the median",
-           {{"worth_from", FigureKind::plain, "objects from which on SAH pays"}},
+           {{"worth_from", plain, "objects from which on SAH pays"}},
            measure_worth},
           {"brute-force",
            "objects from which on a tree traces faster than brute force",
-           {{"viable_below", FigureKind::plain, "objects below which brute force is faster"},
-            {"viable_below_simd", FigureKind::plain, "the same with four triangles and two boxes at once"}},
+           {{"viable_below", plain, "objects below which brute force is faster"},
+            {"viable_below_simd", plain, "the same with four triangles and two boxes at once"}},
            measure_brute},
           {"build-time",
            "seconds on one thread",
-           {{"full_sweep", FigureKind::time, "full-sweep SAH"},
-            {"binned", FigureKind::time, "binned SAH"},
-            {"median", FigureKind::time, "median"}},
+           {{"full_sweep", time, "full-sweep SAH", "sah"},
+            {"binned", time, "binned SAH", "binned-sah"},
+            {"median", time, "median", "median"}},
            measure_build}};
 }
 

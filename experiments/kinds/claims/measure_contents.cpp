@@ -5,18 +5,14 @@
 // second level above the first, a faint light makes each vertex choose. A scene that has the thing already gives no figure for
 // it.
 #include "experiments/config/method.h"
-#include "experiments/kinds/claims/claim_scenes.h"
-#include "experiments/kinds/claims/measure_tools.h"
+#include "experiments/kinds/claims/measurement.h"
 #include "experiments/run/run_cell.h"
 
-#include <ctime>
 #include <map>
 
 namespace etendue {
 
 namespace {
-
-using FigureKind::factor;
 
 // A thing that a scene may hold.
 struct Content {
@@ -24,8 +20,11 @@ struct Content {
   const char* text;
   bool (*held)(const SceneNeeds& needs);
   void (*add)(Scene& scene);
-  const char* method = "path";  // whose time it costs
+  const char* method = "path";  // whose time it costs, in images
 };
+
+// What takes no thing in.
+std::string bare_name(const std::string& method) { return "bare " + method; }
 
 // Below what the bounds hold, by a hundredth of their diagonal.
 vec3 beneath(const Bounds& bounds) {
@@ -130,9 +129,6 @@ const Content in_images[] = {
     {"specular", "photon map, a tiny mirror ball, hence a caustic map, over none",
      [](const SceneNeeds& n) { return n.caustic_map; }, add_mirror, "photon-map"}};
 
-// Seconds of this process: what else the machine does at the time is left out. All that is timed here runs on one thread.
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
 std::vector<const Content*> absent(std::span<const Content> contents, const SceneNeeds& needs) {
   std::vector<const Content*> kept;
   for (const Content& content : contents)
@@ -149,31 +145,27 @@ bool agree(const Scene& scene, const Hit& bare, const Hit& with) {
   return is_added(scene, with) || (bare.t == with.t && bare.primitive == with.primitive);
 }
 
-MeasureResult measure_in_rays(const MeasureTask& task) {
-  const Scene bare = load_claim_scene(task.scene, task.reading);
-  const ClaimRays rays = record_claim_rays(bare, task.resolution);
-  const std::vector<const Content*> contents = absent(in_rays, scene_needs(bare));
-  const Method accel = default_accel();
-  std::vector<Scene> scenes{bare};  // all of them before the structures, which refer to them
+// The bare scene, and beside it one with each content that it lacks.
+std::vector<Scene> scenes_of(const Scene& bare, const std::vector<const Content*>& contents) {
+  std::vector<Scene> scenes{bare};
   for (const Content* content : contents) content->add(scenes.emplace_back(bare));
+  return scenes;
+}
+
+void measure_in_rays(Trial& t) {
+  const TrialRays rays = t.record_rays();
+  const std::vector<const Content*> contents = absent(in_rays, scene_needs(t.scene));
+  const std::vector<Scene> scenes = scenes_of(t.scene, contents);
+  const Method accel = default_accel();
   std::vector<std::unique_ptr<RayQuery>> structures;
-  for (const Scene& scene : scenes) structures.push_back(make_structure(scene, accel.name, accel.params));
-  MeasureResult result;
-  for (const auto& structure : structures)
-    for (const Ray& ray : rays.closest)
-      result.disagreements += !agree(bare, structures[0]->closest(ray), structure->closest(ray));
-  std::vector<std::vector<double>> seconds(structures.size());
-  for (int repetition = 0; repetition < task.repetitions; ++repetition) {
-    for (std::size_t turn = 0; turn < structures.size(); ++turn) {
-      const std::size_t i = (turn + static_cast<std::size_t>(repetition)) % structures.size();  // none is always first
-      const double begin = cpu_seconds();
-      trace_rays(*structures[i], rays);
-      seconds[i].push_back(cpu_seconds() - begin);
-    }
-    task.progress((repetition + 1.0) / task.repetitions);
+  std::vector<Contender> contenders;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    structures.push_back(find_ray_structure(accel.name, {}).make(scenes[i], accel.params));
+    const RayQuery &bare = *structures.front(), &with = *structures.back();
+    for (const Ray& ray : rays.closest) t.disagree(!agree(t.scene, bare.closest(ray), with.closest(ray)));
+    contenders.push_back({i == 0 ? bare_name("path") : contents[i - 1]->name, tracing_all(with, rays, Clock::cpu)});
   }
-  for (std::size_t i = 0; i < contents.size(); ++i) result.add(contents[i]->name, ratio_of(seconds[i + 1], seconds[0]));
-  return result;
+  t.race(contenders);
 }
 
 // The time of a few iterations and of what prepares them, without the building of the ray structure.
@@ -184,38 +176,32 @@ double render_seconds(const Scene& scene, const std::string& method, const Measu
   const Method accel = default_accel(), integrator{method, {}, {}};
   CellTask cell{scene, needs, accel, integrator, task.seed, ivec2(task.resolution), budget, 1};
   double begin = 0, end = 0;
-  cell.before_prepare = [&](Integrator&, RenderContext&) { begin = cpu_seconds(); };
-  cell.finished = [&](Integrator&, RenderContext&, const CellResult&) { end = cpu_seconds(); };
+  cell.before_prepare = [&](Integrator&, RenderContext&) { begin = now_s(Clock::cpu); };
+  cell.finished = [&](Integrator&, RenderContext&, const CellResult&) { end = now_s(Clock::cpu); };
   run_cell(cell);
   return end - begin;
 }
 
-MeasureResult measure_in_images(const MeasureTask& task) {
-  const Scene bare = load_claim_scene(task.scene, task.reading);
-  MeasureResult result;
-  const std::vector<const Content*> contents = absent(in_images, scene_needs(bare));
-  std::vector<Scene> scenes;
-  for (const Content* content : contents) content->add(scenes.emplace_back(bare));
-  std::map<std::string, std::vector<double>> without;  // by method
-  std::vector<std::vector<double>> with(contents.size());
-  for (int repetition = 0; repetition < task.repetitions; ++repetition) {
-    for (const Content* content : contents) without[content->method];
-    const auto bare_ones = [&] {
-      for (auto& [method, seconds] : without) seconds.push_back(render_seconds(bare, method, task));
-    };
-    if (repetition % 2 == 0) bare_ones();
-    for (std::size_t i = 0; i < contents.size(); ++i) with[i].push_back(render_seconds(scenes[i], contents[i]->method, task));
-    if (repetition % 2 == 1) bare_ones();
-    task.progress((repetition + 1.0) / task.repetitions);
+void measure_in_images(Trial& t) {
+  const std::vector<const Content*> contents = absent(in_images, scene_needs(t.scene));
+  const std::vector<Scene> scenes = scenes_of(t.scene, contents);
+  std::map<std::string, Contender> contenders;  // by name
+  const auto add = [&](const std::string& name, const Scene& scene, const std::string& method) {
+    contenders[name] = {name, [&scene, &t, method] { return render_seconds(scene, method, t.task); }};
+  };
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    add(contents[i]->name, scenes[i + 1], contents[i]->method);
+    add(bare_name(contents[i]->method), t.scene, contents[i]->method);
   }
-  for (std::size_t i = 0; i < contents.size(); ++i)
-    result.add(contents[i]->name, ratio_of(with[i], without[contents[i]->method]));
-  return result;
+  std::vector<Contender> all;
+  for (const auto& [name, contender] : contenders) all.push_back(contender);
+  t.race(all);
 }
 
 std::vector<Quantity> quantities_of(std::span<const Content> contents) {
   std::vector<Quantity> quantities;
-  for (const Content& content : contents) quantities.push_back({content.name, factor, content.text});
+  for (const Content& content : contents)
+    quantities.push_back({content.name, FigureKind::factor, content.text, content.name, bare_name(content.method)});
   return quantities;
 }
 

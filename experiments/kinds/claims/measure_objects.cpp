@@ -1,116 +1,72 @@
 // Tests of single objects: claims about boxes before cylinders, and about rotated objects.
 #include "accel/scene/two_level.h"
 #include "accel/spatial/brute_force.h"
-#include "experiments/kinds/claims/claim_scenes.h"
-#include "experiments/kinds/claims/measure_tools.h"
-#include "experiments/kinds/claims/traversal_variants.h"
+#include "experiments/kinds/claims/measurement.h"
+#include "experiments/kinds/claims/naive_loop.h"
 
 namespace etendue {
 
 namespace {
 
-using FigureKind::factor;
-
-// A list takes each of them past every object: few will do.
-std::vector<Ray> some_rays(const Scene& scene, int resolution) {
-  return every_nth(record_claim_rays(scene, resolution).closest, 16384);
-}
+// A list takes each ray past every object: few will do.
+std::vector<Ray> some_rays(const Trial& t) { return every_nth(t.record_rays().closest, 16384); }
 
 // --- a box before each quadric ---
 
-BuildItems quadric_items(const Geometry& geometry) {
-  BuildItems items;
-  for (auto id = static_cast<std::uint32_t>(geometry.triangles.size()); id < geometry.primitive_count(); ++id)
-    items.push_back({geometry.primitive_bounds(id), id});
-  return items;
-}
-
-// Every quadric of a geometry (triangles are left out), with its box tested first or not.
+// Every quadric of a scene (its triangles are left out), with its box tested first or not.
 class Quadrics {
  public:
-  explicit Quadrics(const Geometry& geometry)
-      : geometry_(geometry),
-        items_(quadric_items(geometry)),
-        tree_(find_ray_structure("binned-sah", {}).builder({})(items_)),
-        nodes_(tree_),
-        extent_(items_.empty() ? 0 : largest_coordinate(tree_.nodes[0].bounds)) {
+  explicit Quadrics(const Geometry& all) : geometry_{{}, {}, all.quadrics} {
+    for (std::uint32_t id = 0; id < geometry_.primitive_count(); ++id) items_.push_back({geometry_.primitive_bounds(id), id});
     if (items_.empty()) throw Error("no quadric in the scene; expected cylinders or spheres");
+    tree_.emplace(geometry_, find_ray_structure("binned-sah", {}).builder({})(items_));
   }
+
+  const Geometry& geometry() const { return geometry_; }
 
   // One after another.
   template <bool boxed>
   Hit in_a_list(const Ray& ray) const {
-    return closest<boxed>(ray, [&](const auto& test, const float&, const TraversalLimit&) {
-      for (const BuildItem& item : items_) test(item.id);
+    const ScalarSlab slab(ray);
+    return closest_of(ray, tree_->extent(), [&](Hit& hit, const TraversalLimit& limit) {
+      for (const BuildItem& item : items_)
+        if (is_met<boxed>(slab, item.id, limit, hit.t)) intersect_primitive(geometry_, item.id, ray, {}, hit);
     });
   }
   // In the leaves of a tree.
   template <bool boxed>
   Hit in_a_tree(const Ray& ray) const {
-    return closest<boxed>(ray, [&](const auto& test, const float& t_best, const TraversalLimit& limit) {
-      const auto leaf = [&](std::uint32_t first, std::uint32_t count) {
-        for (std::uint32_t i = first; i < first + count; ++i) test(tree_.primitives[i]);
-      };
-      Traversal<TraversalOptions{}, ScalarSlab, PackedNodes, ObserveNothing, decltype(leaf)>(nodes_, ray, limit, t_best, {},
-                                                                                             leaf)
-          .run(tree_.depth);
-    });
+    const ScalarSlab slab(ray);
+    return tree_->closest<TraversalOptions{}, ScalarSlab>(
+        ray,
+        [&](std::uint32_t id, const TraversalLimit& limit, float t_best) { return is_met<boxed>(slab, id, limit, t_best); });
   }
-  Geometry alone() const { return {{}, {}, geometry_.quadrics}; }
-  std::uint32_t first_id() const { return static_cast<std::uint32_t>(geometry_.triangles.size()); }
 
  private:
-  template <bool boxed, class Visit>
-  Hit closest(const Ray& ray, const Visit& visit) const {
-    if (!is_traceable(ray)) return {};
-    Hit hit;
-    hit.t = ray.t_max;
-    const ScalarSlab slab(ray);
-    const TraversalLimit limit(ray, extent_);
-    const auto test = [&](std::uint32_t id) {
-      if constexpr (boxed) {
-        if (slab.entry(items_[id - first_id()].bounds, limit(hit.t)) == infinity) return;
-      }
-      float t;
-      vec2 uv;
-      if (!intersect_quadric(ray, geometry_.quadric(id), hit.t, t, uv) || !closer(t, id, hit)) return;
-      hit.t = t;
-      hit.uv = uv;
-      hit.primitive = id;
-    };
-    visit(test, hit.t, limit);
-    if (!hit) return {};
-    hit.instance = 0;
-    hit.primitive -= first_id();
-    return hit;
+  template <bool boxed>
+  bool is_met(const ScalarSlab& slab, std::uint32_t id, const TraversalLimit& limit, float t_best) const {
+    return !boxed || slab.entry(items_[id].bounds, limit(t_best)) < infinity;
   }
 
-  const Geometry& geometry_;
-  BuildItems items_;
-  BinaryTree tree_;
-  PackedNodes nodes_;
-  float extent_;
+  Geometry geometry_;
+  BuildItems items_;  // by id
+  std::optional<NaiveTree> tree_;
 };
 
-MeasureResult measure_cylinders(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene, task.reading);
-  const Quadrics quadrics(scene.objects[0].geometry);
-  const std::vector<Ray> rays = some_rays(scene, task.resolution);
+void measure_cylinders(Trial& t) {
+  const Quadrics quadrics(t.scene.objects[0].geometry);
+  const std::vector<Ray> rays = some_rays(t);
   Scene alone;
-  alone.objects[0].geometry = quadrics.alone();
-  const auto product = make_structure(alone, "binned-sah");
-  MeasureResult result;
-  const auto work = [&](const auto& closest) {
-    result.disagreements += count_disagreements(*product, rays, closest);
-    return tracing(rays, closest);
+  alone.objects[0].geometry = quadrics.geometry();
+  const auto product = find_ray_structure("binned-sah", {}).make(alone, {});
+  const auto entry = [&](const char* name, const auto& closest) {
+    t.hold_to(*product, rays, closest);
+    return Contender{name, tracing(rays, closest)};
   };
-  const Times times = take_turns(task, {work([&](const Ray& r) { return quadrics.in_a_list<false>(r); }),
-                                        work([&](const Ray& r) { return quadrics.in_a_list<true>(r); }),
-                                        work([&](const Ray& r) { return quadrics.in_a_tree<false>(r); }),
-                                        work([&](const Ray& r) { return quadrics.in_a_tree<true>(r); })});
-  result.add("list", ratio_of(times[0], times[1]));
-  result.add("tree", ratio_of(times[2], times[3]));
-  return result;
+  t.race({entry("list", [&](const Ray& r) { return quadrics.in_a_list<false>(r); }),
+          entry("list boxed", [&](const Ray& r) { return quadrics.in_a_list<true>(r); }),
+          entry("tree", [&](const Ray& r) { return quadrics.in_a_tree<false>(r); }),
+          entry("tree boxed", [&](const Ray& r) { return quadrics.in_a_tree<true>(r); })});
 }
 
 // --- rotated objects ---
@@ -163,37 +119,34 @@ class RotatedList {
   float extent_ = 0;
 };
 
-MeasureResult measure_rotated(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene, task.reading);
-  const RotatedList list(scene);
-  const std::vector<Ray> rays = some_rays(scene, task.resolution);
-  const auto product = make_structure(scene, "binned-sah");
-  MeasureResult result;
+void measure_rotated(Trial& t) {
+  const RotatedList list(t.scene);
+  const std::vector<Ray> rays = some_rays(t);
+  const RayQuery& product = t.make("binned-sah");
   std::uint64_t around = 0, inside = 0, ignored = 0;
-  result.disagreements += count_disagreements(*product, rays, [&](const Ray& r) { return list.closest<true>(r, around); });
-  result.disagreements += count_disagreements(*product, rays, [&](const Ray& r) { return list.closest<false>(r, inside); });
-  const Times times = take_turns(task, {tracing(rays, [&](const Ray& r) { return list.closest<true>(r, ignored); }),
-                                        tracing(rays, [&](const Ray& r) { return list.closest<false>(r, ignored); }),
-                                        tracing(rays, [&](const Ray& r) { return product->closest(r); })});
-  result.add("object_space", ratio_of(times[0], times[1]));
-  result.add("entered", inside > 0 ? static_cast<double>(around) / static_cast<double>(inside) : 0);
-  result.add("both", ratio_of(times[1], times[2]));
-  return result;
+  t.hold_to(product, rays, [&](const Ray& r) { return list.closest<true>(r, around); });
+  t.hold_to(product, rays, [&](const Ray& r) { return list.closest<false>(r, inside); });
+  t.race({{"world box", tracing(rays, [&](const Ray& r) { return list.closest<true>(r, ignored); })},
+          {"own box", tracing(rays, [&](const Ray& r) { return list.closest<false>(r, ignored); })},
+          {"product", tracing(rays, [&](const Ray& r) { return product.closest(r); })}});
+  t.count("entered", inside > 0 ? static_cast<double>(around) / static_cast<double>(inside) : 0);
 }
 
 }  // namespace
 
 std::vector<Measurement> object_measurements() {
+  constexpr auto factor = FigureKind::factor;
   return {{"cylinders",
            "time without a box before each cylinder over that with one",
-           {{"list", factor, "no box over box, all cylinders in a list"},
-            {"tree", factor, "no box over box, in the leaves of a tree"}},
+           {{"list", factor, "no box over box, all cylinders in a list", "list", "list boxed"},
+            {"tree", factor, "no box over box, in the leaves of a tree", "tree", "tree boxed"}},
            measure_cylinders},
           {"rotated",
            "time with a world-space box around each rotated object over that with the ray in object space first",
-           {{"object_space", factor, "box around the rotated object over ray in object space"},
+           {{"object_space", factor, "box around the rotated object over ray in object space", "world box", "own box"},
             {"entered", factor, "objects entered, box around the rotated object over its own"},
-            {"both", factor, "ray in object space over a tree of world boxes above it, as the product has it"}},
+            {"both", factor, "ray in object space over a tree of world boxes above it, as the product has it", "own box",
+             "product"}},
            measure_rotated}};
 }
 

@@ -3,8 +3,8 @@
 // Directions: a path tracer over diffuse surfaces alone, that draws them uniformly over the hemisphere (density 1 / 2 pi) or by
 // the cosine (density cos / pi). Both are unbiased, so that variance times time is the whole story, and no reference is needed.
 // Caches: the product's integrators, within the harness's own budget loop.
-#include "experiments/kinds/claims/claim_scenes.h"
-#include "experiments/kinds/claims/measure_tools.h"
+#include "experiments/kinds/claims/measurement.h"
+#include "experiments/kinds/structures/stage.h"
 #include "experiments/run/reference.h"
 #include "experiments/run/run_cell.h"
 #include "experiments/statistics/statistics.h"
@@ -18,8 +18,6 @@ namespace etendue {
 
 namespace {
 
-using FigureKind::factor;
-
 enum class Directions : std::uint8_t { uniform, cosine };
 
 class DiffusePaths {
@@ -27,24 +25,24 @@ class DiffusePaths {
   // With `sample_lights` direct light is sampled at the lights; else directions must find them.
   DiffusePaths(const Scene& scene, bool sample_lights)
       : scene_(scene),
-        needs_(scene_needs(scene)),
         sample_lights_(sample_lights),
-        rays_(make_structure(scene, "binned-sah")),
-        lights_(scene),
-        context_{scene, needs_, *rays_, lights_, 0, {}, phases_, {}, {}} {}
+        rays_(find_ray_structure("binned-sah", {}).make(scene, {})),
+        stage_(scene, *rays_, ivec2(0), 0) {}
 
   Rgb radiance(Ray ray, Directions directions, Sampler& sampler) const {
     constexpr int longest = 6;
+    const RenderContext& context = stage_.context();
     Rgb sum(0), throughput(1);
     for (int depth = 0;; ++depth) {
-      const Hit hit = trace(context_, ray);
+      const Hit hit = trace(context, ray);
       if (!hit) return sum;
       const SurfacePoint point = scene_.surface_at(ray, hit);
-      if (point.light != no_id && (depth == 0 || !sample_lights_)) sum += throughput * lights_.emitted(point, -ray.direction);
+      if (point.light != no_id && (depth == 0 || !sample_lights_))
+        sum += throughput * context.lights.emitted(point, -ray.direction);
       if (depth == longest) return sum;
       const Bsdf bsdf(scene_, point);
       if (!bsdf.is_diffuse()) throw Error("a surface that is not diffuse; expected diffuse surfaces alone");
-      if (sample_lights_) sum += throughput * direct_light(context_, point, bsdf, -ray.direction, sampler, MisMode::light);
+      if (sample_lights_) sum += throughput * direct_light(context, point, bsdf, -ray.direction, sampler, MisMode::light);
       const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;
       const vec2 u = sampler.get_2d();
       const vec3 local = directions == Directions::cosine ? sample_cosine_hemisphere(u) : sample_cone(u, 0);
@@ -57,12 +55,9 @@ class DiffusePaths {
 
  private:
   const Scene& scene_;
-  SceneNeeds needs_;
   bool sample_lights_;
   std::unique_ptr<RayQuery> rays_;
-  LightSampler lights_;
-  mutable PhaseTimes phases_;
-  RenderContext context_;
+  Stage stage_;
 };
 
 // What an image by one of the two has: the mean over pixels of the luminance and of its variance per sample, and its time.
@@ -98,28 +93,25 @@ Noise render_noise(const DiffusePaths& paths, const Scene& scene, Directions dir
   return noise;
 }
 
-MeasureResult measure_directions(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene, task.reading);
-  MeasureResult result;
-  const int resolution = std::max(32, task.resolution / 2);
-  for (const auto& [name, sample_lights] : {std::pair{"indirect", true}, std::pair{"all_light", false}}) {
-    const DiffusePaths paths(scene, sample_lights);
+void measure_directions(Trial& t) {
+  const int resolution = std::max(32, t.task.resolution / 2);
+  for (const auto& [name, sample_lights] : {std::pair<std::string, bool>{"indirect", true}, {"all_light", false}}) {
+    const DiffusePaths paths(t.scene, sample_lights);
     std::vector<double> efficiency, variance;
-    for (int repetition = 0; repetition < task.repetitions; ++repetition) {
-      const auto seed = task.seed + static_cast<std::uint64_t>(repetition);
-      const Noise uniform = render_noise(paths, scene, Directions::uniform, resolution, seed);
-      const Noise cosine = render_noise(paths, scene, Directions::cosine, resolution, seed + 1'000'000);
+    for (int repetition = 0; repetition < t.task.repetitions; ++repetition) {
+      const auto seed = t.task.seed + static_cast<std::uint64_t>(repetition);
+      const Noise uniform = render_noise(paths, t.scene, Directions::uniform, resolution, seed);
+      const Noise cosine = render_noise(paths, t.scene, Directions::cosine, resolution, seed + 1'000'000);
       efficiency.push_back(uniform.variance * uniform.seconds / (cosine.variance * cosine.seconds));
       variance.push_back(uniform.variance / cosine.variance);
       // Both are estimates of one value: six standard deviations apart they are not.
       const double spread = std::sqrt(uniform.mean_variance + cosine.mean_variance);
-      result.disagreements += std::abs(uniform.mean - cosine.mean) > 6 * spread;
-      task.progress((repetition + 1.0) / task.repetitions);
+      t.disagree(std::abs(uniform.mean - cosine.mean) > 6 * spread);
+      t.task.progress((repetition + 1.0) / t.task.repetitions);
     }
-    result.add(name, summarise(efficiency));
-    result.add(fmt::format("{}_variance", name).c_str(), summarise(variance));
+    t.count(name, summarise(efficiency));
+    t.count(name + "_variance", summarise(variance));
   }
-  return result;
 }
 
 // --- caches ---
@@ -143,36 +135,26 @@ Curve error_curve(const std::vector<CheckpointRecord>& checkpoints, bool against
   return curve;
 }
 
-MeasureResult measure_cache(const MeasureTask& task) {
-  const Scene scene = load_claim_scene(task.scene, task.reading);
-  const SceneNeeds needs = scene_needs(scene);
+void measure_cache(Trial& t) {
+  const SceneNeeds needs = scene_needs(t.scene);
   const ivec2 resolution(96);
   const auto ignore = [](const std::string&) {};
   const Reference reference =
-      make_reference({scene, needs, task.scene, resolution, {}, 1, ignore, ignore}, ReferenceCache::standard(""));
+      make_reference({t.scene, needs, t.task.scene, resolution, {}, 1, ignore, ignore}, ReferenceCache::standard(""));
   if (!reference.failure.empty()) throw Error(reference.failure);
-  const double seconds = 0.012 * task.resolution;  // 3 s at 256
   Budget budget;
-  budget.time_s = seconds;
-  const Method accel{"binned-sah", text_param("layout", "bvh16"), {}}, path{"path", {}, {}},
-      cache{"irradiance-cache", whole_param("samples", 256), {}};
-  MeasureResult result;
+  budget.time_s = 0.012 * t.task.resolution;  // 3 s at 256
+  const Method accel{"binned-sah", params_of("layout=bvh16"), {}}, path{"path", {}, {}},
+      cache{"irradiance-cache", params_of("samples=256"), {}};
   std::vector<double> lead, last, rays;
   bool censored = false;
-  const int rounds = std::max(1, task.repetitions / 3);
+  const int rounds = std::max(1, t.task.repetitions / 3);
   for (int round = 0; round < rounds; ++round) {
     const auto run = [&](const Method& method) {
-      return run_cell({scene,
-                       needs,
-                       accel,
-                       method,
-                       task.seed + static_cast<std::uint64_t>(round),
-                       resolution,
-                       budget,
-                       1,
-                       &reference.rendered.image,
-                       {"relmse"}})
-          .checkpoints;
+      CellTask task{t.scene, needs, accel, method, t.task.seed + static_cast<std::uint64_t>(round), resolution, budget};
+      task.reference = &reference.rendered.image;
+      task.metrics = {"relmse"};
+      return run_cell(task).checkpoints;
     };
     const auto of_path = run(path), of_cache = run(cache);
     const Curve path_error = error_curve(of_path, false), cache_error = error_curve(of_cache, false);
@@ -190,22 +172,22 @@ MeasureResult measure_cache(const MeasureTask& task) {
     const Arrival arrival = time_to(error_curve(of_path, true), cache_error.y[at]);
     censored = censored || arrival.kind == Arrival::Kind::never;
     rays.push_back(arrival.time / error_curve(of_cache, true).x[at]);
-    task.progress((round + 1.0) / rounds);
+    t.task.progress((round + 1.0) / rounds);
   }
-  result.add("lead", summarise(lead));
-  result.add("at_end", summarise(last));
-  result.add("rays_spared", summarise(rays));
-  result.remarks.push_back(fmt::format(
-      "{}: 96 x 96, one thread, {:.2g} s. The cache's bias stays while path tracing's error falls on, so that the ratio "
-      "depends "
-      "on the time{}.",
-      task.scene, seconds, censored ? "; path tracing never reached the cache's error: rays spared are a lower bound" : ""));
-  return result;
+  t.count("lead", summarise(lead));
+  t.count("at_end", summarise(last));
+  t.count("rays_spared", summarise(rays));
+  t.remark(
+      fmt::format("{}: 96 x 96, one thread, {:.2g} s. The cache's bias stays while path tracing's error falls on, so that "
+                  "the ratio depends on the time{}.",
+                  t.task.scene, *budget.time_s,
+                  censored ? "; path tracing never reached the cache's error: rays spared are a lower bound" : ""));
 }
 
 }  // namespace
 
 std::vector<Measurement> sampling_measurements() {
+  constexpr auto factor = FigureKind::factor;
   return {{"directions",
            "variance times time with uniform directions over that with cosine-distributed ones",
            {{"indirect", factor, "lights sampled, variance x time, uniform over cosine"},

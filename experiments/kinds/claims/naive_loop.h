@@ -1,5 +1,6 @@
-// Ray tracing without a structure: scalar tests of one primitive after another, or, with boxes, only of the meshes whose box
-// the ray meets. The product's `brute` and `bounds` test four triangles at once; the sources' did not.
+// Ray tracing without a structure, or with a plain one: scalar tests of one primitive after another; or only of the meshes
+// whose box the ray meets; or of the leaves of a binary tree. The product's `brute` and `bounds` test four triangles at once;
+// the sources' did not.
 #pragma once
 
 #include "experiments/kinds/claims/traversal_variants.h"
@@ -32,20 +33,15 @@ class NaiveLoop {
   };
 
   Hit nearest(const Ray& ray, bool any) const {
-    if (!is_traceable(ray)) return {};
-    Hit hit;
-    hit.t = ray.t_max;
-    const SlabRay slab(ray);
+    const ScalarSlab slab(ray);
     const TriangleRay shear(ray.direction);
-    const TraversalLimit limit(ray, extent_);
-    for (const Mesh& mesh : meshes_) {
-      if (boxes_ && box_interval(slab, mesh.bounds, limit(hit.t)).empty()) continue;
-      for (const std::uint32_t id : mesh.ids)
-        if (intersect_primitive(geometry_, id, ray, shear, hit) && any) return hit;
-    }
-    if (!hit) return {};
-    hit.instance = 0;
-    return hit;
+    return closest_of(ray, extent_, [&](Hit& hit, const TraversalLimit& limit) {
+      for (const Mesh& mesh : meshes_) {
+        if (boxes_ && slab.entry(mesh.bounds, limit(hit.t)) == infinity) continue;
+        for (const std::uint32_t id : mesh.ids)
+          if (intersect_primitive(geometry_, id, ray, shear, hit) && any) return;
+      }
+    });
   }
 
   const Geometry& geometry_;
@@ -54,7 +50,7 @@ class NaiveLoop {
   std::vector<Mesh> meshes_;
 };
 
-// A simple tree: recursive traversal, one box and one primitive at a time. For closest hits.
+// A tree whose leaves' primitives are tested one by one. For closest hits.
 class NaiveTree {
  public:
   NaiveTree(const Geometry& geometry, BinaryTree tree)
@@ -63,23 +59,28 @@ class NaiveTree {
         nodes_(tree_),
         extent_(tree_.nodes.empty() ? 0 : largest_coordinate(tree_.nodes[0].bounds)) {}
 
+  // As lecture notes have it: recursion, one box at a time.
   Hit closest(const Ray& ray) const {
-    if (tree_.nodes.empty() || !is_traceable(ray)) return {};
-    Hit hit;
-    hit.t = ray.t_max;
-    const TriangleRay shear(ray.direction);
-    const auto leaf = [&](std::uint32_t first, std::uint32_t count) {
-      for (std::uint32_t i = first; i < first + count; ++i)
-        intersect_primitive(geometry_, tree_.primitives[i], ray, shear, hit);
-    };
-    constexpr TraversalOptions recursive{TraversalForm::recursive, true, true};
-    Traversal<recursive, LoopSlab, PackedNodes, ObserveNothing, decltype(leaf)>(nodes_, ray, TraversalLimit(ray, extent_),
-                                                                                hit.t, {}, leaf)
-        .run(tree_.depth);
-    if (!hit) return {};
-    hit.instance = 0;
-    return hit;
+    return closest<TraversalOptions{TraversalForm::recursive, true, true}, LoopSlab>(
+        ray, [](std::uint32_t, const TraversalLimit&, float) { return true; });
   }
+
+  // Only of the primitives for which wanted(id, limit, t_best) holds.
+  template <TraversalOptions options, class Slab, class Wanted>
+  Hit closest(const Ray& ray, const Wanted& wanted) const {
+    if (tree_.nodes.empty()) return {};
+    const TriangleRay shear(ray.direction);
+    return closest_of(ray, extent_, [&](Hit& hit, const TraversalLimit& limit) {
+      const auto leaf = [&](std::uint32_t first, std::uint32_t count) {
+        for (std::uint32_t i = first; i < first + count; ++i)
+          if (const std::uint32_t id = tree_.primitives[i]; wanted(id, limit, hit.t))
+            intersect_primitive(geometry_, id, ray, shear, hit);
+      };
+      walk<options, Slab>(tree_, nodes_, ray, limit, hit.t, leaf);
+    });
+  }
+
+  float extent() const { return extent_; }
 
  private:
   const Geometry& geometry_;

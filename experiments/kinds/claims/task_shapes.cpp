@@ -1,11 +1,10 @@
 #include "experiments/kinds/claims/task_shapes.h"
 
+#include "experiments/kinds/structures/accel_rays.h"
 #include "framework/core/parallel.h"
-#include "framework/core/sampler.h"
-#include "framework/core/sampling.h"
-#include "framework/transport/ray_tools.h"
 
 #include <atomic>
+#include <numeric>
 #include <queue>
 
 namespace etendue {
@@ -15,31 +14,15 @@ std::string_view task_shape_name(TaskShape shape) {
   return names[static_cast<int>(shape)];
 }
 
-void TaskRenderer::add_tasks(std::vector<ImageTask>& tasks, ivec2 size, int first_sample, int last_sample) const {
-  for (int y = 0; y < resolution_.y; y += size.y)
-    for (int x = 0; x < resolution_.x; x += size.x)
-      tasks.push_back({{x, y}, glm::min(ivec2(x, y) + size, resolution_), first_sample, last_sample});
-}
-
 std::vector<ImageTask> TaskRenderer::cut(TaskShape shape) const {
+  const ivec2 sizes[] = {ivec2(tile_size), ivec2(1), {resolution_.x, 1}, (resolution_ + 3) / 4, ivec2(1)};
+  const ivec2 size = sizes[static_cast<int>(shape)];
+  const int at_once = shape == TaskShape::samples ? 1 : samples_;
   std::vector<ImageTask> tasks;
-  switch (shape) {
-    case TaskShape::tiles:
-      add_tasks(tasks, ivec2(tile_size), 0, samples_);
-      break;
-    case TaskShape::pixels:
-      add_tasks(tasks, ivec2(1), 0, samples_);
-      break;
-    case TaskShape::rows:
-      add_tasks(tasks, {resolution_.x, 1}, 0, samples_);
-      break;
-    case TaskShape::blocks:
-      add_tasks(tasks, (resolution_ + 3) / 4, 0, samples_);
-      break;
-    case TaskShape::samples:
-      for (int s = 0; s < samples_; ++s) add_tasks(tasks, ivec2(1), s, s + 1);
-      break;
-  }
+  for (int sample = 0; sample < samples_; sample += at_once)
+    for (int y = 0; y < resolution_.y; y += size.y)
+      for (int x = 0; x < resolution_.x; x += size.x)
+        tasks.push_back({{x, y}, glm::min(ivec2(x, y) + size, resolution_), sample, sample + at_once});
   return tasks;
 }
 
@@ -54,10 +37,7 @@ float TaskRenderer::sample(ivec2 pixel, int index, const Closest& closest) const
     if (!hit) break;
     sum += hit.t;
     if (bounce == bounces_) break;
-    const SurfacePoint point = scene_.surface_at(ray, hit);
-    const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;
-    ray = {.origin = ray_origin(point, normal),
-           .direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(sampler.get_2d()))};
+    ray = cosine_bounce(scene_, ray, hit, sampler);
   }
   return sum;
 }
@@ -67,28 +47,25 @@ void TaskRenderer::run(const std::vector<ImageTask>& tasks, int threads) const {
   std::atomic<std::size_t> next{0};
   const auto closest = [&](const Ray& ray) { return structure_.closest(ray); };
   parallel_for(static_cast<std::size_t>(threads), 1, [&](std::size_t) {
-    for (std::size_t i; (i = next++) < tasks.size();) {
-      const ImageTask& task = tasks[i];
-      for (int y = task.begin.y; y < task.end.y; ++y)
-        for (int x = task.begin.x; x < task.end.x; ++x) {
-          float sum = 0;
-          for (int s = task.first_sample; s < task.last_sample; ++s) sum += sample({x, y}, s, closest);
-          // Single samples of a pixel may meet here; what they write is not asked for, only that it is written.
-          std::atomic_ref(image[index(x, y, 0) / static_cast<std::size_t>(samples_)]).store(sum, std::memory_order_relaxed);
-        }
-    }
+    for (std::size_t i; (i = next++) < tasks.size();)
+      for_pixels({tasks[i].begin, tasks[i].end}, [&](ivec2 pixel) {
+        float sum = 0;
+        for (int s = tasks[i].first_sample; s < tasks[i].last_sample; ++s) sum += sample(pixel, s, closest);
+        // Single samples of a pixel may meet here; what they write is not asked for, only that it is written.
+        std::atomic_ref(image[pixel_index(pixel, resolution_)]).store(sum, std::memory_order_relaxed);
+      });
   });
 }
 
 std::vector<std::uint64_t> TaskRenderer::costs() const {
-  std::vector<std::uint64_t> costs(index(resolution_.x - 1, resolution_.y - 1, samples_ - 1) + 1);
-  for (int y = 0; y < resolution_.y; ++y)
-    for (int x = 0; x < resolution_.x; ++x)
-      for (int s = 0; s < samples_; ++s) {
-        TraversalCounters counters;
-        sample({x, y}, s, [&](const Ray& ray) { return structure_.closest_counted(ray, counters); });
-        costs[index(x, y, s)] = counters.nodes + counters.primitives;
-      }
+  std::vector<std::uint64_t> costs;
+  for_pixels({ivec2(0), resolution_}, [&](ivec2 pixel) {
+    for (int s = 0; s < samples_; ++s) {
+      TraversalCounters counters;
+      sample(pixel, s, [&](const Ray& ray) { return structure_.closest_counted(ray, counters); });
+      costs.push_back(counters.nodes + counters.primitives);
+    }
+  });
   return costs;
 }
 
@@ -99,9 +76,10 @@ double TaskRenderer::makespan(const std::vector<ImageTask>& tasks, const std::ve
   for (const ImageTask& task : tasks) {
     std::uint64_t done = free_at.top();
     free_at.pop();
-    for (int y = task.begin.y; y < task.end.y; ++y)
-      for (int x = task.begin.x; x < task.end.x; ++x)
-        for (int s = task.first_sample; s < task.last_sample; ++s) done += costs[index(x, y, s)];
+    for_pixels({task.begin, task.end}, [&](ivec2 pixel) {
+      const std::size_t first = pixel_index(pixel, resolution_) * static_cast<std::size_t>(samples_);
+      for (int s = task.first_sample; s < task.last_sample; ++s) done += costs[first + static_cast<std::size_t>(s)];
+    });
     free_at.push(done);
     end = std::max(end, done);
   }
@@ -109,9 +87,7 @@ double TaskRenderer::makespan(const std::vector<ImageTask>& tasks, const std::ve
 }
 
 double TaskRenderer::ideal(const std::vector<std::uint64_t>& costs, int workers) const {
-  std::uint64_t sum = 0;
-  for (const std::uint64_t cost : costs) sum += cost;
-  return static_cast<double>(sum) / workers;
+  return static_cast<double>(std::accumulate(costs.begin(), costs.end(), std::uint64_t{0})) / workers;
 }
 
 }  // namespace etendue

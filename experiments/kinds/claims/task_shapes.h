@@ -40,12 +40,6 @@ class TaskRenderer {
  private:
   template <class Closest>
   float sample(ivec2 pixel, int index, const Closest& closest) const;
-  void add_tasks(std::vector<ImageTask>& tasks, ivec2 size, int first_sample, int last_sample) const;
-  std::size_t index(int x, int y, int sample) const {
-    return (static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution_.x) + static_cast<std::size_t>(x)) *
-               static_cast<std::size_t>(samples_) +
-           static_cast<std::size_t>(sample);
-  }
 
   const Scene& scene_;
   const RayQuery& structure_;

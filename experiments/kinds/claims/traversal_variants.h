@@ -31,16 +31,18 @@ class ScalarSlab {
   SlabRay ray_;
 };
 
-// As in textbooks: a loop over the axes that swaps near and far and returns at the first axis that misses.
-class LoopSlab {
+// As in textbooks: a loop over the axes that swaps near and far and returns at the first axis that misses. It multiplies by the
+// reciprocal of the direction, or divides by the direction twice an axis.
+template <bool divides>
+class AxisLoopSlab {
  public:
-  explicit LoopSlab(const Ray& ray) : origin_(ray.origin), reciprocal_(1.0f / ray.direction), t_min_(ray.t_min) {}
+  explicit AxisLoopSlab(const Ray& ray)
+      : origin_(ray.origin), scale_(divides ? ray.direction : 1.0f / ray.direction), t_min_(ray.t_min) {}
   float entry(const Bounds& box, float limit) const {
     float near = t_min_, far = limit;
     for (int axis = 0; axis < 3; ++axis) {
-      float t0 = (box.lower[axis] - origin_[axis]) * reciprocal_[axis],
-            t1 = (box.upper[axis] - origin_[axis]) * reciprocal_[axis];
-      if (reciprocal_[axis] < 0) std::swap(t0, t1);
+      float t0 = distance(box.lower[axis], axis), t1 = distance(box.upper[axis], axis);
+      if (divides ? std::signbit(scale_[axis]) : scale_[axis] < 0) std::swap(t0, t1);
       t1 *= slab_pad;
       if (t0 > near) near = t0;
       if (t1 < far) far = t1;
@@ -50,32 +52,15 @@ class LoopSlab {
   }
 
  private:
-  vec3 origin_, reciprocal_;
-  float t_min_;
-};
-
-// The same loop with two divisions an axis.
-class DividingSlab {
- public:
-  explicit DividingSlab(const Ray& ray) : origin_(ray.origin), direction_(ray.direction), t_min_(ray.t_min) {}
-  float entry(const Bounds& box, float limit) const {
-    float near = t_min_, far = limit;
-    for (int axis = 0; axis < 3; ++axis) {
-      float t0 = (box.lower[axis] - origin_[axis]) / direction_[axis],
-            t1 = (box.upper[axis] - origin_[axis]) / direction_[axis];
-      if (std::signbit(direction_[axis])) std::swap(t0, t1);
-      t1 *= slab_pad;
-      if (t0 > near) near = t0;
-      if (t1 < far) far = t1;
-      if (near > far) return infinity;
-    }
-    return near;
+  float distance(float plane, int axis) const {
+    return divides ? (plane - origin_[axis]) / scale_[axis] : (plane - origin_[axis]) * scale_[axis];
   }
 
- private:
-  vec3 origin_, direction_;
+  vec3 origin_, scale_;
   float t_min_;
 };
+using LoopSlab = AxisLoopSlab<false>;
+using DividingSlab = AxisLoopSlab<true>;
 
 #if defined(__SSE4_1__)
 
@@ -178,7 +163,25 @@ class LinkedNodes {
   }
 
  private:
-  std::unique_ptr<Node> make(const BinaryTree& tree, std::uint32_t index, Node* parent, int depth);
+  static std::unique_ptr<Node> make(const BinaryTree& tree, std::uint32_t index, Node* parent, int depth) {
+    const TreeNode& from = tree.nodes[index];
+    auto node = std::make_unique<Node>();
+    node->parent = parent;
+    node->id = index;
+    node->depth = depth;
+    node->axis = from.bounds.longest_axis();
+    node->area = from.bounds.half_area();
+    node->bounds = from.bounds;
+    if (from.is_leaf()) {
+      node->first = from.first;
+      node->count = from.count;
+      for (std::uint32_t i = 0; i < from.count; ++i) node->primitives.push_back(from.first + i);
+    } else {
+      node->left = make(tree, from.first, node.get(), depth + 1);
+      node->right = make(tree, from.first + 1, node.get(), depth + 1);
+    }
+    return node;
+  }
 
   std::unique_ptr<Node> root_;
 };
@@ -302,9 +305,36 @@ class Traversal {
   const Leaf& leaf_;
 };
 
+// Visits the leaves of a tree that a ray may meet: leaf(first, count), as t_best falls.
+template <TraversalOptions options, class Slab, class Nodes, class Leaf, class Observe = ObserveNothing>
+void walk(const BinaryTree& tree, const Nodes& nodes, const Ray& ray, const TraversalLimit& limit, const float& t_best,
+          const Leaf& leaf, Observe observe = {}) {
+  Traversal<options, Slab, Nodes, Observe, Leaf>(nodes, ray, limit, t_best, observe, leaf).run(tree.depth);
+}
+
+// The closest hit of what test(hit, limit) tests, in a world of its own; `extent` is largest_coordinate of it.
+template <class Test>
+Hit closest_of(const Ray& ray, float extent, const Test& test) {
+  if (!is_traceable(ray)) return {};
+  Hit hit;
+  hit.t = farthest_hit(ray);
+  test(hit, TraversalLimit(ray, extent));
+  return placed(hit);
+}
+
 // A tree, and its leaves as runs of packs.
 struct VariantTree {
-  VariantTree(const Geometry& geometry, BinaryTree of_builder);
+  VariantTree(const Geometry& geometry, BinaryTree of_builder)
+      : leaves(geometry),
+        tree(std::move(of_builder)),
+        extent(tree.nodes.empty() ? 0 : largest_coordinate(tree.nodes[0].bounds)) {
+    for (TreeNode& node : tree.nodes) {
+      if (!node.is_leaf()) continue;
+      const Leaves::Run run = leaves.add(std::span(tree.primitives).subspan(node.first, node.count));
+      node.first = run.first;
+      node.count = run.count;
+    }
+  }
 
   Leaves leaves;
   BinaryTree tree;  // its leaves name packs
@@ -314,15 +344,13 @@ struct VariantTree {
 // The closest hit by one variant.
 template <TraversalOptions options, class Slab, class Nodes, class Observe = ObserveNothing>
 Hit closest_by(const VariantTree& tree, const Nodes& nodes, const Ray& ray, Observe observe = {}) {
-  if (tree.tree.nodes.empty() || !is_traceable(ray)) return {};
-  Hit hit;
-  hit.t = farthest_hit(ray);
+  if (tree.tree.nodes.empty()) return {};
   const LeafTest<false> test(tree.leaves, ray);
   CountNothing nothing;
-  const auto leaf = [&](std::uint32_t first, std::uint32_t count) { test(Leaves::Run{first, count}, hit, nothing); };
-  Traversal<options, Slab, Nodes, Observe, decltype(leaf)>(nodes, ray, TraversalLimit(ray, tree.extent), hit.t, observe, leaf)
-      .run(tree.tree.depth);
-  return placed(hit);
+  return closest_of(ray, tree.extent, [&](Hit& hit, const TraversalLimit& limit) {
+    const auto leaf = [&](std::uint32_t first, std::uint32_t count) { test(Leaves::Run{first, count}, hit, nothing); };
+    walk<options, Slab>(tree.tree, nodes, ray, limit, hit.t, leaf, observe);
+  });
 }
 
 }  // namespace etendue

@@ -1,6 +1,5 @@
-#include "experiments/kinds/images/images_kind.h"
-
 #include "experiments/config/config_keys.h"
+#include "experiments/kind.h"
 #include "experiments/kinds/images/images_run.h"
 #include "experiments/report/tables.h"
 

@@ -2,36 +2,18 @@
 
 #include "accel/registry.h"
 #include "experiments/kinds/search/search_sets.h"
+#include "experiments/kinds/timing.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
 
 #include <bit>
-#include <ctime>
 
 namespace etendue {
 
 namespace {
 
 constexpr double batch_s = 0.02;  // a batch of a slow structure is cut to about this
-
-// Seconds of this thread's CPU: what else runs on the machine takes its share of caches, but not of the clock.
-double cpu_now() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-template <class Work>
-double seconds(const Work& work) {
-  const double start = cpu_now();
-  work();
-  return cpu_now() - start;
-}
-
-Measured spread_of(const std::vector<double>& values) {
-  return {median(values), quantile(values, 0.25), quantile(values, 0.75)};
-}
 
 // The same for equal sets, in whatever order.
 std::uint64_t checksum(const Neighbours& found) {
@@ -40,31 +22,40 @@ std::uint64_t checksum(const Neighbours& found) {
   return sum;
 }
 
+// Seconds of each of `count` pieces of work.
+Measured of_each(std::vector<double> seconds, double count) {
+  for (double& s : seconds) s /= count;
+  return summarise(seconds);
+}
+
+template <class Structure>
+using Structures = std::vector<std::unique_ptr<Structure>>;
+
 // Asks each structure the same queries: ask(structure, query, out).
 template <class Structure, class Ask>
-class QueryTiming {
+class Queries {
  public:
-  QueryTiming(const std::vector<std::unique_ptr<Structure>>& structures, std::size_t queries, const Ask& ask)
-      : structures_(structures), ask_(ask), batches_(structures.size()) {
+  Queries(const Structures<Structure>& structures, std::size_t count, const Ask& ask) : structures_(structures), ask_(ask) {
     for (std::size_t s = 0; s < structures.size(); ++s) {
-      const std::size_t few = std::min<std::size_t>(queries, 16);
+      const std::size_t few = std::min<std::size_t>(count, 16);
       run(s, few);  // warm
-      const double each = seconds([&] { run(s, few); }) / static_cast<double>(few) + 1e-9;
-      batches_[s].queries = std::clamp(static_cast<std::size_t>(batch_s / each), few, queries);
+      const double one = seconds_of([&] { run(s, few); }, Clock::cpu) / static_cast<double>(few) + 1e-9;
+      batches_.push_back(std::clamp(static_cast<std::size_t>(batch_s / one), few, count));
     }
   }
 
-  void repeat() {
-    for (std::size_t s = 0; s < structures_.size(); ++s)
-      batches_[s].times.push_back(seconds([&] { run(s, batches_[s].queries); }) / static_cast<double>(batches_[s].queries));
+  // A batch for each structure.
+  void add_to(std::vector<TimedWork>& works) {
+    for (std::size_t s = 0; s < structures_.size(); ++s) works.push_back(timed([this, s] { run(s, batches_[s]); }, Clock::cpu));
   }
 
-  // Compares all answers, and appends a figure for each structure.
-  void finish(const char* measure, double parameter, const SearchChoice& choice, SearchRecord& record) {
+  // Compares all answers, and appends a figure for each structure; `times` are those of its batches.
+  void finish(const char* measure, double parameter, std::span<const std::vector<double>> times, const SearchChoice& choice,
+              SearchRecord& record) {
     std::vector<std::uint64_t> expected;
     for (std::size_t s = 0; s < structures_.size(); ++s) {
       std::size_t found = 0;
-      for (std::size_t i = 0; i < batches_[s].queries; ++i) {
+      for (std::size_t i = 0; i < batches_[s]; ++i) {
         ask_(*structures_[s], i, out_);
         found += out_.size();
         const std::uint64_t sum = checksum(out_);
@@ -75,42 +66,38 @@ class QueryTiming {
         ++record.checked;
         record.disagreements += sum != expected[i];
       }
-      record.figures.push_back({choice.structures[s], measure, parameter, spread_of(batches_[s].times),
-                                static_cast<double>(found) / static_cast<double>(batches_[s].queries)});
+      const auto asked = static_cast<double>(batches_[s]);
+      record.figures.push_back(
+          {choice.structures[s], measure, parameter, of_each(times[s], asked), static_cast<double>(found) / asked});
     }
   }
 
  private:
-  struct Batch {
-    std::size_t queries = 0;
-    std::vector<double> times;
-  };
-
   void run(std::size_t s, std::size_t queries) {
     for (std::size_t i = 0; i < queries; ++i) ask_(*structures_[s], i, out_);
   }
 
-  const std::vector<std::unique_ptr<Structure>>& structures_;
+  const Structures<Structure>& structures_;
   const Ask& ask_;
-  std::vector<Batch> batches_;
+  std::vector<std::size_t> batches_;  // their sizes
   Neighbours out_;
 };
 
 // Each repetition makes all structures anew: make(name) is timed; the last ones stay.
 template <class Structure, class Make>
-std::vector<std::unique_ptr<Structure>> time_making(const SearchTask& task, const char* measure, const Make& make,
-                                                    SearchRecord& record) {
+Structures<Structure> time_making(const SearchTask& task, const char* measure, const Make& make, SearchRecord& record) {
   const auto& names = task.choice.structures;
-  std::vector<std::unique_ptr<Structure>> structures(names.size());
-  std::vector<std::vector<double>> times(names.size());
-  const auto count = static_cast<double>(task.count);
-  for (int repetition = 0; repetition < task.choice.repetitions; ++repetition)
-    for (std::size_t s = 0; s < names.size(); ++s) {
+  Structures<Structure> structures(names.size());
+  std::vector<TimedWork> works;
+  for (std::size_t s = 0; s < names.size(); ++s)
+    works.push_back([&, s] {
       structures[s] = nullptr;
-      times[s].push_back(seconds([&] { structures[s] = make(names[s]); }) / count);
-    }
+      return seconds_of([&] { structures[s] = make(names[s]); }, Clock::cpu);
+    });
+  const Times times = take_turns(works, task.choice.repetitions);
+  const auto count = static_cast<double>(task.count);
   for (std::size_t s = 0; s < names.size(); ++s) {
-    record.figures.push_back({names[s], measure, 0, spread_of(times[s]), 0});
+    record.figures.push_back({names[s], measure, 0, of_each(times[s], count), 0});
     const double bytes = static_cast<double>(structures[s]->bytes()) / count;
     record.figures.push_back({names[s], "memory", 0, {bytes, bytes, bytes}, 0});
   }
@@ -144,7 +131,7 @@ void measure_points(const SearchTask& task, SearchRecord& record) {
   const auto structures = time_making<PointQuery>(task, "build", make, record);
   const auto guide = make("hash-grid");
   for (std::size_t i = 0; i < task.choice.neighbours.size(); ++i) {
-    const auto k = static_cast<std::size_t>(task.choice.neighbours[i]);
+    const std::size_t k = task.choice.neighbours[i];
     if (task.progress) task.progress((1 + static_cast<double>(i)) / (1 + static_cast<double>(task.choice.neighbours.size())));
     if (4 * k > task.count && k > 1) continue;
     const std::vector<float> radii = radii_for(*guide, set, k, !task.scene);
@@ -152,14 +139,14 @@ void measure_points(const SearchTask& task, SearchRecord& record) {
     const auto nearest = [&](const PointQuery& s, std::size_t q, Neighbours& out) {
       s.nearest(set.queries[q], k, infinity, out);
     };
-    QueryTiming by_radius(structures, set.queries.size(), within);
-    QueryTiming by_number(structures, set.queries.size(), nearest);
-    for (int repetition = 0; repetition < task.choice.repetitions; ++repetition) {
-      by_radius.repeat();
-      by_number.repeat();
-    }
-    by_radius.finish("within", static_cast<double>(k), task.choice, record);
-    by_number.finish("nearest", static_cast<double>(k), task.choice, record);
+    Queries by_radius(structures, set.queries.size(), within);
+    Queries by_number(structures, set.queries.size(), nearest);
+    std::vector<TimedWork> works;
+    by_radius.add_to(works);
+    by_number.add_to(works);
+    const Times times = take_turns(works, task.choice.repetitions);
+    by_radius.finish("within", static_cast<double>(k), std::span(times).first(structures.size()), task.choice, record);
+    by_number.finish("nearest", static_cast<double>(k), std::span(times).last(structures.size()), task.choice, record);
   }
 }
 
@@ -175,9 +162,10 @@ void measure_balls(const SearchTask& task, SearchRecord& record) {
   const auto structures = time_making<RecordQuery>(task, "insert", make, record);
   if (task.progress) task.progress(0.5);
   const auto covering = [&](const RecordQuery& s, std::size_t q, Neighbours& out) { s.covering(set.queries[q], out); };
-  QueryTiming timing(structures, set.queries.size(), covering);
-  for (int repetition = 0; repetition < task.choice.repetitions; ++repetition) timing.repeat();
-  timing.finish("covering", 0, task.choice, record);
+  Queries queries(structures, set.queries.size(), covering);
+  std::vector<TimedWork> works;
+  queries.add_to(works);
+  queries.finish("covering", 0, take_turns(works, task.choice.repetitions), task.choice, record);
 }
 
 }  // namespace

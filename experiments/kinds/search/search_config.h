@@ -1,20 +1,6 @@
-// The part of an experiment that compares point or record structures.
-//
-//   [points]     over photons of the scenes, and over squares with a dense spot
-//   structures   names, or "all" (default)
-//   counts       of points; default 10, 100, … 1,000,000
-//   neighbours   points that a query is to find: k of `nearest`, and by its distance the radius of `within`;
-//                default 1, 10, 50, 500
-//   contrasts    of density of the spot to what lies about it, 1 for none; default [], no such set
-//   queries      a batch, fewer where a structure is slow; default 4000
-//   repetitions  of building and of each batch; default 7
-//
-//   [records]      over records where a camera sees the scenes
-//   structures, counts (default 10 to 100,000), queries, repetitions
-//   spreads      of the largest radius to the smallest; default 1, 10, 100
-//   covering     records over a point, on the mean; default 8
-//
-// A cell is one (set, count, seed). Structures take turns within it, on one thread.
+// The part of an experiment that compares point or record structures: [points], over photons of the scenes and over squares
+// with a dense spot, or [records], over records where a camera sees the scenes (docs/experiment-file.md has the keys). A cell
+// is one (set, count, seed). Structures take turns within it, on one thread.
 #pragma once
 
 #include "experiments/config/config.h"
@@ -29,9 +15,9 @@ struct SearchChoice final : KindChoice {
   bool records = false;
   std::vector<std::string> structures;
   std::vector<std::uint64_t> counts;
-  std::vector<double> neighbours;  // points only
-  std::vector<double> variations;  // contrasts or spreads
-  double covering = 8;             // records only
+  std::vector<std::uint64_t> neighbours;  // points only
+  std::vector<double> variations;         // contrasts or spreads
+  double covering = 8;                    // records only
   int queries = 4000, repetitions = 7;
 
   const char* kind() const { return records ? "records" : "points"; }

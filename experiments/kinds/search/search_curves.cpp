@@ -8,59 +8,27 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <tuple>
 
 namespace etendue {
 
 namespace {
 
-// What stays fixed in a plot, in the order in which they are shown.
-using PlotKey = std::tuple<std::string, std::string, std::string, std::string, std::string, double, double>;
-using Samples = std::map<std::string, std::map<double, std::vector<Measured>>>;  // by structure and abscissa
+// The first element that `is` the one looked for, or `fresh` at the end.
+template <class Element, class Is>
+Element& find_or_add(std::vector<Element>& elements, const Is& is, Element fresh) {
+  const auto found = std::find_if(elements.begin(), elements.end(), is);
+  return found != elements.end() ? *found : elements.emplace_back(std::move(fresh));
+}
 
-class Plots {
- public:
-  void add(const SearchRecord& r, const SearchFigure& f, const std::string& set, const std::string& abscissa, double x,
-           double parameter, double count) {
-    const PlotKey key{r.kind, set, r.set, f.measure, abscissa, parameter, count};
-    if (!samples_.contains(key)) order_.push_back(key);
-    auto& structures = samples_[key];
-    if (!structures.contains(f.structure)) structure_order_[key].push_back(f.structure);
-    structures[f.structure][x].push_back(f.value);
-  }
-
-  std::vector<SearchPlot> plots() const {
-    std::vector<SearchPlot> result;
-    for (const PlotKey& key : order_) {
-      const auto& [kind, set, base, measure, abscissa, parameter, count] = key;
-      SearchPlot plot{kind, set, base, measure, abscissa, parameter, count, {}};
-      for (const std::string& structure : structure_order_.at(key)) {
-        StructureCurve curve{structure, {}};
-        for (const auto& [x, values] : samples_.at(key).at(structure)) curve.points.push_back({x, joined(values)});
-        plot.curves.push_back(std::move(curve));
-      }
-      result.push_back(std::move(plot));
-    }
-    return result;
-  }
-
- private:
-  static Measured joined(const std::vector<Measured>& seeds) {
-    Measured all = seeds.front();
-    std::vector<double> medians;
-    for (const Measured& m : seeds) {
-      medians.push_back(m.median);
-      all.low = std::min(all.low, m.low);
-      all.high = std::max(all.high, m.high);
-    }
-    all.median = median(medians);
-    return all;
-  }
-
-  std::vector<PlotKey> order_;
-  std::map<PlotKey, Samples> samples_;
-  std::map<PlotKey, std::vector<std::string>> structure_order_;
-};
+// One seed's value: of several, the median of their medians and the extremes of their quartiles.
+void add(std::vector<SearchPlot>& plots, const PlotKey& key, const std::string& structure, double x, const Measured& value) {
+  SearchPlot& plot = find_or_add(plots, [&](const PlotKey& p) { return p == key; }, {key, {}});
+  StructureCurve& curve = find_or_add(plot.curves, [&](const auto& c) { return c.structure == structure; }, {structure, {}});
+  auto point = std::find_if(curve.points.begin(), curve.points.end(), [x](const CurvePoint& p) { return p.x >= x; });
+  if (point == curve.points.end() || point->x != x) point = curve.points.insert(point, {x, value, {}});
+  point->medians.push_back(value.median);
+  point->value = {median(point->medians), std::min(point->value.low, value.low), std::max(point->value.high, value.high)};
+}
 
 }  // namespace
 
@@ -69,21 +37,21 @@ std::vector<SearchPlot> search_plots(const RunLog& log) {
   std::vector<const SearchRecord*> records = records_of<SearchRecord>(log);
   std::erase_if(records, [](const SearchRecord* record) { return !record->done(); });
   for (const SearchRecord* r : records) largest[{r->kind, r->set}] = std::max(largest[{r->kind, r->set}], r->count);
-  Plots over_count, over_neighbours, over_variation;
-  for (const SearchRecord* record : records) {
-    const SearchRecord& r = *record;
-    const std::string set = r.varies.empty() ? r.set : fmt::format("{} {}={:g}", r.set, r.varies, r.variation);
-    const auto count = static_cast<double>(r.count);
-    for (const SearchFigure& f : r.figures) {
-      over_count.add(r, f, set, "count", count, f.parameter, 0);
-      if (r.count != largest.at({r.kind, r.set})) continue;
-      if (f.parameter > 0) over_neighbours.add(r, f, set, "neighbours", f.parameter, 0, count);
-      if (!r.varies.empty()) over_variation.add(r, f, r.set, r.varies, r.variation, f.parameter, count);
+  std::vector<SearchPlot> over_count, over_neighbours, over_variation;
+  for (const SearchRecord* r : records)
+    for (const SearchFigure& f : r->figures) {
+      const std::string set = r->varies.empty() ? r->set : fmt::format("{} {}={:g}", r->set, r->varies, r->variation);
+      const auto count = static_cast<double>(r->count);
+      add(over_count, {r->kind, set, r->set, f.measure, "count", f.parameter, 0}, f.structure, count, f.value);
+      if (r->count != largest.at({r->kind, r->set})) continue;
+      if (f.parameter > 0)
+        add(over_neighbours, {r->kind, set, r->set, f.measure, "neighbours", 0, count}, f.structure, f.parameter, f.value);
+      if (!r->varies.empty())
+        add(over_variation, {r->kind, r->set, r->set, f.measure, r->varies, f.parameter, count}, f.structure, r->variation,
+            f.value);
     }
-  }
-  std::vector<SearchPlot> plots = over_count.plots();
-  for (const Plots* more : {&over_neighbours, &over_variation})
-    for (SearchPlot& plot : more->plots()) plots.push_back(std::move(plot));
+  std::vector<SearchPlot> plots = std::move(over_count);
+  for (auto* more : {&over_neighbours, &over_variation}) std::move(more->begin(), more->end(), std::back_inserter(plots));
   return plots;
 }
 
@@ -122,8 +90,7 @@ std::vector<Crossover> crossovers(const SearchPlot& plot) {
         const double gap0 = std::log(b0->value.median / a0->value.median), gap1 = std::log(b1->value.median / a1->value.median);
         const bool lead = before == a && after == b;
         if (!(gap0 >= 0 && gap1 < 0) || !(lead || plot.curves[a].structure == "brute")) continue;
-        const double share = gap0 / (gap0 - gap1);
-        found.push_back({plot.curves[a].structure, plot.curves[b].structure, xs[i] * std::pow(xs[i + 1] / xs[i], share),
+        found.push_back({plot.curves[a].structure, plot.curves[b].structure, equality_between(xs[i], gap0, xs[i + 1], gap1),
                          a0->value.high < b0->value.low && b1->value.high < a1->value.low, lead});
       }
   }

@@ -12,6 +12,7 @@ namespace etendue {
 struct CurvePoint {
   double x = 0;
   Measured value;
+  std::vector<double> medians;  // by seed
 };
 
 struct StructureCurve {
@@ -19,8 +20,8 @@ struct StructureCurve {
   std::vector<CurvePoint> points;  // x ascending
 };
 
-// One measure of all structures over one abscissa, all else fixed.
-struct SearchPlot {
+// What stays fixed in a plot.
+struct PlotKey {
   std::string kind;
   std::string set;       // with its variation, where that is fixed
   std::string base;      // without
@@ -28,6 +29,12 @@ struct SearchPlot {
   std::string abscissa;  // "count", "neighbours", "contrast", "spread"
   double parameter = 0;  // of the measure; 0 where it has none, or where it is the abscissa
   double count = 0;      // 0: the abscissa
+
+  bool operator==(const PlotKey&) const = default;
+};
+
+// One measure of all structures over one abscissa.
+struct SearchPlot : PlotKey {
   std::vector<StructureCurve> curves;
 };
 

@@ -1,13 +1,35 @@
-#include "experiments/kinds/search/search_kind.h"
-
+#include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/search/measure_search.h"
 #include "experiments/kinds/search/search_report.h"
-#include "experiments/run/record_run.h"
 
 #include <fmt/format.h>
-#include <map>
 
 namespace etendue {
+
+void list_fields(auto& f, FieldsOf<SearchFigure> auto& r) {
+  f("structure", r.structure);
+  f("measure", r.measure);
+  f("parameter", r.parameter);
+  f("value", r.value.median);
+  f("low", r.value.low);
+  f("high", r.value.high);
+  f("found", r.found);
+}
+
+void list_fields(auto& f, FieldsOf<SearchRecord> auto& r) {
+  f.cell(r.cell, "accel", "size");
+  list_ending(f, r);
+  f("kind", r.kind);
+  f("set", r.set);
+  f("varies", r.varies);
+  f("variation", r.variation);
+  f("count", r.count);
+  f("checked", r.checked);
+  f("disagreements", r.disagreements);
+  f("figures", r.figures);
+}
+
+std::string SearchRecord::line() const { return line_of(type, *this); }
 
 namespace {
 
@@ -17,21 +39,9 @@ std::vector<SearchSet> config_sets(const ExperimentConfig& config) {
   return search_sets(choice_of<SearchChoice>(config), names);
 }
 
-class SearchWork final : public RecordWork {
+class SearchWork final : public SceneWork {
  public:
-  SearchWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer), sets_(config_sets(plan.config)) {}
-
-  void load(const Cell& cell) override {
-    const auto scene = sets_[cell.scene].scene;
-    if (scene && !scenes_.contains(*scene)) scenes_.emplace(*scene, load_choice(plan_, plan_.config.scenes[*scene], observer_));
-  }
-
-  std::optional<SceneState> scene(const Cell& cell) override {
-    const auto scene = sets_[cell.scene].scene;
-    if (!scene) return std::nullopt;
-    const SceneChoice& choice = plan_.config.scenes[*scene];
-    return SceneState{choice.name, choice.path, scenes_.at(*scene).hash()};
-  }
+  SearchWork(const RunPlan& plan, RunObserver& observer) : SceneWork(plan, observer), sets_(config_sets(plan.config)) {}
 
   std::unique_ptr<KindRecord> begin(const Cell&) override { return std::make_unique<SearchRecord>(); }
 
@@ -40,29 +50,24 @@ class SearchWork final : public RecordWork {
     const auto& choice = choice_of<SearchChoice>(plan_.config);
     const SearchSet& set = sets_[cell.scene];
     const auto steps = static_cast<std::uint64_t>(choice.repetitions);
-    record = measure_search({choice, set, set.scene ? &scenes_.at(*set.scene) : nullptr, choice.counts[cell.integrator],
-                             cell.name.seed, [&](double share) { progress(share, steps); }});
+    record = measure_search({choice, set, scene_of(cell), choice.counts[cell.integrator], cell.name.seed,
+                             [&](double share) { progress(share, steps); }});
     disagreements_ += record.disagreements;
   }
 
-  std::uint64_t disagreements() const override { return disagreements_; }
-
  private:
-  const RunPlan& plan_;
-  RunObserver& observer_;
+  std::optional<std::size_t> scene_index(const Cell& cell) const override { return sets_[cell.scene].scene; }
+
   std::vector<SearchSet> sets_;
-  std::map<std::size_t, Scene> scenes_;
-  std::uint64_t disagreements_ = 0;
 };
 
-class SearchKind final : public ExperimentKind {
+class SearchKind final : public RecordKind<SearchRecord, SearchWork> {
  public:
+  SearchKind() : RecordKind({"accels", "budget", "resolution", "threads"}) {}
+
   std::vector<std::string> keys() const override { return {"points", "records"}; }
-  std::vector<std::string> useless() const override {
-    return {"integrators", "accels",     "structures", "budget",  "reference",  "metrics",
-            "confidence",  "resolution", "threads",    "regions", "predictions"};
-  }
   std::string beside() const override { return "[points] or [records], which render nothing"; }
+  int threads(const RunPlan&) const override { return 1; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
     const ConfigNode *points = find_key(root, "points"), *records = find_key(root, "records");
@@ -99,15 +104,6 @@ class SearchKind final : public ExperimentKind {
                        choice.repetitions, choice.queries);
   }
 
-  RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction&) const override {
-    SearchWork work(plan, observer);
-    return execute_records(plan, 1, observer, work);
-  }
-
-  std::string record_type() const override { return "search"; }
-  std::shared_ptr<KindRecord> read_record(const Json& json) const override {
-    return std::make_shared<SearchRecord>(read_search_record(json));
-  }
   KindReport report(const RunLog& log) const override { return search_report(log); }
   std::string summary(const RunLog& log) const override { return search_summary(log); }
 };

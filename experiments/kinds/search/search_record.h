@@ -20,6 +20,8 @@ struct SearchFigure {
 
 // The cell's "scene" is the set, its "integrator" the size.
 struct SearchRecord final : KindRecord {
+  static constexpr const char* type = "search";
+
   std::string kind;    // "points" or "records"
   std::string set;     // without the variation
   std::string varies;  // "contrast", "spread" or "" where the set has no such parameter
@@ -30,8 +32,5 @@ struct SearchRecord final : KindRecord {
 
   std::string line() const override;
 };
-
-// Throws what the JSON library throws.
-SearchRecord read_search_record(const Json& json);
 
 }  // namespace etendue

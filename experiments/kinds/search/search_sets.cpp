@@ -1,6 +1,6 @@
 #include "experiments/kinds/search/search_sets.h"
 
-#include "accel/registry.h"
+#include "experiments/kinds/structures/stage.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"
 #include "integrators/photons/photons.h"
@@ -59,10 +59,8 @@ std::vector<vec3> seen_at_random(const Scene& scene, const RayQuery& rays, std::
 
 PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t queries, std::uint64_t seed) {
   const std::unique_ptr<RayQuery> rays = rays_of(scene);
-  const SceneNeeds needs = scene_needs(scene);
-  const LightSampler lights(scene);
-  PhaseTimes phases;
-  const RenderContext context{scene, needs, *rays, lights, seed, ivec2(1), phases, {}, {}};
+  const Stage stage(scene, *rays, ivec2(1), seed);
+  const RenderContext& context = stage.context();
   const RoughMaterials receivers(scene, carry_below);
   PhotonPass pass;
   pass.max_scatterings = context.max_depth(0) - 1;

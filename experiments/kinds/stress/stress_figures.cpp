@@ -1,5 +1,6 @@
 #include "experiments/kinds/stress/stress_figures.h"
 
+#include "experiments/kinds/rows.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/check.h"
 #include "framework/image/metrics.h"
@@ -14,8 +15,10 @@ namespace {
 
 double brightness(const dvec3& pixel) { return (pixel.x + pixel.y + pixel.z) / 3; }
 
-template <class Transform>
-double ratio_quantile(const Image& image, const Image& reference, double least, double p, const Transform& transform) {
+// A quantile of pixels over the reference's, where that is at least a share of its largest value.
+double ratio_quantile(
+    const Image& image, const Image& reference, double p, double least = 1e-3,
+    double (*transform)(double ratio) = [](double ratio) { return ratio; }) {
   CHECK(image.size == reference.size);
   double largest = 0;
   for (const dvec3& pixel : reference.pixels) largest = std::max(largest, brightness(pixel));
@@ -27,36 +30,26 @@ double ratio_quantile(const Image& image, const Image& reference, double least, 
   return quantile(ratios, p);
 }
 
-double ratio_at(const Image& image, const Image& reference, double p, double least = 1e-3) {
-  return ratio_quantile(image, reference, least, p, [](double ratio) { return ratio; });
-}
-
-double darkest(const Image& image, const Image& reference) { return ratio_at(image, reference, 0.01, 0.9); }
-double middle(const Image& image, const Image& reference) { return ratio_at(image, reference, 0.5); }
-double brightest(const Image& image, const Image& reference) { return ratio_at(image, reference, 0.99); }
-double blotches(const Image& image, const Image& reference) {
-  return ratio_quantile(image, reference, 1e-3, 0.95, [](double ratio) { return std::abs(ratio - 1); });
-}
-
 }  // namespace
 
 std::span<const StressFigure> stress_figures() {
-  static const StressFigure all[] = {{"bias", "relative error of the image's mean", bias},
-                                     {"relmse", "relmse", relmse},
-                                     {"darkest", "pixel over the reference where it is lit evenly, 1st percentile", darkest},
-                                     {"middle", "pixel over the reference, median", middle},
-                                     {"brightest", "pixel over the reference, 99th percentile", brightest},
-                                     {"blotches", "relative error of pixels, 95th percentile", blotches}};
+  static const StressFigure all[] = {
+      {"bias", "relative error of the image's mean", bias},
+      {"relmse", "relmse", relmse},
+      {"darkest", "pixel over the reference where it is lit evenly, 1st percentile",
+       [](const Image& image, const Image& reference) { return ratio_quantile(image, reference, 0.01, 0.9); }},
+      {"middle", "pixel over the reference, median",
+       [](const Image& image, const Image& reference) { return ratio_quantile(image, reference, 0.5); }},
+      {"brightest", "pixel over the reference, 99th percentile",
+       [](const Image& image, const Image& reference) { return ratio_quantile(image, reference, 0.99); }},
+      {"blotches", "relative error of pixels, 95th percentile", [](const Image& image, const Image& reference) {
+         return ratio_quantile(image, reference, 0.95, 1e-3, [](double ratio) { return std::abs(ratio - 1); });
+       }}};
   return all;
 }
 
 const StressFigure& find_stress_figure(const std::string& name, const Location& where) {
-  std::vector<std::string> names;
-  for (const StressFigure& figure : stress_figures()) {
-    if (figure.name == name) return figure;
-    names.push_back(figure.name);
-  }
-  throw Error(where, unknown_name("figure", name, names));
+  return find_by_name(stress_figures(), "figure", name, where);
 }
 
 }  // namespace etendue

@@ -1,10 +1,8 @@
-#include "experiments/kinds/stress/stress_kind.h"
-
+#include "experiments/kinds/claims/claim_fields.h"
+#include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/stress/stress_config.h"
-#include "experiments/kinds/stress/stress_record.h"
 #include "experiments/kinds/stress/stress_report.h"
-#include "experiments/kinds/structures/accel_timing.h"
-#include "experiments/run/record_run.h"
+#include "experiments/kinds/timing.h"
 #include "experiments/run/reference.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/check.h"
@@ -16,6 +14,16 @@
 #include <filesystem>
 
 namespace etendue {
+
+void list_fields(auto& f, FieldsOf<StressRecord> auto& r) {
+  list_claim_fields(f, r);
+  f("methods", r.methods);
+  f("picture", r.picture);
+  f.stamp("picture", r.picture_stamp);
+  f.end("holds_low", r.holds.low, -endless);
+  f.end("holds_high", r.holds.high, endless);
+}
+std::string StressRecord::line() const { return line_of(type, *this); }
 
 namespace {
 
@@ -106,12 +114,11 @@ class StressWork final : public RecordWork {
   RunObserver& observer_;
 };
 
-class StressKind final : public ExperimentKind {
+class StressKind final : public RecordKind<StressRecord, StressWork> {
  public:
+  StressKind() : RecordKind({"scenes", "accels"}) {}
+
   std::vector<std::string> keys() const override { return {"stress"}; }
-  std::vector<std::string> useless() const override {
-    return {"scenes", "accels", "integrators", "structures", "reference", "metrics", "confidence", "regions", "predictions"};
-  }
   std::string beside() const override { return "[[stress]], which names scenes and methods"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
@@ -136,15 +143,6 @@ class StressKind final : public ExperimentKind {
     return fmt::format("a failing method and its remedies under {} seeds", config.seeds.size());
   }
 
-  RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction&) const override {
-    StressWork work(plan, observer);
-    return execute_records(plan, plan.threads, observer, work);
-  }
-
-  std::string record_type() const override { return "stress"; }
-  std::shared_ptr<KindRecord> read_record(const Json& json) const override {
-    return std::make_shared<StressRecord>(read_stress_record(json));
-  }
   KindReport report(const RunLog& log) const override { return stress_report(log); }
   std::string summary(const RunLog& log) const override { return stress_summary(log); }
 };

@@ -8,6 +8,8 @@ namespace etendue {
 
 // The cell is (scene, figure, "stress-01", 1). `claim` is the failure in words, `claimed` what is measured of the image.
 struct StressRecord final : ClaimRecord {
+  static constexpr const char* type = "stress";
+
   Expected holds;                    // the figure of a method that does not fail
   std::vector<std::string> methods;  // of the figures
   std::string picture;               // beside the log: the reference, then each method
@@ -16,8 +18,5 @@ struct StressRecord final : ClaimRecord {
   std::string line() const override;
   File file() override { return {&picture, &picture_stamp}; }
 };
-
-// Throws what the JSON library throws.
-StressRecord read_stress_record(const Json& json);
 
 }  // namespace etendue

@@ -1,6 +1,5 @@
 #include "experiments/kinds/structures/accel_check.h"
 
-#include "experiments/kinds/structures/accel_timing.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
@@ -117,7 +116,7 @@ std::uint64_t wrong_occlusions(const ExactTracer& tracer, const RayQuery& struct
   CHECK_EQ(rays.size(), exact.size());
   return count_in_blocks(rays.size(), [&](std::size_t begin, std::size_t end) {
     bool batch[block];
-    const bool batched = ask_occluded(structure, rays.subspan(begin, end - begin), std::span(batch, end - begin));
+    structure.occluded(rays.subspan(begin, end - begin), std::span(batch, end - begin));
     // What blocks a ray is not told: at a vertex that borders nothing it may be a surface which the judge finds within rounding
     // only once it is named, as the nearest hit is.
     const auto is_right = [&](std::size_t i, bool occluded) {
@@ -128,7 +127,7 @@ std::uint64_t wrong_occlusions(const ExactTracer& tracer, const RayQuery& struct
     std::uint64_t wrong = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const bool occluded = structure.occluded(rays[i]);
-      wrong += !is_right(i, occluded) || (batched && batch[i - begin] != occluded && !is_right(i, batch[i - begin]));
+      wrong += !is_right(i, occluded) || (batch[i - begin] != occluded && !is_right(i, batch[i - begin]));
     }
     return wrong;
   });

@@ -5,6 +5,7 @@
 #include "experiments/kinds/structures/accel_check.h"
 #include "experiments/kinds/structures/accel_rays.h"
 #include "experiments/kinds/structures/accel_timing.h"
+#include "experiments/kinds/timing.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "framework/core/units.h"
@@ -232,8 +233,7 @@ class Comparison {
       mrays_per_s(structure, kind, warming);
       batched_mrays_per_s(structure, kind, warming);
       contender.speeds[index_of(kind)].push_back(mrays_per_s(structure, kind, rays));
-      if (const double speed = batched_mrays_per_s(structure, kind, rays); speed > 0)
-        contender.batched_speeds[index_of(kind)].push_back(speed);
+      contender.batched_speeds[index_of(kind)].push_back(batched_mrays_per_s(structure, kind, rays));
     }
   }
 

@@ -1,7 +1,9 @@
 #include "experiments/kinds/structures/accel_rays.h"
 
-#include "accel/registry.h"
+#include "experiments/kinds/structures/stage.h"
 #include "framework/core/parallel.h"
+#include "framework/core/sampling.h"
+#include "framework/transport/ray_tools.h"
 #include "integrators/paths/path.h"
 #include "integrators/registry.h"
 
@@ -61,45 +63,15 @@ class RecordingQuery final : public RayQuery {
   std::vector<Ray>*primary_ = nullptr, *others_ = nullptr, *shadow_ = nullptr;
 };
 
-// All that an integrator needs to render a scene through a structure.
-class Render {
- public:
-  Render(const Scene& scene, const RayQuery& rays, int resolution)
-      : needs_(scene_needs(scene)),
-        lights_(scene),
-        context_{scene,
-                 needs_,
-                 rays,
-                 lights_,
-                 1,
-                 ivec2(resolution),
-                 phases_,
-                 [](const std::string& name) { return find_point_structure(name, {}).make(); },
-                 [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }},
-        film_(ivec2(resolution)) {}
-
-  RenderContext& context() { return context_; }
-  Film& film() { return film_; }
-
-  // The camera rays of iteration 0: those of the same sampler, pixel by pixel.
-  std::unordered_set<std::uint64_t> camera_rays() const {
-    std::unordered_set<std::uint64_t> hashes;
-    for (int y = 0; y < context_.resolution.y; ++y)
-      for (int x = 0; x < context_.resolution.x; ++x) {
-        const auto key = static_cast<std::uint64_t>(y) * context_.resolution.x + x;
-        Sampler sampler(SamplerKind::sobol, context_.seed, Stream::camera, key, 0);
-        hashes.insert(hash_of(sample_camera_ray(context_, {x, y}, sampler)));
-      }
-    return hashes;
-  }
-
- private:
-  SceneNeeds needs_;
-  LightSampler lights_;
-  PhaseTimes phases_;
-  RenderContext context_;
-  Film film_;
-};
+// The camera rays of iteration 0: those of the same sampler, pixel by pixel.
+std::unordered_set<std::uint64_t> camera_rays(const RenderContext& context) {
+  std::unordered_set<std::uint64_t> hashes;
+  for_pixels({ivec2(0), context.resolution}, [&](ivec2 pixel) {
+    Sampler sampler(SamplerKind::sobol, context.seed, Stream::camera, pixel_index(pixel, context.resolution), 0);
+    hashes.insert(hash_of(sample_camera_ray(context, pixel, sampler)));
+  });
+  return hashes;
+}
 
 std::unique_ptr<Integrator> make_integrator(const std::string& name, ParamMap params) {
   params["sampler"] = {std::string("sobol"), {}};
@@ -108,22 +80,24 @@ std::unique_ptr<Integrator> make_integrator(const std::string& name, ParamMap pa
 
 void record_path(const Scene& scene, const RayQuery& tracer, int resolution, RaysByKind& rays) {
   RecordingQuery recorder(tracer);
-  Render render(scene, recorder, resolution);
-  const auto camera = render.camera_rays();
+  Stage stage(scene, recorder, ivec2(resolution), 1);
+  Film film(stage.context().resolution);
+  const auto camera = camera_rays(stage.context());
   recorder.record(&camera, &rays[index_of(RayKind::primary)], &rays[index_of(RayKind::diffuse)],
                   &rays[index_of(RayKind::shadow)]);
   const auto path = make_integrator("path", {{"max_depth", {path_events, {}}}});
-  path->prepare(render.context());
-  path->iteration(render.context(), 0, render.film());
+  path->prepare(stage.context());
+  path->iteration(stage.context(), 0, film);
 }
 
 // While the map is prepared, photons fly; of what the gathering then asks, all but the camera's rays are gather rays (with, in
 // scenes of mirrors and glass, what a camera ray becomes there).
 void record_photon_map(const Scene& scene, const RayQuery& tracer, int resolution, RaysByKind& rays) {
   RecordingQuery recorder(tracer);
-  Render render(scene, recorder, std::max(1, resolution / gather_side));
+  Stage stage(scene, recorder, ivec2(std::max(1, resolution / gather_side)), 1);
+  Film film(stage.context().resolution);
   const auto photons = static_cast<std::int64_t>(resolution) * resolution;
-  const auto camera = render.camera_rays();
+  const auto camera = camera_rays(stage.context());
   // Few neighbours, for the photons' density is of no interest here.
   const auto map = make_integrator("photon-map", {{"photons", {photons, {}}},
                                                   {"caustic_photons", {std::int64_t{1}, {}}},
@@ -131,9 +105,9 @@ void record_photon_map(const Scene& scene, const RayQuery& tracer, int resolutio
                                                   {"final_gather", {gather_rays, {}}},
                                                   {"max_depth", {path_events, {}}}});
   recorder.record(nullptr, nullptr, &rays[index_of(RayKind::photon)], nullptr);
-  map->prepare(render.context());
+  map->prepare(stage.context());
   recorder.record(&camera, nullptr, &rays[index_of(RayKind::gather)], nullptr);
-  map->iteration(render.context(), 0, render.film());
+  map->iteration(stage.context(), 0, film);
 }
 
 }  // namespace
@@ -168,6 +142,13 @@ RaysByKind record_rays(const Scene& scene, const RayQuery& tracer, int resolutio
   });
   for (std::vector<Ray>& kind : rays) kind = spread_runs(kind, static_cast<std::size_t>(resolution) * resolution);
   return rays;
+}
+
+Ray cosine_bounce(const Scene& scene, const Ray& ray, const Hit& hit, Sampler& sampler) {
+  const SurfacePoint point = scene.surface_at(ray, hit);
+  const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;
+  return {.origin = ray_origin(point, normal),
+          .direction = Frame::from_normal(normal).to_world(sample_cosine_hemisphere(sampler.get_2d()))};
 }
 
 }  // namespace etendue

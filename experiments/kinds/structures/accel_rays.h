@@ -6,6 +6,7 @@
 #pragma once
 
 #include "experiments/log/ray_kind.h"
+#include "framework/core/sampler.h"
 #include "framework/scene/scene.h"
 
 namespace etendue {
@@ -19,5 +20,8 @@ RaysByKind record_rays(const Scene& scene, const RayQuery& tracer, int resolutio
 
 // At most `count` of the rays, in runs of 64 successive ones spread evenly over them.
 std::vector<Ray> spread_runs(const std::vector<Ray>& rays, std::size_t count);
+
+// A ray on from where this one hits, in a cosine-distributed direction on its side of the surface.
+Ray cosine_bounce(const Scene& scene, const Ray& ray, const Hit& hit, Sampler& sampler);
 
 }  // namespace etendue

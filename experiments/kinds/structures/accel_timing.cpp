@@ -1,21 +1,15 @@
 #include "experiments/kinds/structures/accel_timing.h"
 
-#include "experiments/statistics/statistics.h"
+#include "experiments/kinds/timing.h"
 
-#include <chrono>
 #include <memory>
 
 namespace etendue {
 
 namespace {
 
-// Answers are kept where the compiler must suppose them read, so that no query can be left out.
-template <class T>
-void keep(const T& value) {
-  asm volatile("" : : "g"(&value) : "memory");
-}
-
-double rate(std::size_t rays, const std::function<void()>& trace) {
+template <class Trace>
+double rate(std::size_t rays, const Trace& trace) {
   if (rays == 0) return 0;
   return 1e-6 * static_cast<double>(rays) / std::max(1e-9, seconds_of(trace));
 }
@@ -25,32 +19,14 @@ void trace_singly(const RayQuery& structure, RayKind kind, std::span<const Ray> 
   if (kind == RayKind::shadow) {
     std::size_t occluded = 0;
     for (const Ray& ray : rays) occluded += structure.occluded(ray);
-    keep(occluded);
+    keep_answer(occluded);
   } else {
     for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = structure.closest(rays[i]);
-    keep(hits.data());
+    keep_answer(hits.data());
   }
 }
 
 }  // namespace
-
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-Measured summarise(std::span<const double> values) {
-  if (values.empty()) return {};
-  return {median(values), quantile(values, 0.25), quantile(values, 0.75)};
-}
-
-std::vector<double> ratios(std::span<const double> a, std::span<const double> b) {
-  std::vector<double> result;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-    if (b[i] > 0) result.push_back(a[i] / b[i]);
-  return result;
-}
 
 double mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray> rays) {
   std::vector<Hit> hits(rays.size());
@@ -58,19 +34,17 @@ double mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray>
 }
 
 double batched_mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray> rays) {
-  if (rays.empty()) return 0;
   if (kind == RayKind::shadow) {
     const std::unique_ptr<bool[]> occluded(new bool[rays.size()]());
-    bool asked = false;
-    const double speed =
-        rate(rays.size(), [&] { asked = ask_occluded(structure, rays, std::span(occluded.get(), rays.size())); });
-    keep(occluded[0]);
-    return asked ? speed : 0;
+    return rate(rays.size(), [&] {
+      structure.occluded(rays, std::span(occluded.get(), rays.size()));
+      keep_answer(occluded.get());
+    });
   }
   std::vector<Hit> hits(rays.size());
   return rate(rays.size(), [&] {
     structure.closest(rays, hits);
-    keep(hits.data());
+    keep_answer(hits.data());
   });
 }
 

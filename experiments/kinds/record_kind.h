@@ -1,0 +1,72 @@
+// What kinds of experiments share whose cells end in one record each.
+//
+// A record lists its fields as fields.h asks, and names its lines of the log: `static constexpr const char* type`. Its work is
+// made of the plan and the observer.
+#pragma once
+
+#include "experiments/kind.h"
+#include "experiments/log/fields.h"
+#include "experiments/run/record_run.h"
+
+#include <map>
+
+namespace etendue {
+
+template <class Record, class Work>
+class RecordKind : public ExperimentKind {
+ public:
+  // Such experiments render no images to compare; `also` are further keys that would change nothing.
+  explicit RecordKind(std::vector<std::string> also)
+      : useless_{"integrators", "structures", "reference", "metrics", "confidence", "regions", "predictions"} {
+    useless_.insert(useless_.end(), also.begin(), also.end());
+  }
+
+  std::vector<std::string> useless() const override { return useless_; }
+  std::string record_type() const override { return Record::type; }
+  std::shared_ptr<KindRecord> read_record(const Json& json) const override {
+    return std::make_shared<Record>(read_value<Record>(json));
+  }
+  RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction&) const override {
+    Work work(plan, observer);
+    return execute_records(plan, threads(plan), observer, work);
+  }
+  virtual int threads(const RunPlan& plan) const { return plan.threads; }
+
+ private:
+  std::vector<std::string> useless_;
+};
+
+// Work on an experiment's scenes, of which each is loaded once.
+class SceneWork : public RecordWork {
+ public:
+  SceneWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer) {}
+
+  void load(const Cell& cell) override {
+    const auto index = scene_index(cell);
+    if (index && !scenes_.contains(*index)) scenes_.emplace(*index, load_choice(plan_, plan_.config.scenes[*index], observer_));
+  }
+  std::optional<SceneState> scene(const Cell& cell) override {
+    const auto index = scene_index(cell);
+    if (!index) return std::nullopt;
+    const SceneChoice& choice = plan_.config.scenes[*index];
+    return SceneState{choice.name, choice.path, scenes_.at(*index).hash()};
+  }
+  std::uint64_t disagreements() const override { return disagreements_; }
+
+ protected:
+  // Of the experiment's scenes; nullopt: the cell has none.
+  virtual std::optional<std::size_t> scene_index(const Cell& cell) const { return cell.scene; }
+  const Scene* scene_of(const Cell& cell) const {
+    const auto index = scene_index(cell);
+    return index ? &scenes_.at(*index) : nullptr;
+  }
+
+  const RunPlan& plan_;
+  RunObserver& observer_;
+  std::uint64_t disagreements_ = 0;
+
+ private:
+  std::map<std::size_t, Scene> scenes_;
+};
+
+}  // namespace etendue
