@@ -40,9 +40,9 @@ Predictions bias_predictions(const ReportData& data) {
       row.measure(centre, Interval{centre - sigmas * error, centre + sigmas * error});
       const double least = std::max(0.0, std::abs(centre) - sigmas * error);
       row.verdict = judge(least, {least, least}, *row.expected, {});
-      row.details = {{"seeds", TableCell::count(biases.size())},
-                     {"iterations", TableCell::count(configuration.replicates.front().last()->iterations)},
-                     {"standard_error", TableCell::number(error, figure_text(FigureKind::share, error))}};
+      row.details = {{"seeds", biases.size()},
+                     {"iterations", configuration.replicates.front().last()->iterations},
+                     {"standard_error", TableCell(error, figure_text(FigureKind::share, error))}};
       predictions.rows.push_back(std::move(row));
     }
   }

@@ -69,11 +69,10 @@ Predictions confidence_predictions(const ReportData& data) {
                              .kind = FigureKind::share,
                              .expected = Expected{coverage.least, 1}};
         row.measure(median(shares), Interval{quantile(shares, 0.25), quantile(shares, 0.75)});
-        row.details = {{"seeds", TableCell::count(shares.size())},
-                       {"iterations", TableCell::count(configuration.replicates.front().last()->iterations)}};
+        row.details = {{"seeds", shares.size()}, {"iterations", configuration.replicates.front().last()->iterations}};
         for (const char* error : {"stated", "true"}) {
           const double value = median(final_confidence(configuration, error));
-          row.details.emplace_back(error, TableCell::number(value, fmt::format("{:.3g}", value)));
+          row.details.emplace_back(error, TableCell(value, fmt::format("{:.3g}", value)));
         }
         predictions.rows.push_back(std::move(row));
       }

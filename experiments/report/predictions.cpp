@@ -28,16 +28,10 @@ std::string range_text(FigureKind kind, double low, double high) {
   return fmt::format("{}{}{}", figure_text(kind, low), low < 0 ? " to " : "–", figure_text(kind, high));
 }
 
-template <std::string Row::*member>
-TableCell words_of(const Row& row) {
-  return (row.*member).empty() ? TableCell{} : TableCell::words(row.*member);
+// Infinite ends have no cell.
+TableCell end_cell(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? TableCell(*value) : TableCell();
 }
-
-TableCell number_of(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? TableCell::number(*value) : TableCell{};
-}
-
-TableCell people(const std::string& text) { return text == "–" ? TableCell{} : TableCell::words(text); }
 
 // A column, and its cell in a row: without a function, a detail of the row.
 struct Column {
@@ -49,31 +43,29 @@ constexpr auto everyone = Audience::everyone, readers = Audience::people, machin
 
 const std::vector<Column>& columns() {
   static const std::vector<Column> all{
-      {{"id", "#"},
-       [](const Row& row) { return row.id > 0 ? TableCell::count(static_cast<std::uint64_t>(row.id)) : TableCell{}; }},
-      {{"statement", "statement", false}, words_of<&Row::statement>},
-      {{"scene", "scene", false}, words_of<&Row::scene>},
-      {{"region", "region", false}, words_of<&Row::region>},
-      {{"method", "method", false}, words_of<&Row::method>},
-      {{"structure", "", false, machines}, words_of<&Row::structure>},
-      {{"over", "over", false}, words_of<&Row::over>},
-      {{"remedy", "remedy", false}, words_of<&Row::remedy>},
+      {{"id", "#"}, [](const Row& row) { return row.id > 0 ? TableCell(row.id) : TableCell(); }},
+      {{"statement", "statement", false}, [](const Row& row) { return TableCell(row.statement); }},
+      {{"scene", "scene", false}, [](const Row& row) { return TableCell(row.scene); }},
+      {{"region", "region", false}, [](const Row& row) { return TableCell(row.region); }},
+      {{"method", "method", false}, [](const Row& row) { return TableCell(row.method); }},
+      {{"structure", "", false, machines}, [](const Row& row) { return TableCell(row.structure); }},
+      {{"over", "over", false}, [](const Row& row) { return TableCell(row.over); }},
+      {{"remedy", "remedy", false}, [](const Row& row) { return TableCell(row.remedy); }},
       {{"figure", "", false, machines}},
-      {{"quantity", "quantity", false}, words_of<&Row::quantity>},
-      {{"expected", "expected", true, readers, 1}, [](const Row& row) { return people(row.expected_text()); }},
+      {{"quantity", "quantity", false}, [](const Row& row) { return TableCell(row.quantity); }},
+      {{"expected", "expected", true, readers, 1}, [](const Row& row) { return TableCell(row.expected_text()); }},
       {{"expected_low", "", true, machines, 1},
-       [](const Row& row) { return row.expected ? number_of(row.expected->low) : TableCell{}; }},
+       [](const Row& row) { return row.expected ? end_cell(row.expected->low) : TableCell(); }},
       {{"expected_high", "", true, machines, 1},
-       [](const Row& row) { return row.expected ? number_of(row.expected->high) : TableCell{}; }},
-      {{"", "measured", true, readers, 1}, [](const Row& row) { return people(row.measured_text()); }},
-      {{"measured", "", true, machines, 1}, [](const Row& row) { return number_of(row.value); }},
-      {{"low", "", true, machines, 1},
-       [](const Row& row) { return row.interval ? number_of(row.interval->low) : TableCell{}; }},
+       [](const Row& row) { return row.expected ? end_cell(row.expected->high) : TableCell(); }},
+      {{"", "measured", true, readers, 1}, [](const Row& row) { return TableCell(row.measured_text()); }},
+      {{"measured", "", true, machines, 1}, [](const Row& row) { return end_cell(row.value); }},
+      {{"low", "", true, machines, 1}, [](const Row& row) { return row.interval ? end_cell(row.interval->low) : TableCell(); }},
       {{"high", "", true, machines, 1},
-       [](const Row& row) { return row.interval ? number_of(row.interval->high) : TableCell{}; }},
+       [](const Row& row) { return row.interval ? end_cell(row.interval->high) : TableCell(); }},
       {{"verdict", "verdict", false, everyone, 1},
-       [](const Row& row) { return row.verdict ? TableCell::words(std::string(verdict_name(*row.verdict))) : TableCell{}; }},
-      {{"source", "source", false, everyone, 1}, words_of<&Row::source>},
+       [](const Row& row) { return row.verdict ? TableCell(std::string(verdict_name(*row.verdict))) : TableCell(); }},
+      {{"source", "source", false, everyone, 1}, [](const Row& row) { return TableCell(row.source); }},
       {{"seeds", "seeds", true, everyone, 2}},
       {{"iterations", "iterations", true, everyone, 2}},
       {{"points_are", "points", false, machines, 2}},
@@ -97,10 +89,10 @@ TableCell cell_of(const Column& column, const Row& row) {
   if (column.cell != nullptr) return column.cell(row);
   const auto found = std::find_if(row.details.begin(), row.details.end(),
                                   [&](const auto& detail) { return detail.first == column.column.key; });
-  return found == row.details.end() ? TableCell{} : found->second;
+  return found == row.details.end() ? TableCell() : found->second;
 }
 
-bool is_filled(const TableCell& cell) { return !cell.raw.empty() || cell.text != TableCell{}.text; }
+bool is_filled(const TableCell& cell) { return !cell.raw.empty() || cell.text != TableCell().text; }
 
 // "sppm, edge of builtin:room: -0.667 (-0.68 to -0.65), expected -1/2 (refuted)".
 std::string in_words(const Row& row) {
@@ -136,16 +128,14 @@ void JudgedPrediction::measure(double measured, const std::optional<Interval>& a
 }
 
 void JudgedPrediction::add_detail(const std::string& key, double centre, const std::optional<Interval>& around) {
-  std::string text = format_figure(centre);
-  if (around) text += " (" + format_interval(around->low, around->high) + ")";
-  details.emplace_back(key, TableCell::number(centre, text));
+  details.emplace_back(key, around ? TableCell::interval(centre, around->low, around->high) : TableCell(centre));
   if (!around) return;
-  details.emplace_back(key + "_low", TableCell::number(around->low));
-  details.emplace_back(key + "_high", TableCell::number(around->high));
+  details.emplace_back(key + "_low", around->low);
+  details.emplace_back(key + "_high", around->high);
 }
 
 std::string JudgedPrediction::expected_text() const {
-  if (!expected) return "–";
+  if (!expected) return "";
   const auto& [low, high, text] = *expected;
   if (!text.empty() && kind != FigureKind::time) return text;
   if (std::isinf(high)) return "above " + figure_text(kind, low);
@@ -155,7 +145,7 @@ std::string JudgedPrediction::expected_text() const {
 }
 
 std::string JudgedPrediction::measured_text() const {
-  if (!value) return problem.empty() ? "–" : problem;
+  if (!value) return problem;
   std::string text = figure_text(kind, *value);
   if (interval && interval->low < interval->high) text += fmt::format(" ({})", range_text(kind, interval->low, interval->high));
   return text + marks;
@@ -168,7 +158,7 @@ void Predictions::add(Predictions others) {
 }
 
 Table predictions_table(const Predictions& predictions) {
-  Table table{"predictions", "Predictions and what was measured", {}, {}, {"Verdict", "Measurement"}, {}};
+  Table table{.name = "predictions", .title = "Predictions and what was measured", .group_titles = {"Verdict", "Measurement"}};
   std::vector<const Row*> rows;
   for (const Row& row : predictions.rows) rows.push_back(&row);
   std::stable_sort(rows.begin(), rows.end(), [](const Row* a, const Row* b) { return a->id < b->id; });

@@ -35,7 +35,7 @@ struct JudgedPrediction {
   // A detail with its interval, under three keys for programs, and in one cell for people.
   void add_detail(const std::string& key, double centre, const std::optional<Interval>& around);
 
-  std::string expected_text() const;  // "1.20×–1.30×", "above 2.00", "-2/3"; "–" where nothing is
+  std::string expected_text() const;  // "1.20×–1.30×", "above 2.00", "-2/3"; "" where nothing is
   std::string measured_text() const;  // "1.18× (1.17×–1.20×)"; the problem where there is no value
 };
 

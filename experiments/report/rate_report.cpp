@@ -32,16 +32,15 @@ JudgedPrediction judged(const FittedRate& rate) {
                        .kind = FigureKind::exponent,
                        .expected = law.expected,
                        .problem = rate.problem};
-  row.details = {{"points_are", TableCell::words(law.across ? "configurations" : "checkpoints")},
-                 {"seeds", TableCell::count(rate.seeds)}};
+  row.details = {{"points_are", law.across ? "configurations" : "checkpoints"}, {"seeds", rate.seeds}};
   if (!rate.fit) return row;
   const RateFit& fit = *rate.fit;
   row.measure(fit.exponent, fit.exponent_interval);
   row.marks = fmt::format("{}{}", rate.seeds < enough_seeds ? " †" : "", is_wide(rate) ? " ‡" : "");
-  row.details.emplace_back("points", TableCell::count(fit.points));
-  row.details.emplace_back("window", TableCell::words(fmt::format("{}–{}", format_short(fit.from), format_short(fit.to))));
-  row.details.emplace_back("from", TableCell::number(fit.from));
-  row.details.emplace_back("to", TableCell::number(fit.to));
+  row.details.emplace_back("points", fit.points);
+  row.details.emplace_back("window", fmt::format("{}–{}", format_short(fit.from), format_short(fit.to)));
+  row.details.emplace_back("from", TableCell(fit.from));
+  row.details.emplace_back("to", TableCell(fit.to));
   if (law.model == Prediction::Model::plateau) row.add_detail("plateau", fit.plateau, fit.plateau_interval);
   return row;
 }

@@ -135,7 +135,7 @@ JudgedPrediction judged(const FoundRatio& found, const ShortNames& names) {
                        .source = prediction.source,
                        .expected = prediction.expected,
                        .problem = found.problem};
-  row.details = {{"seeds", TableCell::count(found.seeds)}};
+  row.details = {{"seeds", found.seeds}};
   if (!found.problem.empty()) return row;
   row.measure(found.ratio, found.ratio_interval);
   if (row.verdict && found.ratio_interval)

@@ -65,12 +65,6 @@ TableCell::TableCell(double value, std::string shown) : TableCell(std::move(show
 TableCell TableCell::interval(double value, double low, double high) {
   return {value, fmt::format("{} ({})", format_figure(value), format_interval(low, high))};
 }
-TableCell TableCell::words(std::string text) { return {text, text, std::nullopt}; }
-TableCell TableCell::number(double value, std::string text) { return {std::move(text), fmt::format("{}", value), value}; }
-TableCell TableCell::number(double value) { return number(value, format_figure(value)); }
-TableCell TableCell::count(std::uint64_t value) {
-  return {fmt::format("{}", value), fmt::format("{}", value), static_cast<double>(value)};
-}
 
 std::vector<std::size_t> visible_columns(const Table& table, std::size_t group) {
   std::vector<std::size_t> chosen;

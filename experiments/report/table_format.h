@@ -31,10 +31,6 @@ struct TableCell {
   TableCell(const std::optional<Value>& value) : TableCell(value ? TableCell(*value) : TableCell()) {}
 
   static TableCell interval(double value, double low, double high);  // "1.2e-3 (1e-3–1.4e-3)"
-  static TableCell words(std::string text);
-  static TableCell number(double value, std::string text);
-  static TableCell number(double value);
-  static TableCell count(std::uint64_t value);
 };
 
 // A reader's column may gather what takes several for a program: "1.2e-3 (1e-3–1.4e-3)".

@@ -14,9 +14,7 @@ Table table_of(std::initializer_list<Row> rows) {
   Table table{"final", "Errors", {}, {}, {}, {}};
   table.columns = {
       {"method", "method", false}, {"relmse_mean", ""}, {"relmse_low", ""}, {"relmse_high", ""}, {"seeds", "seeds"}};
-  for (const Row& row : rows)
-    table.rows.push_back({TableCell::words(row.method), TableCell::number(row.value), TableCell::number(row.low),
-                          TableCell::number(row.high), TableCell::count(3)});
+  for (const Row& row : rows) table.rows.push_back({row.method, row.value, row.low, row.high, 3});
   return table;
 }
 

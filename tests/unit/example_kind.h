@@ -78,8 +78,8 @@ class LoadingKind final : public RecordKind<LoadingRecord, LoadingWork> {
     table.columns = {{"scene", "scene", false}, {"triangles", "triangles"}, {"load_s", "time"}};
     for (const LoadingRecord* record : records_of<LoadingRecord>(log))
       if (record->done())
-        table.rows.push_back({TableCell::words(record->cell.scene), TableCell::count(record->triangles),
-                              TableCell::number(record->load_s.median, format_seconds(record->load_s.median))});
+        table.rows.push_back(
+            {record->cell.scene, record->triangles, TableCell(record->load_s.median, format_seconds(record->load_s.median))});
     return {.tables = {table}};
   }
 };

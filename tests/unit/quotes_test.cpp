@@ -11,8 +11,7 @@ Table sample_table() {
   table.columns = {
       {"scene", "scene", false}, {"method", "method", false}, {"", "shown", true, Audience::people}, {"relmse", "relMSE"}};
   const auto add = [&](const char* scene, const char* method, double value) {
-    table.rows.push_back(
-        {TableCell::words(scene), TableCell::words(method), TableCell::words("shown"), TableCell::number(value)});
+    table.rows.push_back({scene, method, "shown", value});
   };
   add("builtin:box", "path", 4.87e-4);
   add("builtin:box", "sppm", 2.435e-4);

@@ -32,9 +32,7 @@ TEST(TerminalTables, WhatIsTooWideForATerminalIsSaidOnceOrBroken) {
   Table table{"t", "T", {{"i", "integrator", false}, {"seeds", "seeds of each configuration"}, {"e", "error", true}},
               {},  {},  {}};
   const std::string common = " photons=200k side_test=false structure=sorted-grid emission=visibility edges=hull";
-  const auto row = [&](const std::string& name, double error) {
-    table.rows.push_back({TableCell::words(name), TableCell::count(3), TableCell::number(error)});
-  };
+  const auto row = [&](const std::string& name, double error) { table.rows.push_back({name, 3, error}); };
   row("photon-map" + common + " k=50", 0.5);
   row("sppm k=8" + common + " radius=0.25 neighbours=16 alpha=0.7 kernel=epanechnikov max_depth=12 roulette_depth=7", 0.25);
   const std::string text = to_terminal(table, 0);
@@ -45,7 +43,7 @@ TEST(TerminalTables, WhatIsTooWideForATerminalIsSaidOnceOrBroken) {
   EXPECT_NE(text.find("\n    roulette_depth=7\n"), std::string::npos) << text;
   EXPECT_EQ(to_markdown(table).find("in all rows"), std::string::npos);
   table.rows.pop_back();
-  table.rows.front().front() = TableCell::words("photon-map");
+  table.rows.front().front() = "photon-map";
   EXPECT_EQ(to_terminal(table, 0),
             "  integrator  seeds of each configuration  error\n  photon-map                            3  0.500\n");
 }
@@ -53,8 +51,7 @@ TEST(TerminalTables, WhatIsTooWideForATerminalIsSaidOnceOrBroken) {
 TEST(TerminalTables, EveryTextColumnIsMadeNarrowerOnATerminal) {
   Table table{"t", "T", {{"a", "a name", false}, {"b", "what it says", false}, {"e", "error", true}}, {}, {}, {}};
   const std::string word(60, 'x');  // which stays the widest, as it cannot be broken
-  table.rows.push_back(
-      {TableCell::words(word), TableCell::words("some words that take more than forty columns"), TableCell::words("1")});
+  table.rows.push_back({word, "some words that take more than forty columns", "1"});
   EXPECT_EQ(to_terminal(table, 0), "  a name" + std::string(56, ' ') + "what it says                   error\n  " + word +
                                        "  some words that take more          1\n" + std::string(66, ' ') +
                                        "than forty columns\n");
@@ -78,7 +75,7 @@ TEST(TerminalTables, WhatFitsATerminalByNoMeansHasABlockForEachRow) {
               {}};
   const auto row = [&](std::initializer_list<const char*> texts) {
     table.rows.emplace_back();
-    for (const char* text : texts) table.rows.back().push_back(TableCell::words(text));
+    for (const char* text : texts) table.rows.back().push_back(text);
   };
   row({"hessian-shade.pbrt", "whole image", "metric=radiometric-hessian records=1000", "0.0397 (0.0282–0.0525)",
        "metric=occlusion-hessian records=1000", "9.46 (8.95–11.1)", "yes", "3", "[Schwarzhaupt2012] figure 1"});

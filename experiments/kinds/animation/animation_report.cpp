@@ -1,6 +1,7 @@
 #include "experiments/kinds/animation/animation_report.h"
 
 #include "experiments/report/report_text.h"
+#include "experiments/report/table_of.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/units.h"
 
@@ -64,26 +65,22 @@ bool same_policies(const AnimationRecord& a, const AnimationRecord& b) {
 
 Figure policy_figure(const AnimationData& animation, const char* stem, const char* title, const char* axis, FrameFigure figure,
                      double unit) {
-  Chart chart;
-  chart.x = {"frame", Scale::linear, std::nullopt};
+  Chart chart{.x = {"frame", Scale::linear}};
   double low = infinity, high = 0;
   for (std::size_t p = 0; p < animation.policy_count(); ++p) {
-    ChartSeries series;
-    series.key = series.label = animation.seeds.front()->policies[p].policy;
-    series.colour = p % chart_colours;
-    series.marker = p % chart_markers;
-    series.dash = p / chart_colours % chart_dashes;
+    ChartSeries series{.key = animation.policy(p), .label = animation.policy(p)};
+    series.style(p);
     for (std::size_t f = 1; f < animation.frames; ++f) {
-      std::vector<double> values = over_seeds(animation, p, f, figure);
+      const std::vector<double> values = over_seeds(animation, p, f, figure);
       const auto [least, most] = std::minmax_element(values.begin(), values.end());
-      series.points.push_back({static_cast<double>(f), unit * mean(values), unit * *least, unit * *most});
+      series.points.emplace_back(static_cast<double>(f), unit * mean(values), unit * *least, unit * *most);
       low = std::min(low, series.points.back().y);
       high = std::max(high, series.points.back().y);
     }
     chart.series.push_back(std::move(series));
   }
-  chart.y = {axis, low > 0 && high > 4 * low ? Scale::log : Scale::linear, std::nullopt};
-  Figure result{fmt::format("{}-{}", stem, animation.file_stem), animation.name, title, {std::move(chart)}, {}};
+  chart.y = {axis, low > 0 && high > 4 * low ? Scale::log : Scale::linear};
+  Figure result{fmt::format("{}-{}", stem, animation.file_stem), animation.name, title, {std::move(chart)}};
   if (animation.seeds.size() > 1)
     result.notes.push_back(fmt::format("Lines: mean over {} seeds; bands: both extremes.", animation.seeds.size()));
   return result;
@@ -126,43 +123,51 @@ std::vector<AnimationData> arrange_animations(const RunLog& log) {
 }
 
 Table animations_table(const RunLog& log) {
-  Table table{"animations", "Change over time", {}, {}, {"Time", "Quality"}, {}};
-  table.columns = {{"scene", "scene", false},
-                   {"motion", "motion", false},
-                   {"builder", "builder", false},
-                   {"policy", "policy", false},
-                   {"frame_s", "frame", true, Audience::everyone, 1},
-                   {"update_s", "update", true, Audience::everyone, 1},
-                   {"worst_update_s", "worst update", true, Audience::everyone, 1},
-                   {"rebuilt", "rebuilt", true, Audience::everyone, 1},
-                   {"mrays_per_s", "Mrays/s", true, Audience::everyone, 2},
-                   {"relative_cost", "SAH cost", true, Audience::everyone, 2},
-                   {"last_relative_cost", "at last", true, Audience::everyone, 2},
-                   {"last_relative_trace", "tracing at last", true, Audience::everyone, 2},
-                   {"disagreements", "disagreements", true, Audience::everyone, 2}};
-  const auto time = [](double s) { return TableCell::number(s, format_seconds(s)); };
-  const auto ratio = [](double x) { return x > 0 ? TableCell::number(x, times(x)) : TableCell{}; };
-  for (const AnimationData& a : arrange_animations(log))
-    for (std::size_t p = 0; p < a.policy_count(); ++p) {
-      const double share = mean_over(a, p, 1, rebuilt), speed = mean_over(a, p, 1, mrays_per_s);
-      std::uint64_t disagreements = 0;
-      for (const AnimationRecord* record : a.seeds) disagreements += record->policies[p].disagreements;
-      table.rows.push_back({TableCell::words(a.scene), TableCell::words(a.motion), TableCell::words(a.builder),
-                            TableCell::words(a.seeds.front()->policies[p].policy), time(mean_over(a, p, 1, frame_s)),
-                            time(mean_over(a, p, 1, update_s)), time(largest(a, p, update_s)),
-                            TableCell::number(share, fmt::format("{:.1f} %", 100 * share)),
-                            TableCell::number(speed, format_figure(speed)), ratio(mean_over(a, p, 1, relative_cost)),
-                            ratio(mean_over(a, p, last_frames(a), relative_cost)),
-                            ratio(mean_over(a, p, last_frames(a), trace_ratio)), TableCell::count(disagreements)});
-    }
-  if (!table.rows.empty())
-    table.notes.push_back(
-        "Means over frames and seeds. A frame: bringing the tree up to date, and tracing. Rebuilt: what went to the builder, "
-        "as a "
-        "share of the primitives. SAH cost: relative to a tree built anew. At last: over the last tenth of the frames; tracing "
-        "relative to the policy that rebuilds. Disagreements: hits that differ from those of a tree built anew.");
-  for (std::string& line : failed_cells<AnimationRecord>(log)) table.notes.push_back(std::move(line));
-  return table;
+  struct Row {
+    const AnimationData* animation;
+    std::size_t policy;
+
+    double mean_of(FrameFigure figure, std::size_t begin = 1) const { return mean_over(*animation, policy, begin, figure); }
+    double last_mean_of(FrameFigure figure) const { return mean_of(figure, last_frames(*animation)); }
+  };
+  const std::vector<AnimationData> animations = arrange_animations(log);
+  std::vector<Row> rows;
+  for (const AnimationData& animation : animations)
+    for (std::size_t p = 0; p < animation.policy_count(); ++p) rows.push_back({&animation, p});
+  const auto time = [](double s) { return TableCell(s, format_seconds(s)); };
+  const auto ratio = [](double x) { return x > 0 ? TableCell(x, times(x)) : TableCell(); };
+  TableOf<Row> table("animations", "Change over time", rows);
+  table.column("scene", "scene", [](const Row& row) { return row.animation->scene; });
+  table.column("motion", "motion", [](const Row& row) { return row.animation->motion; });
+  table.column("builder", "builder", [](const Row& row) { return row.animation->builder; });
+  table.column("policy", "policy", [](const Row& row) { return row.animation->policy(row.policy); });
+  table.group("Time");
+  table.column("frame_s", "frame", [&](const Row& row) { return time(row.mean_of(frame_s)); });
+  table.column("update_s", "update", [&](const Row& row) { return time(row.mean_of(update_s)); });
+  table.column("worst_update_s", "worst update",
+               [&](const Row& row) { return time(largest(*row.animation, row.policy, update_s)); });
+  table.column("rebuilt", "rebuilt", [](const Row& row) {
+    const double share = row.mean_of(rebuilt);
+    return TableCell(share, fmt::format("{:.1f} %", 100 * share));
+  });
+  table.group("Quality");
+  table.column("mrays_per_s", "Mrays/s", [](const Row& row) { return row.mean_of(mrays_per_s); });
+  table.column("relative_cost", "SAH cost", [&](const Row& row) { return ratio(row.mean_of(relative_cost)); });
+  table.column("last_relative_cost", "at last", [&](const Row& row) { return ratio(row.last_mean_of(relative_cost)); });
+  table.column("last_relative_trace", "tracing at last", [&](const Row& row) { return ratio(row.last_mean_of(trace_ratio)); });
+  table.column("disagreements", "disagreements", [](const Row& row) {
+    std::uint64_t disagreements = 0;
+    for (const AnimationRecord* record : row.animation->seeds) disagreements += record->policies[row.policy].disagreements;
+    return disagreements;
+  });
+  table.note(
+      "Means over frames and seeds. A frame: bringing the tree up to date, and tracing. Rebuilt: what went to the builder, as "
+      "a "
+      "share of the primitives. SAH cost: relative to a tree built anew. At last: over the last tenth of the frames; tracing "
+      "relative to the policy that rebuilds. Disagreements: hits that differ from those of a tree built anew.");
+  Table result = table.take();
+  for (std::string& line : failed_cells<AnimationRecord>(log)) result.notes.push_back(std::move(line));
+  return result;
 }
 
 std::vector<Figure> animation_figures(const AnimationData& animation) {
@@ -176,14 +181,13 @@ std::string animation_finding(const AnimationData& animation) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t p = 0; p < animation.policy_count(); ++p) order.emplace_back(mean_over(animation, p, 1, frame_s), p);
   std::sort(order.begin(), order.end());
-  const auto& policies = animation.seeds.front()->policies;
   std::string text =
-      fmt::format("{} takes the least time: {} a frame", policies[order[0].second].policy, format_seconds(order[0].first));
+      fmt::format("{} takes the least time: {} a frame", animation.policy(order[0].second), format_seconds(order[0].first));
   for (std::size_t i = 1; i < order.size(); ++i)
-    text += fmt::format("{} {} takes {}", i == 1 ? ";" : ",", policies[order[i].second].policy,
+    text += fmt::format("{} {} takes {}", i == 1 ? ";" : ",", animation.policy(order[i].second),
                         times(order[i].first / order[0].first));
-  for (std::size_t p = 0; p < policies.size(); ++p) {
-    if (policies[p].policy != "refit") continue;
+  for (std::size_t p = 0; p < animation.policy_count(); ++p) {
+    if (animation.policy(p) != "refit") continue;
     text += fmt::format(". After {} frames the refitted tree costs {} one built anew", animation.frames - 1,
                         times(mean_over(animation, p, last_frames(animation), relative_cost)));
     if (const double ratio = mean_over(animation, p, last_frames(animation), trace_ratio); ratio > 0)

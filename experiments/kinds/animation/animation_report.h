@@ -18,6 +18,7 @@ struct AnimationData {
   std::size_t frames = 0;                     // that all of them have, the rest position included
 
   std::size_t policy_count() const { return seeds.front()->policies.size(); }
+  const std::string& policy(std::size_t index) const { return seeds.front()->policies[index].policy; }
 };
 
 // Those that finished, in order of first appearance; keeps pointers into `log`.

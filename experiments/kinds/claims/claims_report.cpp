@@ -1,6 +1,8 @@
 #include "experiments/kinds/claims/claims_report.h"
 
+#include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/table_of.h"
 
 #include <fmt/format.h>
 
@@ -22,7 +24,7 @@ JudgedPrediction row_of(const ClaimRecord& record, const ClaimFigure& figure) {
                        .kind = figure.kind,
                        .expected = figure.judged ? std::optional(figure.expected) : std::nullopt};
   row.measure(figure.value.median, Interval{figure.value.low, figure.value.high});
-  row.details = {{"figure", TableCell::words(figure.quantity)}};
+  row.details = {{"figure", figure.quantity}};
   return row;
 }
 
@@ -34,8 +36,7 @@ std::string short_scene(const std::string& scene) {
 
 std::vector<std::string> quantities_of(const Rows& rows) {
   std::vector<std::string> quantities;
-  for (const JudgedPrediction& row : rows)
-    if (std::find(quantities.begin(), quantities.end(), row.quantity) == quantities.end()) quantities.push_back(row.quantity);
+  for (const JudgedPrediction& row : rows) index_in(quantities, row.quantity);
   return quantities;
 }
 
@@ -90,12 +91,10 @@ std::vector<std::string> describe_measured(const Rows& rows) {
 // What the claim's words were taken to mean, and what its measurements remark; each once.
 std::string remarks_of(const ClaimFindings& claim) {
   std::vector<std::string> parts;
-  const auto add = [&](const std::string& part) {
-    if (!part.empty() && std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
-  };
-  for (const ClaimRecord* record : claim.records) add(record->reading);
   for (const ClaimRecord* record : claim.records)
-    for (const std::string& remark : record->remarks) add(remark);
+    if (!record->reading.empty()) index_in(parts, record->reading);
+  for (const ClaimRecord* record : claim.records)
+    for (const std::string& remark : record->remarks) index_in(parts, remark);
   return fmt::format("{}", fmt::join(parts, " "));
 }
 
@@ -105,8 +104,6 @@ std::string count_claims(const std::vector<ClaimFindings>& claims) {
   for (const ClaimFindings& claim : claims) verdicts.push_back(claim.verdict);
   return fmt::format("{} statement{}: {}", claims.size(), claims.size() == 1 ? "" : "s", count_verdicts(verdicts));
 }
-
-TableCell words_or_none(const std::string& text) { return text.empty() ? TableCell{} : TableCell::words(text); }
 
 Predictions claim_predictions(const RunLog& log) {
   Predictions predictions;
@@ -145,27 +142,20 @@ std::vector<ClaimFindings> arrange_claims(const RunLog& log) {
 }
 
 Table claims_table(const RunLog& log) {
-  Table table{"claims", "Textbook statements, measured", {}, {}, {}, {}};
-  table.columns = {{"id", "#"},
-                   {"claim", "claim", false},
-                   {"source", "source", false},
-                   {"claimed", "claimed", false},
-                   {"measured", "measured", false},
-                   {"verdict", "verdict", false},
-                   {"depends_on", "depends on", false},
-                   {"remarks", "remarks", false}};
-  for (const ClaimFindings& claim : arrange_claims(log)) {
-    const ClaimRecord& first = *claim.records.front();
-    table.rows.push_back({TableCell::count(static_cast<std::uint64_t>(claim.id)), TableCell::words(first.claim),
-                          TableCell::words(first.source), TableCell::words(first.claimed),
-                          TableCell::words(fmt::format("{}", fmt::join(claim.measured, "; "))),
-                          TableCell::words(std::string(verdict_name(claim.verdict))), words_or_none(claim.on_what),
-                          words_or_none(remarks_of(claim))});
-  }
-  if (!table.rows.empty())
-    table.notes.push_back(fmt::format("{} Depends: figures or scenes differ, as said behind it.", verdict_rule));
-  for (std::string& line : failed_cells<ClaimRecord>(log)) table.notes.push_back(std::move(line));
-  return table;
+  TableOf<ClaimFindings> table("claims", "Textbook statements, measured", arrange_claims(log));
+  table.column("id", "#", &ClaimFindings::id);
+  table.column("claim", "claim", [](const ClaimFindings& claim) { return claim.stated().claim; });
+  table.column("source", "source", [](const ClaimFindings& claim) { return claim.stated().source; });
+  table.column("claimed", "claimed", [](const ClaimFindings& claim) { return claim.stated().claimed; });
+  table.column("measured", "measured",
+               [](const ClaimFindings& claim) { return fmt::format("{}", fmt::join(claim.measured, "; ")); });
+  table.column("verdict", "verdict", [](const ClaimFindings& claim) { return std::string(verdict_name(claim.verdict)); });
+  table.column("depends_on", "depends on", &ClaimFindings::on_what);
+  table.column("remarks", "remarks", remarks_of);
+  table.note(fmt::format("{} Depends: figures or scenes differ, as said behind it.", verdict_rule));
+  Table result = table.take();
+  for (std::string& line : failed_cells<ClaimRecord>(log)) result.notes.push_back(std::move(line));
+  return result;
 }
 
 KindReport claims_report(const RunLog& log) {
@@ -181,7 +171,7 @@ KindReport claims_report(const RunLog& log) {
   out = fmt::format("<p>{}</p>\n<p class=\"note\">{}</p>\n", escape_html(report.answer), escape_html(verdict_rule));
   out += "<div class=\"findings\">\n";
   for (const ClaimFindings& claim : claims) {
-    const ClaimRecord& first = *claim.records.front();
+    const ClaimRecord& first = claim.stated();
     out +=
         fmt::format("<article class=\"card\"><h3>{}. {}</h3><dl><dt>claimed</dt><dd>{} <span class=\"note\">({})</span></dd>",
                     claim.id, escape_html(first.claim), escape_html(first.claimed), escape_html(first.source));
@@ -202,7 +192,7 @@ std::string claims_summary(const RunLog& log) {
   const std::vector<ClaimFindings> claims = arrange_claims(log);
   std::string out;
   for (const ClaimFindings& claim : claims) {
-    const ClaimRecord& first = *claim.records.front();
+    const ClaimRecord& first = claim.stated();
     out += fmt::format("{:2}  {}\n      claimed {}; measured {}\n      {}{}\n", claim.id, first.claim, first.claimed,
                        fmt::join(claim.measured, "; "), verdict_name(claim.verdict),
                        claim.on_what.empty() ? "" : " (" + claim.on_what + ")");

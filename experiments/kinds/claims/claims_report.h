@@ -16,6 +16,8 @@ struct ClaimFindings {
   Verdict verdict = Verdict::depends;
   std::string on_what;                // of "depends": which figures say what
   std::vector<std::string> measured;  // a line for each quantity
+
+  const ClaimRecord& stated() const { return *records.front(); }
 };
 
 // By id; keeps pointers into `log`. Claims of which no judged figure is there are left out.

@@ -1,7 +1,9 @@
 #include "experiments/kinds/search/search_report.h"
 
 #include "experiments/kinds/search/search_curves.h"
+#include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/table_of.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -34,31 +36,19 @@ std::string abscissa_title(const SearchPlot& plot) {
   return plot.abscissa;
 }
 
-// Colour and marker go with the structure, wherever it stands.
-std::size_t style_of(const RunLog& log, const std::string& structure) {
+// Its style goes with the structure, wherever that stands.
+ChartSeries series_of(const RunLog& log, const std::string& structure) {
   std::vector<std::string> names;
   for (const SearchRecord* record : records_of<SearchRecord>(log))
-    for (const SearchFigure& figure : record->figures)
-      if (std::find(names.begin(), names.end(), figure.structure) == names.end()) names.push_back(figure.structure);
-  return static_cast<std::size_t>(std::find(names.begin(), names.end(), structure) - names.begin());
-}
-
-ChartSeries series_of(const RunLog& log, const std::string& structure) {
-  const std::size_t style = style_of(log, structure);
-  ChartSeries series;
-  series.key = series.label = structure;
-  series.colour = style % chart_colours;
-  series.marker = style % chart_markers;
-  series.dash = style / chart_colours % chart_dashes;
+    for (const SearchFigure& figure : record->figures) index_in(names, figure.structure);
+  ChartSeries series{.key = structure, .label = structure};
+  series.style(index_in(names, structure));
   return series;
 }
 
 // Nothing is drawn at zero: brute force needs no memory of its own.
 Chart chart_of(const RunLog& log, const SearchPlot& plot) {
-  Chart chart;
-  chart.title = measure_name(plot.measure, plot.parameter);
-  chart.x = {abscissa_title(plot), Scale::log, std::nullopt};
-  chart.y = {axis_title(plot), Scale::log, std::nullopt};
+  Chart chart{.title = measure_name(plot.measure, plot.parameter), .x = {abscissa_title(plot)}, .y = {axis_title(plot)}};
   const double unit = plot.measure == "memory" ? 1 : 1e9;
   for (const StructureCurve& curve : plot.curves) {
     ChartSeries series = series_of(log, curve.structure);
@@ -71,17 +61,14 @@ Chart chart_of(const RunLog& log, const SearchPlot& plot) {
 
 // A mark at each (count, points asked for) in the colour of the structure that answers first.
 Chart leader_map(const RunLog& log, const std::vector<const SearchPlot*>& plots) {
-  Chart chart;
-  chart.title = plots.front()->measure;
-  chart.x = {plots.front()->kind, Scale::log, std::nullopt};
-  chart.y = {"points asked for", Scale::log, std::nullopt};
+  Chart chart{.title = plots.front()->measure, .x = {plots.front()->kind}, .y = {"points asked for"}};
   std::map<std::string, ChartSeries> led;
   for (const SearchPlot* plot : plots)
     for (const double x : abscissas(*plot)) {
       const std::string& structure = plot->curves[*leader_at(*plot, x)].structure;
       ChartSeries& series = led.try_emplace(structure, series_of(log, structure)).first->second;
       series.draw = ChartSeries::Draw::dots;
-      series.points.push_back({x, plot->parameter, plot->parameter, plot->parameter});
+      series.points.emplace_back(x, plot->parameter);
     }
   for (auto& [structure, series] : led) chart.series.push_back(std::move(series));
   return chart;
@@ -91,155 +78,174 @@ std::string at_text(const SearchPlot& plot) {
   return plot.count > 0 ? fmt::format(" ({:g} {})", plot.count, plot.kind) : std::string();
 }
 
+// What was measured of structures, in the order of the table's columns.
+struct Measure {
+  std::string name;
+  double parameter = 0;
+
+  bool is(const SearchFigure& figure) const { return figure.measure == name && figure.parameter == parameter; }
+};
+
+std::vector<Measure> measures_of(const std::vector<const SearchRecord*>& records) {
+  std::vector<Measure> measures;
+  for (const SearchRecord* record : records)
+    for (const SearchFigure& figure : record->figures)
+      if (std::none_of(measures.begin(), measures.end(), [&](const Measure& m) { return m.is(figure); }))
+        measures.push_back({figure.measure, figure.parameter});
+  std::stable_sort(measures.begin(), measures.end(), [](const Measure& a, const Measure& b) {
+    const auto rank = [](const std::string& m) { return m == "within" ? 1 : m == "nearest" ? 2 : 0; };
+    return rank(a.name) < rank(b.name);
+  });
+  return measures;
+}
+
+// Structures by their values at x, the least first.
+std::vector<std::pair<double, std::string>> ranking(const SearchPlot& plot, double x, bool with_brute) {
+  std::vector<std::pair<double, std::string>> order;
+  for (const StructureCurve& curve : plot.curves)
+    if (const CurvePoint* point = point_at(curve, x); point && (with_brute || curve.structure != "brute"))
+      order.emplace_back(point->value.median, curve.structure);
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
 }  // namespace
 
 Table search_times_table(const RunLog& log) {
-  Table table{"search-times", "Point and record structures", {}, {}, {}, failed_cells<SearchRecord>(log)};
-  table.columns = {{"set", "set", false}, {"count", "count"}, {"structure", "structure", false}};
-  std::vector<std::pair<std::string, double>> measures;
-  for (const SearchRecord* record : records_of<SearchRecord>(log))
-    for (const SearchFigure& f : record->figures) {
-      const std::pair measure{f.measure, f.parameter};
-      if (std::find(measures.begin(), measures.end(), measure) == measures.end()) measures.push_back(measure);
-    }
-  std::stable_sort(measures.begin(), measures.end(), [](const auto& a, const auto& b) {
-    const auto rank = [](const std::string& m) { return m == "within" ? 1 : m == "nearest" ? 2 : 0; };
-    return rank(a.first) < rank(b.first);
-  });
-  for (const auto& [measure, parameter] : measures) {
-    const std::string name = measure_name(measure, parameter);
-    std::string key = name + (measure == "memory" ? "_bytes" : "_s");
-    std::replace(key.begin(), key.end(), ' ', '_');
-    table.columns.push_back({key, name, true, Audience::everyone});
-    for (const char* quartile : {"_low", "_high"})
-      table.columns.push_back({key + quartile, name + quartile, true, Audience::machines});
-  }
-  for (const SearchRecord* logged : records_of<SearchRecord>(log)) {
-    const SearchRecord& record = *logged;
-    std::vector<std::string> structures;
-    for (const SearchFigure& f : record.figures)
-      if (std::find(structures.begin(), structures.end(), f.structure) == structures.end()) structures.push_back(f.structure);
-    for (const std::string& structure : structures) {
-      std::vector<TableCell> row{TableCell::words(record.cell.scene), TableCell::count(record.count),
-                                 TableCell::words(structure)};
-      for (const auto& wanted : measures) {
-        const auto found = std::find_if(record.figures.begin(), record.figures.end(), [&](const SearchFigure& f) {
-          return f.structure == structure && std::pair(f.measure, f.parameter) == wanted;
-        });
-        for (const auto part : {&Measured::median, &Measured::low, &Measured::high})
-          row.push_back(found == record.figures.end()
-                            ? TableCell{}
-                            : TableCell::number(found->value.*part, value_text(wanted.first, found->value.*part)));
-      }
-      table.rows.push_back(std::move(row));
-    }
-  }
+  struct Row {
+    const SearchRecord* record;
+    std::string structure;
+  };
+  const std::vector<const SearchRecord*> records = records_of<SearchRecord>(log);
+  std::vector<Row> rows;
   std::uint64_t checked = 0, disagreements = 0;
-  for (const SearchRecord* logged : records_of<SearchRecord>(log)) {
-    const SearchRecord& record = *logged;
-    checked += record.checked;
-    disagreements += record.disagreements;
+  for (const SearchRecord* record : records) {
+    std::vector<std::string> structures;
+    for (const SearchFigure& figure : record->figures) index_in(structures, figure.structure);
+    for (const std::string& structure : structures) rows.push_back({record, structure});
+    checked += record->checked;
+    disagreements += record->disagreements;
   }
-  if (!table.rows.empty())
-    table.notes.push_back(fmt::format(
+  TableOf<Row> table("search-times", "Point and record structures", rows);
+  table.column("set", "set", [](const Row& row) { return row.record->cell.scene; });
+  table.column("count", "count", [](const Row& row) { return row.record->count; });
+  table.column("structure", "structure", [](const Row& row) { return row.structure; });
+  for (const Measure& measure : measures_of(records)) {
+    const std::string name = measure_name(measure.name, measure.parameter);
+    std::string key = name + (measure.name == "memory" ? "_bytes" : "_s");
+    std::replace(key.begin(), key.end(), ' ', '_');
+    const auto part = [&](double Measured::*value) {
+      return [&measure, value](const Row& row) {
+        for (const SearchFigure& f : row.record->figures)
+          if (f.structure == row.structure && measure.is(f))
+            return TableCell(f.value.*value, value_text(measure.name, f.value.*value));
+        return TableCell();
+      };
+    };
+    table.column(key, name, part(&Measured::median));
+    table.column(key + "_low", name + "_low", part(&Measured::low), Audience::machines);
+    table.column(key + "_high", name + "_high", part(&Measured::high), Audience::machines);
+  }
+  Table result = table.take();
+  result.notes = failed_cells<SearchRecord>(log);
+  if (!rows.empty())
+    result.notes.push_back(fmt::format(
         "CPU time of one thread; medians of interleaved repetitions (the CSV has their quartiles). Build and insertion per "
-        "point and record, "
-        "queries each. within k: by the radius that holds k points at the median query (clustered sets: at each query). {} "
-        "answers compared, {} differ.",
+        "point and record, queries each. within k: by the radius that holds k points at the median query (clustered sets: at "
+        "each query). {} answers compared, {} differ.",
         checked, disagreements));
-  return table;
+  return result;
 }
 
 Table search_leaders_table(const RunLog& log) {
-  Table table{"search-leaders", "The fastest structure", {}, {}, {}, {}};
-  table.columns = {{"set", "set", false}, {"measure", "measure", false}, {"count", "count"},    {"fastest", "fastest", false},
-                   {"value", "value"},    {"next", "next", false},       {"ratio", "slower by"}};
-  for (const SearchPlot& plot : search_plots(log)) {
+  struct Row {
+    const SearchPlot* plot;
+    double x;
+    std::vector<std::pair<double, std::string>> order;
+  };
+  const std::vector<SearchPlot> plots = search_plots(log);
+  std::vector<Row> rows;
+  for (const SearchPlot& plot : plots) {
     if (plot.abscissa != "count" || plot.measure == "memory") continue;
-    for (const double x : abscissas(plot)) {
-      std::vector<std::pair<double, std::string>> order;
-      for (const StructureCurve& curve : plot.curves) {
-        const CurvePoint* const point = point_at(curve, x);
-        if (point && !(curve.structure == "brute" && plot.measure == "build"))
-          order.emplace_back(point->value.median, curve.structure);
-      }
-      if (order.size() < 2) continue;
-      std::sort(order.begin(), order.end());
-      const double ratio = order[1].first / order[0].first;
-      table.rows.push_back({TableCell::words(plot.set), TableCell::words(measure_name(plot.measure, plot.parameter)),
-                            TableCell::count(static_cast<std::uint64_t>(x)), TableCell::words(order[0].second),
-                            TableCell::number(order[0].first, value_text(plot.measure, order[0].first)),
-                            TableCell::words(order[1].second), TableCell::number(ratio, fmt::format("{:.2f}×", ratio))});
-    }
+    for (const double x : abscissas(plot))
+      if (auto order = ranking(plot, x, plot.measure != "build"); order.size() > 1)
+        rows.push_back({&plot, x, std::move(order)});
   }
-  return table;
+  TableOf<Row> table("search-leaders", "The fastest structure", std::move(rows));
+  table.column("set", "set", [](const Row& row) { return row.plot->set; });
+  table.column("measure", "measure", [](const Row& row) { return measure_name(row.plot->measure, row.plot->parameter); });
+  table.column("count", "count", [](const Row& row) { return static_cast<std::uint64_t>(row.x); });
+  table.column("fastest", "fastest", [](const Row& row) { return row.order[0].second; });
+  table.column("value", "value",
+               [](const Row& row) { return TableCell(row.order[0].first, value_text(row.plot->measure, row.order[0].first)); });
+  table.column("next", "next", [](const Row& row) { return row.order[1].second; });
+  table.column("ratio", "slower by", [](const Row& row) {
+    const double ratio = row.order[1].first / row.order[0].first;
+    return TableCell(ratio, fmt::format("{:.2f}×", ratio));
+  });
+  return table.take();
 }
 
 Table search_crossovers_table(const RunLog& log) {
-  Table table{"search-crossovers", "Crossovers of structures", {}, {}, {}, {}};
-  table.columns = {{"set", "set", false},
-                   {"measure", "measure", false},
-                   {"abscissa", "over", false},
-                   {"overtaken", "overtaken", false},
-                   {"overtaking", "by", false},
-                   {"at", "at"},
-                   {"lead", "takes the lead", false},
-                   {"clear", "beyond the spread", false}};
-  for (const SearchPlot& plot : search_plots(log))
-    for (const Crossover& c : crossovers(plot)) {
-      if (plot.measure == "memory" || plot.measure == "build" || plot.measure == "insert") {
-        if (c.overtaken == "brute") continue;  // it builds nothing
-      }
-      table.rows.push_back({TableCell::words(plot.set), TableCell::words(measure_name(plot.measure, plot.parameter)),
-                            TableCell::words(abscissa_title(plot) + at_text(plot)), TableCell::words(c.overtaken),
-                            TableCell::words(c.overtaking), TableCell::number(c.at, fmt::format("{:.2g}", c.at)),
-                            TableCell::words(c.lead ? "yes" : "no"), TableCell::words(c.clear ? "yes" : "no")});
-    }
-  if (!table.rows.empty())
-    table.notes.push_back(
-        "Where the lead changes, and where brute force is overtaken; logarithms interpolated between the values measured. "
-        "Beyond "
-        "the spread: on both sides the quartiles of the two are apart.");
-  return table;
+  struct Row {
+    const SearchPlot* plot;
+    Crossover crossover;
+  };
+  const std::vector<SearchPlot> plots = search_plots(log);
+  std::vector<Row> rows;
+  for (const SearchPlot& plot : plots) {
+    const bool asks = plot.measure != "memory" && plot.measure != "build" && plot.measure != "insert";
+    for (const Crossover& crossover : crossovers(plot))
+      if (asks || crossover.overtaken != "brute") rows.push_back({&plot, crossover});  // which builds nothing
+  }
+  TableOf<Row> table("search-crossovers", "Crossovers of structures", std::move(rows));
+  const auto yes_or_no = [](bool yes) { return yes ? "yes" : "no"; };
+  table.column("set", "set", [](const Row& row) { return row.plot->set; });
+  table.column("measure", "measure", [](const Row& row) { return measure_name(row.plot->measure, row.plot->parameter); });
+  table.column("abscissa", "over", [](const Row& row) { return abscissa_title(*row.plot) + at_text(*row.plot); });
+  table.column("overtaken", "overtaken", [](const Row& row) { return row.crossover.overtaken; });
+  table.column("overtaking", "by", [](const Row& row) { return row.crossover.overtaking; });
+  table.column("at", "at", [](const Row& row) { return TableCell(row.crossover.at, fmt::format("{:.2g}", row.crossover.at)); });
+  table.column("lead", "takes the lead", [&](const Row& row) { return yes_or_no(row.crossover.lead); });
+  table.column("clear", "beyond the spread", [&](const Row& row) { return yes_or_no(row.crossover.clear); });
+  table.note(
+      "Where the lead changes, and where brute force is overtaken; logarithms interpolated between the values measured. Beyond "
+      "the spread: on both sides the quartiles of the two are apart.");
+  return table.take();
 }
 
 std::vector<Figure> search_figures(const RunLog& log) {
   std::vector<Figure> figures;
-  std::map<std::string, std::size_t> by_name;
   const auto put = [&](const std::string& name, const std::string& set, const std::string& title, Chart chart) {
-    const auto [entry, fresh] = by_name.try_emplace(name, figures.size());
-    if (fresh) figures.push_back({name, set, title, {}, {}});
-    figures[entry->second].panels.push_back(std::move(chart));
+    auto found = std::find_if(figures.begin(), figures.end(), [&](const Figure& figure) { return figure.name == name; });
+    if (found == figures.end()) found = figures.insert(found, {name, set, title});
+    found->panels.push_back(std::move(chart));
   };
   const std::vector<SearchPlot> plots = search_plots(log);
-  std::map<std::pair<std::string, std::string>, std::vector<const SearchPlot*>> maps;
-  std::vector<std::pair<std::string, std::string>> map_order;
+  std::vector<std::vector<const SearchPlot*>> maps;  // of one set and measure each
   for (const SearchPlot& plot : plots) {
     if (abscissas(plot).size() < 2) continue;
-    const bool records = plot.kind == "records", one_of_many = plot.set != plot.base;
-    const std::string what = records || plot.parameter > 0 ? plot.measure : "build";
-    if (plot.abscissa == "count" && plot.parameter > 0) {
-      auto& map = maps[{plot.set, plot.measure}];
-      if (map.empty()) map_order.emplace_back(plot.set, plot.measure);
-      map.push_back(&plot);
+    const bool records = plot.kind == "records", over_count = plot.abscissa == "count";
+    if (over_count && plot.parameter > 0) {
+      const auto same = [&](const auto& map) { return map[0]->set == plot.set && map[0]->measure == plot.measure; };
+      auto map = std::find_if(maps.begin(), maps.end(), same);
+      if (map == maps.end()) map = maps.insert(map, std::vector<const SearchPlot*>());
+      map->push_back(&plot);
     }
     // What varies on purpose is shown over what it varies by; and records, of which there is less to show, both ways.
-    if (one_of_many && !records) continue;
-    if (plot.abscissa == "count")
-      put(fmt::format("{}-count-{}", records ? "records" : "points-" + what, slug(plot.set)), plot.set,
-          plot.kind + " over their number", chart_of(log, plot));
-    else if (plot.abscissa == "neighbours")
-      put("points-neighbours-" + slug(plot.set), plot.set, "points over the number asked for" + at_text(plot),
-          chart_of(log, plot));
-    else
-      put(fmt::format("{}-{}-{}", records ? "records" : "points-" + what, plot.abscissa, slug(plot.set)), plot.set,
-          fmt::format("{} over the {}{}", plot.kind, plot.abscissa, at_text(plot)), chart_of(log, plot));
+    if (plot.set != plot.base && !records) continue;
+    const bool over_neighbours = plot.abscissa == "neighbours";
+    const std::string what = records || over_neighbours ? "" : "-" + (plot.parameter > 0 ? plot.measure : "build");
+    put(fmt::format("{}{}-{}-{}", plot.kind, what, plot.abscissa, slug(plot.set)), plot.set,
+        over_count
+            ? plot.kind + " over their number"
+            : fmt::format("{} over the {}{}", plot.kind, over_neighbours ? "number asked for" : plot.abscissa, at_text(plot)),
+        chart_of(log, plot));
   }
-  for (const auto& key : map_order) {
-    const std::vector<const SearchPlot*>& map = maps.at(key);
-    const std::string& base = map.front()->base;
+  for (const std::vector<const SearchPlot*>& map : maps) {
+    const std::string &set = map.front()->set, &base = map.front()->base;
     Chart chart = leader_map(log, map);
-    if (key.first != base) chart.title += "," + key.first.substr(base.size());
+    if (set != base) chart.title += "," + set.substr(base.size());
     put("points-crossover-" + slug(base), base, "the structure that answers first", std::move(chart));
   }
   return figures;
@@ -250,12 +256,8 @@ std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& l
   for (const SearchPlot& plot : search_plots(log)) {
     if (plot.abscissa != "count" || plot.measure == "memory") continue;
     const double x = abscissas(plot).back();
-    std::vector<std::pair<double, std::string>> order;
-    for (const StructureCurve& curve : plot.curves)
-      if (const CurvePoint* point = point_at(curve, x); point && curve.structure != "brute")
-        order.emplace_back(point->value.median, curve.structure);
+    const auto order = ranking(plot, x, false);
     if (order.size() < 2) continue;
-    std::sort(order.begin(), order.end());
     std::string text = fmt::format("{} at {:g} {}: {} {}", measure_name(plot.measure, plot.parameter), x, plot.kind,
                                    order[0].second, value_text(plot.measure, order[0].first));
     for (std::size_t i = 1; i < order.size(); ++i)
