@@ -106,15 +106,16 @@ struct Floats {
     low.store_anywhere(p);
     high.store_anywhere(p + half);
   }
-  // By lane, the one that `slots` names.
-  Floats pick(const std::uint8_t* slots) const {
+  // By lane, the one that `slots` names; and by the lanes of the first half alone.
+  Floats pick(const std::uint8_t* slots) const { return {pick_half(slots), pick_half(slots + half)}; }
+  Half pick_half(const std::uint8_t* slots) const {
 #if defined(__AVX2__)
-    if constexpr (width == 16) return {{picked(low.v, high.v, slots)}, {picked(low.v, high.v, slots + half)}};
+    if constexpr (width == 16) return {picked(low.v, high.v, slots)};
 #endif
-    alignas(64) float all[width], picked[width];
+    alignas(64) float all[width], picked[half];
     store(all);
-    for (int lane = 0; lane < width; ++lane) picked[lane] = all[slots[lane]];
-    return load(picked);
+    for (int lane = 0; lane < half; ++lane) picked[lane] = all[slots[lane]];
+    return Half::load(picked);
   }
   friend Floats operator+(const Floats& a, const Floats& b) { return {a.low + b.low, a.high + b.high}; }
   friend Floats operator-(const Floats& a, const Floats& b) { return {a.low - b.low, a.high - b.high}; }

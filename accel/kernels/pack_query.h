@@ -14,7 +14,6 @@ namespace etendue {
 template <class Lanes, class Pack, bool any_hit>
 class PackQuery {
  public:
-  using Edges = TriangleEdges<Lanes>;
   enum class Outcome { missed, found, rare };
 
   PackQuery() = default;
@@ -25,11 +24,9 @@ class PackQuery {
 
   // By SIMD instructions alone. `rare`: it takes more, nothing was done, and test_rare must be asked.
   [[gnu::always_inline]] Outcome test_common(const Pack& pack, float t_min, Hit& hit) const {
-    const Corners c = corners(pack);
-    const Edges e(c.x, c.y, pack.used());
-    if ((e.on_edge | (e.inside & pack.needles())) != 0) [[unlikely]]
-      return Outcome::rare;
-    return test_inside(pack, c, e, e.inside, t_min, hit) ? Outcome::found : Outcome::missed;
+    if constexpr (halves)
+      if (pack.count <= Pack::lanes / 2) return test_common(pack, half_corners(pack), test_.halved(), t_min, hit);
+    return test_common(pack, corners(pack), test_, t_min, hit);
   }
 
   // All of a pack, where some triangle takes double precision.
@@ -40,34 +37,56 @@ class PackQuery {
   template <class Needles>
   bool test_all(const Geometry& geometry, const Pack& pack, unsigned used, const Ray& ray, Hit& hit,
                 const Needles& needles) const {
-    const Corners c = corners(pack);
-    const Edges e(c.x, c.y, used);
+    const Corners<Lanes> c = corners(pack);
+    const TriangleEdges<Lanes> e(c.x, c.y, used);
     unsigned rare = e.on_edge;
     if (e.inside != 0) rare |= needles(e.inside);
     bool found = false;
     for (unsigned rest = rare; rest != 0 && !(any_hit && found); rest &= rest - 1)
       found |= intersect_primitive(geometry, pack.ids[std::countr_zero(rest)], ray, shear_, hit);
-    return (any_hit && found) || test_inside(pack, c, e, e.inside & ~rare, ray.t_min, hit) || found;
+    return (any_hit && found) || test_inside(pack, c, test_, e, e.inside & ~rare, ray.t_min, hit) || found;
   }
 
   // Whether a pack has any hit, with no branch on what the ray meets; `rare` as above.
   [[gnu::always_inline]] bool occluded(const Pack& pack, float t_min, float t_max, bool& rare) const {
-    const Corners c = corners(pack);
-    const Edges e(c.x, c.y, pack.used());
-    const Lanes t = test_.distances(e, c.z, Lanes::set(1) / (e.u + e.v + e.w));
-    rare = (e.on_edge | (e.inside & pack.needles())) != 0;
-    return (e.inside & less(Lanes::set(t_min), t) & less_equal(t, Lanes::set(t_max))) != 0;
+    if constexpr (halves)
+      if (pack.count <= Pack::lanes / 2) return occluded(pack, half_corners(pack), test_.halved(), t_min, t_max, rare);
+    return occluded(pack, corners(pack), test_, t_min, t_max, rare);
   }
 
  private:
-  // Of a pack's triangles in the ray's space.
-  struct Corners {
-    Lanes x[3], y[3], z[3];
+  // Where lanes are two registers, packs that are at most half full take one.
+  static constexpr bool halves = requires(Lanes l, Pack p) {
+    l.low;
+    p.count;
   };
 
+  // Of a pack's triangles in the ray's space.
+  template <class L>
+  struct Corners {
+    L x[3], y[3], z[3];
+  };
+
+  template <class L>
+  [[gnu::always_inline]] Outcome test_common(const Pack& pack, const Corners<L>& c, const TriangleTest<L>& test, float t_min,
+                                             Hit& hit) const {
+    const TriangleEdges<L> e(c.x, c.y, pack.used());
+    if ((e.on_edge | (e.inside & pack.needles())) != 0) [[unlikely]]
+      return Outcome::rare;
+    return test_inside(pack, c, test, e, e.inside, t_min, hit) ? Outcome::found : Outcome::missed;
+  }
+  template <class L>
+  [[gnu::always_inline]] static bool occluded(const Pack& pack, const Corners<L>& c, const TriangleTest<L>& test, float t_min,
+                                              float t_max, bool& rare) {
+    const TriangleEdges<L> e(c.x, c.y, pack.used());
+    const L t = test.distances(e, c.z, L::set(1) / (e.u + e.v + e.w));
+    rare = (e.on_edge | (e.inside & pack.needles())) != 0;
+    return (e.inside & less(L::set(t_min), t) & less_equal(t, L::set(t_max))) != 0;
+  }
+
   template <int width>
-  [[gnu::always_inline]] Corners corners(const TrianglePack<width>& pack) const {
-    Corners c;
+  [[gnu::always_inline]] Corners<Lanes> corners(const TrianglePack<width>& pack) const {
+    Corners<Lanes> c;
     for (int i = 0; i < 3; ++i) {
       c.z[i] = Lanes::load(pack.vertices[i][shear_.kz]);
       c.x[i] = Lanes::load(pack.vertices[i][shear_.kx]);
@@ -76,28 +95,36 @@ class PackQuery {
     }
     return c;
   }
-
-  [[gnu::always_inline]] Corners corners(const SharedPack& pack) const {
+  [[gnu::always_inline]] Corners<Lanes> corners(const SharedPack& pack) const {
+    return picked_corners<Lanes>(pack, [](const Lanes& all, const std::uint8_t* slots) { return all.pick(slots); });
+  }
+  [[gnu::always_inline]] auto half_corners(const SharedPack& pack) const {
+    return picked_corners<typename Lanes::Half>(
+        pack, [](const Lanes& all, const std::uint8_t* slots) { return all.pick_half(slots); });
+  }
+  template <class L, class Pick>
+  [[gnu::always_inline]] Corners<L> picked_corners(const SharedPack& pack, const Pick& pick) const {
     static_assert(SharedPack::slots == SharedPack::lanes);
     Lanes x = Lanes::load(pack.vertices[shear_.kx]), y = Lanes::load(pack.vertices[shear_.ky]),
           z = Lanes::load(pack.vertices[shear_.kz]);
     test_.move(x, y, z);
-    Corners c;
+    Corners<L> c;
     for (int i = 0; i < 3; ++i) {
-      c.x[i] = x.pick(pack.corners[i]);
-      c.y[i] = y.pick(pack.corners[i]);
-      c.z[i] = z.pick(pack.corners[i]);
+      c.x[i] = pick(x, pack.corners[i]);
+      c.y[i] = pick(y, pack.corners[i]);
+      c.z[i] = pick(z, pack.corners[i]);
     }
     return c;
   }
 
   // The triangles that single precision tells of. Ids ascend, so the first of those at the least distance is the lowest.
-  [[gnu::always_inline]] bool test_inside(const Pack& pack, const Corners& c, const Edges& e, unsigned inside, float t_min,
-                                          Hit& hit) const {
+  template <class L>
+  [[gnu::always_inline]] static bool test_inside(const Pack& pack, const Corners<L>& c, const TriangleTest<L>& test,
+                                                 const TriangleEdges<L>& e, unsigned inside, float t_min, Hit& hit) {
     if (!any_hit && inside == 0) return false;  // any hit: one branch less that nothing predicts
-    const Lanes reciprocal = Lanes::set(1) / (e.u + e.v + e.w);
-    const Lanes t = test_.distances(e, c.z, reciprocal);
-    inside &= less(Lanes::set(t_min), t) & less_equal(t, Lanes::set(hit.t));
+    const L reciprocal = L::set(1) / (e.u + e.v + e.w);
+    const L t = test.distances(e, c.z, reciprocal);
+    inside &= less(L::set(t_min), t) & less_equal(t, L::set(hit.t));
     if (inside == 0) return false;
     if constexpr (any_hit) {
       hit.primitive = 0;  // to look its id up would fetch one more line

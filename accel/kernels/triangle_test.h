@@ -119,6 +119,9 @@ struct TriangleTest {
   Lanes shear_x, shear_y, shear_z;
 
   TriangleTest() = default;
+  [[gnu::always_inline]] TriangleTest(const Lanes& ox, const Lanes& oy, const Lanes& oz, const Lanes& sx, const Lanes& sy,
+                                      const Lanes& sz)
+      : origin_x(ox), origin_y(oy), origin_z(oz), shear_x(sx), shear_y(sy), shear_z(sz) {}
   [[gnu::always_inline]] TriangleTest(const TriangleRay& ray, float origin_kx, float origin_ky, float origin_kz)
       : origin_x(Lanes::set(origin_kx)),
         origin_y(Lanes::set(origin_ky)),
@@ -128,6 +131,11 @@ struct TriangleTest {
         shear_z(Lanes::set(ray.sz)) {}
   [[gnu::always_inline]] TriangleTest(const TriangleRay& ray, const vec3& origin)
       : TriangleTest(ray, component(origin, ray.kx), component(origin, ray.ky), component(origin, ray.kz)) {}
+
+  // With the first half of the lanes.
+  auto halved() const {
+    return TriangleTest<typename Lanes::Half>{origin_x.low, origin_y.low, origin_z.low, shear_x.low, shear_y.low, shear_z.low};
+  }
 
   // Moves vertices, given along the axes of TriangleRay, into the space where the ray is the z axis; z is not yet scaled.
   [[gnu::always_inline]] void move(Lanes& x, Lanes& y, Lanes& z) const {
