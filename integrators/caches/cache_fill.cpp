@@ -2,6 +2,7 @@
 
 #include "framework/transport/ray_tools.h"
 #include "integrators/caches/records/irradiance_hessian.h"
+#include "integrators/paths/path_event.h"
 
 namespace etendue {
 
@@ -14,23 +15,32 @@ constexpr float coarsest = 64, finest = 1e-3f;  // accuracies between which a nu
 
 std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context, SamplerKind kind, const CachePoint& point,
                                                    const Frame& frame, int depth, std::uint64_t key, std::uint32_t pass,
-                                                   const HemisphereStrata& strata, StratumDirection direction,
+                                                   const HemisphereStrata& strata, bool even,
                                                    const HemisphereRadiance& radiance) {
   static thread_local std::vector<HemisphereSample> samples;
   static thread_local std::vector<PathSample> paths;
   static thread_local std::vector<int> strata_of;  // of the paths
   samples.assign(static_cast<std::size_t>(strata.count()), {});
+  const std::uint32_t begin = pass * static_cast<std::uint32_t>(strata.count());
+  Sampler numbers(kind, context.seed, Stream::cache_record, key, begin);
   for (int first = 0; first < strata.count(); first += path_batch) {
+    const int last = std::min(first + path_batch, strata.count());
     paths.clear();
     strata_of.clear();
-    for (int i = first; i < std::min(first + path_batch, strata.count()); ++i) {
-      const auto index = pass * static_cast<std::uint32_t>(strata.count()) + static_cast<std::uint32_t>(i);
-      Sampler sampler(kind, context.seed, Stream::cache_record, key, index);
-      samples[i].direction = frame.to_world(direction(strata, i, sampler.get_2d()));
-      if (glm::dot(samples[i].direction, point.geometric) <= 0) continue;  // below, where shading normals disagree
-      paths.push_back({Ray{.origin = point.origin, .direction = samples[i].direction}, sampler});
+    for (int i = first; i < last; ++i) {
+      numbers.index = begin + static_cast<std::uint32_t>(i);  // all hashes of a Sobol sequence are those of its first point
+      if (kind == SamplerKind::independent) numbers = {kind, context.seed, Stream::cache_record, key, numbers.index};
+      paths.push_back({{}, numbers});
+    }
+    path_kernels().start_hemisphere({strata, even, frame, point.origin, first, paths});
+    for (int i = first; i < last; ++i) {
+      const PathSample& path = paths[static_cast<std::size_t>(i - first)];
+      samples[i].direction = path.ray.direction;
+      if (glm::dot(path.ray.direction, point.geometric) <= 0) continue;  // below, where shading normals disagree
+      if (strata_of.size() < static_cast<std::size_t>(i - first)) paths[strata_of.size()] = path;
       strata_of.push_back(i);
     }
+    paths.erase(paths.begin() + static_cast<std::ptrdiff_t>(strata_of.size()), paths.end());
     radiance(paths, depth);
     for (std::size_t i = 0; i < paths.size(); ++i) {
       HemisphereSample& sample = samples[strata_of[i]];
@@ -47,8 +57,7 @@ IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSe
                                      int depth, std::uint64_t key, std::uint32_t pass, const HemisphereRadiance& radiance) {
   const HemisphereStrata& strata = settings.strata;
   const Frame frame = Frame::from_normal(point.normal);
-  const auto direction = [](const HemisphereStrata& all, int i, const vec2& u) { return all.direction(i, u); };
-  const auto samples = trace_hemisphere(context, settings.sampler, point, frame, depth, key, pass, strata, direction, radiance);
+  const auto samples = trace_hemisphere(context, settings.sampler, point, frame, depth, key, pass, strata, false, radiance);
   IrradianceEstimate estimate = estimate_irradiance(strata, samples, frame);
   estimate.shared_variance = photon_variance(strata, samples, frame);
   if (settings.gradients == Gradients::mesh || is_hessian(settings.metric))

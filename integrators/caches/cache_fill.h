@@ -23,15 +23,13 @@ struct CacheSettings : RecordSettings {
   bool judges_by_rays = false;  // with `at_point`: hemispheres say how far a record serves, and that what it holds
 };
 
-// A direction in stratum i by u, about the z axis.
-using StratumDirection = vec3 (*)(const HemisphereStrata& strata, int i, const vec2& u);
-
 // Traces one ray in each stratum of the hemisphere over a point; a sample is black where its ray would go below the surface.
+// `even`: strata are even over solid angle, else over projected solid angle.
 // Passes of different `key` or number `pass` are independent. The span refers to a buffer of this thread, valid until the
 // thread traces its next hemisphere.
 std::span<const HemisphereSample> trace_hemisphere(const RenderContext& context, SamplerKind kind, const CachePoint& point,
                                                    const Frame& frame, int depth, std::uint64_t key, std::uint32_t pass,
-                                                   const HemisphereStrata& strata, StratumDirection direction,
+                                                   const HemisphereStrata& strata, bool even,
                                                    const HemisphereRadiance& radiance);
 // Irradiance and its derivatives by such a pass.
 IrradianceEstimate sample_hemisphere(const RenderContext& context, const CacheSettings& settings, const CachePoint& point,

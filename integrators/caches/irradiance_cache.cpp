@@ -78,7 +78,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (rough_ && !rough_->active()) rough_.reset();
   start(context, settings, std::move(seen), by_closed_form_ ? 0 : params_.extra_samples);
   radiance_ = [this, by_records, &context](std::span<PathSample> paths, int depth) {
-    const TerminateInCache end(*cache_, depth - 1, params_.cache_direct, kept_);
+    const TerminateInCache end(context.scene, *cache_, depth - 1, params_.cache_direct, kept_);
     trace_paths(context, paths, depth, paths_to(max_depth_), params_.cache_direct, by_records ? &end : nullptr);
   };
   fill_before(context);

@@ -85,7 +85,7 @@ RadianceEstimate RoughCache::estimate(const RenderContext& context, const Hemisp
                                       int depth, std::uint32_t pass) const {
   const Frame frame = Frame::from_normal(history.point.normal);
   const auto samples = trace_hemisphere(context, settings_.sampler, history.point, frame, depth,
-                                        hash_keys(history.key, rough_salt), pass, settings_.strata, even_direction, radiance);
+                                        hash_keys(history.key, rough_salt), pass, settings_.strata, true, radiance);
   return estimate_radiance(order_, settings_.strata, samples, frame);
 }
 

@@ -7,18 +7,19 @@
 
 namespace etendue {
 
-TerminateInCache::TerminateInCache(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept)
-    : cache_(cache), depth_(depth), kept_(kept) {
+TerminateInCache::TerminateInCache(const Scene& scene, const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept)
+    : scene_(scene), cache_(cache), depth_(depth), kept_(kept) {
   direct = cache_direct ? MisMode::bsdf : MisMode::light;
 }
 
-std::optional<Rgb> TerminateInCache::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const {
+std::optional<Rgb> TerminateInCache::reflected(const SurfacePoint& point, const Diffuse& material, const vec3& wo,
+                                               int depth) const {
   // Where the limit matters, paths end one event on and no later: the share that k events less leave is not the k-th power of
   // the share that one leaves.
-  if (!bsdf.is_diffuse() || (kept_ != Rgb(1) && depth > depth_ + 1)) return std::nullopt;
+  if (kept_ != Rgb(1) && depth > depth_ + 1) return std::nullopt;
   const auto found = cache_.interpolate(depth_, point.position, towards(point.shading_normal, point.normal, wo));
   if (!found) return std::nullopt;
-  return bsdf.diffuse_albedo() * found->irradiance * kept_ * inv_pi;
+  return evaluate(material.reflectance, scene_.textures, point.uv) * found->irradiance * kept_ * inv_pi;
 }
 
 Rgb kept_below_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen,

@@ -16,11 +16,12 @@ namespace etendue {
 class TerminateInCache final : public PathEnd {
  public:
   // Ends paths in the level of `depth`. `cache_direct`: records hold direct light too. `kept`: see kept_below_limit.
-  TerminateInCache(const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept);
+  TerminateInCache(const Scene& scene, const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept);
 
-  std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const override;
+  std::optional<Rgb> reflected(const SurfacePoint& point, const Diffuse& material, const vec3& wo, int depth) const override;
 
  private:
+  const Scene& scene_;
   const CacheLevels& cache_;
   int depth_;
   Rgb kept_;

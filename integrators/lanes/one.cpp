@@ -60,6 +60,20 @@ void start(const CameraPaths& paths) {
   }
 }
 
+void start_hemisphere(const HemispherePaths& paths) {
+  for (std::size_t i = 0; i < paths.paths.size(); ++i) {
+    const int stratum = paths.first + static_cast<int>(i), phi = paths.strata.phi;
+    PathSample& path = paths.paths[i];
+    path.ray = {.origin = paths.origin,
+                .direction = hemisphere_direction<float>(paths, static_cast<float>(stratum / phi),
+                                                         static_cast<float>(stratum % phi), path.sampler)};
+  }
+}
+
+void place(const TriangleHits& hits) {
+  for (const std::uint32_t i : hits.which) hits.points[i] = hits.scene.surface_at(hits.rays[i], hits.hits[i]);
+}
+
 struct ReadPhoton {
   const PhotonEvents& events;
 
@@ -101,7 +115,7 @@ void meet_photon(PhotonEvents& events) {
 
 template <class... M>
 constexpr PathKernels path_kernels_of(const std::variant<M...>*) {
-  return {start, {meet<M>...}};
+  return {start, start_hemisphere, place, {meet<M>...}};
 }
 template <class... M>
 constexpr PhotonKernels photon_kernels_of(const std::variant<M...>*) {

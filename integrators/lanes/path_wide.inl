@@ -133,9 +133,60 @@ void start(const CameraPaths& paths) {
   }
 }
 
+void start_hemisphere(const HemispherePaths& paths) {
+  for (std::size_t first = 0; first < paths.paths.size(); first += width) {
+    const int count = static_cast<int>(std::min<std::size_t>(width, paths.paths.size() - first));
+    const auto path = [&](int row) { return &paths.paths[first + static_cast<std::size_t>(row < count ? row : 0)]; };
+    Rows<3> rows;
+    for (int row = 0; row < width; ++row) {
+      const int stratum = paths.first + static_cast<int>(first) + row;
+      rows.put(0, row, static_cast<float>(stratum / paths.strata.phi));
+      rows.put(1, row, static_cast<float>(stratum % paths.strata.phi));
+    }
+    SamplerOf<F> numbers = read_numbers(path);
+    const WideVec3 direction = hemisphere_direction<F>(paths, rows.floats(0), rows.floats(1), numbers);
+    write_numbers(numbers, count, path);
+    rows.put(0, direction);
+    for (int row = 0; row < count; ++row) path(row)->ray = {.origin = paths.origin, .direction = rows.get_vec(0, row)};
+  }
+}
+
+void place(const TriangleHits& hits) {
+  const Object& world = hits.scene.objects[0];
+  for (std::size_t first = 0; first < hits.which.size(); first += width) {
+    std::uint32_t which[width];
+    const int count = read_which(hits.which, first, which);
+    Rows<18> rows;
+    for (int row = 0; row < width; ++row) rows.put(0, row, hits.rays[which[row]].direction);
+    const SurfaceOf<F> s = surface_of_triangles(hits.scene, hits.hits, which, rows.vec(0));
+    rows.put(0, s.position);
+    rows.put(3, s.normal);
+    rows.put(6, s.shading_normal);
+    rows.put(9, s.tangent);
+    rows.put(12, s.retreat);
+    rows.put(15, s.uv.x);
+    rows.put(16, s.uv.y);
+    rows.put(17, s.clearance);
+    for (int row = 0; row < count; ++row) {
+      const std::uint32_t primitive = hits.hits[which[row]].primitive;
+      const Shape& shape = world.shape(primitive);
+      const bool emits = shape.first_light != no_id;
+      hits.points[which[row]] = {.position = rows.get_vec(0, row),
+                                 .normal = rows.get_vec(3, row),
+                                 .shading_normal = rows.get_vec(6, row),
+                                 .tangent = rows.get_vec(9, row),
+                                 .uv = {rows.get(15, row), rows.get(16, row)},
+                                 .material = shape.material,
+                                 .light = emits ? shape.first_light + (primitive - shape.first_primitive) : no_id,
+                                 .clearance = rows.get(17, row),
+                                 .retreat = rows.get_vec(12, row)};
+    }
+  }
+}
+
 template <class... M>
 constexpr PathKernels path_kernels_of(const std::variant<M...>*) {
-  return {start, {meet<M>...}};
+  return {start, start_hemisphere, place, {meet<M>...}};
 }
 
 }  // namespace

@@ -45,8 +45,6 @@ Tile path_tile(ivec2 resolution, std::size_t number) {
   return {begin, glm::min(begin + tile_side, resolution)};
 }
 
-namespace {
-
 const PathKernels& path_kernels() {
 #if defined(__x86_64__)
   return kernels_of_isa(path_kernels_one, path_kernels_sse, path_kernels_avx2, path_kernels_avx512);
@@ -55,104 +53,153 @@ const PathKernels& path_kernels() {
 #endif
 }
 
-// What a wave holds, kept between waves for its memory.
-struct Wave {
-  std::vector<PathState> states, next_states;
-  std::vector<Ray> rays, next_rays, shadow_rays;
-  std::vector<Hit> hits;
-  std::vector<SurfacePoint> points;
-  std::vector<PathGain> gains;
-  Runs runs;
+namespace {
+
+// Paths under way together. What it holds is kept between waves for its memory, and grows only.
+class PathWave {
+ public:
+  void trace(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
+             bool count_emission, const PathEnd* end);
+
+ private:
+  // What becomes of the paths after `depth` events. `first`: before their first hits; `counts`: emission counts.
+  struct Event {
+    const RenderContext& context;
+    const PathSettings& settings;
+    const PathEnd* end;
+    int depth;
+    bool first, counts;
+  };
+  // Runs of a wave: surfaces that are worked out in lanes as they are met, others, and those where paths end.
+  enum Kind : std::uint32_t { in_lanes, placed, ended, kinds };
+
+  void sort(const Event& event);
+  void arrive(const Event& event, std::uint32_t i);
+  void meet(const Event& event);
+
+  template <class... Vectors>
+  void grow(Vectors&... vectors) {
+    ((vectors.size() < count_ ? vectors.resize(count_) : void()), ...);
+  }
+
+  std::size_t count_ = 0;  // of paths under way
+  std::vector<PathState> states_, next_states_;
+  std::vector<Ray> rays_, next_rays_, shadow_rays_;
+  std::vector<Hit> hits_;
+  std::vector<SurfacePoint> points_;
+  std::vector<PathGain> gains_;
+  std::vector<std::uint32_t> to_place_;
+  Runs runs_;
 };
+
+void PathWave::trace(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
+                     bool count_emission, const PathEnd* end) {
+  count_ = paths.size();
+  grow(states_, rays_);
+  for (std::size_t i = 0; i < count_; ++i) {
+    states_[i] = {&paths[i]};
+    rays_[i] = paths[i].ray;
+  }
+  for (const int first = depth; count_ > 0; ++depth) {
+    const Event event{context, settings, end, depth, depth == first, count_emission || depth > first};
+    grow(next_states_, next_rays_, shadow_rays_, hits_, points_, gains_);
+    etendue::trace(context, std::span(rays_).first(count_), std::span(hits_).first(count_));
+    sort(event);
+    meet(event);
+  }
+}
+
+// Into runs of one material. Surfaces that nothing but the run asks about are worked out there.
+void PathWave::sort(const Event& event) {
+  static constexpr std::size_t prefetched = 4;  // hits ahead: as long as memory takes
+  const auto& [context, settings, end, depth, first, counts] = event;
+  const Scene& scene = context.scene;
+  const Object& world = scene.objects[0];
+  runs_.reset(kinds * scene.materials.size());
+  to_place_.clear();
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (i + prefetched < count_ && hits_[i + prefetched]) scene.prefetch_surface(hits_[i + prefetched]);
+    const PathState& state = states_[i];
+    const Hit& hit = hits_[i];
+    PathSample& path = *state.path;
+    if (first) path.first_distance = hit ? hit.t : infinity;
+    if (!hit) {
+      if (counts) path.radiance += emitted_with_mis(context, rays_[i], nullptr, state.pdf_bsdf, state.throughput, settings.mis);
+    } else if (hit.instance == 0 && world.geometry.is_triangle(hit.primitive)) {
+      const Shape& shape = world.shape(hit.primitive);
+      const bool asked = depth >= settings.max_depth || (counts && shape.first_light != no_id) ||
+                         (end && std::holds_alternative<Diffuse>(scene.materials[shape.material]));
+      if (asked)
+        to_place_.push_back(static_cast<std::uint32_t>(i));
+      else
+        runs_.add(kinds * shape.material + in_lanes, static_cast<std::uint32_t>(i));
+    } else {
+      points_[i] = scene.surface_at(rays_[i], hit);
+      arrive(event, static_cast<std::uint32_t>(i));
+    }
+  }
+  path_kernels().place({scene, to_place_, rays_.data(), hits_.data(), points_.data()});
+  for (const std::uint32_t i : to_place_) arrive(event, i);
+}
+
+// A path at a surface that is worked out.
+void PathWave::arrive(const Event& event, std::uint32_t i) {
+  const auto& [context, settings, end, depth, first, counts] = event;
+  const PathState& state = states_[i];
+  const SurfacePoint& point = points_[i];
+  PathSample& path = *state.path;
+  if (first) path.first_normal = point.normal;
+  if (counts && point.light != no_id)
+    path.radiance += emitted_with_mis(context, rays_[i], &point, state.pdf_bsdf, state.throughput, settings.mis);
+  if (depth >= settings.max_depth) return;
+  std::optional<Rgb> reflected;
+  if (const auto* diffuse = std::get_if<Diffuse>(&context.scene.materials[point.material]); diffuse && end)
+    reflected = end->reflected(point, *diffuse, -rays_[i].direction, depth);
+  if (reflected) path.radiance += state.throughput * *reflected;
+  runs_.add(kinds * point.material + (reflected ? ended : placed), i);
+}
+
+void PathWave::meet(const Event& event) {
+  const auto& [context, settings, end, depth, first, counts] = event;
+  PathEvents events{.scene = context.scene,
+                    .lights = context.lights,
+                    .material = nullptr,
+                    .mis = settings.mis,
+                    .scatters = true,
+                    .roulette = depth + 1 >= settings.roulette_depth,
+                    .first = first,
+                    .on_triangles = false,
+                    .which = {},
+                    .states = states_.data(),
+                    .rays = rays_.data(),
+                    .hits = hits_.data(),
+                    .points = points_.data(),
+                    .gains = gains_.data(),
+                    .shadow_rays = shadow_rays_.data(),
+                    .next_states = next_states_.data(),
+                    .next_rays = next_rays_.data()};
+  runs_.each([&](std::size_t run, std::span<const std::uint32_t> which) {
+    const Material& material = events.scene.materials[run / kinds];
+    events.material = contents_of(material);
+    events.on_triangles = run % kinds == in_lanes;
+    events.scatters = run % kinds != ended;
+    events.mis = events.scatters ? event.settings.mis : event.end->direct;
+    events.which = which;
+    path_kernels().meet[material.index()](events);
+  });
+  states_.swap(next_states_);
+  rays_.swap(next_rays_);
+  count_ = events.going_on;
+  for_unoccluded(context, std::span(shadow_rays_).first(events.gained),
+                 [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
+}
 
 }  // namespace
 
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
                  bool count_emission, const PathEnd* end) {
-  static thread_local Wave wave;
-  static constexpr std::size_t prefetched = 4;  // hits ahead: as long as memory takes
-  const Scene& scene = context.scene;
-  const Object& world = scene.objects[0];
-  const PathKernels& kernels = path_kernels();
-  wave.states.clear();
-  wave.rays.clear();
-  for (PathSample& path : paths) {
-    wave.states.push_back({&path});
-    wave.rays.push_back(path.ray);
-  }
-  for (const int first = depth; !wave.states.empty(); ++depth) {
-    const std::size_t count = wave.states.size();
-    wave.hits.resize(count);
-    wave.points.resize(count);
-    trace(context, wave.rays, wave.hits);
-    wave.runs.reset(4 * scene.materials.size());
-    for (std::size_t i = 0; i < count; ++i) {
-      if (i + prefetched < count && wave.hits[i + prefetched]) scene.prefetch_surface(wave.hits[i + prefetched]);
-      const PathState& state = wave.states[i];
-      const Ray& ray = wave.rays[i];
-      const Hit& hit = wave.hits[i];
-      PathSample& path = *state.path;
-      if (depth == first) path.first_distance = hit ? hit.t : infinity;
-      const bool counts = count_emission || depth > first;
-      if (!hit) {
-        if (counts) path.radiance += emitted_with_mis(context, ray, nullptr, state.pdf_bsdf, state.throughput, settings.mis);
-        continue;
-      }
-      // What neither emits nor ends paths has its surface worked out in lanes, where it is a triangle of the world.
-      const bool on_triangle = hit.instance == 0 && world.geometry.is_triangle(hit.primitive);
-      if (on_triangle && !end && depth < settings.max_depth) {
-        const Shape& shape = world.shape(hit.primitive);
-        if (!counts || shape.first_light == no_id) {
-          wave.runs.add(4 * shape.material, static_cast<std::uint32_t>(i));
-          continue;
-        }
-      }
-      SurfacePoint& point = wave.points[i];
-      point = scene.surface_at(ray, hit);
-      if (depth == first) path.first_normal = point.normal;
-      if (counts && point.light != no_id)
-        path.radiance += emitted_with_mis(context, ray, &point, state.pdf_bsdf, state.throughput, settings.mis);
-      if (depth >= settings.max_depth) continue;
-      const std::optional<Rgb> ended = end ? end->reflected(point, Bsdf(scene, point), -ray.direction, depth) : std::nullopt;
-      if (ended) path.radiance += state.throughput * *ended;
-      wave.runs.add(4 * point.material + (ended ? 2 : 1), static_cast<std::uint32_t>(i));
-    }
-    for (auto* grown : {&wave.next_rays, &wave.shadow_rays}) grown->resize(count);
-    wave.next_states.resize(count);
-    wave.gains.resize(count);
-    PathEvents events{.scene = scene,
-                      .lights = context.lights,
-                      .material = nullptr,
-                      .mis = settings.mis,
-                      .scatters = true,
-                      .roulette = depth + 1 >= settings.roulette_depth,
-                      .first = depth == first,
-                      .on_triangles = false,
-                      .which = {},
-                      .states = wave.states.data(),
-                      .rays = wave.rays.data(),
-                      .hits = wave.hits.data(),
-                      .points = wave.points.data(),
-                      .gains = wave.gains.data(),
-                      .shadow_rays = wave.shadow_rays.data(),
-                      .next_states = wave.next_states.data(),
-                      .next_rays = wave.next_rays.data()};
-    wave.runs.each([&](std::size_t kind, std::span<const std::uint32_t> which) {
-      const Material& material = scene.materials[kind / 4];
-      events.material = contents_of(material);
-      events.on_triangles = kind % 4 == 0;
-      events.scatters = kind % 4 != 2;
-      events.mis = events.scatters ? settings.mis : end->direct;
-      events.which = which;
-      kernels.meet[material.index()](events);
-    });
-    wave.states.swap(wave.next_states);
-    wave.rays.swap(wave.next_rays);
-    wave.states.resize(events.going_on);
-    wave.rays.resize(events.going_on);
-    for_unoccluded(context, std::span(wave.shadow_rays).first(events.gained),
-                   [&](std::size_t i) { wave.gains[i].arrive(wave.shadow_rays[i]); });
-  }
+  static thread_local PathWave wave;
+  wave.trace(context, paths, depth, settings, count_emission, end);
 }
 
 void camera_paths(const RenderContext& context, const Tile& tile, SamplerKind kind, std::uint32_t index,

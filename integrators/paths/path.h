@@ -50,12 +50,12 @@ struct PathSample {
   float first_photon_footprint = 0;  // area per photon at the first hit, where the radiance is made of photons; else 0
 };
 
-// Where paths may end early: at surfaces whose indirect light something else knows.
+// Where paths may end early: at diffuse surfaces whose indirect light something else knows.
 class PathEnd {
  public:
   virtual ~PathEnd() = default;
   // What a surface reflects towards wo apart from direct light, after `depth` scattering events; empty: the path goes on.
-  virtual std::optional<Rgb> reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth) const = 0;
+  virtual std::optional<Rgb> reflected(const SurfacePoint& point, const Diffuse& material, const vec3& wo, int depth) const = 0;
   // How direct light is sampled at such a surface: `light` for all of it; `bsdf` if `reflected` includes it but for lights that
   // no ray can hit.
   MisMode direct = MisMode::light;

@@ -10,6 +10,7 @@
 #include "framework/transport/light_lanes.h"
 #include "framework/transport/ray_tools.h"
 #include "framework/transport/roulette.h"
+#include "integrators/paths/hemisphere_strata.h"
 #include "integrators/paths/path.h"
 
 namespace etendue {
@@ -63,11 +64,33 @@ struct CameraPaths {
   PathSample* paths;
 };
 
+// Paths that begin over a hemisphere, one in each stratum: they have their random numbers, and get their rays.
+struct HemispherePaths {
+  const HemisphereStrata& strata;
+  bool even;  // over solid angle; else over projected solid angle
+  const Frame& frame;
+  vec3 origin;
+  int first;  // stratum of the first path
+  std::span<PathSample> paths;
+};
+
+// Hits on triangles of the world, and where their surfaces go.
+struct TriangleHits {
+  const Scene& scene;
+  std::span<const std::uint32_t> which;
+  const Ray* rays;
+  const Hit* hits;
+  SurfacePoint* points;
+};
+
 using MeetMaterial = void (*)(PathEvents& events);
 struct PathKernels {
   void (*start)(const CameraPaths& paths);
+  void (*start_hemisphere)(const HemispherePaths& paths);
+  void (*place)(const TriangleHits& hits);
   MeetMaterial meet[std::variant_size_v<Material>];  // by the material's index
 };
+const PathKernels& path_kernels();  // of the instruction set that is chosen
 const PathKernels& path_kernels_one();
 #if defined(__x86_64__)
 const PathKernels& path_kernels_sse();
@@ -137,6 +160,15 @@ RayLanes<F> sample_camera_rays(const CameraPaths& paths, const Vec2<F>& pixel, S
   const Vec2<F> lens = paths.thin_lens ? numbers.get_2d() : Vec2<F>(0.5f, 0.5f);
   const CameraRayOf<F> ray(paths.camera, paths.resolution, paths.extent, film, lens);
   return {ray.origin, ray.direction, infinity};
+}
+
+// Unit, in the world.
+template <class F>
+Vec3<F> hemisphere_direction(const HemispherePaths& paths, F ring, F sector, SamplerOf<F>& numbers) {
+  const Vec2<F> u = numbers.get_2d();
+  const FrameOf<Vec3<F>> frame{Vec3<F>(paths.frame.tangent), Vec3<F>(paths.frame.bitangent), Vec3<F>(paths.frame.normal)};
+  return frame.to_world(paths.even ? paths.strata.even_direction(ring, sector, u)
+                                   : paths.strata.cosine_direction(ring, sector, u));
 }
 
 template <class F, class M, class Read, class Write>

@@ -81,7 +81,9 @@ TEST_F(Lanes, EveryLightGivesTheSameBitsAtEveryWidth) {
 
 TEST_F(Lanes, EveryMethodGivesTheSameBitsAtEveryWidth) {
   for (const char* name : {"builtin:glossy-cornell-box", "builtin:glass-caustic", "builtin:two-rooms"})
-    expect_same_bits(load_scene(name), {"path", "sppm", "irradiance-cache", "photon-cache", "guided", "hash-cache"}, name);
+    expect_same_bits(load_scene(name),
+                     {"path", "sppm", "cppm", "irradiance-cache", "radiance-cache", "photon-cache", "guided", "hash-cache"},
+                     name);
 }
 
 TEST(CosSinOfTurn, IsWithinAFewUlpsOfTheExactOne) {

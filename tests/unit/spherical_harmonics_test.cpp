@@ -78,7 +78,7 @@ RadianceEstimate under_slope(const HemisphereStrata& strata, const Frame& frame,
   std::vector<HemisphereSample> samples(static_cast<std::size_t>(strata.count()));
   for (int i = 0; i < strata.count(); ++i) {
     Sampler sampler(SamplerKind::sobol, 1, Stream::test, 0, static_cast<std::uint32_t>(i));
-    const vec3 local = even_direction(strata, i, sampler.get_2d());
+    const vec3 local = strata.even_direction(i, sampler.get_2d());
     const float distance = 1 / std::max(local.z, 1e-3f);
     samples[i] = {.radiance = Rgb(2 + std::sin(0.3f * (place + distance * local.x))),
                   .distance = distance,
@@ -98,7 +98,7 @@ TEST(RadianceRecords, ConstantLightGivesItself) {
   const Frame frame = Frame::from_normal(glm::normalize(vec3(0.2f, 0.9f, -0.3f)));
   std::vector<HemisphereSample> samples(static_cast<std::size_t>(strata.count()));
   for (int i = 0; i < strata.count(); ++i)
-    samples[i] = {.radiance = Rgb(3, 2, 1), .distance = 1, .direction = frame.to_world(even_direction(strata, i, vec2(0.5f)))};
+    samples[i] = {.radiance = Rgb(3, 2, 1), .distance = 1, .direction = frame.to_world(strata.even_direction(i, vec2(0.5f)))};
   const auto estimate = estimate_radiance(10, strata, samples, frame);
   const Rgb white = answer(diffuse_lobe(10, frame.normal), estimate, 0);
   EXPECT_NEAR(white.x, 3, 0.01);

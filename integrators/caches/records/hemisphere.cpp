@@ -2,32 +2,21 @@
 
 #include "framework/core/check.h"
 
+#include <vector>
+
 namespace etendue {
-
-HemisphereStrata HemisphereStrata::of(int samples) {
-  const int theta = std::max(1, static_cast<int>(std::lround(std::sqrt(static_cast<float>(samples) / pi))));
-  return {theta, std::max(1, static_cast<int>(std::lround(static_cast<float>(samples) / static_cast<float>(theta))))};
-}
-
-vec3 HemisphereStrata::direction(int i, const vec2& u) const {
-  const float sin2 = std::min((static_cast<float>(i / phi) + u.x) / static_cast<float>(theta), 0x1.fffffep-1f);
-  const float angle = 2 * pi * (static_cast<float>(i % phi) + u.y) / static_cast<float>(phi);
-  const float sine = std::sqrt(sin2);
-  return {sine * std::cos(angle), sine * std::sin(angle), std::sqrt(1 - sin2)};
-}
 
 IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span<const HemisphereSample> samples,
                                        const Frame& frame) {
   CHECK_EQ(static_cast<int>(samples.size()), strata.count());
   const int rings = strata.theta, sectors = strata.phi;
   const float scale = pi / static_cast<float>(strata.count()), sector = 2 * pi / static_cast<float>(sectors);
-  // sin(theta) at the upper (smaller) end of ring j.
-  const auto ring_sine = [&](int j) { return std::sqrt(static_cast<float>(j) / static_cast<float>(rings)); };
-  // Mean of tan(theta) over ring j: M times the integral of 2 sin^2.
-  const auto ring_tangent = [&](int j) {
-    const auto primitive = [&](float sine) { return std::asin(sine) - sine * safe_sqrt(1 - sine * sine); };
-    return static_cast<float>(rings) * (primitive(ring_sine(j + 1)) - primitive(ring_sine(j)));
-  };
+  // sin(theta) at the upper (smaller) end of ring j, and the mean of tan(theta) over it: M times the integral of 2 sin^2.
+  std::vector<float> ring_sine(static_cast<std::size_t>(rings) + 1), ring_tangent(static_cast<std::size_t>(rings));
+  const auto primitive = [](float sine) { return std::asin(sine) - sine * safe_sqrt(1 - sine * sine); };
+  for (int j = 0; j <= rings; ++j) ring_sine[j] = std::sqrt(static_cast<float>(j) / static_cast<float>(rings));
+  for (int j = 0; j < rings; ++j)
+    ring_tangent[j] = static_cast<float>(rings) * (primitive(ring_sine[j + 1]) - primitive(ring_sine[j]));
   const auto plane = [&](float angle) { return std::cos(angle) * frame.tangent + std::sin(angle) * frame.bitangent; };
 
   IrradianceEstimate out;
@@ -43,10 +32,10 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
       out.irradiance += scale * here.radiance;
       inverse_distance += 1 / static_cast<double>(here.distance);
       out.nearest = std::min(out.nearest, here.distance);
-      turning += ring_tangent(j) * here.radiance;
+      turning += ring_tangent[j] * here.radiance;
       if (j > 0) {  // [Ward1992]: the wall towards the ring above moves by cos(theta) / r
         const HemisphereSample& above = samples[static_cast<std::size_t>(j - 1) * sectors + k];
-        const float sine = ring_sine(j);
+        const float sine = ring_sine[j];
         outward +=
             (here.radiance - above.radiance) * (sector * sine * (1 - sine * sine) / std::min(here.distance, above.distance));
       }
@@ -54,7 +43,7 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
       const HemisphereSample& before = samples[static_cast<std::size_t>(j) * sectors + (k + sectors - 1) % sectors];
       half_squares += 0.5 * square(luminance(here.radiance - before.radiance));
       around +=
-          (here.radiance - before.radiance) * ((ring_sine(j + 1) - ring_sine(j)) / std::min(here.distance, before.distance));
+          (here.radiance - before.radiance) * ((ring_sine[j + 1] - ring_sine[j]) / std::min(here.distance, before.distance));
     }
     add(out.rotation, plane(middle + 0.5f * pi), scale * turning);
     add(out.translation, plane(middle), outward);

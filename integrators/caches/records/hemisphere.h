@@ -6,7 +6,7 @@
 // bound towards the horizon, is replaced by its mean over the stratum.
 #pragma once
 
-#include "framework/core/vec.h"
+#include "integrators/paths/hemisphere_strata.h"
 
 #include <span>
 
@@ -18,16 +18,6 @@ struct HemisphereSample {
   vec3 direction{0};           // unit, world; where it was sampled
   vec3 normal{0};              // geometric, of what was seen; 0 where nothing was
   float photon_footprint = 0;  // as PathSample::first_photon_footprint
-};
-
-struct HemisphereStrata {
-  int theta = 1, phi = 1;
-
-  // About `samples` strata, as square as they can be: N ~ pi M.
-  static HemisphereStrata of(int samples);
-  int count() const { return theta * phi; }
-  // Unit, about +z; stratum i = j * phi + k, `u` jitters within it.
-  vec3 direction(int i, const vec2& u) const;
 };
 
 // A symmetric matrix over the tangent plane, in the axes of Frame::from_normal.

@@ -63,13 +63,6 @@ ShLobe diffuse_lobe(int order, const vec3& normal) {
   return lobe;
 }
 
-vec3 even_direction(const HemisphereStrata& strata, int i, const vec2& u) {
-  const float z = 1 - (static_cast<float>(i / strata.phi) + u.x) / static_cast<float>(strata.theta);
-  const float angle = 2 * pi * (static_cast<float>(i % strata.phi) + u.y) / static_cast<float>(strata.phi);
-  const float sine = safe_sqrt(1 - z * z);
-  return {sine * std::cos(angle), sine * std::sin(angle), z};
-}
-
 RadianceEstimate estimate_radiance(int order, const HemisphereStrata& strata, std::span<const HemisphereSample> samples,
                                    const Frame& frame) {
   CHECK_EQ(static_cast<int>(samples.size()), strata.count());

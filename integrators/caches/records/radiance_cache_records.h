@@ -39,10 +39,7 @@ struct RadianceEstimate {
   void average_in(const RadianceEstimate& next, int passes);
 };
 
-// Unit, about +z, uniform over solid angle: stratum i = j * phi + k of strata whose rings are equal steps in cos(theta).
-vec3 even_direction(const HemisphereStrata& strata, int i, const vec2& u);
-
-// `samples`: one per stratum, in order, their directions in world axes.
+// `samples`: one per stratum of even_direction, in order, their directions in world axes.
 RadianceEstimate estimate_radiance(int order, const HemisphereStrata& strata, std::span<const HemisphereSample> samples,
                                    const Frame& frame);
 
