@@ -21,7 +21,7 @@ struct Event {
   float cached = -1;     // luminance from the cache, of indirect light scattered by what it met; < 0: none
 };
 
-struct PathState {
+struct GuidedState {
   PathSample* path;
   Rgb throughput{1};
   Rgb unguided{1};            // what BSDF sampling would have made of it
@@ -51,7 +51,7 @@ struct LightGain {
 };
 
 struct GuidedWavefront {
-  Wavefront<PathState, LightGain> paths;
+  Wavefront<GuidedState, LightGain> paths;
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the paths
 };
@@ -123,8 +123,8 @@ Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point
   return out;
 }
 
-void add_direct_light(const RenderContext& context, const PathState& state, const SurfacePoint& point, const Mixture& mixture,
-                      const vec3& wo, MisMode mis, Wavefront<PathState, LightGain>& wave) {
+void add_direct_light(const RenderContext& context, const GuidedState& state, const SurfacePoint& point, const Mixture& mixture,
+                      const vec3& wo, MisMode mis, Wavefront<GuidedState, LightGain>& wave) {
   const auto light = sample_direct_light(context, point, mixture.bsdf, wo, state.path->sampler, MisMode::light);
   if (!light) return;
   wave.gain({&state.path->radiance, state.throughput * light->radiance, light->pdf_solid_angle, mixture.share,
@@ -134,13 +134,13 @@ void add_direct_light(const RenderContext& context, const PathState& state, cons
 
 // Survival probability: the light that the cache expects the path to find from here, over the light it was expected to find at
 // its first diffuse surface; where the cache knows nothing, the throughput of BSDF sampling.
-float survival(PathState& state, float expected) {
+float survival(GuidedState& state, float expected) {
   if (!(state.expected_light > 0)) return survival_of(state.unguided, state.eta_scale);
   return expected < 0 ? 1 : std::clamp(roulette_slack * expected / state.expected_light, least_survival, 1.0f);
 }
 
 // Samples the direction in which a path continues; false where it ends.
-bool scatter(const RenderContext& context, PathState& state, Ray& ray, const SurfacePoint& point, const Mixture& mixture,
+bool scatter(const RenderContext& context, GuidedState& state, Ray& ray, const SurfacePoint& point, const Mixture& mixture,
              int depth, const PathSettings& settings, std::vector<Event>& events) {
   const vec3 wo = -ray.direction;
   float expected = -1;
@@ -201,7 +201,7 @@ void record(const PathSample& path, std::uint32_t last, const std::vector<Event>
 }
 
 // Stores with the event before what the cache knows of the surface that the path has reached.
-void ask_cache(PathState& state, const Mixture& mixture, std::vector<Event>& events) {
+void ask_cache(GuidedState& state, const Mixture& mixture, std::vector<Event>& events) {
   if (state.last_event == none || !mixture.bsdf.is_diffuse()) return;
   Event& event = events[state.last_event];
   if (event.cached >= 0 || mixture.guide.indirect() < 0) return;
@@ -216,23 +216,19 @@ void ask_cache(PathState& state, const Mixture& mixture, std::vector<Event>& eve
 void trace_guided_paths(const RenderContext& context, std::span<PathSample> paths, const PathSettings& settings,
                         const SdTree& guide, std::vector<GuideRecord>& records) {
   static thread_local GuidedWavefront wave;  // for its memory
-  Wavefront<PathState, LightGain>& states = wave.paths;
+  Wavefront<GuidedState, LightGain>& states = wave.paths;
   std::vector<Event>& events = wave.events;
   std::vector<std::uint32_t>& last_events = wave.last_events;
   states.clear();
   events.clear();
   last_events.assign(paths.size(), none);
   for (PathSample& path : paths) states.start({&path}, path.ray);
-  states.run(context, 0, [&](PathState& state, Ray& ray, const Hit& hit, int depth) {
+  states.run(context, 0, [&](GuidedState& state, Ray& ray, const SurfacePoint* met, int depth) {
     PathSample& path = *state.path;
     if (state.pdf != 0) events[state.last_event].before = path.radiance;
-    if (!hit) {
-      path.radiance += emitted_with_mis(context, ray, nullptr, state.pdf, state.throughput, settings.mis);
-      return false;
-    }
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    path.radiance += emitted_with_mis(context, ray, &point, state.pdf, state.throughput, settings.mis);
-    if (depth >= settings.max_depth) return false;
+    path.radiance += emitted_with_mis(context, ray, met, state.pdf, state.throughput, settings.mis);
+    if (!met || depth >= settings.max_depth) return false;
+    const SurfacePoint& point = *met;
     const Bsdf bsdf(context.scene, point);
     const Mixture mixture(bsdf, guide, point, -ray.direction);
     ask_cache(state, mixture, events);

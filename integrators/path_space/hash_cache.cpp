@@ -43,7 +43,7 @@ struct Event {
   bool followed = false;  // the path met what is next, or nothing
 };
 
-struct PathState {
+struct HashedState {
   std::uint32_t pixel;
   Rgb throughput{1};  // to the camera; once the cache is asked, to the last event
   float eta_scale = 1, pdf_bsdf = 0;
@@ -52,7 +52,7 @@ struct PathState {
 };
 
 struct TileWavefront {
-  Wavefront<PathState> paths;
+  Wavefront<HashedState> paths;
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the pixels
 };
@@ -96,13 +96,13 @@ class HashCache final : public Integrator, public FileCache {
   // Depths that cells tell apart; that of a cell.
   static int depths(int max_depth) { return max_depth > shared_above ? 1 : std::max(max_depth, 1); }
   int key_depth(int depth) const { return max_depth_ > shared_above ? 0 : depth; }
-  bool meet(const RenderContext& context, PathState& state, Ray& ray, const Hit& hit, int depth, std::vector<Pixel>& pixels,
-            TileWavefront& wave) const;
-  void meet_light(const RenderContext& context, const PathState& state, const Ray& ray, const SurfacePoint* point, Pixel& pixel,
-                  TileWavefront& wave) const;
-  bool goes_on(const PathState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+  bool meet(const RenderContext& context, HashedState& state, Ray& ray, const SurfacePoint* met, int depth,
+            std::vector<Pixel>& pixels, TileWavefront& wave) const;
+  void meet_light(const RenderContext& context, const HashedState& state, const Ray& ray, const SurfacePoint* point,
+                  Pixel& pixel, TileWavefront& wave) const;
+  bool goes_on(const HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
                Pixel& pixel) const;
-  void leave_diffuse(PathState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
+  void leave_diffuse(HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
                      TileWavefront& wave) const;
 
   HashCacheParams params_;
@@ -131,7 +131,7 @@ void HashCache::read(const RenderContext& context, ByteReader& body) {
 
 // Emission that a ray meets, weighted against the light sample at the ray's origin. For a ray from an event it is direct light
 // of that surface, which is not part of the event's value.
-void HashCache::meet_light(const RenderContext& context, const PathState& state, const Ray& ray, const SurfacePoint* point,
+void HashCache::meet_light(const RenderContext& context, const HashedState& state, const Ray& ray, const SurfacePoint* point,
                            Pixel& pixel, TileWavefront& wave) const {
   const Rgb met = state.throughput * emitted_with_mis(context, ray, point, state.pdf_bsdf);
   if (!state.from_diffuse) {
@@ -150,7 +150,7 @@ void HashCache::meet_light(const RenderContext& context, const PathState& state,
 
 // Whether a path follows a direction from a diffuse surface. If not, and the path is beyond its lookup, it ends with a cell's
 // value.
-bool HashCache::goes_on(const PathState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+bool HashCache::goes_on(const HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
                         Pixel& pixel) const {
   if (depth + 1 >= max_depth_ || is_black(state.throughput * albedo)) return false;
   if (!state.asked || pixel.sampler.get_1d() < traced_on_) return true;
@@ -161,7 +161,7 @@ bool HashCache::goes_on(const PathState& state, const vec3& position, const vec3
 }
 
 // The first such surface of a path is where the cache will be looked up, once the paths of this sample are added.
-void HashCache::leave_diffuse(PathState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+void HashCache::leave_diffuse(HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
                               Pixel& pixel, TileWavefront& wave) const {
   if (!state.asked) {
     pixel.weight = state.throughput * albedo;
@@ -177,16 +177,12 @@ void HashCache::leave_diffuse(PathState& state, const vec3& position, const vec3
 }
 
 // Handles what a ray meets and samples how the path continues; false where it ends.
-bool HashCache::meet(const RenderContext& context, PathState& state, Ray& ray, const Hit& hit, int depth,
+bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray, const SurfacePoint* met, int depth,
                      std::vector<Pixel>& pixels, TileWavefront& wave) const {
   Pixel& pixel = pixels[state.pixel];
-  if (!hit) {
-    meet_light(context, state, ray, nullptr, pixel, wave);
-    return false;
-  }
-  const SurfacePoint point = context.scene.surface_at(ray, hit);
-  meet_light(context, state, ray, &point, pixel, wave);
-  if (depth >= max_depth_) return false;
+  meet_light(context, state, ray, met, pixel, wave);
+  if (!met || depth >= max_depth_) return false;
+  const SurfacePoint& point = *met;
   const vec3 wo = -ray.direction, normal = towards(point.shading_normal, point.shading_normal, wo);
   const Bsdf bsdf(context.scene, point);
   const bool diffuse = bsdf.is_diffuse();
@@ -251,8 +247,8 @@ void HashCache::trace_tile(const RenderContext& context, std::size_t number, std
     pixels.push_back({path.sampler});
   });
   wave.last_events.assign(pixels.size(), none);
-  wave.paths.run(context, 0, [&](PathState& state, Ray& ray, const Hit& hit, int depth) {
-    const bool goes_on = meet(context, state, ray, hit, depth, pixels, wave);
+  wave.paths.run(context, 0, [&](HashedState& state, Ray& ray, const SurfacePoint* met, int depth) {
+    const bool goes_on = meet(context, state, ray, met, depth, pixels, wave);
     wave.last_events[state.pixel] = state.last_event;
     return goes_on;
   });

@@ -40,23 +40,23 @@ struct PhotonCameraPath {
   Rgb operator()(Ray ray, Sampler& path, Sampler& light, const AtRoughVertex& at_rough_vertex,
                  const AtTails& at_tails = {}) const {
     State state;
-    for (int depth = 0;; ++depth)
-      if (!meet(state, ray, trace(context, ray), depth, path, light, at_rough_vertex, at_tails)) return state.radiance;
+    for (int depth = 0;; ++depth) {
+      const Hit hit = trace(context, ray);
+      std::optional<SurfacePoint> point;
+      if (hit) point = context.scene.surface_at(ray, hit);
+      if (!meet(state, ray, hit ? &*point : nullptr, depth, path, light, at_rough_vertex, at_tails)) return state.radiance;
+    }
   }
 
-  // The same for one hit: false if the path ends there, else it goes on along `ray`.
+  // The same for what one ray met, or nothing: false if the path ends there, else it goes on along `ray`.
   template <class AtRoughVertex, class AtTails>
-  bool meet(State& state, Ray& ray, const Hit& hit, int depth, Sampler& path, Sampler& light,
+  bool meet(State& state, Ray& ray, const SurfacePoint* met, int depth, Sampler& path, Sampler& light,
             const AtRoughVertex& at_rough_vertex, const AtTails& at_tails) const {
     auto& [radiance, throughput, distance, eta_scale, last] = state;
-    if (!hit) {
-      radiance += throughput * emitted_with_mis(context, ray, nullptr, last.pdf_solid_angle);
-      return false;
-    }
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    radiance += throughput * emitted_with_mis(context, ray, &point, last.pdf_solid_angle);
-    if (depth >= max_depth) return false;
+    radiance += throughput * emitted_with_mis(context, ray, met, last.pdf_solid_angle);
+    if (!met || depth >= max_depth) return false;
 
+    const SurfacePoint& point = *met;
     const vec3 wo = -ray.direction;
     const Bsdf bsdf(context.scene, point);
     const bool rough = rough_materials(point.material);

@@ -44,7 +44,6 @@
 #include <array>
 #include <atomic>
 #include <functional>
-#include <variant>
 
 namespace etendue {
 
@@ -120,45 +119,38 @@ class ProgressivePasses {
   InitialRadii pilot(const RenderContext& context);
 
   // Radiance that arrives along the camera paths of a tile without photons, pixel by pixel as for_pixels has them; the paths
-  // are traced together. at(pixel, GatherPoint, throughput, arrivals) at each rough vertex: what arrivals.gain({Arrival}, way)
+  // are traced together. at(pixel, GatherPoint, throughput, arrivals) at each rough vertex: what arrivals.gain(Arrival, way)
   // is given arrives before the paths go on, if its way is free. `direct`: light as the parameter says, or none.
   template <class Arrival, class Gather>
   void camera(const RenderContext& context, const Tile& tile, std::uint32_t iteration, bool direct, std::vector<Rgb>& radiance,
               const Gather& at) const {
     struct View {
       ivec2 pixel;
-      Rgb* radiance;
-      Sampler path, light;
+      PathSample* sampled;  // its radiance, and the numbers of light samples
+      Sampler path;
       PhotonCameraPath::State state;
     };
-    struct Gained {
-      std::variant<Gain, Arrival> what;
-      void arrive(const Ray& way) const {
-        std::visit([&](const auto& gained) { gained.arrive(way); }, what);
-      }
-    };
-    static thread_local Wavefront<View, Gained> wave;
+    static thread_local Wavefront<View, Arrival> wave;
+    static thread_local std::vector<PathSample> paths, sampled;
+    camera_paths(context, tile, params_.sampler, points_.path(iteration), paths);
     wave.clear();
-    radiance.assign(static_cast<std::size_t>(tile.end.x - tile.begin.x) * (tile.end.y - tile.begin.y), Rgb(0));
-    Rgb* next = radiance.data();
+    sampled.clear();
     for_pixels(tile, [&](ivec2 pixel) {
       const auto key = pixel_index(pixel, context.resolution);
-      View view{pixel,
-                next++,
-                {params_.sampler, context.seed, Stream::camera, key, points_.path(iteration)},
-                {params_.sampler, context.seed, Stream::gather, key, iteration},
-                {}};
-      const Ray ray = sample_camera_ray(context, pixel, view.path);
-      wave.start(view, ray);
+      sampled.push_back({{}, {params_.sampler, context.seed, Stream::gather, key, iteration}});
+    });
+    std::size_t next = 0;
+    for_pixels(tile, [&](ivec2 pixel) {
+      wave.start({pixel, &sampled[next], paths[next].sampler, {}}, paths[next].ray);
+      ++next;
     });
     const PhotonCameraPath walk{context, *rough_materials_, max_depth_};
-    wave.run(context, 0, [&](View& view, Ray& ray, const Hit& hit, int so_far) {
+    wave.run(context, 0, [&](View& view, Ray& ray, const SurfacePoint* met, int so_far) {
       const bool goes_on = walk.meet(
-          view.state, ray, hit, so_far, view.path, view.light,
+          view.state, ray, met, so_far, view.path, view.sampled->sampler,
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
             if (direct && params_.direct == DirectLighting::sample)
-              if (const auto light = sample_direct_light(context, point, bsdf, wo, view.light, MisMode::light))
-                wave.gain({Gain{view.radiance, throughput * light->radiance}}, light->shadow_ray);
+              wave.light_samples().add(point, wo, throughput, *view.sampled);
             at(view.pixel, GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput, wave);
           },
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
@@ -166,9 +158,11 @@ class ProgressivePasses {
             at(view.pixel, GatherPoint(point, bsdf, wo, histories, max_depth_ - depth - 1, rough_materials_->tail_density()),
                throughput, wave);
           });
-      if (!goes_on) *view.radiance += view.state.radiance;
+      if (!goes_on) view.sampled->radiance += view.state.radiance;
       return goes_on;
     });
+    radiance.clear();
+    for (const PathSample& path : sampled) radiance.push_back(path.radiance);
   }
 
   const VisiblePoints& points() const { return points_; }
@@ -319,7 +313,7 @@ class ProgressivePhotonMapping final : public Integrator {
     const float off_plane = coverage_ ? DiscCoverage::flatness * size.radius : infinity;
     site.map.gather(site.at, size.reach, off_plane, [&](const GatheredPhoton& photon, const std::optional<Ray>& way) {
       if (way)
-        arrivals.gain({Arrival{&disc, kernel, photon}}, *way);
+        arrivals.gain({&disc, kernel, photon}, *way);
       else
         disc.add(photon, kernel);
     });

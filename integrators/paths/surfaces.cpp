@@ -1,0 +1,65 @@
+#include "integrators/paths/surfaces.h"
+
+namespace etendue {
+
+void surfaces_at(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits, std::vector<SurfacePoint>& points) {
+  static constexpr std::size_t prefetched = 4;           // hits ahead: as long as memory takes
+  static thread_local std::vector<std::uint32_t> which;  // are on triangles of the world
+  which.clear();
+  if (points.size() < hits.size()) points.resize(hits.size());
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (i + prefetched < hits.size() && hits[i + prefetched]) scene.prefetch_surface(hits[i + prefetched]);
+    if (!hits[i]) continue;
+    if (hits[i].instance == 0 && scene.objects[0].geometry.is_triangle(hits[i].primitive))
+      which.push_back(static_cast<std::uint32_t>(i));
+    else
+      points[i] = scene.surface_at(rays[i], hits[i]);
+  }
+  path_kernels().place({scene, which, rays.data(), hits.data(), points.data()});
+}
+
+void LightSamples::add(const SurfacePoint& point, const vec3& wo, const Rgb& throughput, PathSample& path) {
+  states_.push_back({&path, throughput});
+  rays_.push_back({.origin = point.position, .direction = -wo});
+  points_.push_back(point);
+}
+
+void LightSamples::trace(const RenderContext& context) {
+  const Scene& scene = context.scene;
+  const std::size_t count = states_.size();
+  if (gains_.size() < count) {
+    gains_.resize(count);
+    shadow_rays_.resize(count);
+  }
+  runs_.reset(scene.materials.size());
+  for (std::size_t i = 0; i < count; ++i) runs_.add(points_[i].material, static_cast<std::uint32_t>(i));
+  PathEvents events{.scene = scene,
+                    .lights = context.lights,
+                    .material = nullptr,
+                    .mis = MisMode::light,
+                    .scatters = false,
+                    .roulette = false,
+                    .first = false,
+                    .on_triangles = false,
+                    .which = {},
+                    .states = states_.data(),
+                    .rays = rays_.data(),
+                    .hits = nullptr,
+                    .points = points_.data(),
+                    .gains = gains_.data(),
+                    .shadow_rays = shadow_rays_.data(),
+                    .next_states = nullptr,
+                    .next_rays = nullptr};
+  runs_.each([&](std::size_t material, std::span<const std::uint32_t> which) {
+    events.material = contents_of(scene.materials[material]);
+    events.which = which;
+    path_kernels().meet[scene.materials[material].index()](events);
+  });
+  states_.clear();
+  rays_.clear();
+  points_.clear();
+  for_unoccluded(context, std::span(shadow_rays_).first(events.gained),
+                 [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
+}
+
+}  // namespace etendue

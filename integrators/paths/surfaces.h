@@ -1,0 +1,30 @@
+// Surfaces that the rays of a wave met, and light samples at them, in the lanes of the processor: for methods that go on from
+// there path by path.
+#pragma once
+
+#include "integrators/paths/path_event.h"
+#include "integrators/paths/runs.h"
+
+namespace etendue {
+
+// points[i] becomes the surface that ray i met, if it met one. The buffer grows only.
+void surfaces_at(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits, std::vector<SurfacePoint>& points);
+
+// Light samples of a wave, none of which is MIS-weighted: the mean of each is the whole direct light (MisMode::light).
+class LightSamples {
+ public:
+  // At a surface with a rough lobe, towards wo. The path's sampler draws the sample, and its radiance gains what comes of it,
+  // once they are traced. Till then the path must stay in place.
+  void add(const SurfacePoint& point, const vec3& wo, const Rgb& throughput, PathSample& path);
+  void trace(const RenderContext& context);
+
+ private:
+  std::vector<PathState> states_;
+  std::vector<Ray> rays_;  // that found the points
+  std::vector<SurfacePoint> points_;
+  std::vector<PathGain> gains_;
+  std::vector<Ray> shadow_rays_;
+  Runs runs_;
+};
+
+}  // namespace etendue
