@@ -22,12 +22,14 @@ struct PointLight {
   Rgb intensity{1};  // W/sr
 };
 
-// Full intensity within cos_inner of the axis, falling smoothly (cubic) to 0 at cos_outer.
+// Full intensity within cos_inner of the axis, falling to 0 at cos_outer: smoothly (cubic in the cosine), as in pbrt, or
+// linearly in the angle, as in Mitsuba.
 struct SpotLight {
   vec3 position{0};
   vec3 direction{0, 0, 1};
   Rgb intensity{1};
   float cos_outer = 0.8f, cos_inner = 0.9f;
+  bool is_linear = false;
 };
 
 struct DirectionalLight {

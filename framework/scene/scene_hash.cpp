@@ -48,7 +48,10 @@ class Hasher {
 
   void operator()(const AreaLight& l) { add(l.primitive, l.radiance, l.two_sided); }
   void operator()(const PointLight& l) { add(l.position, l.intensity); }
-  void operator()(const SpotLight& l) { add(l.position, l.direction, l.intensity, l.cos_outer, l.cos_inner); }
+  void operator()(const SpotLight& l) {
+    add(l.position, l.direction, l.intensity, l.cos_outer, l.cos_inner);
+    if (l.is_linear) add(l.is_linear);
+  }
   void operator()(const DirectionalLight& l) { add(l.direction, l.irradiance); }
   void operator()(const EnvironmentLight& l) {
     add(l.scale, l.size);

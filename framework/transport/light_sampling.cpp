@@ -26,6 +26,10 @@ float spot_falloff(const SpotLight& light, const vec3& from_light) {
   const float cosine = glm::dot(from_light, light.direction);
   if (cosine <= light.cos_outer) return 0;
   if (cosine >= light.cos_inner) return 1;
+  if (light.is_linear) {
+    const float outer = std::acos(light.cos_outer);
+    return (outer - std::acos(cosine)) / (outer - std::acos(light.cos_inner));
+  }
   const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
   return x * x * (3 - 2 * x);
 }

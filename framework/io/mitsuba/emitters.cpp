@@ -25,7 +25,7 @@ std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
   static constexpr EmitterType table[] = {
       {"area", "in a shape; a textured radiance approximated by its mean", nullptr},
       {"point", "as it is", &R::point},
-      {"spot", "as it is without a falloff, else approximated by a smooth one; a texture by its mean", &R::spot},
+      {"spot", "as it is; a texture approximated by its mean", &R::spot},
       {"directional", "as it is", &R::directional},
       {"constant", "as it is", &R::constant},
       {"envmap", "as it is", &R::environment},
@@ -82,16 +82,13 @@ void MitsubaReader::spot(const Properties& of) {
   const Transform t = of.transform("to_world");
   const float cutoff = of.number("cutoff_angle", 20, 1e-3f, 180), beam = of.number("beam_width", 0.75f * cutoff, 0, 180);
   if (beam > cutoff) of.fail("beam_width", fmt::format("is {}; expected no more than the cutoff angle, {}", beam, cutoff));
-  if (beam < cutoff)
-    approximate(of.where("beam_width"),
-                fmt::format("{}: falls off linearly between 'beam_width' and 'cutoff_angle'", of.title()),
-                "a smooth falloff between the same angles");
   add_light(of,
             SpotLight{.position = placed_point(of, t, vec3(0)),
                       .direction = unit(of, t.vector({0, 0, 1})),
                       .intensity = intensity,
                       .cos_outer = std::cos(cutoff * degrees),
-                      .cos_inner = std::cos(beam * degrees)},
+                      .cos_inner = std::cos(beam * degrees),
+                      .is_linear = true},
             intensity);
 }
 
