@@ -64,6 +64,18 @@ TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
                     "taken as nothing"));
 }
 
+TEST(MitsubaBsdfs, MasksCutHolesIntoMeshes) {
+  const std::string mask = R"(<bsdf type="mask"><bsdf type="diffuse"/><texture name="opacity" type="checkerboard">
+    <rgb name="color0" value="1"/><rgb name="color1" value="0"/></texture></bsdf>)";
+  EXPECT_ERROR(read("<shape type=\"rectangle\">" + mask + "</shape>"), "an opacity that varies is not supported");
+  const Geometry cut = approximated("<shape type=\"rectangle\">" + mask + "</shape>").objects[0].geometry;
+  double area = 0;
+  for (const uvec3& t : cut.triangles)
+    area += 0.5 * glm::length(glm::cross(cut.positions[t.y] - cut.positions[t.x], cut.positions[t.z] - cut.positions[t.x]));
+  EXPECT_NEAR(area, 2, 0.05) << "half of the rectangle";
+  EXPECT_TRUE(warns(approximated("<shape type=\"sphere\">" + mask + "</shape>"), "only meshes may have an opacity"));
+}
+
 TEST(MitsubaColours, AreLinearRgb) {
   const auto reflectance = [](const std::string& colour, const std::string& version = "3.0.0") {
     return material_of<Diffuse>("<bsdf type=\"diffuse\">" + colour + "</bsdf>", version).reflectance.constant;

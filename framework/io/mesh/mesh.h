@@ -14,6 +14,12 @@ struct TriangleMesh {
   std::vector<vec2> uvs;
   std::vector<uvec3> triangles;
   std::vector<std::string> warnings;  // what the file holds that was left out
+
+  // Without texture coordinates each triangle has those of pbrt.
+  vec2 uv(const uvec3& triangle, int corner) const {
+    constexpr vec2 otherwise[3] = {{0, 0}, {1, 0}, {1, 1}};
+    return uvs.empty() ? otherwise[corner] : uvs[triangle[corner]];
+  }
 };
 
 // Makes every normal unit. A zero or non-finite one becomes the area-weighted mean of the geometric normals around its vertex,

@@ -28,8 +28,9 @@ class MitsubaReader {
   struct MaterialEntry {
     Material material = Diffuse{Rgb(0.5f)};
     bool textured = false;
-    bool two_sided = false;  // looks the same from both sides, as all opaque materials do here
-    bool invisible = false;  // no surface at all
+    bool two_sided = false;                       // looks the same from both sides, as all opaque materials do here
+    bool invisible = false;                       // no surface at all
+    std::shared_ptr<const Texture> opacity = {};  // where parts of it are cut away
     std::optional<std::uint32_t> scene_index = {};
   };
   using TextureValue = std::variant<Rgb, Texture>;
@@ -120,7 +121,7 @@ class MitsubaReader {
   void shape_group(const Properties& of, Group& group);
   void instance(const Properties& of, Group& group);
   void other_shape(const Properties& of, Group& group);
-  std::optional<ShapeLook> look(const Properties& of, const Group& group, bool* textured = nullptr);
+  std::optional<ShapeLook> look(const Properties& of, const Group& group, MaterialEntry& entry);
   void place(TriangleMesh mesh, const Properties& of, Group& group, const std::string& name, bool outward);
   void place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group);
   void instantiate(Group& group, const Transform& to_world);

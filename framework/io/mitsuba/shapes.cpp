@@ -1,5 +1,6 @@
 // Shapes, shapegroups and instances. Shapes are placed in their group's space when they are read.
 
+#include "framework/io/mesh/cut_away.h"
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/serialized.h"
@@ -69,16 +70,14 @@ void MitsubaReader::shape(const XmlElement& element, Group& group) {
 }
 
 // None where the shape is no surface: it is left out.
-std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& group, bool* textured) {
+std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& group, MaterialEntry& entry) {
   leave_out_media(of);
-  MaterialEntry& entry = materials_[material_of(of)];
   const auto glow = area_emitter(of);
   if (glow && !group.in_world)
     throw Error(of.where(), fmt::format("{}: shapes of a shapegroup cannot emit light; place it outside", of.title()));
   const bool flip = of.boolean("flip_normals", false);
   if (entry.invisible && !glow) return std::nullopt;
   if (!entry.two_sided && one_sided_++ == 0) first_one_sided_ = of.where();
-  if (textured) *textured = entry.textured;
   return ShapeLook{scene_material(entry), flip, glow};
 }
 
@@ -86,7 +85,8 @@ std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& 
 void MitsubaReader::place(TriangleMesh mesh, const Properties& of, Group& group, const std::string& name, bool outward) {
   const Transform t = of.transform("to_world");
   const bool faces = of.boolean("face_normals", false);
-  auto appearance = look(of, group);
+  MaterialEntry& entry = materials_[material_of(of)];
+  auto appearance = look(of, group, entry);
   if (!appearance) return;
   for (vec3& p : mesh.positions) {
     p = t.point(p);
@@ -104,6 +104,7 @@ void MitsubaReader::place(TriangleMesh mesh, const Properties& of, Group& group,
   appearance->flip_normal ^= outward && t.swaps_handedness();
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(of.where(), warning);
+  if (entry.opacity) cut_away(mesh, [&](const vec2& uv, const vec3&) { return mean_component(evaluate(*entry.opacity, uv)); });
   const std::size_t triangles = mesh.triangles.size();
   left_out_.add(of.where().text() + ": " + name, triangles, group.parts[0].builder.add(std::move(mesh), *appearance));
 }
@@ -167,12 +168,14 @@ void MitsubaReader::cylinder(const Properties& of, Group& group) {
 }
 
 void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group) {
-  bool textured = false;
-  const auto appearance = look(of, group, &textured);
+  MaterialEntry& entry = materials_[material_of(of)];
+  const auto appearance = look(of, group, entry);
   if (!appearance) return;
+  if (entry.opacity)
+    approximate(of.where(), fmt::format("{}: only meshes may have an opacity that varies", of.title()), "an opaque surface");
   std::optional<Quadric> placed;
   try {
-    placed = placed_quadric(quadric, to_group, textured && !appearance->glow);
+    placed = placed_quadric(quadric, to_group, entry.textured && !appearance->glow);
   } catch (const Error& e) {
     throw Error(of.where(), fmt::format("{}: {}", of.title(), e.what()));
   }

@@ -1,5 +1,6 @@
 // Shapes, objects and instances. Shapes are placed in their object's space when they are read.
 
+#include "framework/io/mesh/cut_away.h"
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/smf.h"
@@ -30,6 +31,10 @@ TriangleMesh with_default_uvs(TriangleMesh mesh) {
     apart.triangles.push_back(first + uvec3(0, 1, 2));
   }
   return apart;
+}
+
+Opacity opacity_of(const Field& field) {
+  return [field](const vec2& uv, const vec3& position) { return mean_component(field->at({uv, position})); };
 }
 
 }  // namespace
@@ -187,9 +192,9 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   if (const auto alpha = params.texture("alpha")) {
     approximate(params.where("alpha"), "'alpha' is not supported: surfaces are opaque",
                 "a hole where it is below a half, with edges to a fraction of a triangle");
-    cut_away(mesh, *field_operand(params, "alpha", Rgb(1), float_textures_));
+    cut_away(mesh, opacity_of(field_operand(params, "alpha", Rgb(1), float_textures_)));
   }
-  if (entry.opacity) cut_away(mesh, *entry.opacity);
+  if (entry.opacity) cut_away(mesh, opacity_of(entry.opacity));
   if (mesh.triangles.empty()) return;
   std::uint32_t material;
   if (!entry.field) {

@@ -30,7 +30,4 @@ ImageTexture bake_over_uv(const TextureField& field, const Bounds& uv_range, Bak
 // longer shared.
 ImageTexture bake_atlas(const TextureField& field, TriangleMesh& mesh, BakeBudget& budget);
 
-// Cuts away what of a mesh has an opacity below a half, splitting triangles along that line as finely as their number allows.
-void cut_away(TriangleMesh& mesh, const TextureField& opacity);
-
 }  // namespace etendue
