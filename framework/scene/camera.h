@@ -1,4 +1,4 @@
-// Perspective cameras: a pinhole, or a thin lens where the aperture is open.
+// Perspective cameras, a pinhole or a thin lens where the aperture is open, and parallel (orthographic) views.
 #pragma once
 
 #include "framework/core/sampling.h"
@@ -14,6 +14,9 @@ struct Camera {
   float fov = 0.785398f;     // radians, across the shorter side of the image
   float lens_radius = 0;     // metres; 0: pinhole
   float focal_distance = 1;  // metres, to the plane in focus
+  float half_width = 0;      // metres, of the shorter side of a parallel view, which has no lens; 0: perspective
+
+  bool is_parallel() const { return half_width > 0; }
 
   // The ray through a point of the film in pixels ((0,0) is the top-left corner); `lens` in [0,1)^2. Direction unit.
   Ray ray(ivec2 resolution, const vec2& film, const vec2& lens) const;
@@ -23,16 +26,19 @@ struct Camera {
   struct Connection {
     vec3 lens_point;   // world
     vec2 film;         // pixels
-    float importance;  // 1 / (pixel area at distance 1 * cos^3 * distance^2): multiplies f cos(at the point)
+    float importance;  // 1 / (pixel area at distance 1 * cos^3 * distance^2), or 1 / pixel area: multiplies f cos(at the point)
   };
   std::optional<Connection> connect(ivec2 resolution, const vec3& position, const vec2& lens) const;
 
   // Density over solid angle with which `ray` samples a unit direction through one point of the lens, when `film` is uniform
-  // over the pixel that the direction falls on: 1 / (pixel area at distance 1 * cos^3).
+  // over the pixel that the direction falls on: 1 / (pixel area at distance 1 * cos^3). Of a parallel view it is the density
+  // over the area across its rays: 1 / pixel area. Divided by spread(distance)^2 both are the density over that area.
   float pdf(ivec2 resolution, const vec3& direction) const;
 
-  // Half the image plane's extent at distance 1, as (x, y).
+  // Half the image plane's extent at distance 1, as (x, y); that of a parallel view is the same at all distances.
   vec2 half_extent(ivec2 resolution) const;
+  // By how much half_extent grows up to a distance.
+  float spread(float distance) const { return is_parallel() ? 1 : distance; }
 };
 
 // The ray of Camera::ray, or one in each lane (lanes.h); `extent`: Camera::half_extent.
@@ -44,7 +50,10 @@ struct CameraRayOf {
     const vec2 size(resolution);
     const F x = 2.0f * film.x / size.x - 1.0f, y = 2.0f * film.y / size.y - 1.0f;
     direction = {x * extent.x, -y * extent.y, 1.0f};
-    if (camera.lens_radius > 0) {
+    if (camera.is_parallel()) {
+      origin = {direction.x, direction.y, 0.0f};
+      direction = {0.0f, 0.0f, 1.0f};
+    } else if (camera.lens_radius > 0) {
       const Vec2<F> on_disk = sample_unit_disk(lens);
       origin = {camera.lens_radius * on_disk.x, camera.lens_radius * on_disk.y, 0.0f};
       direction = camera.focal_distance * direction - origin;

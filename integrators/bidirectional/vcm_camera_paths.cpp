@@ -20,9 +20,9 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
     }
     const SurfacePoint point = context_.scene.surface_at(path.ray, hit);
     const float cos_in = std::abs(glm::dot(path.ray.direction, point.normal));
-    path.mis.arrive(square(hit.t), cos_in);
+    path.mis.arrive(square(depth == 0 ? context_.scene.camera.spread(hit.t) : hit.t), cos_in);
     radiance += emitted_with_mis(path, hit, &point, depth);
-    if (settings_.correlation) follow(path, square(hit.t), cos_in);
+    if (settings_.correlation) follow(path, hit.t, cos_in);
     if (depth >= settings_.max_depth || !settings_.connect) return;
     const Bsdf bsdf(context_.scene, point);
     if (bsdf.has_non_specular()) {
@@ -38,14 +38,15 @@ void CameraPaths::trace(ivec2 pixel, std::uint32_t index, Rgb& radiance) {
   }
 }
 
-void CameraPaths::follow(const SubPath& path, float distance_squared, float cos_in) {
+void CameraPaths::follow(const SubPath& path, float distance, float cos_in) {
   std::vector<TrailVertex>& trail = trail_.vertices;
   if (!trail.empty()) {
-    trail.push_back(trail.back().next(distance_squared, cos_in));
+    trail.push_back(trail.back().next(square(distance), cos_in));
     return;
   }
-  trail_.first_distance_squared = distance_squared;
-  trail.push_back({context_.scene.camera.pdf(context_.resolution, path.ray.direction) * cos_in / distance_squared, 0});
+  trail_.first_distance_squared = square(distance);
+  const Camera& camera = context_.scene.camera;
+  trail.push_back({camera.pdf(context_.resolution, path.ray.direction) * cos_in / square(camera.spread(distance)), 0});
 }
 
 // Emission at the end of the path, after `depth` events; in full where it is seen directly, since no other strategy samples

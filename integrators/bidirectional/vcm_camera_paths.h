@@ -33,7 +33,7 @@ class CameraPaths {
   };
 
   // Appends a vertex to the trail.
-  void follow(const SubPath& path, float distance_squared, float cos_in);
+  void follow(const SubPath& path, float distance, float cos_in);
   Rgb emitted_with_mis(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth);
   void next_event(const Vertex& vertex, Sampler& sampler, Rgb& radiance);
   void connect(const Vertex& vertex, const LightVertex& light, Rgb& radiance);

@@ -117,9 +117,11 @@ class HashCache final : public Integrator, public FileCache {
 
 void HashCache::make_grid(const RenderContext& context) {
   const ivec2 size = context.resolution;
-  const float pixel_angle = 2 * context.scene.camera.half_extent(size).x / static_cast<float>(size.x);
-  const vec3 eye = context.scene.camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
-  grid_.emplace(context.scene.bounds(), PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough});
+  const Camera& camera = context.scene.camera;
+  const float pixel_angle = 2 * camera.half_extent(size).x / static_cast<float>(size.x);
+  const vec3 eye = camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
+  grid_.emplace(context.scene.bounds(),
+                PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough, camera.is_parallel()});
 }
 
 void HashCache::read(const RenderContext& context, ByteReader& body) {

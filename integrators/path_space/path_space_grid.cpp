@@ -126,7 +126,8 @@ vec2 PathSpaceGrid::place_in(const Key& key, const Frame& plane, const vec3& pos
 }
 
 int PathSpaceGrid::finest_level(const vec3& position) const {
-  const float wanted = finest_ * options_.pixel_angle * glm::length(position - options_.eye);
+  const float spread = options_.parallel ? 1 : glm::length(position - options_.eye);
+  const float wanted = finest_ * options_.pixel_angle * spread;
   return std::clamp(std::ilogb(size_ / std::max(wanted, 1e-30f)), coarsest, deepest);
 }
 

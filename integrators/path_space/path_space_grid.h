@@ -51,9 +51,10 @@ struct CachedValue {
 
 struct PathSpaceGridOptions {
   vec3 eye{0};
-  float pixel_angle = 0.001f;  // of a pixel: its width at distance 1
+  float pixel_angle = 0.001f;  // of a pixel: its width at distance 1, or at all distances where rays are parallel
   float finest = 4;            // pixels
   float enough = 5;            // values, at one sample per pixel
+  bool parallel = false;       // are the camera's rays
 };
 
 class PathSpaceGrid {

@@ -6,13 +6,13 @@
 namespace etendue {
 
 CachePoint cache_point(const RenderContext& context, const SurfacePoint& point, const vec3& wo, float distance, int depth) {
-  const float pixel_width =
-      2 * context.scene.camera.half_extent(context.resolution).x / static_cast<float>(context.resolution.x);
+  const Camera& camera = context.scene.camera;
+  const float pixel_width = 2 * camera.half_extent(context.resolution).x / static_cast<float>(context.resolution.x);
   return {.position = point.position,
           .normal = towards(point.shading_normal, point.normal, wo),
           .geometric = towards(point.normal, point.normal, wo),
           .origin = ray_origin(point, wo),
-          .pixel_width = distance * pixel_width,
+          .pixel_width = camera.spread(distance) * pixel_width,
           .depth = depth};
 }
 

@@ -102,14 +102,16 @@ void for_camera_rays(const RenderContext& context, const SeenOptions& options, c
 }  // namespace
 
 double seen_area(const RenderContext& context, const RoughMaterials& rough_materials, const SeenOptions& options) {
-  const vec2 pixel = 2.0f * context.scene.camera.half_extent(context.resolution) / vec2(context.resolution);
+  const Camera& camera = context.scene.camera;
+  const vec2 pixel = 2.0f * camera.half_extent(context.resolution) / vec2(context.resolution);
   const float solid_angle = pixel.x * pixel.y;  // on the axis
   std::vector<double> of_pixel(static_cast<std::size_t>(context.resolution.x) * context.resolution.y);
   const Eye eye{context, rough_materials, options};
   for_camera_rays(context, options, [&](std::uint64_t key, const Ray& ray, Sampler& sampler) {
     eye.look(ray, 0, sampler, [&](const SurfacePoint& point, const Bsdf&, const Ray& last, float distance) {
       const float cosine = std::abs(glm::dot(point.normal, last.direction));
-      of_pixel[key] += solid_angle * square(distance) / (std::max(cosine, 0.05f) * static_cast<float>(options.samples));
+      of_pixel[key] +=
+          solid_angle * square(camera.spread(distance)) / (std::max(cosine, 0.05f) * static_cast<float>(options.samples));
     });
   });
   return std::accumulate(of_pixel.begin(), of_pixel.end(), 0.0);

@@ -135,5 +135,13 @@ TEST(Bidirectional, ThinLens) {
   expect_agreement(scene, path, {bdpt, vcm});
 }
 
+TEST(Bidirectional, ParallelView) {
+  SceneBuilder b = furnished("parallel", false);
+  b.quadric(Sphere{{-1, 2.2f, 0.8f}, 0.3f}, b.material(Diffuse{Rgb(0)}), Rgb(6, 5, 4));
+  Scene scene = b.finish();
+  scene.camera.half_width = 1.5f;
+  expect_agreement(scene, path, {bdpt, vcm});
+}
+
 }  // namespace
 }  // namespace etendue

@@ -117,6 +117,14 @@ TEST(Camera, ConnectionInvertsTheRay) {
       EXPECT_NEAR(c->film.x, film.x, 2e-3);
       EXPECT_NEAR(c->film.y, film.y, 2e-3);
     }
+    if (lens_radius == 0) {
+      camera.half_width = 0.7f;
+      const auto c = camera.connect({200, 100}, camera.ray({200, 100}, {30, 60}, {0, 0}).at(2), {0, 0});
+      ASSERT_TRUE(c);
+      EXPECT_NEAR(c->film.x, 30, 2e-3);
+      EXPECT_NEAR(c->film.y, 60, 2e-3);
+      EXPECT_FLOAT_EQ(c->importance, square(100 / 1.4f));
+    }
     EXPECT_FALSE(camera.connect({200, 100}, camera.to_world.point({0, 0, -1}), {0.5f, 0.5f}));
   }
 }

@@ -27,8 +27,8 @@ std::span<const MitsubaReader::SensorType> MitsubaReader::sensor_types() {
   static constexpr SensorType table[] = {
       {"perspective", "fov and fov_axis, or focal_length; film size, crop approximated by the whole film", &R::perspective},
       {"thinlens", "the same with aperture_radius and focus_distance", &R::thin_lens},
-      {"orthographic", "approximated by a perspective view from 1000 times half its width away", &R::orthographic},
-      {"telecentric", "approximated like orthographic", &R::orthographic},
+      {"orthographic", "as it is", &R::orthographic},
+      {"telecentric", "like orthographic; an aperture approximated by none", &R::orthographic},
       {"batch", "approximated: a view from the origin", &R::other_sensor},
       {"fluencemeter", "approximated: a view from the origin", &R::other_sensor},
       {"irradiancemeter", "approximated: a view from the origin", &R::other_sensor},
@@ -115,21 +115,22 @@ void MitsubaReader::thin_lens(const Properties& of) {
 
 // x from -1 to 1 across the film, scaled by to_world.
 void MitsubaReader::orthographic(const Properties& of) {
-  constexpr float far = 1000;
-  approximate(of.where(), fmt::format("{} is not supported", of.title()),
-              fmt::format("a perspective view from {} times half its width away: what lies behind the sensor is seen", far));
   const Transform t = of.transform("to_world");
-  const vec3 x = t.vector({1, 0, 0}), y = t.vector({0, 1, 0}), z = t.vector({0, 0, 1});
-  const float half_width = glm::length(x),
+  const float half_width = glm::length(t.vector({1, 0, 0})),
               aspect = static_cast<float>(scene_.resolution.y) / static_cast<float>(scene_.resolution.x);
-  if (std::abs(glm::length(y) / half_width - 1) > 1e-3f) warn(of.where(), "the scale of y is taken to be that of x");
-  const vec3 forward = glm::normalize(z), eye = placed_point(of, t, vec3(0)) - far * half_width * forward;
-  const vec3 right = -x / half_width, up = glm::normalize(y);
+  const auto scale = (t * Transform::scale({1, 1, half_width / glm::length(t.vector({0, 0, 1}))})).similarity_scale();
+  if (!scale || !std::isfinite(half_width))
+    of.fail("to_world", "distorts the image; expected the same scale along x and y, and no shear");
+  scene_.camera.half_width = half_width * std::min(1.0f, aspect);
+  const vec3 right = -t.vector({1, 0, 0}) / half_width, up = t.vector({0, 1, 0}) / half_width;
+  const vec3 forward = glm::normalize(t.vector({0, 0, 1})), eye = placed_point(of, t, vec3(0));
   const auto placed = Transform::from_matrix(mat4(vec4(right, 0), vec4(up, 0), vec4(forward, 0), vec4(eye, 1)));
   if (!placed) of.fail("to_world", "has no inverse");
   scene_.camera.to_world = *placed;
-  scene_.camera.fov = 2 * std::atan(std::min(1.0f, aspect) / far);
-  of.ignore({"aperture_radius", "focus_distance"});
+  if (of.number("aperture_radius", 0, 0) != 0)
+    approximate(of.where("aperture_radius"), fmt::format("{}: 'aperture_radius' is not supported", of.title()),
+                "0: all is in focus");
+  of.ignore({"focus_distance"});
 }
 
 void MitsubaReader::other_sensor(const Properties& of) {

@@ -33,8 +33,6 @@ void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
   if (!within_reach(camera.to_world.point(vec3(0))))
     throw Error(params.where(), fmt::format("Camera: lies beyond {:g} m", farthest));
   const std::string what = fmt::format("Camera \"{}\" is not supported", type);
-  if (type == "orthographic")
-    approximate(where, what, "a distant perspective of the same framing: parallel lines meet far away");
   if (spherical) {
     approximate(where, what, "a perspective of 120 degrees around the middle of its image: the rest is not seen");
     // The middle of the image looks along -x of the camera, and its right side lies along -z.
@@ -74,61 +72,43 @@ void PbrtReader::check_camera() {
                 fmt::format("Camera: 'frameaspectratio' is {}; only that of the film is supported, {:.6g}",
                             *camera_->frame_aspect, aspect),
                 "that of the film: the image is not stretched");
-  if (camera_->kind == CameraEntry::Kind::orthographic)
-    make_orthographic(aspect);
-  else if (!camera_->screen_window.empty())
-    check_window(aspect);
+  if (camera_->kind == CameraEntry::Kind::orthographic || !camera_->screen_window.empty()) check_window(aspect);
 }
 
-// A window about the middle with the film's shape narrows or widens the view.
+// A window about the middle with the film's shape narrows or widens the view; a parallel view may be beside the middle, too.
 void PbrtReader::check_window(float aspect) {
-  const std::vector<float>& window = camera_->screen_window;
+  const bool parallel = camera_->kind == CameraEntry::Kind::orthographic;
   const float x = std::max(aspect, 1.0f), y = std::max(1 / aspect, 1.0f);
+  std::vector<float> window = camera_->screen_window;
+  if (window.empty()) window = {-x, x, -y, y};
   if (window.size() != 4 || !(window[0] < window[1] && window[2] < window[3]))
     throw Error(camera_->where, "Camera: 'screenwindow' expects four numbers: x from, x to, y from, y to");
   const float half_x = 0.5f * (window[1] - window[0]), half_y = 0.5f * (window[3] - window[2]);
   const bool centred = !differs(window[1], half_x) && !differs(window[3], half_y);
-  if (!centred || differs(half_x * y, half_y * x))
+  if (!(centred || parallel) || differs(half_x * y, half_y * x))
     approximate(
         camera_->where,
         fmt::format("Camera: only the 'screenwindow' [{:.6g} {:.6g} {:.6g} {:.6g}] that fits the film is supported, or a "
                     "multiple of it",
                     -x, x, -y, y),
         "one about the middle, as high: what lies to the side moves in the image");
-  scene_.camera.fov = 2 * std::atan(std::tan(0.5f * scene_.camera.fov) * half_y / y);
+  if (parallel)
+    make_parallel({0.5f * (window[0] + window[1]), 0.5f * (window[2] + window[3])}, half_y / y);
+  else
+    scene_.camera.fov = 2 * std::atan(std::tan(0.5f * scene_.camera.fov) * half_y / y);
 }
 
-// As far behind as the scene allows: what lies behind the camera must not come before it.
-void PbrtReader::make_orthographic(float aspect) {
-  const std::vector<float>& window = camera_->screen_window;
-  const float half_height = window.size() == 4 ? 0.5f * std::abs(window[3] - window[2]) : std::max(1 / aspect, 1.0f);
-  const float half_width = window.size() == 4 ? 0.5f * std::abs(window[1] - window[0]) : std::max(aspect, 1.0f);
-  // Of what falls into the image, along the view.
-  Bounds seen;
-  const Transform to_camera = scene_.camera.to_world.inverse();
-  for (const Instance& instance : scene_.instances) {
-    const Geometry& g = scene_.objects[instance.object].geometry;
-    for (std::uint32_t i = 0; i < g.primitive_count(); ++i) {
-      if (!g.is_valid(i)) continue;
-      const Bounds b = (to_camera * instance.to_world).bounds(g.primitive_bounds(i));
-      if (b.upper.x >= -half_width && b.lower.x <= half_width && b.upper.y >= -half_height && b.lower.y <= half_height)
-        seen.extend(b);
-    }
-  }
-  const float depth = seen.empty() ? 1 : std::max(seen.upper.z, 1e-3f), shorter = std::min(half_width, half_height);
-  const bool nothing_behind = seen.empty() || seen.lower.z >= 0;
-  const float distance = nothing_behind ? 30 * std::max(depth, shorter) : 0;
-  const float reach =
-      nothing_behind ? distance + 0.5f * (depth + std::max(seen.empty() ? 0 : seen.lower.z, 0.0f)) : 0.5f * depth;
-  const vec3 shift(window.size() == 4 ? 0.5f * (window[0] + window[1]) : 0,
-                   window.size() == 4 ? 0.5f * (window[2] + window[3]) : 0, -distance);
-  if (!(shorter > 0) || !std::isfinite(reach / shorter))
-    throw Error(camera_->where, "Camera: 'screenwindow' expects four numbers: x from, x to, y from, y to");
-  scene_.camera.to_world = scene_.camera.to_world * Transform::translate(shift);
-  if (!within_reach(scene_.camera.to_world.point(vec3(0))))
+void PbrtReader::make_parallel(const vec2& middle, float half_width) {
+  Camera& camera = scene_.camera;
+  const auto scale = camera.to_world.similarity_scale();
+  if (!scale) throw Error(camera_->where, "Camera \"orthographic\": its transform distorts the image; scale it evenly");
+  camera.to_world = camera.to_world * Transform::translate({middle, 0}) * Transform::scale(vec3(1 / *scale));
+  camera.half_width = *scale * half_width;
+  if (!within_reach(camera.to_world.point(vec3(camera.half_width))) || !(camera.half_width > 0))
     throw Error(camera_->where, fmt::format("Camera: lies beyond {:g} m", farthest));
-  scene_.camera.fov = std::clamp(2 * std::atan(shorter / reach), 2e-5f, 3.1f);
-  scene_.camera.lens_radius = 0;
+  if (camera.lens_radius > 0)
+    approximate(camera_->where, "Camera \"orthographic\": 'lensradius' is not supported", "0: all is in focus");
+  camera.lens_radius = 0;
 }
 
 void PbrtReader::film(PbrtLexer& lexer, const Token& token) {

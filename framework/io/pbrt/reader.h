@@ -148,7 +148,7 @@ class PbrtReader {
   void option(PbrtLexer& lexer, const Token& token);
   void check_camera();
   void check_window(float aspect);
-  void make_orthographic(float aspect);
+  void make_parallel(const vec2& middle, float half_width);
   void read_exposure(const PbrtParams& params);
 
   // rendering.cpp
