@@ -15,10 +15,12 @@ namespace etendue {
 template <class Record, class Work>
 class RecordKind : public ExperimentKind {
  public:
-  // Such experiments render no images to compare; `also` are further keys that would change nothing.
-  explicit RecordKind(std::vector<std::string> also)
+  // Such experiments render no images to compare; `also` are further keys that would change nothing, and `used` those of the
+  // usual ones that do.
+  explicit RecordKind(std::vector<std::string> also, const std::vector<std::string>& used = {})
       : useless_{"integrators", "structures", "reference", "metrics", "confidence", "regions", "predictions"} {
     useless_.insert(useless_.end(), also.begin(), also.end());
+    for (const std::string& key : used) std::erase(useless_, key);
   }
 
   std::vector<std::string> useless() const override { return useless_; }

@@ -8,12 +8,13 @@ const ExperimentKind& claims_kind();
 const ExperimentKind& images_kind();
 const ExperimentKind& search_kind();
 const ExperimentKind& stress_kind();
+const ExperimentKind& throughput_kind();
 
 namespace {
 
 std::vector<const ExperimentKind*>& kinds() {
-  static std::vector<const ExperimentKind*> kinds{&stress_kind(), &claims_kind(), &search_kind(), &animation_kind(),
-                                                  &images_kind()};
+  static std::vector<const ExperimentKind*> kinds{&stress_kind(),    &claims_kind(),     &search_kind(),
+                                                  &animation_kind(), &throughput_kind(), &images_kind()};
   return kinds;
 }
 

@@ -59,6 +59,7 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
       {"dynamic", "scenes = [\"builtin:cornell-box\"]\n[dynamic]\n" + z},
       {"points", "scenes = [\"builtin:cornell-box\"]\n[points]\n" + z},
       {"records", "scenes = [\"builtin:cornell-box\"]\n[records]\n" + z},
+      {"throughput", "scenes = [\"builtin:cornell-box\"]\n" + path + "[throughput]\n" + z},
       {"claims", claim + z + "\n" + measure},
       {"claims.measures", claim + measure + z},
       {"timing", "timing = { " + z + " }\n" + claim + measure},

@@ -1,0 +1,190 @@
+#include "experiments/kinds/throughput/throughput_report.h"
+
+#include "experiments/kinds/throughput/throughput_record.h"
+#include "experiments/report/report_text.h"
+#include "experiments/report/table_of.h"
+#include "framework/core/isa.h"
+#include "framework/core/units.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <optional>
+
+namespace etendue {
+
+namespace {
+
+// A line of the table: a cell with one instruction set.
+struct Row {
+  const ThroughputRecord* record;
+  const Throughput* figures;
+
+  std::string isa() const { return std::string(isa_name(isa_of_option(figures->isa))); }
+  std::string series() const { return record->cell.integrator + ", " + isa(); }
+};
+
+std::vector<Row> rows_of(const RunLog& log) {
+  std::vector<Row> rows;
+  for (const ThroughputRecord* record : records_of<ThroughputRecord>(log))
+    if (record->done())
+      for (const Throughput& figures : record->sets) rows.push_back({record, &figures});
+  return rows;
+}
+
+// In the order in which they ran, the newest last.
+std::vector<std::string> commits_of(const RunLog& log) {
+  std::vector<std::string> commits;
+  for (const ThroughputRecord* record : records_of<ThroughputRecord>(log))
+    if (std::find(commits.begin(), commits.end(), record->commit()) == commits.end()) commits.push_back(record->commit());
+  return commits;
+}
+
+// What the cell did with the first commit that ran it, likewise; null: this one was the first.
+const Throughput* first_of(const std::vector<Row>& rows, const Row& row) {
+  for (const Row& other : rows)
+    if (other.record->cell.scene == row.record->cell.scene && other.series() == row.series())
+      return other.record == row.record ? nullptr : other.figures;
+  return nullptr;
+}
+
+TableCell rate(const Measured& m) { return m.median > 0 ? TableCell(m.median, format_count(m.median)) : TableCell(); }
+
+std::string shares_text(const Throughput& figures) {
+  std::vector<std::pair<double, std::string>> order;
+  for (const auto& [phase, share] : figures.shares)
+    if (share >= 0.005) order.emplace_back(share, phase);
+  std::sort(order.rbegin(), order.rend());
+  std::string text;
+  for (const auto& [share, phase] : order) text += fmt::format("{}{} {:.0f} %", text.empty() ? "" : ", ", phase, 100 * share);
+  return text;
+}
+
+Table newest_table(const RunLog& log) {
+  const std::vector<Row> all = rows_of(log);
+  std::vector<Row> newest;
+  for (const Row& row : all)
+    if (row.record->commit() == commits_of(log).back()) newest.push_back(row);
+  TableOf<Row> table("throughput", "Throughput", newest);
+  table.column("scene", "scene", [](const Row& r) { return r.record->cell.scene; });
+  table.column("integrator", "method", [](const Row& r) { return r.record->cell.integrator; });
+  table.column("isa", "with", &Row::isa);
+  table.column(
+      "commit", "commit", [](const Row& r) { return r.record->commit(); }, Audience::machines);
+  table.group("Rates");
+  const auto column = [&](const std::string& key, const char* title, Measured Throughput::*figure) {
+    table.column(key, title, [=](const Row& r) { return rate(r.figures->*figure); });
+    const auto end = [&](const char* suffix, double Measured::*part) {
+      table.column(
+          key + suffix, "", [=](const Row& r) { return TableCell((r.figures->*figure).*part); }, Audience::machines);
+    };
+    end("_low", &Measured::low);
+    end("_high", &Measured::high);
+  };
+  column("samples_per_s", "samples/s", &Throughput::samples_per_s);
+  column("rays_per_s", "rays/s", &Throughput::rays_per_s);
+  column("photons_per_s", "photons/s", &Throughput::photons_per_s);
+  column("records_per_s", "records/s", &Throughput::records_per_s);
+  table.column("over_first", "over first", [&](const Row& r) {
+    const Throughput* first = first_of(all, r);
+    if (first == nullptr) return TableCell();
+    return TableCell(r.figures->samples_per_s.median / first->samples_per_s.median,
+                     fmt::format("{:.2f}", r.figures->samples_per_s.median / first->samples_per_s.median));
+  });
+  table.group("Share of time by phase");
+  table.column("phases", "phases", [](const Row& r) { return shares_text(*r.figures); });
+  table.note(
+      "Medians of repetitions by turns, of the newest commit. Samples: of the camera, in the time of the whole render but for "
+      "reading the scene; rays: of all kinds, likewise; photons: emitted, in the time of emission; records: of caches, in that "
+      "of the initial pass. Over first: camera samples a second over those of the first commit in the log.");
+  Table result = table.take();
+  for (std::string& line : failed_cells<ThroughputRecord>(log)) result.notes.push_back(std::move(line));
+  return result;
+}
+
+std::vector<std::string> names_of(const std::vector<Row>& rows, const std::string& scene, std::string (*name)(const Row&)) {
+  std::vector<std::string> names;
+  for (const Row& row : rows)
+    if (row.record->cell.scene == scene && std::find(names.begin(), names.end(), name(row)) == names.end())
+      names.push_back(name(row));
+  return names;
+}
+
+// A series for each instruction set; `place(row)` is where its point lies, if it has one. All charts tell the sets alike.
+template <class Place>
+std::vector<ChartSeries> series_by_isa(const std::vector<Row>& rows, const std::string& scene, const Place& place) {
+  std::vector<ChartSeries> all;
+  for (const std::string& isa : names_of(rows, scene, [](const Row& r) { return r.isa(); })) {
+    ChartSeries series;
+    series.key = series.label = isa;
+    series.style(all.size());
+    for (const Row& row : rows)
+      if (row.record->cell.scene == scene && row.isa() == isa)
+        if (const std::optional<ChartPoint> point = place(row)) series.points.push_back(*point);
+    all.push_back(std::move(series));
+  }
+  return all;
+}
+
+// Camera samples a second of each method with the newest commit that ran it.
+Figure methods_figure(const std::vector<Row>& rows, const std::string& scene) {
+  Chart chart;
+  chart.x = {"camera samples a second", Scale::log, std::nullopt};
+  chart.rows = names_of(rows, scene, [](const Row& r) { return r.record->cell.integrator; });
+  chart.series = series_by_isa(rows, scene, [&](const Row& row) -> std::optional<ChartPoint> {
+    for (const Row& later : rows)
+      if (&later > &row && later.record->cell.scene == scene && later.series() == row.series()) return std::nullopt;
+    const auto at = std::find(chart.rows.begin(), chart.rows.end(), row.record->cell.integrator) - chart.rows.begin();
+    return ChartPoint(row.figures->samples_per_s.median, static_cast<double>(at));
+  });
+  for (ChartSeries& series : chart.series) series.draw = ChartSeries::Draw::dots;
+  return {"throughput-" + slug(scene), scene, "camera samples a second", {std::move(chart)}, {}};
+}
+
+// The same over commits, a panel for each method.
+Figure history_figure(const std::vector<Row>& rows, const std::string& scene, const std::vector<std::string>& commits) {
+  Figure figure{"throughput-by-commit-" + slug(scene), scene, "camera samples a second, by commit", {}, {}};
+  for (const std::string& method : names_of(rows, scene, [](const Row& r) { return r.record->cell.integrator; })) {
+    Chart chart{.title = method};
+    chart.x = {"commit", Scale::linear, Interval{0.5, static_cast<double>(commits.size()) + 0.5}};
+    chart.y = {"samples/s", Scale::log, std::nullopt};
+    chart.series = series_by_isa(rows, scene, [&](const Row& row) -> std::optional<ChartPoint> {
+      if (row.record->cell.integrator != method) return std::nullopt;
+      const auto at = std::find(commits.begin(), commits.end(), row.record->commit()) - commits.begin();
+      const Measured& m = row.figures->samples_per_s;
+      return ChartPoint(static_cast<double>(at + 1), m.median, m.low, m.high);
+    });
+    figure.panels.push_back(std::move(chart));
+  }
+  std::string names;
+  for (std::size_t i = 0; i < commits.size(); ++i) names += fmt::format("{}{} {}", i ? ", " : "", i + 1, commits[i]);
+  figure.notes.push_back("Commits in the order of their runs: " + names + ". Bands are quartiles.");
+  return figure;
+}
+
+}  // namespace
+
+KindReport throughput_report(const RunLog& log) {
+  if (records_of<ThroughputRecord>(log).empty()) return {};
+  const std::vector<std::string> commits = commits_of(log);
+  KindReport report{.fact = fmt::format("{} {}", commits.size(), commits.size() == 1 ? "commit" : "commits"),
+                    .tables = {newest_table(log)},
+                    .id = "throughput",
+                    .heading = "Throughput"};
+  std::vector<std::string> scenes;
+  for (const ThroughputRecord* record : records_of<ThroughputRecord>(log))
+    if (std::find(scenes.begin(), scenes.end(), record->cell.scene) == scenes.end()) scenes.push_back(record->cell.scene);
+  const std::vector<Row> rows = rows_of(log);
+  for (const std::string& scene : scenes) {
+    report.figures.push_back({scene, {methods_figure(rows, scene)}});
+    if (commits.size() > 1) report.figures.back().figures.push_back(history_figure(rows, scene, commits));
+  }
+  return report;
+}
+
+std::string throughput_summary(const RunLog& log) {
+  if (records_of<ThroughputRecord>(log).empty()) return "The log holds no finished cell.\n";
+  const Table table = newest_table(log);
+  return to_terminal(table, 1) + "\n" + to_terminal(table, 2);
+}
+
+}  // namespace etendue
