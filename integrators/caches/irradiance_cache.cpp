@@ -6,6 +6,7 @@
 #include "integrators/caches/closed_form_irradiance.h"
 #include "integrators/caches/terminate_in_cache.h"
 #include "integrators/paths/emission.h"
+#include "integrators/paths/wavefront.h"
 
 #include <fmt/format.h>
 
@@ -39,12 +40,27 @@ class IrradianceCache final : public RecordCache {
   Expectation expectation() const override;
 
  private:
+  // A camera path under way.
+  struct CameraPath {
+    CameraSample* sample;
+    // Where it adds the light it finds, and what it finds in place of the cache, which has no say as to lights that rough lobes
+    // meet.
+    Rgb *found_light, *met_light;
+    Rgb throughput{1};
+    float eta_scale = 1, pdf_bsdf = 0, distance = 0;
+    bool count_emission = true, only_emission = false;
+
+    explicit CameraPath(CameraSample& s) : sample(&s), found_light(&s.sampled), met_light(&s.sampled) {}
+  };
+
   Identity identity() const override;
   void fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const;
   void refine(RenderContext& context, std::uint32_t index) override;
   bool add_irradiance(const RenderContext& context, const Visit& at, float next_accuracy, CameraSample& out) const;
   bool add_rough(const RenderContext& context, const Visit& at, float next_accuracy, CameraSample& out) const;
-  void camera_sample(const RenderContext& context, float next_accuracy, CameraSample& out) const override;
+  void camera_samples(const RenderContext& context, float next_accuracy, std::span<CameraSample> samples) const override;
+  bool meet(const RenderContext& context, float next_accuracy, CameraPath& path, Ray& ray, const SurfacePoint* point, int depth,
+            Wavefront<CameraPath>& wave) const;
 
   IrradianceCacheParams params_;
   std::optional<RoughExtension> extension_;
@@ -143,56 +159,59 @@ bool IrradianceCache::add_rough(const RenderContext& context, const Visit& at, f
   return reflected.has_value();
 }
 
-void IrradianceCache::camera_sample(const RenderContext& context, float next_accuracy, CameraSample& out) const {
-  Sampler& sampler = out.sampler;
-  Ray ray = by_closed_form_ ? context.scene.camera.ray(context.resolution, vec2(out.pixel) + 0.5f, vec2(0.5f))
-                            : sample_camera_ray(context, out.pixel, sampler);
-  // Light samples at a cached surface: all of its direct light, or only that of lights no ray can find.
-  const MisMode cached_mode = params_.cache_direct ? MisMode::bsdf : MisMode::light;
-  Rgb throughput(1);
-  float eta_scale = 1, pdf_bsdf = 0, distance = 0;
-  bool count_emission = true, only_emission = false;
-  // What the path finds, and what it finds in place of the cache, which has no say as to lights that rough lobes meet.
-  Rgb *found_light = &out.sampled, *met_light = &out.sampled;
-  for (int depth = 0;; ++depth) {
-    const Hit hit = trace(context, ray);
-    if (!hit) {
-      if (count_emission) *met_light += throughput * emitted_with_mis(context, ray, nullptr, pdf_bsdf);
-      return;
-    }
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    if (count_emission) *met_light += throughput * emitted_with_mis(context, ray, &point, pdf_bsdf);
-    if (depth >= max_depth_ || only_emission) return;
-
-    const vec3 wo = -ray.direction;
-    distance += glm::length(point.position - ray.origin);
-    const Bsdf bsdf(context.scene, point);
-    const bool cached = is_cached(bsdf);
-    *found_light += throughput * direct_light(context, point, bsdf, wo, sampler, cached ? cached_mode : MisMode::power);
-    met_light = found_light;
-    const Visit visit{point, bsdf, wo, depth, distance, throughput};
-    const bool found = cached && depth < cached_below_ && add_irradiance(context, visit, next_accuracy, out);
-    if (found && !bsdf.has_specular()) return;
-    bool rough_misses = false;
-    if (rough_ && rough_->answers(point.material) && depth < cached_below_) {
-      // The BSDF's sample only finds lights from here on, against which the light sample was weighed.
-      only_emission = add_rough(context, visit, next_accuracy, out);
-      rough_misses = !only_emission;
-    }
-
-    const float u_lobe = sampler.get_1d();
-    const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());
-    if (!scattered || is_black(scattered.weight) || (found && !scattered.specular)) return;
-    if (cached && !scattered.specular && depth < cached_below_) found_light = met_light = &out.cached;
-    if (rough_misses) found_light = &out.cached;
-    // A cached surface has had all of its direct light from the light sample, or none.
-    count_emission = !cached || scattered.specular || params_.cache_direct;
-    throughput *= scattered.weight;
-    if (scattered.transmitted) eta_scale *= scattered.eta * scattered.eta;
-    pdf_bsdf = cached ? 0 : scattered.pdf_solid_angle;
-    ray = spawn_ray(point, scattered.wi);
-    if (depth + 1 >= roulette_depth && !survives_roulette(throughput, survival_of(throughput, eta_scale), sampler)) return;
+void IrradianceCache::camera_samples(const RenderContext& context, float next_accuracy, std::span<CameraSample> samples) const {
+  static thread_local Wavefront<CameraPath> wave;  // for its memory
+  wave.clear();
+  for (CameraSample& sample : samples) {
+    const Ray ray = by_closed_form_ ? context.scene.camera.ray(context.resolution, vec2(sample.pixel) + 0.5f, vec2(0.5f))
+                                    : sample_camera_ray(context, sample.pixel, sample.sampler);
+    wave.start(CameraPath(sample), ray);
   }
+  wave.run(context, 0, [&](CameraPath& path, Ray& ray, const SurfacePoint* point, int depth) {
+    return meet(context, next_accuracy, path, ray, point, depth, wave);
+  });
+}
+
+// What a camera path does where its ray ends; whether it goes on.
+bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, CameraPath& path, Ray& ray,
+                           const SurfacePoint* met, int depth, Wavefront<CameraPath>& wave) const {
+  CameraSample& out = *path.sample;
+  if (path.count_emission) *path.met_light += path.throughput * emitted_with_mis(context, ray, met, path.pdf_bsdf);
+  if (met == nullptr || depth >= max_depth_ || path.only_emission) return false;
+
+  const SurfacePoint& point = *met;
+  const vec3 wo = -ray.direction;
+  path.distance += glm::length(point.position - ray.origin);
+  const Bsdf bsdf(context.scene, point);
+  const bool cached = is_cached(bsdf);
+  // Light samples at a cached surface: all of its direct light, or only that of lights no ray can find.
+  const MisMode mode = !cached ? MisMode::power : params_.cache_direct ? MisMode::bsdf : MisMode::light;
+  if (const auto light = sample_direct_light(context, point, bsdf, wo, out.sampler, mode))
+    wave.gain({path.found_light, path.throughput * light->radiance}, light->shadow_ray);
+  path.met_light = path.found_light;
+  const Visit visit{point, bsdf, wo, depth, path.distance, path.throughput};
+  const bool found = cached && depth < cached_below_ && add_irradiance(context, visit, next_accuracy, out);
+  if (found && !bsdf.has_specular()) return false;
+  bool rough_misses = false;
+  if (rough_ && rough_->answers(point.material) && depth < cached_below_) {
+    // The BSDF's sample only finds lights from here on, against which the light sample was weighed.
+    path.only_emission = add_rough(context, visit, next_accuracy, out);
+    rough_misses = !path.only_emission;
+  }
+
+  const float u_lobe = out.sampler.get_1d();
+  const BsdfSample scattered = bsdf.sample(wo, u_lobe, out.sampler.get_2d());
+  if (!scattered || is_black(scattered.weight) || (found && !scattered.specular)) return false;
+  if (cached && !scattered.specular && depth < cached_below_) path.found_light = path.met_light = &out.cached;
+  if (rough_misses) path.found_light = &out.cached;
+  // A cached surface has had all of its direct light from the light sample, or none.
+  path.count_emission = !cached || scattered.specular || params_.cache_direct;
+  path.throughput *= scattered.weight;
+  if (scattered.transmitted) path.eta_scale *= scattered.eta * scattered.eta;
+  path.pdf_bsdf = cached ? 0 : scattered.pdf_solid_angle;
+  ray = spawn_ray(point, scattered.wi);
+  return depth + 1 < roulette_depth ||
+         survives_roulette(path.throughput, survival_of(path.throughput, path.eta_scale), out.sampler);
 }
 
 Expectation IrradianceCache::expectation() const {

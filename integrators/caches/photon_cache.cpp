@@ -32,7 +32,10 @@ class PhotonCache final : public RecordCache {
   void refine(RenderContext& context, std::uint32_t index) override;
   void gather(const RenderContext& context, std::span<PathSample> paths, int depth) const;
   IrradianceEstimate density(const RenderContext& context, const CachePoint& point, int depth) const;
-  void camera_sample(const RenderContext& context, float next_accuracy, CameraSample& sample) const override;
+  void camera_samples(const RenderContext& context, float next_accuracy, std::span<CameraSample> samples) const override {
+    for (CameraSample& sample : samples) camera_sample(context, next_accuracy, sample);
+  }
+  void camera_sample(const RenderContext& context, float next_accuracy, CameraSample& sample) const;
 
   PhotonCacheParams params_;
   bool gathers_;

@@ -89,28 +89,38 @@ void RecordCache::iteration(RenderContext& context, std::uint32_t index, Film& f
   const bool fixed = records_wanted_ > 0;
   const float next_accuracy = fixed ? infinity : progress_.accuracy_after(stage);
   cached_.begin(index, fixed ? 1 : progress_.weight_at(stage));
-  parallel_pixels(context.resolution, [&](ivec2 pixel) {
-    const auto key = pixel_index(pixel, context.resolution);
-    const SampleShares::Range samples = shares_.range(key);
-    Rgb sampled(0), cached(0);
-    float cached_error = 0;
-    CachePoint wanted, wanted_rough;
-    for (std::uint32_t i = samples.begin; i < samples.begin + samples.count; ++i) {
-      CameraSample sample{pixel, key, i, Sampler(sampler_, context.seed, Stream::camera, key, i)};
-      camera_sample(context, next_accuracy, sample);
-      shares_.add(key, luminance(sample.sampled + sample.cached));
-      sampled += sample.sampled;
-      cached += sample.cached;
-      cached_error += sample.cached_error;
-      if (!wanted) wanted = sample.wanted;
-      if (!wanted_rough) wanted_rough = sample.wanted_rough;
-    }
-    const float share = 1 / static_cast<float>(samples.count);
-    if (!fixed && progress_.asks(key, round)) {
-      if (wanted) wanted_[key] = wanted;
-      if (wanted_rough) wanted_rough_[key] = wanted_rough;
-    }
-    cached_.add(film, pixel, share * sampled, share * cached, {share * cached_error});
+  parallel_tiles(context.resolution, tile_size, [&](const Tile& tile) {
+    static thread_local std::vector<CameraSample> samples;  // for its memory
+    samples.clear();
+    for_pixels(tile, [&](ivec2 pixel) {
+      const auto key = pixel_index(pixel, context.resolution);
+      const SampleShares::Range range = shares_.range(key);
+      for (std::uint32_t i = range.begin; i < range.begin + range.count; ++i)
+        samples.push_back({pixel, key, i, Sampler(sampler_, context.seed, Stream::camera, key, i)});
+    });
+    camera_samples(context, next_accuracy, samples);
+    auto sample = samples.cbegin();
+    for_pixels(tile, [&](ivec2 pixel) {
+      const auto key = pixel_index(pixel, context.resolution);
+      Rgb sampled(0), cached(0);
+      float cached_error = 0;
+      CachePoint wanted, wanted_rough;
+      const std::uint32_t count = shares_.range(key).count;
+      for (std::uint32_t i = 0; i < count; ++i, ++sample) {
+        shares_.add(key, luminance(sample->sampled + sample->cached));
+        sampled += sample->sampled;
+        cached += sample->cached;
+        cached_error += sample->cached_error;
+        if (!wanted) wanted = sample->wanted;
+        if (!wanted_rough) wanted_rough = sample->wanted_rough;
+      }
+      const float share = 1 / static_cast<float>(count);
+      if (!fixed && progress_.asks(key, round)) {
+        if (wanted) wanted_[key] = wanted;
+        if (wanted_rough) wanted_rough_[key] = wanted_rough;
+      }
+      cached_.add(film, pixel, share * sampled, share * cached, {share * cached_error});
+    });
   });
   shares_.end_iteration();
 }

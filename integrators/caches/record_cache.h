@@ -96,7 +96,7 @@ class RecordCache : public Integrator, public FileCache {
 
   // Brings photons and records to the state of an iteration.
   virtual void refine(RenderContext& context, std::uint32_t index) = 0;
-  virtual void camera_sample(const RenderContext& context, float next_accuracy, CameraSample& sample) const = 0;
+  virtual void camera_samples(const RenderContext& context, float next_accuracy, std::span<CameraSample> samples) const = 0;
 
   // The stage of the refinement, and the round of random numbers and photons, of which none is drawn again after loading.
   std::uint32_t stage_of(std::uint32_t index) const { return standing_.first_round() + index; }
