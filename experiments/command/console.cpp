@@ -1,5 +1,6 @@
 #include "experiments/command/console.h"
 
+#include "experiments/report/report_text.h"
 #include "framework/core/parallel.h"
 #include "framework/core/threads.h"
 #include "framework/core/units.h"
@@ -130,13 +131,12 @@ void ConsoleRunObserver::cell_finished(const CellRecord& cell, const CheckpointR
     return;
   }
   const auto error = last->metrics.find("relmse");
-  const std::string text = fmt::format("{}{}{} iteration{}, {}", head,
-                                       error == last->metrics.end() ? "" : fmt::format("relmse {:.3g}, ", error->second),
-                                       last->iterations, last->iterations == 1 ? "" : "s", format_seconds(last->time_s));
   if (console_.interactive())
     draw(1, "");
   else
-    console_.line(text);
+    console_.line(fmt::format("{}{}{}, {}", head,
+                              error == last->metrics.end() ? "" : fmt::format("relmse {:.3g}, ", error->second),
+                              counted(last->iterations, "iteration"), format_seconds(last->time_s)));
 }
 
 void exit_on_interrupt(const char* message) {

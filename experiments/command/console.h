@@ -22,7 +22,6 @@ class Console {
 
   bool interactive() const { return interactive_; }
   std::string red(const std::string& text) const { return coloured(text, "31"); }
-  std::string green(const std::string& text) const { return coloured(text, "32"); }
 
  private:
   std::string coloured(const std::string& text, const char* code) const;

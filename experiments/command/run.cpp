@@ -87,8 +87,8 @@ int run_command(const RunCommand& command) {
   console.clear_status();
   fmt::print("{}", wrapped(summary.table, 100));  // the prose: tables are no wider
   print_files(summary.report_files, console);
-  console.line(fmt::format("{} cell{} done, {} failed, {} done before; {}", summary.done, summary.done == 1 ? "" : "s",
-                           summary.failed, summary.skipped, plan.directory));
+  console.line(fmt::format("{} done, {} failed, {} done before; {}", counted(summary.done, "cell"), summary.failed,
+                           summary.skipped, plan.directory));
   if (summary.disagreements > 0) console.warning(fmt::format("{} answers of structures are wrong", summary.disagreements));
   for (const std::string& note : summary.notes) console.warning(note);
   for (const std::string& finding : summary.findings) console.warning(finding);

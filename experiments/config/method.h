@@ -12,7 +12,7 @@ namespace etendue {
 struct Method {
   std::string name;
   ParamMap params;
-  Location where;
+  Location where = {};
 
   std::string label() const;  // "photon-map photons=200000": what logs and charts call it
 };

@@ -30,11 +30,6 @@ inline double finite(double x) {
   return x;
 }
 
-inline const std::vector<double>& finite(const std::vector<double>& values) {
-  for (const double value : values) finite(value);
-  return values;
-}
-
 // On one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced.
 inline std::string dump(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);

@@ -34,11 +34,8 @@ std::tuple<std::type_index, const CellName&> key(const std::shared_ptr<KindRecor
 
 template <class Record>
 void put(std::vector<Record>& records, Record record) {
-  const auto found = std::find_if(records.begin(), records.end(), [&](const Record& r) { return key(r) == key(record); });
-  if (found == records.end())
-    records.push_back(std::move(record));
-  else
-    *found = std::move(record);
+  find_or_add(
+      records, [&](const Record& r) { return key(r) == key(record); }, record) = record;
 }
 
 void put(std::vector<PlanRecord>& plans, PlanRecord record) {

@@ -32,6 +32,7 @@
 #include "experiments/log/ray_kind.h"
 #include "framework/io/whole_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -213,6 +214,21 @@ std::vector<const Record*> records_of(const RunLog& log) {
   for (const auto& record : log.records)
     if (const KindRecord& r = *record; typeid(r) == typeid(Record)) found.push_back(static_cast<const Record*>(record.get()));
   return found;
+}
+
+// Those of them that are done.
+template <class Record>
+std::vector<const Record*> done_records_of(const RunLog& log) {
+  std::vector<const Record*> found = records_of<Record>(log);
+  std::erase_if(found, [](const Record* record) { return !record->done(); });
+  return found;
+}
+
+// The first element for which `is` holds; where there is none, `fresh` joins them.
+template <class Element, class Is>
+Element& find_or_add(std::vector<Element>& elements, const Is& is, Element fresh) {
+  const auto found = std::find_if(elements.begin(), elements.end(), is);
+  return found != elements.end() ? *found : elements.emplace_back(std::move(fresh));
 }
 
 // Reads a record of the kinds that are registered; null where `type` is none of theirs.

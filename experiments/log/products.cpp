@@ -23,13 +23,11 @@ std::vector<Configuration> configurations_of(const RunLog& log) {
   std::vector<Configuration> all;
   for (const CellRecord& cell : log.cells) {
     if (cell.status != "done") continue;
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Configuration& c) {
-      return std::tie(c.scene, c.accel, c.integrator) == std::tie(cell.cell.scene, cell.cell.accel, cell.cell.integrator);
-    });
-    if (found == all.end())
-      all.push_back({cell.cell.scene, cell.cell.accel, cell.cell.integrator, {&cell}});
-    else
-      found->cells.push_back(&cell);
+    const auto& [scene, accel, integrator, seed] = cell.cell;
+    const auto same = [&](const Configuration& c) {
+      return c.scene == scene && c.accel == accel && c.integrator == integrator;
+    };
+    find_or_add(all, same, {scene, accel, integrator, {}}).cells.push_back(&cell);
   }
   for (Configuration& configuration : all)
     std::sort(configuration.cells.begin(), configuration.cells.end(),

@@ -193,8 +193,7 @@ std::string predictions_finding(const Predictions& predictions) {
   const auto of_expected = [](const Row& row) { return row.expected.has_value(); };
   if (std::none_of(predictions.rows.begin(), predictions.rows.end(), of_expected)) return {};
   if (verdicts.empty()) return "No prediction could be measured.";
-  std::string text =
-      fmt::format("{} prediction{}: {}.", verdicts.size(), verdicts.size() == 1 ? "" : "s", count_verdicts(verdicts));
+  std::string text = fmt::format("{}: {}.", counted(verdicts.size(), "prediction"), count_verdicts(verdicts));
   if (!missed.empty()) text += " Not confirmed: " + enumerate(missed, "; ", most) + ".";
   if (unmeasured > 0) text += fmt::format(" {} could not be measured.", unmeasured);
   return text + (predictions.order.empty() ? "" : " " + predictions.order);

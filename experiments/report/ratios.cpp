@@ -150,14 +150,11 @@ std::vector<Group> expected_groups(const std::vector<FoundRatio>& ratios) {
   std::vector<Group> groups;
   for (const FoundRatio& ratio : ratios) {
     if (!ratio.prediction->expected || !ratio.problem.empty()) continue;
-    const auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& group) {
+    const auto same = [&](const Group& group) {
       const FoundRatio& other = *group.front();
       return other.scene == ratio.scene && other.over == ratio.over && other.prediction->region == ratio.prediction->region;
-    });
-    if (found == groups.end())
-      groups.push_back({&ratio});
-    else
-      found->push_back(&ratio);
+    };
+    find_or_add(groups, same, {}).push_back(&ratio);
   }
   return groups;
 }

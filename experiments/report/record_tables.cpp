@@ -50,9 +50,8 @@ std::vector<Statement> statements_of(const ReportData& data) {
   std::vector<Statement> statements;
   for (const Configuration* configuration : data.finished()) {
     const CellRecord& cell = *configuration->any_cell();
-    auto found = std::find_if(statements.begin(), statements.end(), [&](const Statement& s) { return s.is_of(cell); });
-    if (found == statements.end()) found = statements.insert(found, {&cell, {}});
-    index_in(found->scenes, configuration->scene);
+    Statement& statement = find_or_add(statements, [&](const Statement& s) { return s.is_of(cell); }, {&cell, {}});
+    index_in(statement.scenes, configuration->scene);
   }
   return statements;
 }

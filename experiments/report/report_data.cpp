@@ -59,17 +59,14 @@ void name_files(std::vector<SceneData>& scenes) {
 }
 
 SceneData& scene_of(ReportData& data, const std::string& name) {
-  for (SceneData& scene : data.scenes)
-    if (scene.name == name) return scene;
-  return data.scenes.emplace_back(SceneData{.name = name});
+  return find_or_add(data.scenes, [&](const SceneData& scene) { return scene.name == name; }, {.name = name});
 }
 
 Configuration& configuration_of(ReportData& data, const CellName& name) {
   const std::size_t integrator = index_in(data.integrators, name.integrator), accel = index_in(data.accels, name.accel);
-  std::vector<Configuration>& configurations = scene_of(data, name.scene).configurations;
-  for (Configuration& configuration : configurations)
-    if (configuration.integrator_index == integrator && configuration.accel_index == accel) return configuration;
-  return configurations.emplace_back(Configuration{name.scene, name.integrator, name.accel, integrator, accel, {}, {}});
+  const auto same = [&](const Configuration& c) { return c.integrator_index == integrator && c.accel_index == accel; };
+  return find_or_add(scene_of(data, name.scene).configurations, same,
+                     {name.scene, name.integrator, name.accel, integrator, accel, {}, {}});
 }
 
 }  // namespace

@@ -121,6 +121,10 @@ std::string format_interval(double low, double high) {
   return format_figure(low) + (low < 0 ? " to " : "–") + format_figure(high);
 }
 
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 double round_up_nicely(double value) {
   const double decade = std::pow(10.0, std::floor(std::log10(value)));
   for (const double factor : {1.0, 2.0, 5.0})

@@ -16,6 +16,8 @@ inline std::string format_figure(double value) { return format_figure(value, 3);
 std::string format_short(double value);
 std::string format_interval(double low, double high);  // "1.1–1.4"; "-0.1 to 0.2" where a sign would look like the dash
 
+std::string counted(std::size_t count, std::string_view what);  // "1 seed", "3 seeds"
+
 // The smallest of 1, 2 and 5 times a power of ten that is not below `value`, which is positive.
 double round_up_nicely(double value);
 

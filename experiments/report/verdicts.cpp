@@ -13,8 +13,6 @@
 namespace etendue {
 namespace {
 
-std::string seeds_text(std::size_t count) { return count == 1 ? "1 seed" : fmt::format("{} seeds", count); }
-
 struct Contender {
   const Configuration* configuration;
   Estimate error;
@@ -54,7 +52,7 @@ Finding accuracy(const ReportData& data, const SceneData& scene) {
   finding.lead =
       fmt::format("{} has {}{}", label(data, *first.configuration), ranked.size() > 1 ? "the least " : "", data.main_metric());
   std::string& text = finding.text;
-  text = fmt::format(" at {}: {}, {}.", when, describe(first.error), seeds_text(first.error.count));
+  text = fmt::format(" at {}: {}, {}.", when, describe(first.error), counted(first.error.count, "seed"));
   if (ranked.size() > 1) {
     const Contender& next = ranked[1];
     const std::string name = label(data, *next.configuration);

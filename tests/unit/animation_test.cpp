@@ -1,6 +1,5 @@
 // Experiments on change over time, from their TOML to their report.
 #include "experiments/kinds/animation/animation.h"
-#include "experiments/kinds/animation/animation_report.h"
 #include "experiments/run/run.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"

@@ -76,10 +76,9 @@ class LoadingKind final : public RecordKind<LoadingRecord, LoadingWork> {
   KindReport report(const RunLog& log) const override {
     Table table{"loading", "Scenes as they are read", {}, {}, {}, failed_cells<LoadingRecord>(log)};
     table.columns = {{"scene", "scene", false}, {"triangles", "triangles"}, {"load_s", "time"}};
-    for (const LoadingRecord* record : records_of<LoadingRecord>(log))
-      if (record->done())
-        table.rows.push_back(
-            {record->cell.scene, record->triangles, TableCell(record->load_s.median, format_seconds(record->load_s.median))});
+    for (const LoadingRecord* record : done_records_of<LoadingRecord>(log))
+      table.rows.push_back(
+          {record->cell.scene, record->triangles, TableCell(record->load_s.median, format_seconds(record->load_s.median))});
     return {.tables = {table}};
   }
 };

@@ -1,6 +1,5 @@
 #include "experiments/config/config_keys.h"
 #include "experiments/kinds/animation/animation.h"
-#include "experiments/kinds/animation/animation_report.h"
 #include "experiments/kinds/record_kind.h"
 
 #include <fmt/format.h>

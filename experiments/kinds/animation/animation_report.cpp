@@ -1,4 +1,4 @@
-#include "experiments/kinds/animation/animation_report.h"
+#include "experiments/kinds/animation/animation.h"
 
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
@@ -13,6 +13,18 @@
 
 namespace etendue {
 namespace {
+
+// The seeds of one (scene, motion, builder).
+struct AnimationData {
+  std::string scene, motion, builder;
+  std::string name;                           // "builtin:mesh · twist turns=2", with the builder where the log has several
+  std::string file_stem;                      // unique
+  std::vector<const AnimationRecord*> seeds;  // done
+  std::size_t frames = 0;                     // that all of them have, the rest position included
+
+  std::size_t policy_count() const { return seeds.front()->policies.size(); }
+  const std::string& policy(std::size_t index) const { return seeds.front()->policies[index].policy; }
+};
 
 using FrameFigure = double (*)(const AnimationRecord&, const PolicyRecord&, std::size_t frame);
 
@@ -88,27 +100,25 @@ Figure policy_figure(const AnimationData& animation, const char* stem, const cha
 
 std::string times(double ratio) { return fmt::format("{:.{}f}×", ratio, ratio < 10 ? 2 : 0); }
 
-}  // namespace
-
+// Those that finished, in order of first appearance; keeps pointers into `log`.
 std::vector<AnimationData> arrange_animations(const RunLog& log) {
   std::vector<AnimationData> animations;
   std::set<std::string> builders;
-  for (const AnimationRecord* logged : records_of<AnimationRecord>(log)) {
+  for (const AnimationRecord* logged : done_records_of<AnimationRecord>(log)) {
     const AnimationRecord& record = *logged;
-    if (record.status != "done" || record.policies.empty()) continue;
+    if (record.policies.empty()) continue;
     builders.insert(record.cell.accel);
     const auto same = [&](const AnimationData& a) {
       return a.scene == record.cell.scene && a.motion == record.cell.integrator && a.builder == record.cell.accel &&
              same_policies(*a.seeds.front(), record);
     };
-    auto found = std::find_if(animations.begin(), animations.end(), same);
-    if (found == animations.end()) {
-      found =
-          animations.insert(found, AnimationData{record.cell.scene, record.cell.integrator, record.cell.accel, {}, {}, {}, 0});
-      found->frames = record.changed.size();
-    }
-    found->frames = std::min(found->frames, record.changed.size());
-    found->seeds.push_back(&record);
+    AnimationData& found = find_or_add(animations, same,
+                                       {.scene = record.cell.scene,
+                                        .motion = record.cell.integrator,
+                                        .builder = record.cell.accel,
+                                        .frames = record.changed.size()});
+    found.frames = std::min(found.frames, record.changed.size());
+    found.seeds.push_back(&record);
   }
   std::erase_if(animations, [](const AnimationData& a) { return a.frames < 2; });
   std::map<std::string, int> used;
@@ -177,6 +187,7 @@ std::vector<Figure> animation_figures(const AnimationData& animation) {
           policy_figure(animation, "trace-speed", "speed of tracing", "Mrays/s", mrays_per_s, 1)};
 }
 
+// Which policy takes the least time, and what refitting costs in the end.
 std::string animation_finding(const AnimationData& animation) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t p = 0; p < animation.policy_count(); ++p) order.emplace_back(mean_over(animation, p, 1, frame_s), p);
@@ -196,6 +207,8 @@ std::string animation_finding(const AnimationData& animation) {
   return text + ".";
 }
 
+}  // namespace
+
 std::string animation_summary(const RunLog& log) {
   Table table = animations_table(log);
   if (table.rows.empty() && table.notes.empty()) return "The log holds no finished cell.\n";
@@ -211,8 +224,7 @@ KindReport animation_report(const RunLog& log) {
   if (records_of<AnimationRecord>(log).empty()) return {};
   const std::vector<AnimationData> animations = arrange_animations(log);
   KindReport report{.tables = {animations_table(log)}, .id = "animations", .heading = "Change over time"};
-  if (!animations.empty())
-    report.fact = fmt::format("{} {}", animations.size(), animations.size() == 1 ? "animation" : "animations");
+  if (!animations.empty()) report.fact = counted(animations.size(), "animation");
   for (const AnimationData& animation : animations) {
     report.findings.emplace_back(animation.name, animation_finding(animation));
     report.figures.push_back({animation.name, animation_figures(animation)});

@@ -61,9 +61,8 @@ std::string name_rows(const Rows& some, const Rows& all) {
 std::string describe_split(const Rows& rows) {
   std::vector<std::pair<Verdict, Rows>> groups;
   for (const JudgedPrediction& row : rows) {
-    auto found = std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.first == *row.verdict; });
-    if (found == groups.end()) found = groups.insert(found, {*row.verdict, {}});
-    found->second.push_back(row);
+    const auto same = [&](const auto& group) { return group.first == *row.verdict; };
+    find_or_add(groups, same, {*row.verdict, {}}).second.push_back(row);
   }
   std::string text;
   for (const auto& [verdict, some] : groups)
@@ -102,14 +101,13 @@ std::string remarks_of(const ClaimFindings& claim) {
 std::string count_claims(const std::vector<ClaimFindings>& claims) {
   std::vector<Verdict> verdicts;
   for (const ClaimFindings& claim : claims) verdicts.push_back(claim.verdict);
-  return fmt::format("{} statement{}: {}", claims.size(), claims.size() == 1 ? "" : "s", count_verdicts(verdicts));
+  return fmt::format("{}: {}", counted(claims.size(), "statement"), count_verdicts(verdicts));
 }
 
 Predictions claim_predictions(const RunLog& log) {
   Predictions predictions;
-  for (const ClaimRecord* record : records_of<ClaimRecord>(log))
-    if (record->done())
-      for (const ClaimFigure& figure : record->figures) predictions.rows.push_back(row_of(*record, figure));
+  for (const ClaimRecord* record : done_records_of<ClaimRecord>(log))
+    for (const ClaimFigure& figure : record->figures) predictions.rows.push_back(row_of(*record, figure));
   if (!predictions.rows.empty())
     predictions.notes.push_back(
         "Statements: medians of interleaved repetitions, with their quartiles. Figures without a verdict are not claimed; they "
@@ -121,8 +119,7 @@ Predictions claim_predictions(const RunLog& log) {
 
 std::vector<ClaimFindings> arrange_claims(const RunLog& log) {
   std::map<int, std::vector<const ClaimRecord*>> by_id;
-  for (const ClaimRecord* record : records_of<ClaimRecord>(log))
-    if (record->done()) by_id[record->id].push_back(record);
+  for (const ClaimRecord* record : done_records_of<ClaimRecord>(log)) by_id[record->id].push_back(record);
   std::vector<ClaimFindings> claims;
   for (auto& [id, records] : by_id) {
     Rows rows;
@@ -166,7 +163,7 @@ KindReport claims_report(const RunLog& log) {
                     .answer = count_claims(claims) + ".",
                     .id = "claims",
                     .heading = "Textbook statements, measured"};
-  if (!claims.empty()) report.fact = fmt::format("{} {}", claims.size(), claims.size() == 1 ? "statement" : "statements");
+  if (!claims.empty()) report.fact = counted(claims.size(), "statement");
   std::string& out = report.section;
   out = fmt::format("<p>{}</p>\n<p class=\"note\">{}</p>\n", escape_html(report.answer), escape_html(verdict_rule));
   out += "<div class=\"findings\">\n";

@@ -13,13 +13,6 @@ namespace etendue {
 
 namespace {
 
-// The first element that `is` the one looked for, or `fresh` at the end.
-template <class Element, class Is>
-Element& find_or_add(std::vector<Element>& elements, const Is& is, Element fresh) {
-  const auto found = std::find_if(elements.begin(), elements.end(), is);
-  return found != elements.end() ? *found : elements.emplace_back(std::move(fresh));
-}
-
 // One seed's value: of several, the median of their medians and the extremes of their quartiles.
 void add(std::vector<SearchPlot>& plots, const PlotKey& key, const std::string& structure, double x, const Measured& value) {
   SearchPlot& plot = find_or_add(plots, [&](const PlotKey& p) { return p == key; }, {key, {}});
@@ -34,8 +27,7 @@ void add(std::vector<SearchPlot>& plots, const PlotKey& key, const std::string& 
 
 std::vector<SearchPlot> search_plots(const RunLog& log) {
   std::map<std::pair<std::string, std::string>, std::uint64_t> largest;  // count, by kind and set
-  std::vector<const SearchRecord*> records = records_of<SearchRecord>(log);
-  std::erase_if(records, [](const SearchRecord* record) { return !record->done(); });
+  const std::vector<const SearchRecord*> records = done_records_of<SearchRecord>(log);
   for (const SearchRecord* r : records) largest[{r->kind, r->set}] = std::max(largest[{r->kind, r->set}], r->count);
   std::vector<SearchPlot> over_count, over_neighbours, over_variation;
   for (const SearchRecord* r : records)

@@ -1,7 +1,7 @@
 // From records of point or record structures to curves, and where one structure overtakes another.
 #pragma once
 
-#include "experiments/kinds/search/search_record.h"
+#include "experiments/kinds/search/measure_search.h"
 
 #include <optional>
 #include <string>

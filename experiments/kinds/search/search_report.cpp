@@ -109,8 +109,7 @@ std::vector<std::pair<double, std::string>> ranking(const SearchPlot& plot, doub
   return order;
 }
 
-}  // namespace
-
+// A row for each set, count and structure.
 Table search_times_table(const RunLog& log) {
   struct Row {
     const SearchRecord* record;
@@ -157,6 +156,7 @@ Table search_times_table(const RunLog& log) {
   return result;
 }
 
+// A row for each set, measure and count: the fastest and the next.
 Table search_leaders_table(const RunLog& log) {
   struct Row {
     const SearchPlot* plot;
@@ -186,6 +186,62 @@ Table search_leaders_table(const RunLog& log) {
   return table.take();
 }
 
+// Charts over the count, the number of neighbours and the variation, and maps of which structure leads.
+std::vector<Figure> search_figures(const RunLog& log) {
+  std::vector<Figure> figures;
+  const auto put = [&](const std::string& name, const std::string& set, const std::string& title, Chart chart) {
+    const auto same = [&](const Figure& figure) { return figure.name == name; };
+    find_or_add(figures, same, {name, set, title}).panels.push_back(std::move(chart));
+  };
+  const std::vector<SearchPlot> plots = search_plots(log);
+  std::vector<std::vector<const SearchPlot*>> maps;  // of one set and measure each
+  for (const SearchPlot& plot : plots) {
+    if (abscissas(plot).size() < 2) continue;
+    const bool records = plot.kind == "records", over_count = plot.abscissa == "count";
+    if (over_count && plot.parameter > 0) {
+      const auto same = [&](const auto& map) { return map[0]->set == plot.set && map[0]->measure == plot.measure; };
+      find_or_add(maps, same, {}).push_back(&plot);
+    }
+    // What varies on purpose is shown over what it varies by; and records, of which there is less to show, both ways.
+    if (plot.set != plot.base && !records) continue;
+    const bool over_neighbours = plot.abscissa == "neighbours";
+    const std::string what = records || over_neighbours ? "" : "-" + (plot.parameter > 0 ? plot.measure : "build");
+    put(fmt::format("{}{}-{}-{}", plot.kind, what, plot.abscissa, slug(plot.set)), plot.set,
+        over_count
+            ? plot.kind + " over their number"
+            : fmt::format("{} over the {}{}", plot.kind, over_neighbours ? "number asked for" : plot.abscissa, at_text(plot)),
+        chart_of(log, plot));
+  }
+  for (const std::vector<const SearchPlot*>& map : maps) {
+    const std::string &set = map.front()->set, &base = map.front()->base;
+    Chart chart = leader_map(log, map);
+    if (set != base) chart.title += "," + set.substr(base.size());
+    put("points-crossover-" + slug(base), base, "the structure that answers first", std::move(chart));
+  }
+  return figures;
+}
+
+// A sentence for each set of largest count and each measure.
+std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& log) {
+  std::vector<std::pair<std::string, std::string>> findings;
+  for (const SearchPlot& plot : search_plots(log)) {
+    if (plot.abscissa != "count" || plot.measure == "memory") continue;
+    const double x = abscissas(plot).back();
+    const auto order = ranking(plot, x, false);
+    if (order.size() < 2) continue;
+    std::string text = fmt::format("{} at {:g} {}: {} {}", measure_name(plot.measure, plot.parameter), x, plot.kind,
+                                   order[0].second, value_text(plot.measure, order[0].first));
+    for (std::size_t i = 1; i < order.size(); ++i)
+      text += fmt::format(", {} {:.{}f}×", order[i].second, order[i].first / order[0].first,
+                          order[i].first < 10 * order[0].first ? 1 : 0);
+    if (findings.empty() || findings.back().first != plot.set) findings.emplace_back(plot.set, "");
+    findings.back().second += (findings.back().second.empty() ? "" : "; ") + text;
+  }
+  return findings;
+}
+
+}  // namespace
+
 Table search_crossovers_table(const RunLog& log) {
   struct Row {
     const SearchPlot* plot;
@@ -214,61 +270,6 @@ Table search_crossovers_table(const RunLog& log) {
   return table.take();
 }
 
-std::vector<Figure> search_figures(const RunLog& log) {
-  std::vector<Figure> figures;
-  const auto put = [&](const std::string& name, const std::string& set, const std::string& title, Chart chart) {
-    auto found = std::find_if(figures.begin(), figures.end(), [&](const Figure& figure) { return figure.name == name; });
-    if (found == figures.end()) found = figures.insert(found, {name, set, title});
-    found->panels.push_back(std::move(chart));
-  };
-  const std::vector<SearchPlot> plots = search_plots(log);
-  std::vector<std::vector<const SearchPlot*>> maps;  // of one set and measure each
-  for (const SearchPlot& plot : plots) {
-    if (abscissas(plot).size() < 2) continue;
-    const bool records = plot.kind == "records", over_count = plot.abscissa == "count";
-    if (over_count && plot.parameter > 0) {
-      const auto same = [&](const auto& map) { return map[0]->set == plot.set && map[0]->measure == plot.measure; };
-      auto map = std::find_if(maps.begin(), maps.end(), same);
-      if (map == maps.end()) map = maps.insert(map, std::vector<const SearchPlot*>());
-      map->push_back(&plot);
-    }
-    // What varies on purpose is shown over what it varies by; and records, of which there is less to show, both ways.
-    if (plot.set != plot.base && !records) continue;
-    const bool over_neighbours = plot.abscissa == "neighbours";
-    const std::string what = records || over_neighbours ? "" : "-" + (plot.parameter > 0 ? plot.measure : "build");
-    put(fmt::format("{}{}-{}-{}", plot.kind, what, plot.abscissa, slug(plot.set)), plot.set,
-        over_count
-            ? plot.kind + " over their number"
-            : fmt::format("{} over the {}{}", plot.kind, over_neighbours ? "number asked for" : plot.abscissa, at_text(plot)),
-        chart_of(log, plot));
-  }
-  for (const std::vector<const SearchPlot*>& map : maps) {
-    const std::string &set = map.front()->set, &base = map.front()->base;
-    Chart chart = leader_map(log, map);
-    if (set != base) chart.title += "," + set.substr(base.size());
-    put("points-crossover-" + slug(base), base, "the structure that answers first", std::move(chart));
-  }
-  return figures;
-}
-
-std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& log) {
-  std::vector<std::pair<std::string, std::string>> findings;
-  for (const SearchPlot& plot : search_plots(log)) {
-    if (plot.abscissa != "count" || plot.measure == "memory") continue;
-    const double x = abscissas(plot).back();
-    const auto order = ranking(plot, x, false);
-    if (order.size() < 2) continue;
-    std::string text = fmt::format("{} at {:g} {}: {} {}", measure_name(plot.measure, plot.parameter), x, plot.kind,
-                                   order[0].second, value_text(plot.measure, order[0].first));
-    for (std::size_t i = 1; i < order.size(); ++i)
-      text += fmt::format(", {} {:.{}f}×", order[i].second, order[i].first / order[0].first,
-                          order[i].first < 10 * order[0].first ? 1 : 0);
-    if (findings.empty() || findings.back().first != plot.set) findings.emplace_back(plot.set, "");
-    findings.back().second += (findings.back().second.empty() ? "" : "; ") + text;
-  }
-  return findings;
-}
-
 std::string search_summary(const RunLog& log) {
   std::string out;
   for (const auto& [set, text] : search_findings(log)) {
@@ -288,7 +289,7 @@ std::string search_summary(const RunLog& log) {
 KindReport search_report(const RunLog& log) {
   const std::size_t sets = records_of<SearchRecord>(log).size();
   if (sets == 0) return {};
-  KindReport report{.fact = fmt::format("{} {}", sets, sets == 1 ? "set searched" : "sets searched"),
+  KindReport report{.fact = counted(sets, "set") + " searched",
                     .tables = {search_times_table(log), search_leaders_table(log), search_crossovers_table(log)},
                     .findings = search_findings(log),
                     .id = "searches",

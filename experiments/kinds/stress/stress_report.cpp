@@ -29,8 +29,7 @@ std::string embedded_picture(const std::string& path) {
 
 // The rows that are done, by id.
 std::vector<const StressRecord*> arrange_stress(const RunLog& log) {
-  std::vector<const StressRecord*> rows = records_of<StressRecord>(log);
-  std::erase_if(rows, [](const StressRecord* record) { return !record->done(); });
+  std::vector<const StressRecord*> rows = done_records_of<StressRecord>(log);
   std::stable_sort(rows.begin(), rows.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
   return rows;
 }
@@ -78,7 +77,7 @@ KindReport stress_report(const RunLog& log) {
   if (records_of<StressRecord>(log).empty()) return {};
   const std::vector<const StressRecord*> records = arrange_stress(log);
   KindReport report{.id = "stress", .heading = "Where methods fail"};
-  if (!records.empty()) report.fact = fmt::format("{} {}", records.size(), records.size() == 1 ? "failure" : "failures");
+  if (!records.empty()) report.fact = counted(records.size(), "failure");
   std::string& out = report.section;
   out = fmt::format("<p class=\"note\">{} {}</p>\n<div class=\"findings\">\n", escape_html(rule), escape_html(verdict_rule));
   for (const StressRecord* record : records) {

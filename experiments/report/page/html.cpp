@@ -16,10 +16,6 @@ namespace {
 
 std::string html(std::string_view text) { return escape_html(text); }
 
-std::string counted(std::size_t count, std::string_view what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
 std::string title_of(const RunLog& log) {
   std::vector<std::string> titles;
   for (const ManifestRecord& manifest : log.manifests)

@@ -113,8 +113,8 @@ std::pair<int, int> decades_of(const std::vector<std::vector<double>>& maps) {
 
 std::string detail_of(const ReportData& data, const Source& source) {
   const CheckpointRecord& last = *source.replicate->last();
-  std::string text = fmt::format("seed {}, {} iteration{}, {}", source.replicate->seed, last.iterations,
-                                 last.iterations == 1 ? "" : "s", format_seconds(last.time_s));
+  std::string text = fmt::format("seed {}, {}, {}", source.replicate->seed, counted(last.iterations, "iteration"),
+                                 format_seconds(last.time_s));
   if (const auto relmse = find_value(last.metrics, "relmse")) text += fmt::format(", relmse {}", format_figure(*relmse));
   if (data.accels.size() > 1) text += ", on " + source.configuration->accel;
   return text;

@@ -1,3 +1,4 @@
+#include "experiments/report/report_text.h"
 #include "experiments/report/structures/structure_figures.h"
 #include "framework/core/units.h"
 
@@ -107,8 +108,7 @@ KindReport structures_report(const ReportData& data) {
     scenes.insert(record.scene);
   }
   if (names.empty()) return report;
-  report.fact = fmt::format("{} ray structure{} in {} scene{}", names.size(), names.size() == 1 ? "" : "s", scenes.size(),
-                            scenes.size() == 1 ? "" : "s");
+  report.fact = counted(names.size(), "ray structure") + " in " + counted(scenes.size(), "scene");
   const auto add = [&](const std::string& heading, std::vector<Figure> figures) {
     std::erase_if(figures, [](const Figure& figure) { return figure.empty(); });
     if (!figures.empty()) report.figures.push_back({heading, std::move(figures)});
