@@ -17,11 +17,10 @@ namespace etendue {
 namespace {
 
 // "sah,binned-sah:layout=bvh8:bins=32": structures with their parameters.
-std::vector<StructureChoice> choose(const std::string& names) {
+std::vector<Method> choose(const std::string& names) {
   const Location where{"--structures"};
-  std::vector<StructureChoice> choices;
-  if (names.empty())
-    for (const Method& method : all_accels(where)) choices.push_back({method.name, method.params});
+  if (names.empty()) return all_accels(where);
+  std::vector<Method> choices;
   std::istringstream stream(names);
   for (std::string item; std::getline(stream, item, ',');) {
     std::istringstream parts(item);
@@ -33,7 +32,7 @@ std::vector<StructureChoice> choose(const std::string& names) {
       method.params[pair.substr(0, equals)] = parse_param_value(pair.substr(equals + 1), where);
     }
     validate_accel(method);
-    choices.push_back({method.name, method.params});
+    choices.push_back(std::move(method));
   }
   return choices;
 }
@@ -63,7 +62,7 @@ void print_comparison(const std::string& name, const Scene& scene, const RunLog&
 int accel_command(const AccelCommand& command) {
   Console console;
   exit_on_interrupt("\ninterrupted\n");
-  const std::vector<StructureChoice> choices = choose(command.structures);
+  const std::vector<Method> choices = choose(command.structures);
   StructureTiming timing = command.timing;
   timing.threads = available_threads(command.threads, console);
   std::vector<Scene> scenes;  // all of them before any is measured: a misspelt one is told at once

@@ -5,7 +5,6 @@
 #include "experiments/run/run.h"
 #include "framework/core/isa.h"
 
-#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,7 +33,7 @@ struct RenderCommand {
   std::string output, save_cache, load_cache;  // paths
   bool json = false;
   SceneReading reading;
-  std::chrono::steady_clock::time_point started;  // of the process: --time counts from there
+  double started = 0;  // when the process was, by now_s(): --time counts from there
 };
 int render_command(const RenderCommand& command);
 

@@ -20,8 +20,6 @@ namespace etendue {
 
 namespace {
 
-using SteadyClock = std::chrono::steady_clock;
-
 std::size_t terminal_width() {
   winsize size{};
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
@@ -75,8 +73,8 @@ void Console::line(const std::string& text) {
 void Console::warning(const std::string& text) { line(coloured("warning: ", "33") + text); }
 
 void Console::status(const std::string& text) {
-  if (!interactive_ || (shown_ && SteadyClock::now() - last_ < std::chrono::milliseconds(100))) return;
-  last_ = SteadyClock::now();
+  if (!interactive_ || (shown_ && now_s() - last_ < 0.1)) return;
+  last_ = now_s();
   shown_ = true;
   // Cut to the terminal, lest it wrap and leave lines behind. All of it is ASCII but names, which may be cut early.
   std::fprintf(stderr, "\r%s\x1b[K", text.substr(0, terminal_width() - 1).c_str());
@@ -106,7 +104,7 @@ void ConsoleRunObserver::narrate(const std::string& line) { console_.line(line);
 void ConsoleRunObserver::status(const std::string& line) { console_.status(line); }
 
 void ConsoleRunObserver::cell_started(const CellName& cell, std::size_t position, std::size_t count) {
-  if (position == 0) first_start_ = SteadyClock::now();
+  if (position == 0) first_start_ = now_s();
   cell_ = cell;
   position_ = position;
   count_ = count;
@@ -119,7 +117,7 @@ void ConsoleRunObserver::cell_progress(double share, std::uint64_t iterations, d
 
 void ConsoleRunObserver::draw(double share, const std::string& rate) {
   const double all = (static_cast<double>(position_) + share) / static_cast<double>(count_);
-  const double elapsed = std::chrono::duration<double>(SteadyClock::now() - first_start_).count();
+  const double elapsed = now_s() - first_start_;
   const std::string left = all > 0.002 ? format_seconds(elapsed * (1 - all) / all) + " left" : "";
   console_.status(fmt::format("{} {}/{} {}{}  {}", progress_bar(all, 24), position_ + 1, count_, rate, left, cell_.key()));
 }

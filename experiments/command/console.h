@@ -3,7 +3,6 @@
 
 #include "experiments/run/run.h"
 
-#include <chrono>
 #include <optional>
 #include <string>
 
@@ -28,7 +27,7 @@ class Console {
 
   bool interactive_ = false, colour_ = false;
   bool shown_ = false;
-  std::chrono::steady_clock::time_point last_{};
+  double last_ = 0;  // when it was
 };
 
 // As many of these threads (default: the machine's) as the system lets this process have; says so where they are fewer.
@@ -54,7 +53,7 @@ class ConsoleRunObserver final : public RunObserver {
   Console& console_;
   CellName cell_;
   std::size_t position_ = 0, count_ = 0;
-  std::chrono::steady_clock::time_point first_start_{};
+  double first_start_ = 0;
 };
 
 // Ctrl-C (as SIGTERM) ends the process at once with status 130, after saying `message`. Nothing needs tidying up: only complete

@@ -53,12 +53,6 @@ Entries accel_entries() {
   return entries;
 }
 
-Entries metric_entries() {
-  Entries entries;
-  for (const Metric& metric : metrics()) entries.push_back({std::string(metric.name), std::string(metric.formula)});
-  return entries;
-}
-
 // With their figures, and the scenes that only claims ask for.
 Entries measurement_entries() {
   Entries entries;
@@ -68,17 +62,12 @@ Entries measurement_entries() {
   return entries;
 }
 
-Entries figure_entries() {
-  Entries entries;
-  for (const StressFigure& figure : stress_figures()) entries.push_back({figure.name, figure.text});
-  return entries;
-}
-
-template <class Row>
-Entries entries_of(const Row& rows) {
+// Their text is a summary, or what the member names.
+template <class Rows, class Text>
+Entries entries_of(const Rows& rows, Text text) {
   Entries entries;
   for (const auto& row : rows) {
-    entries.push_back({row.name, row.summary});
+    entries.push_back({std::string(row.name), std::string(row.*text)});
     if constexpr (requires { row.params; }) entries.back().params = row.params;
   }
   return entries;
@@ -90,16 +79,19 @@ struct Section {
 };
 
 std::vector<Section> list_sections() {
-  return {{"scenes", "scenes", scene_entries()},
-          {"integrators", "integrators (with each parameter: default, range, unit)", entries_of(integrators())},
-          {"accels", "ray structures (with each parameter: default, range, unit)", accel_entries()},
-          {"metrics", "metrics (x: image, r: reference)", metric_entries()},
-          {"points", "point structures: which photons lie near?", entries_of(point_structures())},
-          {"records", "record structures: which records cover a point?", entries_of(record_structures())},
-          {"motions", "motions, of experiments on change over time", entries_of(motions())},
-          {"policies", "policies: what becomes of a tree when its scene moves", entries_of(change_policies())},
-          {"measurements", "measurements, of experiments on claims (and their scenes)", measurement_entries()},
-          {"figures", "figures of images, of the catalogue of failures", figure_entries()}};
+  return {
+      {"scenes", "scenes", scene_entries()},
+      {"integrators", "integrators (with each parameter: default, range, unit)",
+       entries_of(integrators(), &IntegratorEntry::summary)},
+      {"accels", "ray structures (with each parameter: default, range, unit)", accel_entries()},
+      {"metrics", "metrics (x: image, r: reference)", entries_of(metrics(), &Metric::formula)},
+      {"points", "point structures: which photons lie near?", entries_of(point_structures(), &PointEntry::summary)},
+      {"records", "record structures: which records cover a point?", entries_of(record_structures(), &RecordEntry::summary)},
+      {"motions", "motions, of experiments on change over time", entries_of(motions(), &MotionEntry::summary)},
+      {"policies", "policies: what becomes of a tree when its scene moves",
+       entries_of(change_policies(), &ChangePolicyEntry::summary)},
+      {"measurements", "measurements, of experiments on claims (and their scenes)", measurement_entries()},
+      {"figures", "figures of images, of the catalogue of failures", entries_of(stress_figures(), &StressFigure::text)}};
 }
 
 // What goes by that name, wherever it stands; false if nothing does.

@@ -3,6 +3,7 @@
 //   0 done   1 a cell failed, a gate tripped or the machine did   2 bad usage, config or scene   130 interrupted
 #include "experiments/command/commands.h"
 #include "experiments/log/manifest.h"
+#include "experiments/report/report_text.h"
 #include "framework/core/counters.h"
 #include "framework/core/memory.h"
 #include "framework/core/parallel.h"
@@ -20,7 +21,6 @@
 #include <exception>
 #include <functional>
 #include <new>
-#include <sstream>
 
 namespace etendue {
 
@@ -31,24 +31,13 @@ class WrappedHelp : public CLI::Formatter {
  public:
   WrappedHelp() { column_width(36); }
   std::string make_option_desc(const CLI::Option* option) const override {
-    constexpr std::size_t width = 84;
-    std::istringstream words(CLI::Formatter::make_option_desc(option));
-    std::string text;
-    std::size_t length = 0;
-    for (std::string word; words >> word; length += word.size() + 1) {
-      if (length > 0 && length + word.size() > width) {
-        text += '\n';
-        length = 0;
-      }
-      text += (length > 0 ? " " : "") + word;
-    }
-    return text;
+    return fmt::format("{}", fmt::join(broken_lines(CLI::Formatter::make_option_desc(option), 84), "\n"));
   }
 };
 
 class CommandLine {
  public:
-  explicit CommandLine(std::chrono::steady_clock::time_point started) {
+  explicit CommandLine(double started) {
     render_.started = started;
     app_.set_version_flag("--version", version_text());
     app_.allow_extras();
@@ -296,7 +285,7 @@ class CommandLine {
   std::abort();  // a mistake of the program
 }
 
-int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point started) {
+int guarded_main(int argc, char** argv, double started) {
   std::set_terminate(end_cleanly);
   std::signal(SIGXFSZ, SIG_IGN);  // too large a file is an error of the write then
   try {
@@ -324,7 +313,7 @@ int guarded_main(int argc, char** argv, std::chrono::steady_clock::time_point st
 }  // namespace etendue
 
 int main(int argc, char** argv) {
-  const auto started = std::chrono::steady_clock::now();
+  const double started = etendue::now_s();
   etendue::keep_freed_memory();
   return etendue::guarded_main(argc, argv, started);
 }

@@ -1,10 +1,10 @@
 #include "experiments/command/commands.h"
+#include "experiments/run/recipe.h"
 #include "framework/core/units.h"
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <sstream>
 
@@ -62,14 +62,7 @@ std::vector<Isa> isas_option(const std::string& option, const std::string& text)
 }
 
 ivec2 resolution_option(const std::string& option, const std::string& text) {
-  ivec2 size{0};
-  const char* end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.x);
-  if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
-    const auto height = std::from_chars(width.ptr + 1, end, size.y);
-    if (height.ec == std::errc() && height.ptr == end && size.x >= 1 && size.y >= 1 && size.x <= 16384 && size.y <= 16384)
-      return size;
-  }
+  if (const auto size = parse_resolution(text); size && size->x <= 16384 && size->y <= 16384) return *size;
   throw Error(Location{option}, fmt::format("'{}'; expected WIDTHxHEIGHT such as 640x480, each in 1 .. 16384", text));
 }
 

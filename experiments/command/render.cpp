@@ -1,8 +1,7 @@
 // `etendue render`: one scene, one method, one image, through the same loop as every cell of an experiment.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/command/output_files.h"
-#include "experiments/command/render_cache.h"
+#include "experiments/command/render_files.h"
 #include "experiments/log/json_line.h"
 #include "experiments/log/manifest.h"
 #include "experiments/report/record_overlay.h"
@@ -61,8 +60,8 @@ Budget read_budget(const RenderCommand& command) {
 }
 
 // The image must be on disk when the time is over: time since the process began counts, and so does writing the file.
-void count_from_the_start(Budget& budget, std::chrono::steady_clock::time_point started) {
-  const double gone = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+void count_from_the_start(Budget& budget, double started) {
+  const double gone = now_s() - started;
   const double reserve = std::min(0.05, 0.02 * *budget.time_s);
   budget.time_s = std::max(1e-9, *budget.time_s - gone - reserve);
 }
@@ -194,10 +193,7 @@ void check_aovs(const RenderCommand& command, const Rendered& r) {
     if (std::find(std::begin(names), std::end(names), aov) == std::end(names))
       throw Error(where, unknown_name("aov", aov, names));
     if (r.output.empty()) throw Error(where, "is written beside the image; expected -o as well");
-    if (aov == records_aov)
-      require_records(r.integrator, where.file);
-    else
-      require_standard_error(r.integrator, where.file);
+    require_cache(r.integrator, where.file, aov == records_aov ? "has no records to show" : "does not estimate its own error");
   }
 }
 

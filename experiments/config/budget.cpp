@@ -3,13 +3,12 @@
 #include "framework/core/check.h"
 #include "framework/core/error.h"
 #include "framework/core/units.h"
+#include "framework/io/text.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <algorithm>
-#include <charconv>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <numbers>
 
@@ -21,26 +20,15 @@ constexpr double never = std::numeric_limits<double>::infinity();
 // A ladder has at most so many rungs below its end; what comes before the lowest one is the first iteration's checkpoint.
 constexpr int lowest_rung_log2 = 20;
 
-double wall_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-double cpu_now() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 }  // namespace
 
 CheckpointLadder CheckpointLadder::parse(const std::string& text) {
   if (text == "log") return {2, 0};
   if (text == "sqrt2") return {std::numbers::sqrt2, 0};
   constexpr std::string_view prefix = "linear:";
-  if (text.starts_with(prefix)) {
-    int count = 0;
-    const auto [end, error] = std::from_chars(text.data() + prefix.size(), text.data() + text.size(), count);
-    if (error == std::errc() && end == text.data() + text.size() && count >= 1 && count <= 100000) return {2, count};
-  }
+  if (text.starts_with(prefix))
+    if (const auto count = parse_whole<int>(std::string_view(text).substr(prefix.size())))
+      if (*count >= 1 && *count <= 100000) return {2, *count};
   throw Error(fmt::format("bad checkpoints '{}'; expected \"log\", \"sqrt2\" or \"linear:N\" with N in 1 .. 100000", text));
 }
 
@@ -109,21 +97,28 @@ bool BudgetSchedule::error_due(std::uint64_t iterations) {
   return true;
 }
 
+double now_s(Clock clock) {
+  constexpr clockid_t ids[] = {CLOCK_MONOTONIC, CLOCK_PROCESS_CPUTIME_ID, CLOCK_THREAD_CPUTIME_ID};
+  timespec now{};
+  clock_gettime(ids[static_cast<int>(clock)], &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 void RunClock::start() {
   CHECK(!running_);
   running_ = true;
-  wall_start_ = wall_now();
-  cpu_start_ = cpu_now();
+  wall_start_ = now_s();
+  cpu_start_ = now_s(Clock::process);
 }
 
 void RunClock::stop() {
   CHECK(running_);
-  wall_ += wall_now() - wall_start_;
-  cpu_ += cpu_now() - cpu_start_;
+  wall_ += now_s() - wall_start_;
+  cpu_ += now_s(Clock::process) - cpu_start_;
   running_ = false;
 }
 
-double RunClock::wall_s() const { return running_ ? wall_ + wall_now() - wall_start_ : wall_; }
-double RunClock::cpu_s() const { return running_ ? cpu_ + cpu_now() - cpu_start_ : cpu_; }
+double RunClock::wall_s() const { return running_ ? wall_ + now_s() - wall_start_ : wall_; }
+double RunClock::cpu_s() const { return running_ ? cpu_ + now_s(Clock::process) - cpu_start_ : cpu_; }
 
 }  // namespace etendue

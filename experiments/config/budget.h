@@ -57,6 +57,18 @@ class BudgetSchedule {
   std::array<double, 3> lengths_{};  // of the last iterations
 };
 
+// The wall's clock; the CPU time of the process, on all of its threads; and that of the calling thread alone, of which what
+// else runs on the machine takes no share.
+enum class Clock : std::uint8_t { wall, process, thread };
+double now_s(Clock clock = Clock::wall);
+
+template <class Work>
+double seconds_of(const Work& work, Clock clock = Clock::wall) {
+  const double start = now_s(clock);
+  work();
+  return now_s(clock) - start;
+}
+
 // Wall and CPU time of the process, counted only while running.
 class RunClock {
  public:

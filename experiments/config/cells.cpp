@@ -1,9 +1,9 @@
 #include "experiments/config/cells.h"
 
 #include "experiments/kind.h"
+#include "framework/io/text.h"
 
 #include <fmt/format.h>
-#include <charconv>
 #include <cstdlib>
 #include <regex>
 
@@ -11,18 +11,11 @@ namespace etendue {
 
 namespace {
 
-std::optional<int> whole_number(std::string_view text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 // A Slurm variable; `fallback` where it is not set.
 int slurm_number(const char* name, std::optional<int> fallback) {
   const char* text = std::getenv(name);
   if (!text && fallback) return *fallback;
-  const auto value = whole_number(text ? text : "");
+  const auto value = parse_whole<int>(text ? text : "");
   if (!value)
     throw Error(Location{name},
                 fmt::format("'{}' is no whole number; expected what Slurm sets in a job array", text ? text : ""));
@@ -76,8 +69,8 @@ Shard Shard::parse(const std::string& text) {
   }
   const auto slash = text.find('/');
   if (slash == std::string::npos) throw Error(where, fmt::format("'{}'; expected i/n such as 0/4, or slurm", text));
-  const int index = whole_number(text.substr(0, slash)).value_or(-1);
-  const int count = whole_number(text.substr(slash + 1)).value_or(-1);
+  const int index = parse_whole<int>(text.substr(0, slash)).value_or(-1);
+  const int count = parse_whole<int>(text.substr(slash + 1)).value_or(-1);
   if (index < 0 || index >= count) throw Error(where, fmt::format("'{}'; expected i/n with i in 0 .. n-1, or slurm", text));
   return {index, count};
 }

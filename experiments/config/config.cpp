@@ -1,7 +1,6 @@
 #include "experiments/config/config.h"
 
 #include "experiments/config/config_keys.h"
-#include "experiments/config/config_quick.h"
 #include "experiments/config/expected.h"
 #include "experiments/kind.h"
 #include "framework/image/metrics.h"
@@ -74,6 +73,24 @@ void read_common(const ConfigNode& root, const fs::path& directory, ExperimentCo
   config.reference = read_reference(reference, directory);
   config.accels = {default_accel()};
   if (scenes) config.scenes = read_scenes(*scenes, directory);
+}
+
+// `--quick`: an experiment made short enough to see that it works, by its own [quick] table, or else by a default for its kind
+// (one seed, little time, a small image). A key is replaced as a whole, so that budget = { samples = 4 } leaves nothing of
+// budget = { time = "60s" }.
+void apply_quick(ConfigNode& root) {
+  const ConfigNode* own = find_key(root, "quick");
+  if (own == nullptr) {
+    for (const std::string& assignment : kind_of(root).quick(root)) apply_override(root, assignment);
+    return;
+  }
+  if (!own->table()) wrong_type(*own, "quick", "a table of keys to replace");
+  const ConfigNode::Table replaced = *own->table();
+  auto& table = std::get<ConfigNode::Table>(root.value);
+  for (const auto& [key, value] : replaced) {
+    if (key == "quick") throw Error(value.key_where, "quick: a [quick] inside [quick]; expected keys of the experiment");
+    table.insert_or_assign(key, value);
+  }
 }
 
 ExperimentConfig interpret(const ConfigNode& root, const std::string& path) {

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
 namespace etendue {
@@ -97,10 +96,8 @@ std::string element_name(const ConfigNode& element) {
 
 ConfigNode& array_element(ConfigNode& node, const std::string& part, const Location& origin) {
   auto& array = std::get<ConfigNode::Array>(node.value);
-  std::size_t index = 0;
-  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), index);
-  if (error == std::errc() && end == part.data() + part.size()) {
-    if (index < array.size()) return array[index];
+  if (const auto index = parse_whole<std::size_t>(part)) {
+    if (*index < array.size()) return array[*index];
     throw Error(origin, fmt::format("index {} is out of range; expected 0 .. {}", part, std::ptrdiff_t(array.size()) - 1));
   }
   std::vector<std::string> names;

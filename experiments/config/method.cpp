@@ -8,7 +8,9 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <iterator>
 #include <map>
+#include <sstream>
 
 namespace etendue {
 
@@ -99,6 +101,11 @@ std::vector<Method> read_methods(const ConfigNode& node, const std::string& key,
 }
 
 }  // namespace
+
+std::vector<std::string> words_of(const std::string& label) {
+  std::istringstream words(label);
+  return {std::istream_iterator<std::string>(words), {}};
+}
 
 std::string Method::label() const {
   std::string text = name;

@@ -9,6 +9,9 @@
 
 namespace etendue {
 
+// The words of a label: a name, then each parameter as "key=value".
+std::vector<std::string> words_of(const std::string& label);
+
 struct Method {
   std::string name;
   ParamMap params;

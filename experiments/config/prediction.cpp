@@ -11,13 +11,6 @@ namespace etendue {
 
 namespace {
 
-std::vector<std::string> words(const std::string& text) {
-  std::vector<std::string> parts;
-  WordReader reader(text);
-  for (std::string_view word = reader.word(); !word.empty(); word = reader.word()) parts.emplace_back(word);
-  return parts;
-}
-
 // "key=0.20" is "key=0.2".
 bool same_parameter(const std::string& a, const std::string& b) {
   if (a == b) return true;
@@ -129,7 +122,7 @@ Prediction read_prediction(const ConfigNode& node, const PredictionContext& cont
 }  // namespace
 
 bool selects(const std::string& method, const std::string& label) {
-  const std::vector<std::string> wanted = words(method), present = words(label);
+  const std::vector<std::string> wanted = words_of(method), present = words_of(label);
   if (wanted.empty() || present.empty() || wanted.front() != present.front()) return false;
   return std::all_of(wanted.begin() + 1, wanted.end(), [&](const std::string& parameter) {
     return std::any_of(present.begin() + 1, present.end(), [&](const auto& other) { return same_parameter(parameter, other); });

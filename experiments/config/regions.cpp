@@ -86,8 +86,7 @@ std::vector<Region> make_regions(const std::vector<RegionChoice>& choices, const
     for (int y = 0; y < resolution.y; ++y)
       for (int x = 0; x < resolution.x; ++x)
         if (inside(choice.polygon, (dvec2(x, y) + 0.5) / dvec2(resolution)))
-          region.pixels.push_back(static_cast<std::size_t>(y) * static_cast<std::size_t>(resolution.x) +
-                                  static_cast<std::size_t>(x));
+          region.pixels.push_back(pixel_index({x, y}, resolution));
     if (region.pixels.empty())
       throw Error(choice.where, fmt::format("region '{}' holds no pixel of {} at {} x {}; expected a larger one", choice.name,
                                             scene, resolution.x, resolution.y));

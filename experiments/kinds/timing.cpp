@@ -2,15 +2,7 @@
 
 #include "experiments/statistics/statistics.h"
 
-#include <ctime>
-
 namespace etendue {
-
-double now_s(Clock clock) {
-  timespec now{};
-  clock_gettime(clock == Clock::cpu ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 Times take_turns(const std::vector<TimedWork>& works, int repetitions, const std::function<void(double share)>& progress) {
   Times times(works.size());

@@ -2,6 +2,7 @@
 // ratios.
 #pragma once
 
+#include "experiments/config/budget.h"
 #include "experiments/log/measured.h"
 
 #include <functional>
@@ -9,17 +10,6 @@
 #include <vector>
 
 namespace etendue {
-
-// CPU time is that of the calling thread: what else runs on the machine takes its share of caches, but not of this clock.
-enum class Clock : std::uint8_t { wall, cpu };
-double now_s(Clock clock);
-
-template <class Work>
-double seconds_of(const Work& work, Clock clock = Clock::wall) {
-  const double start = now_s(clock);
-  work();
-  return now_s(clock) - start;
-}
 
 // Keeps an answer where the compiler must suppose that it is read, so that no query can be left out.
 template <class T>

@@ -101,7 +101,7 @@ struct CheckpointRecord {
   std::uint64_t peak_memory_bytes = 0;
   std::uint64_t non_finite = 0;
   std::map<std::string, std::map<std::string, double>> regions = {};  // the metrics of each region by its name
-  std::map<std::string, double> confidence = {};  // as of confidence.h; empty: the method knows no error of its own
+  std::map<std::string, double> confidence = {};  // as of declared.h; empty: the method knows no error of its own
 };
 
 struct CellRecord {

@@ -1,4 +1,4 @@
-#include "experiments/report/rate_report.h"
+#include "experiments/report/rates.h"
 
 #include "experiments/report/report_text.h"
 

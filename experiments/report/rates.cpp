@@ -14,30 +14,15 @@ namespace {
 
 constexpr double slack = 1e-9;  // of a window's ends
 
-const std::map<std::string, double>& metrics_in(const CheckpointRecord& checkpoint, const std::string& region) {
-  static const std::map<std::string, double> none;
-  if (region.empty()) return checkpoint.metrics;
-  const auto found = checkpoint.regions.find(region);
-  return found == checkpoint.regions.end() ? none : found->second;
-}
-
-std::optional<double> mse_in(const CheckpointRecord& checkpoint, const std::string& region) {
-  const auto& metrics = metrics_in(checkpoint, region);
-  const auto found = metrics.find("mse");
-  return found == metrics.end() ? std::nullopt : std::optional(found->second);
-}
-
 double abscissa(const CheckpointRecord& checkpoint, const Prediction& law) {
   const std::string& x = law.x;
   if (x == "iterations") return static_cast<double>(checkpoint.iterations);
   if (x == "time") return checkpoint.time_s;
   if (x == "records" && !law.region.empty()) {
-    const auto& metrics = metrics_in(checkpoint, law.region);
-    const auto found = metrics.find(x);
-    return found == metrics.end() ? 0 : found->second;  // the image's number is another measure
+    const auto* metrics = metrics_in(checkpoint, law.region);
+    return metrics ? find_value(*metrics, x).value_or(0) : 0;  // the image's number is another measure
   }
-  const auto found = checkpoint.counters.find(x);
-  return found == checkpoint.counters.end() ? 0 : static_cast<double>(found->second);
+  return static_cast<double>(find_value(checkpoint.counters, x).value_or(0));
 }
 
 // A point of which only the seeds' own errors are known.
@@ -46,11 +31,6 @@ RatePoint diagonal_point(const std::vector<double>& x, const std::vector<double>
   RatePoint point{x, std::vector<double>(seeds * seeds, 0), offset};
   for (std::size_t i = 0; i < seeds; ++i) point.products[i * seeds + i] = mse[i];
   return point;
-}
-
-// The reference's own variance is known for the image as a whole; of a region it is left in.
-double offset_of(const Prediction& law, const SceneData& scene) {
-  return law.region.empty() && scene.reference != nullptr ? scene.reference->mse_floor : 0;
 }
 
 // The whole matrix of the half that is logged.
@@ -64,7 +44,8 @@ std::vector<double> mirrored(const std::vector<double>& half, std::size_t seeds)
 
 class Gatherer {
  public:
-  Gatherer(const ReportData& data, const SceneData& scene, const Prediction& law) : data_(data), scene_(scene), law_(law) {}
+  Gatherer(const ReportData& data, const SceneData& scene, const Prediction& law)
+      : data_(data), law_(law), offset_(subtracted_variance(scene, law.region)) {}
 
   // Throws Error where the log does not hold what the law speaks of.
   std::vector<RatePoint> checkpoints(const Configuration& configuration) const {
@@ -81,9 +62,9 @@ class Gatherer {
       for (std::size_t i = 0; i < seeds; ++i) {
         const CheckpointRecord& checkpoint = *configuration.replicates[i].checkpoints[k];
         x[i] = abscissa(checkpoint, law_);
-        mse[i] = known_mse(checkpoint);
+        mse[i] = logged_mse(checkpoint, law_.region);
       }
-      points.push_back(diagonal_point(x, mse, offset_of(law_, scene_)));
+      points.push_back(diagonal_point(x, mse, offset_));
     }
     if (law_.needs_images()) add_products(configuration, points);
     return points;
@@ -103,9 +84,9 @@ class Gatherer {
       for (const std::uint64_t seed : seeds) {
         const CheckpointRecord& last = *replicate_of(*configuration, seed)->last();
         x.push_back(abscissa(last, law_));
-        mse.push_back(known_mse(last));
+        mse.push_back(logged_mse(last, law_.region));
       }
-      points.push_back(diagonal_point(x, mse, offset_of(law_, scene_)));
+      points.push_back(diagonal_point(x, mse, offset_));
     }
     return points;
   }
@@ -125,12 +106,6 @@ class Gatherer {
     });
   }
 
-  double known_mse(const CheckpointRecord& checkpoint) const {
-    const auto mse = mse_in(checkpoint, law_.region);
-    if (!mse) throw Error(law_.region.empty() ? "mse was not logged" : fmt::format("region '{}' was not logged", law_.region));
-    return *mse;
-  }
-
   // Runs that a clock ended: each seed's curve is read where their checkpoints lie on the mean.
   std::vector<RatePoint> interpolated(const Configuration& configuration) const {
     std::vector<Curve> curves;
@@ -142,7 +117,7 @@ class Gatherer {
         const double x = abscissa(*checkpoint, law_);
         if (!(x > (curve.empty() ? 0 : curve.x.back()))) continue;
         curve.x.push_back(x);
-        curve.y.push_back(known_mse(*checkpoint));
+        curve.y.push_back(logged_mse(*checkpoint, law_.region));
       }
       if (curve.empty()) throw Error(fmt::format("{} was not counted", law_.x));
       low = std::max(low, curve.x.front());
@@ -158,7 +133,7 @@ class Gatherer {
       if (x <= last * (1 + slack)) continue;
       last = x;
       for (const Curve& curve : curves) mse.push_back(value_at(curve, x).value_or(curve.y.back()));
-      points.push_back(diagonal_point(std::vector<double>(curves.size(), x), mse, offset_of(law_, scene_)));
+      points.push_back(diagonal_point(std::vector<double>(curves.size(), x), mse, offset_));
     }
     return points;
   }
@@ -172,8 +147,8 @@ class Gatherer {
   }
 
   const ReportData& data_;
-  const SceneData& scene_;
   const Prediction& law_;
+  double offset_;
 };
 
 void fit_points(FittedRate& rate) {
@@ -222,23 +197,18 @@ std::vector<FittedRate> fit_rates(const ReportData& data) {
   for (const Prediction& law : data.log->stated.predictions)
     for (const SceneData& scene : data.scenes) {
       if (law.is_ratio() || !data.log->stated.concerns(law, scene.name)) continue;
-      // One structure says it all: structures change only the time.
-      std::vector<const Configuration*> selected;
-      std::set<std::size_t> seen;
-      for (const Configuration& configuration : scene.configurations)
-        if (!configuration.replicates.empty() && selects(law.method, configuration.integrator) &&
-            (law.x == "time" || seen.insert(configuration.integrator_index).second))
-          selected.push_back(&configuration);
-      if (selected.empty()) continue;
+      const bool over_time = law.x == "time";
+      const std::vector<const Configuration*> configurations = selected(scene, law.method, over_time);
+      if (configurations.empty()) continue;
       const Gatherer gatherer(data, scene, law);
       if (law.across) {
-        rates.push_back(make_rate(law, scene, *selected.front(), true, [&] { return gatherer.ends(selected); }));
+        rates.push_back(make_rate(law, scene, *configurations.front(), true, [&] { return gatherer.ends(configurations); }));
         continue;
       }
-      for (const Configuration* configuration : selected) {
-        rates.push_back(
-            make_rate(law, scene, *configuration, selected.size() == 1, [&] { return gatherer.checkpoints(*configuration); }));
-        if (law.x == "time" && data.accels.size() > 1) rates.back().method = label(data, *configuration);
+      for (const Configuration* configuration : configurations) {
+        rates.push_back(make_rate(law, scene, *configuration, configurations.size() == 1,
+                                  [&] { return gatherer.checkpoints(*configuration); }));
+        if (over_time && data.accels.size() > 1) rates.back().method = label(data, *configuration);
       }
     }
   return rates;

@@ -1,6 +1,9 @@
-// The exponents that an experiment predicts, measured from its log: points collected by region, method and metric, and fitted.
+// The exponents that an experiment predicts, measured from its log: points collected by region, method and metric, fitted, and
+// held against theory.
 #pragma once
 
+#include "experiments/report/charts.h"
+#include "experiments/report/predictions.h"
 #include "experiments/report/report_data.h"
 #include "experiments/statistics/rate_fit.h"
 
@@ -23,5 +26,11 @@ struct FittedRate {
 
 // One a law, scene and configuration, in the order of the laws. Keeps pointers into the log.
 std::vector<FittedRate> fit_rates(const ReportData& data);
+
+Predictions exponent_predictions(const std::vector<FittedRate>& rates);
+
+// One a scene, region, metric and abscissa: the points of each method with their band, the fit as a thin line over its window,
+// and beside it a triangle of theory's slope.
+std::vector<Figure> rate_figures(const std::vector<FittedRate>& rates);
 
 }  // namespace etendue

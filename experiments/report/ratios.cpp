@@ -8,25 +8,10 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <sstream>
 
 namespace etendue {
 
 namespace {
-
-double mse_at_end(const Replicate& replicate, const std::string& region) {
-  if (replicate.last() == nullptr) throw Error("no checkpoint was logged");
-  const CheckpointRecord& last = *replicate.last();
-  const auto* metrics = &last.metrics;
-  if (!region.empty()) {
-    const auto found = last.regions.find(region);
-    if (found == last.regions.end()) throw Error(fmt::format("region '{}' was not logged", region));
-    metrics = &found->second;
-  }
-  const auto mse = metrics->find("mse");
-  if (mse == metrics->end()) throw Error("mse was not logged");
-  return mse->second;
-}
 
 FoundRatio find_ratio(const Prediction& prediction, const SceneData& scene, const Configuration& method,
                       const Configuration& over) {
@@ -35,15 +20,14 @@ FoundRatio find_ratio(const Prediction& prediction, const SceneData& scene, cons
   found.scene = scene.name;
   found.method = method.integrator;
   found.over = over.integrator;
-  // The reference's variance is known for the image as a whole; of a region it is left in.
-  const double floor = prediction.region.empty() && scene.reference != nullptr ? scene.reference->mse_floor : 0;
+  const double floor = subtracted_variance(scene, prediction.region);
   try {
     std::vector<double> above, below;
     for (const Replicate& a : method.replicates)
       for (const Replicate& b : over.replicates)
         if (a.seed == b.seed) {
-          above.push_back(mse_at_end(a, prediction.region) - floor);
-          below.push_back(mse_at_end(b, prediction.region) - floor);
+          above.push_back(logged_mse(*a.last(), prediction.region) - floor);
+          below.push_back(logged_mse(*b.last(), prediction.region) - floor);
         }
     found.seeds = above.size();
     if (above.empty()) throw Error("no seed in common");
@@ -75,31 +59,13 @@ FoundRatio find_ratio(const Prediction& prediction, const SceneData& scene, cons
   return found;
 }
 
-// The first configuration a selection has: one structure says it all, since structures change only the time.
-std::vector<const Configuration*> selected(const SceneData& scene, const std::string& method) {
-  std::vector<const Configuration*> configurations;
-  std::set<std::size_t> seen;
-  for (const Configuration& configuration : scene.configurations)
-    if (!configuration.replicates.empty() && selects(method, configuration.integrator) &&
-        seen.insert(configuration.integrator_index).second)
-      configurations.push_back(&configuration);
-  return configurations;
-}
-
-std::vector<std::string> parts(const std::string& label) {
-  std::istringstream stream(label);
-  std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
-  return words;
-}
-
 // Labels without the words that all of them have.
 class ShortNames {
  public:
   explicit ShortNames(const std::vector<FoundRatio>& ratios) {
     for (const FoundRatio& ratio : ratios)
       for (const std::string* label : {&ratio.method, &ratio.over}) {
-        const auto words = parts(*label);
+        const auto words = words_of(*label);
         const std::set<std::string> present(words.begin(), words.end());
         if (common_.empty() && !any_) common_ = present;
         std::erase_if(common_, [&](const std::string& word) { return !present.contains(word); });
@@ -109,7 +75,7 @@ class ShortNames {
 
   std::string of(const std::string& label) const {
     std::string name;
-    for (const std::string& word : parts(label))
+    for (const std::string& word : words_of(label))
       if (!common_.contains(word)) name += (name.empty() ? "" : " ") + word;
     return name.empty() ? label : name;
   }
@@ -191,9 +157,9 @@ std::vector<FoundRatio> find_ratios(const ReportData& data) {
   for (const Prediction& prediction : data.log->stated.predictions)
     for (const SceneData& scene : data.scenes) {
       if (!prediction.is_ratio() || !data.log->stated.concerns(prediction, scene.name)) continue;
-      const auto over = selected(scene, prediction.over);
+      const auto over = selected(scene, prediction.over, false);
       if (over.empty()) continue;
-      for (const Configuration* method : selected(scene, prediction.method))
+      for (const Configuration* method : selected(scene, prediction.method, false))
         if (method->integrator_index != over.front()->integrator_index)
           ratios.push_back(find_ratio(prediction, scene, *method, *over.front()));
     }

@@ -1,5 +1,5 @@
 // The tables that list records as they are, and the summary at the end of a run.
-#include "experiments/report/rate_report.h"
+#include "experiments/report/rates.h"
 #include "experiments/report/ratios.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"

@@ -1,6 +1,9 @@
 #include "experiments/report/report_data.h"
 
 #include "experiments/report/report_text.h"
+#include "framework/core/error.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -148,6 +151,32 @@ ReportData arrange(const RunLog& log) {
   }
   name_files(data.scenes);
   return data;
+}
+
+const std::map<std::string, double>* metrics_in(const CheckpointRecord& checkpoint, const std::string& region) {
+  if (region.empty()) return &checkpoint.metrics;
+  const auto found = checkpoint.regions.find(region);
+  return found == checkpoint.regions.end() ? nullptr : &found->second;
+}
+
+double logged_mse(const CheckpointRecord& checkpoint, const std::string& region) {
+  const auto* metrics = metrics_in(checkpoint, region);
+  if (metrics == nullptr) throw Error(fmt::format("region '{}' was not logged", region));
+  if (const auto mse = find_value(*metrics, "mse")) return *mse;
+  throw Error("mse was not logged");
+}
+
+double subtracted_variance(const SceneData& scene, const std::string& region) {
+  return region.empty() && scene.reference != nullptr ? scene.reference->mse_floor : 0;
+}
+
+std::vector<const Configuration*> selected(const SceneData& scene, const std::string& method, bool each_structure) {
+  std::vector<const Configuration*> configurations;
+  std::set<std::size_t> seen;
+  for (const Configuration* configuration : scene.finished())
+    if (selects(method, configuration->integrator) && (each_structure || seen.insert(configuration->integrator_index).second))
+      configurations.push_back(configuration);
+  return configurations;
 }
 
 std::string label(const ReportData& data, const Configuration& configuration) {

@@ -76,6 +76,17 @@ std::optional<Value> find_value(const std::map<std::string, Value>& values, cons
   return found == values.end() ? std::nullopt : std::optional(found->second);
 }
 
+// The metrics that a checkpoint logged of a region (empty: of the whole image); null where it did not.
+const std::map<std::string, double>* metrics_in(const CheckpointRecord& checkpoint, const std::string& region);
+// Throws Error where it was not logged.
+double logged_mse(const CheckpointRecord& checkpoint, const std::string& region);
+// The reference's own variance, which is known for the image as a whole; of a region it is left in.
+double subtracted_variance(const SceneData& scene, const std::string& region);
+
+// The configurations that a prediction's method selects and that have replicates; of several structures the first says it all,
+// since structures change only the time, unless each is asked for.
+std::vector<const Configuration*> selected(const SceneData& scene, const std::string& method, bool each_structure);
+
 // "integrator" alone where the log has one structure, else "integrator · structure".
 std::string label(const ReportData& data, const Configuration& configuration);
 

@@ -1,4 +1,5 @@
 // Tables on a terminal, in 100 columns where that can be.
+#include "experiments/config/method.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_format.h"
 
@@ -6,20 +7,12 @@
 
 #include <algorithm>
 #include <numeric>
-#include <sstream>
 
 namespace etendue {
 namespace {
 
 constexpr std::size_t terminal_width = 100, gap = 2;
 constexpr std::size_t narrowest_name = 14, indent = 2;  // to which names are broken, and how much deeper they go on
-
-std::vector<std::string> words_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
-  return words;
-}
 
 std::size_t longest_word(const std::string& text) {
   std::size_t longest = 0;

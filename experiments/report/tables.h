@@ -28,7 +28,6 @@ Table references_table(const ReportData& data);
 Table expectations_table(const ReportData& data);
 Table failures_table(const ReportData& data);
 Table manifest_table(const ReportData& data);
-Predictions bias_predictions(const ReportData& data);  // on scenes with a closed form, against what methods declare
 std::vector<Table> report_tables(const ReportData& data);
 
 // What `etendue run` prints at its end: per scene the errors at equal time, the verdict, and warnings.

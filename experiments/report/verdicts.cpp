@@ -1,6 +1,7 @@
 #include "experiments/report/verdicts.h"
 
 #include "experiments/report/report_text.h"
+#include "experiments/report/structures/structure_figures.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -84,11 +85,6 @@ std::string lead_text(const ReportData& data, const SceneData& scene) {
   return parts.size() < 2 ? std::string() : "Least error at each time: " + enumerate(parts, ", then ", 6) + ".";
 }
 
-bool earlier(const ArrivalMedian& a, const ArrivalMedian& b) {
-  const bool never_a = a.median.kind == Arrival::Kind::never, never_b = b.median.kind == Arrival::Kind::never;
-  return never_a != never_b ? never_b : a.median.time < b.median.time;
-}
-
 // Each integrator on its best structure.
 std::string target_text(const ReportData& data, const SceneData& scene) {
   std::map<std::size_t, std::pair<ArrivalMedian, const Configuration*>> best;
@@ -96,12 +92,13 @@ std::string target_text(const ReportData& data, const SceneData& scene) {
     const auto arrival = arrival_of(configuration, data.main_metric(), scene.target_error);
     if (!arrival) continue;
     const auto [entry, fresh] = best.try_emplace(configuration.integrator_index, *arrival, &configuration);
-    if (!fresh && earlier(*arrival, entry->second.first)) entry->second = {*arrival, &configuration};
+    if (!fresh && is_earlier(arrival->median, entry->second.first.median)) entry->second = {*arrival, &configuration};
   }
   if (best.size() < 2) return {};
   std::vector<std::pair<ArrivalMedian, const Configuration*>> sorted;
   for (const auto& [index, entry] : best) sorted.push_back(entry);
-  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return earlier(a.first, b.first); });
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return is_earlier(a.first.median, b.first.median); });
   std::vector<std::string> parts;
   for (const auto& [arrival, configuration] : sorted)
     parts.push_back(fmt::format("{} {}", label(data, *configuration), describe(arrival)));
@@ -150,16 +147,13 @@ std::string structures_text(const RunLog& log, const std::string& scene) {
     if (record.bytes > 0 && (smallest == nullptr || record.bytes < smallest->bytes)) smallest = &record;
   }
   if (count < 2) return {};
-  const auto name = [](const StructureRecord& r) {
-    return r.layout.empty() || r.layout == "-" ? r.structure : r.structure + " " + r.layout;
-  };
   std::string text =
-      fmt::format("Of {} structures, {} traces diffuse rays fastest ({} Mrays/s, built in {})", count, name(*fastest),
+      fmt::format("Of {} structures, {} traces diffuse rays fastest ({} Mrays/s, built in {})", count, structure_name(*fastest),
                   format_figure(fastest->speed(RayKind::diffuse).median), format_seconds(fastest->build_s.median));
   if (quickest != nullptr)
-    text += fmt::format("; {} is built first ({})", name(*quickest), format_seconds(quickest->build_s.median));
+    text += fmt::format("; {} is built first ({})", structure_name(*quickest), format_seconds(quickest->build_s.median));
   if (smallest != nullptr)
-    text += fmt::format("; {} is smallest ({})", name(*smallest), format_bytes(static_cast<double>(smallest->bytes)));
+    text += fmt::format("; {} is smallest ({})", structure_name(*smallest), format_bytes(static_cast<double>(smallest->bytes)));
   return text + ".";
 }
 

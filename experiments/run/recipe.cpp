@@ -2,12 +2,12 @@
 
 #include "accel/registry.h"
 #include "framework/core/error.h"
+#include "framework/io/text.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <sstream>
+#include <span>
 
 namespace etendue {
 
@@ -21,11 +21,10 @@ std::string resolved(const Method& method, const std::vector<ParamInfo>& infos) 
 
 // Parameters at their default are left so: what is listed may be rounded.
 Method parse_method(const std::string& text, const auto& find, const Location& where) {
-  std::istringstream words(text);
-  Method method{{}, {}, where};
-  words >> method.name;
+  const std::vector<std::string> words = words_of(text);
+  Method method{words.empty() ? "" : words.front(), {}, where};
   const auto& infos = find(method.name, where).params;
-  for (std::string word; words >> word;) {
+  for (const std::string& word : std::span(words).subspan(std::min<std::size_t>(1, words.size()))) {
     const std::size_t equals = word.find('=');
     if (equals == std::string::npos) throw Error(where, fmt::format("'{}'; expected key=value", word));
     const std::string key = word.substr(0, equals), value = word.substr(equals + 1);
@@ -36,11 +35,8 @@ Method parse_method(const std::string& text, const auto& find, const Location& w
 }
 
 std::uint64_t whole(const std::string& text, int base, const Location& where) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
-  if (error != std::errc() || end != text.data() + text.size())
-    throw Error(where, fmt::format("'{}' is no number; expected an image as `etendue` wrote it", text));
-  return value;
+  if (const auto value = parse_whole<std::uint64_t>(text, base)) return *value;
+  throw Error(where, fmt::format("'{}' is no number; expected an image as `etendue` wrote it", text));
 }
 
 }  // namespace
@@ -50,6 +46,13 @@ std::string resolved_integrator(const Method& integrator) {
 }
 
 std::string resolved_accel(const Method& accel) { return resolved(accel, find_ray_structure(accel.name, accel.where).params); }
+
+std::optional<ivec2> parse_resolution(std::string_view text) {
+  const std::size_t cross = text.find('x');
+  if (cross == std::string_view::npos) return std::nullopt;
+  const auto width = parse_whole<int>(text.substr(0, cross)), height = parse_whole<int>(text.substr(cross + 1));
+  return width && height && *width > 0 && *height > 0 ? std::optional(ivec2(*width, *height)) : std::nullopt;
+}
 
 std::map<std::string, std::string> recipe_attributes(const Recipe& recipe, ManifestRecord manifest) {
   manifest.experiment.clear();  // that stands in the log
@@ -87,16 +90,10 @@ Recipe read_recipe(const std::map<std::string, std::string>& attributes, const s
   recipe.integrator = parse_method(text("integrator"), find_integrator, at("integrator"));
   recipe.accel = parse_method(text("accel"), find_ray_structure, at("accel"));
   recipe.seed = whole(text("seed"), 10, at("seed"));
-  const std::string size = text("resolution");
-  const std::size_t cross = size.find('x');
-  if (cross == std::string::npos) throw Error(at("resolution"), fmt::format("'{}'; expected WxH", size));
-  for (int i = 0; i < 2; ++i) {
-    const std::string side = i == 0 ? size.substr(0, cross) : size.substr(cross + 1);
-    const std::uint64_t pixels = whole(side, 10, at("resolution"));
-    if (pixels < 1 || pixels > 65536)
-      throw Error(at("resolution"), fmt::format("{} is out of range; expected 1 .. 65536", pixels));
-    recipe.resolution[i] = static_cast<int>(pixels);
-  }
+  const auto size = parse_resolution(text("resolution"));
+  if (!size || std::max(size->x, size->y) > 65536)
+    throw Error(at("resolution"), fmt::format("'{}'; expected WxH, each in 1 .. 65536", text("resolution")));
+  recipe.resolution = *size;
   recipe.iterations = whole(text("iterations"), 10, at("iterations"));
   if (recipe.iterations < 1) throw Error(at("iterations"), "0 is out of range; expected 1 or more");
   recipe.budget = text("budget");

@@ -13,7 +13,9 @@
 #include "framework/core/vec.h"
 
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace etendue {
 
@@ -33,6 +35,9 @@ struct Recipe {
 // "path max_depth=0 mis=power": the method with every parameter.
 std::string resolved_integrator(const Method& integrator);
 std::string resolved_accel(const Method& accel);
+
+// Both sides of "640x480", which are above zero; nullopt where it is something else.
+std::optional<ivec2> parse_resolution(std::string_view text);
 
 std::map<std::string, std::string> recipe_attributes(const Recipe& recipe, ManifestRecord manifest);
 // The recipe of the image at `path`. Throws Error where it has none, or where a method or a parameter is not known.

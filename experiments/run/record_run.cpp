@@ -2,11 +2,8 @@
 
 #include "experiments/kind.h"
 #include "experiments/log/trust.h"
-#include "experiments/report/report.h"
 
 #include <fmt/format.h>
-#include <chrono>
-#include <new>
 #include <set>
 
 namespace etendue {
@@ -23,11 +20,12 @@ class RecordExecution {
         directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh) {}
 
   RunSummary run() {
-    for (const std::string& note : directory_.notes()) warn(note);
+    for (const std::string& note : directory_.notes()) observer_.warn(note);
     for (const Cell& cell : plan_.cells) work_.load(cell);
     for (const Cell& cell : plan_.cells)
       if (const auto scene = work_.scene(cell))
-        if (const std::string told = directory_.note_scene(scene->name, scene->path, scene->hash); !told.empty()) warn(told);
+        if (const std::string told = directory_.note_scene(scene->name, scene->path, scene->hash); !told.empty())
+          observer_.warn(told);
     std::set<CellName> done;
     for (const auto& record : directory_.earlier().records) {
       if (!record->done() || !is_whole(*record)) continue;
@@ -42,44 +40,34 @@ class RecordExecution {
     for (std::size_t i = 0; i < pending.size(); ++i) run_one(*pending[i], i, pending.size());
     directory_.finish();
     summary_.disagreements = work_.disagreements();
-    Report report = write_report({plan_.directory}, plan_.directory, {plan_.config.table_formats, true, true});
-    summary_.report_files = std::move(report.files);
-    summary_.findings = std::move(report.findings);
-    summary_.notes = std::move(report.notes);
-    summary_.table = plan_.config.kind->summary(read_directory_log(plan_.directory));
+    report_run(plan_, summary_);
     return std::move(summary_);
   }
 
  private:
-  void warn(const std::string& what) { observer_.narrate("warning: " + what); }
-
   bool is_whole(KindRecord& record) {
     const std::string wrong = damage(record, plan_.directory);
-    if (!wrong.empty()) warn(fmt::format("{}: {}; it runs again", record.cell.key(), wrong));
+    if (!wrong.empty()) observer_.warn(fmt::format("{}: {}; it runs again", record.cell.key(), wrong));
     return wrong.empty();
   }
 
   void run_one(const Cell& cell, std::size_t position, std::size_t count) {
     observer_.cell_started(cell.name, position, count);
-    const auto start = std::chrono::steady_clock::now();
-    const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+    const auto elapsed = [start = now_s()] { return now_s() - start; };
     const std::unique_ptr<KindRecord> record = work_.begin(cell);
     CheckpointRecord last;
     last.cell = cell.name;
     CellRecord cell_record;
     cell_record.cell = cell.name;
-    try {
+    const auto failure = failure_of([&] {
       work_.fill(cell, *record, directory_, [&](double share, std::uint64_t steps) {
         last.iterations = steps;
         observer_.cell_progress(share, steps, elapsed());
       });
-      cell_record.status = "done";
-      ++summary_.done;
-    } catch (const std::exception& e) {
-      cell_record.status = "failed";
-      cell_record.error = dynamic_cast<const std::bad_alloc*>(&e) != nullptr ? "out of memory" : e.what();
-      ++summary_.failed;
-    }
+    });
+    cell_record.status = failure ? "failed" : "done";
+    cell_record.error = failure.value_or("");
+    ++(failure ? summary_.failed : summary_.done);
     record->cell = cell.name;
     record->manifest = manifest_.id;
     record->status = cell_record.status;

@@ -1,12 +1,12 @@
 #include "experiments/run/reference_cache.h"
 
+#include "experiments/run/recipe.h"
 #include "framework/core/error.h"
 #include "framework/io/image/exr.h"
 
 #include <etendue_build.h>
 #include <fmt/format.h>
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -29,13 +29,7 @@ std::optional<ivec2> parse_size(std::string_view name, std::string_view start) {
   if (!name.starts_with(start) || !name.ends_with(extension)) return std::nullopt;
   name.remove_prefix(start.size());
   name.remove_suffix(extension.size());
-  ivec2 size{0};
-  const char* end = name.data() + name.size();
-  const auto width = std::from_chars(name.data(), end, size.x);
-  if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;
-  const auto height = std::from_chars(width.ptr + 1, end, size.y);
-  if (height.ec != std::errc() || height.ptr != end || size.x < 1 || size.y < 1) return std::nullopt;
-  return size;
+  return parse_resolution(name);
 }
 
 std::optional<int> multiple(ivec2 large, ivec2 small) {

@@ -49,6 +49,7 @@ class RunObserver {
  public:
   virtual ~RunObserver() = default;
   virtual void narrate(const std::string& line) = 0;
+  void warn(const std::string& what) { narrate("warning: " + what); }
   virtual void status(const std::string& line) = 0;  // transient: the next one replaces it
   virtual void cell_started(const CellName& cell, std::size_t position, std::size_t count) = 0;  // position from 0
   virtual void cell_progress(double share, std::uint64_t iterations, double time_s) = 0;
@@ -68,6 +69,11 @@ struct RunSummary {
   std::vector<std::string> findings, notes;  // of the report: what is not to be believed, and what was put right
   std::string table;                         // the summary, for people
 };
+
+// Writes the report of what the directory holds now, and fills in what the summary tells of it.
+void report_run(const RunPlan& plan, RunSummary& summary);
+// Why a cell's work fails; nullopt where it does not.
+std::optional<std::string> failure_of(const std::function<void()>& work);
 
 // Throws Error; a failing cell is recorded and counted instead. `compute` does the work of a cell: tests put failures there.
 using CellFunction = std::function<CellResult(const CellTask&)>;

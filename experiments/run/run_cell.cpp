@@ -1,7 +1,7 @@
 #include "experiments/run/run_cell.h"
 
 #include "accel/registry.h"
-#include "experiments/report/confidence.h"
+#include "experiments/report/declared.h"
 #include "framework/core/check.h"
 #include "framework/core/counters.h"
 #include "framework/core/memory.h"

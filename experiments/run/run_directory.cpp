@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <iterator>
 #include <memory>
@@ -133,8 +132,7 @@ void RunDirectory::append(const std::vector<std::string>& lines) {
 }
 
 void RunDirectory::finish() {
-  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - opened_).count();
-  if (!finished_) append({finished_line(took_s)});
+  if (!finished_) append({finished_line(now_s() - opened_)});
   finished_ = true;
 }
 

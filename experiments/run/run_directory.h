@@ -5,11 +5,11 @@
 // held against them.
 #pragma once
 
+#include "experiments/config/budget.h"
 #include "experiments/log/log.h"
 #include "experiments/run/file_lock.h"
 #include "framework/image/film.h"
 
-#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -64,7 +64,7 @@ class RunDirectory {
   std::vector<std::string> notes_;
   std::unique_ptr<LogWriter> writer_;
   bool finished_ = false;
-  const std::chrono::steady_clock::time_point opened_ = std::chrono::steady_clock::now();
+  const double opened_ = now_s();
 };
 
 // Reads the log without touching the directory, for --dry-run and reports of progress; an empty log where there is none.

@@ -4,6 +4,7 @@
 #include "framework/core/rng.h"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numeric>
 
@@ -56,6 +57,14 @@ double quantile(std::span<const double> values, double p) {
 }
 
 double median(std::span<const double> values) { return quantile(values, 0.5); }
+
+double student_t_quantile(double p, double degrees) {
+  CHECK(p > 0 && p < 1 && degrees > 0);
+  if (p == 0.5) return 0;
+  const boost::math::students_t distribution(degrees);
+  // By the tail, which keeps its digits where the distribution function is close to 1.
+  return p < 0.5 ? boost::math::quantile(distribution, p) : boost::math::quantile(complement(distribution, 1 - p));
+}
 
 double sidak_level(double level, std::size_t tests) {
   return tests < 2 ? level : -std::expm1(std::log1p(-level) / static_cast<double>(tests));
@@ -206,13 +215,15 @@ Arrival time_to(const Curve& curve, double target) {
   return {Arrival::Kind::at, curve.x[i - 1] * std::pow(curve.x[i] / curve.x[i - 1], fraction)};
 }
 
+bool is_earlier(const Arrival& a, const Arrival& b) {
+  const bool never_a = a.kind == Arrival::Kind::never, never_b = b.kind == Arrival::Kind::never;
+  return never_a != never_b ? never_b : a.time < b.time;
+}
+
 ArrivalMedian median_arrival(std::span<const Arrival> arrivals) {
   CHECK(!arrivals.empty());
   std::vector<Arrival> sorted(arrivals.begin(), arrivals.end());
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Arrival& a, const Arrival& b) {
-    const bool never_a = a.kind == Arrival::Kind::never, never_b = b.kind == Arrival::Kind::never;
-    return never_a != never_b ? never_b : a.time < b.time;
-  });
+  std::stable_sort(sorted.begin(), sorted.end(), is_earlier);
   ArrivalMedian result;
   result.count = sorted.size();
   result.arrived = static_cast<std::size_t>(

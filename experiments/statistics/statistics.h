@@ -106,6 +106,7 @@ struct Arrival {
   double time = 0;  // at: interpolated; before: of the first checkpoint; never: of the last
 };
 Arrival time_to(const Curve& curve, double target);
+bool is_earlier(const Arrival& a, const Arrival& b);  // what never arrives is later than all else
 // The median of several arrivals: `never` sorts last, so it is a time only if more than half arrived.
 struct ArrivalMedian {
   Arrival median;

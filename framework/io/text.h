@@ -3,6 +3,7 @@
 
 #include "framework/core/error.h"
 
+#include <charconv>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -20,6 +21,14 @@ Location location_at(const std::string& file, std::string_view text, std::size_t
 // A decimal number that a float can hold, all of `word`; no hexadecimal, infinity or NaN. Magnitudes below the smallest double
 // are 0.
 std::optional<double> parse_number(std::string_view word);
+
+// A whole number that the type holds, all of `word`.
+template <class Whole>
+std::optional<Whole> parse_whole(std::string_view word, int base = 10) {
+  Whole value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value, base);
+  return error == std::errc() && end == word.data() + word.size() ? std::optional(value) : std::nullopt;
+}
 
 // `word` in quotes, shortened, with control characters shown as '?': fit for a message.
 std::string quote(std::string_view word);

@@ -264,10 +264,10 @@ TEST(AccelRays, RunsAreSpreadFromTheFirstRayToTheLast) {
 
 TEST(AccelComparison, StructuresAreRightOnASceneAndAreMeasured) {
   const Scene scene = load_scene("builtin:cornell-box");
-  std::vector<StructureChoice> choices;
+  std::vector<Method> choices;
   for (const RayEntry& entry : ray_structures())
-    if (entry.available) choices.push_back({entry.name, {}});
-  choices.push_back({"binned-sah", {{"bins", {std::int64_t{4}, {}}}}});
+    if (entry.available) choices.push_back({entry.name, {}, {}});
+  choices.push_back({"binned-sah", {{"bins", {std::int64_t{4}, {}}}}, {}});
   std::size_t lines = 0;
   StructureTiming options;
   options.resolution = 32;

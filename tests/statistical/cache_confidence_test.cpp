@@ -1,5 +1,5 @@
 // What caches take their own error to be, against the reference and against their scatter over seeds.
-#include "experiments/report/confidence.h"
+#include "experiments/report/declared.h"
 #include "framework/io/load_scene.h"
 #include "integrators/registry.h"
 #include "tests/render_scene.h"

@@ -1,7 +1,6 @@
 // Regions and rates from the experiment to the report.
+#include "experiments/report/rates.h"
 #include "experiments/log/json_line.h"
-#include "experiments/log/json_line.h"
-#include "experiments/report/rate_report.h"
 #include "framework/image/metrics.h"
 #include "framework/io/image/exr.h"
 #include "tests/unit/experiment_text.h"
@@ -121,7 +120,8 @@ TEST(Rates, MethodsAreSelectedByNameAndParameters) {
 
 TEST(Rates, RecordAndRegionsSurviveTheLog) {
   const ExperimentConfig config = parse_experiment(base, "x.toml");
-  const StatedRecord record{config.predictions, config.regions}, back = read_record<StatedRecord>(Json::parse(to_json_line(record)));
+  const StatedRecord record{config.predictions, config.regions},
+      back = read_record<StatedRecord>(Json::parse(to_json_line(record)));
   EXPECT_EQ(back.predictions, record.predictions);
   EXPECT_EQ(to_json_line(back), to_json_line(record));
 

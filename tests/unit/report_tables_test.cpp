@@ -1,4 +1,4 @@
-#include "experiments/report/confidence.h"
+#include "experiments/report/declared.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"

@@ -3,7 +3,6 @@
 #include "experiments/kinds/search/measure_search.h"
 #include "experiments/kinds/search/search_config.h"
 #include "experiments/kinds/search/search_curves.h"
-#include "experiments/kinds/search/search_report.h"
 #include "experiments/kinds/search/search_sets.h"
 #include "framework/io/load_scene.h"
 #include "tests/unit/experiment_text.h"

@@ -94,7 +94,7 @@ class AnimationRunner {
     std::vector<Ray> bounces;
     for (int y = 0; y < resolution; ++y)
       for (int x = 0; x < resolution; ++x) {
-        const auto pixel = static_cast<std::uint64_t>(y) * resolution + x;
+        const std::size_t pixel = pixel_index({x, y}, ivec2(resolution));
         Sampler sampler(SamplerKind::independent, task_.seed, Stream::test, pixel, static_cast<std::uint32_t>(frame));
         const vec2 film = vec2(x, y) + sampler.get_2d();
         const Ray ray = scene_.camera.ray(ivec2(resolution), film, sampler.get_2d());

@@ -17,10 +17,10 @@ namespace {
 // The seeds of one (scene, motion, builder).
 struct AnimationData {
   std::string scene, motion, builder;
-  std::string name;                           // "builtin:mesh · twist turns=2", with the builder where the log has several
-  std::string file_stem;                      // unique
-  std::vector<const AnimationRecord*> seeds;  // done
-  std::size_t frames = 0;                     // that all of them have, the rest position included
+  std::string name = {};       // "builtin:mesh · twist turns=2", with the builder where the log has several
+  std::string file_stem = {};  // unique
+  std::vector<const AnimationRecord*> seeds = {};  // done
+  std::size_t frames = 0;                          // that all of them have, the rest position included
 
   std::size_t policy_count() const { return seeds.front()->policies.size(); }
   const std::string& policy(std::size_t index) const { return seeds.front()->policies[index].policy; }

@@ -163,7 +163,7 @@ void measure_in_rays(Trial& t) {
     structures.push_back(find_ray_structure(accel.name, {}).make(scenes[i], accel.params));
     const RayQuery &bare = *structures.front(), &with = *structures.back();
     for (const Ray& ray : rays.closest) t.disagree(!agree(t.scene, bare.closest(ray), with.closest(ray)));
-    contenders.push_back({i == 0 ? bare_name("path") : contents[i - 1]->name, tracing_all(with, rays, Clock::cpu)});
+    contenders.push_back({i == 0 ? bare_name("path") : contents[i - 1]->name, tracing_all(with, rays, Clock::thread)});
   }
   t.race(contenders);
 }
@@ -176,8 +176,8 @@ double render_seconds(const Scene& scene, const std::string& method, const Measu
   const Method accel = default_accel(), integrator{method, {}, {}};
   CellTask cell{scene, needs, accel, integrator, task.seed, ivec2(task.resolution), budget, 1};
   double begin = 0, end = 0;
-  cell.before_prepare = [&](Integrator&, RenderContext&) { begin = now_s(Clock::cpu); };
-  cell.finished = [&](Integrator&, RenderContext&, const CellResult&) { end = now_s(Clock::cpu); };
+  cell.before_prepare = [&](Integrator&, RenderContext&) { begin = now_s(Clock::thread); };
+  cell.finished = [&](Integrator&, RenderContext&, const CellResult&) { end = now_s(Clock::thread); };
   run_cell(cell);
   return end - begin;
 }

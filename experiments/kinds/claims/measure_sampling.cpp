@@ -74,8 +74,7 @@ Noise render_noise(const DiffusePaths& paths, const Scene& scene, Directions dir
       for (int x = 0; x < resolution; ++x) {
         double sum = 0, squares = 0;
         for (int s = 0; s < samples; ++s) {
-          Sampler sampler(SamplerKind::independent, seed, Stream::camera,
-                          static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(resolution) + x,
+          Sampler sampler(SamplerKind::independent, seed, Stream::camera, pixel_index({x, y}, ivec2(resolution)),
                           static_cast<std::uint32_t>(s));
           const Ray ray = scene.camera.ray(ivec2(resolution), vec2(x, y) + sampler.get_2d(), vec2(0.5f));
           const double value = luminance(paths.radiance(ray, directions, sampler));

@@ -1,12 +1,12 @@
 #include "experiments/kinds/claims/measurement.h"
 
+#include "experiments/config/method.h"
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/rows.h"
 #include "experiments/kinds/structures/accel_rays.h"
 #include "framework/core/check.h"
 
 #include <algorithm>
-#include <sstream>
 
 namespace etendue {
 
@@ -94,8 +94,7 @@ const Measurement& find_measurement(const std::string& name, const Location& whe
 
 ParamMap params_of(const std::string& text) {
   ParamMap params;
-  std::istringstream words(text);
-  for (std::string word; words >> word;) {
+  for (const std::string& word : words_of(text)) {
     const std::size_t equals = word.find('=');
     params[word.substr(0, equals)] = parse_param_value(word.substr(equals + 1), {});
   }

@@ -4,7 +4,6 @@
 #include "experiments/log/products.h"
 #include "experiments/log/trust.h"
 #include "experiments/report/report.h"
-#include "experiments/report/tables.h"
 #include "experiments/run/recipe.h"
 #include "experiments/run/reference.h"
 #include "experiments/run/run_directory.h"
@@ -43,7 +42,7 @@ class Execution {
         scenes_(config_.scenes.size()) {}
 
   RunSummary run() {
-    for (const std::string& note : directory_.notes()) warn(note);
+    for (const std::string& note : directory_.notes()) observer_.warn(note);
     load_scenes();
     choose_pending();
     const StatedRecord stated{config_.predictions, config_.regions};
@@ -54,11 +53,7 @@ class Execution {
     for (std::size_t i = 0; i < pending_.size(); ++i) run_one(*pending_[i], i);
     log_products();
     directory_.finish();
-    Report report = write_report({plan_.directory}, plan_.directory, {config_.table_formats, true, true});
-    summary_.report_files = std::move(report.files);
-    summary_.findings = std::move(report.findings);
-    summary_.notes = std::move(report.notes);
-    summary_.table = summary_table(read_resolved_log(plan_.directory));
+    report_run(plan_, summary_);
     return std::move(summary_);
   }
 
@@ -67,12 +62,10 @@ class Execution {
     return std::any_of(plan_.cells.begin(), plan_.cells.end(), [&](const Cell& cell) { return cell.scene == scene; });
   }
 
-  void warn(const std::string& what) { observer_.narrate("warning: " + what); }
-
   // Cells that an earlier run ended are left out where they are still what it logged: made of the same scene, measured
   // against the same reference, their files whole.
   void choose_pending() {
-    const std::set<CellName> whole = directory_.believed_cells([this](const std::string& what) { warn(what); });
+    const std::set<CellName> whole = directory_.believed_cells([this](const std::string& what) { observer_.warn(what); });
     for (std::size_t s = 0; s < scenes_.size(); ++s)
       if (scenes_[s] && has_cells(s) && wants_reference(s, whole)) make_scene_reference(s);
     // A reference that is another took its scene's cells out of the log.
@@ -136,7 +129,7 @@ class Execution {
       if (!scenes_[s]) continue;
       const SceneChoice& choice = config_.scenes[s];
       if (const std::string told = directory_.note_scene(choice.name, choice.path, scenes_[s]->scene.hash()); !told.empty())
-        warn(told);
+        observer_.warn(told);
     }
   }
 
@@ -148,7 +141,7 @@ class Execution {
     const RunLog& earlier = directory_.earlier();
     const ReferenceRecord* known = directory_.earlier().reference(name);
     const std::string wrong = known != nullptr ? damage(*known, plan_.directory) : "";
-    if (!wrong.empty()) warn(fmt::format("{}: the reference {}; it is made again", name, wrong));
+    if (!wrong.empty()) observer_.warn(fmt::format("{}: the reference {}; it is made again", name, wrong));
     // By a reference that was refused nothing has been measured.
     const bool measured = std::any_of(earlier.cells.begin(), earlier.cells.end(),
                                       [&](const CellRecord& c) { return c.cell.scene == name && c.status == "done"; });
@@ -165,23 +158,21 @@ class Execution {
     if (rendered.image.pixels.empty() || loaded.reference.earlier) return;  // where there is none, its cells will say why
     const StoredFile file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
     const std::string told = directory_.note_reference(reference_record(name, loaded.scene, rendered, file.path, file.stamp));
-    if (!told.empty()) warn(told);
+    if (!told.empty()) observer_.warn(told);
   }
 
   void compare_scene_structures(std::size_t s) {
     const std::string& name = config_.scenes[s].name;
-    std::vector<StructureChoice> choices;
-    for (const Method& accel : config_.accels) choices.push_back({accel.name, accel.params});
     StructureTiming options = *config_.structures;
     options.threads = plan_.threads;
     options.isas = structure_isas();
     for (const Isa isa : config_.structures->isas)
       if (!is_supported(isa))
         warn_once(fmt::format("structures are not timed with {}, which this machine lacks", isa_name(isa)));
-    observer_.narrate(fmt::format("{}: timing {} structures", name, choices.size()));
+    observer_.narrate(fmt::format("{}: timing {} structures", name, config_.accels.size()));
     const auto status = [&](const std::string& line) { observer_.status(name + ": " + line); };
     std::vector<StructureRecord> records;
-    with_threads(plan_.threads, [&] { records = compare_structures(scenes_[s]->scene, choices, options, status); });
+    with_threads(plan_.threads, [&] { records = compare_structures(scenes_[s]->scene, config_.accels, options, status); });
     std::vector<std::string> lines;
     for (std::size_t i = 0; i < records.size(); ++i) {
       StructureRecord& record = records[i];
@@ -195,7 +186,7 @@ class Execution {
   }
 
   void warn_once(const std::string& warning) {
-    if (warned_.insert(warning).second) observer_.narrate("warning: " + warning);
+    if (warned_.insert(warning).second) observer_.warn(warning);
   }
 
   void run_one(const Cell& cell, std::size_t position) {
@@ -203,16 +194,10 @@ class Execution {
     CellRecord record;
     record.cell = cell.name;
     CellResult result;
-    try {
-      result = compute(cell);
-      record.status = "done";
-    } catch (const std::bad_alloc&) {
-      record.error = "out of memory";
-    } catch (const std::exception& e) {
-      record.error = e.what();
-    }
-    if (record.status.empty()) {
-      record.status = "failed";
+    const auto failure = failure_of([&] { result = compute(cell); });
+    record.status = failure ? "failed" : "done";
+    if (failure) {
+      record.error = *failure;
       ++summary_.failed;
       directory_.append({to_json_line(record)});
       observer_.cell_finished(record, nullptr);

@@ -39,14 +39,15 @@ class Queries {
     for (std::size_t s = 0; s < structures.size(); ++s) {
       const std::size_t few = std::min<std::size_t>(count, 16);
       run(s, few);  // warm
-      const double one = seconds_of([&] { run(s, few); }, Clock::cpu) / static_cast<double>(few) + 1e-9;
+      const double one = seconds_of([&] { run(s, few); }, Clock::thread) / static_cast<double>(few) + 1e-9;
       batches_.push_back(std::clamp(static_cast<std::size_t>(batch_s / one), few, count));
     }
   }
 
   // A batch for each structure.
   void add_to(std::vector<TimedWork>& works) {
-    for (std::size_t s = 0; s < structures_.size(); ++s) works.push_back(timed([this, s] { run(s, batches_[s]); }, Clock::cpu));
+    for (std::size_t s = 0; s < structures_.size(); ++s)
+      works.push_back(timed([this, s] { run(s, batches_[s]); }, Clock::thread));
   }
 
   // Compares all answers, and appends a figure for each structure; `times` are those of its batches.
@@ -92,7 +93,7 @@ Structures<Structure> time_making(const SearchTask& task, const char* measure, c
   for (std::size_t s = 0; s < names.size(); ++s)
     works.push_back([&, s] {
       structures[s] = nullptr;
-      return seconds_of([&] { structures[s] = make(names[s]); }, Clock::cpu);
+      return seconds_of([&] { structures[s] = make(names[s]); }, Clock::thread);
     });
   const Times times = take_turns(works, task.choice.repetitions);
   const auto count = static_cast<double>(task.count);

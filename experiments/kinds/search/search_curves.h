@@ -1,7 +1,9 @@
-// From records of point or record structures to curves, and where one structure overtakes another.
+// From records of point or record structures to curves and to where one structure overtakes another, and what a report says of
+// them.
 #pragma once
 
 #include "experiments/kinds/search/measure_search.h"
+#include "experiments/report/kind_report.h"
 
 #include <optional>
 #include <string>
@@ -59,5 +61,9 @@ std::optional<std::size_t> leader_at(const SearchPlot& plot, double x);
 // All abscissas of the plot, ascending.
 std::vector<double> abscissas(const SearchPlot& plot);
 const CurvePoint* point_at(const StructureCurve& curve, double x);
+
+KindReport search_report(const RunLog& log);
+std::string search_summary(const RunLog& log);     // what `etendue run` prints at its end
+Table search_crossovers_table(const RunLog& log);  // a row for each crossing
 
 }  // namespace etendue

@@ -1,6 +1,6 @@
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/search/measure_search.h"
-#include "experiments/kinds/search/search_report.h"
+#include "experiments/kinds/search/search_curves.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,5 @@
-#include "experiments/kinds/search/search_report.h"
-
 #include "experiments/kinds/search/search_curves.h"
+
 #include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"

@@ -1,10 +1,10 @@
 #include "experiments/kinds/structures/accel_comparison.h"
 
 #include "accel/bvh/build/epo_cost.h"
+#include "accel/registry.h"
 #include "experiments/config/method.h"
 #include "experiments/kinds/structures/accel_check.h"
 #include "experiments/kinds/structures/accel_rays.h"
-#include "experiments/kinds/structures/accel_timing.h"
 #include "experiments/kinds/timing.h"
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
@@ -39,13 +39,13 @@ class WithIsa {
   Isa before_;
 };
 
-std::string label_of(StructureChoice choice) {
+std::string label_of(Method choice) {
   choice.params.erase("layout");  // the structure itself says which it took
-  return Method{choice.name, choice.params, {}}.label();
+  return choice.label();
 }
 
 struct Contender {
-  StructureChoice choice;
+  Method choice;
   Isa isa = Isa::scalar;
   StructureRecord record;
   bool skipped = false;
@@ -85,17 +85,17 @@ std::vector<double> larger_of(std::span<const double> a, std::span<const double>
 
 class Comparison {
  public:
-  Comparison(const Scene& scene, const std::vector<StructureChoice>& choices, const StructureTiming& options,
+  Comparison(const Scene& scene, const std::vector<Method>& choices, const StructureTiming& options,
              const std::function<void(const std::string&)>& progress)
       : scene_(scene), options_(options), progress_(progress), exact_tracer_(scene) {
     if (options_.isas.empty()) options_.isas = {chosen_isa()};
     wanted_ = choices.size() * options_.isas.size();
     for (const Isa isa : options_.isas)
-      for (const StructureChoice& choice : choices) add(choice, isa);
+      for (const Method& choice : choices) add(choice, isa);
     if (!find_ray_structure("embree", {}).available) return;
     for (const Isa isa : options_.isas)
-      embrees_[isa] = {position_of({"embree", {}}, isa), position_of({"embree", {{"robust", {true, {}}}}}, isa),
-                       position_of({"embree", {{"batches", {std::string("coherent"), {}}}}}, isa)};
+      embrees_[isa] = {position_of({"embree", {}, {}}, isa), position_of({"embree", {{"robust", {true, {}}}}, {}}, isa),
+                       position_of({"embree", {{"batches", {std::string("coherent"), {}}}}, {}}, isa)};
   }
 
   std::vector<StructureRecord> run() {
@@ -119,11 +119,11 @@ class Comparison {
 
  private:
   // As records name it.
-  std::string name_of(const StructureChoice& choice, Isa isa) const {
+  std::string name_of(const Method& choice, Isa isa) const {
     return label_of(choice) + (options_.isas.size() > 1 ? fmt::format(" isa={}", isa_option(isa)) : "");
   }
 
-  void add(const StructureChoice& choice, Isa isa) {
+  void add(const Method& choice, Isa isa) {
     Contender contender;
     contender.choice = choice;
     contender.isa = isa;
@@ -138,7 +138,7 @@ class Comparison {
   }
 
   // The position of a structure among the contenders, which it joins where it is not yet.
-  std::size_t position_of(const StructureChoice& choice, Isa isa) {
+  std::size_t position_of(const Method& choice, Isa isa) {
     const auto same = [&](const Contender& c) { return c.record.structure == name_of(choice, isa); };
     const auto found = std::find_if(contenders_.begin(), contenders_.end(), same);
     const auto position = static_cast<std::size_t>(found - contenders_.begin());
@@ -364,7 +364,7 @@ class Comparison {
 
 }  // namespace
 
-std::vector<StructureRecord> compare_structures(const Scene& scene, const std::vector<StructureChoice>& choices,
+std::vector<StructureRecord> compare_structures(const Scene& scene, const std::vector<Method>& choices,
                                                 const StructureTiming& options,
                                                 const std::function<void(const std::string&)>& progress) {
   CHECK(!choices.empty());

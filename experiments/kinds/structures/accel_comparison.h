@@ -1,20 +1,15 @@
 // The comparison of ray structures over one scene: `etendue accel` and the charts of structures.
 #pragma once
 
-#include "accel/registry.h"
 #include "experiments/config/config.h"
 #include "experiments/log/log.h"
+#include "framework/scene/scene.h"
 
 #include <functional>
 #include <string>
 #include <vector>
 
 namespace etendue {
-
-struct StructureChoice {
-  std::string name;
-  ParamMap params;
-};
 
 // Records the rays of a render once, then measures in rounds. Every repetition builds each structure, on all threads and on
 // one, traces the same rays through it on one thread, ray by ray and in batches, and frees it, so that only one structure is in
@@ -25,7 +20,7 @@ struct StructureChoice {
 // set. What exceeds the budget (brute force on large meshes; a builder that proves too slow in a trial on 1/32 of the
 // triangles) is measured on fewer rays or not at all, and its note says so. Embree is always measured too, in both modes and
 // with both kinds of streams, for the ratios to it. `progress` gets a line per step.
-std::vector<StructureRecord> compare_structures(const Scene& scene, const std::vector<StructureChoice>& choices,
+std::vector<StructureRecord> compare_structures(const Scene& scene, const std::vector<Method>& choices,
                                                 const StructureTiming& options,
                                                 const std::function<void(const std::string&)>& progress);
 

@@ -1,4 +1,4 @@
-// The rays on which structures are compared, recorded once from two renders of the scene.
+// The rays on which structures are compared, recorded once from two renders of the scene, and how long they take.
 //
 // A path tracer (one sample per pixel, at most five scattering events) gives primary, diffuse and shadow rays; a photon map's
 // photon pass gives photon rays, its final gathering (16 rays from each of a sixteenth of the pixels) gather rays. They run on
@@ -7,7 +7,10 @@
 
 #include "experiments/log/ray_kind.h"
 #include "framework/core/sampler.h"
+#include "framework/query.h"
 #include "framework/scene/scene.h"
+
+#include <span>
 
 namespace etendue {
 
@@ -20,6 +23,14 @@ RaysByKind record_rays(const Scene& scene, const RayQuery& tracer, int resolutio
 
 // At most `count` of the rays, in runs of 64 successive ones spread evenly over them.
 std::vector<Ray> spread_runs(const std::vector<Ray>& rays, std::size_t count);
+
+// Millions of rays a second on this thread: ray by ray through the interface (one indirect call a ray), or through the calls
+// that take many. Shadow rays ask occluded(), others closest(). 0 where there are no rays.
+double mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray> rays);
+double batched_mrays_per_s(const RayQuery& structure, RayKind kind, std::span<const Ray> rays);
+
+// How many of `rays`, at most all, a structure can trace within `seconds`, estimated from the first few.
+std::size_t affordable_rays(const RayQuery& structure, RayKind kind, std::span<const Ray> rays, double seconds);
 
 // A ray on from where this one hits, in a cosine-distributed direction on its side of the surface.
 Ray cosine_bounce(const Scene& scene, const Ray& ray, const Hit& hit, Sampler& sampler);

@@ -2,11 +2,11 @@
 #include "experiments/report/structures/structure_figures.h"
 #include "framework/core/error.h"
 #include "framework/core/units.h"
+#include "framework/io/text.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <optional>
 #include <utility>
@@ -23,10 +23,7 @@ struct SweepName {
 using SweepScenes = std::map<double, std::string>;
 
 std::optional<double> number_in(const std::string& text) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  if (const auto [parsed, error] = std::from_chars(text.data(), end, value); error == std::errc() && parsed == end)
-    return value;
+  if (const auto number = parse_number(text)) return number;
   try {
     return static_cast<double>(parse_count(text));
   } catch (const Error&) {

@@ -1,5 +1,6 @@
-// Does a method know its own error? The share of pixels whose true error lies within one and two of the standard errors that
-// the method itself states (Integrator::standard_error). Errors that are normal and stated rightly give 68 % and 95 %.
+// Do methods keep what they declare of themselves? On scenes with a closed form their bias is held against what they declare,
+// and the share of pixels whose true error lies within one and two of the standard errors that the method itself states
+// (Cache::standard_error) against that of errors that are normal and stated rightly: 68 % and 95 %.
 #pragma once
 
 #include "experiments/report/predictions.h"
@@ -18,5 +19,7 @@ std::map<std::string, double> confidence_of(const Image& image, const Image& sta
 
 // That a method does not state too little: on scenes with a closed form, medians over seeds at the last checkpoint.
 Predictions confidence_predictions(const ReportData& data);
+
+Predictions bias_predictions(const ReportData& data);  // against what methods declare
 
 }  // namespace etendue

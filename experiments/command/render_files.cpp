@@ -1,6 +1,7 @@
-#include "experiments/command/render_cache.h"
+#include "experiments/command/render_files.h"
 
 #include "framework/integrator.h"
+#include "framework/io/whole_file.h"
 #include "integrators/caches/records/cache_file.h"
 #include "integrators/registry.h"
 
@@ -9,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <system_error>
 
 namespace etendue {
@@ -32,6 +34,16 @@ void require(const Method& integrator, const std::string& option, const char* la
 }
 
 }  // namespace
+
+void check_outputs(const std::vector<OutputFile>& outputs) {
+  std::map<std::string, std::string> options;
+  for (const auto& [option, path] : outputs) {
+    const Location where{option + " " + path};
+    const std::string target = check_writable(path, where);
+    if (const auto [other, is_new] = options.emplace(target, option); !is_new)
+      throw Error(where, fmt::format("the same file as that of {}; expected another", other->second));
+  }
+}
 
 std::string read_cache_bytes(const std::string& path) {
   const Location where{path};
@@ -68,12 +80,8 @@ void require_savable(const Method& integrator, const std::string& option) {
           [](Integrator& i) { return i.cache() && i.cache()->savable(); });
 }
 
-void require_records(const Method& integrator, const std::string& option) {
-  require(integrator, option, "has no records to show", [](Integrator& i) { return i.cache() != nullptr; });
-}
-
-void require_standard_error(const Method& integrator, const std::string& option) {
-  require(integrator, option, "does not estimate its own error", [](Integrator& i) { return i.cache() != nullptr; });
+void require_cache(const Method& integrator, const std::string& option, const char* lacks) {
+  require(integrator, option, lacks, [](Integrator& i) { return i.cache() != nullptr; });
 }
 
 }  // namespace etendue
