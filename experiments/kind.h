@@ -44,10 +44,11 @@ class ExperimentKind {
   virtual std::string summary(const RunLog& log) const;  // what `etendue run` prints at its end; default: all tables
 };
 
-// In the order in which they are looked for; the last, of images, is what an experiment is without any of their keys.
+// Kinds come in the order in which they are looked for; the last, of images, is what an experiment is without any of their
+// keys.
 const std::vector<const ExperimentKind*>& experiment_kinds();
 
-// One that comes from elsewhere, looked for before the others.
+// Adds one that comes from elsewhere, which is looked for before the others.
 void add_experiment_kind(const ExperimentKind& kind);
 
 // The kind that a file's keys ask for.

@@ -1,4 +1,4 @@
-// `etendue accel`: every ray structure on one scene, on the same rays.
+// `etendue accel` compares every ray structure on one scene, on the same rays.
 #include "experiments/kinds/structures/accel_comparison.h"
 
 #include "experiments/command/commands.h"
@@ -16,7 +16,7 @@ namespace etendue {
 
 namespace {
 
-// "sah,binned-sah:layout=bvh8:bins=32": structures with their parameters.
+// Reads structures with their parameters, such as "sah,binned-sah:layout=bvh8:bins=32".
 std::vector<Method> choose(const std::string& names) {
   const Location where{"--structures"};
   if (names.empty()) return all_accels(where);
@@ -37,7 +37,7 @@ std::vector<Method> choose(const std::string& names) {
   return choices;
 }
 
-// The primitives that no structure may hold, over all objects, each once.
+// Counts the primitives that no structure may hold, over all objects, each once.
 std::uint64_t left_out(const Scene& scene) {
   std::uint64_t count = 0;
   for (const Object& object : scene.objects)

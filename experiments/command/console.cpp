@@ -31,7 +31,7 @@ std::atomic<int> interrupts = 0, harmless_interrupts = 0;            // that cam
 static_assert(decltype(exit_message)::is_always_lock_free && decltype(interrupts)::is_always_lock_free);
 
 void handle_interrupt(int) {
-  // Only calls that are safe in a signal handler, and no trace of them in the code that goes on.
+  // A signal handler makes only calls that are safe there, and leaves no trace of them in the code that goes on.
   const int interrupted_errno = errno;
   const int earlier = interrupts.fetch_add(1);
   const char* const message = earlier == 0 ? interrupt_message : exit_message;

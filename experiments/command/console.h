@@ -30,10 +30,10 @@ class Console {
   double last_ = 0;  // when it was
 };
 
-// As many of these threads (default: the machine's) as the system lets this process have; says so where they are fewer.
+// Starts as many of these threads (default: the machine's) as the system lets this process have; says so where they are fewer.
 int available_threads(std::optional<int> asked, Console& console);
 
-// "[#####     ]" of `width` places.
+// Draws "[#####     ]" of `width` places.
 std::string progress_bar(double share, int width);
 
 // A bar over all cells with rate and time left, and a line per cell where stderr is no terminal.

@@ -24,7 +24,7 @@ struct Row {
   std::size_t warnings = 0;
 };
 
-// In an order that does not depend on the disk.
+// Files come in an order that does not depend on the disk.
 std::vector<std::string> scene_files_below(const std::string& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error))
@@ -55,7 +55,7 @@ Row inspect_one(const std::string& path, const std::string& folder, const SceneR
   return row;
 }
 
-// Without the place, and up to where the message begins to speak of what is there instead.
+// Cuts off the place, and what the message says is there instead.
 std::string kind_of(const std::string& reason) {
   static const std::regex place(R"(^[^ ]*?:\d+(:\d+)?: )");
   const std::string message = std::regex_replace(reason, place, "");

@@ -53,7 +53,7 @@ Entries accel_entries() {
   return entries;
 }
 
-// With their figures, and the scenes that only claims ask for.
+// Measurements come with their figures, and with the scenes that only claims ask for.
 Entries measurement_entries() {
   Entries entries;
   for (const Measurement& measurement : measurements())

@@ -197,7 +197,7 @@ void check_aovs(const RenderCommand& command, const Rendered& r) {
   }
 }
 
-// Tried before the rendering, not after it.
+// Files are tried before the rendering, not after it.
 void check_files(const RenderCommand& command, const Rendered& r) {
   std::vector<OutputFile> files;
   if (!r.output.empty()) {

@@ -15,7 +15,7 @@ namespace etendue {
 
 namespace {
 
-// Cells on stdout, one a line, with what an earlier run made of them.
+// Prints cells on stdout, one a line, with what an earlier run made of them.
 void print_plan(const RunPlan& plan, Console& console) {
   std::map<CellName, std::string> earlier;
   if (!plan.fresh) {
@@ -41,7 +41,7 @@ void print_plan(const RunPlan& plan, Console& console) {
                              format_seconds(static_cast<double>(left) * *plan.config.budget.time_s)));
 }
 
-// Directories with their numbers of files, then the page, which is where a reader begins.
+// Names directories with their numbers of files, then the page, which is where a reader begins.
 void print_files(const std::vector<std::string>& files, Console& console) {
   std::map<std::string, std::size_t> directories;
   std::string page;
@@ -58,7 +58,7 @@ void print_files(const std::vector<std::string>& files, Console& console) {
 }  // namespace
 
 int stress_command(RunCommand command) {
-  // In the working directory, else in the source tree beside the program's build directory.
+  // It lies in the working directory, else in the source tree beside the program's build directory.
   const std::filesystem::path name = "experiments/stress.toml";
   std::error_code ignored;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);

@@ -15,11 +15,11 @@ struct Cell {
   CellName name;
 };
 
-// As the experiment's kind lists them.
+// The experiment's kind lists them.
 std::vector<Cell> make_cells(const ExperimentConfig& config);
 
-// Scenes x structures x methods x seeds. Seeds outermost and methods innermost: methods alternate (A B A B), so that a machine
-// that slows down or heats up slows all of them.
+// Makes scenes x structures x methods x seeds. Seeds are outermost and methods innermost: methods alternate (A B A B), so that
+// a machine that slows down or heats up slows all of them.
 std::vector<Cell> make_matrix(const ExperimentConfig& config, const std::vector<Method>& methods);
 
 // Those whose key() the ECMAScript regular expression finds. Throws Error on a bad expression or when none is left.
@@ -30,12 +30,12 @@ struct Shard {
 
   // "i/n" or "slurm"; throws Error.
   static Shard parse(const std::string& text);
-  // From SLURM_ARRAY_TASK_ID, _MIN, _MAX, _STEP and _COUNT; nullopt outside a Slurm array.
+  // Reads SLURM_ARRAY_TASK_ID, _MIN, _MAX, _STEP and _COUNT; nullopt outside a Slurm array.
   static std::optional<Shard> from_slurm();
 };
 
-// A partition: each position in exactly one shard, the sizes differing by one at most. Blocks of `count` rotate, so that where
-// the count divides the number of methods a machine still gets some cells of each.
+// Shards are a partition: each position is in exactly one, and their sizes differ by one at most. Blocks of `count` rotate, so
+// that where the count divides the number of methods a machine still gets some cells of each.
 bool in_shard(std::size_t position, const Shard& shard);
 std::vector<Cell> shard_cells(const std::vector<Cell>& cells, const Shard& shard);
 

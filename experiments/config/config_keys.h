@@ -1,4 +1,4 @@
-// The values of an experiment's keys, one function a key. Each throws Error at the value's place in the file.
+// One function a key reads the values of an experiment's keys. Each throws Error at the value's place in the file.
 #pragma once
 
 #include "experiments/config/config.h"

@@ -25,7 +25,7 @@ struct ConfigNode {
   const std::string* text() const { return std::get_if<std::string>(&value); }
 };
 
-// "a boolean", "an integer", "a number", "text", "an array", "a table".
+// Says "a boolean", "an integer", "a number", "text", "an array" or "a table".
 const char* type_name(const ConfigNode& node);
 
 // Throw Error with file:line:col on anything that is not TOML 1.0. Dates and times are errors too.
@@ -64,7 +64,7 @@ bool read_flag(const ConfigNode& node, const std::string& key);
 // Names among `valid`, each once; `kind` is what an error calls them.
 std::vector<std::string> read_names(const ConfigNode& node, const std::string& key, const std::string& kind,
                                     const std::vector<std::string>& valid);
-// [[key]], at least one.
+// Reads [[key]], of which there is at least one.
 const ConfigNode::Array& read_tables(const ConfigNode& node, const std::string& key);
 [[noreturn]] void wrong_type(const ConfigNode& node, const std::string& key, const std::string& expected);
 

@@ -32,7 +32,7 @@ ParamValue read_param(const ConfigNode& node, const std::string& key, const char
   wrong_type(node, key, expected);
 }
 
-// A single value, or those of an array.
+// Reads a single value, or those of an array.
 std::vector<ParamValue> read_values(const ConfigNode& node, const std::string& key) {
   const auto* array = node.array();
   if (!array) return {read_param(node, key, "a boolean, a number, text or an array of these")};

@@ -9,7 +9,7 @@
 
 namespace etendue {
 
-// The words of a label: a name, then each parameter as "key=value".
+// Cuts a label into its words: a name, then each parameter as "key=value".
 std::vector<std::string> words_of(const std::string& label);
 
 struct Method {
@@ -35,7 +35,7 @@ std::vector<Method> all_accels(const Location& where);
 // Names, tables { name, parameters… } (arrays of values: every combination), or an array; each label once. "all": all_accels.
 std::vector<Method> read_integrators(const ConfigNode& node);
 std::vector<Method> read_accels(const ConfigNode& node);
-// Likewise motions and policies of change, under the keys `dynamic.motions` and `dynamic.policies`.
+// Motions and policies of change are read likewise, under the keys `dynamic.motions` and `dynamic.policies`.
 std::vector<Method> read_motions(const ConfigNode& node);
 std::vector<Method> read_policies(const ConfigNode& node);
 

@@ -35,7 +35,7 @@ std::vector<std::string> abscissae() {
   return names;
 }
 
-// Of the experiment's integrators it must select between so many.
+// It must select between so many of the experiment's integrators.
 std::string read_selection(const ConfigNode& node, const char* key, const PredictionContext& context, std::size_t least,
                            std::size_t most) {
   const std::string wanted = read_text(node, std::string("predictions.") + key);

@@ -56,7 +56,7 @@ class SceneWork : public RecordWork {
   std::uint64_t disagreements() const override { return disagreements_; }
 
  protected:
-  // Of the experiment's scenes; nullopt: the cell has none.
+  // Which of the experiment's scenes it is; nullopt: the cell has none.
   virtual std::optional<std::size_t> scene_index(const Cell& cell) const { return cell.scene; }
   const Scene* scene_of(const Cell& cell) const {
     const auto index = scene_index(cell);

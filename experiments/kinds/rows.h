@@ -9,7 +9,7 @@
 
 namespace etendue {
 
-// [[owner]], at least one, each `id` once. Throws Error.
+// Reads [[owner]], of which there is at least one, each `id` once. Throws Error.
 template <class Row, class Read>
 std::vector<Row> read_rows(const ConfigNode& node, const std::string& owner, const Read& read) {
   std::vector<Row> rows;

@@ -35,7 +35,7 @@ namespace etendue {
 #define FIELDS(...) NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(ETENDUE_FIELD, __VA_ARGS__))
 #define MAYBE_FIELDS(...) NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(ETENDUE_MAYBE_FIELD, __VA_ARGS__))
 
-// A record, const where it is only written.
+// T is the record, or const where it is only written.
 template <class T, class Record>
 concept FieldsOf = std::same_as<std::remove_const_t<T>, Record>;
 
@@ -201,14 +201,14 @@ T read_value(const Json& json) {
   }
 }
 
-// How a cell ended, of a KindRecord.
+// These fields of a KindRecord say how its cell ended.
 void list_ending(auto& f, auto& record) {
   f("manifest", record.manifest);
   f("status", record.status);
   f("error", record.error);
 }
 
-// A record as a line of the log, without its checksum.
+// Writes a record as a line of the log, without its checksum.
 template <HasFields Record>
 std::string line_of(const char* type, const Record& record) {
   FieldsOut fields;

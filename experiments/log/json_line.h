@@ -30,7 +30,7 @@ inline double finite(double x) {
   return x;
 }
 
-// On one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced.
+// The text is on one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced.
 inline std::string dump(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }

@@ -21,7 +21,7 @@ namespace etendue {
 
 namespace {
 
-// Of records with one key the last counts.
+// The last of several records with one key counts.
 auto key(const ManifestRecord& r) { return std::tie(r.id); }
 auto key(const SceneRecord& r) { return std::tie(r.scene); }
 auto key(const ReferenceRecord& r) { return std::tie(r.scene); }
@@ -90,7 +90,7 @@ std::string read_all(const std::string& path) {
 
 std::string system_error() { return std::strerror(errno); }
 
-// Length of the log without a torn last line and without checkpoints that no `cell` line closed. Both come from a write that
+// Measures the log without a torn last line and without checkpoints that no `cell` line closed. Both come from a write that
 // was cut short, so they stand at the end.
 std::size_t whole_length(const std::string& text) {
   std::size_t kept = 0;
@@ -151,7 +151,7 @@ class LogReader {
               CellRecord, ProductsRecord>(type, json);
   }
 
-  // As one of these records or of a kind's.
+  // The line is one of these records or of a kind's.
   template <class... Records>
   void take_as(const std::string& type, const Json& json) {
     const auto is_taken = [&]<class Record>(std::type_identity<Record>) {

@@ -120,7 +120,7 @@ struct CellRecord {
   std::string strip = {};     // EXR of the images at all checkpoints, one below the other; empty: not kept
   FileStamp image_stamp = {}, strip_stamp = {};
   std::optional<std::uint64_t> checkpoints = {};  // that stand before it
-  // Column, row and iteration of the first ten non-finite samples, for replay.
+  // The first ten non-finite samples are known by column, row and iteration, for replay.
   std::vector<std::array<std::uint32_t, 3>> non_finite_at = {};
 };
 
@@ -150,7 +150,7 @@ struct StructureRecord {
   double sah_cost = 0, epo_cost = 0;
   std::uint64_t epo_triangles = 0;  // that epo_cost was computed from
   double nodes_per_ray = 0, primitives_per_ray = 0;
-  // Millions of rays a second on one thread, ray by ray and in batches.
+  // Speeds are millions of rays a second on one thread, ray by ray and in batches.
   ByRayKind<Measured> mrays_per_s, batched_mrays_per_s;
   // Speed ray by ray over that of Embree, repetition by repetition: in its default mode, and with its watertight test.
   ByRayKind<Measured> to_embree, to_robust_embree;
@@ -169,7 +169,7 @@ struct KindRecord {
 
   virtual ~KindRecord() = default;
   virtual std::string line() const = 0;  // of the log, without its checksum
-  // A file beside the log; null: none.
+  // Names a file beside the log; null: there is none.
   struct File {
     std::string* path = nullptr;
     const FileStamp* stamp = nullptr;
@@ -194,7 +194,7 @@ struct RunLog {
   double took_s = 0;                    // of the runs that reached their end; 0: not known
 
   std::size_t cell_count() const { return cells.size() + records.size(); }
-  // Of a scene; null where it has none.
+  // What the log has of a scene is null where there is none.
   const SceneRecord* scene(const std::string& name) const { return of_scene(scenes, name); }
   const ReferenceRecord* reference(const std::string& scene) const { return of_scene(references, scene); }
 
@@ -207,7 +207,7 @@ struct RunLog {
   }
 };
 
-// Those of one kind, in order of the log.
+// Gives those of one kind, in order of the log.
 template <class Record>
 std::vector<const Record*> records_of(const RunLog& log) {
   std::vector<const Record*> found;
@@ -216,7 +216,7 @@ std::vector<const Record*> records_of(const RunLog& log) {
   return found;
 }
 
-// Those of them that are done.
+// Gives those of them that are done.
 template <class Record>
 std::vector<const Record*> done_records_of(const RunLog& log) {
   std::vector<const Record*> found = records_of<Record>(log);
@@ -239,13 +239,13 @@ std::vector<std::string> kind_record_types();
 // caller (CHECK).
 template <class Record>
 std::string to_json_line(const Record& record);
-// The record of a line. A missing key or one of the wrong type throws nlohmann::json::exception; keys that were added to the
-// format later have defaults, so that older logs can still be read.
+// Reads the record of a line. A missing key or one of the wrong type throws nlohmann::json::exception; keys that were added to
+// the format later have defaults, so that older logs can still be read.
 template <class Record>
 Record read_record(const Json& json);
 std::string finished_line(double took_s = 0);  // after so many seconds; 0: not known
 
-// The line as it stands in the file: with its checksum.
+// Gives the line as it stands in the file, with its checksum.
 std::string sealed(const std::string& line);
 
 struct DamagedLine {
@@ -260,7 +260,7 @@ RunLog read_log(const std::string& path);
 RunLog read_log(const std::string& path, std::vector<DamagedLine>& damaged);
 // Moves such lines to "<path>.damaged". Throws WriteError.
 void set_aside(const std::string& path, const std::vector<DamagedLine>& damaged);
-// In the place of what the log has of the same configuration, region and points.
+// The record takes the place of what the log has of the same configuration, region and points.
 void add_products(RunLog& log, ProductsRecord record);
 // Merges logs of shards, in order; the same cell twice counts once (the last).
 RunLog merge_logs(const std::vector<RunLog>& logs);

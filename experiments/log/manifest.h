@@ -7,7 +7,7 @@
 
 namespace etendue {
 
-// With its id. `title` and `experiment_hash` may be empty (a single render).
+// The record comes with its id. `title` and `experiment_hash` may be empty (a single render).
 ManifestRecord make_manifest(const std::string& title, const std::string& experiment_hash, int threads);
 
 std::string version_text();  // "etendue 0.1.0 (commit)"

@@ -51,7 +51,7 @@ const ProductsRecord* find_products(const RunLog& log, const Configuration& conf
   return nullptr;
 }
 
-// The images of a configuration's seeds: of each the last, or those of all checkpoints one below the other.
+// A configuration's seeds have an image each, the last, or those of all checkpoints one below the other.
 struct SeedImages {
   Image reference;
   std::vector<Image> files;
@@ -76,7 +76,7 @@ std::optional<SeedImages> read_images(const Configuration& configuration, const 
   return at_checkpoints || images.points == 1 ? std::optional(std::move(images)) : std::nullopt;
 }
 
-// The whole image first.
+// The whole image comes first.
 std::vector<Region> regions_of(const RunLog& log, const std::string& scene, ivec2 size, bool at_checkpoints) {
   std::vector<Region> regions(1);
   regions.front().pixels.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));

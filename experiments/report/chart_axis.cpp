@@ -69,7 +69,7 @@ std::vector<Tick> log_ticks(Interval range, int most) {
     return linear_ticks(range, std::min(most, 4));
   }
 
-  // One style for a whole axis: plain figures from 0.001 to 10000, powers of ten beyond.
+  // A whole axis has one style: plain figures from 0.001 to 10000, powers of ten beyond.
   const bool plain = std::all_of(candidates.begin(), candidates.end(),
                                  [](const Candidate& c) { return !c.labelled || (c.decade >= -3 && c.decade <= 4); });
   const auto label = [&](const Candidate& c) {

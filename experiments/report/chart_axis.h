@@ -22,7 +22,7 @@ std::vector<Tick> ticks(Interval range, Scale scale, int most);
 // Where `value` lies between the ends of the range: 0 to 1 inside it. Values at or below 0 lie at minus infinity of a log axis.
 double position(double value, Interval range, Scale scale);
 
-// A range that shows all values with a little air; on a log axis of the positive ones. Never empty.
+// A range that shows all values with a little air; on a log axis of the positive ones. It is never empty.
 Interval padded_range(const std::vector<double>& values, Scale scale);
 
 }  // namespace etendue

@@ -6,7 +6,7 @@
 
 namespace etendue {
 
-// Pixels, y downwards.
+// Boxes are in pixels, y downwards.
 struct PixelBox {
   double left = 0, top = 0, width = 0, height = 0;
   double right() const { return left + width; }
@@ -47,14 +47,14 @@ class Plot {
   std::vector<Tick> x_ticks_, y_ticks_;
 };
 
-// A coordinate to a tenth of a pixel.
+// Writes a coordinate to a tenth of a pixel.
 std::string px(double value);
-// "M1 2L3 4L5 6".
+// Writes "M1 2L3 4L5 6".
 std::string polyline(std::span<const dvec2> points);
 // Estimated width of text in pixels, since no font is available.
 double text_width(std::string_view text, double size);
 
-// The outline of a marker of radius `r`.
+// Draws the outline of a marker of radius `r`.
 std::string marker_path(std::size_t marker, dvec2 at, double r);
 std::string series_classes(const ChartSeries& series);
 

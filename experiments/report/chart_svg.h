@@ -68,19 +68,19 @@ struct Chart {
   std::vector<ChartLabel> labels = {};  // placed beside their points where there is room
 };
 
-// The ranges a chart takes by itself; to share axes among panels.
+// These are the ranges a chart takes by itself, with which panels can share axes.
 Interval natural_x_range(const Chart& chart);
 Interval natural_y_range(const Chart& chart);
 
-// The plot without legend, for a page; `compact` for one of several panels. Text in it is escaped.
+// Draws the plot without legend, for a page; `compact` is for one of several panels. Text in it is escaped.
 std::string inline_svg(const Chart& chart, bool compact = false);
 
-// A file of its own: title, panels (one, or several in a grid), legend, notes.
+// Draws a file of its own: title, panels (one, or several in a grid), legend, notes.
 std::string standalone_svg(const std::string& title, std::span<const Chart> panels, const std::vector<std::string>& notes);
 
 // What a legend of these panels names: one series a key, in order, without those whose panel is theirs alone.
 std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels);
-// The line and marker of a series, for a legend in HTML.
+// Draws the line and marker of a series, for a legend in HTML.
 std::string legend_swatch(const ChartSeries& series);
 
 }  // namespace etendue

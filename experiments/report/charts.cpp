@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t most_series_in_a_panel = 10, most_context_series = 40;
 
-// How a scene's configurations spread over panels: one panel, or one for each group.
+// A scene's configurations spread over one panel, or over one for each group.
 struct Panels {
   std::vector<std::vector<const Configuration*>> groups;
   std::vector<std::string> titles;
@@ -58,7 +58,7 @@ ChartSeries styled(const ReportData& data, const Panels& panels, const Configura
   return series;
 }
 
-// Points over all seeds, with their bands.
+// Gives points over all seeds, with their bands.
 std::vector<ChartPoint> points_of(const Configuration& configuration, const std::string& metric, Abscissa abscissa,
                                   bool with_sign) {
   std::vector<ChartPoint> points;
@@ -88,7 +88,7 @@ std::string spread_note(const SceneData& scene, bool with_sign) {
 // Structures that change only the time give equal curves over iterations.
 std::string coincidence_note(const ReportData& data, const SceneData& scene, const std::string& metric) {
   if (data.accels.size() < 2) return {};
-  // By integrator, seed and iterations.
+  // Errors are kept by integrator, seed and iterations.
   std::map<std::tuple<std::size_t, std::uint64_t, std::uint64_t>, std::vector<double>> errors;
   for (const Configuration& configuration : scene.configurations)
     for (const Replicate& replicate : configuration.replicates)

@@ -29,7 +29,7 @@ struct Figure {
 Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale);
 Figure front_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Scale scale);
 
-// Those that are kept as files: every metric, log axes.
+// Makes those that are kept as files: every metric, on log axes.
 std::vector<Figure> file_figures(const ReportData& data);
 
 std::string to_svg(const Figure& figure);

@@ -30,7 +30,7 @@ struct KindReport {
   std::vector<FigureGroup> figures = {};
 };
 
-// A line for each cell that failed.
+// Writes a line for each cell that failed.
 template <class Record>
 std::vector<std::string> failed_cells(const RunLog& log) {
   std::vector<std::string> lines;

@@ -33,7 +33,7 @@ TableCell end_cell(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? TableCell(*value) : TableCell();
 }
 
-// A column, and its cell in a row: without a function, a detail of the row.
+// A column has its cell in a row from a function; without one the cell is a detail of the row.
 struct Column {
   TableColumn column;
   TableCell (*cell)(const Row&) = nullptr;
@@ -94,7 +94,7 @@ TableCell cell_of(const Column& column, const Row& row) {
 
 bool is_filled(const TableCell& cell) { return !cell.raw.empty() || cell.text != TableCell().text; }
 
-// "sppm, edge of builtin:room: -0.667 (-0.68 to -0.65), expected -1/2 (refuted)".
+// Writes "sppm, edge of builtin:room: -0.667 (-0.68 to -0.65), expected -1/2 (refuted)".
 std::string in_words(const Row& row) {
   std::string text = row.method;
   if (!row.over.empty()) text += " over " + row.over;

@@ -32,7 +32,7 @@ struct JudgedPrediction {
   // Measured, with its verdict where one can be given.
   void measure(double measured, const std::optional<Interval>& around, std::optional<double> no_effect);
   void measure(double measured, const std::optional<Interval>& around) { measure(measured, around, no_effect_of(kind)); }
-  // A detail with its interval, under three keys for programs, and in one cell for people.
+  // Adds a detail with its interval, under three keys for programs, and in one cell for people.
   void add_detail(const std::string& key, double centre, const std::optional<Interval>& around);
 
   std::string expected_text() const;  // "1.20×–1.30×", "above 2.00", "-2/3"; "" where nothing is
@@ -47,13 +47,13 @@ struct Predictions {
   void add(Predictions others);
 };
 
-// "1.18×", "12 ms", "-0.667", "3.1 %"; "∞".
+// Writes "1.18×", "12 ms", "-0.667", "3.1 %" or "∞".
 std::string figure_text(FigureKind kind, double value);
 
-// By id, which keeps the order of those without.
+// Rows are sorted by id; those without keep their order.
 Table predictions_table(const Predictions& predictions);
 
-// How many came true, and which did not; empty where nothing is expected.
+// Says how many came true, and which did not; empty where nothing is expected.
 std::string predictions_finding(const Predictions& predictions);
 
 // How verdicts are given, for people.

@@ -13,7 +13,7 @@
 
 namespace etendue {
 
-// `image` at the context's resolution.
+// `image` has the context's resolution.
 Image draw_records(const Image& image, const RenderContext& context, std::span<const RecordShape> records);
 
 }  // namespace etendue

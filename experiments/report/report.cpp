@@ -35,7 +35,7 @@ RunLog read_directory(const std::string& directory) {
   return read_log(path.string());
 }
 
-// change(name) of every file that the log names.
+// Calls change(name) for every file that the log names.
 template <class Change>
 void change_files(RunLog& log, const Change& change) {
   for (CellRecord& cell : log.cells) {
@@ -54,7 +54,7 @@ void resolve_files(RunLog& log, const fs::path& directory) {
   });
 }
 
-// Without the files, which nobody held against the log.
+// Nobody held the files against the log, so they are left out.
 void forget_files(RunLog& log) {
   change_files(log, [](std::string& file) { file.clear(); });
 }
@@ -66,7 +66,7 @@ std::string shown_name(const std::string& directory) {
   return path.is_absolute() ? path.filename().string() : path.string();
 }
 
-// As logged, and what lies beside older logs.
+// Finds experiments in the log, and those that lie beside older logs.
 std::vector<std::pair<std::string, std::string>> find_experiments(const RunLog& log,
                                                                   const std::vector<std::string>& directories) {
   constexpr std::uintmax_t largest = 64 << 10;
@@ -174,7 +174,7 @@ class Output {
 using Formatter = std::string (*)(const Table&);
 const std::map<std::string, Formatter> formatters{{"md", to_markdown}, {"csv", to_csv}, {"tex", to_tex}};
 
-// What the experiment predicts of its images, and what methods declare of themselves.
+// Tells what the experiment predicts of its images, and what methods declare of themselves.
 KindReport predictions_report(const ReportData& data) {
   const std::vector<FittedRate> rates = fit_rates(data);
   Predictions predictions = exponent_predictions(rates);
@@ -190,7 +190,7 @@ KindReport predictions_report(const ReportData& data) {
   return report;
 }
 
-// What needs no image. What an experiment was for comes first: what it predicts, then what its kind judges.
+// Collects what needs no image. What an experiment was for comes first: what it predicts, then what its kind judges.
 PageContent content_of(const ReportData& data) {
   PageContent content;
   content.parts.push_back(predictions_report(data));
@@ -215,7 +215,7 @@ std::vector<Figure> figures_of(const ReportData& data, const PageContent& conten
   return figures;
 }
 
-// In one sentence; where nothing but errors was logged, who leads where.
+// Says it in one sentence; where nothing but errors was logged, it says who leads where.
 std::string finding_of(const ReportData& data, const PageContent& content) {
   for (const KindReport& part : content.parts) {
     if (!part.answer.empty()) return part.answer;

@@ -76,7 +76,7 @@ std::optional<Value> find_value(const std::map<std::string, Value>& values, cons
   return found == values.end() ? std::nullopt : std::optional(found->second);
 }
 
-// The metrics that a checkpoint logged of a region (empty: of the whole image); null where it did not.
+// Gives the metrics that a checkpoint logged of a region (empty: of the whole image); null where it did not.
 const std::map<std::string, double>* metrics_in(const CheckpointRecord& checkpoint, const std::string& region);
 // Throws Error where it was not logged.
 double logged_mse(const CheckpointRecord& checkpoint, const std::string& region);
@@ -96,12 +96,12 @@ Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa a
 // The metric over replicates at a time: nothing before a replicate's first checkpoint, or after its last and its budget.
 std::optional<Estimate> estimate_at(const Configuration& configuration, const std::string& metric, double time_s,
                                     bool with_sign = false);
-// The metric of each replicate there; fewer than the replicates where some have no value.
+// Gives the metric of each replicate there; fewer than the replicates where some have no value.
 std::vector<double> values_at(const Configuration& configuration, const std::string& metric, double time_s);
-// The metric of each replicate's last checkpoint.
+// Gives the metric of each replicate's last checkpoint.
 std::vector<double> final_values(const Configuration& configuration, const std::string& metric);
 
-// The configuration's curve over all its seeds. Vertices lie at the checkpoints (averaged over seeds); each seed is
+// Makes the configuration's curve over all its seeds. Vertices lie at the checkpoints (averaged over seeds); each seed is
 // interpolated there, so no seed is read outside what it measured.
 struct SeriesPoint {
   double x = 0;

@@ -42,7 +42,7 @@ struct Escaping {
   }
 };
 
-// XML forbids control characters even as references.
+// XML forbids control characters, and even references to them.
 const Escaping html_escaping{
     "", {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}, {"\n", "\n"}, {"\t", "\t"}}, ""};
 

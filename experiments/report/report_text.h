@@ -9,10 +9,10 @@
 
 namespace etendue {
 
-// Three significant digits, or as many as asked for: "0.0123", "1.23e-5", "0".
+// Writes three significant digits, or as many as asked for: "0.0123", "1.23e-5", "0".
 std::string format_figure(double value, int digits);
 inline std::string format_figure(double value) { return format_figure(value, 3); }
-// The same without trailing zeros, for figures that people chose: "0.005", "-1".
+// Writes the same without trailing zeros, for figures that people chose: "0.005", "-1".
 std::string format_short(double value);
 std::string format_interval(double low, double high);  // "1.1–1.4"; "-0.1 to 0.2" where a sign would look like the dash
 
@@ -21,16 +21,17 @@ std::string counted(std::size_t count, std::string_view what);  // "1 seed", "3 
 // The smallest of 1, 2 and 5 times a power of ten that is not below `value`, which is positive.
 double round_up_nicely(double value);
 
-// Columns a terminal needs for UTF-8 text (one per code point, which holds for all text that a report writes itself).
+// Counts the columns a terminal needs for UTF-8 text (one per code point, which holds for all text that a report writes
+// itself).
 std::size_t display_width(std::string_view text);
 std::string padded(std::string_view text, std::size_t width, bool right);
-// At most `width` code points, the last one an ellipsis where text was cut.
+// Keeps at most `width` code points, the last one an ellipsis where text was cut.
 std::string shortened(std::string_view text, std::size_t width);
 
-// Lines of at most `width` code points where there are spaces to break at, each but the first `indent` deep; a word that is
-// longer keeps a line of its own.
+// Breaks lines of at most `width` code points where there are spaces to break at, each but the first `indent` deep; a word that
+// is longer keeps a line of its own.
 std::vector<std::string> broken_lines(std::string_view text, std::size_t width, std::size_t indent = 0);
-// Each line of a text broken so; what is broken goes on two deeper than it began.
+// Breaks each line of a text so; what is broken goes on two deeper than it began.
 std::string wrapped(std::string_view text, std::size_t width);
 
 std::string escape_html(std::string_view text);      // for text and attribute values, also of SVG; control characters dropped

@@ -57,17 +57,17 @@ std::string to_markdown(const Table& table);
 std::string to_csv(const Table& table);
 std::string to_tex(const Table& table);   // one `table` environment a group; needs \usepackage{booktabs}
 std::string to_html(const Table& table);  // all groups in one
-// Without rules, for the end of a run: the columns of group 0 and the chosen one. What is wider than 100 columns is made
+// Writes the columns of group 0 and the chosen one without rules, for the end of a run. What is wider than 100 columns is made
 // narrower, step by step until it fits: headings take several lines, what is the same in all rows is said once above them
 // (columns, then parameters within a name), and names take several lines. What fits by none of these has a block for each row,
 // of lines "heading: value". No line is longer than 100 columns, but for a longer word.
 std::string to_terminal(const Table& table, std::size_t group);
 
-// Indices of the columns a reader sees: of all groups, or of group 0 and the chosen one.
+// Lists the columns a reader sees: of all groups, or of group 0 and the chosen one.
 inline constexpr std::size_t all_groups = static_cast<std::size_t>(-1);
 std::vector<std::size_t> visible_columns(const Table& table, std::size_t group = all_groups);
 
-// The column of that key, among a program's.
+// Finds the column of that key among a program's.
 std::optional<std::size_t> column_of(const Table& table, std::string_view key);
 
 void check_shape(const Table& table);  // CHECKs that each row has a cell for each column

@@ -32,7 +32,7 @@ void add_names(TableOf<Record>& table, const ReportData& data, const Get& config
   if (data.accels.size() == 1) table.note("Structure: " + data.accels.front() + ".");
 }
 
-// Of each seed's last checkpoint.
+// Gives the value of each seed's last checkpoint.
 template <class Value>
 std::vector<double> last_values(const Configuration& configuration, const Value& value) {
   std::vector<double> values;
@@ -211,7 +211,7 @@ using ConfigurationTable = TableOf<const Configuration*>;
 
 const Configuration& itself(const Configuration* configuration) { return *configuration; }
 
-// A median over seeds at the last checkpoint.
+// Takes the median over seeds at the last checkpoint.
 template <class Value>
 double last_median(const Configuration* configuration, const Value& value) {
   return median(last_values(*configuration, value));

@@ -85,7 +85,7 @@ std::string lead_text(const ReportData& data, const SceneData& scene) {
   return parts.size() < 2 ? std::string() : "Least error at each time: " + enumerate(parts, ", then ", 6) + ".";
 }
 
-// Each integrator on its best structure.
+// Each integrator stands on its best structure.
 std::string target_text(const ReportData& data, const SceneData& scene) {
   std::map<std::size_t, std::pair<ArrivalMedian, const Configuration*>> best;
   for (const Configuration& configuration : scene.configurations) {

@@ -26,12 +26,13 @@ struct Conclusions {
 Conclusions conclude(const ReportData& data);
 std::vector<std::string> warnings_of(const ReportData& data);
 
-// "a, b and 3 more".
+// Writes "a, b and 3 more".
 std::string enumerate(const std::vector<std::string>& names, std::string_view separator, std::size_t most);
 
-// "1.23e-3 (1.1e-3–1.4e-3)": the centre, with its interval where there is one.
+// Writes the centre, with its interval where there is one: "1.23e-3 (1.1e-3–1.4e-3)".
 std::string describe(const Estimate& estimate);
-// "1.20 s", "≤ 0.10 s" (below the target at the first checkpoint) or "> 60 s, 3 of 10" (never, and how many seeds arrived).
+// Writes "1.20 s", "≤ 0.10 s" (below the target at the first checkpoint) or "> 60 s, 3 of 10" (never, and how many seeds
+// arrived).
 std::string describe(const ArrivalMedian& arrival);
 
 // The reference's own variance as a share of the smallest mean squared error drawn for a scene; 0 where unknown.

@@ -32,7 +32,7 @@ struct Recipe {
   std::string commit = {};  // of the program that made it; read_recipe fills it
 };
 
-// "path max_depth=0 mis=power": the method with every parameter.
+// Writes the method with every parameter: "path max_depth=0 mis=power".
 std::string resolved_integrator(const Method& integrator);
 std::string resolved_accel(const Method& accel);
 
@@ -40,7 +40,7 @@ std::string resolved_accel(const Method& accel);
 std::optional<ivec2> parse_resolution(std::string_view text);
 
 std::map<std::string, std::string> recipe_attributes(const Recipe& recipe, ManifestRecord manifest);
-// The recipe of the image at `path`. Throws Error where it has none, or where a method or a parameter is not known.
+// Reads the recipe of the image at `path`. Throws Error where it has none, or where a method or a parameter is not known.
 Recipe read_recipe(const std::map<std::string, std::string>& attributes, const std::string& path);
 
 }  // namespace etendue

@@ -36,7 +36,7 @@ class RecordWork {
   virtual std::uint64_t disagreements() const { return 0; }
 };
 
-// `threads`: of the manifest.
+// The manifest names `threads`.
 RunSummary execute_records(const RunPlan& plan, int threads, RunObserver& observer, RecordWork& work);
 
 }  // namespace etendue

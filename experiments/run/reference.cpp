@@ -19,7 +19,7 @@ namespace {
 // Seeds of references share no bits with those of experiments, which are small numbers.
 constexpr std::uint64_t reference_seed = 0x7265666572656e63ull;
 
-// With the independent sampler where the method has a choice.
+// The method gets the independent sampler where it has a choice.
 Method independent(const std::string& name, ParamMap params = {}) {
   for (const ParamInfo& info : find_integrator(name, {}).params)
     if (info.name == "sampler") params["sampler"] = {std::string("independent"), {}};
@@ -65,8 +65,8 @@ BatchStatistics run_batches(const ReferenceRequest& request, const Method& metho
   return statistics;
 }
 
-// To what a file holds: a run is measured against the same bits whether it rendered its reference or found it in the cache.
-// (By way of an array, as GCC 12 leaves out a conversion to float and back where it vectorises.)
+// Rounds to what a file holds: a run is measured against the same bits whether it rendered its reference or found it in the
+// cache. (By way of an array, as GCC 12 leaves out a conversion to float and back where it vectorises.)
 void round_as_stored(Image& image) {
   const std::vector<vec3> stored(image.pixels.begin(), image.pixels.end());
   std::copy(stored.begin(), stored.end(), image.pixels.begin());
@@ -110,7 +110,7 @@ std::string refuse_for_memory(const ReferenceRequest& request, int copies) {
   }
 }
 
-// The radiance of the brightest light that has one.
+// Gives the radiance of the brightest light that has one.
 double brightest_light(const Scene& scene) {
   Rgb brightest(0);
   for (const Light& light : scene.lights) {
@@ -124,7 +124,7 @@ double brightest_light(const Scene& scene) {
   return std::max({brightest.x, brightest.y, brightest.z});
 }
 
-// The mean square of what two images differ by: if their means are the same, the sum of their variances.
+// Gives the mean square of what two images differ by: if their means are the same, the sum of their variances.
 double mean_square_difference(const Image& a, const Image& b) {
   double squares = 0;
   for (std::size_t i = 0; i < a.pixels.size(); ++i) {
@@ -134,7 +134,7 @@ double mean_square_difference(const Image& a, const Image& b) {
   return squares / static_cast<double>(a.pixels.size());
 }
 
-// What to do about estimators that disagree.
+// Says what to do about estimators that disagree.
 std::string remedy(const EstimatorPair& pair, std::uint64_t samples) {
   if (pair.second_checks_only)
     return "only merging finds caustics of delta lights that mirrors or glass show; expected reference = { file = \"...\" } "
@@ -165,7 +165,7 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
   const Agreement agreement = compare_means(first, second, options);
   const bool told = agreement.verdict != Agreement::Verdict::cannot_tell;
 
-  // One weight for all pixels, so that the variances' own noise biases nothing. Where the test cannot tell, an estimator's
+  // All pixels have one weight, so that the variances' own noise biases nothing. Where the test cannot tell, an estimator's
   // variance is small perhaps because it has missed what is bright: both get the same weight.
   const double a = first.mean_variance(), b = second.mean_variance();
   const double weight = pair.second_checks_only ? 1 : told && a + b > 0 ? b / (a + b) : 0.5;
@@ -221,7 +221,7 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
                             "or {{ file = \"ref.exr\" }}",
                             request.name));
   if (kind != Kind::samples && request.scene.closed_form) {
-    // It, and beside the film the two images of the cells that are measured against it.
+    // Beside the film stand it and the two images of the cells that are measured against it.
     const std::string refusal = refuse_for_memory(request, 3);
     return refusal.empty() ? from_closed_form(request) : Reference{{}, refusal};
   }
@@ -233,7 +233,7 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
     lock.emplace(*path);
     if (auto cached = from_cache(request, cache)) return std::move(*cached);
   }
-  // Two images of a cell, and of two estimators the sums, those of squares, and the largest values.
+  // A cell has two images, and two estimators have sums, those of squares, and the largest values.
   if (const std::string refusal = refuse_for_memory(request, 8); !refusal.empty()) return {{}, refusal};
   Reference reference = render_reference(request, kind == Kind::samples ? request.choice.samples : default_reference_samples);
   // One that is unproven is none for others.

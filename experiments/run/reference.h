@@ -15,8 +15,8 @@ namespace etendue {
 
 struct Reference {
   RenderedReference rendered;
-  // Not empty, and names the scene: the estimators disagree, and nothing may be judged by this image; or memory does not hold
-  // one, and there is none.
+  // Names the scene where the estimators disagree, so that nothing may be judged by this image, or where memory does not hold
+  // one, so that there is none; else it is empty.
   std::string failure;
   bool earlier = false;  // it is the file that the request named
 };
@@ -33,11 +33,11 @@ struct ReferenceRequest {
   std::string earlier{};  // a file that a run which goes on was measured against; of use if it is rendered, and whole
 };
 
-// The default: a minute or two for a built-in scene. The report warns where the variance this leaves is not small against the
-// errors measured.
+// The default takes a minute or two for a built-in scene. The report warns where the variance this leaves is not small against
+// the errors measured.
 inline constexpr std::uint64_t default_reference_samples = 1024;
 
-// The log's line; `file` as the caller stored the image.
+// Makes the log's line; `file` is where the caller stored the image.
 ReferenceRecord reference_record(const std::string& scene_name, const Scene& scene, const RenderedReference& rendered,
                                  const std::string& file, const FileStamp& stamp);
 

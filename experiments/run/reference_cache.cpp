@@ -18,12 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// To be raised when a reference of old must no longer be believed.
+// It is to be raised when a reference of old must no longer be believed.
 constexpr std::string_view format_version = "2";
 
 std::string prefix(const Scene& scene) { return fmt::format("{:016x}-d{}-", scene.hash(), scene.max_depth.value_or(64)); }
 
-// The WxH of "<prefix>WxH.exr".
+// Reads the WxH of "<prefix>WxH.exr".
 std::optional<ivec2> parse_size(std::string_view name, std::string_view start) {
   constexpr std::string_view extension = ".exr";
   if (!name.starts_with(start) || !name.ends_with(extension)) return std::nullopt;
@@ -37,7 +37,7 @@ std::optional<int> multiple(ivec2 large, ivec2 small) {
   return large.x / small.x;
 }
 
-// A hash of the pixels, as a file holds them, and of all that is said of them.
+// Hashes the pixels, as a file holds them, and all that is said of them.
 std::string content_hash(const Image& image, std::map<std::string, std::string> attributes) {
   std::string bytes;
   for (const char* key : {"etendue_reference", "mse_floor", "samples", "source", "checks"}) bytes += attributes[key] + '\n';

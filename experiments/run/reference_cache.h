@@ -35,13 +35,13 @@ class ReferenceCache {
  public:
   // Searched in order; files are stored in the last directory.
   explicit ReferenceCache(std::vector<std::string> directories) : directories_(std::move(directories)) {}
-  // results/references above `beside` (an experiment's path, or "") or in the source tree, then the user's cache.
+  // Searches results/references above `beside` (an experiment's path, or "") or in the source tree, then the user's cache.
   static ReferenceCache standard(const std::string& beside);
 
   static std::string key(const Scene& scene, ivec2 resolution);
-  // At least so many samples per pixel, by the smallest image that serves.
+  // Finds one of at least so many samples per pixel, by the smallest image that serves.
   std::optional<RenderedReference> find(const Scene& scene, ivec2 resolution, std::uint64_t samples) const;
-  // The path written, or nullopt where the user's cache cannot be written to.
+  // Returns the path written, or nullopt where the user's cache cannot be written to.
   std::optional<std::string> store(const Scene& scene, const RenderedReference& reference) const;
   // A file to lock while rendering that reference, so that shards on one machine render it once; nullopt as for `store`.
   std::optional<std::string> lock_path(const Scene& scene, ivec2 resolution) const;

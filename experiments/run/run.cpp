@@ -25,7 +25,7 @@ std::string typed_options(const RunOptions& options) {
   return text;
 }
 
-// As typed from here; "" where only this machine has such a path.
+// Writes the path as typed from here; "" where only this machine has such a path.
 std::string shown_file(const fs::path& path) {
   const fs::path shown = path.is_absolute() ? path.lexically_proximate(fs::current_path()) : path;
   return path.is_absolute() && (shown.is_absolute() || *shown.begin() == "..") ? "" : shown.string();
@@ -70,7 +70,8 @@ void refuse_changed_sources(const std::string& directory, const std::string& com
 
 ManifestRecord plan_manifest(const RunPlan& plan, int threads) {
   const ExperimentConfig& config = plan.config;
-  // With every parameter that the file leaves at its default: a program with other defaults runs another experiment.
+  // The hash is over every parameter that the file leaves at its default: a program with other defaults runs another
+  // experiment.
   std::string resolved = config.hash;
   for (const Method& accel : config.accels) resolved += "\n" + resolved_accel(accel);
   for (const Method& integrator : config.integrators) resolved += "\n" + resolved_integrator(integrator);

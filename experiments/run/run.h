@@ -56,7 +56,7 @@ class RunObserver {
   virtual void cell_finished(const CellRecord& cell, const CheckpointRecord* last) = 0;
 };
 
-// Shared first steps of several kinds of experiments, reported to the observer.
+// Several kinds of experiments share these first steps, which are reported to the observer.
 ManifestRecord plan_manifest(const RunPlan& plan, int threads);
 PlanRecord plan_record(const RunPlan& plan, const ManifestRecord& manifest);
 Scene load_choice(const RunPlan& plan, const SceneChoice& choice, RunObserver& observer);  // its warnings; throws Error

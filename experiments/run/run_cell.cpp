@@ -28,8 +28,8 @@ void reset_peak_memory() {
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-// Error of an image by the metrics asked for. A value that is not finite (from an image full of overflow) is left out: a log
-// cannot hold it.
+// Measures an image's error by the metrics asked for. A value that is not finite (from an image full of overflow) is left out:
+// a log cannot hold it.
 std::map<std::string, double> measure(const Image& image, const Image& reference, const std::vector<std::string>& metrics) {
   std::map<std::string, double> values;
   for (const std::string& name : metrics) {
@@ -113,7 +113,7 @@ class CellRunner {
     return relmse(film_.mean(), *task_.reference) <= *task_.budget.error;
   }
 
-  // With the clock stopped.
+  // The clock is stopped meanwhile.
   void checkpoint(Integrator& integrator) {
     CheckpointRecord record;
     record.iterations = iterations_;

@@ -30,7 +30,7 @@ FileLock lock_directory(const std::string& path) {
   return std::move(*lock);
 }
 
-// Only what a run writes: a user's own files beside it stay.
+// Removes only what a run writes: a user's own files beside it stay.
 void clear(const fs::path& directory) {
   for (const char* name :
        {log_name, "runs.jsonl.damaged", "images", "references", "pictures", "tables", "charts", "report.html", "report.files"})
@@ -65,7 +65,7 @@ void drop_nameless(RunLog& log, const std::string& own) {
   std::erase_if(log.records, [&](const auto& record) { return nameless(*record); });
 }
 
-// The path from the directory, unless the two have nothing in common but the root: no other machine has such a path.
+// Gives the path from the directory, unless the two have nothing in common but the root: no other machine has such a path.
 std::string path_from(const fs::path& directory, const std::string& file) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return "";
@@ -74,7 +74,7 @@ std::string path_from(const fs::path& directory, const std::string& file) {
   return to.lexically_relative(from).string();
 }
 
-// Readable, of bounded length, and unique by the hash of the whole name.
+// The name is readable, of bounded length, and unique by the hash of the whole name.
 std::string safe_name(const CellName& cell) {
   std::string name;
   for (const std::string& part : {cell.scene, cell.accel, cell.integrator}) name += slug(part).substr(0, 48) + "_";

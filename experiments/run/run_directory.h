@@ -19,7 +19,7 @@
 
 namespace etendue {
 
-// A file of the directory, on disk.
+// A file of the directory that is on disk.
 struct StoredFile {
   std::string path;  // relative to the directory
   FileStamp stamp;
@@ -52,7 +52,7 @@ class RunDirectory {
   StoredFile write_reference(const std::string& scene, const Image& image,
                              const std::map<std::string, std::string>& attributes);
   void append(const std::vector<std::string>& lines);
-  // All that was to run did.
+  // Notes that all that was to run did.
   void finish();
 
  private:

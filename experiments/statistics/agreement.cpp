@@ -39,7 +39,7 @@ Sample sample_of(const BatchStatistics& statistics, std::size_t region, int chan
   return sample;
 }
 
-// One region and channel. All but `region` and `n` in units of radiance.
+// Compares one region and channel. All but `region` and `n` are in units of radiance.
 struct Comparison {
   std::size_t region = 0;
   double difference = 0;  // of the first from the second
@@ -97,7 +97,7 @@ class Comparisons {
     comparison.limit = least_limit_ * error;
     if (region > 0 && comparison.t_ratio() <= worst_t_.t_ratio() && comparison.conviction() <= worst_.conviction()) return;
     if (variance > 0) {
-      // Welch and Satterthwaite's degrees of freedom.
+      // These are Welch and Satterthwaite's degrees of freedom.
       const double degrees = variance * variance /
                              (x.variance_of_mean * x.variance_of_mean / (a_.batches() - 1) +
                               y.variance_of_mean * y.variance_of_mean / (b_.batches() - 1));
@@ -117,7 +117,7 @@ class Comparisons {
   Comparison worst_t_, worst_;
 };
 
-// The verdict's part of the text.
+// Writes the verdict's part of the text.
 std::string describe(Agreement::Verdict verdict, const Comparisons& comparisons, std::uint64_t samples_needed) {
   const Comparison& t = comparisons.worst_t();
   const Comparison& worst = verdict == Agreement::Verdict::disagree ? comparisons.worst() : t;
@@ -187,7 +187,7 @@ double BatchStatistics::rare_value() const {
   double largest = 0;
   for (int c = 0; c < 3; ++c)
     if (squares[c] > 0) largest = std::max(largest, (cubes[c] + 3 * std::sqrt(variance[c])) / squares[c]);
-  // By way of the unbiased cumulants of a batch's mean, whose third falls with the square of the samples in it.
+  // The third of the unbiased cumulants of a batch's mean falls with the square of the samples in it.
   return largest * n / (n - 2) * static_cast<double>(samples_per_batch_);
 }
 

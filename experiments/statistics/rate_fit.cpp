@@ -45,7 +45,7 @@ class PlateauResiduals {
 
   double squares(const dvec2& at) { return evaluate(at).squares; }
 
-  // One step of Gauss and Newton, damped as by [Marquardt1963].
+  // Takes one step of Gauss and Newton, damped as by [Marquardt1963].
   dvec2 step(const dvec2& at, double damping) {
     const Sums s = evaluate(at);
     const double ee = s.ee * (1 + damping), qq = s.qq * (1 + damping), determinant = ee * qq - s.eq * s.eq;

@@ -33,7 +33,7 @@ struct RatePoint {
 double rate_value(const RatePoint& point, const std::string& metric, std::span<const double> weights);
 double rate_abscissa(const RatePoint& point, std::span<const double> weights);
 
-// As drawn in a chart: the metric from all seeds with its 95 % interval (delta method on the jackknife, Student's t).
+// A chart draws the metric from all seeds with its 95 % interval (delta method on the jackknife, Student's t).
 struct RateValue {
   double x = 0, y = 0;
   Interval interval;

@@ -29,7 +29,7 @@ double sample_sd(std::span<const double> values);           // with n - 1; 0 for
 double quantile(std::span<const double> values, double p);  // linear between order statistics ([Hyndman1996] type 7)
 double median(std::span<const double> values);
 
-// The t with P(T <= t) = p for Student's distribution; p in (0, 1), degrees of freedom > 0.
+// Finds the t with P(T <= t) = p for Student's distribution; p lies in (0, 1), degrees of freedom are above 0.
 double student_t_quantile(double p, double degrees);
 // The level each of `tests` two-sided tests is held to so that all of them together err with `level` ([Sidak1967]).
 double sidak_level(double level, std::size_t tests);
@@ -60,8 +60,8 @@ std::optional<Ratio> geometric_ratio(std::span<const double> a, std::span<const 
 
 // Percentile bootstrap ([Efron1993] ch. 13) over `count` replicates: `statistic` gets the indices of a resample; results that
 // are not finite are left out. Its percentiles are moved outwards as Student's distribution asks ([Hesterberg2015]
-// section 5.2): the plain ones are too narrow for few replicates. Deterministic in `seed`. Empty if fewer than half of the
-// resamples gave a figure.
+// section 5.2): the plain ones are too narrow for few replicates. It is deterministic in `seed`. Empty if fewer than half of
+// the resamples gave a figure.
 struct BootstrapOptions {
   double confidence = 0.95;
   int resamples = 2000;
@@ -82,13 +82,14 @@ struct Curve {
   std::vector<double> x, y;
   bool empty() const { return x.empty(); }
 };
-// Between the checkpoints around `x`, linear on log-log axes (linear in y where an end is not positive); nothing outside them.
+// Interpolates between the checkpoints around `x`, linear on log-log axes (linear in y where an end is not positive); nothing
+// outside them.
 std::optional<double> value_at(const Curve& curve, double x);
 
 // Where the logarithm of a ratio, linear in log x between x0 and x1, is zero: the two have different signs there.
 double equality_between(double x0, double log_ratio0, double x1, double log_ratio1);
 
-// The least-squares slope of log y over log x, over points with y > 0; empty with fewer than two different x.
+// Fits the least-squares slope of log y over log x, over points with y > 0; empty with fewer than two different x.
 std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y);
 
 // The exponent of E[y] ~ x^slope: y[replicate][point] is averaged over replicates, `offset` (the reference's own variance)

@@ -35,7 +35,7 @@ Verdict judge(double value, const Interval& measured, const Expected& expected, 
 // The verdict on all of at least one (CHECK).
 Verdict combine(std::span<const Verdict> verdicts);
 
-// "6 confirmed, 1 refuted".
+// Writes "6 confirmed, 1 refuted".
 std::string count_verdicts(std::span<const Verdict> verdicts);
 
 // What a quantity is, which says how it is written and which of its values is no effect.

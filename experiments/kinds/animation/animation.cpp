@@ -27,7 +27,7 @@ class AnimationRunner {
     if (geometry.primitive_count() == 0) throw Error(fmt::format("{}: nothing to move; expected primitives", task.scene.name));
     motion_ =
         find_motion(task.motion.name, task.motion.where).make({geometry, task.choice.frames, task.seed}, task.motion.params);
-    // Its own shading plays no part: one shape without attributes.
+    // Its own shading plays no part: it becomes one shape without attributes.
     scene_ = task.scene;
     scene_.objects[0] = {motion_->rest(), {}, {}, {{0, geometry.primitive_count(), 0, no_id, false, false, false}}, {}};
     scene_.planes.clear();
@@ -87,7 +87,7 @@ class AnimationRunner {
     parallel_for(rays_.size(), ray_grain, [&](std::size_t i) { hits[i] = structure.closest(rays_[i]); });
   }
 
-  // Primary rays pixel by pixel, then a cosine-weighted bounce from each of their hits.
+  // Records primary rays pixel by pixel, then a cosine-weighted bounce from each of their hits.
   void record_rays(const Bvh& anew, int frame) {
     const int resolution = task_.choice.resolution;
     rays_.clear();

@@ -14,7 +14,7 @@
 namespace etendue {
 namespace {
 
-// The seeds of one (scene, motion, builder).
+// Holds one (scene, motion, builder) under all of its seeds.
 struct AnimationData {
   std::string scene, motion, builder;
   std::string name = {};       // "builtin:mesh · twist turns=2", with the builder where the log has several
@@ -37,21 +37,21 @@ double relative_cost(const AnimationRecord& r, const PolicyRecord& p, std::size_
 double mrays_per_s(const AnimationRecord& r, const PolicyRecord& p, std::size_t f) {
   return p.trace_s[f] > 0 ? 1e-6 * r.rays[f] / p.trace_s[f] : 0;
 }
-// As a policy's own time for the same rays; 0 where no policy rebuilds.
+// The time over that of the policy that rebuilds, for the same rays, is 0 where no policy does.
 double trace_ratio(const AnimationRecord& r, const PolicyRecord& p, std::size_t f) {
   for (const PolicyRecord& other : r.policies)
     if (other.policy == "rebuild" && other.trace_s[f] > 0) return p.trace_s[f] / other.trace_s[f];
   return 0;
 }
 
-// A figure of one policy at a frame, for each seed.
+// Gives a figure of one policy at a frame, for each seed.
 std::vector<double> over_seeds(const AnimationData& animation, std::size_t policy, std::size_t frame, FrameFigure figure) {
   std::vector<double> values;
   for (const AnimationRecord* record : animation.seeds) values.push_back(figure(*record, record->policies[policy], frame));
   return values;
 }
 
-// Its mean over seeds and frames [begin, end).
+// Averages it over seeds and over the frames from `begin` on.
 double mean_over(const AnimationData& animation, std::size_t policy, std::size_t begin, FrameFigure figure) {
   std::vector<double> values;
   for (std::size_t f = begin; f < animation.frames; ++f) values.push_back(mean(over_seeds(animation, policy, f, figure)));

@@ -37,7 +37,7 @@ MeshData lone_triangle(const vec3& centre, float radius, Random& random) {
   return mesh;
 }
 
-// A floor, an area light above it and a view of both.
+// Every such scene has a floor, an area light above it and a view of both.
 SceneBuilder furnished() {
   SceneBuilder b("furnished");
   const std::uint32_t grey = b.material(Diffuse{Rgb(0.6f)});

@@ -57,7 +57,7 @@ std::string name_rows(const Rows& some, const Rows& all) {
   return names;
 }
 
-// "confirmed: … | refuted: …", in the order of the rows.
+// Writes "confirmed: … | refuted: …", in the order of the rows.
 std::string describe_split(const Rows& rows) {
   std::vector<std::pair<Verdict, Rows>> groups;
   for (const JudgedPrediction& row : rows) {
@@ -70,7 +70,7 @@ std::string describe_split(const Rows& rows) {
   return text;
 }
 
-// "quantity: 1.2× (1.1×–1.3×) on scene, 1.4× … on scene", one for each quantity.
+// Writes "quantity: 1.2× (1.1×–1.3×) on scene, 1.4× … on scene" for each quantity.
 std::vector<std::string> describe_measured(const Rows& rows) {
   std::set<std::string> scenes;
   for (const JudgedPrediction& row : rows) scenes.insert(row.scene);

@@ -20,10 +20,10 @@ struct ClaimFindings {
   const ClaimRecord& stated() const { return *records.front(); }
 };
 
-// By id; keeps pointers into `log`. Claims of which no judged figure is there are left out.
+// Claims come by id, and keep pointers into `log`. Claims of which no judged figure is there are left out.
 std::vector<ClaimFindings> arrange_claims(const RunLog& log);
 
-// claim | source | claimed | measured | verdict
+// Its columns are claim, source, claimed, measured and verdict.
 Table claims_table(const RunLog& log);
 
 KindReport claims_report(const RunLog& log);

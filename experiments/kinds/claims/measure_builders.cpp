@@ -1,4 +1,5 @@
-// Which tree: claims about builders. All trees are traversed alike, in the `binary` layout; where it matters in `bvh16` too.
+// Claims about builders ask which tree is best. All trees are traversed alike, in the `binary` layout; where it matters in
+// `bvh16` too.
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/claims/naive_loop.h"
@@ -111,7 +112,7 @@ std::vector<Measurement> builder_measurements() {
            "time for the same rays, over that in the tree by full-sweep SAH",
            {{"median", factor, "median over SAH", "median", "sah"},
             {"midpoint", factor, "midpoint over SAH", "midpoint", "sah"},
-            {"median_round_robin", factor, "median on a rotating axis over SAH", "median-round-robin", "sah"},
+            {"median_round_robin", factor, "round-robin-axis median over SAH", "median-round-robin", "sah"},
             {"median_wide", factor, "median over SAH in the bvh16 layout", "median layout=bvh16", "sah layout=bvh16"},
             {"midpoint_wide", factor, "midpoint over SAH in the bvh16 layout", "midpoint layout=bvh16", "sah layout=bvh16"}},
            measure_builders},

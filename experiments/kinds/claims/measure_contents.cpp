@@ -23,7 +23,7 @@ struct Content {
   const char* method = "path";  // whose time it costs, in images
 };
 
-// What takes no thing in.
+// Such is the name of what takes no thing in.
 std::string bare_name(const std::string& method) { return "bare " + method; }
 
 // Below what the bounds hold, by a hundredth of their diagonal.
@@ -73,7 +73,7 @@ void add_environment(Scene& scene) {
   scene.lights.push_back(EnvironmentLight{.scale = Rgb(1e-6f), .size = ivec2(0), .texels = {}, .light_to_world = {}});
 }
 
-// Every diffuse colour from an image of one texel.
+// Every diffuse colour comes from an image of one texel then.
 void add_textures(Scene& scene) {
   for (Material& material : scene.materials) {
     auto* diffuse = std::get_if<Diffuse>(&material);
@@ -83,7 +83,7 @@ void add_textures(Scene& scene) {
   }
 }
 
-// At each vertex the mean of its triangles' normals.
+// Each vertex gets the mean of its triangles' normals.
 void add_normals(Scene& scene) {
   for (Object& object : scene.objects) {
     const Geometry& geometry = object.geometry;
@@ -145,7 +145,7 @@ bool agree(const Scene& scene, const Hit& bare, const Hit& with) {
   return is_added(scene, with) || (bare.t == with.t && bare.primitive == with.primitive);
 }
 
-// The bare scene, and beside it one with each content that it lacks.
+// Makes the bare scene, and beside it one with each content that it lacks.
 std::vector<Scene> scenes_of(const Scene& bare, const std::vector<const Content*>& contents) {
   std::vector<Scene> scenes{bare};
   for (const Content* content : contents) content->add(scenes.emplace_back(bare));

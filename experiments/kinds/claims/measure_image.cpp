@@ -16,7 +16,7 @@ namespace {
 
 constexpr int image_width = 1024;
 
-// Of seconds, to an image of 1024 x 1024.
+// Seconds times this are those of an image of 1024 x 1024.
 double scale_from(int width) { return square(static_cast<float>(image_width) / static_cast<float>(width)); }
 
 TrialRays image_rays(const Scene& scene, const RayQuery& tracer, int width) {
@@ -66,7 +66,8 @@ void measure_image(Trial& t) {
                   t.task.scene, seconds("brute"), seconds("boxes"), seconds("tree"), few.size(), all.size(), some.size()));
 }
 
-// Path tracing with light sampling, all of it on the clock: seconds for 512 samples per pixel, from a few at a smaller size.
+// Path tracing with light sampling, all of it on the clock, gives seconds for 512 samples per pixel from a few at a smaller
+// size.
 void measure_path_image(Trial& t) {
   constexpr std::uint64_t samples = 2;
   const SceneNeeds needs = scene_needs(t.scene);
@@ -96,7 +97,7 @@ std::vector<Measurement> image_measurements() {
            "seconds for an image's primary and shadow rays at 1024 x 1024",
            {{"brute_s", time, "brute force", "brute"},
             {"boxes_s", time, "a box around each mesh", "boxes"},
-            {"tree_s", time, "BVH by median on a rotating axis", "tree"},
+            {"tree_s", time, "BVH by round-robin-axis median", "tree"},
             {"best_s", time, "binned SAH in the bvh16 layout", "best"},
             {"box_gain", factor, "brute force over a box around each mesh", "brute", "boxes"},
             {"tree_gain", factor, "a box around each mesh over BVH", "boxes", "tree"},

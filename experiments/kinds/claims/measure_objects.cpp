@@ -24,7 +24,7 @@ class Quadrics {
 
   const Geometry& geometry() const { return geometry_; }
 
-  // One after another.
+  // Quadrics are tested one after another.
   template <bool boxed>
   Hit in_a_list(const Ray& ray) const {
     const ScalarSlab slab(ray);
@@ -33,7 +33,7 @@ class Quadrics {
         if (is_met<boxed>(slab, item.id, limit, hit.t)) intersect_primitive(geometry_, item.id, ray, {}, hit);
     });
   }
-  // In the leaves of a tree.
+  // Quadrics are tested in the leaves of a tree.
   template <bool boxed>
   Hit in_a_tree(const Ray& ray) const {
     const ScalarSlab slab(ray);

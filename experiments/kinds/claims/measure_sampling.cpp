@@ -2,7 +2,7 @@
 //
 // Directions: a path tracer over diffuse surfaces alone, that draws them uniformly over the hemisphere (density 1 / 2 pi) or by
 // the cosine (density cos / pi). Both are unbiased, so that variance times time is the whole story, and no reference is needed.
-// Caches: the product's integrators, within the harness's own budget loop.
+// Caches are the product's integrators, run within the harness's own budget loop.
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/structures/stage.h"
 #include "experiments/run/reference.h"
@@ -46,7 +46,7 @@ class DiffusePaths {
       const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;
       const vec2 u = sampler.get_2d();
       const vec3 local = directions == Directions::cosine ? sample_cosine_hemisphere(u) : sample_cone(u, 0);
-      // f cos / density: albedo / pi cos over cos / pi, or over 1 / 2 pi.
+      // f cos / density is albedo / pi cos over cos / pi, or over 1 / 2 pi.
       throughput *= bsdf.diffuse_albedo() * (directions == Directions::cosine ? 1 : 2 * local.z);
       if (is_black(throughput)) return sum;
       ray = spawn_ray(point, Frame::from_normal(normal).to_world(local));

@@ -1,4 +1,4 @@
-// How a tree is walked: claims about traversal, measured on one tree (binned SAH) with the closest-hit rays of a render.
+// Claims about traversal are measured on one tree (binned SAH) with the closest-hit rays of a render.
 #include "experiments/kinds/claims/cache_model.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/claims/traversal_variants.h"
@@ -57,7 +57,7 @@ struct Subject {
 };
 
 template <auto nodes, TraversalOptions options, class Slab>
-TimedWork walking(Subject& s) {
+TimedWork traversing(Subject& s) {
   return s.held([&s](const Ray& ray) { return closest_by<options, Slab>(s.tree, s.*nodes, ray); });
 }
 
@@ -76,17 +76,17 @@ TimedWork testing(Subject& s) {
 }
 
 constexpr std::pair<std::string_view, TimedWork (*)(Subject&)> variants[] = {
-    {"near first, pruned", walking<&Subject::packed, best, ScalarSlab>},
-    {"unordered", walking<&Subject::packed, unordered, ScalarSlab>},
-    {"unpruned", walking<&Subject::packed, unpruned, ScalarSlab>},
-    {"neither", walking<&Subject::packed, neither, ScalarSlab>},
-    {"recursion", walking<&Subject::packed, recursive, ScalarSlab>},
-    {"SIMD", walking<&Subject::packed, best, SimdSlab>},
-    {"SIMD, recursion", walking<&Subject::packed, recursive, SimdSlab>},
-    {"loop", walking<&Subject::packed, best, LoopSlab>},
-    {"division", walking<&Subject::packed, best, DividingSlab>},
-    {"linked", walking<&Subject::linked, best, ScalarSlab>},
-    {"linked, recursion, division", walking<&Subject::linked, recursive, DividingSlab>},
+    {"near first, pruned", traversing<&Subject::packed, best, ScalarSlab>},
+    {"unordered", traversing<&Subject::packed, unordered, ScalarSlab>},
+    {"unpruned", traversing<&Subject::packed, unpruned, ScalarSlab>},
+    {"neither", traversing<&Subject::packed, neither, ScalarSlab>},
+    {"recursion", traversing<&Subject::packed, recursive, ScalarSlab>},
+    {"SIMD", traversing<&Subject::packed, best, SimdSlab>},
+    {"SIMD, recursion", traversing<&Subject::packed, recursive, SimdSlab>},
+    {"loop", traversing<&Subject::packed, best, LoopSlab>},
+    {"division", traversing<&Subject::packed, best, DividingSlab>},
+    {"linked", traversing<&Subject::linked, best, ScalarSlab>},
+    {"linked, recursion, division", traversing<&Subject::linked, recursive, DividingSlab>},
     {"test: SIMD", testing<SimdSlab>},
     {"test: branch-free", testing<ScalarSlab>},
     {"test: loop", testing<LoopSlab>},

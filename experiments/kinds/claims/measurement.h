@@ -85,7 +85,7 @@ class Trial {
   void remark(std::string text) { remarks_.push_back(std::move(text)); }
   void disagree(std::uint64_t answers) { disagreements_ += answers; }
 
-  // A structure over the scene by its label, "binned-sah bins=16"; it lives as long as the trial.
+  // Makes a structure over the scene by its label, "binned-sah bins=16"; it lives as long as the trial.
   const RayQuery& make(const std::string& label);
   // All works are of structures, which trace these rays.
   void race_structures(const TrialRays& rays);
@@ -127,9 +127,9 @@ struct Measurement {
 std::span<const Measurement> measurements();
 const Measurement& find_measurement(const std::string& name, const Location& where);  // throws Error
 
-// The rows of the table, by file.
+// Each file gives its rows of the table.
 std::vector<Measurement> builder_measurements();    // which tree
-std::vector<Measurement> traversal_measurements();  // how it is walked
+std::vector<Measurement> traversal_measurements();  // how it is traversed
 std::vector<Measurement> change_measurements();     // what becomes of it
 std::vector<Measurement> space_measurements();      // trees of boxes against cells of space
 std::vector<Measurement> object_measurements();     // cylinders, rotated objects
@@ -140,13 +140,13 @@ std::vector<Measurement> content_measurements();    // what a scene is spared th
 
 // --- works ---
 
-// "bins=16 leaf_size=2" as parameters.
+// Reads "bins=16 leaf_size=2" as parameters.
 ParamMap params_of(const std::string& text);
 
-// At most `count` of the rays, evenly spread.
+// Keeps at most `count` of the rays, evenly spread.
 std::vector<Ray> every_nth(const std::vector<Ray>& rays, std::size_t count);
 
-// The closest hit of each ray by a function of it.
+// Finds the closest hit of each ray by a function of it.
 template <class Closest>
 TimedWork tracing(const std::vector<Ray>& rays, Closest closest) {
   return timed([&rays, closest] {
@@ -156,7 +156,7 @@ TimedWork tracing(const std::vector<Ray>& rays, Closest closest) {
   });
 }
 
-// All of the rays through a structure.
+// Traces all of the rays through a structure.
 template <class Structure>
 void trace_rays(const Structure& structure, const TrialRays& rays) {
   float sum = 0;
@@ -169,7 +169,7 @@ TimedWork tracing_all(const Structure& structure, const TrialRays& rays, Clock c
   return timed([&structure, &rays] { trace_rays(structure, rays); }, clock);
 }
 
-// As many of them, evenly spread, as take about so long, at least 64 of each kind; for variants that would take minutes.
+// Keeps as many of them, evenly spread, as take about so long, at least 64 of each kind: some variants would take minutes.
 template <class Structure>
 TrialRays affordable_sample(const Structure& structure, const TrialRays& rays, double seconds) {
   constexpr std::size_t least = 64;

@@ -50,7 +50,7 @@ class NaiveLoop {
   std::vector<Mesh> meshes_;
 };
 
-// A tree whose leaves' primitives are tested one by one. For closest hits.
+// A tree whose leaves' primitives are tested one by one; it finds closest hits only.
 class NaiveTree {
  public:
   NaiveTree(const Geometry& geometry, BinaryTree tree)
@@ -59,13 +59,13 @@ class NaiveTree {
         nodes_(tree_),
         extent_(tree_.nodes.empty() ? 0 : largest_coordinate(tree_.nodes[0].bounds)) {}
 
-  // As lecture notes have it: recursion, one box at a time.
+  // Lecture notes have it so: recursion, one box at a time.
   Hit closest(const Ray& ray) const {
     return closest<TraversalOptions{TraversalForm::recursive, true, true}, LoopSlab>(
         ray, [](std::uint32_t, const TraversalLimit&, float) { return true; });
   }
 
-  // Only of the primitives for which wanted(id, limit, t_best) holds.
+  // Tests only the primitives for which wanted(id, limit, t_best) holds.
   template <TraversalOptions options, class Slab, class Wanted>
   Hit closest(const Ray& ray, const Wanted& wanted) const {
     if (tree_.nodes.empty()) return {};
@@ -76,7 +76,7 @@ class NaiveTree {
           if (const std::uint32_t id = tree_.primitives[i]; wanted(id, limit, hit.t))
             intersect_primitive(geometry_, id, ray, shear, hit);
       };
-      walk<options, Slab>(tree_, nodes_, ray, limit, hit.t, leaf);
+      traverse<options, Slab>(tree_, nodes_, ray, limit, hit.t, leaf);
     });
   }
 

@@ -18,7 +18,7 @@ namespace etendue {
 
 // --- slab tests: entry distance, or infinity ---
 
-// The framework's, without a branch, axis by axis.
+// The framework's test goes axis by axis without a branch.
 class ScalarSlab {
  public:
   explicit ScalarSlab(const Ray& ray) : ray_(ray) {}
@@ -31,7 +31,7 @@ class ScalarSlab {
   SlabRay ray_;
 };
 
-// As in textbooks: a loop over the axes that swaps near and far and returns at the first axis that misses. It multiplies by the
+// The textbooks' loop over the axes swaps near and far and returns at the first axis that misses. It multiplies by the
 // reciprocal of the direction, or divides by the direction twice an axis.
 template <bool divides>
 class AxisLoopSlab {
@@ -102,7 +102,7 @@ using SimdSlab = ScalarSlab;
 
 // --- nodes ---
 
-// 32 bytes each in one array, children beside each other, by index.
+// Nodes of 32 bytes lie in one array, children beside each other, and are named by index.
 class PackedNodes {
  public:
   using Ref = std::uint32_t;
@@ -129,8 +129,8 @@ class PackedNodes {
   std::vector<TreeNode> nodes_;
 };
 
-// As in a class diagram: allocated one by one while the tree is built, depth first, with fields that traversal never reads in
-// front and pointers to parent and children; a leaf owns a list of its primitives.
+// Nodes as in a class diagram are allocated one by one while the tree is built, depth first, with fields that traversal never
+// reads in front and pointers to parent and children; a leaf owns a list of its primitives.
 class LinkedNodes {
  public:
   struct Node {
@@ -212,7 +212,7 @@ class Traversal {
  public:
   using Ref = typename Nodes::Ref;
 
-  // As BinaryLayout::traverse; `t_best` falls as leaves find hits.
+  // The arguments are those of BinaryLayout::traverse; `t_best` falls as leaves find hits.
   Traversal(const Nodes& nodes, const Ray& ray, const TraversalLimit& limit, const float& t_best, Observe observe,
             const Leaf& leaf)
       : nodes_(nodes), slab_(ray), t_max_(ray.t_max), limit_(limit), t_best_(t_best), observe_(observe), leaf_(leaf) {}
@@ -252,7 +252,7 @@ class Traversal {
     return c;
   }
 
-  // A plain recursion, as in lecture notes.
+  // This is the plain recursion of lecture notes.
   void descend(Ref ref) {
     look(ref);
     if (nodes_.is_leaf(ref)) {
@@ -307,8 +307,8 @@ class Traversal {
 
 // Visits the leaves of a tree that a ray may meet: leaf(first, count), as t_best falls.
 template <TraversalOptions options, class Slab, class Nodes, class Leaf, class Observe = ObserveNothing>
-void walk(const BinaryTree& tree, const Nodes& nodes, const Ray& ray, const TraversalLimit& limit, const float& t_best,
-          const Leaf& leaf, Observe observe = {}) {
+void traverse(const BinaryTree& tree, const Nodes& nodes, const Ray& ray, const TraversalLimit& limit, const float& t_best,
+              const Leaf& leaf, Observe observe = {}) {
   Traversal<options, Slab, Nodes, Observe, Leaf>(nodes, ray, limit, t_best, observe, leaf).run(tree.depth);
 }
 
@@ -341,7 +341,7 @@ struct VariantTree {
   float extent;
 };
 
-// The closest hit by one variant.
+// Finds the closest hit by one variant.
 template <TraversalOptions options, class Slab, class Nodes, class Observe = ObserveNothing>
 Hit closest_by(const VariantTree& tree, const Nodes& nodes, const Ray& ray, Observe observe = {}) {
   if (tree.tree.nodes.empty()) return {};
@@ -349,7 +349,7 @@ Hit closest_by(const VariantTree& tree, const Nodes& nodes, const Ray& ray, Obse
   CountNothing nothing;
   return closest_of(ray, tree.extent, [&](Hit& hit, const TraversalLimit& limit) {
     const auto leaf = [&](std::uint32_t first, std::uint32_t count) { test(Leaves::Run{first, count}, hit, nothing); };
-    walk<options, Slab>(tree.tree, nodes, ray, limit, hit.t, leaf, observe);
+    traverse<options, Slab>(tree.tree, nodes, ray, limit, hit.t, leaf, observe);
   });
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double batch_s = 0.02;  // a batch of a slow structure is cut to about this
 
-// The same for equal sets, in whatever order.
+// Equal sets have the same sum, in whatever order.
 std::uint64_t checksum(const Neighbours& found) {
   std::uint64_t sum = mix_bits(found.size());
   for (const Neighbour& n : found) sum += hash_keys(n.id, std::bit_cast<std::uint32_t>(n.distance_squared));
@@ -44,7 +44,7 @@ class Queries {
     }
   }
 
-  // A batch for each structure.
+  // Adds a batch for each structure.
   void add_to(std::vector<TimedWork>& works) {
     for (std::size_t s = 0; s < structures_.size(); ++s)
       works.push_back(timed([this, s] { run(s, batches_[s]); }, Clock::thread));
@@ -151,7 +151,7 @@ void measure_points(const SearchTask& task, SearchRecord& record) {
   }
 }
 
-void measure_balls(const SearchTask& task, SearchRecord& record) {
+void measure_records(const SearchTask& task, SearchRecord& record) {
   const RecordSet set = records_of_scene(*task.scene, task.set.variation, task.choice.covering, task.count,
                                          static_cast<std::uint64_t>(task.choice.queries), task.seed);
   const Bounds bounds = task.scene->bounds();
@@ -178,7 +178,7 @@ SearchRecord measure_search(const SearchTask& task) {
   record.varies = task.set.varies;
   record.variation = task.set.variation;
   record.count = task.count;
-  with_threads(1, [&] { task.choice.records ? measure_balls(task, record) : measure_points(task, record); });
+  with_threads(1, [&] { task.choice.records ? measure_records(task, record) : measure_points(task, record); });
   return record;
 }
 

@@ -13,7 +13,7 @@ namespace etendue {
 
 namespace {
 
-// One seed's value: of several, the median of their medians and the extremes of their quartiles.
+// Adds one seed's value; several give the median of their medians and the extremes of their quartiles.
 void add(std::vector<SearchPlot>& plots, const PlotKey& key, const std::string& structure, double x, const Measured& value) {
   SearchPlot& plot = find_or_add(plots, [&](const PlotKey& p) { return p == key; }, {key, {}});
   StructureCurve& curve = find_or_add(plot.curves, [&](const auto& c) { return c.structure == structure; }, {structure, {}});

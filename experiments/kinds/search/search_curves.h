@@ -41,7 +41,7 @@ struct SearchPlot : PlotKey {
 };
 
 // Every measure over the count; queries also over the number of neighbours, and all measures over the variation, both at the
-// largest count that has them. With several seeds: the median of their medians, and the extremes of their quartiles.
+// largest count that has them. Several seeds give the median of their medians, and the extremes of their quartiles.
 std::vector<SearchPlot> search_plots(const RunLog& log);
 
 // Where `overtaking` begins to be faster than `overtaken`: log-log linear between two abscissas.
@@ -55,10 +55,10 @@ struct Crossover {
 // Crossings of brute force, and those that change the lead. Memory crosses where a structure begins to take less.
 std::vector<Crossover> crossovers(const SearchPlot& plot);
 
-// Index of the curve with the least value at x; nullopt where none is there.
+// Finds the curve with the least value at x; nullopt where none is there.
 std::optional<std::size_t> leader_at(const SearchPlot& plot, double x);
 
-// All abscissas of the plot, ascending.
+// Gives all abscissas of the plot, ascending.
 std::vector<double> abscissas(const SearchPlot& plot);
 const CurvePoint* point_at(const StructureCurve& curve, double x);
 

@@ -98,7 +98,7 @@ std::vector<Measure> measures_of(const std::vector<const SearchRecord*>& records
   return measures;
 }
 
-// Structures by their values at x, the least first.
+// Sorts structures by their values at x, the least first.
 std::vector<std::pair<double, std::string>> ranking(const SearchPlot& plot, double x, bool with_brute) {
   std::vector<std::pair<double, std::string>> order;
   for (const StructureCurve& curve : plot.curves)

@@ -34,8 +34,8 @@ std::vector<vec3> seen_points(const Scene& scene, const RayQuery& rays, std::uin
   return points;
 }
 
-// As an image of 512 x 512 pixels is rendered: tile by tile, so that queries have neighbours; the tiles at random, so that the
-// first few stand for all.
+// Queries come as an image of 512 x 512 pixels is rendered: tile by tile, so that they have neighbours; tiles at random, so
+// that the first few stand for all.
 constexpr int image_size = 512, tile_pixels = tile_size * tile_size;
 
 std::vector<vec3> seen_in_tiles(const Scene& scene, const RayQuery& rays, std::uint64_t count, std::uint64_t seed) {
@@ -61,7 +61,7 @@ PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t
   const std::unique_ptr<RayQuery> rays = rays_of(scene);
   const Stage stage(scene, *rays, ivec2(1), seed);
   const RenderContext& context = stage.context();
-  const RoughMaterials receivers(scene, carry_below);
+  const RoughMaterials rough(scene, carry_below);
   PhotonPass pass;
   pass.max_scatterings = context.max_depth(0) - 1;
   std::vector<vec3> points;
@@ -69,7 +69,7 @@ PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t
     if (emitted > 4e9)
       throw Error(fmt::format("{}: {} photons do not land; expected lights that reach surfaces", scene.name, count));
     pass.count = static_cast<std::uint32_t>(emitted);
-    points = trace_photons(context, receivers, pass).position;
+    points = trace_photons(context, rough, pass).position;
     emitted *= std::clamp(1.2 * static_cast<double>(count) / static_cast<double>(points.size() + 1), 2.0, 100.0);
   }
   points.resize(count);

@@ -62,7 +62,7 @@ struct Contender {
   void note(const std::string& text) { record.note += (record.note.empty() ? "" : "; ") + text; }
 };
 
-// Every trial_part-th triangle of a scene without instances.
+// Takes every trial_part-th triangle of a scene without instances.
 Scene part_of(const Scene& scene) {
   Scene part;
   Geometry& g = part.objects[0].geometry;
@@ -75,7 +75,7 @@ Scene part_of(const Scene& scene) {
   return part;
 }
 
-// Repetition by repetition the larger of two figures.
+// Takes the larger of two figures, repetition by repetition.
 std::vector<double> larger_of(std::span<const double> a, std::span<const double> b) {
   std::vector<double> larger(std::min(a.size(), b.size()));
   std::transform(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(larger.size()), b.begin(), larger.begin(),
@@ -118,7 +118,7 @@ class Comparison {
   }
 
  private:
-  // As records name it.
+  // Records name it so.
   std::string name_of(const Method& choice, Isa isa) const {
     return label_of(choice) + (options_.isas.size() > 1 ? fmt::format(" isa={}", isa_option(isa)) : "");
   }
@@ -302,7 +302,8 @@ class Comparison {
     }
   }
 
-  // Every structure on the same aimed rays about the scene, moved and scaled; as many structures at a time as fit the memory.
+  // Asks every structure the same aimed rays about the scene, moved and scaled; as many structures stand at a time as fit the
+  // memory.
   void check(const CheckFrame& frame) {
     const Scene moved = moved_scene(scene_, frame);
     const ExactTracer tracer(moved);

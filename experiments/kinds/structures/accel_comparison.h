@@ -1,4 +1,4 @@
-// The comparison of ray structures over one scene: `etendue accel` and the charts of structures.
+// Compares ray structures over one scene, for `etendue accel` and the charts of structures.
 #pragma once
 
 #include "experiments/config/config.h"

@@ -25,7 +25,7 @@ std::uint64_t hash_of(const Ray& ray) {
   return XXH3_64bits(values, sizeof values);
 }
 
-// A structure that writes down what it is asked. For one thread.
+// A structure that writes down what it is asked, by one thread.
 class RecordingQuery final : public RayQuery {
  public:
   explicit RecordingQuery(const RayQuery& inner) : inner_(inner) {}
@@ -64,7 +64,7 @@ class RecordingQuery final : public RayQuery {
   std::vector<Ray>*primary_ = nullptr, *others_ = nullptr, *shadow_ = nullptr;
 };
 
-// The camera rays of iteration 0: those of the same sampler, pixel by pixel.
+// Makes the camera rays of iteration 0 again, by the same sampler, pixel by pixel.
 std::unordered_set<std::uint64_t> camera_rays(const RenderContext& context) {
   std::unordered_set<std::uint64_t> hashes;
   for_pixels({ivec2(0), context.resolution}, [&](ivec2 pixel) {

@@ -21,7 +21,7 @@ using RaysByKind = ByRayKind<std::vector<Ray>>;
 // only on the scene, not on the `tracer`.
 RaysByKind record_rays(const Scene& scene, const RayQuery& tracer, int resolution);
 
-// At most `count` of the rays, in runs of 64 successive ones spread evenly over them.
+// Keeps at most `count` of the rays, in runs of 64 successive ones spread evenly over them.
 std::vector<Ray> spread_runs(const std::vector<Ray>& rays, std::size_t count);
 
 // Millions of rays a second on this thread: ray by ray through the interface (one indirect call a ray), or through the calls
@@ -32,7 +32,7 @@ double batched_mrays_per_s(const RayQuery& structure, RayKind kind, std::span<co
 // How many of `rays`, at most all, a structure can trace within `seconds`, estimated from the first few.
 std::size_t affordable_rays(const RayQuery& structure, RayKind kind, std::span<const Ray> rays, double seconds);
 
-// A ray on from where this one hits, in a cosine-distributed direction on its side of the surface.
+// Makes a ray on from where this one hits, in a cosine-distributed direction on its side of the surface.
 Ray cosine_bounce(const Scene& scene, const Ray& ray, const Hit& hit, Sampler& sampler);
 
 }  // namespace etendue

@@ -23,7 +23,7 @@ namespace {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-// The viridis table at every sixteenth, linear between.
+// The viridis table has every sixteenth colour; others are linear between.
 Rgb viridis(double t) {
   constexpr std::array table{0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e,
                              0x1f988b, 0x22a884, 0x35b779, 0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725};
@@ -38,7 +38,7 @@ Rgb viridis(double t) {
 
 ivec2 reduced_size(ivec2 size, int factor) { return (size + factor - 1) / factor; }
 
-// Averages of factor x factor blocks; at the right and lower edge of what is left.
+// Averages factor x factor blocks, and at the right and lower edge what is left.
 template <class Value>
 std::vector<Value> reduced(const std::vector<Value>& pixels, ivec2 size, int factor) {
   const ivec2 small = reduced_size(size, factor);
@@ -54,7 +54,7 @@ std::vector<Value> reduced(const std::vector<Value>& pixels, ivec2 size, int fac
   return sums;
 }
 
-// A PNG in base64.
+// Makes a PNG in base64.
 template <class Value, class Colour>
 std::string encode(const std::vector<Value>& pixels, ivec2 size, const Colour& colour) {
   std::vector<std::uint8_t> bytes;

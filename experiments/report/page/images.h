@@ -30,9 +30,10 @@ struct SceneImages {
 // time). Large images are averaged down until all of them together stay below about `budget_bytes` of page.
 std::vector<SceneImages> page_images(const ReportData& data, std::size_t budget_bytes);
 
-// viridis ([Smith2015]) at t in [0, 1] as "#rrggbb": perceptually uniform, and readable in grey and by the colour-blind.
+// Gives viridis ([Smith2015]) at t in [0, 1] as "#rrggbb"; it is perceptually uniform, and readable in grey and by the
+// colour-blind.
 std::string viridis_css(double t);
-// Its colours at every tenth, for a gradient of the page's style.
+// Gives its colours at every tenth, for a gradient of the page's style.
 std::string viridis_stops();
 
 }  // namespace etendue

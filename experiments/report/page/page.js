@@ -1,5 +1,5 @@
-// Plain JavaScript. Charts are drawn beforehand, one variant for each metric, scale and axis, in <template>s; the script swaps
-// them and reads values from their data-p attributes. All text goes in by textContent.
+// This is plain JavaScript. Charts are drawn beforehand, one variant for each metric, scale and axis, in <template>s; the script
+// swaps them and reads values from their data-p attributes. All text goes in by textContent.
 'use strict';
 const all = (selector, root = document) => [...root.querySelectorAll(selector)];
 const make = (tag, properties = {}, ...children) => {
@@ -175,7 +175,7 @@ for (const viewer of all('.viewer')) {
   part('colourbar').style.background = 'linear-gradient(to right,' + colours + ')';
   part('compared').hidden = images.filter(image => image.err).length < 2;
   for (const select of [left, right]) images.forEach((image, i) => select.add(new Option(image.label, i)));
-  // The one of least error against the reference, or the second image against the first.
+  // The one of least error stands against the reference, or the second image against the first.
   const known = images.map((image, i) => [image.relmse, i]).filter(([error]) => error !== null).sort((a, b) => a[0] - b[0]);
   left.value = known.length ? known[0][1] : images.length > 1 ? 1 : 0;
   right.value = 0;

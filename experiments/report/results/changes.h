@@ -21,7 +21,7 @@ struct FigureChange {
   bool moved() const { return now_low > then_high || now_high < then_low; }  // beyond what either interval allows
 };
 
-// Of the tables that both have, in the order of `now`; figures that only one of them has are left out.
+// Compares the tables that both have, in the order of `now`; figures that only one of them has are left out.
 std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<const Table> now);
 
 // The figures that moved, with a note that says how many were compared.

@@ -19,7 +19,7 @@ std::string_view trimmed(std::string_view text) {
   return first == std::string_view::npos ? std::string_view() : text.substr(first, last - first + 1);
 }
 
-// Up to `end`, which `text` then begins behind; all of it where there is no `end`.
+// Takes what stands before `end`, behind which `text` then begins; all of it where there is no `end`.
 std::string_view cut(std::string_view& text, std::string_view end) {
   const std::size_t at = text.find(end);
   const std::string_view head = trimmed(text.substr(0, at));
@@ -39,7 +39,7 @@ double number_of(std::string_view text, const std::string& what) {
   }
 }
 
-// "first-light/final relmse_median [cornell-box, path, sah]"
+// Reads "first-light/final relmse_median [cornell-box, path, sah]".
 double value_of(std::string_view quote, const TableSource& tables) {
   const std::string folder(cut(quote, "/")), name(cut(quote, " ")), key(cut(quote, "["));
   std::string_view words = cut(quote, "]");

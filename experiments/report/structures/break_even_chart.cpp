@@ -17,7 +17,7 @@ double ray_s(const StructureRecord& r) { return 1e-9 * ray_cost(r); }
 bool is_measured(const StructureRecord& r) { return build_s(r) > 0 && ray_s(r) > 0; }
 double total_s(const StructureRecord& r, double rays) { return build_s(r) + ray_s(r) * rays; }
 
-// A number of rays for people: "12 M".
+// Writes a number of rays for people: "12 M".
 std::string rays_text(double rays) {
   const double digit = std::pow(10.0, std::max(0.0, std::floor(std::log10(rays)) - 1));
   return format_count(std::ceil(rays / digit) * digit);

@@ -12,7 +12,7 @@
 
 namespace etendue {
 
-// "binned-sah bvh16".
+// Names a structure with its layout: "binned-sah bvh16".
 std::string structure_name(const StructureRecord& record);
 // What a ray costs, in nanoseconds; 0 where not measured.
 double ray_cost(const StructureRecord& record, RayKind kind = RayKind::diffuse);

@@ -51,7 +51,7 @@ std::map<SweepName, SweepScenes> find_sweeps(const ReportData& data) {
   return sweeps;
 }
 
-// A figure of a record, with its quartiles; 0: none.
+// Gives a figure of a record, with its quartiles; 0: there is none.
 using Quantity = Measured (*)(const StructureRecord&);
 
 Measured diffuse_cost(const StructureRecord& r) {

@@ -34,7 +34,7 @@ class StructureTable : public TableOf<StructureRecord> {
 
   bool any(const auto& test) const { return std::any_of(records_.begin(), records_.end(), test); }
 
-  // A number of the record, none where it is 0.
+  // Adds a number of the record, which has no cell where it is 0.
   void number(const char* key, const char* title, auto StructureRecord::*member, Format format = format_figure) {
     column(key, title, [=](const StructureRecord& r) { return figure(static_cast<double>(r.*member), format); });
   }
@@ -49,7 +49,7 @@ class StructureTable : public TableOf<StructureRecord> {
     });
   }
 
-  // A group of figures by kind of ray.
+  // Adds a group of figures by kind of ray.
   void by_kind(const char* title, const std::string& suffix, ByRayKind<Measured> StructureRecord::*figures) {
     group(title, any([&](const StructureRecord& r) {
             return std::any_of((r.*figures).begin(), (r.*figures).end(), [](const Measured& m) { return m.median > 0; });
