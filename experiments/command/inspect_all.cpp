@@ -32,7 +32,7 @@ std::vector<std::string> scene_files_below(const std::string& folder) {
   std::vector<std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied))
     if (entry.is_regular_file(error) && is_scene_file(entry.path().string())) files.push_back(entry.path().string());
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files);
   return files;
 }
 
@@ -96,7 +96,7 @@ int inspect_all(const InspectCommand& command) {
              outcomes["approximate"], outcomes["fails"]);
   std::vector<std::pair<std::size_t, std::string>> sorted;
   for (const auto& [reason, count] : reasons) sorted.emplace_back(count, reason);
-  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.first > b.first; });
   for (const auto& [count, reason] : sorted) fmt::print("{:>5}  {}\n", count, cut(reason, 160));
   return 0;
 }

@@ -190,8 +190,7 @@ void check_aovs(const RenderCommand& command, const Rendered& r) {
   const std::string names[] = {records_aov, standard_error_aov};
   for (const std::string& aov : command.aovs) {
     const Location where{"--aov " + aov};
-    if (std::find(std::begin(names), std::end(names), aov) == std::end(names))
-      throw Error(where, unknown_name("aov", aov, names));
+    if (std::ranges::find(names, aov) == std::end(names)) throw Error(where, unknown_name("aov", aov, names));
     if (r.output.empty()) throw Error(where, "is written beside the image; expected -o as well");
     require_cache(r.integrator, where.file, aov == records_aov ? "has no records to show" : "does not estimate its own error");
   }
@@ -281,7 +280,7 @@ Budget read_options(const RenderCommand& command, Rendered& r) {
   if (command.resolution) r.resolution = *command.resolution;
   check_aovs(command, r);
   check_files(command, r);
-  if (std::find(command.aovs.begin(), command.aovs.end(), standard_error_aov) != command.aovs.end()) r.states_error = true;
+  if (std::ranges::find(command.aovs, standard_error_aov) != command.aovs.end()) r.states_error = true;
   Budget budget = read_budget(command);
   if (r.recipe) budget.samples = r.recipe->iterations;
   r.budget = r.recipe ? r.recipe->budget : budget.text();

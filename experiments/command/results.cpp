@@ -31,7 +31,7 @@ std::vector<std::string> experiment_names() {
   if (names.empty() || !fs::is_directory("results"))
     throw Error(Location{"results"},
                 "no experiments/ and results/ here; expected etendue's source tree as the working directory");
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   return names;
 }
 
@@ -130,7 +130,7 @@ int results_command(const ResultsCommand& command) {
   Console console;
   const std::vector<std::string> known = experiment_names();
   for (const std::string& name : command.names)
-    if (std::find(known.begin(), known.end(), name) == known.end())
+    if (std::ranges::find(known, name) == known.end())
       throw Error(Location{"results"}, unknown_name("experiment", name, known));
   const std::vector<std::string>& names = command.names.empty() ? known : command.names;
   if (command.derive) {

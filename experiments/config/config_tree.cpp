@@ -259,9 +259,9 @@ std::vector<std::string> read_names(const ConfigNode& node, const std::string& k
   std::vector<std::string> names;
   for (const ConfigNode* element : list_elements(node, key, "an array of names")) {
     const std::string name = read_text(*element, key);
-    if (std::find(valid.begin(), valid.end(), name) == valid.end())
+    if (std::ranges::find(valid, name) == valid.end())
       throw Error(element->where, key + ": " + unknown_name(kind, name, valid));
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
 }
@@ -290,8 +290,7 @@ void TableReader::finish() const {
   const ConfigNode::Table::value_type* first = nullptr;
   const auto place = [](const auto& entry) { return std::pair(entry.second.key_where.line, entry.second.key_where.column); };
   for (const auto& entry : *node_.table())
-    if (std::find(known_.begin(), known_.end(), entry.first) == known_.end() && (!first || place(entry) < place(*first)))
-      first = &entry;
+    if (std::ranges::find(known_, entry.first) == known_.end() && (!first || place(entry) < place(*first))) first = &entry;
   if (first) throw Error(first->second.key_where, owner_ + ": " + unknown_name("key", first->first, known_));
 }
 

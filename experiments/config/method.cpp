@@ -60,7 +60,7 @@ std::vector<Method> read_combinations(const ConfigNode& node, const std::string&
   std::vector<Method> methods{bare};
   for (const auto& [parameter, value] : *table) {
     if (parameter == "name") continue;
-    if (std::find(known.begin(), known.end(), parameter) == known.end())
+    if (std::ranges::find(known, parameter) == known.end())
       throw Error(value.key_where, bare.name + ": " + unknown_name("parameter", parameter, known));
     const std::vector<ParamValue> values = read_values(value, key + "." + parameter);
     if (methods.size() * values.size() > most_combinations)

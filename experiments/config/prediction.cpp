@@ -24,8 +24,7 @@ std::string read_choice(TableReader& reader, const char* key, const char* otherw
   const auto* node = reader.find(key);
   if (!node) return otherwise;
   const std::string name = read_text(*node, std::string("predictions.") + key);
-  if (std::find(valid.begin(), valid.end(), name) == valid.end())
-    throw Error(node->where, "predictions: " + unknown_name(key, name, valid));
+  if (std::ranges::find(valid, name) == valid.end()) throw Error(node->where, "predictions: " + unknown_name(key, name, valid));
   return name;
 }
 
@@ -41,8 +40,8 @@ std::string read_selection(const ConfigNode& node, const char* key, const Predic
   const std::string wanted = read_text(node, std::string("predictions.") + key);
   std::vector<std::string> labels;
   for (const Method& method : context.integrators) labels.push_back(method.label());
-  const auto selected = static_cast<std::size_t>(
-      std::count_if(labels.begin(), labels.end(), [&](const std::string& label) { return selects(wanted, label); }));
+  const auto selected =
+      static_cast<std::size_t>(std::ranges::count_if(labels, [&](const std::string& label) { return selects(wanted, label); }));
   if (selected == 0) throw Error(node.where, "predictions: " + unknown_name("method", wanted, labels));
   if (selected < least || selected > most)
     throw Error(node.where, fmt::format("predictions: '{}' selects {} of the integrators; expected {}", wanted, selected,
@@ -64,7 +63,7 @@ void read_place(TableReader& reader, const PredictionContext& context, Predictio
   if (names.empty())
     throw Error(node->where,
                 fmt::format("predictions: region '{}', but there are no [[regions]]; expected one of that name", region));
-  if (std::find(names.begin(), names.end(), region) == names.end())
+  if (std::ranges::find(names, region) == names.end())
     throw Error(node->where, "predictions: " + unknown_name("region", region, names));
   if (!of_scene) throw Error(node->where, fmt::format("predictions: {} has no region '{}'", prediction.scene, region));
 }
@@ -114,7 +113,7 @@ Prediction read_prediction(const ConfigNode& node, const PredictionContext& cont
   if (source) prediction.source = read_text(*source, "predictions.source");
   if (expect && !source)
     throw Error(expect->where, "predictions: expect without a source; expected source = \"whose theory or figure this is\"");
-  if (std::find(context.metrics.begin(), context.metrics.end(), "mse") == context.metrics.end())
+  if (std::ranges::find(context.metrics, "mse") == context.metrics.end())
     throw Error(node.where, "predictions: mse is not among the metrics; expected metrics = [\"mse\", …]");
   return prediction;
 }
@@ -138,17 +137,16 @@ std::vector<Prediction> read_predictions(const ConfigNode& node, const Predictio
 
 bool StatedRecord::concerns(const Prediction& prediction, const std::string& scene) const {
   if (!prediction.scene.empty() && prediction.scene != scene) return false;
-  return prediction.region.empty() || std::any_of(regions.begin(), regions.end(), [&](const RegionChoice& choice) {
+  return prediction.region.empty() || std::ranges::any_of(regions, [&](const RegionChoice& choice) {
            return choice.name == prediction.region && choice.of_scene(scene);
          });
 }
 
 void StatedRecord::merge(const StatedRecord& other) {
   for (const Prediction& prediction : other.predictions)
-    if (std::find(predictions.begin(), predictions.end(), prediction) == predictions.end()) predictions.push_back(prediction);
+    if (std::ranges::find(predictions, prediction) == predictions.end()) predictions.push_back(prediction);
   for (const RegionChoice& region : other.regions)
-    if (std::none_of(regions.begin(), regions.end(),
-                     [&](const RegionChoice& r) { return r.name == region.name && r.scene == region.scene; }))
+    if (std::ranges::none_of(regions, [&](const RegionChoice& r) { return r.name == region.name && r.scene == region.scene; }))
       regions.push_back(region);
 }
 

@@ -47,7 +47,7 @@ RegionChoice read_region(const ConfigNode& node, const std::vector<std::string>&
   if (region.name.empty()) throw Error(name->where, "regions.name: empty; expected a name");
   if (scene) {
     region.scene = read_text(*scene, "regions.scene");
-    if (std::find(scenes.begin(), scenes.end(), region.scene) == scenes.end())
+    if (std::ranges::find(scenes, region.scene) == scenes.end())
       throw Error(scene->where, "regions.scene: " + unknown_name("scene", region.scene, scenes));
   }
   region.polygon = read_outline(node, from, to, polygon);
@@ -97,7 +97,7 @@ std::vector<Region> make_regions(const std::vector<RegionChoice>& choices, const
 
 bool Region::holds(ivec2 pixel, ivec2 resolution) const {
   return pixel.x >= 0 && pixel.x < resolution.x && pixel.y >= 0 && pixel.y < resolution.y &&
-         std::binary_search(pixels.begin(), pixels.end(), pixel_index(pixel, resolution));
+         std::ranges::binary_search(pixels, pixel_index(pixel, resolution));
 }
 
 Image crop(const Image& image, const Region& region) {

@@ -135,7 +135,7 @@ class FieldsIn {
   template <class T>
   void choice(const char* key, T& value, std::span<const char* const> names) {
     const std::string name = json_.at(key);
-    const auto found = std::find(names.begin(), names.end(), name);
+    const auto found = std::ranges::find(names, name);
     if (found != names.end()) value = static_cast<T>(found - names.begin());
   }
   void end(const char* key, double& value, double otherwise) { value = json_.value(key, otherwise); }

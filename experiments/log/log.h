@@ -227,7 +227,7 @@ std::vector<const Record*> done_records_of(const RunLog& log) {
 // The first element for which `is` holds; where there is none, `fresh` joins them.
 template <class Element, class Is>
 Element& find_or_add(std::vector<Element>& elements, const Is& is, Element fresh) {
-  const auto found = std::find_if(elements.begin(), elements.end(), is);
+  const auto found = std::ranges::find_if(elements, is);
   return found != elements.end() ? *found : elements.emplace_back(std::move(fresh));
 }
 

@@ -30,8 +30,8 @@ std::vector<Configuration> configurations_of(const RunLog& log) {
     find_or_add(all, same, {scene, accel, integrator, {}}).cells.push_back(&cell);
   }
   for (Configuration& configuration : all)
-    std::sort(configuration.cells.begin(), configuration.cells.end(),
-              [](const CellRecord* a, const CellRecord* b) { return a->cell.seed < b->cell.seed; });
+    std::ranges::sort(configuration.cells,
+                      [](const CellRecord* a, const CellRecord* b) { return a->cell.seed < b->cell.seed; });
   return all;
 }
 

@@ -58,7 +58,7 @@ std::vector<Tick> log_ticks(Interval range, int most) {
     }
   const auto label_where = [&](const auto& chosen) {
     for (Candidate& tick : candidates) tick.labelled = chosen(tick);
-    return std::count_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.labelled; });
+    return std::ranges::count_if(candidates, [](const Candidate& c) { return c.labelled; });
   };
   const auto decades = label_where([](const Candidate& c) { return c.factor == 1; });
   if (3 * decades > most || decades > 3) {
@@ -70,8 +70,8 @@ std::vector<Tick> log_ticks(Interval range, int most) {
   }
 
   // A whole axis has one style: plain figures from 0.001 to 10000, powers of ten beyond.
-  const bool plain = std::all_of(candidates.begin(), candidates.end(),
-                                 [](const Candidate& c) { return !c.labelled || (c.decade >= -3 && c.decade <= 4); });
+  const bool plain =
+      std::ranges::all_of(candidates, [](const Candidate& c) { return !c.labelled || (c.decade >= -3 && c.decade <= 4); });
   const auto label = [&](const Candidate& c) {
     if (!c.labelled) return std::string();
     if (plain) return fmt::format("{:.{}f}", c.value, std::max(0, -c.decade));

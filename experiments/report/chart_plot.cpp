@@ -94,7 +94,7 @@ Interval natural_y_range(const Chart& chart) {
   for (const ChartSeries& series : chart.series)
     for (const ChartPoint& point : series.points) values.push_back(point.y);
   if (values.empty()) return padded_range(values, chart.y.scale);
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const auto [low, high] = std::ranges::minmax_element(values);
   const double span = *high - *low, lowest = *low - 0.3 * span, highest = *high + 0.3 * span;
   // A wide band widens the axis, but not beyond what leaves the lines readable: the interval of three seeds spans decades.
   const bool log = chart.y.scale == Scale::log;
@@ -163,7 +163,7 @@ std::string Plot::line_path(const ChartSeries& series) const {
 
 std::string Plot::band_path(const ChartSeries& series) const {
   const std::vector<ChartPoint>& points = series.points;
-  if (std::none_of(points.begin(), points.end(), [](const ChartPoint& p) { return p.high > p.low; })) return {};
+  if (std::ranges::none_of(points, [](const ChartPoint& p) { return p.high > p.low; })) return {};
   if (points.size() == 1) {  // no width to fill: a bar
     const dvec2 high = place(points[0].x, points[0].high), low = place(points[0].x, points[0].low);
     return fmt::format("M{} {}h6V{}h-6z", px(high.x - 3), px(high.y), px(low.y));
@@ -243,7 +243,7 @@ std::string Plot::labels() const {
     const std::string text = shortened(label.text, 40);
     const double width = text_width(text, small_font), height = small_font + 2;
     const auto meets = [](const std::vector<PixelBox>& others, const PixelBox& box) {
-      return std::any_of(others.begin(), others.end(), [&](const PixelBox& other) { return other.overlaps(box); });
+      return std::ranges::any_of(others, [&](const PixelBox& other) { return other.overlaps(box); });
     };
     const auto clear = [&](const PixelBox& box) { return !meets(taken, box) && !meets(lines, box); };
     auto chosen = label_place(at, width, height, box_, clear);

@@ -40,7 +40,7 @@ std::string legend_at_ends(const std::vector<const ChartSeries*>& entries, const
   std::vector<std::pair<double, const ChartSeries*>> ends;
   for (const ChartSeries* series : entries)
     ends.emplace_back(plot.place(series->points.back().x, series->points.back().y).y, series);
-  std::stable_sort(ends.begin(), ends.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::ranges::stable_sort(ends, [](const auto& a, const auto& b) { return a.first < b.first; });
   constexpr double pitch = 18;
   std::vector<double> at;
   for (const auto& [y, series] : ends) at.push_back(at.empty() ? y : std::max(y, at.back() + pitch));
@@ -81,7 +81,7 @@ Sheet single_plot(const Chart& chart) {
   double y = plot.box().top + 8, widest = legend_width({});
   for (const ChartSeries* series : entries) widest = std::max(widest, legend_width(*series));
   sheet.width = std::max(sheet.width, legend_left + widest + 16);
-  if (std::all_of(entries.begin(), entries.end(), [](const auto* s) { return s->draw == ChartSeries::Draw::line; })) {
+  if (std::ranges::all_of(entries, [](const auto* s) { return s->draw == ChartSeries::Draw::line; })) {
     sheet.body += legend_at_ends(entries, plot, legend_left);
     return sheet;
   }
@@ -121,12 +121,11 @@ Sheet grid_of_plots(std::span<const Chart> panels) {
 std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels) {
   std::vector<const ChartSeries*> entries;
   for (const Chart& chart : panels) {
-    const auto count = std::count_if(chart.series.begin(), chart.series.end(), [](const auto& s) { return s.is_in_legend(); });
+    const auto count = std::ranges::count_if(chart.series, [](const auto& s) { return s.is_in_legend(); });
     for (const ChartSeries& series : chart.series) {
       const auto same = [&](const ChartSeries* entry) { return entry->key == series.key; };
       const bool named_by_title = count == 1 && series.label == chart.title;
-      if (series.is_in_legend() && !named_by_title && std::none_of(entries.begin(), entries.end(), same))
-        entries.push_back(&series);
+      if (series.is_in_legend() && !named_by_title && std::ranges::none_of(entries, same)) entries.push_back(&series);
     }
   }
   return entries;

@@ -99,7 +99,7 @@ std::string coincidence_note(const ReportData& data, const SceneData& scene, con
   for (const auto& [key, values] : errors) {
     if (values.size() < 2) continue;
     ++shared;
-    equal += std::all_of(values.begin(), values.end(), [&](double value) { return value == values.front(); });
+    equal += std::ranges::all_of(values, [&](double value) { return value == values.front(); });
   }
   if (shared == 0) return {};
   if (equal == shared)
@@ -135,7 +135,7 @@ void cut_linear_axis(Chart& chart, std::vector<std::string>& notes) {
   if (last <= 0 || natural.low < 0 || natural.high <= times * last) return;
   chart.y.range = {0, times * last};
   const std::string note = "The linear axis ends at six times the largest last error.";
-  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+  if (std::ranges::find(notes, note) == notes.end()) notes.push_back(note);
 }
 
 void share_ranges(std::vector<Chart>& panels) {
@@ -206,7 +206,7 @@ Figure front_figure(const ReportData& data, const SceneData& scene, const std::s
     if (point.on_front) front.points.emplace_back(point.time_s, point.error);
   }
   if (by_configuration.size() < 2) return {};
-  std::sort(front.points.begin(), front.points.end(), [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
+  std::ranges::sort(front.points, [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
   Chart chart{.x = {axis_title(Abscissa::time), scale}, .y = {metric, scale}, .series = {std::move(front)}};  // below the marks
   // One plot whatever the number: the question is about all configurations together.
   const Panels one{{{}}, {""}, data.integrators.size() == 1 && data.accels.size() > 1};

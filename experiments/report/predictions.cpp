@@ -87,8 +87,7 @@ const std::vector<Column>& columns() {
 
 TableCell cell_of(const Column& column, const Row& row) {
   if (column.cell != nullptr) return column.cell(row);
-  const auto found = std::find_if(row.details.begin(), row.details.end(),
-                                  [&](const auto& detail) { return detail.first == column.column.key; });
+  const auto found = std::ranges::find_if(row.details, [&](const auto& detail) { return detail.first == column.column.key; });
   return found == row.details.end() ? TableCell() : found->second;
 }
 
@@ -161,17 +160,17 @@ Table predictions_table(const Predictions& predictions) {
   Table table{.name = "predictions", .title = "Predictions and what was measured", .group_titles = {"Verdict", "Measurement"}};
   std::vector<const Row*> rows;
   for (const Row& row : predictions.rows) rows.push_back(&row);
-  std::stable_sort(rows.begin(), rows.end(), [](const Row* a, const Row* b) { return a->id < b->id; });
+  std::ranges::stable_sort(rows, [](const Row* a, const Row* b) { return a->id < b->id; });
   table.rows.resize(rows.size());
   for (const Column& column : columns()) {
     std::vector<TableCell> cells;
     for (const Row* row : rows) cells.push_back(cell_of(column, *row));
-    if (std::none_of(cells.begin(), cells.end(), is_filled)) continue;
+    if (std::ranges::none_of(cells, is_filled)) continue;
     table.columns.push_back(column.column);
     for (std::size_t i = 0; i < rows.size(); ++i) table.rows[i].push_back(std::move(cells[i]));
   }
   const auto measures = [](const TableColumn& column) { return column.group == 2 && column.audience != machines; };
-  if (std::none_of(table.columns.begin(), table.columns.end(), measures)) table.group_titles.clear();
+  if (std::ranges::none_of(table.columns, measures)) table.group_titles.clear();
   if (rows.empty()) return table;
   table.notes = predictions.notes;
   table.notes.insert(table.notes.begin(), verdict_rule);
@@ -191,7 +190,7 @@ std::string predictions_finding(const Predictions& predictions) {
     if (*row.verdict != Verdict::confirmed) missed.push_back(in_words(row));
   }
   const auto of_expected = [](const Row& row) { return row.expected.has_value(); };
-  if (std::none_of(predictions.rows.begin(), predictions.rows.end(), of_expected)) return {};
+  if (std::ranges::none_of(predictions.rows, of_expected)) return {};
   if (verdicts.empty()) return "No prediction could be measured.";
   std::string text = fmt::format("{}: {}.", counted(verdicts.size(), "prediction"), count_verdicts(verdicts));
   if (!missed.empty()) text += " Not confirmed: " + enumerate(missed, "; ", most) + ".";

@@ -100,7 +100,7 @@ class Gatherer {
 
   static bool aligned(const Configuration& configuration) {
     const auto& first = configuration.replicates.front().checkpoints;
-    return std::all_of(configuration.replicates.begin(), configuration.replicates.end(), [&](const Replicate& replicate) {
+    return std::ranges::all_of(configuration.replicates, [&](const Replicate& replicate) {
       return std::equal(first.begin(), first.end(), replicate.checkpoints.begin(), replicate.checkpoints.end(),
                         [](const auto* a, const auto* b) { return a->iterations == b->iterations; });
     });
@@ -157,7 +157,7 @@ void fit_points(FittedRate& rate) {
   std::vector<std::size_t> order(rate.points.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto x_of = [&](std::size_t i) { return rate_abscissa(rate.points[i], ones); };
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x_of(a) < x_of(b); });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return x_of(a) < x_of(b); });
   std::vector<RatePoint> sorted, window;
   std::vector<std::string> names;
   for (const std::size_t i : order) {

@@ -44,8 +44,7 @@ FoundRatio find_ratio(const Prediction& prediction, const SceneData& scene, cons
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
     double whole[2];
     figures(all, whole);
-    if (std::all_of(below.begin(), below.end(), [](double mse) { return mse == 0; }))
-      throw Error("the other method has no error");
+    if (std::ranges::all_of(below, [](double mse) { return mse == 0; })) throw Error("the other method has no error");
     if (!std::isfinite(whole[0]) || !std::isfinite(whole[1])) throw Error("an error below the reference's own noise");
     found.rmse = whole[0];
     found.ratio = whole[1];
@@ -141,7 +140,7 @@ std::string order_of_ratios(const std::vector<FoundRatio>& ratios, const ShortNa
     const std::string place = first.prediction->region.empty() ? "" : ", " + first.prediction->region;
     text += fmt::format("{}{}{}, over {}: ", text.empty() ? "" : " ", first.scene, place, names.of(first.over));
     if (pairs > 0) text += fmt::format("of {} pairs of methods {} are in the order expected; ", pairs, kept);
-    std::stable_sort(group.begin(), group.end(), [](const auto* a, const auto* b) { return a->ratio > b->ratio; });
+    std::ranges::stable_sort(group, [](const auto* a, const auto* b) { return a->ratio > b->ratio; });
     text += "found, worst first:";
     for (const FoundRatio* ratio : group)
       text += fmt::format("{} {} {}", ratio == group.front() ? "" : ",", names.of(ratio->method), format_figure(ratio->ratio));

@@ -73,7 +73,7 @@ std::vector<std::pair<std::string, std::string>> find_experiments(const RunLog& 
   std::vector<std::pair<std::string, std::string>> found;
   const auto add = [&](const std::string& name, const std::string& text) {
     const auto same = [&](const auto& other) { return other.second == text; };
-    if (std::none_of(found.begin(), found.end(), same)) found.emplace_back(name, text);
+    if (std::ranges::none_of(found, same)) found.emplace_back(name, text);
   };
   for (const ManifestRecord& manifest : log.manifests)
     if (!manifest.experiment.empty()) add(manifest.file.empty() ? nameless_experiment : manifest.file, manifest.experiment);
@@ -95,10 +95,8 @@ std::vector<std::string> conflicting_scenes(const RunLog& merged, const std::vec
       return other.scene == kept.scene &&
              (other.scene_hash != kept.scene_hash || other.width != kept.width || other.height != kept.height);
     };
-    const auto has_other = [&](const RunLog& log) {
-      return std::any_of(log.references.begin(), log.references.end(), differs);
-    };
-    if (std::any_of(logs.begin(), logs.end(), has_other)) scenes.push_back(kept.scene);
+    const auto has_other = [&](const RunLog& log) { return std::ranges::any_of(log.references, differs); };
+    if (std::ranges::any_of(logs, has_other)) scenes.push_back(kept.scene);
   }
   return scenes;
 }

@@ -20,7 +20,7 @@ std::vector<std::string> order_metrics(const std::set<std::string>& seen) {
   for (const char* name : {"relmse", "mse", "trimmed_relmse", "smape", "bias"})
     if (seen.contains(name)) ordered.push_back(name);
   for (const std::string& name : seen)
-    if (std::find(ordered.begin(), ordered.end(), name) == ordered.end()) ordered.push_back(name);
+    if (std::ranges::find(ordered, name) == ordered.end()) ordered.push_back(name);
   // A signed figure cannot lead: its zero says nothing of noise.
   if (ordered.size() > 1 && ordered.front() == "bias") std::rotate(ordered.begin(), ordered.begin() + 1, ordered.end());
   return ordered;
@@ -46,7 +46,7 @@ void set_common_time(SceneData& scene, const std::string& metric, bool with_sign
   for (const Configuration& configuration : scene.configurations)
     if (const auto estimate = estimate_at(configuration, metric, common)) errors.push_back(estimate->centre);
   if (errors.empty()) return;
-  std::sort(errors.begin(), errors.end());
+  std::ranges::sort(errors);
   const double middle = errors[(errors.size() - 1) / 2];
   if (middle > 0) scene.target_error = round_up_nicely(middle);
 }
@@ -75,7 +75,7 @@ Configuration& configuration_of(ReportData& data, const CellName& name) {
 }  // namespace
 
 std::size_t index_in(std::vector<std::string>& names, const std::string& name) {
-  const auto found = std::find(names.begin(), names.end(), name);
+  const auto found = std::ranges::find(names, name);
   const auto index = static_cast<std::size_t>(found - names.begin());
   if (found == names.end()) names.push_back(name);
   return index;
@@ -119,7 +119,7 @@ ReportData arrange(const RunLog& log) {
   }
   data.metrics = order_metrics(metrics);
   data.phases.assign(phases.begin(), phases.end());
-  if (const auto other = std::find(data.phases.begin(), data.phases.end(), "other"); other != data.phases.end())
+  if (const auto other = std::ranges::find(data.phases, "other"); other != data.phases.end())
     std::rotate(other, other + 1, data.phases.end());
   data.counters.assign(counters.begin(), counters.end());
 
@@ -133,8 +133,7 @@ ReportData arrange(const RunLog& log) {
     }
     ++data.done;
     if (found == checkpoints.end()) continue;
-    std::stable_sort(found->second.begin(), found->second.end(),
-                     [](const auto* a, const auto* b) { return a->iterations < b->iterations; });
+    std::ranges::stable_sort(found->second, [](const auto* a, const auto* b) { return a->iterations < b->iterations; });
     const double held_s = budgets[found->second.back()->manifest];
     configuration.replicates.push_back({cell.cell.seed, &cell, std::move(found->second), held_s});
   }
@@ -143,8 +142,8 @@ ReportData arrange(const RunLog& log) {
     for (const ReferenceRecord& record : log.references)
       if (record.scene == scene.name) scene.reference = &record;
     for (Configuration& configuration : scene.configurations) {
-      std::stable_sort(configuration.replicates.begin(), configuration.replicates.end(),
-                       [](const Replicate& a, const Replicate& b) { return a.seed < b.seed; });
+      std::ranges::stable_sort(configuration.replicates,
+                               [](const Replicate& a, const Replicate& b) { return a.seed < b.seed; });
       data.most_seeds = std::max(data.most_seeds, configuration.replicates.size());
     }
     if (!data.empty()) set_common_time(scene, data.main_metric(), data.is_signed(data.main_metric()));

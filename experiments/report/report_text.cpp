@@ -133,7 +133,7 @@ double round_up_nicely(double value) {
 }
 
 std::size_t display_width(std::string_view text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return !continues(c); }));
+  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return !continues(c); }));
 }
 
 std::string padded(std::string_view text, std::size_t width, bool right) {

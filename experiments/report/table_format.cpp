@@ -128,7 +128,7 @@ std::string to_tex(const Table& table) {
   }
   for (const std::string& note : table.notes) {
     std::string line = note;
-    std::replace(line.begin(), line.end(), '\n', ' ');
+    std::ranges::replace(line, '\n', ' ');
     out += "% " + line + "\n";
   }
   return out;

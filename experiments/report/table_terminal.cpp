@@ -77,7 +77,7 @@ class TerminalTable {
     for (Column& column : columns_) column.title_width = std::max(longest_word(column.title), column.title_width / 2);
     for (std::size_t i = columns_.size(); i-- > 0 && !fits() && rows_ > 1;) say_column_once(i);
     const auto has_parameters = [](const Column& c) { return !c.right && c.cells.front().find('=') != std::string::npos; };
-    const bool named = rows_ > 1 && std::count_if(columns_.begin(), columns_.end(), has_parameters) > 1;
+    const bool named = rows_ > 1 && std::ranges::count_if(columns_, has_parameters) > 1;
     for (Column& column : columns_)
       if (!fits() && !column.right && rows_ > 1) say_parameters_once(column, named);
     // The widest that can be first, as far as is needed.
@@ -111,7 +111,7 @@ class TerminalTable {
 
   void say_column_once(std::size_t i) {
     const std::vector<std::string>& cells = columns_[i].cells;
-    if (std::any_of(cells.begin(), cells.end(), [&](const std::string& cell) { return cell != cells.front(); })) return;
+    if (std::ranges::any_of(cells, [&](const std::string& cell) { return cell != cells.front(); })) return;
     said_.insert(said_.begin(), columns_[i].title + " " + cells.front());  // columns come from the last to the first
     columns_.erase(columns_.begin() + static_cast<std::ptrdiff_t>(i));
   }
@@ -120,9 +120,9 @@ class TerminalTable {
   void say_parameters_once(Column& column, bool named) {
     for (const std::string& word : words_of(column.cells.front())) {
       if (word.find('=') == std::string::npos) continue;
-      const bool shared = std::all_of(column.cells.begin(), column.cells.end(), [&](const std::string& cell) {
+      const bool shared = std::ranges::all_of(column.cells, [&](const std::string& cell) {
         const auto words = words_of(cell);
-        return std::find(words.begin(), words.end(), word) != words.end();
+        return std::ranges::find(words, word) != words.end();
       });
       if (!shared) continue;
       said_.push_back(named ? column.title + " " + word : word);

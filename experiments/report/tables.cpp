@@ -265,9 +265,9 @@ Table counters_table(const ReportData& data) {
   };
   for (const std::string& counter : data.counters) {
     const auto& records = data.log->checkpoints;
-    const bool used = std::any_of(records.begin(), records.end(), [&](const auto& r) { return count_of(r, counter) > 0; });
+    const bool used = std::ranges::any_of(records, [&](const auto& r) { return count_of(r, counter) > 0; });
     std::string title = counter;
-    std::replace(title.begin(), title.end(), '_', ' ');
+    std::ranges::replace(title, '_', ' ');
     add(counter + "_per_iteration", title, used, [&](const CheckpointRecord& r) {
       return count_of(r, counter) / static_cast<double>(std::max<std::uint64_t>(1, r.iterations));
     });

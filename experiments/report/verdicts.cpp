@@ -38,8 +38,7 @@ std::vector<Contender> contenders(const ReportData& data, const SceneData& scene
     if (!best.contains(index)) late.push_back(name);
   std::vector<Contender> sorted;
   for (const auto& [index, contender] : best) sorted.push_back(contender);
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const Contender& a, const Contender& b) { return a.error.centre < b.error.centre; });
+  std::ranges::stable_sort(sorted, [](const Contender& a, const Contender& b) { return a.error.centre < b.error.centre; });
   return sorted;
 }
 
@@ -97,8 +96,7 @@ std::string target_text(const ReportData& data, const SceneData& scene) {
   if (best.size() < 2) return {};
   std::vector<std::pair<ArrivalMedian, const Configuration*>> sorted;
   for (const auto& [index, entry] : best) sorted.push_back(entry);
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return is_earlier(a.first.median, b.first.median); });
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return is_earlier(a.first.median, b.first.median); });
   std::vector<std::string> parts;
   for (const auto& [arrival, configuration] : sorted)
     parts.push_back(fmt::format("{} {}", label(data, *configuration), describe(arrival)));
@@ -126,7 +124,7 @@ std::string throughput_text(const ReportData& data, const SceneData& scene) {
     for (const auto& [integrator, by_accel] : rates) values.push_back(by_accel.at(accel));
     ranked.emplace_back(geometric_mean(values), accel);
   }
-  std::sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::sort(ranked, [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::string> parts;
   for (const auto& [rate, accel] : ranked)
     parts.push_back(fmt::format("{} {}", data.accels[accel], format_figure(rate / ranked.front().first)));

@@ -118,8 +118,7 @@ void warn_of_scenes(const ReportData& data, Warnings& warnings) {
   for (const SceneData& scene : data.scenes) {
     if (scene.reference == nullptr) continue;
     std::vector<std::string> told = scene.reference->warnings;
-    std::stable_partition(told.begin(), told.end(),
-                          [](const std::string& w) { return w.find("NaN or infinity") != std::string::npos; });
+    std::ranges::stable_partition(told, [](const std::string& w) { return w.find("NaN or infinity") != std::string::npos; });
     for (std::size_t i = 0; i < std::min(told.size(), most_told); ++i)
       warnings.push_back(told[i].starts_with(scene.name + ":") ? told[i] : scene.name + ": " + told[i]);
     if (told.size() > most_told)

@@ -29,7 +29,7 @@ Method parse_method(const std::string& text, const auto& find, const Location& w
     if (equals == std::string::npos) throw Error(where, fmt::format("'{}'; expected key=value", word));
     const std::string key = word.substr(0, equals), value = word.substr(equals + 1);
     const auto same = [&](const ParamInfo& info) { return info.name == key && info.default_value == value; };
-    if (std::none_of(infos.begin(), infos.end(), same)) method.params[key] = parse_param_value(value, where);
+    if (std::ranges::none_of(infos, same)) method.params[key] = parse_param_value(value, where);
   }
   return method;
 }

@@ -95,7 +95,7 @@ std::optional<Reference> from_earlier(const ReferenceRequest& request) {
 }
 
 bool has_delta_light(const Scene& scene) {
-  return std::any_of(scene.lights.begin(), scene.lights.end(), [](const Light& light) {
+  return std::ranges::any_of(scene.lights, [](const Light& light) {
     return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
   });
 }

@@ -95,8 +95,7 @@ ReferenceCache ReferenceCache::standard(const std::string& beside) {
   std::vector<std::string> directories;
   const auto add = [&](const fs::path& path) {
     std::error_code ignored;
-    if (fs::is_directory(path, ignored) &&
-        std::find(directories.begin(), directories.end(), path.string()) == directories.end())
+    if (fs::is_directory(path, ignored) && std::ranges::find(directories, path.string()) == directories.end())
       directories.push_back(path.string());
   };
   if (!beside.empty()) {
@@ -133,7 +132,7 @@ std::optional<RenderedReference> ReferenceCache::find(const Scene& scene, ivec2 
       if (!size) continue;
       if (const auto k = multiple(*size, resolution)) candidates.emplace_back(*k, entry.path().string());
     }
-    std::sort(candidates.begin(), candidates.end());
+    std::ranges::sort(candidates);
     for (const auto& [k, path] : candidates) {
       try {
         const RenderedReference reference = read_reference(path);

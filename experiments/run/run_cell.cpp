@@ -146,11 +146,10 @@ class CellRunner {
     if (!integrator.cache()) return;
     const auto shapes = integrator.cache()->record_shapes();
     for (const Region& region : task_.regions)
-      record.regions[region.name]["records"] =
-          static_cast<double>(std::count_if(shapes.begin(), shapes.end(), [&](const auto& shape) {
-            const auto seen = task_.scene.camera.connect(task_.resolution, shape.position, vec2(0.5f));
-            return seen && region.holds(ivec2(seen->film), task_.resolution);
-          }));
+      record.regions[region.name]["records"] = static_cast<double>(std::ranges::count_if(shapes, [&](const auto& shape) {
+        const auto seen = task_.scene.camera.connect(task_.resolution, shape.position, vec2(0.5f));
+        return seen && region.holds(ivec2(seen->film), task_.resolution);
+      }));
   }
 
   const CellTask& task_;

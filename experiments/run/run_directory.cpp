@@ -117,7 +117,7 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
     if (other.id == dated.id) dated.date = other.date;
   const std::string line = to_json_line(dated);
   const auto same = [&](const ManifestRecord& other) { return to_json_line(other) == line; };
-  if (std::none_of(earlier_.manifests.begin(), earlier_.manifests.end(), same)) append({line});
+  if (std::ranges::none_of(earlier_.manifests, same)) append({line});
   if (earlier_.plans.empty() || earlier_.plans.back() != plan) append({to_json_line(plan)});
 }
 
@@ -179,8 +179,8 @@ std::set<CellName> RunDirectory::believed_cells(const std::function<void(const s
 }
 
 bool RunDirectory::has_structures(const std::string& scene, std::size_t count) const {
-  return static_cast<std::size_t>(std::count_if(earlier_.structures.begin(), earlier_.structures.end(),
-                                                [&](const auto& record) { return record.scene == scene; })) >= count;
+  return static_cast<std::size_t>(
+             std::ranges::count_if(earlier_.structures, [&](const auto& record) { return record.scene == scene; })) >= count;
 }
 
 StoredFile RunDirectory::write_image(const CellName& cell, const Image& image,
@@ -193,7 +193,7 @@ StoredFile RunDirectory::write_strip(const CellName& cell, const std::vector<Ima
   const ivec2 size = images.front().size;
   Image strip({size.x, size.y * static_cast<int>(images.size())});
   auto to = strip.pixels.begin();
-  for (const Image& image : images) to = std::copy(image.pixels.begin(), image.pixels.end(), to);
+  for (const Image& image : images) to = std::ranges::copy(image.pixels, to).out;
   const std::string relative = "images/" + safe_name(cell) + "_checkpoints.exr";
   return {relative, write_exr((fs::path(path_) / relative).string(), strip, {{"etendue_cell", cell.key()}})};
 }

@@ -68,7 +68,7 @@ class Comparisons {
       : a_(a),
         b_(b),
         brightest_(std::max({options.brightest, 2 * a.rare_value(), 2 * b.rare_value()})),
-        tests_(3 * static_cast<std::size_t>(std::count_if(a.pixels().begin(), a.pixels().end(), [](auto n) { return n > 0; }))),
+        tests_(3 * static_cast<std::size_t>(std::ranges::count_if(a.pixels(), [](auto n) { return n > 0; }))),
         level_(sidak_level(options.false_alarm_rate, tests_) / 2),
         least_limit_(student_t_quantile(1 - level_, a.batches() + b.batches() - 2)) {
     for (int c = 0; c < 3; ++c) image_mean_ += (sample_of(a, 0, c).mean + sample_of(b, 0, c).mean) / 6;

@@ -184,7 +184,7 @@ double rate_value(const RatePoint& point, const std::string& metric, std::span<c
 }
 
 double rate_abscissa(const RatePoint& point, std::span<const double> weights) {
-  if (std::all_of(point.x.begin(), point.x.end(), [&](double x) { return x == point.x.front(); })) return point.x.front();
+  if (std::ranges::all_of(point.x, [&](double x) { return x == point.x.front(); })) return point.x.front();
   double total = 0, logs = 0;
   for (std::size_t i = 0; i < point.x.size(); ++i) {
     if (weights[i] == 0) continue;
@@ -227,8 +227,8 @@ std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::st
   RateFit result{found->exponent, std::exp(found->log_amplitude), found->plateau, {}, {},
                  logs.size(),     points.size() - logs.size()};
   const auto by_x = [](const LogPoint& a, const LogPoint& b) { return a.x < b.x; };
-  result.from = std::min_element(logs.begin(), logs.end(), by_x)->x;
-  result.to = std::max_element(logs.begin(), logs.end(), by_x)->x;
+  result.from = std::ranges::min_element(logs, by_x)->x;
+  result.to = std::ranges::max_element(logs, by_x)->x;
   if (seeds < 3) return result;
   const auto intervals = bootstrap_intervals(
       seeds, 2,

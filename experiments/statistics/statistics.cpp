@@ -13,12 +13,12 @@ namespace {
 
 std::vector<double> logarithms(std::span<const double> values) {
   std::vector<double> logs(values.size());
-  std::transform(values.begin(), values.end(), logs.begin(), [](double v) { return std::log(v); });
+  std::ranges::transform(values, logs.begin(), [](double v) { return std::log(v); });
   return logs;
 }
 
 bool all_positive(std::span<const double> values) {
-  return std::all_of(values.begin(), values.end(), [](double v) { return v > 0; });
+  return std::ranges::all_of(values, [](double v) { return v > 0; });
 }
 
 }  // namespace
@@ -26,13 +26,13 @@ bool all_positive(std::span<const double> values) {
 double mean(std::span<const double> values) {
   CHECK(!values.empty());
   // Equal values average to themselves, so that shared iteration counts stay whole numbers.
-  if (std::all_of(values.begin(), values.end(), [&](double v) { return v == values[0]; })) return values[0];
+  if (std::ranges::all_of(values, [&](double v) { return v == values[0]; })) return values[0];
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 double geometric_mean(std::span<const double> values) {
   CHECK(!values.empty());
-  if (std::all_of(values.begin(), values.end(), [&](double v) { return v == values[0]; })) return values[0];
+  if (std::ranges::all_of(values, [&](double v) { return v == values[0]; })) return values[0];
   return all_positive(values) ? std::exp(mean(logarithms(values))) : 0;
 }
 
@@ -47,7 +47,7 @@ double sample_sd(std::span<const double> values) {
 double quantile(std::span<const double> values, double p) {
   CHECK(!values.empty());
   std::vector<double> sorted(values.begin(), values.end());
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const double position = std::clamp(p, 0.0, 1.0) * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(position);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
@@ -88,7 +88,7 @@ Estimate signed_estimate(std::span<const double> values, double confidence) {
 Estimate geometric_estimate(std::span<const double> values) {
   if (!all_positive(values)) {
     Estimate estimate{median(values), {}, values.size() > 1 ? Spread::min_max : Spread::none, values.size()};
-    estimate.interval = {*std::min_element(values.begin(), values.end()), *std::max_element(values.begin(), values.end())};
+    estimate.interval = {*std::ranges::min_element(values), *std::ranges::max_element(values)};
     return estimate;
   }
   Estimate estimate = signed_estimate(logarithms(values));
@@ -151,7 +151,7 @@ std::optional<double> value_at(const Curve& curve, double x) {
   // An average of equal times may differ from them in its last bits.
   constexpr double slack = 1e-12;
   if (x < curve.x.front() * (1 - slack) || x > curve.x.back() * (1 + slack)) return std::nullopt;
-  const auto upper = std::lower_bound(curve.x.begin(), curve.x.end(), x);
+  const auto upper = std::ranges::lower_bound(curve.x, x);
   if (upper == curve.x.begin()) return curve.y.front();
   if (upper == curve.x.end()) return curve.y.back();
   const auto i = static_cast<std::size_t>(upper - curve.x.begin());
@@ -206,7 +206,7 @@ std::optional<SlopeFit> fit_slope(std::span<const double> x, const std::vector<s
 
 Arrival time_to(const Curve& curve, double target) {
   if (curve.empty()) return {};
-  const auto found = std::find_if(curve.y.begin(), curve.y.end(), [&](double y) { return y <= target; });
+  const auto found = std::ranges::find_if(curve.y, [&](double y) { return y <= target; });
   if (found == curve.y.end()) return {Arrival::Kind::never, curve.x.back()};
   const auto i = static_cast<std::size_t>(found - curve.y.begin());
   if (i == 0) return {Arrival::Kind::before, curve.x.front()};
@@ -223,11 +223,11 @@ bool is_earlier(const Arrival& a, const Arrival& b) {
 ArrivalMedian median_arrival(std::span<const Arrival> arrivals) {
   CHECK(!arrivals.empty());
   std::vector<Arrival> sorted(arrivals.begin(), arrivals.end());
-  std::stable_sort(sorted.begin(), sorted.end(), is_earlier);
+  std::ranges::stable_sort(sorted, is_earlier);
   ArrivalMedian result;
   result.count = sorted.size();
-  result.arrived = static_cast<std::size_t>(
-      std::count_if(sorted.begin(), sorted.end(), [](const Arrival& a) { return a.kind != Arrival::Kind::never; }));
+  result.arrived =
+      static_cast<std::size_t>(std::ranges::count_if(sorted, [](const Arrival& a) { return a.kind != Arrival::Kind::never; }));
   const std::size_t upper = sorted.size() / 2, lower = (sorted.size() - 1) / 2;
   result.median = sorted[upper];
   if (result.median.kind != Arrival::Kind::never) {
@@ -240,7 +240,7 @@ ArrivalMedian median_arrival(std::span<const Arrival> arrivals) {
 std::vector<std::size_t> pareto_front(std::span<const dvec2> points) {
   std::vector<std::size_t> order(points.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
     return points[a].x != points[b].x ? points[a].x < points[b].x : points[a].y < points[b].y;
   });
   std::vector<std::size_t> front;

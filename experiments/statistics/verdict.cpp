@@ -42,7 +42,7 @@ Verdict judge(double value, const Interval& measured, const Expected& expected, 
 
 Verdict combine(std::span<const Verdict> verdicts) {
   CHECK(!verdicts.empty());
-  const bool same = std::all_of(verdicts.begin(), verdicts.end(), [&](Verdict v) { return v == verdicts.front(); });
+  const bool same = std::ranges::all_of(verdicts, [&](Verdict v) { return v == verdicts.front(); });
   return same ? verdicts.front() : Verdict::depends;
 }
 

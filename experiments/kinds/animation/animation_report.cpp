@@ -84,7 +84,7 @@ Figure policy_figure(const AnimationData& animation, const char* stem, const cha
     series.style(p);
     for (std::size_t f = 1; f < animation.frames; ++f) {
       const std::vector<double> values = over_seeds(animation, p, f, figure);
-      const auto [least, most] = std::minmax_element(values.begin(), values.end());
+      const auto [least, most] = std::ranges::minmax_element(values);
       series.points.emplace_back(static_cast<double>(f), unit * mean(values), unit * *least, unit * *most);
       low = std::min(low, series.points.back().y);
       high = std::max(high, series.points.back().y);
@@ -191,7 +191,7 @@ std::vector<Figure> animation_figures(const AnimationData& animation) {
 std::string animation_finding(const AnimationData& animation) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t p = 0; p < animation.policy_count(); ++p) order.emplace_back(mean_over(animation, p, 1, frame_s), p);
-  std::sort(order.begin(), order.end());
+  std::ranges::sort(order);
   std::string text =
       fmt::format("{} takes the least time: {} a frame", animation.policy(order[0].second), format_seconds(order[0].first));
   for (std::size_t i = 1; i < order.size(); ++i)

@@ -18,7 +18,7 @@ ClaimMeasure read_measure(const ConfigNode& node) {
   for (const ConfigNode* scene : list_elements(row.need("scenes"), "scenes", "an array of scenes")) {
     measure.scenes.push_back(read_text(*scene, "scenes", "names or paths in quotes"));
     check_claim_scene(measure.scenes.back(), scene->where);
-    if (std::count(measure.scenes.begin(), measure.scenes.end(), measure.scenes.back()) > 1)
+    if (std::ranges::count(measure.scenes, measure.scenes.back()) > 1)
       throw Error(scene->where, fmt::format("scene '{}' stands there twice", measure.scenes.back()));
   }
   if (const ConfigNode* expect = row.find("expect")) {
@@ -42,7 +42,7 @@ Claim read_claim(const ConfigNode& node) {
     claim.measures.push_back(read_measure(measure));
     judged = judged || !claim.measures.back().expect.empty();
     const auto same = [&](const ClaimMeasure& other) { return other.measurement == claim.measures.back().measurement; };
-    if (std::count_if(claim.measures.begin(), claim.measures.end(), same) > 1)
+    if (std::ranges::count_if(claim.measures, same) > 1)
       throw Error(measure.where, fmt::format("claims: '{}' stands there twice in claim {}",
                                              claim.measures.back().measurement->name, claim.id));
   }

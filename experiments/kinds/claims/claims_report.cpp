@@ -49,7 +49,7 @@ std::string name_rows(const Rows& some, const Rows& all) {
     std::string scenes;
     for (const JudgedPrediction& row : some)
       if (same(row)) scenes += (scenes.empty() ? "" : ", ") + short_scene(row.scene);
-    const bool everywhere = std::count_if(some.begin(), some.end(), same) == std::count_if(all.begin(), all.end(), same);
+    const bool everywhere = std::ranges::count_if(some, same) == std::ranges::count_if(all, same);
     if (!names.empty()) names += "; ";
     if (quantities_of(all).size() > 1) names += everywhere ? quantity : quantity + " on ";
     if (!everywhere) names += scenes;

@@ -96,7 +96,7 @@ constexpr std::pair<std::string_view, TimedWork (*)(Subject&)> variants[] = {
 void race_variants(Subject& s) {
   std::vector<Contender> contenders;
   for (const std::string& name : s.trial.works()) {
-    const auto found = std::find_if(std::begin(variants), std::end(variants), [&](const auto& v) { return v.first == name; });
+    const auto found = std::ranges::find_if(variants, [&](const auto& v) { return v.first == name; });
     const auto structure = [&] { return s.held([&q = s.trial.make(name)](const Ray& ray) { return q.closest(ray); }); };
     contenders.push_back({name, found != std::end(variants) ? found->second(s) : structure()});
   }

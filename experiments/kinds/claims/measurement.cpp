@@ -14,7 +14,7 @@ Trial::Trial(const MeasureTask& of, const std::vector<Quantity>& wanted)
     : task(of), scene(load_claim_scene(of.scene, of.reading)), quantities_(wanted) {
   for (const Quantity& quantity : wanted)
     for (const std::string& work : {quantity.over, quantity.time})
-      if (!work.empty() && std::find(works_.begin(), works_.end(), work) == works_.end()) works_.push_back(work);
+      if (!work.empty() && std::ranges::find(works_, work) == works_.end()) works_.push_back(work);
 }
 
 void Trial::race(const std::vector<Contender>& contenders, int repetitions) {
@@ -71,8 +71,7 @@ MeasureResult Measurement::run(const MeasureTask& task) const {
 }
 
 const Quantity* Measurement::quantity(std::string_view quantity_name) const {
-  const auto found =
-      std::find_if(quantities.begin(), quantities.end(), [&](const Quantity& q) { return q.name == quantity_name; });
+  const auto found = std::ranges::find_if(quantities, [&](const Quantity& q) { return q.name == quantity_name; });
   return found == quantities.end() ? nullptr : &*found;
 }
 

@@ -59,7 +59,7 @@ class Execution {
 
  private:
   bool has_cells(std::size_t scene) const {
-    return std::any_of(plan_.cells.begin(), plan_.cells.end(), [&](const Cell& cell) { return cell.scene == scene; });
+    return std::ranges::any_of(plan_.cells, [&](const Cell& cell) { return cell.scene == scene; });
   }
 
   // Cells that an earlier run ended are left out where they are still what it logged: made of the same scene, measured
@@ -79,8 +79,7 @@ class Execution {
     }
     narrate_resumption();
     for (std::size_t s = 0; s < scenes_.size(); ++s)
-      if (std::none_of(pending_.begin(), pending_.end(), [&](const Cell* cell) { return cell->scene == s; }) &&
-          !wants_structures(s))
+      if (std::ranges::none_of(pending_, [&](const Cell* cell) { return cell->scene == s; }) && !wants_structures(s))
         scenes_[s].reset();
   }
 
@@ -88,8 +87,7 @@ class Execution {
     const ReferenceRecord* known = directory_.earlier().reference(config_.scenes[s].name);
     if (known == nullptr || config_.reference.kind == ReferenceChoice::Kind::file) return true;
     if (!damage(*known, plan_.directory).empty()) return true;
-    return std::any_of(plan_.cells.begin(), plan_.cells.end(),
-                       [&](const Cell& cell) { return cell.scene == s && !whole.contains(cell.name); });
+    return std::ranges::any_of(plan_.cells, [&](const Cell& cell) { return cell.scene == s && !whole.contains(cell.name); });
   }
 
   bool wants_structures(std::size_t scene) const {
@@ -143,8 +141,8 @@ class Execution {
     const std::string wrong = known != nullptr ? damage(*known, plan_.directory) : "";
     if (!wrong.empty()) observer_.warn(fmt::format("{}: the reference {}; it is made again", name, wrong));
     // By a reference that was refused nothing has been measured.
-    const bool measured = std::any_of(earlier.cells.begin(), earlier.cells.end(),
-                                      [&](const CellRecord& c) { return c.cell.scene == name && c.status == "done"; });
+    const bool measured =
+        std::ranges::any_of(earlier.cells, [&](const CellRecord& c) { return c.cell.scene == name && c.status == "done"; });
     const bool begun = measured && known != nullptr && wrong.empty();
     const std::string begun_with = begun ? (fs::path(plan_.directory) / known->file).string() : "";
     try {
@@ -258,7 +256,7 @@ class Execution {
 
   // Bias and variance are found from the images of several seeds.
   bool wants_images(const CellName& cell) const {
-    return std::any_of(config_.predictions.begin(), config_.predictions.end(), [&](const Prediction& p) {
+    return std::ranges::any_of(config_.predictions, [&](const Prediction& p) {
       return p.needs_images() && (p.scene.empty() || p.scene == cell.scene) && selects(p.method, cell.integrator);
     });
   }

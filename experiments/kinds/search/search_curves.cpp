@@ -17,7 +17,7 @@ namespace {
 void add(std::vector<SearchPlot>& plots, const PlotKey& key, const std::string& structure, double x, const Measured& value) {
   SearchPlot& plot = find_or_add(plots, [&](const PlotKey& p) { return p == key; }, {key, {}});
   StructureCurve& curve = find_or_add(plot.curves, [&](const auto& c) { return c.structure == structure; }, {structure, {}});
-  auto point = std::find_if(curve.points.begin(), curve.points.end(), [x](const CurvePoint& p) { return p.x >= x; });
+  auto point = std::ranges::find_if(curve.points, [x](const CurvePoint& p) { return p.x >= x; });
   if (point == curve.points.end() || point->x != x) point = curve.points.insert(point, {x, value, {}});
   point->medians.push_back(value.median);
   point->value = {median(point->medians), std::min(point->value.low, value.low), std::max(point->value.high, value.high)};
@@ -55,7 +55,7 @@ std::vector<double> abscissas(const SearchPlot& plot) {
 }
 
 const CurvePoint* point_at(const StructureCurve& curve, double x) {
-  const auto found = std::find_if(curve.points.begin(), curve.points.end(), [x](const CurvePoint& p) { return p.x == x; });
+  const auto found = std::ranges::find_if(curve.points, [x](const CurvePoint& p) { return p.x == x; });
   return found == curve.points.end() ? nullptr : &*found;
 }
 

@@ -89,9 +89,9 @@ std::vector<Measure> measures_of(const std::vector<const SearchRecord*>& records
   std::vector<Measure> measures;
   for (const SearchRecord* record : records)
     for (const SearchFigure& figure : record->figures)
-      if (std::none_of(measures.begin(), measures.end(), [&](const Measure& m) { return m.is(figure); }))
+      if (std::ranges::none_of(measures, [&](const Measure& m) { return m.is(figure); }))
         measures.push_back({figure.measure, figure.parameter});
-  std::stable_sort(measures.begin(), measures.end(), [](const Measure& a, const Measure& b) {
+  std::ranges::stable_sort(measures, [](const Measure& a, const Measure& b) {
     const auto rank = [](const std::string& m) { return m == "within" ? 1 : m == "nearest" ? 2 : 0; };
     return rank(a.name) < rank(b.name);
   });
@@ -104,7 +104,7 @@ std::vector<std::pair<double, std::string>> ranking(const SearchPlot& plot, doub
   for (const StructureCurve& curve : plot.curves)
     if (const CurvePoint* point = point_at(curve, x); point && (with_brute || curve.structure != "brute"))
       order.emplace_back(point->value.median, curve.structure);
-  std::sort(order.begin(), order.end());
+  std::ranges::sort(order);
   return order;
 }
 
@@ -131,7 +131,7 @@ Table search_times_table(const RunLog& log) {
   for (const Measure& measure : measures_of(records)) {
     const std::string name = measure_name(measure.name, measure.parameter);
     std::string key = name + (measure.name == "memory" ? "_bytes" : "_s");
-    std::replace(key.begin(), key.end(), ' ', '_');
+    std::ranges::replace(key, ' ', '_');
     const auto part = [&](double Measured::*value) {
       return [&measure, value](const Row& row) {
         for (const SearchFigure& f : row.record->figures)

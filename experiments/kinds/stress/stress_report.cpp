@@ -30,7 +30,7 @@ std::string embedded_picture(const std::string& path) {
 // The rows that are done, by id.
 std::vector<const StressRecord*> arrange_stress(const RunLog& log) {
   std::vector<const StressRecord*> rows = done_records_of<StressRecord>(log);
-  std::stable_sort(rows.begin(), rows.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
+  std::ranges::stable_sort(rows, [](const auto* a, const auto* b) { return a->id < b->id; });
   return rows;
 }
 

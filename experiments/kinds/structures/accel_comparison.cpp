@@ -140,7 +140,7 @@ class Comparison {
   // The position of a structure among the contenders, which it joins where it is not yet.
   std::size_t position_of(const Method& choice, Isa isa) {
     const auto same = [&](const Contender& c) { return c.record.structure == name_of(choice, isa); };
-    const auto found = std::find_if(contenders_.begin(), contenders_.end(), same);
+    const auto found = std::ranges::find_if(contenders_, same);
     const auto position = static_cast<std::size_t>(found - contenders_.begin());
     if (found == contenders_.end()) add(choice, isa);
     return position;

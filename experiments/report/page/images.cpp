@@ -105,7 +105,7 @@ double exposure_for(const Image& image) {
 std::pair<int, int> decades_of(const std::vector<std::vector<double>>& maps) {
   std::vector<double> all;
   for (const std::vector<double>& map : maps)
-    std::copy_if(map.begin(), map.end(), std::back_inserter(all), [](double error) { return error > 0; });
+    std::ranges::copy_if(map, std::back_inserter(all), [](double error) { return error > 0; });
   const int high = all.empty() ? 0 : static_cast<int>(std::ceil(std::log10(quantile(all, 0.995))));
   const int low = all.empty() ? -1 : static_cast<int>(std::floor(std::log10(quantile(all, 0.05))));
   return {std::clamp(low, high - 6, high - 2), high};

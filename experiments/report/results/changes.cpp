@@ -68,7 +68,7 @@ std::optional<FigureValue> figure_in(const std::vector<TableCell>& row, const Fi
 std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<const Table> now) {
   std::vector<FigureChange> changes;
   for (const Table& table : now) {
-    const auto before = std::find_if(then.begin(), then.end(), [&](const Table& t) { return t.name == table.name; });
+    const auto before = std::ranges::find_if(then, [&](const Table& t) { return t.name == table.name; });
     if (before == then.end()) continue;
     const Rows rows = rows_by_name(*before);
     std::map<std::string, std::size_t> seen;
@@ -92,7 +92,7 @@ std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<
 
 Table changes_table(std::span<const FigureChange> changes) {
   std::vector<FigureChange> moved;
-  std::copy_if(changes.begin(), changes.end(), std::back_inserter(moved), [](const FigureChange& c) { return c.moved(); });
+  std::ranges::copy_if(changes, std::back_inserter(moved), [](const FigureChange& c) { return c.moved(); });
   const std::string note =
       fmt::format("{} figures with intervals were compared; those of {} do not overlap.", changes.size(), moved.size());
   TableOf<FigureChange> table("changes", "What moved since the last log", std::move(moved));

@@ -57,8 +57,8 @@ double value_of(std::string_view quote, const TableSource& tables) {
   const TableCell* found = nullptr;
   std::size_t rows = 0;
   for (const auto& row : table.rows) {
-    const bool fits = std::all_of(wanted.begin(), wanted.end(), [&](std::string_view word) {
-      return std::any_of(row.begin(), row.end(), [&](const TableCell& cell) { return is_named(cell, word); });
+    const bool fits = std::ranges::all_of(wanted, [&](std::string_view word) {
+      return std::ranges::any_of(row, [&](const TableCell& cell) { return is_named(cell, word); });
     });
     if (!fits) continue;
     ++rows;

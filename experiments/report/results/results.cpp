@@ -47,7 +47,7 @@ std::string machine_text(const ManifestRecord& manifest) {
 }
 
 std::string in_row(std::string text) {
-  std::replace(text.begin(), text.end(), '|', '/');
+  std::ranges::replace(text, '|', '/');
   return text;
 }
 
@@ -91,7 +91,7 @@ std::vector<std::string> result_folders(const std::string& root) {
   std::vector<std::string> folders;
   for (const auto& entry : fs::directory_iterator(fs::path(root) / "results"))
     if (is_file((entry.path() / "runs.jsonl").string())) folders.push_back(entry.path().filename().string());
-  std::sort(folders.begin(), folders.end());
+  std::ranges::sort(folders);
   return folders;
 }
 
@@ -146,7 +146,7 @@ std::vector<std::string> left_over_files(const std::string& root, const std::map
     const std::string path = entry.path().lexically_relative(root).string();
     if (entry.is_regular_file() && (folder == "tables" || folder == "charts") && !derived.contains(path)) left.push_back(path);
   }
-  std::sort(left.begin(), left.end());
+  std::ranges::sort(left);
   return left;
 }
 

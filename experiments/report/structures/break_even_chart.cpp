@@ -41,9 +41,8 @@ std::vector<Choice> cheapest_choices(const std::vector<const StructureRecord*>& 
   for (const StructureRecord* r : records)
     if (is_measured(*r)) left.push_back(r);
   if (left.empty()) return {};
-  const auto first = std::min_element(left.begin(), left.end(), [](const auto* a, const auto* b) {
-    return std::pair(build_s(*a), ray_s(*a)) < std::pair(build_s(*b), ray_s(*b));
-  });
+  const auto first = std::ranges::min_element(
+      left, [](const auto* a, const auto* b) { return std::pair(build_s(*a), ray_s(*a)) < std::pair(build_s(*b), ray_s(*b)); });
   std::vector<Choice> choices{{*first, 0}};
   for (;;) {  // the next is the line of less slope that meets this one first
     const StructureRecord* now = choices.back().record;

@@ -89,7 +89,7 @@ Figure ray_cost_figure(const ReportData& data, const SceneData& scene) {
   std::vector<std::string> notes;
   auto records = comparable_structures(data, scene, notes);
   if (records.empty()) return {};
-  std::stable_sort(records.begin(), records.end(), [](const auto* a, const auto* b) { return ray_cost(*a) < ray_cost(*b); });
+  std::ranges::stable_sort(records, [](const auto* a, const auto* b) { return ray_cost(*a) < ray_cost(*b); });
   Chart chart{.x = {"cost, one thread [ns per ray]"}};
   for (const StructureRecord* record : records) chart.rows.push_back(structure_name(*record));
   for (const RayKind kind : ray_kinds) {

@@ -92,7 +92,7 @@ std::vector<Figure> structure_sweep_figures(const ReportData& data) {
     std::vector<std::string> names;
     for (const StructureRecord& record : data.log->structures) {
       const auto is_its = [&](const auto& entry) { return entry.second == record.scene; };
-      if (std::none_of(scenes.begin(), scenes.end(), is_its)) continue;
+      if (std::ranges::none_of(scenes, is_its)) continue;
       index_in(names, structure_name(record));
       if (record.build_s.median == 0 && !record.note.empty())
         figure.notes.push_back(fmt::format("{}, {}: {}.", structure_name(record), record.scene, record.note));
@@ -131,13 +131,13 @@ Figure structures_over_scenes_figure(const ReportData& data) {
   std::vector<std::pair<double, std::string>> rows;  // by the worst scene
   for (const std::string& name : names) {
     const auto less = [](const auto& a, const auto& b) { return a.second < b.second; };
-    const auto [best, worst] = std::minmax_element(costs[name].begin(), costs[name].end(), less);
+    const auto [best, worst] = std::ranges::minmax_element(costs[name], less);
     if (best->second > off_the_chart)
       notes.push_back(fmt::format("Outside the chart: {}, {} times the fastest or more.", name, format_figure(best->second)));
     else
       rows.emplace_back(worst->second, name);
   }
-  std::stable_sort(rows.begin(), rows.end());
+  std::ranges::stable_sort(rows);
   Chart chart{.x = {"cost of a ray over the fastest's"}};
   for (const auto& [worst, name] : rows) chart.rows.push_back(name);
   for (std::size_t s = 0; s < scenes.size(); ++s) {

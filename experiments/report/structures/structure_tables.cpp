@@ -32,7 +32,7 @@ class StructureTable : public TableOf<StructureRecord> {
   explicit StructureTable(const RunLog& log)
       : TableOf("structures", "Ray structures", log.structures), records_(log.structures) {}
 
-  bool any(const auto& test) const { return std::any_of(records_.begin(), records_.end(), test); }
+  bool any(const auto& test) const { return std::ranges::any_of(records_, test); }
 
   // Adds a number of the record, which has no cell where it is 0.
   void number(const char* key, const char* title, auto StructureRecord::*member, Format format = format_figure) {
@@ -52,7 +52,7 @@ class StructureTable : public TableOf<StructureRecord> {
   // Adds a group of figures by kind of ray.
   void by_kind(const char* title, const std::string& suffix, ByRayKind<Measured> StructureRecord::*figures) {
     group(title, any([&](const StructureRecord& r) {
-            return std::any_of((r.*figures).begin(), (r.*figures).end(), [](const Measured& m) { return m.median > 0; });
+            return std::ranges::any_of(r.*figures, [](const Measured& m) { return m.median > 0; });
           }));
     for (const RayKind kind : ray_kinds)
       measured(ray_kind_name(kind) + suffix, ray_kind_name(kind), format_figure,
