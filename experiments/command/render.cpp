@@ -330,15 +330,8 @@ int render_command(const RenderCommand& command) {
   // An error target needs the reference before, all else only afterwards, off the user's time.
   std::optional<Reference> reference;
   const auto find_reference = [&] {
-    reference = make_reference({scene,
-                                needs,
-                                r.scene,
-                                r.resolution,
-                                {},
-                                r.threads,
-                                [&](const std::string& line) { console.line(line); },
-                                [&](const std::string& line) { console.status(line); }},
-                               ReferenceCache::standard(""));
+    ConsoleRunObserver observer(console);
+    reference = make_reference({scene, needs, r.scene, r.resolution, {}, r.threads, &observer}, ReferenceCache::standard(""));
     if (!reference->failure.empty()) throw Error(reference->failure);
   };
   if (budget.error)

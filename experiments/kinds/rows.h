@@ -23,7 +23,7 @@ std::vector<Row> read_rows(const ConfigNode& node, const std::string& owner, con
 }
 
 template <class Entries>
-std::vector<std::string> names_of(const Entries& entries) {
+std::vector<std::string> entry_names(const Entries& entries) {
   std::vector<std::string> names;
   for (const auto& entry : entries) names.emplace_back(entry.name);
   return names;
@@ -35,7 +35,7 @@ const Entry& find_by_name(std::span<const Entry> entries, const std::string& wha
                           const Location& where) {
   for (const Entry& entry : entries)
     if (entry.name == name) return entry;
-  throw Error(where, unknown_name(what, name, names_of(entries)));
+  throw Error(where, unknown_name(what, name, entry_names(entries)));
 }
 
 }  // namespace etendue

@@ -17,15 +17,12 @@ class RecordExecution {
         observer_(observer),
         work_(work),
         manifest_(plan_manifest(plan, threads)),
-        directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh) {}
+        directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh, observer) {}
 
   RunSummary run() {
-    for (const std::string& note : directory_.notes()) observer_.warn(note);
     for (const Cell& cell : plan_.cells) work_.load(cell);
     for (const Cell& cell : plan_.cells)
-      if (const auto scene = work_.scene(cell))
-        if (const std::string told = directory_.note_scene(scene->name, scene->path, scene->hash); !told.empty())
-          observer_.warn(told);
+      if (const auto scene = work_.scene(cell)) directory_.note_scene(scene->name, scene->path, scene->hash);
     std::set<CellName> done;
     for (const auto& record : directory_.earlier().records) {
       if (!record->done() || !is_whole(*record)) continue;

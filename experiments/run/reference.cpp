@@ -3,7 +3,7 @@
 #include "accel/registry.h"
 #include "experiments/run/closed_form.h"
 #include "experiments/run/file_lock.h"
-#include "experiments/run/run_cell.h"
+#include "experiments/run/run.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
 #include "integrators/registry.h"
@@ -55,9 +55,9 @@ BatchStatistics run_batches(const ReferenceRequest& request, const Method& metho
   budget.checkpoints.linear = 1;
   BatchStatistics statistics(request.resolution, *budget.samples);
   const std::string what = fmt::format("reference of {}: {} samples per pixel of {}", request.name, samples, method.label());
-  if (request.narrate) request.narrate(what);
+  if (request.observer) request.observer->narrate(what);
   for (int batch = 0; batch < reference_batches; ++batch) {
-    if (request.status) request.status(fmt::format("{}, {} of {} batches", what, batch, reference_batches));
+    if (request.observer) request.observer->status(fmt::format("{}, {} of {} batches", what, batch, reference_batches));
     const std::uint64_t seed = hash_keys(reference_seed, stream, batch);
     statistics.add(
         run_cell({request.scene, request.needs, accel, method, seed, request.resolution, budget, request.threads}).image);
@@ -189,9 +189,9 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
   if (agreement.verdict == Agreement::Verdict::disagree)
     reference.failure = fmt::format("no reference of {}: {} and {} disagree ({}): {}", request.name, pair.first.label(),
                                     pair.second.label(), remedy(pair, samples), agreement.text);
-  if (!told && request.narrate)
-    request.narrate(fmt::format(
-        "warning: the reference of {} is used, but unproven: {} samples per pixel are too few to tell whether {} and {} agree; "
+  if (!told && request.observer)
+    request.observer->warn(fmt::format(
+        "the reference of {} is used, but unproven: {} samples per pixel are too few to tell whether {} and {} agree; "
         "expected reference = {{ samples = {} }} or more",
         request.name, samples, pair.first.label(), pair.second.label(), agreement.samples_needed));
   return reference;
@@ -239,9 +239,9 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
   // One that is unproven is none for others.
   if (reference.failure.empty() && reference.rendered.checks.find(undecided) == std::string::npos) {
     const auto stored = cache.store(request.scene, reference.rendered);
-    if (request.narrate)
-      request.narrate(stored ? "reference kept in " + *stored
-                             : "the reference cache cannot be written; the reference is not kept");
+    if (request.observer)
+      request.observer->narrate(stored ? "reference kept in " + *stored
+                                       : "the reference cache cannot be written; the reference is not kept");
   }
   return reference;
 }

@@ -8,7 +8,6 @@
 #include "experiments/statistics/agreement.h"
 #include "framework/scene/needs.h"
 
-#include <functional>
 #include <string>
 
 namespace etendue {
@@ -21,6 +20,8 @@ struct Reference {
   bool earlier = false;  // it is the file that the request named
 };
 
+class RunObserver;  // run.h
+
 struct ReferenceRequest {
   const Scene& scene;
   const SceneNeeds& needs;
@@ -28,9 +29,8 @@ struct ReferenceRequest {
   ivec2 resolution{0};
   ReferenceChoice choice;
   int threads = 1;
-  std::function<void(const std::string&)> narrate;  // what is being done
-  std::function<void(const std::string&)> status;   // how far it is; each line replaces the one before
-  std::string earlier{};  // a file that a run which goes on was measured against; of use if it is rendered, and whole
+  RunObserver* observer = nullptr;  // is told what is being done, and how far it is
+  std::string earlier{};            // a file that a run which goes on was measured against; of use if it is rendered, and whole
 };
 
 // The default takes a minute or two for a built-in scene. The report warns where the variance this leaves is not small against

@@ -2,6 +2,7 @@
 
 #include "experiments/log/trust.h"
 #include "experiments/report/report_text.h"
+#include "experiments/run/run.h"
 #include "framework/core/error.h"
 #include "framework/io/image/exr.h"
 
@@ -84,8 +85,9 @@ std::string safe_name(const CellName& cell) {
 
 }  // namespace
 
-RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manifest, const PlanRecord& plan, bool fresh)
-    : path_(path), manifest_id_(manifest.id), lock_(lock_directory(path)) {
+RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manifest, const PlanRecord& plan, bool fresh,
+                           RunObserver& observer)
+    : path_(path), manifest_id_(manifest.id), observer_(observer), lock_(lock_directory(path)) {
   if (fresh) clear(path);
   remove_partial_files(path);
   for (const char* name : {"images", "references", "pictures", "tables", "charts"})
@@ -104,10 +106,10 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
     set_aside(log, damaged);
     constexpr std::size_t most = 10;
     for (const DamagedLine& line : std::span(damaged).first(std::min(damaged.size(), most)))
-      notes_.push_back(line.what + "; it is set aside in runs.jsonl.damaged, and what it was part of runs again");
-    if (damaged.size() > most) notes_.push_back(fmt::format("{}: so are {} more lines", log, damaged.size() - most));
+      observer_.warn(line.what + "; it is set aside in runs.jsonl.damaged, and what it was part of runs again");
+    if (damaged.size() > most) observer_.warn(fmt::format("{}: so are {} more lines", log, damaged.size() - most));
     drop_nameless(earlier_, manifest_id_);
-    if (earlier_.torn) notes_.push_back(log + ": its end is torn, as a run that is killed leaves it; that is cut off");
+    if (earlier_.torn) observer_.warn(log + ": its end is torn, as a run that is killed leaves it; that is cut off");
   }
   finished_ = earlier_.finished;
   writer_ = std::make_unique<LogWriter>(log);
@@ -136,36 +138,34 @@ void RunDirectory::finish() {
   finished_ = true;
 }
 
-std::string RunDirectory::note_scene(const std::string& scene, const std::string& path, std::uint64_t hash) {
+void RunDirectory::note_scene(const std::string& scene, const std::string& path, std::uint64_t hash) {
   const SceneRecord record{scene, fmt::format("{:016x}", hash), path_from(path_, path)};
   const SceneRecord* known = earlier_.scene(scene);
-  if (known != nullptr && to_json_line(*known) == to_json_line(record)) return "";
+  if (known != nullptr && to_json_line(*known) == to_json_line(record)) return;
   const std::string before = known == nullptr ? "" : known->hash;
   const std::size_t had = earlier_.cell_count();
   append({to_json_line(record)});
-  if (before == record.hash) return "";
+  if (before == record.hash) return;
   read_earlier();  // where the rule stands by which records no longer count
-  return had == earlier_.cell_count()
-             ? ""
-             : fmt::format("{} has changed since its cells were run (hash {}, then {}): they run again", scene, record.hash,
-                           before.empty() ? "not known" : before);
+  if (had != earlier_.cell_count())
+    observer_.warn(fmt::format("{} has changed since its cells were run (hash {}, then {}): they run again", scene, record.hash,
+                               before.empty() ? "not known" : before));
 }
 
-std::string RunDirectory::note_reference(const ReferenceRecord& record) {
+void RunDirectory::note_reference(const ReferenceRecord& record) {
   const ReferenceRecord* known = earlier_.reference(record.scene);
-  // Once: a run that goes on ends with the log of one that was not stopped.
-  if (known != nullptr && to_json_line(*known) == to_json_line(record)) return "";
+  // It is logged once: a run that goes on ends with the log of one that was not stopped.
+  if (known != nullptr && to_json_line(*known) == to_json_line(record)) return;
   const bool differs = known == nullptr || known->stamp != record.stamp;
   const std::size_t had = earlier_.cells.size();
   append({to_json_line(record)});
   read_earlier();
-  return !differs || had == earlier_.cells.size()
-             ? ""
-             : fmt::format("the reference of {} is not the one that its cells were measured against: they run again",
-                           record.scene);
+  if (differs && had != earlier_.cells.size())
+    observer_.warn(
+        fmt::format("the reference of {} is not the one that its cells were measured against: they run again", record.scene));
 }
 
-std::set<CellName> RunDirectory::believed_cells(const std::function<void(const std::string&)>& told) const {
+std::set<CellName> RunDirectory::believed_cells() const {
   std::set<CellName> believed;
   for (const CellRecord& cell : earlier_.cells) {
     if (cell.status != "done") continue;
@@ -173,7 +173,7 @@ std::set<CellName> RunDirectory::believed_cells(const std::function<void(const s
     if (wrong.empty())
       believed.insert(cell.cell);
     else
-      told(fmt::format("{}: {}; it runs again", cell.cell.key(), wrong));
+      observer_.warn(fmt::format("{}: {}; it runs again", cell.cell.key(), wrong));
   }
   return believed;
 }

@@ -10,7 +10,6 @@
 #include "experiments/run/file_lock.h"
 #include "framework/image/film.h"
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -25,25 +24,26 @@ struct StoredFile {
   FileStamp stamp;
 };
 
+class RunObserver;  // run.h
+
 class RunDirectory {
  public:
   // Makes the directory, locks it, reads what an earlier run left (`fresh`: deletes that), sets aside what of the log is
   // damaged, and appends manifest and plan if they are new ones. Throws Error where another process holds the lock, or where
-  // the log is of another experiment or thread count: figures of both would be mixed. WriteError as all that follows.
-  RunDirectory(const std::string& path, const ManifestRecord& manifest, const PlanRecord& plan, bool fresh);
+  // the log is of another experiment or thread count: figures of both would be mixed. WriteError as all that follows. The
+  // observer is warned of what is wrong with the log, and of what no longer counts.
+  RunDirectory(const std::string& path, const ManifestRecord& manifest, const PlanRecord& plan, bool fresh,
+               RunObserver& observer);
 
   const std::string& path() const { return path_; }
   const RunLog& earlier() const { return earlier_; }
-  // What was found wrong with the log, for people.
-  const std::vector<std::string>& notes() const { return notes_; }
-  // The scene as it is now. Where the log has it otherwise, what it holds of the scene is dropped, here and there; returns then
-  // what to tell of it, else "".
-  std::string note_scene(const std::string& scene, const std::string& path, std::uint64_t hash);
+  // Logs the scene as it is now. Where the log has it otherwise, what it holds of the scene is dropped, here and there.
+  void note_scene(const std::string& scene, const std::string& path, std::uint64_t hash);
   // Logs what the scene's cells are measured against from now on, if that is new. Where it is another than before, the cells
-  // that were measured are dropped; returns then what to tell of it, else "".
-  std::string note_reference(const ReferenceRecord& record);
-  // Cells that are done and whose files are what the log says; `told`, where they are not.
-  std::set<CellName> believed_cells(const std::function<void(const std::string&)>& told) const;
+  // that were measured are dropped.
+  void note_reference(const ReferenceRecord& record);
+  // Finds the cells that are done and whose files are what the log says.
+  std::set<CellName> believed_cells() const;
   bool has_structures(const std::string& scene, std::size_t count) const;
 
   StoredFile write_image(const CellName& cell, const Image& image, const std::map<std::string, std::string>& attributes);
@@ -59,9 +59,9 @@ class RunDirectory {
   void read_earlier();
 
   std::string path_, manifest_id_;
+  RunObserver& observer_;
   FileLock lock_;
   RunLog earlier_;
-  std::vector<std::string> notes_;
   std::unique_ptr<LogWriter> writer_;
   bool finished_ = false;
   const double opened_ = now_s();

@@ -2,6 +2,7 @@
 #include "experiments/log/log.h"
 #include "experiments/run/run_directory.h"
 #include "framework/core/error.h"
+#include "tests/unit/silent_observer.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -109,7 +110,8 @@ TEST_F(Log, RecordsAreReadBackExactly) {
 TEST_F(Log, TheLastTextOfAnExperimentCounts) {
   ManifestRecord manifest{"id", "0.1", "abc", "GCC", "-O2", "cpu", "title", "hash", 7, "a.toml", "", "exponent = -1\n"};
   const std::string path = (directory_ / "run").string();
-  const auto open = [&] { RunDirectory(path, manifest, {}, false); };
+  SilentObserver observer;
+  const auto open = [&] { RunDirectory(path, manifest, {}, false, observer); };
   open();
   manifest.experiment = "exponent = -2\n";
   manifest.options = "--quick";

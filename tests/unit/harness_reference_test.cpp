@@ -93,7 +93,7 @@ class ReferenceFiles : public ::testing::Test {
 
   Reference make(const ReferenceChoice& choice, ivec2 resolution, const char* name = "builtin:cornell-box") {
     const Scene scene = load_scene(name);
-    return make_reference({scene, scene_needs(scene), name, resolution, choice, 2, {}, {}}, ReferenceCache({directory_}));
+    return make_reference({scene, scene_needs(scene), name, resolution, choice, 2}, ReferenceCache({directory_}));
   }
 
   std::string directory_;

@@ -23,7 +23,7 @@ ClaimMeasure read_measure(const ConfigNode& node) {
   }
   if (const ConfigNode* expect = row.find("expect")) {
     const Measurement& measurement = *measure.measurement;
-    measure.expect = read_expectations(*expect, measurement.name + ": expect", names_of(measurement.quantities));
+    measure.expect = read_expectations(*expect, measurement.name + ": expect", entry_names(measurement.quantities));
   }
   row.flag("large", measure.large);
   row.finish();

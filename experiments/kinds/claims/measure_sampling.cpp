@@ -137,9 +137,7 @@ Curve error_curve(const std::vector<CheckpointRecord>& checkpoints, bool against
 void measure_cache(Trial& t) {
   const SceneNeeds needs = scene_needs(t.scene);
   const ivec2 resolution(96);
-  const auto ignore = [](const std::string&) {};
-  const Reference reference =
-      make_reference({t.scene, needs, t.task.scene, resolution, {}, 1, ignore, ignore}, ReferenceCache::standard(""));
+  const Reference reference = make_reference({t.scene, needs, t.task.scene, resolution, {}, 1}, ReferenceCache::standard(""));
   if (!reference.failure.empty()) throw Error(reference.failure);
   Budget budget;
   budget.time_s = 0.012 * t.task.resolution;  // 3 s at 256

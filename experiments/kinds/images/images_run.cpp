@@ -38,11 +38,10 @@ class Execution {
         config_(plan.config),
         observer_(observer),
         manifest_(plan_manifest(plan, plan.threads)),
-        directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh),
+        directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh, observer),
         scenes_(config_.scenes.size()) {}
 
   RunSummary run() {
-    for (const std::string& note : directory_.notes()) observer_.warn(note);
     load_scenes();
     choose_pending();
     const StatedRecord stated{config_.predictions, config_.regions};
@@ -65,7 +64,7 @@ class Execution {
   // Cells that an earlier run ended are left out where they are still what it logged: made of the same scene, measured
   // against the same reference, their files whole.
   void choose_pending() {
-    const std::set<CellName> whole = directory_.believed_cells([this](const std::string& what) { observer_.warn(what); });
+    const std::set<CellName> whole = directory_.believed_cells();
     for (std::size_t s = 0; s < scenes_.size(); ++s)
       if (scenes_[s] && has_cells(s) && wants_reference(s, whole)) make_scene_reference(s);
     // A reference that is another took its scene's cells out of the log.
@@ -126,16 +125,13 @@ class Execution {
     for (std::size_t s = 0; s < scenes_.size(); ++s) {
       if (!scenes_[s]) continue;
       const SceneChoice& choice = config_.scenes[s];
-      if (const std::string told = directory_.note_scene(choice.name, choice.path, scenes_[s]->scene.hash()); !told.empty())
-        observer_.warn(told);
+      directory_.note_scene(choice.name, choice.path, scenes_[s]->scene.hash());
     }
   }
 
   void make_scene_reference(std::size_t s) {
     LoadedScene& loaded = *scenes_[s];
     const std::string& name = config_.scenes[s].name;
-    const auto narrate = [this](const std::string& line) { observer_.narrate(line); };
-    const auto status = [this](const std::string& line) { observer_.status(line); };
     const RunLog& earlier = directory_.earlier();
     const ReferenceRecord* known = directory_.earlier().reference(name);
     const std::string wrong = known != nullptr ? damage(*known, plan_.directory) : "";
@@ -147,7 +143,7 @@ class Execution {
     const std::string begun_with = begun ? (fs::path(plan_.directory) / known->file).string() : "";
     try {
       loaded.reference = make_reference(
-          {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, narrate, status, begun_with},
+          {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, &observer_, begun_with},
           ReferenceCache::standard(config_.path));
     } catch (const std::bad_alloc&) {
       loaded.reference.failure = fmt::format("no reference of {}: out of memory", name);
@@ -155,8 +151,7 @@ class Execution {
     const RenderedReference& rendered = loaded.reference.rendered;
     if (rendered.image.pixels.empty() || loaded.reference.earlier) return;  // where there is none, its cells will say why
     const StoredFile file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
-    const std::string told = directory_.note_reference(reference_record(name, loaded.scene, rendered, file.path, file.stamp));
-    if (!told.empty()) observer_.warn(told);
+    directory_.note_reference(reference_record(name, loaded.scene, rendered, file.path, file.stamp));
   }
 
   void compare_scene_structures(std::size_t s) {

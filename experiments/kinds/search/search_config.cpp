@@ -39,7 +39,7 @@ SearchChoice read_search(const ConfigNode& node, bool records) {
   TableReader reader(node, owner);
   SearchChoice choice;
   choice.records = records;
-  const std::vector<std::string> all = records ? names_of(record_structures()) : names_of(point_structures());
+  const std::vector<std::string> all = records ? entry_names(record_structures()) : entry_names(point_structures());
   const ConfigNode* wanted = reader.find("structures");
   const bool every = !wanted || (wanted->text() && *wanted->text() == "all");
   choice.structures = every ? all : read_names(*wanted, owner + ".structures", "structure", all);

@@ -71,14 +71,7 @@ class StressWork final : public RecordWork {
     const Scene scene = load_scene(row.scene, {plan_.config.path}, plan_.reading);
     const SceneNeeds needs = scene_needs(scene);
     const ivec2 resolution = plan_.config.resolution.value_or(scene.resolution);
-    const Reference reference = make_reference({scene,
-                                                needs,
-                                                row.scene,
-                                                resolution,
-                                                {},
-                                                plan_.threads,
-                                                [this](const std::string& line) { observer_.narrate(line); },
-                                                [this](const std::string& line) { observer_.status(line); }},
+    const Reference reference = make_reference({scene, needs, row.scene, resolution, {}, plan_.threads, &observer_},
                                                ReferenceCache::standard(plan_.config.path));
     if (!reference.failure.empty()) throw Error(reference.failure);
     Budget budget = plan_.config.budget;
