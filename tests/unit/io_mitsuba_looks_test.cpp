@@ -47,7 +47,8 @@ TEST(MitsubaBsdfs, LinearPlasticKeepsItsReflectance) {
 }
 
 TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
-  for (const char* type : {"phong", "ward", "principled", "roughdiffuse", "thindielectric", "hk", "measured", "difftrans"}) {
+  for (const char* type : {"phong", "ward", "principled", "roughdiffuse", "thindielectric", "hk", "measured", "difftrans",
+                           "pplastic", "polarizer"}) {
     const std::string shape = "<shape type=\"rectangle\"><bsdf type=\"" + std::string(type) + "\"/></shape>";
     EXPECT_ERROR(read(shape), "s.xml:2:25: ") << type;
     EXPECT_TRUE(warns(approximated(shape), type)) << type;

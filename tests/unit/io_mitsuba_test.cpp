@@ -246,6 +246,23 @@ TEST(MitsubaShapes, GroupsAreInstanced) {
   EXPECT_TRUE(warns(approximated("<shape type=\"heightfield\"/>"), "taken as nothing"));
 }
 
+TEST(MitsubaShapes, MergedShapesAreReadOneByOne) {
+  const Scene scene =
+      read("<shape type=\"merge\"><shape type=\"sphere\"/><shape type=\"merge\"><shape type=\"cube\"/></shape></shape>");
+  EXPECT_EQ(scene.objects[0].shapes.size(), 2u);
+  EXPECT_ERROR(read("<shape type=\"merge\" id=\"m\"><ref id=\"m\"/></shape>"), "more than 64 objects deep");
+}
+
+TEST(MitsubaShapes, AnimationsAreRefusedOrStandStill) {
+  const std::string moving =
+      R"(<shape type="sphere"><animation name="to_world"><transform time="0"><translate x="3"/></transform>
+    <transform time="1"><translate x="5"/></transform></animation></shape>)";
+  EXPECT_ERROR(read(moving), "an animation is not supported");
+  const Scene still = approximated(moving);
+  expect_near(std::get<Sphere>(still.objects[0].geometry.quadrics.at(0)).centre + still.origin, {3, 0, 0});
+  EXPECT_ERROR(approximated("<shape type=\"sphere\"><animation name=\"to_world\"/></shape>"), "expected transforms");
+}
+
 TEST(MitsubaShapes, QuadricsAreKept) {
   const Scene scene =
       read(R"(<shape type="sphere"><point name="center" x="1" y="2" z="3"/><float name="radius" value="2"/></shape>

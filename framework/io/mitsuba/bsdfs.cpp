@@ -5,6 +5,8 @@
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace etendue {
@@ -80,6 +82,7 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"roughconductor", "GGX with alpha or alpha_u, alpha_v; beckmann and others approximated by it", &R::conductor},
       {"plastic", "as it is, nonlinear or not; another specular_reflectance than 1 approximated by 1", &R::plastic},
       {"roughplastic", "the same with a rough coat, which keeps the smooth one's transmission", &R::plastic},
+      {"pplastic", "approximated by roughplastic: light is not polarized", &R::plastic},
       {"twosided", "the bsdf in it; of two different ones approximated by the first", &R::two_sided},
       {"null", "the shape is left out", &R::null_bsdf},
       {"mask",
@@ -102,6 +105,10 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"hk", "approximated: grey diffuse of 0.5", &R::other_bsdf},
       {"irawan", "approximated: grey diffuse of 0.5", &R::other_bsdf},
       {"measured", "approximated: grey diffuse of 0.5", &R::other_bsdf},
+      {"measured_polarized", "approximated: grey diffuse of 0.5", &R::other_bsdf},
+      {"circular", "approximated: no surface", &R::polarizer},
+      {"polarizer", "approximated: no surface", &R::polarizer},
+      {"retarder", "approximated: no surface", &R::polarizer},
   };
   return table;
 }

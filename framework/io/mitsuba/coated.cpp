@@ -2,12 +2,16 @@
 
 #include "framework/io/mitsuba/reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace etendue {
 
 MitsubaReader::MaterialEntry MitsubaReader::plastic(const Properties& of) {
-  const bool rough = of.type() == "roughplastic";
+  const bool rough = of.type() != "plastic";
+  if (of.type() == "pplastic")
+    approximate(of.where(), fmt::format("{} is not supported", of.title()), "roughplastic: light is not polarized");
   MaterialEntry entry;
   Plastic coated;
   const float eta = relative_index(of, "polypropylene");
@@ -76,6 +80,12 @@ MitsubaReader::MaterialEntry MitsubaReader::principled(const Properties& of) {
                               : "a diffuse base under a rough dielectric coat");
   of.ignore_all();
   return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::polarizer(const Properties& of) {
+  of.ignore_all();
+  approximate(of.where(), fmt::format("{} is not supported: light is not polarized", of.title()), "no surface");
+  return {.two_sided = true, .invisible = true};
 }
 
 MitsubaReader::MaterialEntry MitsubaReader::other_bsdf(const Properties& of) {

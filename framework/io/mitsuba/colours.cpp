@@ -5,6 +5,8 @@
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
 
+#include <fmt/format.h>
+
 namespace etendue {
 
 namespace {

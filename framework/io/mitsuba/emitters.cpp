@@ -3,6 +3,8 @@
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/mitsuba/sky.h"
 
+#include <fmt/format.h>
+
 namespace etendue {
 
 namespace {
@@ -32,6 +34,7 @@ std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
       {"sky", "approximated by Preetham's clear sky", &R::sky},
       {"sun", "approximated by a directional light", &R::sky},
       {"sunsky", "approximated by both", &R::sky},
+      {"timed_sunsky", "approximated by both", &R::sky},
       {"collimated", "approximated: left out", &R::left_out_emitter},
       {"directionalarea", "approximated: left out", &R::left_out_emitter},
       {"projector", "approximated: left out", &R::left_out_emitter},

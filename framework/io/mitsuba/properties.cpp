@@ -2,6 +2,8 @@
 
 #include "framework/io/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +12,8 @@ namespace etendue {
 
 namespace {
 
-constexpr std::array values{"float", "integer", "boolean",  "string",    "point",    "vector",
-                            "rgb",   "srgb",    "spectrum", "blackbody", "transform"};
+constexpr std::array values{"float", "integer", "boolean",  "string",    "point",     "vector",
+                            "rgb",   "srgb",    "spectrum", "blackbody", "transform", "animation"};
 constexpr std::array objects{"bsdf",       "shape",   "emitter", "luminaire", "sensor", "camera",  "film",      "sampler",
                              "integrator", "texture", "medium",  "volume",    "phase",  "rfilter", "subsurface"};
 constexpr std::array others{"ref", "alias", "path"};
@@ -142,8 +144,12 @@ vec3 Properties::point(std::string_view name, const vec3& otherwise) const {
 }
 
 Transform Properties::transform(std::string_view name) const {
-  const Entry* entry = find_typed(name, {"transform"}, "a transform");
-  return entry ? read_transform(*entry->meant) : Transform();
+  const Entry* entry = find_typed(name, {"transform", "animation"}, "a transform");
+  if (!entry) return Transform();
+  if (entry->meant->tag == "transform") return read_transform(*entry->meant);
+  if (entry->meant->children.empty() || entry->meant->children[0].tag != "transform")
+    throw Error(entry->meant->where(), "animation: expected transforms");
+  return read_transform(entry->meant->children[0]);
 }
 
 const XmlElement* Properties::element(std::string_view name) const {

@@ -44,7 +44,7 @@ class Properties {
   bool boolean(std::string_view name, bool otherwise) const;
   std::string string(std::string_view name, const std::string& otherwise) const;
   vec3 point(std::string_view name, const vec3& otherwise) const;
-  Transform transform(std::string_view name) const;  // identity where it is missing
+  Transform transform(std::string_view name) const;  // identity where it is missing; of an animation the first
   // A colour or a texture, references followed; nullptr where it is missing.
   const XmlElement* element(std::string_view name) const;
   // The objects with one of these tags that no property names, references followed.

@@ -2,6 +2,8 @@
 
 #include "framework/io/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 
@@ -16,6 +18,7 @@ Scene MitsubaReader::read() {
     throw Error(tree_.root().where("version"), fmt::format("scene: version {}; expected 0.4 to 3", quote(version)));
   for (const XmlElement& child : tree_.root().children)
     if (child.tag == "path") search_.push_back(child.value("value"));
+  leave_out_motion(tree_.root());
   properties(tree_.root());  // every element and reference is known
   for (const XmlElement& child : tree_.root().children) read_child(child);
   finish();
@@ -84,6 +87,12 @@ void MitsubaReader::leave_out_media(const Properties& of) {
   for (const XmlElement* medium : media)
     approximate(medium->where(), fmt::format("a {} is not supported: there are no participating media", medium->tag),
                 "nothing: what it would absorb and scatter goes straight on");
+}
+
+void MitsubaReader::leave_out_motion(const XmlElement& element) {
+  if (element.tag == "animation")
+    approximate(element.where(), "an animation is not supported: nothing moves", "its first transform, without blur");
+  for (const XmlElement& child : element.children) leave_out_motion(child);
 }
 
 std::string MitsubaReader::file_name(const Properties& of) {

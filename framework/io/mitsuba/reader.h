@@ -8,6 +8,8 @@
 #include "framework/io/mitsuba/properties.h"
 #include "framework/io/object_builder.h"
 
+#include <fmt/format.h>
+
 #include <deque>
 #include <map>
 
@@ -66,6 +68,7 @@ class MitsubaReader {
   // `what` cannot be represented, `taken` stands for it. Throws Error unless approximations are asked for.
   void approximate(const Location& where, const std::string& what, const std::string& taken);
   void leave_out_media(const Properties& of);
+  void leave_out_motion(const XmlElement& element);
   Properties properties(const XmlElement& element) const { return {element, ids_}; }
   SceneFiles::File read_file_of(const Properties& of);
   RgbImage read_image_of(const Properties& of, Encoding encoding);
@@ -120,6 +123,7 @@ class MitsubaReader {
   void cylinder(const Properties& of, Group& group);
   void shape_group(const Properties& of, Group& group);
   void instance(const Properties& of, Group& group);
+  void merge(const Properties& of, Group& group);
   void other_shape(const Properties& of, Group& group);
   std::optional<ShapeLook> look(const Properties& of, const Group& group, MaterialEntry& entry);
   void place(TriangleMesh mesh, const Properties& of, Group& group, const std::string& name, bool outward);
@@ -155,6 +159,7 @@ class MitsubaReader {
   MaterialEntry phong(const Properties& of);
   MaterialEntry ward(const Properties& of);
   MaterialEntry principled(const Properties& of);
+  MaterialEntry polarizer(const Properties& of);
   MaterialEntry other_bsdf(const Properties& of);
   MaterialEntry diffuse_and_lobe(const Properties& of, float alpha);
 

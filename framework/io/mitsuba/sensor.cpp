@@ -3,6 +3,8 @@
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 
@@ -26,6 +28,7 @@ std::span<const MitsubaReader::SensorType> MitsubaReader::sensor_types() {
   using R = MitsubaReader;
   static constexpr SensorType table[] = {
       {"perspective", "fov and fov_axis, or focal_length; film size, crop approximated by the whole film", &R::perspective},
+      {"perspective_rdist", "the same, its distortion approximated by none", &R::perspective},
       {"thinlens", "the same with aperture_radius and focus_distance", &R::thin_lens},
       {"orthographic", "as it is", &R::orthographic},
       {"telecentric", "like orthographic; an aperture approximated by none", &R::orthographic},

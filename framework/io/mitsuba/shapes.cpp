@@ -9,6 +9,8 @@
 #include "framework/io/place_quadric.h"
 #include "framework/scene/builder.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace etendue {
@@ -50,13 +52,14 @@ std::span<const MitsubaReader::ShapeType> MitsubaReader::shape_types() {
       {"cylinder", "as it is", &R::cylinder},
       {"shapegroup", "as it is", &R::shape_group},
       {"instance", "as it is", &R::instance},
+      {"merge", "the shapes in it", &R::merge},
       {"bsplinecurve", "approximated: left out", &R::other_shape},
       {"deformable", "approximated: left out", &R::other_shape},
       {"ellipsoids", "approximated: left out", &R::other_shape},
+      {"ellipsoidsmesh", "approximated: left out", &R::other_shape},
       {"hair", "approximated: left out", &R::other_shape},
       {"heightfield", "approximated: left out", &R::other_shape},
       {"linearcurve", "approximated: left out", &R::other_shape},
-      {"merge", "approximated: left out", &R::other_shape},
       {"sdfgrid", "approximated: left out", &R::other_shape},
   };
   return table;
@@ -215,6 +218,11 @@ void MitsubaReader::instance(const Properties& of, Group& group) {
   const Transform to_world = of.transform("to_world");
   shape(*found[0], group);  // it may stand behind its instances
   instantiate(groups_.at(found[0]), to_world);
+}
+
+void MitsubaReader::merge(const Properties& of, Group& group) {
+  const Nesting nesting(*this, of.element());
+  for (const XmlElement* inner : of.objects({"shape"})) shape(*inner, group);
 }
 
 void MitsubaReader::instantiate(Group& group, const Transform& to_world) {

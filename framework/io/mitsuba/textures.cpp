@@ -1,8 +1,11 @@
 // Textures. Mitsuba's v = 0 is the top row of an image and ours the bottom one, so that every image is turned by its mapping;
 // mirrored repetition becomes an image of twice the size.
 
+#include "framework/core/memory.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/text.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <numeric>
@@ -37,6 +40,7 @@ void for_each_colour(Texture& texture, const Function& function) {
 // The image, beside it and below it its mirror images.
 void mirror(ImageTexture& image) {
   const ivec2 size = image.size;
+  require_memory(4.0 * sizeof(Rgb) * static_cast<double>(image.texels.size()), {}, "a mirrored image", "a smaller one");
   std::vector<Rgb> texels(4 * image.texels.size());
   for (int y = 0; y < 2 * size.y; ++y)
     for (int x = 0; x < 2 * size.x; ++x) {

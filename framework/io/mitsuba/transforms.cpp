@@ -3,6 +3,8 @@
 #include "framework/io/mitsuba/properties.h"
 #include "framework/io/text.h"
 
+#include <fmt/format.h>
+
 namespace etendue {
 
 namespace {

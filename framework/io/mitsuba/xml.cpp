@@ -2,6 +2,7 @@
 
 #include "framework/io/text.h"
 
+#include <fmt/format.h>
 #include <pugixml.hpp>
 
 #include <algorithm>
