@@ -1,6 +1,7 @@
 // Mitsuba scenes: bsdfs, colours, textures and emitters.
 #include "framework/io/image/image_file.h"
 #include "framework/io/load_scene.h"
+#include "framework/io/mitsuba/sky.h"
 #include "framework/io/spectra.h"
 #include "tests/unit/io_mitsuba_helpers.h"
 
@@ -115,6 +116,19 @@ TEST(MitsubaEmitters, AreReadAsOurs) {
   EXPECT_EQ(light_of<EnvironmentLight>("<emitter type=\"constant\"/>").scale, Rgb(1));
   EXPECT_ERROR(read("<emitter type=\"projector\"/>"), "is not supported");
   EXPECT_EQ(approximated(rectangle + "<emitter type=\"sunsky\"/>").lights.size(), 2u);
+}
+
+TEST(MitsubaEmitters, TheSunStandsWhereItStood) {
+  const auto altitude = [](const vec3& towards) { return std::asin(towards.y) * 180 / pi; };
+  const vec3 noon = towards_sun({2010, 6, 21, 12.0f, 51.4779f, 0, 0});  // Greenwich, at the solstice
+  EXPECT_NEAR(altitude(noon), 90 - 51.4779 + 23.437, 0.1);
+  EXPECT_GT(noon.z, 0) << "in the south";
+  EXPECT_NEAR(noon.x, 0, 0.02);
+  const vec3 morning = towards_sun({2010, 3, 20, 6.12f, 0, 0, 0});  // at the equator, at the equinox
+  expect_near(morning, {1, 0, 0}, 0.02f);
+  EXPECT_LT(towards_sun(SunTime()).x, -0.3f) << "a western sun in the afternoon";
+  const Scene scene = approximated(rectangle + "<emitter type=\"sun\"><float name=\"hour\" value=\"9\"/></emitter>");
+  EXPECT_LT(std::get<DirectionalLight>(scene.lights.at(0)).direction.x, -0.3f) << "from the east";
 }
 
 // The middle of an envmap lies towards +z of Mitsuba's emitter space, and its top towards +y.

@@ -103,8 +103,9 @@ TEST(MitsubaXml, DefaultsAndReferencesAreResolved) {
   EXPECT_ERROR(read("<bsdf type=\"diffuse\" id=\"white\"/><shape type=\"sphere\"><ref id=\"whte\"/></shape>"),
                "s.xml:2:64: unknown id 'whte'; did you mean 'white'");
   EXPECT_ERROR(
-      read("<bsdf type=\"diffuse\" id=\"a\"/><bsdf type=\"diffuse\" id=\"a\"/><shape type=\"sphere\"><ref id=\"a\"/></shape>"),
+      read("<bsdf type=\"plastic\" id=\"a\"/><bsdf type=\"diffuse\" id=\"a\"/><shape type=\"sphere\"><ref id=\"a\"/></shape>"),
       "the id of two objects");
+  read("<bsdf type=\"diffuse\" id=\"a\"/><bsdf type=\"diffuse\" id=\"a\"/><shape type=\"sphere\"><ref id=\"a\"/></shape>");
 }
 
 TEST(MitsubaXml, MistakesAreToldWithTheirPlace) {

@@ -20,6 +20,18 @@ vec3 unit(const Properties& of, const vec3& direction) {
   return vec3(dvec3(direction) / length);
 }
 
+SunTime sun_time(const Properties& of) {
+  SunTime when;
+  when.year = of.integer("year", when.year, 1950, 2050);
+  when.month = of.integer("month", when.month, 1, 12);
+  when.day = of.integer("day", when.day, 1, 31);
+  when.hour = of.number("hour", when.hour, -24, 48) + of.number("minute", 0, 0, 60) / 60 + of.number("second", 0, 0, 60) / 3600;
+  when.latitude = of.number("latitude", when.latitude, -90, 90);
+  when.longitude = of.number("longitude", when.longitude, -360, 360);
+  when.timezone = of.number("timezone", when.timezone, -24, 24);
+  return when;
+}
+
 }  // namespace
 
 std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
@@ -32,7 +44,7 @@ std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
       {"constant", "as it is", &R::constant},
       {"envmap", "as it is", &R::environment},
       {"sky", "approximated by Preetham's clear sky", &R::sky},
-      {"sun", "approximated by a directional light", &R::sky},
+      {"sun", "approximated by a directional light, from sun_direction or time and place", &R::sky},
       {"sunsky", "approximated by both", &R::sky},
       {"timed_sunsky", "approximated by both", &R::sky},
       {"collimated", "approximated: left out", &R::left_out_emitter},
@@ -136,19 +148,19 @@ void MitsubaReader::environment(const Properties& of) {
 void MitsubaReader::sky(const Properties& of) {
   const bool has_sky = of.type() != "sun", has_sun = of.type() != "sky";
   approximate(of.where(), fmt::format("{} is not supported", of.title()),
-              "Preetham's sky and a directional sun from 'sun_direction'; brightness and colours differ");
+              "Preetham's sky and a directional sun; brightness and colours differ");
   const Transform to_world = of.transform("to_world");
-  const vec3 towards_sun = unit(of, of.point("sun_direction", {0.5f, 0.7f, -0.4f}));
+  const vec3 sun = unit(of, of.point("sun_direction", towards_sun(sun_time(of))));
   const float turbidity = of.number("turbidity", 3, 1, 10), scale = of.number("scale", 1, 0, 1e6f);
   const float sky_scale = scale * of.number("sky_scale", 1, 0, 1e6f), sun_scale = scale * of.number("sun_scale", 1, 0, 1e6f);
   if (has_sky) {
-    EnvironmentLight light = preetham_sky(towards_sun, turbidity);
+    EnvironmentLight light = preetham_sky(sun, turbidity);
     light.scale = Rgb(sky_scale);
     light.light_to_world = to_world * light_to_emitter();
     add_light(of, std::move(light), Rgb(sky_scale));
   }
-  if (const Rgb sun = sun_scale * sun_irradiance(towards_sun, turbidity); has_sun && towards_sun.y > 0)
-    add_light(of, DirectionalLight{.direction = unit(of, to_world.vector(-towards_sun)), .irradiance = sun}, sun);
+  if (const Rgb irradiance = sun_scale * sun_irradiance(sun, turbidity); has_sun && sun.y > 0)
+    add_light(of, DirectionalLight{.direction = unit(of, to_world.vector(-sun)), .irradiance = irradiance}, irradiance);
   of.ignore_all();
 }
 

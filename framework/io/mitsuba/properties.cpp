@@ -31,14 +31,22 @@ void check_tag(const XmlElement& element) {
   throw Error(element.where(), unknown_name("element", element.tag, names));
 }
 
+bool is_same(const XmlElement& a, const XmlElement& b) {
+  return a.tag == b.tag &&
+         std::equal(a.attributes.begin(), a.attributes.end(), b.attributes.begin(), b.attributes.end(),
+                    [](const XmlAttribute& x, const XmlAttribute& y) { return x.name == y.name && x.value == y.value; }) &&
+         std::equal(a.children.begin(), a.children.end(), b.children.begin(), b.children.end(), is_same);
+}
+
 }  // namespace
 
 void XmlIds::add(const XmlElement& element) {
   const std::string id = element.value("id");
   if (element.tag == "alias") {
     aliases_.emplace(element.value("as"), id);
-  } else if (element.tag != "ref" && !id.empty() && !objects_.emplace(id, &element).second) {
-    doubles_.insert(id);
+  } else if (element.tag != "ref" && !id.empty()) {
+    const auto [object, is_new] = objects_.emplace(id, &element);
+    if (!is_new && !is_same(*object->second, element)) doubles_.insert(id);
   }
   for (const XmlElement& child : element.children) add(child);
 }

@@ -1,6 +1,7 @@
 #include "framework/io/mitsuba/sky.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -52,7 +53,34 @@ Rgb from_xy_luminance(double x, double y, double luminance) {
   return Rgb(glm::max(rgb, dvec3(0)));
 }
 
+// Since noon of 1 January 2000, in days.
+double days_since_2000(const SunTime& when) {
+  const std::chrono::sys_days date = std::chrono::year(when.year) / when.month / when.day;
+  const std::chrono::sys_days epoch = std::chrono::year(2000) / 1 / 1;
+  return static_cast<double>((date - epoch).count()) + (static_cast<double>(when.hour) - when.timezone - 12) / 24;
+}
+
 }  // namespace
+
+vec3 towards_sun(const SunTime& when) {
+  constexpr double degree = std::numbers::pi / 180;
+  const double days = days_since_2000(when);
+  const double omega = 2.1429 - 0.0010394594 * days, mean_longitude = 4.8950630 + 0.017202791698 * days,
+               anomaly = 6.2400600 + 0.0172019699 * days;
+  const double longitude = mean_longitude + 0.03341607 * std::sin(anomaly) + 0.00034894 * std::sin(2 * anomaly) - 0.0001134 -
+                           0.0000203 * std::sin(omega);
+  const double obliquity = 0.4090928 - 6.2140e-9 * days + 0.0000396 * std::cos(omega);
+  const double ascension = std::atan2(std::cos(obliquity) * std::sin(longitude), std::cos(longitude)),
+               declination = std::asin(std::sin(obliquity) * std::sin(longitude));
+  const double universal_hour = static_cast<double>(when.hour) - when.timezone;
+  const double sidereal_hour = 6.6974243242 + 0.0657098283 * days + universal_hour;
+  const double hour_angle = (15 * sidereal_hour + when.longitude) * degree - ascension, latitude = when.latitude * degree;
+  const dvec3 up_north_east{
+      std::cos(latitude) * std::cos(hour_angle) * std::cos(declination) + std::sin(declination) * std::sin(latitude),
+      std::sin(declination) * std::cos(latitude) - std::cos(declination) * std::sin(latitude) * std::cos(hour_angle),
+      -std::cos(declination) * std::sin(hour_angle)};
+  return vec3(up_north_east.z, up_north_east.x, -up_north_east.y);
+}
 
 EnvironmentLight preetham_sky(const vec3& towards_sun, float turbidity) {
   const double t = std::max(turbidity, 1.7f);  // the model's least

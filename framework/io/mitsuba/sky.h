@@ -8,6 +8,15 @@
 
 namespace etendue {
 
+// Where and when the sun is seen; the defaults are Mitsuba's, a summer's afternoon in Tokyo.
+struct SunTime {
+  int year = 2010, month = 7, day = 10;
+  float hour = 15;                                                 // of the time zone's clock, with its minutes
+  float latitude = 35.6894f, longitude = 139.6917f, timezone = 9;  // degrees, and hours
+};
+// By [BlancoMuriel2001]. Up is +y, north -z and east +x.
+vec3 towards_sun(const SunTime& when);
+
 // 512 x 256 texels in the axes of an envmap of Mitsuba's: the caller sets light_to_world.
 EnvironmentLight preetham_sky(const vec3& towards_sun, float turbidity);
 // Of a surface that faces the sun, W/m^2, dimmed by air and haze.
