@@ -85,6 +85,15 @@ TEST(ImageFile, BmpIsRead) {
     EXPECT_THROW(decode_image(whole.substr(0, size), "i.bmp"), Error) << size;
 }
 
+TEST(ImageFile, AlphaIsReadWhereItIsWanted) {
+  const std::string header("\0\0\2\0\0\0\0\0\0\0\0\0\2\0\1\0\x20\x28", 18), texels("\0\0\xff\xff\xff\xff\xff\0", 8);
+  EXPECT_EQ(decode_image(header + texels, "i.tga").texels, (std::vector<Rgb>{{1, 0, 0}, {1, 1, 1}}));
+  EXPECT_EQ(decode_image(header + texels, "i.tga", Encoding::alpha).texels, (std::vector<Rgb>{Rgb(1), Rgb(0)}));
+  const std::uint8_t black[3] = {};
+  const auto png = encode_png(black, {1, 1});
+  EXPECT_EQ(decode_image(std::string(png.begin(), png.end()), "i.png", Encoding::alpha).texels.at(0), Rgb(1)) << "without alpha";
+}
+
 TEST(Exr, RoundTripKeepsSinglePrecisionAndAttributes) {
   const TestDirectory directory;
   const std::string path = directory.path("a.exr");

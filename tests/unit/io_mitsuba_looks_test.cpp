@@ -78,6 +78,30 @@ TEST(MitsubaBsdfs, MasksCutHolesIntoMeshes) {
   EXPECT_TRUE(warns(approximated("<shape type=\"sphere\">" + mask + "</shape>"), "only meshes may have an opacity"));
 }
 
+TEST(MitsubaBsdfs, MasksTakeTheAlphaOfAnImage) {
+  const TestDirectory directory;
+  const std::string header("\0\0\2\0\0\0\0\0\0\0\0\0\2\0\1\0\x20\x28", 18), texels("\0\0\0\xff\xff\xff\xff\0", 8);
+  directory.write("leaf.tga", header + texels);  // black beside white that is transparent
+  const auto masked = [&](const std::string& inside) {
+    return load_scene(
+        directory.write("s.xml", scene_text("<shape type=\"rectangle\"><bsdf type=\"mask\"><bsdf type=\"diffuse\"/><texture "
+                                            "name=\"opacity\" type=\"bitmap\"><string name=\"filename\" value=\"leaf.tga\"/>" +
+                                            inside + "</texture></bsdf></shape>")),
+        {}, {.approximate = true});
+  };
+  const auto is_left = [](const Scene& scene) {
+    const Geometry& g = scene.objects[0].geometry;
+    return std::all_of(g.triangles.begin(), g.triangles.end(), [&](const uvec3& t) {
+      return (g.positions[t.x].x + g.positions[t.y].x + g.positions[t.z].x) / 3 + scene.origin.x < 0.05f;
+    });
+  };
+  EXPECT_TRUE(is_left(masked("")));
+  EXPECT_TRUE(warns(masked(""), "Mitsuba takes the colours of 'leaf.tga'"));
+  const Scene by_channel = masked("<string name=\"channel\" value=\"a\"/>");
+  EXPECT_TRUE(is_left(by_channel));
+  EXPECT_FALSE(warns(by_channel, "Mitsuba takes the colours"));
+}
+
 TEST(MitsubaColours, AreLinearRgb) {
   const auto reflectance = [](const std::string& colour, const std::string& version = "3.0.0") {
     return material_of<Diffuse>("<bsdf type=\"diffuse\">" + colour + "</bsdf>", version).reflectance.constant;

@@ -139,9 +139,12 @@ void load(const std::string& bytes, Word* (*function)(const stbi_io_callbacks*, 
           Encoding encoding, std::vector<Rgb>& texels) {
   StbReader reader(bytes);
   int x = 0, y = 0, channels = 0;
-  const Pixels<Word> pixels = reader(function, &x, &y, &channels, 3);
+  const bool of_alpha = encoding == Encoding::alpha;
+  const Pixels<Word> pixels = reader(function, &x, &y, &channels, of_alpha ? 4 : 3);
   if (reader.ended()) throw Error("the file is cut short");
-  decode(pixels.words.get(), encoding, texels);
+  if (!of_alpha) return decode(pixels.words.get(), encoding, texels);
+  for (std::size_t i = 0; i < texels.size(); ++i)
+    texels[i] = Rgb(static_cast<float>(pixels.words.get()[4 * i + 3]) / std::numeric_limits<Word>::max());
 }
 
 RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
@@ -168,13 +171,15 @@ RgbImage decode_exr(const std::string& bytes, const std::string& name) {
   return image;
 }
 
+bool is_exr(std::string_view bytes) { return bytes.starts_with("\x76\x2f\x31\x01"); }
+
 }  // namespace
 
 RgbImage read_image(const std::string& path, Encoding encoding) { return decode_image(read_file(path), path, encoding); }
 
 RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding) {
   RgbImage image;
-  if (bytes.starts_with("\x76\x2f\x31\x01")) {
+  if (is_exr(bytes)) {
     image = decode_exr(bytes, name);
   } else {
     try {
@@ -185,6 +190,8 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
       throw Error(fmt::format("cannot read '{}' as an image: {}", name, e.what()));
     }
   }
+  if (encoding == Encoding::alpha && (is_hdr(bytes) || is_pfm(bytes) || is_exr(bytes)))
+    image.texels.assign(image.texels.size(), Rgb(1));
   for (std::size_t i = 0; i < image.texels.size(); ++i) {
     Rgb& texel = image.texels[i];
     if (is_finite(texel)) [[likely]]

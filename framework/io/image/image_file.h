@@ -9,8 +9,9 @@
 
 namespace etendue {
 
-// How the integers of an image file encode light. Files of floats (HDR, PFM, EXR) are always linear.
-enum class Encoding : std::uint8_t { srgb, linear };
+// How the integers of an image file encode light. Files of floats (HDR, PFM, EXR) are always linear. Of `alpha` all three
+// components are the alpha channel of PNG and TGA, and 1 for what has none or is of another format.
+enum class Encoding : std::uint8_t { srgb, linear, alpha };
 
 // Linear RGB, row 0 at the top.
 struct RgbImage {
@@ -23,7 +24,7 @@ struct RgbImage {
   std::vector<ivec2> first_not_finite = {};
 };
 
-// PNG, JPEG, TGA, BMP (8 or 16 bits), HDR (RGBE), PFM and EXR, told apart by their content; alpha is ignored, grey becomes RGB.
+// PNG, JPEG, TGA, BMP (8 or 16 bits), HDR (RGBE), PFM and EXR, told apart by their content; grey becomes RGB.
 // Throws Error; `name` names the image in messages.
 RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding = Encoding::srgb);
 RgbImage read_image(const std::string& path, Encoding encoding = Encoding::srgb);

@@ -86,7 +86,8 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"twosided", "the bsdf in it; of two different ones approximated by the first", &R::two_sided},
       {"null", "the shape is left out", &R::null_bsdf},
       {"mask",
-       "opacity 1 and 0 as they are; approximated: a hole where a texture is below a half, and opaque for other constants",
+       "opacity 1 and 0 as they are; approximated: a hole where a texture, or its alpha channel, is below a half, and opaque "
+       "for other constants",
        &R::mask},
       {"blendbsdf", "two diffuse ones with constants mixed; others approximated by the one with more weight", &R::blend},
       {"mixturebsdf", "approximated by the one with most weight", &R::mixture},
@@ -289,18 +290,16 @@ MitsubaReader::MaterialEntry MitsubaReader::null_bsdf(const Properties&) { retur
 MitsubaReader::MaterialEntry MitsubaReader::mask(const Properties& of) {
   MaterialEntry entry = nested_bsdf(of);
   const XmlElement* element = of.element("opacity");
-  const TextureValue opacity = !element              ? Rgb(0.5f)
-                               : is_colour(*element) ? read_colour(*element, ColourUse::reflectance)
-                                                     : texture(*element);
-  if (const auto* varying = std::get_if<Texture>(&opacity)) {
+  const TextureValue value = element ? opacity(*element) : Rgb(0.5f);
+  if (const auto* varying = std::get_if<Texture>(&value)) {
     approximate(of.where(), fmt::format("{}: an opacity that varies is not supported", of.title()),
                 "a hole where it is below a half, with edges to a fraction of a triangle");
     entry.opacity = std::make_shared<const Texture>(*varying);
     return entry;
   }
-  const float value = mean_component(std::get<Rgb>(opacity));
-  entry.invisible = entry.invisible || value == 0;
-  if (value != 0 && value != 1)
+  const float constant = mean_component(std::get<Rgb>(value));
+  entry.invisible = entry.invisible || constant == 0;
+  if (constant != 0 && constant != 1)
     approximate(of.where(), fmt::format("{}: an opacity other than 0 and 1 is not supported", of.title()),
                 "an opaque surface: what it would let through is hidden");
   return entry;

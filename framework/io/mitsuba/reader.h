@@ -166,6 +166,8 @@ class MitsubaReader {
   // textures.cpp
   TextureValue texture(const XmlElement& element);
   TextureValue bitmap(const Properties& of);
+  TextureValue image_texture(const Properties& of, RgbImage image);
+  TextureValue opacity(const XmlElement& element);
   TextureValue checkerboard(const Properties& of);
   TextureValue scaled(const Properties& of);
   TextureValue other_texture(const Properties& of);

@@ -22,6 +22,10 @@ Rgb mean_of(const Texture& texture) {
   return Rgb(static_cast<double>(image.gain) / static_cast<double>(image.texels.size()) * sum);
 }
 
+bool has_holes(const RgbImage& alpha) {
+  return std::any_of(alpha.texels.begin(), alpha.texels.end(), [](const Rgb& texel) { return texel.x < 1; });
+}
+
 template <class Function>
 void for_each_colour(Texture& texture, const Function& function) {
   if (auto* checks = std::get_if<CheckerTexture>(&texture)) {
@@ -105,14 +109,21 @@ MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
   const bool linear = of.boolean("raw", gamma == 1);
   if (gamma != -1 && gamma != 1)
     approximate(of.where("gamma"), fmt::format("{}: 'gamma' is neither 1 nor -1 (sRGB)", of.title()), "sRGB");
-  if (of.has("channel")) {
-    approximate(of.where("channel"), fmt::format("{}: 'channel' chooses one channel of the image", of.title()), "all of them");
-  }
+  const std::string channel = of.string("channel", "all");
+  if (channel != "all" && channel != "a")
+    approximate(of.where("channel"), fmt::format("{}: 'channel' is '{}'; expected 'a' or none", of.title(), channel),
+                "all of them");
+  RgbImage image = read_image_of(of, channel == "a" ? Encoding::alpha : linear ? Encoding::linear : Encoding::srgb);
+  if (channel == "a" && !has_holes(image))
+    warn(of.where("channel"), fmt::format("'{}' is opaque, or of a format whose alpha is not read", file_name(of)));
+  return image_texture(of, std::move(image));
+}
+
+MitsubaReader::TextureValue MitsubaReader::image_texture(const Properties& of, RgbImage image) {
   if (of.string("filter_type", "bilinear") == "nearest")
     warn(of.where("filter_type"), "images are interpolated between texels");
   const UvMap map = uv_map(of);
   of.ignore({"max_anisotropy", "cache", "format", "accel", "cache_id"});
-  RgbImage image = read_image_of(of, linear ? Encoding::linear : Encoding::srgb);
   ImageTexture texture{.size = image.size,
                        .texels = std::move(image.texels),
                        .uv_scale = {map.scale.x, -map.scale.y},
@@ -129,6 +140,22 @@ MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
   else if (wrap == "mirror")
     mirror(texture);
   return Texture(std::move(texture));
+}
+
+// Of an image with an alpha channel that one is meant, although Mitsuba takes the colours.
+MitsubaReader::TextureValue MitsubaReader::opacity(const XmlElement& element) {
+  if (is_colour(element)) return read_colour(element, ColourUse::reflectance);
+  const Properties of = properties(element);
+  if (of.type() == "bitmap" && !of.has("channel"))
+    if (RgbImage alpha = read_image_of(of, Encoding::alpha); has_holes(alpha)) {
+      approximate(of.where(), fmt::format("{}: Mitsuba takes the colours of '{}' for its opacity", of.title(), file_name(of)),
+                  "its alpha channel");
+      of.ignore({"raw", "gamma"});
+      TextureValue value = image_texture(of, std::move(alpha));
+      of.finish();
+      return value;
+    }
+  return texture(element);
 }
 
 // Mitsuba's checks are half a unit wide.
