@@ -1,24 +1,15 @@
 #include "framework/transport/direct_light.h"
 
-#include "framework/core/check.h"
 #include "framework/transport/ray_tools.h"
 
 namespace etendue {
-
-MisMode parse_mis(const std::string& name) {
-  if (name == "power") return MisMode::power;
-  if (name == "balance") return MisMode::balance;
-  if (name == "light") return MisMode::light;
-  CHECK_EQ(name, "bsdf");
-  return MisMode::bsdf;
-}
 
 std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
                                                const vec3& wo, Sampler& sampler, MisMode mode, float followed_above) {
   const vec2 u = sampler.get_2d();
   if (!bsdf.has_non_specular()) return std::nullopt;
-  // Sampled from where the shadow ray will start: seen from the surface itself, the rim of a sphere light would shadow its own
-  // last directions (0.06 % of the light on builtin:sphere-light).
+  // The light is sampled from where the shadow ray will start: seen from the surface itself, the rim of a sphere light would
+  // shadow its own last directions (0.06 % of the light on builtin:sphere-light).
   const auto light = context.lights.sample(ray_origin(point, wo), u);
   if (!light || (mode == MisMode::bsdf && !light->delta)) return std::nullopt;
   const Rgb scattered = bsdf.evaluate(wo, light->wi);
@@ -28,8 +19,8 @@ std::optional<DirectLight> sample_direct_light(const RenderContext& context, con
     const float pdf_bsdf = bsdf.pdf(wo, light->wi);
     if (pdf_bsdf >= followed_above) weight = mis_weight(mode, light->pdf_solid_angle, pdf_bsdf);
   }
-  return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle),
-                     shadow_ray(point, *light), light->delta ? 0 : light->pdf_solid_angle};
+  return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle), shadow_ray(point, *light),
+                     light->delta ? 0 : light->pdf_solid_angle};
 }
 
 Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,

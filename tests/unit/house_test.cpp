@@ -1,4 +1,5 @@
-// The house's own rules: includes run downward, citations resolve.
+// Rules of the source tree: includes run downward, rooms stay small, citations resolve, and docs/where-things-are.md names what
+// is there.
 #include "tests/places.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ void each_source(const std::string& room, const Visit& visit) {
   }
 }
 
-// Of a room, what it must not include. Rooms stand from the general to the particular.
+// What each room must not include. Rooms stand from the general to the particular.
 TEST(House, IncludesRunDownward) {
   const std::pair<std::string, std::string> rules[] = {
       {"framework", "(accel|integrators|experiments)/"},
@@ -81,6 +82,15 @@ TEST(House, RoomsAreSmall) {
     each_source(floor, [&](const fs::path& path, const std::string&) { ++sources[path.parent_path()]; });
     for (const auto& [room, count] : sources) EXPECT_LE(count, most) << room;
   }
+}
+
+TEST(House, WhereThingsAreNamesWhatIsThere) {
+  const std::string page = slurp(root / "docs/where-things-are.md");
+  const std::regex path("`([a-z_]+/[a-z_/.]+)`");
+  int named = 0;
+  for (std::sregex_iterator i(page.begin(), page.end(), path), end; i != end; ++i, ++named)
+    EXPECT_TRUE(fs::exists(root / (*i)[1].str())) << (*i)[1];
+  EXPECT_GT(named, 20);
 }
 
 TEST(House, CitationsResolve) {

@@ -1,0 +1,76 @@
+// The kernels of accel/kernels/ by themselves: the slab test, and rays against quadrics. Triangles are held to double precision
+// in tests/oracle/ray_structures_test.cpp.
+#include "accel/kernels/box_test.h"
+#include "accel/kernels/primitive_test.h"
+#include "framework/core/sampler.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+TEST(Quadrics, HitsMatchDoublePrecision) {
+  for (int i = 0; i < 2000; ++i) {
+    Sampler s(SamplerKind::independent, 1, Stream::test, i, 0);
+    const auto number = [&](float low, float high) { return glm::mix(low, high, s.get_1d()); };
+    const vec3 centre(number(-1, 1), number(-1, 1), number(-1, 1));
+    const Ray ray{.origin = {number(-40, 40), number(-40, 40), number(-40, 40)},
+                  .direction = glm::normalize(centre + 0.4f * vec3(number(-1, 1), number(-1, 1), number(-1, 1)))};
+    const Sphere sphere{centre, 0.5f};
+    const dvec3 o = dvec3(ray.origin) - dvec3(centre), d(ray.direction);
+    const double a = glm::dot(d, d), b = glm::dot(o, d), c = glm::dot(o, o) - 0.25, discriminant = b * b - a * c;
+    float t;
+    vec2 uv;
+    const bool hit = intersect_quadric(ray, sphere, infinity, t, uv);
+    if (std::abs(discriminant) < 1e-4) continue;  // grazing: either answer is right
+    ASSERT_EQ(hit, discriminant > 0 && -b + std::sqrt(discriminant) > 0) << i;
+    if (hit) {
+      const double near = (-b - std::sqrt(discriminant)) / a;
+      EXPECT_NEAR(t, near > 0 ? near : (-b + std::sqrt(discriminant)) / a, 2e-4 * std::abs(t) + 1e-5);
+    }
+  }
+}
+
+TEST(Quadrics, CappedCylinderIsClosed) {
+  // From inside, every ray leaves through the tube or a cap; from outside, the caps are hit from above and below.
+  const Cylinder cylinder{{0, 0, 0}, 0.5f, {0, 0, 1}, 2, true};
+  float t;
+  vec2 uv;
+  for (int i = 0; i < 1000; ++i) {
+    Sampler s(SamplerKind::independent, 1, Stream::test, i, 1);
+    const float z = 2 * s.get_1d() - 1, phi = 2 * pi * s.get_1d();
+    const vec3 direction(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+    EXPECT_TRUE(intersect_quadric({.origin = {0.1f, 0.2f, 1}, .direction = direction}, cylinder, infinity, t, uv));
+  }
+  ASSERT_TRUE(intersect_quadric({.origin = {0.2f, 0, 5}, .direction = {0, 0, -1}}, cylinder, infinity, t, uv));
+  EXPECT_FLOAT_EQ(t, 3);
+  EXPECT_EQ(uv.y, 1);
+  Cylinder open = cylinder;
+  open.caps = false;
+  EXPECT_FALSE(intersect_quadric({.origin = {0.2f, 0, 5}, .direction = {0, 0, -1}}, open, infinity, t, uv));
+}
+
+TEST(Quadrics, AnnulusHasAHole) {
+  const Disk ring{{0, 0, 0}, 1, {0, 1, 0}, 0.5f};
+  float t;
+  vec2 uv;
+  EXPECT_FALSE(intersect_quadric({.origin = {0.2f, 1, 0}, .direction = {0, -1, 0}}, ring, infinity, t, uv));
+  EXPECT_TRUE(intersect_quadric({.origin = {0.7f, 1, 0}, .direction = {0, -1, 0}}, ring, infinity, t, uv));
+}
+
+TEST(SlabTest, OriginOnAFaceAndZeroComponentsLoseNothing) {
+  const Bounds box{vec3(0), vec3(1)};
+  for (const float zero : {0.0f, -0.0f}) {
+    for (const float x : {0.0f, 0.5f, 1.0f}) {
+      const Ray ray{.origin = {x, 0.5f, -1}, .direction = {zero, zero, 1}};
+      const BoxInterval interval = box_interval(SlabRay(ray), box, infinity);
+      EXPECT_EQ(interval.entry, 1) << x;
+      EXPECT_FALSE(interval.empty()) << x;
+    }
+    const Ray outside{.origin = {1.5f, 0.5f, -1}, .direction = {zero, zero, 1}};
+    EXPECT_TRUE(box_interval(SlabRay(outside), box, infinity).empty());
+  }
+}
+
+}  // namespace
+}  // namespace etendue
