@@ -1,4 +1,5 @@
-// Transport is written once over lanes: an instruction set changes how many go together, and no bit of what they bring.
+// Transport is written once over lanes: an instruction set changes how many go together, and no bit of the result. (Images of
+// whole runs are compared in tests/unit/isa_test.cpp.)
 #include "framework/core/isa.h"
 #include "framework/core/sampling.h"
 #include "tests/image_checks.h"

@@ -23,8 +23,8 @@ using testing::SealedMethod;
 using testing::survives;
 
 constexpr double curved_leak = 1e-3;  // of the light outside
-// Of rays a third of which aim at corners, those of Embree, whose fast test misses where triangles meet (in a box 10 of 65,871,
-// none with `robust`; in an icosahedron 442 of 56,005), and those that meet an edge of any structure exactly.
+// The share of rays that may escape where a third of them aim at corners: from Embree, whose fast test misses where triangles
+// meet unless `robust` is set (figures in docs/guarantees.md), and from any structure where they meet an edge exactly.
 constexpr double embree_escapes = 1e-2, edge_escapes = 5e-5;
 const SealedMethod path_tracing{.name = "path", .variant = "", .params = {}, .iterations = 8};
 
@@ -48,7 +48,7 @@ std::vector<NamedPlacement> scales() {
 // as narrow as a few clearances.
 double beyond_floats(const std::string& room) { return room.find("crumpled") != std::string::npos ? 5e-4 : 0; }
 
-// Walls that are needles, which Embree does not hold: of rays in a corridor a tenth leaves it.
+// Embree does not hold walls that are needles: a tenth of the rays in a corridor leave it.
 bool has_needles(const std::string& room) { return room.ends_with("corridor") || room == "slab"; }
 
 double allowed_leak(const SealedMethod& method, bool flat) { return method.of_photons && !flat ? curved_leak : 0; }

@@ -66,7 +66,7 @@ TEST_F(FaultyCalls, DisksThatStayFullAreMended) {
   each_fails("fsync", true, 7);
 }
 
-// As a power cut would have it: what a name or a line of the log stands for is on the disk before them.
+// A power cut asks for this: what a name or a line of the log stands for is on the disk before it.
 TEST_F(FaultyCalls, FilesAreOnTheDiskBeforeTheirNamesAndNamesBeforeTheLog) {
   if (sanitized()) GTEST_SKIP() << "a sanitizer's library wants to be the first";
   ASSERT_EQ(run_with("").status, 0);

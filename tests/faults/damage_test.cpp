@@ -35,7 +35,7 @@ class Damage : public FaultedRun {
     }
   }
 
-  // Of the log and what it names, without writing a report: what a report finds before it writes.
+  // Whether a report finds damage in the log and what it names, before it writes anything.
   bool is_found() {
     try {
       const std::string folder = path("whole").string();
@@ -46,7 +46,7 @@ class Damage : public FaultedRun {
     }
   }
 
-  // So many lengths and bits of each file; 0: every length.
+  // Tries so many lengths and bits of each file; 0: every length.
   void each_damage_is_noticed(std::size_t truncations, std::size_t flips) {
     ASSERT_FALSE(is_noticed());
     std::size_t tried = 0;

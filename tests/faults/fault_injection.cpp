@@ -151,7 +151,7 @@ int close(int file) {
 }
 ssize_t write(int file, const void* data, size_t size) {
   if (counts_file(file) && fails(write_kind)) {
-    // As a disk that fills: half of it still fits.
+    // On a disk that fills, half of it still fits.
     if (size > 1) syscall(SYS_write, file, data, size / 2);
     errno = ENOSPC;
     return -1;

@@ -31,7 +31,7 @@ class FaultedRun : public ProgramTest {
   RunLog log(const std::string& out) { return read_log((directory_ / out / "runs.jsonl").string()); }
   std::filesystem::path path(const std::string& out) const { return directory_ / out; }
 
-  // No cell is done whose files are not there, and no file was left that nobody finished.
+  // No cell is done whose files are missing, and no unfinished file is left.
   void expect_honest(const std::string& out, const std::string& what) {
     if (!std::filesystem::exists(path(out))) return;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(path(out)))

@@ -32,7 +32,7 @@ class Kills : public FaultedRun {
       killed += status == -SIGKILL;
       EXPECT_TRUE(status == -SIGKILL || status == 0) << status;
       if (status != 0 && attempt % 8 != 7) continue;
-      // To its end, and from the start again.
+      // The run goes to its end; the next begins from the start.
       const Outcome last = run_into("killed");
       EXPECT_EQ(last.status, 0) << last.err;
       EXPECT_EQ(results(log("killed")), whole_);

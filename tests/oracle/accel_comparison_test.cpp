@@ -117,12 +117,12 @@ struct Crack {
 };
 
 std::vector<Crack> cracks() {
-  // Of a wall and its moulding in a building: a vertex of the second triangle stands on an edge of the first.
+  // A wall and its moulding in a building: a vertex of the second triangle stands on an edge of the first.
   const vec3 below(0.00724000018f, 4.82331181f, 3.18148899f), left(0.00724000018f, 4.82331324f, 7.221488f),
       right(16.2180405f, 4.82331324f, 7.221488f), above(1.96038699f, 8.38044834f, 7.22148705f),
       between(1.97723997f, 4.82331324f, 7.221488f);
   const std::array<vec3, 3> moulding{left, above, between};
-  // Two whose common edge ends at vertices half a millionth apart.
+  // Two triangles whose common edge ends at vertices half a millionth apart.
   const vec3 first(5.05011892f, 3.44517708f, 7.221241f), second(4.92487812f, 3.48316407f, 7.22154284f),
       nearly_second(4.92487812f, 3.48316407f, 7.22154188f), far(4.91711378f, 4.59618711f, 7.221488f),
       beyond(3.7643609f, 3.44517708f, 7.221241f);
@@ -196,7 +196,7 @@ TEST(AccelCheck, LeaksAreCountedInEveryFrame) {
     EXPECT_EQ(wrong_hits(tracer, *sah, rays, exact), 0u);
     EXPECT_EQ(wrong_occlusions(tracer, *sah, rays, exact), 0u);
     const Leaking leaking(find_ray_structure("sah", {}).make(moved, {}));
-    // All but what touches the outline.
+    // All are counted but those that touch the outline.
     EXPECT_NEAR(static_cast<double>(wrong_hits(tracer, leaking, rays, exact)), static_cast<double>(hit_rightwards),
                 0.02 * static_cast<double>(hit));
     EXPECT_NEAR(static_cast<double>(wrong_occlusions(tracer, leaking, rays, exact)), static_cast<double>(hit_rightwards),

@@ -26,7 +26,8 @@ Bounds box_of(const Geometry& g, std::initializer_list<std::uint32_t> ids) {
 TEST(EpoCost, TwoOverlappingTrianglesCountTheirPartsInEachOthersBox) {
   const Geometry g = triangles_at({0, 1});
   const BinaryTree tree{{{box_of(g, {0, 1}), 1, 0}, {box_of(g, {0}), 0, 1}, {box_of(g, {1}), 1, 1}}, {0, 1}, 1};
-  // The first triangle beyond x = 1: legs of 1, area 1/2. The second up to x = 2: all of its 2 but legs of 1. Of 4 in all.
+  // Beyond x = 1 the first triangle has legs of 1, area 1/2. Up to x = 2 lies all of the second's area of 2 but legs of 1. The
+  // whole area is 4.
   const EpoCost cost = epo_cost(tree, g, 1000);
   EXPECT_DOUBLE_EQ(cost.value, (0.5 + 1.5) / 4);
   EXPECT_EQ(cost.triangles, 2u);

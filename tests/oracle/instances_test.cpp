@@ -32,7 +32,7 @@ Scene million_instances() {
   return scene;
 }
 
-// From between the spheres at the centre of one: that one is met first.
+// Rays go from between the spheres to the centre of one, which is met first.
 void expect_instances_found(const RayQuery& structure, int rays) {
   Random random(12);
   for (int k = 0; k < rays; ++k) {
@@ -70,7 +70,7 @@ TEST(LongInstances, AMillionBuildAndTraceInEveryStructure) {
       try_million(scene, entry, {}, 120);
 }
 
-// As in pbrt itself, an object holds shapes and no instances. Five levels deep or two, the file says so at the place.
+// As in pbrt itself, an object holds shapes and no instances. At two levels or five, the error names the place in the file.
 TEST(Instances, ObjectsWithinObjectsAreAnErrorWithItsPlace) {
   const std::string shape = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0]\n";
   std::string text = "Camera \"perspective\"\nWorldBegin\nObjectBegin \"level 0\"\n" + shape + "ObjectEnd\n";

@@ -19,7 +19,7 @@
 namespace etendue::testing {
 namespace {
 
-// Bit by bit, from the points' cube.
+// Codes computed bit by bit, from the points' cube.
 std::vector<std::uint64_t> morton_codes(const std::vector<MortonPoint>& points) {
   Bounds bounds;
   for (const MortonPoint& p : points)
@@ -38,7 +38,7 @@ std::vector<std::uint64_t> morton_codes(const std::vector<MortonPoint>& points) 
   return codes;
 }
 
-// Even, in few places, in one, along a line, and with some that do not count.
+// Points spread evenly, in few places, in one, along a line, and with some that do not count.
 std::vector<std::vector<MortonPoint>> point_sets() {
   Random random(3);
   std::vector<std::vector<MortonPoint>> sets(6);

@@ -79,7 +79,7 @@ TEST(MemoryBudget, GenerousOnesChangeNothing) {
   }
 }
 
-// Between the two: a tree in bvh16 where its own layout does not fit, brute force where no tree does.
+// A tree in bvh16 stands in where its own layout does not fit, brute force where no tree does.
 TEST(MemoryBudget, LeanerLayoutsStandInWhereTheyFit) {
   const Scene scene = scene_of(closed_sphere(100, 200));
   const RayEntry& sah = find_ray_structure("sah", {});
@@ -149,12 +149,12 @@ TEST(MemoryBudget, WhatGrowsIsStoppedWhileItGrows) {
   for (const auto& [name, params] : growing) {
     const RayEntry& entry = find_ray_structure(name, {});
     const std::uint64_t estimate = entry.need(scene, params).peak;
-    // As if nothing had been estimated: the watch alone stops it.
+    // Without an estimate, the watch alone stops it.
     const std::uint64_t kept = entry.build(scene, params, nullptr)->stats().bytes;
     MemoryWatch tight(kept / 2), wide(std::uint64_t{1} << 40);
     EXPECT_THROW(entry.build(scene, params, &tight), OverMemory) << name;
     EXPECT_EQ(entry.build(scene, params, &wide)->stats().bytes, kept) << name;
-    // And through the front door, with a budget that the estimate accepts: it either fits or is told.
+    // Within a budget that the estimate accepts, it either fits or a fallback says why not.
     ParamMap bounded = budget(std::to_string(estimate) + "B");
     bounded.insert(params.begin(), params.end());
     const auto structure = entry.make(scene, bounded);

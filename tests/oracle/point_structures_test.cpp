@@ -210,7 +210,7 @@ TEST(PointStructures, BuildingAgainForgetsTheFormerPoints) {
   }
 }
 
-// Not the set alone: the order too, at any number of threads that build.
+// The order is the same as well as the set, at any number of threads that build.
 TEST(PointStructures, ThreadsThatBuildDoNotMatter) {
   Random random(34);
   const std::vector<vec3> cloud = points(70000, [&](int i) { return random.in_cube(i % 2 ? 0.1f : 1.0f); });

@@ -41,10 +41,10 @@ Geometry closed_sphere(int rings, int sectors);
 void add_triangle(Geometry& geometry, const vec3& a, const vec3& b, const vec3& c);
 Scene scene_of(Geometry geometry);
 
-// In and around the scene: random, along the axes with zeros of both signs, of any length of direction, limited by t_min and
-// t_max.
+// Rays in and around the scene: random, along the axes with zeros of both signs, of any length of direction, limited by t_min
+// and t_max.
 std::vector<Ray> general_rays(const Scene& scene, std::size_t count, std::uint64_t seed);
-// At edges and vertices of the scene's triangles, and from points on its faces.
+// Rays at edges and vertices of the scene's triangles, and from points on its faces.
 std::vector<Ray> aimed_rays(const Scene& scene, std::size_t count, std::uint64_t seed);
 
 }  // namespace etendue::testing

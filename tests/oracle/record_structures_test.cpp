@@ -1,4 +1,4 @@
-// Every sphere structure of the registry against brute force: the same sets, the same bits.
+// Every record structure of the registry against brute force: the same sets, the same bits.
 #include "accel/registry.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"

@@ -45,7 +45,7 @@ vec3 target(const Geometry& g, Random& random, std::size_t turn) {
   return a + (s + t > 1 ? 1 - s : s) * (b - a) + (s + t > 1 ? 1 - t : t) * (c - a);
 }
 
-// From inside, from close by and from up to a thousand times the mesh's size away.
+// Rays from inside, from close by and from up to a thousand times the mesh's size away.
 std::vector<Ray> rays_at(const Scene& scene, const Placement& placement, std::uint64_t seed) {
   Random random(seed);
   std::vector<Ray> rays(batch_size);
@@ -71,7 +71,7 @@ struct Structure {
   std::atomic<std::uint64_t> rounding = 0, wrong = 0;  // of rays on which it differs from the first
 };
 
-// Ours, in each layout, but for those that look at all triangles.
+// Our structures, in each layout, but for those that look at all triangles.
 std::vector<std::unique_ptr<Structure>> structures(const Scene& scene) {
   std::vector<std::unique_ptr<Structure>> all;
   const auto add = [&](const RayEntry& entry, const ParamMap& params, const std::string& label) {
@@ -150,7 +150,7 @@ void try_agreement(std::size_t rays, int rings) {
   }
 }
 
-// From inside, where the mesh shuts everything in.
+// Counts rays that get out from inside, where the mesh shuts everything in.
 std::uint64_t leaks(const RayQuery& structure, const Scene& scene, const Placement& placement, std::size_t rays) {
   std::atomic<std::uint64_t> leaks = 0;
   parallel_for(rays / batch_size + 1, 1, [&](std::size_t batch) {

@@ -136,7 +136,7 @@ std::vector<ItemCase> item_cases() {
   return cases;
 }
 
-// In three chunks, each of which leaves some out, so that items move up behind those of the chunks before.
+// There are three chunks, each of which leaves some out, so that items move up behind those of the chunks before.
 TEST(BuildItems, AreTheValidPrimitivesInOrderWithTheirBoxes) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   Pcg32 random(7, 1);
@@ -237,7 +237,7 @@ std::vector<ItemCase> hostile_cases() {
   return cases;
 }
 
-// On a stack of 256 KB, that of `ulimit -s 256`.
+// Runs on a stack of 256 KB, that of `ulimit -s 256`.
 template <class Body>
 void on_a_short_stack(const Body& body) {
   pthread_attr_t attributes;

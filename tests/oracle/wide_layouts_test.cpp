@@ -124,7 +124,7 @@ TEST(WideLayouts, SmallGeometriesGiveTheBitsOfTheBinaryLayout) {
   }
 }
 
-// Two streams of shadow rays and more that meet something, and between them such as meet nothing and such as no ray may be.
+// More shadow rays that meet something than two streams hold; between them are rays that meet nothing and invalid ones.
 std::vector<Ray> rays_of_all_kinds(const Scene& scene) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<Ray> rays;
@@ -173,9 +173,9 @@ std::vector<Ray> rays_of_all_kinds(const Scene& scene) {
   return rays;
 }
 
-// From within, so that rays start together and streams take them for nearest hits too; some end early, some are nearly in an
-// axis plane, some so short that a subnormal component takes them aside though its reciprocal overflows, and each eighth, and
-// all of the first, are none that may be.
+// Rays start together inside, so that streams take them for nearest hits too. Some end early, some are nearly in an axis plane,
+// and some are so short that a subnormal component takes them aside though its reciprocal overflows. Every eighth ray, and all
+// of the first ones, are invalid.
 std::vector<Ray> rays_from_one_point() {
   Random random(12);
   std::vector<Ray> rays;

@@ -172,8 +172,8 @@ TEST(CrateOfCells, MeanIsWithinWhatEachMethodDeclares) {
   EXPECT_LT(std::abs(many), 0.5 * std::abs(few));
 }
 
-// So long that noise hides nothing of the blur of few caustic photons in the gaps between the lossless objects (28 % of the
-// radiance with 5,000 of them): as many as by default.
+// Photons are as many as by default, and noise is low: few caustic photons blur in the gaps between the lossless objects (by 28
+// % of the radiance with 5,000 of them).
 TEST(LongFurnacePixels, EveryMethodIsEvenWithinWhatItDeclares) {
   for (const Furnace& furnace : furnaces())
     for (SealedMethod method : furnace_methods()) {

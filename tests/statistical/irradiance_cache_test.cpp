@@ -331,7 +331,8 @@ TEST(IrradianceCache, BlackSurfacesNeedNoRecords) {
 }
 
 TEST(IrradianceCache, WhiteFurnaceStaysWhite) {
-  // Diffuse, plastic, glass and mirror in a unit environment: the coated base, the coat and the carriers each keep their share.
+  // Diffuse, plastic, glass and mirror in a unit environment: the coated base, the coat and the specular surfaces each keep
+  // their share.
   const Scene scene = load_scene("builtin:white-furnace");
   const RenderOptions options = options_for(256, 32);
   EXPECT_LT(std::abs(bias(render(scene, "irradiance-cache", options).image, exact_image(scene, options.resolution))), 3e-3);

@@ -60,7 +60,7 @@ TEST(BidirectionalTracer, MatchesEveryClosedForm) {
 }
 
 TEST(PathTracer, DepthLimitTruncatesTheSeries) {
-  // k reflections of the integrating sphere: L (1 - rho^k), ground truth of the central light.
+  // k reflections of the integrating sphere: L (1 - rho^k), the closed form for the central light.
   const Scene scene = load_scene("builtin:lambert-sphere");
   const double full = 1 / static_cast<double>(pi);
   for (const char* integrator : {"path", "light-trace", "bdpt"})

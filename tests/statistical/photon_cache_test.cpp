@@ -35,7 +35,8 @@ TEST(PhotonCache, MatchesClosedFormsFilledByGathering) { expect_closed_forms(opt
 TEST(PhotonCache, MatchesClosedFormsFilledByDensity) { expect_closed_forms(options_for(4, {{"fill", "density"}}), 2e-2); }
 
 TEST(PhotonCache, WhiteFurnaceStaysWhite) {
-  // Diffuse, plastic, glass and mirror in a unit environment: what is cached, carried and gathered each keeps its share.
+  // Diffuse, plastic, glass and mirror in a unit environment: what is cached, passed on by specular surfaces and gathered each
+  // keeps its share.
   const Scene scene = load_scene("builtin:white-furnace");
   for (const auto& [fill, largest] : {std::pair("gather", 5e-3), std::pair("density", 1.5e-2)}) {
     const RenderOptions options = options_for(16, {{"fill", fill}, {"edges", "disc"}});

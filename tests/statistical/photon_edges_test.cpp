@@ -17,7 +17,7 @@ using testing::SceneContext;
 constexpr Kernel kernels[] = {Kernel::box, Kernel::cone, Kernel::epanechnikov, Kernel::gaussian};
 constexpr float radius = 0.5f;
 
-// Of a disc whose centre lies x radii from the straight edge of a surface.
+// The share that is left of a disc whose centre lies x radii from the straight edge of a surface.
 double kept_share(double x) { return x >= 1 ? 1 : 1 - (std::acos(x) - x * std::sqrt(1 - x * x)) / std::numbers::pi; }
 
 // White floor z = 0 for x < edge; with a wall there, or with more floor behind the wall.

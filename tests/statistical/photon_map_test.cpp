@@ -276,7 +276,7 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
   EXPECT_THROW(hash(spheres, "k", {std::int64_t{1}, {}}), Error);
 }
 
-// What every look-up finds, sorted by distance, took most of the time.
+// Sorting what every look-up finds by distance would take most of the time.
 TEST(PhotonMapping, MoreNeighboursThanPhotonsAreAllWithinTheRadius) {
   const Scene scene = load_scene("builtin:cornell-spheres");
   RenderOptions options = options_for(2000, 1, {{"radius", {0.4, {}}}});

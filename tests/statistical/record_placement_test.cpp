@@ -74,7 +74,7 @@ TEST(RecordPlacement, ExactValuesAreJudgedAsNoisyOnesAre) {
     EXPECT_EQ(exact[i].radius, noisy[i].radius);
   }
 
-  // Of smooth light, where pixels' edges are no error.
+  // The light is smooth, so that pixels' edges are no error.
   testing::RenderOptions options{.params = params, .iterations = 4};
   const Scene scene = load_scene("builtin:broad-light?veil=false");
   const Image reference = testing::exact_image(scene, options.resolution);

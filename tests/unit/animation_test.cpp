@@ -101,7 +101,7 @@ class AnimationRun : public ProgramTest {
   RunLog log(const std::string& out) { return read_log((directory_ / out / "runs.jsonl").string()); }
 };
 
-// What no clock touches.
+// The figures that no clock touches.
 std::vector<std::vector<double>> outcome_of(const RunLog& log) {
   std::vector<std::vector<double>> outcome;
   for (const AnimationRecord* logged : records_of<AnimationRecord>(log)) {

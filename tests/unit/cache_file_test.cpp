@@ -135,7 +135,7 @@ class SavedCaches : public ::testing::TestWithParam<SavedCase> {
 };
 INSTANTIATE_TEST_SUITE_P(All, SavedCaches, ::testing::ValuesIn(saved_cases), name_of);
 
-// Those whose refinement can be switched off.
+// The caches whose refinement can be switched off.
 std::vector<SavedCase> unrefined_cases() {
   std::vector<SavedCase> cases(std::begin(saved_cases), std::end(saved_cases));
   std::erase_if(cases, [](const SavedCase& c) { return c.unrefined.empty(); });
@@ -156,10 +156,10 @@ TEST_P(SavedCaches, GoOnWhereTheyStood) {
   const CacheRun on = run(scene_, true, 4, half.cache), again = run(scene_, true, 4, half.cache, 3);
   EXPECT_EQ(on.hash, again.hash);
   EXPECT_EQ(on.cache, again.cache);
-  // Of the hash cache they are the cells that answer: fewer for a while when its earlier values lose half of their weight.
+  // The hash cache's records are the cells that answer: fewer for a while when its earlier values lose half of their weight.
   const bool weighs_less = std::string(GetParam().integrator) == "hash-cache";
   EXPECT_GE(on.records, weighs_less ? 3 * half.records / 4 : half.records);
-  // With camera samples of its own: the means of both are of twice as many.
+  // The run that goes on has camera samples of its own, so that the mean of both images has twice as many.
   EXPECT_NE(run(scene_, true, 8, half.cache).hash, half.hash);
 }
 
@@ -227,7 +227,7 @@ TEST_P(SavedCaches, DamagedOrOfAnotherVersionAreRefused) {
   EXPECT_NE(refused_by(scene_, GetParam(), cache).find("a cache of format"), std::string::npos);
 }
 
-// Of the same version, but from when the method kept something else, or will.
+// The file is of the same version, but from when the method kept something else, or will.
 TEST_P(SavedCaches, OfAnotherFormatOfTheMethodAreRefused) {
   const std::string cache = run(scene_, true, 1).cache;
   const CacheFile file = open_cache_file(cache, here);
@@ -239,7 +239,7 @@ TEST_P(SavedCaches, OfAnotherFormatOfTheMethodAreRefused) {
   }
 }
 
-// Behind a checksum that holds: lengths and values are checked all the same.
+// Lengths and values are checked even behind a checksum that holds.
 TEST_P(SavedCaches, OfGarbageAreRefusedOrHarmless) {
   const std::string cache = render_with(scene_, params_of(GetParam(), true), 1, {}, 1, ivec2(4), GetParam().integrator).cache;
   const CacheFile file = open_cache_file(cache, here);

@@ -146,7 +146,7 @@ TEST(Sampler, PairsOfDimensionsAreUncorrelatedAlongIterations) {
       }
       square += sum * sum;
     }
-    // Of independent numbers n / 144. A shuffle within blocks keeps neighbours together, which makes it up to twice as much;
+    // Independent numbers give n / 144. A shuffle within blocks keeps neighbours together, which makes it up to twice as much;
     // equal shuffles would make it some n^2 / 144.
     EXPECT_LT(square / pixels, 3 * n / (12.0 * 12.0));
   }

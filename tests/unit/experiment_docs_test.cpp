@@ -12,7 +12,7 @@ namespace {
 
 using Keys = std::set<std::string>;
 
-// Of each section, by its heading: the first column of its table.
+// The first column of each section's table, by the section's heading.
 std::map<std::string, Keys> documented_keys() {
   std::map<std::string, Keys> sections;
   std::istringstream lines(read_text_file(std::string(project_folder) + "docs/experiment-file.md"));

@@ -112,7 +112,7 @@ const Guide& learnt(SdTree& tree, const std::vector<std::vector<GuideRecord>>& r
   return tree.guide(leaf);
 }
 
-// Of light from above in the left half of a box, from below in the right one.
+// Records of light from above in the left half of a box, from below in the right one.
 std::vector<std::vector<GuideRecord>> records_of_a_box(const SdTree& tree, std::size_t count) {
   std::vector<std::vector<GuideRecord>> records(8);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -209,7 +209,7 @@ TEST(SdTree, LearnsToGuardAgainstWhatTheGuideDoesNotKnow) {
   const float even = 1 / (4 * pi), known = 1 / 16.0f, unknown = known + 1 / 256.0f;
   constexpr int count = 1 << 12;
   for (int i = 0; i < count; ++i) {
-    // Half of the directions from each.
+    // Half of the directions are from each.
     const float u = (static_cast<float>(i / 2) + 0.5f) / (count / 2.0f), x = i % 2 == 0 ? u : u * known;
     const float pdf_guide = x < known ? even / known : 0, pdf = 0.5f * (even + pdf_guide);
     const float radiance = x < known ? 0.9f * 16 : x < unknown ? 0.1f * 256 : 0;

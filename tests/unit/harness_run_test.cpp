@@ -117,7 +117,7 @@ TEST_F(Run, GoesOnWithTheReferenceItBeganWith) {
   };
   ASSERT_EQ(run_to("whole"), 0);
   ASSERT_EQ(run_to("resumed"), 0);
-  // As if it had been killed before its last cell; meanwhile somebody made a better reference.
+  // The log looks as if the run had been killed before its last cell; meanwhile somebody made a better reference.
   const std::string text = log_text("resumed");
   const std::string cell = "\"type\":\"cell\"";
   const std::size_t last_but_one = text.rfind(cell, text.rfind(cell) - 1);

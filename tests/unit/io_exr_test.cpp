@@ -73,7 +73,7 @@ TEST(ImageFile, CutShortIsRefused) {
   }
 }
 
-// Rows from the bottom, each padded to four bytes; blue, green, red.
+// Rows go from the bottom, each padded to four bytes; channels are blue, green, red.
 TEST(ImageFile, BmpIsRead) {
   const std::string header("BM\x46\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\2\0\0\0\2\0\0\0\1\0\x18\0", 30);
   const std::string rows("\xff\0\0\0\xff\0\0\0\0\0\xff\xff\xff\xff\0\0", 16);

@@ -11,7 +11,7 @@ namespace etendue {
 inline const std::string triangle = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0]\n";
 
 inline Scene world(const std::string& text) { return parse_pbrt("Camera \"perspective\"\nWorldBegin\n" + text, "s.pbrt"); }
-// As the user allows what has no exact equal.
+// The scene as it is read where approximations are allowed.
 inline Scene approximated(const std::string& text) {
   return parse_pbrt("Camera \"perspective\"\nWorldBegin\n" + text, "s.pbrt", {.approximate = true});
 }

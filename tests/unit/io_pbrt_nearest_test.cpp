@@ -6,7 +6,8 @@
 namespace etendue {
 namespace {
 
-// Of a coat's base seen straight on under even light: in through the coat from everywhere, out through it straight.
+// The base under a coat, seen straight on under even light: light comes in through the coat from everywhere and goes out
+// straight.
 float base_brightness(const Plastic& p) {
   const float eta = p.eta, albedo = p.reflectance.constant.x, straight = square((eta - 1) / (eta + 1));
   return albedo / (eta * eta * (1 - albedo * p.eta.internal_reflectance())) * (1 - straight) * (1 - fresnel_average(eta));

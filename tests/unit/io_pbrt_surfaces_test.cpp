@@ -25,7 +25,7 @@ void for_vertices(const Scene& scene, const Visit& visit) {
   }
 }
 
-// By the midpoints of its edges.
+// The farthest midpoint of an edge.
 template <class Distance>
 float farthest_off(const Scene& scene, const Distance& distance) {
   float most = 0;

@@ -100,7 +100,7 @@ struct Tree {
   }
 };
 
-// As the builders of trees do: each task adds those of its children.
+// Each task adds those of its children, as the builders of trees do.
 TEST(TaskGroup, RunsWhatItsTasksAdd) {
   for (const int threads : thread_counts)
     with_threads(threads, [&] {

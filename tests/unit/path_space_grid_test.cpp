@@ -214,7 +214,7 @@ TEST(PathSpaceGrid, StatesTheVarianceOfTheMeanOfItsAnswers) {
         grid.begin(sample);
         grid.add(std::vector<std::vector<CachedValue>>{values});
         light.begin(sample, sample + 1.0);
-        // Without the answers, whose own scatter from sample to sample would be stated besides.
+        // The answers are left out: their own scatter from sample to sample would be stated as well.
         light.add(film, ivec2(0), Rgb(0), Rgb(0), grid.error(place, up, 0, vec2(0.5f), Rgb(1)));
         mean += (sample + 1) / weights * grid.smooth_mean(place, up, 0, vec2(0.5f)).value().x;
       }
@@ -227,7 +227,7 @@ TEST(PathSpaceGrid, StatesTheVarianceOfTheMeanOfItsAnswers) {
   }
 }
 
-// Of light that bends, cells say by how much they blur it, and with which sign.
+// Where light bends, cells say by how much they blur it, and with which sign.
 TEST(PathSpaceGrid, StatesTheBiasOfItsAnswers) {
   for (const float bend : {-1.0f, 1.0f}) {
     PathSpaceGrid grid(room, eye_above(0.1f, 400));

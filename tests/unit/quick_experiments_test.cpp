@@ -34,7 +34,7 @@ class LongQuick : public ProgramTest, public ::testing::WithParamInterface<std::
   double begun_ = 0;
 };
 
-// With one core's minute, and no reference but those that it brings along or renders.
+// It takes at most a minute of one core, with no reference but those that it brings along or renders.
 TEST_P(LongQuick, EndsInAMinuteWithNothingFailed) {
   const std::string path = std::string(project_folder) + "experiments/" + GetParam() + ".toml";
   const Outcome outcome = run({"run", path, "--quick", "--threads", "2", "--out", "out"});

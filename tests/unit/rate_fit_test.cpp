@@ -141,7 +141,7 @@ TEST(RateFit, BiasOfUnbiasedRunsIsZeroWithinItsNoise) {
     const auto points = progressive_runs(normal, 4, 10, {100.0}, -1, no_bias);
     sum += rate_value(points[0], "bias2", std::vector<double>(4, 1)) / runs;
   }
-  // Of one run the estimate has variance 2 (0.01)^2 / (10 * 4 * 3).
+  // The estimate of one run has variance 2 (0.01)^2 / (10 * 4 * 3).
   EXPECT_LT(std::abs(sum), 4 * 0.01 * std::sqrt(2.0 / 120 / runs));
 }
 
@@ -153,8 +153,8 @@ TEST(RateFit, SameSeedGivesTheSameInterval) {
   EXPECT_EQ(a->exponent_interval->high, b->exponent_interval->high);
 }
 
-// How often do 95 % intervals of ten seeds hold the true exponent? Of 300 experiments each, at a false-alarm rate of 1 % for
-// the three together (Sidak: 0.33 % each, 2.94 standard deviations of a binomial); a percentile bootstrap of ten seeds is
+// How often do 95 % intervals of ten seeds hold the true exponent? Each share is of 300 experiments, at a false-alarm rate of 1
+// % for the three together (Sidak: 0.33 % each, 2.94 standard deviations of a binomial); a percentile bootstrap of ten seeds is
 // allowed 2 points less than it promises.
 struct Coverage {
   const char* name;

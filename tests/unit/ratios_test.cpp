@@ -1,7 +1,6 @@
 // Ratios from the experiment to the report.
 #include "experiments/report/ratios.h"
 #include "experiments/log/json_line.h"
-#include "experiments/log/json_line.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/report_helpers.h"
 
@@ -52,7 +51,7 @@ TEST(Ratios, SlipsAreErrorsAtTheirPlace) {
   expect_error(with("budget =", "metrics = [\"relmse\"]\nbudget ="), "x.toml:5:1", "mse is not among the metrics");
 }
 
-// Its errors lie `factor` above 0.01, a little apart for each seed; of a cell of one checkpoint.
+// Its errors are `factor` times 0.01, a little apart for each seed; each cell has one checkpoint.
 void add_method(RunLog& log, const std::string& name, double factor, int seeds) {
   for (int seed = 1; seed <= seeds; ++seed) {
     add_cell(log, "room", {name, "sah", 0.1, 1, -1, 1}, static_cast<std::uint64_t>(seed));

@@ -80,7 +80,7 @@ TEST_F(RenderFiles, LinksAreFollowedAndNeighboursKept) {
     EXPECT_FALSE(entry.path().filename().string().starts_with("etendue-")) << entry.path();
 }
 
-// Refused before anything is allocated: an image of 16384 x 16384 takes 20 GiB until it is written, its reference 44 GiB.
+// It is refused before anything is allocated: an image of 16384 x 16384 takes 20 GiB until it is written, its reference 44 GiB.
 TEST_F(RenderFiles, ImagesThatMemoryDoesNotHoldAreRefused) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers take terabytes of address space";

@@ -9,7 +9,7 @@
 
 namespace etendue {
 
-// By cell.
+// The results of each cell.
 inline std::map<std::string, std::string> results(const RunLog& log) {
   std::map<std::string, std::string> text;
   for (const CheckpointRecord& c : log.checkpoints) {

@@ -57,7 +57,7 @@ TEST(TerminalTables, EveryTextColumnIsMadeNarrowerOnATerminal) {
                                        "than forty columns\n");
 }
 
-// As that of experiments/hessian.toml: names of a word each and figures, which no column can give up.
+// A table like that of experiments/hessian.toml: no column can give up its one-word names and figures.
 TEST(TerminalTables, WhatFitsATerminalByNoMeansHasABlockForEachRow) {
   Table table{"t",
               "T",
