@@ -82,7 +82,7 @@ struct RecordShape {
   }
 };
 
-// What methods that keep a cache have besides.
+// What methods that keep a cache offer in addition.
 class Cache {
  public:
   virtual ~Cache() = default;
@@ -95,8 +95,8 @@ class Cache {
   virtual bool savable() const { return true; }
   // The bytes of a file, after the last iteration.
   virtual std::string save(const RenderContext& context) const = 0;
-  // Before `prepare`, which then begins with these records. Throws Error where the bytes are damaged, or made for another
-  // scene or with other parameters.
+  // Called before `prepare`, which then begins with these records. Throws Error where the bytes are damaged, or made for
+  // another scene or with other parameters.
   virtual void load(const RenderContext& context, std::string_view bytes, const Location& where) = 0;
 };
 

@@ -70,7 +70,7 @@ class RayQuery {
   // Many rays at once; each gets the answer it would get alone. The two spans have the same length.
   virtual void closest(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
   virtual void occluded(std::span<const Ray> rays, std::span<bool> occluded) const = 0;
-  // As closest and occluded, adding the nodes visited and primitives tested (0 where a structure cannot tell).
+  // The same answers; these add the nodes visited and primitives tested (0 where a structure cannot tell).
   virtual Hit closest_counted(const Ray& ray, TraversalCounters& counters) const = 0;
   virtual bool occluded_counted(const Ray& ray, TraversalCounters& counters) const = 0;
   virtual RayStructureStats stats() const = 0;

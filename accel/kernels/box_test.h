@@ -16,7 +16,7 @@ namespace etendue {
 
 inline constexpr float slab_pad = 1.0f + 4 * std::numeric_limits<float>::epsilon();
 
-// Reciprocals for slab tests. NaN, which restricts nothing, where that of a subnormal component overflows: the ray does cross
+// Reciprocals for slab tests. That of a subnormal component that overflows is NaN, which restricts nothing: the ray does cross
 // the slab, though at distances of the order of 1e38 times the slab's, and an infinity would deny it.
 inline vec3 slab_reciprocal(const vec3& direction) {
   vec3 reciprocal = 1.0f / direction;
@@ -76,11 +76,11 @@ class BoxTest {
 
   [[gnu::always_inline]] explicit BoxTest(const SlabRay& ray)
       : BoxTest(plane_places<stride>[ray.negative], Lanes::set(ray.t_min), axis(ray, 0), axis(ray, 1), axis(ray, 2)) {}
-  // With a ray in each lane, of the same signs.
+  // Takes a ray in each lane; their directions have the same signs.
   [[gnu::always_inline]] BoxTest(const PlanePlaces& places, const Lanes& t_min, const Axis& x, const Axis& y, const Axis& z)
       : places_(places), t_min_(t_min), x_(x), y_(y), z_(z) {}
 
-  // Narrows `far` from the limit of the search. `plane(place)`: of the boxes.
+  // Narrows `far` from the limit of the search. `plane(place)` gives a plane of the boxes.
   template <class Plane>
   [[gnu::always_inline]] void interval(const Plane& plane, Lanes& near, Lanes& far) const {
     near = larger(x_.near(plane(places_.near[0])), t_min_);
@@ -133,7 +133,7 @@ class TraversalLimit {
   // `extent`: largest_coordinate of what the structure holds.
   TraversalLimit(const Ray& ray, float extent)
       : TraversalLimit(max_component(glm::abs(ray.origin)), extent, max_component(glm::abs(ray.direction))) {}
-  // By the largest components of a ray's origin and direction.
+  // From the largest components of a ray's origin and direction.
   TraversalLimit(float origin, float extent, float direction)
       : slack_(16 * std::numeric_limits<float>::epsilon() * (origin + extent) / direction) {}
 

@@ -57,7 +57,7 @@ using Vector = typename VectorOf<T, width>::type;
 #endif
 
 #if defined(__AVX2__)
-// Eight of sixteen.
+// Picks eight of sixteen.
 [[gnu::always_inline]] inline Vector<float, 8> picked(Vector<float, 8> low, Vector<float, 8> high, const std::uint8_t* slots) {
   const __m256i which = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(slots)));
   return _mm256_blendv_ps(_mm256_permutevar8x32_ps(low, which), _mm256_permutevar8x32_ps(high, which),

@@ -22,18 +22,18 @@ class PackQuery {
 
   TriangleRay shear() const { return shear_; }
 
-  // By SIMD instructions alone. `rare`: it takes more, nothing was done, and test_rare must be asked.
+  // Tests by SIMD instructions alone. `rare`: it takes more, nothing was done, and test_rare must be asked.
   [[gnu::always_inline]] Outcome test_common(const Pack& pack, float t_min, Hit& hit) const {
     if constexpr (halves)
       if (pack.count <= Pack::lanes / 2) return test_common(pack, half_corners(pack), test_.halved(), t_min, hit);
     return test_common(pack, corners(pack), test_, t_min, hit);
   }
 
-  // All of a pack, where some triangle takes double precision.
+  // Tests all of a pack, where some triangle takes double precision.
   bool test_rare(const Geometry& geometry, const Pack& pack, const Ray& ray, Hit& hit) const {
     return test_all(geometry, pack, pack.used(), ray, hit, [&](unsigned inside) { return inside & pack.needles(); });
   }
-  // The triangles in lanes `used`; `needles(inside)`: which of some are needles.
+  // Tests the triangles in lanes `used`; `needles(inside)` tells which of some are needles.
   template <class Needles>
   bool test_all(const Geometry& geometry, const Pack& pack, unsigned used, const Ray& ray, Hit& hit,
                 const Needles& needles) const {

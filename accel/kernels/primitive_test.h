@@ -15,8 +15,8 @@ inline bool is_traceable(const Ray& ray) {
 // No hit is farther: t is infinite where 1 / det is.
 inline float farthest_hit(const Ray& ray) { return std::min(ray.t_max, std::numeric_limits<float>::max()); }
 
-// A sphere, a cylinder (the tube, then its caps) or a disk. In float with the discriminant of [Haines2019], so that distant
-// spheres keep their edge.
+// A sphere, a cylinder (the tube, then its caps) or a disk. The discriminant is that of [Haines2019], with which distant
+// spheres keep their edge in float.
 bool intersect_quadric(const Ray& ray, const Quadric& quadric, float t_max, float& t_out, vec2& uv_out);
 
 // The rule for ties: a nearer hit wins, then the lower primitive id.
@@ -44,7 +44,7 @@ inline bool intersect_primitive(const Geometry& geometry, std::uint32_t primitiv
   return true;
 }
 
-// As the caller of a structure over one geometry gets it: a hit in the first instance, or none.
+// The hit as the caller of a structure over one geometry gets it: in the first instance, or none.
 inline Hit placed(const Hit& hit) { return hit ? Hit{hit.t, hit.uv, 0, hit.primitive} : Hit{}; }
 
 }  // namespace etendue

@@ -61,9 +61,9 @@ class Queries {
   const Structure& self() const { return static_cast<const Structure&>(*this); }
 };
 
-// Of a structure over one geometry with leaves: `traverse(ray, t_best, count, leaf)` shows those that the ray meets, front to
-// back, to `leaf`, which lowers `t_best` and returns true to end the traversal. They are tested by a LeafTest, made of the
-// structure's `leaves()` and the ray.
+// The queries of a structure over one geometry with leaves: `traverse(ray, t_best, count, leaf)` shows those that the ray
+// meets, front to back, to `leaf`, which lowers `t_best` and returns true to end the traversal. They are tested by a LeafTest,
+// made of the structure's `leaves()` and the ray.
 template <class Structure, template <bool any_hit> class LeafTest>
 class LeafQueries : public Queries<Structure> {
  public:

@@ -57,7 +57,7 @@ template <class Lanes>
   const auto same = below(u, v, w) ^ above(u, v, w), on_edge = equal(u, zero) | equal(v, zero) | equal(w, zero);
   return Sides<std::remove_const_t<decltype(same)>>{same, on_edge};
 }
-// In a register, from sign bits. Lanes of NaN may count as the same; no distance there is in range.
+// Sign bits tell it in a register. Lanes of NaN may count as the same; no distance there is in range.
 template <int width, int widest>
 requires(1 < width && width <= widest)
     [[gnu::always_inline]] inline Sides<unsigned> sides(const Floats<width, widest>& u, const Floats<width, widest>& v,
@@ -132,7 +132,7 @@ struct TriangleTest {
   [[gnu::always_inline]] TriangleTest(const TriangleRay& ray, const vec3& origin)
       : TriangleTest(ray, component(origin, ray.kx), component(origin, ray.ky), component(origin, ray.kz)) {}
 
-  // With the first half of the lanes.
+  // The test of the first half of the lanes.
   auto halved() const {
     return TriangleTest<typename Lanes::Half>{origin_x.low, origin_y.low, origin_z.low, shear_x.low, shear_y.low, shear_z.low};
   }

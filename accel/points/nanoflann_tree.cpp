@@ -21,7 +21,7 @@ struct Points {
   }
 };
 
-// Above a squared distance by more than pruning can err: 1.5 epsilon per level of the tree, and underflow.
+// A limit that exceeds a squared distance by more than pruning can err: 1.5 epsilon per level of the tree, and underflow.
 float search_limit(float distance_squared) { return distance_squared * 1.0001f + std::numeric_limits<float>::min(); }
 
 // All points within a radius, as nanoflann hands them in.

@@ -155,8 +155,8 @@ float SphereBvh::first_radius(const vec3& p) const {
       first = std::min(first, d2);
     }
   };
-  // Down to the child whose box has its centre nearest (boxes that the curve's leaps make large have theirs far off): most
-  // often this is where they are. The second way finds all that is nearer.
+  // The first pass goes down to the child whose centre is nearest (boxes that the curve's leaps make large have theirs far
+  // off), where the points most often are. The second finds all that is nearer.
   std::uint32_t down = 0;
   for (std::uint32_t level = root_level(); level > 0; --level) {
     centre_distances(node(level, down).lower, node(level, down).upper, p, distances);

@@ -30,7 +30,7 @@ RecordBvh::Node::Node() {
   std::fill_n(&upper[0][0], 3 * width, -infinity);
 }
 
-// Every point with a float distance^2 <= radius^2.
+// The box holds every point with a float distance^2 <= radius^2.
 Bounds RecordBvh::box_of(const RecordSphere& sphere) {
   return {sphere.centre - reach(sphere.radius), sphere.centre + reach(sphere.radius)};
 }

@@ -51,7 +51,7 @@ void RecordCells::insert_into(std::uint32_t index, int level, const RecordSphere
   const glm::ivec3 corner = (box.lower >> level) << level, middle = corner + half;
   if (cells_[index].children == no_id) {
     list(cells_[index], sphere);
-    // Asked again whenever the list has doubled.
+    // This is asked again whenever the list has doubled.
     const std::uint32_t count = cells_[index].count;
     if (count <= width || !std::has_single_bit(count - 1) || !cuts(cells_[index], level, middle)) return;
     const auto children = static_cast<std::uint32_t>(cells_.size());

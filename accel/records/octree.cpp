@@ -15,7 +15,7 @@ unsigned octant(const vec3& centre, const vec3& p) {
          static_cast<unsigned>(p.z > centre.z) << 2;
 }
 
-// From a cube's centre to an octant's, or (towards a point) to the doubled cube's.
+// The step from a cube's centre to an octant's, or (towards a point) to the doubled cube's.
 vec3 towards(unsigned octant, float step) {
   return {octant & 1 ? step : -step, octant & 2 ? step : -step, octant & 4 ? step : -step};
 }
@@ -55,7 +55,7 @@ void RecordOctree::insert(const vec3& centre, float radius, std::uint32_t id) {
   if (!is_record_sphere(centre, radius)) return;
   grow_towards(centre);
   std::uint32_t node = root_;
-  // Down while the sphere fits the child: radius at most half its side, and cubes large enough for floats to keep apart.
+  // Goes down while the sphere fits the child: radius at most half its side, and cubes large enough for floats to keep apart.
   if (lies_within(nodes_[root_].centre, nodes_[root_].half, centre)) {
     const auto can_halve = [](const Node& n) {
       return n.half > std::max(smallest_half, 64 * epsilon * max_component(glm::abs(n.centre)));

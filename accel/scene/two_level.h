@@ -50,7 +50,7 @@ TwoLevel<Bottom>::TwoLevel(std::vector<Bottom> bottoms, const Scene& scene, cons
     const Instance& instance = scene.instances[id];
     placed_.push_back({instance.to_world, instance.object, id, instance.to_world.is_identity()});
   }
-  // As for one level, a leaf costing what its instances' bottoms cost.
+  // The cost is as for one level, with a leaf at the cost of its instances' bottoms.
   for (const TreeNode& node : top.nodes) {
     double cost = node.is_leaf() ? 0 : 1;
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) cost += bottoms_[placed_[i].object].stats().sah_cost;

@@ -105,7 +105,7 @@ class Chooser {
 
 }  // namespace
 
-// Depth first, from a list of nodes to be instead of by recursion.
+// Builds depth first, from a list of nodes to come instead of by recursion.
 class RayKdTree::Builder {
  public:
   Builder(const Geometry& geometry, const KdTreeParams& params, RayKdTree& tree)

@@ -11,7 +11,7 @@ static_assert(RayStructure<Octree>);
 
 namespace {
 
-// Which of eight cubes about a point does a triangle overlap? By the axes of [AkenineMoeller2001] in double precision: what
+// Which of eight cubes about a point does a triangle overlap? The axes of [AkenineMoeller2001] tell, in double precision; what
 // they need of the triangle is computed once for all eight.
 class CubeTests {
  public:
@@ -53,7 +53,7 @@ class CubeTests {
 
 }  // namespace
 
-// Breadth first, a level at a time: so the budget of references is spent evenly and no recursion is needed.
+// Builds breadth first, a level at a time, so that the budget of references is spent evenly without recursion.
 class Octree::Builder {
  public:
   Builder(const Geometry& geometry, const OctreeParams& params, Octree& tree)

@@ -1,4 +1,4 @@
-// The row of CGAL, or where it was not found of its absence.
+// The registry's row of CGAL; where CGAL was not found, the row says so.
 #include "accel/plain_entry.h"
 #include "accel/thirdparty/cgal.h"
 #include "framework/core/error.h"

@@ -1,4 +1,4 @@
-// The row of Embree, or where it was not found of its absence.
+// The registry's row of Embree; where Embree was not found, the row says so.
 #include "accel/plain_entry.h"
 #include "accel/thirdparty/embree.h"
 #include "framework/core/error.h"

@@ -44,7 +44,7 @@ struct HugePageAllocator {
   friend bool operator==(const HugePageAllocator&, const HugePageAllocator&) { return true; }
 };
 
-// For values that the threads which know them construct or assign in place after a resize.
+// Leaves values unconstructed: after a resize, the threads that know them construct or assign them in place.
 template <class T>
 struct UnconstructedOnHugePages : HugePageAllocator<T> {
   using value_type = T;

@@ -1,5 +1,5 @@
 // The instruction sets that kernels are compiled for, and which of them runs: the machine's best, or a narrower one that a
-// person chose (`--isa`). Answers are the same bits with each; only the time is another.
+// person chose (`--isa`). Answers are the same bits with each; only the time differs. wide_bvh.cpp and runs.h pick by it.
 #pragma once
 
 #include <cstdint>

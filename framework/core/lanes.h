@@ -1,4 +1,4 @@
-// What transport is written over: a lane type F, which is one float here, or the 4, 8 or 16 of an instruction set
+// Transport is written over a lane type F, which is one float here, or the 4, 8 or 16 of an instruction set
 // (lanes_wide.inl).
 //
 // A function `template <class F>` computes with F as with a float. Where lanes may differ, a Mask<F> (a bool for one float)

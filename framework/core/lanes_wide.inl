@@ -255,7 +255,7 @@ struct WideVec2 {
   friend WideVec2 operator-(const WideVec2& v, WideFloats s) { return {v.x - s, v.y - s}; }
 };
 
-// With GLM's order of operations, so that the bits are the same.
+// Operations are in GLM's order, so that the bits are the same.
 struct WideVec3 {
   WideFloats x, y, z;
 

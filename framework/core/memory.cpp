@@ -54,7 +54,7 @@ std::uint64_t left_in_control_group() {
   std::ifstream groups("/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);)
     if (line.starts_with("0::/")) path = line.substr(3);
-  // Those above limit it too.
+  // The groups above limit it too.
   for (;; path.erase(path.rfind('/'))) {
     const std::string group = "/sys/fs/cgroup" + path;
     if (const auto most = number_in(group + "/memory.max"))

@@ -7,9 +7,9 @@
 
 namespace etendue {
 
-// For the whole process (glibc): what is freed is kept for what is asked for next. Builders, photon passes and films free
-// arrays of megabytes and soon ask for as many, and to give them back to the system and have them mapped anew takes up to a
-// fifth of a build.
+// Keeps freed memory for the next request, in the whole process (glibc). Builders, photon passes and films free arrays of
+// megabytes and soon ask for as many; giving them back to the system and mapping them anew takes up to a fifth of a
+// build.
 void keep_freed_memory();
 
 // Gives back what is kept.

@@ -1,7 +1,7 @@
 // Parallel loops and tasks (oneTBB). The work of an index never depends on the thread that does it.
 //
-// Loops and tasks meet oneTBB in parallel.cpp alone, for a call per part of a loop: its headers and instances are slow to
-// compile. What reduces includes it itself.
+// Only parallel.cpp includes oneTBB for these, at the price of a call per part of a loop: its headers and templates are slow to
+// compile. Code that reduces includes it itself.
 #pragma once
 
 #include "framework/core/vec.h"
@@ -72,7 +72,7 @@ class TaskGroup {
   std::unique_ptr<State> state_;
 };
 
-// Both, at the same time where a thread is free.
+// Runs both, at the same time where a thread is free.
 template <class A, class B>
 void parallel_invoke(const A& a, const B& b) {
   TaskGroup group;

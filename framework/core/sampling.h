@@ -18,7 +18,7 @@ CosSin<F> cos_sin_within_eighth(F angle) {
           angle + angle * x * (-1.666665461e-1f + x * (8.332160874e-3f + x * -1.951529589e-4f))};
 }
 
-// Cosine and sine of 2 pi u, u in [0, 1]: of the rest to the nearest quarter, turned by that.
+// Cosine and sine of 2 pi u for u in [0, 1]: those of what is left to the nearest quarter turn, rotated by that turn.
 template <class F>
 CosSin<F> cos_sin_of_turn(F u) {
   const F quarter = floor(4 * u + 0.5f);

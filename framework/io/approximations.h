@@ -22,7 +22,7 @@ class Approximations {
   void take(const Location& where, const std::string& what, const std::string& instead);
   bool allowed() const { return allowed_; }
 
-  // One for each kind, with the number of further places.
+  // One warning for each kind, with the number of further places.
   std::vector<std::string> warnings() const;
 
  private:

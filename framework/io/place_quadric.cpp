@@ -9,7 +9,7 @@ namespace etendue {
 
 namespace {
 
-// Under a similarity of the given scale.
+// Transforms a quadric by a similarity of the given scale.
 struct TransformQuadric {
   const Transform& t;
   float scale;

@@ -47,7 +47,7 @@ class SceneFiles {
                  Encoding encoding = Encoding::srgb);
 
   Approximations& approximations() { return approximations_; }
-  // For the scene's warnings, of what reads parameters and knows no scene.
+  // Adds to the scene's warnings, for code that reads parameters and knows no scene.
   void warn(const Location& where, const std::string& what) { told_.push_back(where.text() + ": " + what); }
 
   // What was approximated and told. Then the first ten files outside the scene's folder, and how many more there are.

@@ -65,7 +65,7 @@ Rgb of_unit_luminance(const Spectrum& spectrum) {
   return xyz.y > 0 ? in_gamut(xyz_to_rgb(xyz / xyz.y)) : Rgb(0);
 }
 
-// Of which a constant of 1 has luminance 1.
+// The mean, scaled so that a constant of 1 has luminance 1.
 template <class Spectrum>
 Rgb mean_rgb(const Spectrum& spectrum) {
   const double y_integral = integrate([](int) { return 1.0; }).y;

@@ -27,7 +27,7 @@ Rgb light_rgb(const SampledSpectrum& spectrum);
 Rgb blackbody_rgb(double kelvin);
 Rgb blackbody_rgb_of_unit_peak(double kelvin);
 
-// Integrated as it is, a constant of 1 having luminance 1, as Mitsuba's RGB modes integrate lights; nothing beyond the ends.
+// The integral, as Mitsuba's RGB modes take it of lights: a constant of 1 has luminance 1, and nothing lies beyond the ends.
 Rgb equal_energy_rgb(const SampledSpectrum& spectrum);
 // Planck's radiance in W/(m^2 sr nm), integrated in the same way.
 Rgb blackbody_radiance_rgb(double kelvin);

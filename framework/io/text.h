@@ -44,7 +44,7 @@ class WordReader {
   std::string_view word();
   // The next word of the text, empty at its end.
   std::string_view word_on_any_line();
-  // Past the end of this line.
+  // Moves past the end of this line.
   void next_line();
 
  private:

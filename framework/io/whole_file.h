@@ -31,20 +31,20 @@ bool is_file(const std::string& path);
 std::string difference(const std::string& path, const FileStamp& stamp);
 
 // Replaces the file in one step: the bytes go to a new file beside it, to the disk, and only then to its name, which is on the
-// disk as well on return. Of a symbolic link, what it leads to. Throws WriteError, with the old file as it was and nothing left
-// beside it.
+// disk as well on return. A symbolic link stays; what it leads to is replaced. Throws WriteError, with the old file as it was
+// and nothing left beside it.
 FileStamp write_whole_file(const std::string& path, std::string_view bytes);
 
-// Whether it could be written, without touching it. `path` resolved: links followed, even one to a file that is not there yet,
-// and absolute. Throws Error.
+// Checks without touching it that the file could be written. Returns `path` made absolute, with links followed, even one to a
+// file that is not there yet. Throws Error.
 std::string check_writable(const std::string& path, const Location& where);
 
-// What names a folder's files goes to the disk. Throws WriteError.
+// Flushes the names of a folder's files to the disk. Throws WriteError.
 void sync_folder(const std::string& folder);
 // Makes the folder and those above it that are missing, all of them on the disk on return. Throws WriteError.
 void make_folders(const std::string& folder);
 
-// What killed processes left of files that were being written there. Only while no other process writes there.
+// Removes what killed processes left of files that they were writing there. Call only while no other process writes there.
 void remove_partial_files(const std::string& folder);
 
 }  // namespace etendue

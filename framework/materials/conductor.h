@@ -7,7 +7,7 @@
 
 namespace etendue {
 
-// GGX alpha = roughness (no remapping); 0 in both: a perfect mirror. `eta` and `k` relative to the outside, per channel.
+// GGX alpha = roughness (no remapping); 0 in both: a perfect mirror. `eta` and `k` are relative to the outside, per channel.
 // With `k` 0 and `eta` 1 the Fresnel factor would be 0, so a perfect mirror of given colour uses `tint` with `ideal`.
 struct Conductor {
   Rgb eta{1}, k{0};

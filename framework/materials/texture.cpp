@@ -30,7 +30,7 @@ struct Evaluate {
   }
 
  private:
-  // The origin, where single precision does not hold the place.
+  // Gives the origin where single precision does not hold the place.
   template <class Mapped>
   vec2 mapped(const Mapped& t) const {
     const vec2 st = uv * t.uv_scale + t.uv_offset;

@@ -17,7 +17,7 @@ struct MeshData {
 
 // Corners in order around the rectangle; its normal is cross(b - a, d - a).
 MeshData quad(const vec3& a, const vec3& b, const vec3& c, const vec3& d);
-// Normals outward.
+// Normals point outward.
 MeshData box(const vec3& lower, const vec3& upper);
 MeshData transformed(MeshData mesh, const Transform& transform);
 

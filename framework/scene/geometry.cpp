@@ -65,7 +65,7 @@ bool Geometry::is_valid(std::uint32_t primitive) const {
   const uvec3 v = triangles[primitive];
   const vec3 &p0 = positions[v.x], &p1 = positions[v.y], &p2 = positions[v.z];
   if (!is_finite(p0) || !is_finite(p1) || !is_finite(p2)) return false;
-  // In double, so that small triangles are not taken for empty ones.
+  // Double precision keeps small triangles from being taken for empty ones.
   const dvec3 cross = glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0));
   return glm::dot(cross, cross) > 0;
 }

@@ -81,7 +81,7 @@ float shortest_side(const Bounds& bounds) {
   return shortest;
 }
 
-// What of a scene is asked of each check.
+// What the checks look at in a scene.
 struct Survey {
   Coarsest objects{fewest_ulps}, primitives{fewest_ulps_of_primitive};
   Thin thin;

@@ -69,7 +69,7 @@ struct QuadricSurface {
   }
 };
 
-// At a point `p` of the object's space that rounding took off the quadric.
+// Sets the surface at `p`, a point of the object's space that rounding took off the quadric.
 [[gnu::noinline]] void set_quadric_surface(const Object& object, const Shape& shape, const Hit& hit, const vec3& p,
                                            SurfacePoint& s) {
   const Quadric& quadric = object.geometry.quadric(hit.primitive);

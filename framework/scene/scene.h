@@ -42,7 +42,7 @@ struct Instance {
   Transform to_world;
 };
 
-// Infinite, and so outside every ray structure: tested on its own. The normal (unit) tells the outer side.
+// A plane is infinite, so it is outside every ray structure and tested on its own. The normal (unit) tells the outer side.
 struct InfinitePlane {
   vec3 point{0};
   vec3 normal{0, 0, 1};

@@ -21,7 +21,7 @@ class Transform {
 
   vec3 point(const vec3& p) const { return linear_ * p + offset_; }
   vec3 vector(const vec3& v) const { return linear_ * v; }
-  // In lanes (lanes.h).
+  // The same in lanes (lanes.h).
   template <class V>
   V point(const V& p) const {
     return vector(p) + V(offset_);
@@ -33,7 +33,7 @@ class Transform {
             m[0].z * v.x + m[1].z * v.y + m[2].z * v.z};
   }
   vec3 normal(const vec3& n) const { return n * inverse_linear_; }  // by the inverse transpose; not normalised
-  // The inverse of point and vector. Far from the origin as exact as near it: the offset goes before anything is rounded.
+  // Inverses of point and vector. They are as exact far from the origin as near it: the offset goes before anything is rounded.
   vec3 inverse_point(const vec3& p) const { return inverse_linear_ * (p - offset_); }
   vec3 inverse_vector(const vec3& v) const { return inverse_linear_ * v; }
   Bounds bounds(const Bounds& b) const;

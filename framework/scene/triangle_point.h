@@ -5,7 +5,7 @@
 
 namespace etendue {
 
-// Normal by the winding, as long as twice the area. In double: thin triangles leave little of the products.
+// Normal by the winding, as long as twice the area. It is double, for products cancel in thin triangles.
 inline dvec3 twice_area(const vec3& p0, const vec3& p1, const vec3& p2) {
   return glm::cross(dvec3(p1) - dvec3(p0), dvec3(p2) - dvec3(p0));
 }

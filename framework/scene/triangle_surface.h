@@ -31,7 +31,7 @@ struct CornerValues {
   Vec2<F> uv0, uv1, uv2;
 };
 
-// By which a ray that met a surface at `t` steps back.
+// How far a ray that met a surface at `t` steps back.
 template <class V>
 V retreat_of(const V& direction, LaneOf<V> t, LaneOf<V> clearance) {
   // A point retreats by so many clearances, and by no more than this share of the way it was found by.

@@ -1,5 +1,5 @@
 // Exact scenes of even light that ends at a border: where density estimates darken, leak through a plate, or take light from
-// the wrong wall. Lit by a sun whose light comes through a veil (exact_stage.h): a caustic to every method.
+// the wrong wall. The sun lights them through a veil (exact_stage.h), so its light is a caustic to every method.
 #pragma once
 
 #include "framework/core/params.h"

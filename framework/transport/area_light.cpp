@@ -22,7 +22,7 @@ struct SampleQuadric {
     return {s.centre + s.radius * n, n, 0};
   }
   AreaPoint operator()(const Disk& d) const {
-    // Uniform over the ring: the square of the radius is.
+    // A point is uniform over the ring where the square of its radius is uniform.
     const vec2 unit = sample_unit_disk(u);
     const float r2 = glm::dot(unit, unit);
     const float inner2 = square(d.inner_radius), radius = std::sqrt(inner2 + r2 * (square(d.radius) - inner2));

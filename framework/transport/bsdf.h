@@ -74,7 +74,7 @@ FrameOf<V> shading_frame(const V& shading_normal, const V& tangent, bool anisotr
   return frame;
 }
 
-// Places a material's lobes at a point, or at one in each lane. `colour`: of a TexturedRgb there.
+// Places a material's lobes at a point, or at one in each lane. `colour` looks up a TexturedRgb there.
 template <class F, class M, class Point, class Colours>
 auto place_lobes(const M& material, const Point& point, const Colours& colour) {
   using Lobes = typename M::template Lobes<F>;
@@ -84,7 +84,7 @@ auto place_lobes(const M& material, const Point& point, const Colours& colour) {
                                Lobes(material, colour)};
 }
 
-// The same at one point, of any material.
+// The BSDF of any material at one point.
 class Bsdf {
  public:
   Bsdf(const Scene& scene, const SurfacePoint& point);

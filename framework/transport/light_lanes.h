@@ -5,7 +5,7 @@
 
 namespace etendue {
 
-// One by one, for the lanes of `wanted`: of lights of any kind.
+// Samples lights of any kind one by one, for the lanes of `wanted`.
 template <class F>
 LightSampleOf<F> sample_lights_one_by_one(const LightSampler& lights, const Vec3<F>& position, const Vec2<F>& u,
                                           Mask<F> wanted) {

@@ -139,7 +139,7 @@ struct LightSampler::ImageDistribution {
     const auto x = static_cast<int>(pick(columns.data() + static_cast<std::size_t>(y) * size.x, size.x, u.x));
     return (vec2(x, y) + u) / vec2(size);
   }
-  // Over solid angle.
+  // Density over solid angle.
   float pdf(const EnvironmentLight& light, const vec2& uv) const {
     const ivec2 t = texel_at(light, uv);
     const float sine = std::sin(pi * uv.y);
@@ -316,7 +316,7 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
   return emit_from_infinity(id, u_position, u_direction);
 }
 
-// Through a disk as wide as the scene, perpendicular to the direction, in front of everything.
+// Emits through a disk as wide as the scene, perpendicular to the direction, in front of everything.
 std::optional<LightRay> LightSampler::emit_from_infinity(std::uint32_t light, const vec2& u_position,
                                                          const vec2& u_direction) const {
   const auto* directional = std::get_if<DirectionalLight>(&scene_.lights[light]);

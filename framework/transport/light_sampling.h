@@ -1,5 +1,5 @@
 // Sampling lights: towards a point (next-event estimation), out of the light (photons, light paths), and the densities MIS
-// needs. Lights are chosen in proportion to power; a scene of one light chooses nothing.
+// needs. Lights are chosen in proportion to power (there is no light tree); a scene of one light chooses nothing.
 #pragma once
 
 #include "framework/core/sampler.h"
@@ -59,7 +59,7 @@ class LightSampler {
   explicit LightSampler(const Scene& scene);
 
   bool empty() const { return probability_.empty(); }
-  // All lights, where all are flat; else none. And the probabilities of choosing those up to each.
+  // All lights where all are flat, else none; beside them, the probabilities of choosing those up to each.
   std::span<const FlatLight> flat_lights() const { return flat_; }
   std::span<const float> cumulative() const { return cumulative_; }
 
@@ -75,8 +75,8 @@ class LightSampler {
   Rgb emitted(const SurfacePoint& point, const vec3& wo) const;
   Rgb environment(const vec3& direction) const;
 
-  // Light from infinity enters through a disk that covers Scene::bounds(); infinite planes get none of it beyond. None where a
-  // plane stands before the disk.
+  // Light from infinity enters through a disk that covers Scene::bounds(); infinite planes get none of it beyond. There is none
+  // where a plane stands before the disk.
   std::optional<LightRay> emit(float u_light, const vec2& u_position, const vec2& u_direction) const;
   // Density with which `emit` sends a ray along unit `direction`, the way light travels, to the point `to` that it can see: per
   // area and solid angle for area lights; per solid angle for point and spot lights; per area of the disk (and solid angle) for

@@ -37,13 +37,13 @@ inline void trace(const RenderContext& context, std::span<const Ray> rays, std::
   context.rays.closest(rays, hits);
 }
 
-// Between two points that are off their surfaces. Its direction is the whole way.
+// A ray between two points that are off their surfaces. Its direction is the whole way.
 inline Ray segment(const vec3& from, const vec3& to) {
   return {.origin = from, .direction = to - from, .t_max = 1 - 4 * unit_roundoff};
 }
 
-// Between two surface points that lie in unit direction wi from each other. Both ends are off their surfaces: a ray moved off
-// its start alone would meet the other surface too early where it grazes that, as between a wall and a door ajar.
+// A ray between two surface points that lie in unit direction wi from each other. Both ends are off their surfaces: a ray moved
+// off its start alone would meet the other surface too early where it grazes that, as between a wall and a door ajar.
 inline Ray segment(const SurfacePoint& from, const SurfacePoint& to, const vec3& wi) {
   const vec3 start = ray_origin(from, wi), end = ray_origin(to, -wi);
   const float afar = clearance_from_afar(glm::length(end - start));

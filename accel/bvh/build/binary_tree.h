@@ -28,7 +28,7 @@ struct alignas(16) BuildItem {
   std::uint32_t id = no_id;
 };
 
-// After a resize they are yet to be written.
+// After a resize, items are yet to be written.
 using BuildItems = HugePageVector<BuildItem>;
 
 struct TreeNode {

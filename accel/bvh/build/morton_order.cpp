@@ -84,7 +84,7 @@ std::uint32_t first_from(std::uint32_t begin, std::uint32_t end, std::uint64_t b
   return below + 1;
 }
 
-// What the first value with the highest bit that differs is no less than.
+// A lower bound of the first value that has the highest bit in which the two differ.
 std::uint64_t bound_between(std::uint64_t first, std::uint64_t last) { return last & ~(std::bit_floor(first ^ last) - 1); }
 
 }  // namespace
@@ -122,7 +122,7 @@ MortonCode::MortonCode(const Bounds& points) : origin_(four(0.5f * points.lower)
   if (!(scale_ < infinity)) scale_ = 0;
 }
 
-// The upper 32 bits hold of x and y the upper 11 bits, of z the upper 10, the lower 31 the others.
+// The upper 32 bits hold the upper 11 bits of x and y and the upper 10 of z, the lower 31 the others.
 std::uint64_t MortonCode::operator()(const vec3& point) const {
   const FourUnsigned all = cell(point), upper = spread(all >> FourUnsigned{10, 10, 11, 0}),
                      lower = spread(all & FourUnsigned{0x3ff, 0x3ff, 0x7ff, 0});
@@ -170,7 +170,7 @@ void MortonOrder::sort_equal_runs() {
   });
 }
 
-// By insertion, as few are out of order; a run that is long, and in no order, by comparison.
+// Sorts by insertion, as few are out of order; a run that is long and in no order is sorted by comparison.
 void MortonOrder::sort_keys(std::uint32_t begin, std::uint32_t end) {
   std::uint64_t* const keys = keys_.get();
   constexpr std::uint32_t few = 16;
@@ -192,8 +192,8 @@ void MortonOrder::sort_keys(std::uint32_t begin, std::uint32_t end) {
   }
 }
 
-// Runs of keys that differ in their indices only, by what differs in the rest of the code at most. Many are of the same point,
-// and in order: the halves of a rectangle share a centre.
+// Sorts runs of keys that differ in their indices only by the rest of the code. Many are of one point, and in order: the halves
+// of a rectangle share a centre.
 void MortonOrder::sort_equal_keys(std::uint32_t begin, std::uint32_t end) {
   const auto equal = [&](std::uint32_t place) { return ((keys_[place - 1] ^ keys_[place]) & ~index_mask_) == 0; };
   const auto point = [&](std::uint32_t place) { return points_[index(place)].position; };

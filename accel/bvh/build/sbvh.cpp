@@ -50,7 +50,7 @@ class SbvhBuilder {
     Part root;
     const auto count = static_cast<std::uint32_t>(items.size());
     references_ = count;
-    // As a task too: what the watch throws in any of them is then met in one place.
+    // The root is a task too: what the watch throws in any of them is then caught in one place.
     tasks_.run_and_wait([&] {
       run(root, items, {bounds, count, static_cast<std::uint32_t>(params_.duplication * static_cast<float>(count)), 0, 0});
     });
@@ -150,7 +150,7 @@ class SbvhBuilder {
            !(area + params_.primitive_cost * cut_cost < params_.primitive_cost * area * count);
   }
 
-  // As divide, by every cut between so few references; none is chopped.
+  // Divides by every cut between so few references; none is chopped.
   bool divide_few(const Job& job, std::span<BuildItem> items, BuildItems (&sides)[2], Bounds (&bounds)[2]) const {
     const SmallCut cut = sweep_small(items.data(), job.count);
     if (prefers_leaf(job, cut.cost)) return false;
@@ -198,7 +198,7 @@ class SbvhBuilder {
     return best;
   }
 
-  // Fewer for fewer references, each of which is chopped into all that it spans.
+  // Fewer references get fewer slabs, since each is chopped into all that it spans.
   Slabs slabs_through(const Job& job, int axis) const {
     const std::uint32_t count = std::min(static_cast<std::uint32_t>(params_.bins), least_slabs + job.count / 32);
     return {job.bounds.lower[axis], job.bounds.upper[axis], count};

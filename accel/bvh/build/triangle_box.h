@@ -22,7 +22,7 @@ inline TriangleBox triangle_box(const Geometry& geometry, std::uint32_t triangle
   const uvec3 v = geometry.triangles[triangle];
   const FourFloats a = four(geometry.positions[v.x]), b = four(geometry.positions[v.y]), c = four(geometry.positions[v.z]);
   const FourFloats lower = smaller(smaller(a, b), c) + 0.0f, upper = larger(larger(a, b), c) + 0.0f;
-  // What is clearly not empty, and finite, single precision tells.
+  // Single precision tells what is clearly finite and not empty.
   const FourFloats ab = b - a, ac = c - a, normal = cross(ab, ac);
   const float square = dot(normal, normal);
   const bool is_plain = square > 1e-30f && square < infinity && square > 1e-10f * dot(ab, ab) * dot(ac, ac);

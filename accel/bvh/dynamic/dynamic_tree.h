@@ -11,11 +11,11 @@
 //
 // The measure is the surface area cost of a subtree, visits and primitive tests weighted by area, in relation to its box and to
 // the boxes of its items. The former sees what comes to overlap in a box, but misses it when the box widens too; the latter
-// sees that, but misses it when items are stretched. The one that has grown more since the build counts. Below a worsened node
-// all those are taken apart whose undivided work grew by more than the root of the threshold, or whose box is larger than their
-// children's together: they hold apart what moved apart. What remains, subtrees that are as they were wherever they moved to,
-// goes to the builder as single items beside the freed primitives. Where the subtree has worsened even so, it is built anew as
-// a whole, and the new cost is what later ones are measured by.
+// sees that, but misses it when items are stretched. The one that has grown more since the build counts. Below a worsened node,
+// nodes are taken apart where their undivided work grew by more than the root of the threshold, or where their box is larger
+// than their children's together: those span what moved apart. What remains, subtrees that are as they were wherever they moved
+// to, goes to the builder as single items beside the freed primitives. Where the subtree has worsened even so, it is built anew
+// as a whole, and the new cost is what later ones are measured by.
 //
 // Work is proportional to what changed, plus, when subtrees are judged, a pass over the nodes' costs. A node is ready when its
 // changed children are, which a counter per node says; boxes and costs follow from the children alone, so the tree has the same

@@ -49,7 +49,7 @@ std::vector<std::uint32_t> DynamicTree::rebuild_below(std::span<const std::uint3
   return wanting;
 }
 
-// Those that hang below no other of them.
+// The nodes that hang below no other of them.
 std::vector<std::uint32_t> DynamicTree::topmost_of(std::span<const std::uint32_t> nodes) const {
   const std::set<std::uint32_t> all(nodes.begin(), nodes.end());
   std::vector<std::uint32_t> topmost;

@@ -74,7 +74,7 @@ class CollapsePlan {
 
  private:
   // How a subtree becomes i + 1 children at most: shares[i] is as_fewer, or the left side's part of them; shares[0] is as_leaf,
-  // or the left side's part of the slots of the wide node that the subtree becomes. Of a binary leaf nothing is kept.
+  // or the left side's part of the slots of the wide node that the subtree becomes. Nothing is kept of a binary leaf.
   static constexpr std::int8_t as_leaf = 0, as_fewer = -1;
   using Shares = std::array<std::int8_t, node_width>;
 

@@ -80,11 +80,11 @@ class CornerRepeats {
       table_[at] = own;
       return static_cast<std::uint8_t>(std::min<std::uint64_t>(back, never));
     }
-    // All bits or none.
+    // Returns all bits or none.
     static std::uint64_t is_near(const Entry& a, const Entry& b) {
       return 0 - ((std::uint64_t{a.place - b.place} - reach) >> 63);
     }
-    // Some bit above those of `never`, or none.
+    // Returns some bit above those of `never`, or none.
     static std::uint64_t differ(const Entry& a, const Entry& b) {
       return std::uint64_t{(a.x ^ b.x) | (a.y ^ b.y) | (a.z ^ b.z)} << 16;
     }

@@ -9,7 +9,7 @@
 
 namespace etendue {
 
-// By rising id and each once: a triangle that was cut in parts may have come together again.
+// Places triangles by rising id and each once: one that was cut in parts may have come together again.
 template <class Pack>
 void fill_pack(Pack& pack, const Geometry& geometry, std::span<const std::uint32_t> unsorted, std::span<const uvec3> corners) {
   std::array<std::uint32_t, Pack::lanes> ids;

@@ -22,7 +22,7 @@ class SmallGeometry {
   };
 
   SmallGeometry() = default;
-  // Of a larger one nothing is kept.
+  // Nothing is kept of a larger one.
   explicit SmallGeometry(const Geometry& geometry);
 
   bool empty() const { return triangles.empty(); }

@@ -9,7 +9,7 @@ namespace etendue {
 
 namespace {
 
-// By mask of eight lanes: those set, in order, and then any.
+// For each mask of eight lanes: the lanes set, in order, and then any.
 constexpr auto lanes_set = [] {
   std::array<std::uint64_t, 256> lanes{};
   for (unsigned mask = 0; mask < 256; ++mask) {

@@ -27,7 +27,7 @@ struct Avx512 : Simd<16> {
     return size;
   }
 
-  // And where they enter it: `entries` by ray and child. `nearest`: the least.
+  // The same with where the rays enter the child: `entries` by ray and child; `nearest` is the least.
   template <int width>
   static std::uint32_t collect(const std::uint32_t* met, const std::uint32_t* ids, const float* entries, std::uint32_t count,
                                int child, std::uint32_t* to, float* nears, float& nearest) {
@@ -77,7 +77,7 @@ struct Avx512 : Simd<16> {
     return top + count;
   }
 
-  // References and entries compressed, then interleaved into (reference, entry) pairs.
+  // Compresses references and entries, then interleaves them into (reference, entry) pairs.
   static Waiting* stack_places(const WideNode<16>& node, const Simd<16>::Floats<16>& entries, unsigned lanes, Waiting* top) {
     const auto mask = static_cast<__mmask16>(lanes);
     const __m512i places = _mm512_maskz_compress_epi32(mask, _mm512_load_si512(node.children));

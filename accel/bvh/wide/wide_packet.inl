@@ -32,7 +32,7 @@ PacketBounds packet_bounds(std::span<const Ray> rays, float scene_size) {
   static_assert(sizeof(Ray) == 8 * sizeof(float));
   PacketBounds bounds;
   if (rays.size() != packet_size) return bounds;
-  // Most that are not coherent show it in a few.
+  // Most packets that are not coherent show it in a few rays.
   const auto octant = [](const Ray& ray) {
     return std::signbit(ray.direction.x) | std::signbit(ray.direction.y) << 1 | std::signbit(ray.direction.z) << 2;
   };

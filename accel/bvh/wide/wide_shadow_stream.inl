@@ -1,10 +1,10 @@
 // Many shadow rays through a wide tree together, for one instruction set; included like wide_tests.inl.
 //
 // As in wide_stream.inl, a node is visited once for all rays that meet it ([Barringer2014]). Any hit will do, so no order of
-// visits is kept: the leaves among a node's children are tested at once, leaf by leaf, as a list of pairs of leaf and ray, one
-// after another and with no branch on how a test ends. Nothing predicts that; without it the processor overlaps the tests, and
-// all lines of the leaves are asked for beforehand. To test some rays again that an earlier pair has found occluded costs less
-// than a branch would.
+// visits is kept: the leaves among a node's children are tested at once, leaf by leaf, as a list of pairs of leaf and ray.
+// There is no branch on how a test ends, which nothing predicts, so the processor overlaps the tests; all lines of the leaves
+// are asked for beforehand. Testing a ray again that an earlier pair has found occluded costs less than
+// a branch would.
 #pragma once
 
 #include "accel/bvh/wide/wide_tests.inl"

@@ -88,7 +88,7 @@ struct RayTerms {
  private:
   using Four = typename Simd::template Floats<4>;
 
-  // With t_min and t_max in the fourth lanes.
+  // The fourth lanes hold t_min and t_max.
   [[gnu::always_inline]] RayTerms(const Ray& ray, float extent, Four origin, Four direction)
       : RayTerms(ray, extent, larger(origin, Four::set(0) - origin), larger(direction, Four::set(0) - direction),
                  Four::set(1) / direction) {}

@@ -103,7 +103,7 @@ class Traversal {
   }
 
  private:
-  // The leaf that go_on has come to, and such as wait right behind it. False where the ray has its answer.
+  // Tests the leaf that go_on has come to, and those that wait right behind it. False where the ray has its answer.
   bool test_rare_leaves() {
     do {
       if (Leaf::test_rare(view_, ray_, leaf_.shear, place_, hit_, count_) && any_hit) return false;
@@ -112,8 +112,8 @@ class Traversal {
     return true;
   }
 
-  // Until the ray has its answer, or up to a leaf that takes more than SIMD instructions, `place_`: then true. It calls nothing
-  // and keeps all in variables of its own, for which AVX-512 has registers enough.
+  // Goes on until the ray has its answer, or to `place_`, a leaf that takes more than SIMD instructions: then true. It calls
+  // nothing and keeps all in variables of its own, for which AVX-512 has registers enough.
   [[gnu::noinline, gnu::flatten]] bool go_on() {
     const View& view = view_;
     const auto& tree = view.tree;

@@ -124,7 +124,7 @@ class Collapse {
     node.children[slot] = child;
   }
 
-  // What differs in the last bits of its priority only stays in order.
+  // Children whose priorities differ in their last bits only stay in order.
   void sort_by_any_hit_priority(std::vector<std::uint32_t>& children) const {
     static_assert(node_width <= Ranks::most);
     std::array<std::uint32_t, node_width> keys, unsorted;

@@ -74,7 +74,7 @@ struct CollapseOptions {
 // (PackTest), which leaves about as many packs.
 template <int node_width, class Pack>
 WideTree<node_width, Pack> collapse(const VertexIds& vertices, const BinaryTree& tree, const CollapseOptions& options);
-// Over packs that are ready and keep their order. Takes them, and leaves the tree.
+// A wide tree over packs that are ready and keep their order. It takes the packs and leaves the binary tree.
 template <int node_width, class Pack>
 WideTree<node_width, Pack> collapse(PackTree<Pack>&& packs);
 

@@ -1,5 +1,5 @@
-// Which triangles of a scene's files no ray will meet: those of no area, or not finite (Geometry::is_valid). Told mesh by mesh,
-// or a file that holds nothing else would be a black image without a reason.
+// Which triangles of a scene's files no ray will meet: those of no area, or not finite (Geometry::is_valid). They are told mesh
+// by mesh; else a file that holds nothing else would be a black image without a reason.
 #pragma once
 
 #include <cstdint>

@@ -49,7 +49,7 @@ class Surface {
     const auto n = static_cast<int>(valence(v));
     return boundary_[v] ? on_boundary(v, 1.0f / 5) : within(v, 1 / (static_cast<float>(n) + 3 / (8 * beta(n))));
   }
-  // Of the faces around a vertex, weighted by their area.
+  // Sums of the normals of the faces around each vertex, weighted by area.
   std::vector<vec3> face_normals() const {
     std::vector<vec3> normals(positions_.size(), vec3(0));
     for (const uvec3& t : triangles_) {

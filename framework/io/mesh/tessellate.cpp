@@ -13,7 +13,7 @@ struct OnCurve {
   vec3 position, tangent;
 };
 
-// By de Casteljau's algorithm.
+// Uses de Casteljau's algorithm.
 OnCurve evaluate(const std::vector<vec3>& control, float t) {
   std::vector<vec3> p = control;
   while (p.size() > 2) {

@@ -23,10 +23,10 @@ struct SurfacePatch {
 // The cells that an arc takes.
 int arc_segments(float radians);
 
-// Of revolution about z: `profile(v)` gives radius and height, `slope(v)` their derivatives; the point at u = 0 lies over +x.
+// A surface of revolution about z: `profile(v)` gives radius and height, `slope(v)` their derivatives; u = 0 lies over +x.
 SurfacePatch revolved(float radians, int rows, std::function<vec2(float)> profile, std::function<vec2(float)> slope);
 
-// With the texture coordinates (u, v); cells of no area have no triangles.
+// A mesh with the texture coordinates (u, v); cells of no area have no triangles.
 TriangleMesh tessellate(const SurfacePatch& patch);
 
 // A Bezier curve of degree 2 or 3 by its control points.

@@ -103,7 +103,7 @@ Light PbrtReader::point_light(const PbrtParams& params) const {
                     .intensity = emitted(params, "I", "power", 4 * pi)};
 }
 
-// Of an image that says where the light goes: over the sphere, by the rows' solid angle, or over a square.
+// The mean of an image that says where light goes: over the sphere, by the rows' solid angle, or over a square.
 Rgb PbrtReader::mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere) {
   const std::string_view param = params.has("mapname") ? "mapname" : "filename";
   const std::string file = params.string(param, "");

@@ -38,7 +38,7 @@ float PbrtReader::isotropic_alpha(const PbrtParams& params, float otherwise, boo
   return std::sqrt(alpha.x * alpha.y);
 }
 
-// Of what is as dense as its surroundings nothing is refracted, rough or not.
+// What is as dense as its surroundings refracts nothing, rough or not.
 float smooth_where_even(float alpha, float eta) { return std::abs(eta - 1) < 1e-3f ? 0 : alpha; }
 
 float PbrtReader::refractive_index(const PbrtParams& params, float least) {

@@ -54,11 +54,11 @@ class PbrtParams {
   void reject(std::string_view name, const std::string& reason) const;
   // As reject where approximations are refused; else the parameter is known and `instead` is taken.
   void approximate(std::string_view name, const std::string& reason, const std::string& instead) const;
-  // Known, and without effect here.
+  // These are known and have no effect here.
   void ignore(std::initializer_list<std::string_view> names) const;
-  // Known, and left to the command line; throws where it is of another type.
+  // It is known and left to the command line; throws where it is of another type.
   void accept(std::string_view name, std::string_view type) const;
-  // All of them; for what is approximated without looking.
+  // Ignores all of them, for what is approximated without looking.
   void ignore_all() const;
   // Those that are not given, from an earlier Attribute.
   void add_defaults(const std::vector<PbrtParam>& defaults);

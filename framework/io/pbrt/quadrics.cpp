@@ -72,7 +72,7 @@ SurfacePatch read_paraboloid(const PbrtParams& params) {
   if (a > b) std::swap(a, b);
   if (!(b > 0) || a == b) params.fail("zmax", "leaves nothing of the paraboloid");
   a = std::max(a, 1e-6f * b);
-  // Of a radius of r at zmax, z = zmax (distance / r)^2. Rows go evenly by distance, which is where it bends.
+  // The radius is r at zmax: z = zmax (distance / r)^2. Rows are even in distance, along which the surface bends.
   const float from = std::sqrt(a / b);
   const auto share = [=](float v) { return std::sqrt(glm::mix(a, b, v) / b); };
   SurfacePatch by_v = revolved(

@@ -121,7 +121,7 @@ void PbrtReader::finish() {
   finish_scene(scene_, emissions);
 }
 
-// Of the parameters that later directives do not give themselves.
+// Sets parameters that later directives do not give themselves.
 void PbrtReader::attribute(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string target = expect_string(lexer, "Attribute");
@@ -171,7 +171,7 @@ void PbrtReader::include(PbrtLexer& lexer, const Token& token) {
   --include_depth_;
 }
 
-// As Include, but attributes that the file sets end with it.
+// Import is Include, but attributes that the file sets end with it.
 void PbrtReader::import(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(token);
   push(Block::attribute, where);

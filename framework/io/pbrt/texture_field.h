@@ -26,7 +26,7 @@ using Field = std::shared_ptr<const TextureField>;
 
 Field constant_field(const Rgb& value);
 Field texture_field(const Texture& texture);
-// Of a field's value.
+// A function of a field's value.
 Field mapped_field(const Field& field, const std::function<Rgb(const Rgb&)>& map);
 // Throws Error at `params` where the fields together cost too much.
 Field combined_field(const PbrtParams& params, std::vector<Field> fields,
