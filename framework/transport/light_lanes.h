@@ -1,4 +1,4 @@
-// Light samples in lanes (lanes.h), the same as LightSampler::sample gives one by one.
+// Light samples and particles in lanes (lanes.h), the same as LightSampler::sample and emit give one by one.
 #pragma once
 
 #include "framework/transport/light_sampling.h"
@@ -25,13 +25,24 @@ LightSampleOf<F> sample_lights_one_by_one(const LightSampler& lights, const Vec3
   return out;
 }
 
-// The flat light that u.x chooses in each lane; u.x is rescaled as LightSampler::sample does.
+// Flat lights are tried in turn; if there are more, or of other kinds, lanes choose one by one.
+inline bool are_few_and_flat(std::span<const FlatLight> flat) { return !flat.empty() && flat.size() <= 8; }
+
+// The flat light that a number chooses in each lane.
 template <class F>
 struct ChosenLight {
   TrianglePlaneOf<F> plane;
   Vec3<F> radiance;
   F area, chosen, two_sided, before, width;
 
+  ChosenLight(const LightSampler& lights, F u) {
+    const std::span<const FlatLight> flat = lights.flat_lights();
+    const std::span<const float> cumulative = lights.cumulative();
+    set(flat[0], 0, cumulative[0], true);
+    for (std::size_t i = 1; i < flat.size(); ++i) set(flat[i], cumulative[i - 1], cumulative[i], cumulative[i - 1] <= u);
+  }
+
+ private:
   void set(const FlatLight& light, float cumulative_before, float cumulative, Mask<F> where) {
     const auto put = [where](auto& to, const auto& value) { to = select(where, std::remove_cvref_t<decltype(to)>(value), to); };
     put(plane.p0, light.plane.p0);
@@ -49,15 +60,12 @@ struct ChosenLight {
   }
 };
 
+// u.x chooses the light, and is rescaled as LightSampler::sample does.
 template <class F>
 LightSampleOf<F> sample_lights(const LightSampler& lights, const Vec3<F>& position, Vec2<F> u, Mask<F> wanted) {
-  constexpr std::size_t most = 8;  // lights that are tried in turn; beyond, lanes choose one by one
   const std::span<const FlatLight> flat = lights.flat_lights();
-  if (flat.empty() || flat.size() > most) return sample_lights_one_by_one<F>(lights, position, u, wanted);
-  const std::span<const float> cumulative = lights.cumulative();
-  ChosenLight<F> light;
-  light.set(flat[0], 0, cumulative[0], true);
-  for (std::size_t i = 1; i < flat.size(); ++i) light.set(flat[i], cumulative[i - 1], cumulative[i], cumulative[i - 1] <= u.x);
+  if (!are_few_and_flat(flat)) return sample_lights_one_by_one<F>(lights, position, u, wanted);
+  const ChosenLight<F> light(lights, u.x);
   if (flat.size() > 1)
     u.x = select(light.width > 0, min(max(F(0.0f), (u.x - light.before) / light.width), F(0x1.fffffep-1f)), F(0.0f));
   const TrianglePointOf<F> point = point_of<F>(light.plane, sample_triangle(u));
@@ -69,6 +77,39 @@ LightSampleOf<F> sample_lights(const LightSampler& lights, const Vec3<F>& positi
   out.radiance = light.radiance;
   out.pdf_solid_angle = light.chosen * seen.pdf_solid_angle;
   out.end = seen.end;
+  return out;
+}
+
+// A particle in each lane; black where none is emitted.
+template <class F>
+struct EmittedOf {
+  Vec3<F> origin{0.0f}, direction{0.0f}, power{0.0f};
+};
+
+template <class F>
+EmittedOf<F> emit_particles(const LightSampler& lights, F u_light, const Vec2<F>& u_position, Vec2<F> u_direction,
+                            Mask<F> wanted) {
+  EmittedOf<F> out;
+  if (!are_few_and_flat(lights.flat_lights())) {
+    for_lanes(wanted, [&](int i) {
+      const auto emitted = lights.emit(lane(u_light, i), vec2(lane(u_position.x, i), lane(u_position.y, i)),
+                                       vec2(lane(u_direction.x, i), lane(u_direction.y, i)));
+      if (!emitted) return;
+      set_lane(out.origin, i, emitted->ray.origin);
+      set_lane(out.direction, i, emitted->ray.direction);
+      set_lane(out.power, i, emitted->power);
+    });
+    return out;
+  }
+  const ChosenLight<F> light(lights, u_light);
+  const TrianglePointOf<F> point = point_of<F>(light.plane, sample_triangle(u_position));
+  const Mask<F> two_sided = light.two_sided > 0, back = two_sided & (u_direction.x < 0.5f);
+  u_direction.x = select(two_sided, select(back, 2 * u_direction.x, 2 * u_direction.x - 1), u_direction.x);
+  const Vec3<F> normal = select(back, -light.plane.normal, light.plane.normal);
+  out.origin = point.position + point.clearance * normal;
+  out.direction = FrameOf<Vec3<F>>::from_normal(normal).to_world(sample_cosine_hemisphere(u_direction));
+  const Vec3<F> power = light.radiance * (pi * light.area * select(two_sided, F(2.0f), F(1.0f)) / light.chosen);
+  out.power = select(wanted & (light.area > 0) & (light.chosen > 0), power, Vec3<F>(0.0f));
   return out;
 }
 

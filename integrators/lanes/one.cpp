@@ -74,6 +74,23 @@ void place(const TriangleHits& hits) {
   for (const std::uint32_t i : hits.which) hits.points[i] = hits.scene.surface_at(hits.rays[i], hits.hits[i]);
 }
 
+void draw(PhotonStarts& starts) {
+  std::uint32_t i = starts.first;
+  for (PhotonStart& start : starts.starts) start.numbers = starts.numbers.emission(i++);
+}
+
+void emit(PhotonStarts& starts) {
+  std::uint32_t i = starts.first;
+  for (const auto& [u, share] : starts.starts) {
+    const EmittedOf<float> emitted = emit_particles<float>(starts.lights, u[0], {u[1], u[2]}, {u[3], u[4]}, true);
+    if (!is_black(emitted.power)) {
+      starts.states[starts.count] = {i, photon_direct, emitted.power * share, starts.numbers.scattering<float>(i)};
+      starts.rays[starts.count++] = {.origin = emitted.origin, .direction = emitted.direction};
+    }
+    ++i;
+  }
+}
+
 struct ReadPhoton {
   const PhotonEvents& events;
 
@@ -119,7 +136,7 @@ constexpr PathKernels path_kernels_of(const std::variant<M...>*) {
 }
 template <class... M>
 constexpr PhotonKernels photon_kernels_of(const std::variant<M...>*) {
-  return {{meet_photon<M>...}};
+  return {draw, emit, {meet_photon<M>...}};
 }
 
 }  // namespace

@@ -7,6 +7,54 @@
 namespace etendue {
 namespace {
 
+inline WideBits numbers_from(std::uint32_t first) {
+  alignas(64) std::uint32_t index[width];
+  for (int row = 0; row < width; ++row) index[row] = first + static_cast<std::uint32_t>(row);
+  return WideBits::load(index);
+}
+
+void draw(PhotonStarts& starts) {
+  std::uint32_t i = starts.first;
+  const auto points = starts.numbers.points<F>();
+  for (std::size_t first = 0; first < starts.starts.size(); first += width, i += width) {
+    const auto u = points(numbers_from(i));
+    const int count = static_cast<int>(std::min<std::size_t>(width, starts.starts.size() - first));
+    for (std::size_t d = 0; d < emission_dimensions; ++d) {
+      alignas(64) float values[width];
+      u[d].store(values);
+      for (int row = 0; row < count; ++row) starts.starts[first + static_cast<std::size_t>(row)].numbers[d] = values[row];
+    }
+  }
+}
+
+void emit(PhotonStarts& starts) {
+  for (std::size_t first = 0; first < starts.starts.size(); first += width) {
+    const int count = static_cast<int>(std::min<std::size_t>(width, starts.starts.size() - first));
+    const std::uint32_t number = starts.first + static_cast<std::uint32_t>(first);
+    Rows<9> rows;
+    for (int row = 0; row < width; ++row) {
+      const PhotonStart& start = starts.starts[first + static_cast<std::size_t>(row < count ? row : 0)];
+      for (int d = 0; d < emission_dimensions; ++d) rows.put(d, row, start.numbers[static_cast<std::size_t>(d)]);
+      rows.put(emission_dimensions, row, start.share);
+    }
+    const F share = rows.floats(emission_dimensions);
+    const EmittedOf<F> emitted = emit_particles<F>(starts.lights, rows.floats(0), {rows.floats(1), rows.floats(2)},
+                                                   {rows.floats(3), rows.floats(4)}, WideMask::first(count));
+    const PcgOf<F> random = starts.numbers.scattering<F>(numbers_from(number));
+    alignas(64) std::uint64_t state[width], increment[width];
+    random.state.store(state);
+    random.increment.store(increment);
+    rows.put(0, emitted.origin);
+    rows.put(3, emitted.direction);
+    rows.put(6, emitted.power * share);
+    for_lanes(WideMask::first(count) & !is_black(emitted.power), [&](int row) {
+      starts.states[starts.count] = {
+          number + static_cast<std::uint32_t>(row), photon_direct, rows.get_vec(6, row), {state[row], increment[row]}};
+      starts.rays[starts.count++] = {.origin = rows.get_vec(0, row), .direction = rows.get_vec(3, row)};
+    });
+  }
+}
+
 struct ReadPhotons {
   const PhotonEvents& events;
 
@@ -85,7 +133,7 @@ void meet_photon(PhotonEvents& events) {
 
 template <class... M>
 constexpr PhotonKernels photon_kernels_of(const std::variant<M...>*) {
-  return {{meet_photon<M>...}};
+  return {draw, emit, {meet_photon<M>...}};
 }
 
 }  // namespace

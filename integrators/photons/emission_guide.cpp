@@ -121,20 +121,19 @@ EmissionGuide learn_guide(const RenderContext& context, const RoughMaterials& ro
                           std::uint32_t pilot_count) {
   const std::uint64_t key = hash_keys(pass.key, 1);
   std::vector<EmissionGuide::Pilot> pilots(pilot_count), so_far;
-  const PathNumbers of_pilots(context, pass, key);
+  const PathNumbers of_pilots(context.seed, pass, key);
   EmissionGuide guide({});
   for (std::uint32_t round = 0; round < rounds; ++round) {
     const std::uint32_t begin = pilot_count / rounds * round,
                         end = round + 1 < rounds ? begin + pilot_count / rounds : pilot_count;
     trace_in_chunks(end - begin, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-      const auto start = [&](std::uint32_t i) {
-        PhotonStart warped{of_pilots.emission(i), 1};
-        const float density = guide.warp(warped.numbers);
-        pilots[i] = {warped.numbers, 1 / density, false};
-        return warped;
+      const auto share = [&](std::uint32_t i, EmissionNumbers& numbers) {
+        const float density = guide.warp(numbers);
+        pilots[i] = {numbers, 1 / density, false};
+        return 1.0f;
       };
       PhotonWave wave(context, rough_materials, pass);
-      wave.trace(of_pilots, begin + first, begin + last, start, out, [&](std::uint32_t i) { pilots[i].useful = true; });
+      wave.trace(of_pilots, begin + first, begin + last, share, out, [&](std::uint32_t i) { pilots[i].useful = true; });
       out.clear();
     });
     so_far.assign(pilots.begin(), pilots.begin() + end);
@@ -148,15 +147,11 @@ EmissionGuide learn_guide(const RenderContext& context, const RoughMaterials& ro
 Photons trace_by_importance(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   const std::uint32_t pilots = pass.count / 4, count = pass.count - pilots;
   const EmissionGuide guide = learn_guide(context, rough_materials, pass, pilots);
-  const PathNumbers of_pass(context, pass, pass.key);
+  const PathNumbers of_pass(context.seed, pass, pass.key);
   const float share = 1 / static_cast<float>(count);
   return trace_in_chunks(count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-    const auto start = [&](std::uint32_t i) {
-      PhotonStart warped{of_pass.emission(i), share};
-      warped.share /= guide.warp(warped.numbers);
-      return warped;
-    };
-    PhotonWave(context, rough_materials, pass).trace(of_pass, first, last, start, out);
+    const auto guided = [&](std::uint32_t, EmissionNumbers& numbers) { return share / guide.warp(numbers); };
+    PhotonWave(context, rough_materials, pass).trace(of_pass, first, last, guided, out);
   });
 }
 

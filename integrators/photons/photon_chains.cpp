@@ -116,7 +116,7 @@ class ChainSequence {
 Photons trace_by_visibility(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   const std::uint32_t uniform = (pass.count + 1) / 2;
   std::vector<std::uint8_t> visible(uniform);
-  const PathNumbers of_pass(context, pass, pass.key);
+  const PathNumbers of_pass(context.seed, pass, pass.key);
   trace_in_chunks(uniform, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
     PhotonTracer tracer(context, rough_materials, pass);
     for (std::uint32_t i = first; i < last; ++i, out.clear()) {

@@ -9,7 +9,7 @@
 #include "framework/transport/bsdf.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/paths/path_event.h"
-#include "integrators/photons/photons.h"
+#include "integrators/photons/photon_numbers.h"
 
 namespace etendue {
 
@@ -57,7 +57,26 @@ struct PhotonEvents {
   std::size_t going_on = 0;
 };
 
+// By what a photon is emitted; its power is multiplied by `share`.
+struct PhotonStart {
+  EmissionNumbers numbers;
+  float share;
+};
+
+// Photons of consecutive numbers that are to be emitted, and where those go that a light emits.
+struct PhotonStarts {
+  const LightSampler& lights;
+  const PathNumbers& numbers;
+  std::uint32_t first;  // number of the first
+  std::span<PhotonStart> starts;
+  PhotonState* states;
+  Ray* rays;
+  std::size_t count = 0;
+};
+
 struct PhotonKernels {
+  void (*draw)(PhotonStarts& starts);  // the numbers of emission, by Sobol's sequence
+  void (*emit)(PhotonStarts& starts);
   void (*meet[std::variant_size_v<Material>])(PhotonEvents& events);  // by the material's index
 };
 const PhotonKernels& photon_kernels_one();

@@ -1,9 +1,5 @@
 // One photon's path: emitted, traced, stored where rough vertices catch it. For integrators/photons/photons.cpp and its
 // emissions.
-//
-// The path is a function of the numbers it draws, the same ones in the same places whatever it meets: five for the light, its
-// point and the direction, then two for lobe and survival and two for the direction at each event. So the numbers can be chosen
-// independently, by a guide, or by a Markov chain that changes those of an earlier path.
 #pragma once
 
 #include "framework/core/counters.h"
@@ -14,56 +10,7 @@
 #include "integrators/photons/photon_event.h"
 #include "integrators/photons/visible_region.h"
 
-#include <array>
-
 namespace etendue {
-
-// The numbers a photon is emitted by.
-inline constexpr int emission_dimensions = 5;
-using EmissionNumbers = std::array<float, emission_dimensions>;
-
-// The source of numbers for the paths of one key: the pass's sampler for emission, independent numbers for scattering. After
-// one diffuse event a low-discrepancy sequence no longer lowers the variance within a kernel, and its numbers cost more.
-class PathNumbers {
- public:
-  PathNumbers(const RenderContext& context, const PhotonPass& pass, std::uint64_t key)
-      : sampler_(pass.sampler), seed_(context.seed), key_(key), scattering_(hash_keys(seed_, key)) {
-    for (std::uint32_t n = 0; n < emission_.size(); ++n) emission_[n] = SobolPair(seed_, Stream::light_path, key, n);
-  }
-
-  EmissionNumbers emission(std::uint32_t index) const {
-    if (sampler_ == SamplerKind::sobol) {
-      const vec2 position = emission_[1].point(index), direction = emission_[2].point(index);
-      return {emission_[0].first(index), position.x, position.y, direction.x, direction.y};
-    }
-    Sampler sampler(sampler_, seed_, Stream::light_path, key_, index);
-    const float light = sampler.get_1d();
-    const vec2 position = sampler.get_2d(), direction = sampler.get_2d();
-    return {light, position.x, position.y, direction.x, direction.y};
-  }
-  Pcg32 scattering(std::uint32_t index) const { return {mix_bits(scattering_ ^ index), key_}; }
-
- private:
-  SamplerKind sampler_;
-  std::uint64_t seed_, key_, scattering_;
-  std::array<SobolPair, 3> emission_;  // light, position, direction
-};
-
-// Those of path `index`.
-class SampledNumbers {
- public:
-  SampledNumbers(const PathNumbers& all, std::uint32_t index) : all_(&all), index_(index), scattering_(all.scattering(index)) {}
-  EmissionNumbers emission() const { return all_->emission(index_); }
-  vec2 pair() {
-    const float x = scattering_.next_float();
-    return {x, scattering_.next_float()};
-  }
-
- private:
-  const PathNumbers* all_;
-  std::uint32_t index_;
-  Pcg32 scattering_;
-};
 
 class PhotonTracer {
  public:

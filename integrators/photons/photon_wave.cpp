@@ -14,18 +14,23 @@ const PhotonKernels& photon_kernels() {
 
 }  // namespace
 
-void PhotonWave::begin() {
-  states_.clear();
-  rays_.clear();
-  stored_.clear();
+void PhotonWave::draw(const PathNumbers& numbers, std::uint32_t first, std::uint32_t count) {
+  starts_.resize(count);
+  PhotonStarts starts{context_.lights, numbers, first, starts_, nullptr, nullptr};
+  if (numbers.sampler() == SamplerKind::sobol)
+    photon_kernels().draw(starts);
+  else
+    for (std::uint32_t i = 0; i < count; ++i) starts_[i].numbers = numbers.emission(first + i);
 }
 
-void PhotonWave::emit(std::uint32_t i, const PhotonStart& start, const PathNumbers& numbers) {
-  const EmissionNumbers& u = start.numbers;
-  const auto emitted = context_.lights.emit(u[0], {u[1], u[2]}, {u[3], u[4]});
-  if (!emitted || is_black(emitted->power)) return;
-  states_.push_back({i, photon_direct, emitted->power * start.share, numbers.scattering(i)});
-  rays_.push_back(emitted->ray);
+void PhotonWave::emit(const PathNumbers& numbers, std::uint32_t first) {
+  stored_.clear();
+  states_.resize(starts_.size());
+  rays_.resize(starts_.size());
+  PhotonStarts starts{context_.lights, numbers, first, starts_, states_.data(), rays_.data()};
+  photon_kernels().emit(starts);
+  states_.resize(starts.count);
+  rays_.resize(starts.count);
 }
 
 void PhotonWave::follow(std::uint32_t first) {

@@ -8,26 +8,22 @@
 
 namespace etendue {
 
-// By what a photon is emitted; its power is multiplied by `share`.
-struct PhotonStart {
-  EmissionNumbers numbers;
-  float share;
-};
-
 class PhotonWave {
  public:
   PhotonWave(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass)
       : context_(context), rough_materials_(rough_materials), pass_(pass) {}
 
-  // Appends what photons [first, last) store, photon by photon. `start(i)`: the PhotonStart of photon i; `useful(i)` is called
-  // for each that stores something where photons matter.
-  template <class Start, class Useful>
-  void trace(const PathNumbers& numbers, std::uint32_t first, std::uint32_t last, const Start& start, Photons& out,
+  // Appends what photons [first, last) store, photon by photon. `share(i, numbers)`: by which the power of photon i is
+  // multiplied; it may change the numbers that the photon is emitted by. `useful(i)` is called for each that stores something
+  // where photons matter.
+  template <class Share, class Useful>
+  void trace(const PathNumbers& numbers, std::uint32_t first, std::uint32_t last, const Share& share, Photons& out,
              const Useful& useful) {
     constexpr std::uint32_t most = 1024;  // that go together
     for (; first < last; first += most) {
-      begin();
-      for (std::uint32_t i = first; i < std::min(first + most, last); ++i) emit(i, start(i), numbers);
+      draw(numbers, first, std::min(most, last - first));
+      for (std::uint32_t i = 0; i < starts_.size(); ++i) starts_[i].share = share(first + i, starts_[i].numbers);
+      emit(numbers, first);
       follow(first);
       for (const Place& place : order_) {
         const StoredPhoton& p = stored_[place.at];
@@ -36,9 +32,9 @@ class PhotonWave {
       }
     }
   }
-  template <class Start>
-  void trace(const PathNumbers& numbers, std::uint32_t first, std::uint32_t last, const Start& start, Photons& out) {
-    trace(numbers, first, last, start, out, Nothing());
+  template <class Share>
+  void trace(const PathNumbers& numbers, std::uint32_t first, std::uint32_t last, const Share& share, Photons& out) {
+    trace(numbers, first, last, share, out, Nothing());
   }
 
  private:
@@ -49,14 +45,15 @@ class PhotonWave {
     void operator()(std::uint32_t) const {}
   };
 
-  void begin();
-  void emit(std::uint32_t i, const PhotonStart& start, const PathNumbers& numbers);
+  void draw(const PathNumbers& numbers, std::uint32_t first, std::uint32_t count);
+  void emit(const PathNumbers& numbers, std::uint32_t first);
   void follow(std::uint32_t first);
   void meet(int scatterings);  // one event of each photon under way
 
   const RenderContext& context_;
   const RoughMaterials& rough_materials_;
   const PhotonPass& pass_;
+  std::vector<PhotonStart> starts_;
   std::vector<PhotonState> states_, next_states_;
   std::vector<Ray> rays_, next_rays_;
   std::vector<Hit> hits_;

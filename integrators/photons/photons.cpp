@@ -55,15 +55,10 @@ struct NarrowestAlpha {
 // Photon i draws point i of its pass's sequence.
 Photons trace_by_power(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   const float share = 1 / static_cast<float>(pass.count);
-  const PathNumbers of_pass(context, pass, pass.key);
+  const PathNumbers of_pass(context.seed, pass, pass.key);
   return trace_in_chunks(pass.count, [&](std::uint32_t first, std::uint32_t last, Photons& out) {
-    PhotonWave wave(context, rough_materials, pass);
-    wave.trace(
-        of_pass, first, last,
-        [&](std::uint32_t i) {
-          return PhotonStart{of_pass.emission(i), share};
-        },
-        out);
+    const auto equal = [share](std::uint32_t, EmissionNumbers&) { return share; };
+    PhotonWave(context, rough_materials, pass).trace(of_pass, first, last, equal, out);
   });
 }
 

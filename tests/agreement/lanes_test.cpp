@@ -74,6 +74,7 @@ TEST_F(Lanes, EveryLightGivesTheSameBitsAtEveryWidth) {
     Scene scene = room;
     scene.lights.push_back(light);
     expect_same_bits(scene, {"path"}, name);
+    expect_same_bits(scene, {"photon-map"}, name, {{"photons", {std::int64_t{4000}, {}}}});
   }
   Scene many = room;
   for (int i = 0; i < 12; ++i) many.lights.emplace_back(PointLight{vec3(0.05f * static_cast<float>(i)), Rgb(0.1f)});
