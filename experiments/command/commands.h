@@ -65,7 +65,7 @@ struct ResultsCommand {
 int results_command(const ResultsCommand& command);
 
 struct CompareCommand {
-  std::string image, reference;
+  std::string image, reference, difference;
   bool json = false;
 };
 int compare_command(const CompareCommand& command);
@@ -77,7 +77,8 @@ struct ReportCommand {
 };
 int report_command(const ReportCommand& command);
 
-int list_command(const std::string& what);  // one list, or one name of any; "": everything
+// One list, or one name of any; "": all lists. `params`: with the parameters of each name.
+int list_command(const std::string& what, bool params);
 
 // Typed values of the command line; they throw Error naming the option.
 std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high);

@@ -5,15 +5,52 @@
 #include "experiments/report/report.h"
 #include "framework/image/metrics.h"
 #include "framework/io/image/exr.h"
+#include "framework/io/image/image_file.h"
+#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 namespace etendue {
 
+namespace {
+
+// In linear RGB.
+Image read_any(const std::string& path) {
+  if (path.ends_with(".exr")) return read_exr(path);
+  const RgbImage read = read_image(path);
+  Image image(read.size);
+  std::copy(read.texels.begin(), read.texels.end(), image.pixels.begin());
+  return image;
+}
+
+// By luminance: red where the image is brighter than the reference, blue where it is darker, full at a factor of two; white
+// where they are alike, grey where a value is not finite.
+void write_difference(const std::string& path, const Image& image, const Image& reference) {
+  std::vector<std::uint8_t> rgb;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    constexpr double floor = 1e-3;  // below it all is dark
+    const double ratio = (luminance(Rgb(image.pixels[i])) + floor) / (luminance(Rgb(reference.pixels[i])) + floor);
+    const double steps = ratio > 0 ? std::clamp(std::log2(ratio), -1.0, 1.0) : -1;
+    const auto fading = static_cast<std::uint8_t>(std::lround(255 * (1 - std::abs(steps))));
+    if (!std::isfinite(ratio))
+      rgb.insert(rgb.end(), {128, 128, 128});
+    else
+      rgb.insert(rgb.end(), {steps < 0 ? fading : std::uint8_t{255}, fading, steps > 0 ? fading : std::uint8_t{255}});
+  }
+  const std::vector<std::uint8_t> png = encode_png(rgb.data(), image.size);
+  write_whole_file(path, std::string(png.begin(), png.end()));
+}
+
+}  // namespace
+
 int compare_command(const CompareCommand& command) {
-  const Image image = read_exr(command.image);
-  const Image reference = read_exr(command.reference);
+  if (!command.difference.empty() && !command.difference.ends_with(".png"))
+    throw Error(Location{"--difference"}, fmt::format("'{}'; expected a file that ends in .png", command.difference));
+  const Image image = read_any(command.image);
+  const Image reference = read_any(command.reference);
   if (image.size != reference.size)
     throw Error(Location{command.image}, fmt::format("{} x {} pixels; expected {} x {} as in {}", image.size.x, image.size.y,
                                                      reference.size.x, reference.size.y, command.reference));
@@ -24,6 +61,7 @@ int compare_command(const CompareCommand& command) {
     if (!command.json) fmt::print("{:<15} {:.6g}\n", metric.name, value);
   }
   if (command.json) fmt::print("{}\n", dump(json, 2));
+  if (!command.difference.empty()) write_difference(command.difference, image, reference);
   return 0;
 }
 

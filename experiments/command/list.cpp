@@ -1,4 +1,4 @@
-// `etendue list`: every name there is, with every parameter, default, range and unit.
+// `etendue list`: every name there is, and of one or all of them every parameter, default, range and unit.
 #include "accel/bvh/dynamic/change_policy.h"
 #include "accel/registry.h"
 #include "experiments/command/commands.h"
@@ -25,8 +25,9 @@ struct Entry {
 };
 using Entries = std::vector<Entry>;
 
-void print_entry(const Entry& entry) {
+void print_entry(const Entry& entry, bool params) {
   fmt::print("  {:<34} {}\n", entry.name, entry.summary);
+  if (!params) return;
   for (const Quantity& quantity : entry.quantities) fmt::print("      {:<24} {}\n", quantity.name, quantity.text);
   for (const ParamInfo& info : entry.params) {
     const bool plain = info.unit.empty() || info.unit == "1";  // a number without a unit
@@ -81,9 +82,8 @@ struct Section {
 std::vector<Section> list_sections() {
   return {
       {"scenes", "scenes", scene_entries()},
-      {"integrators", "integrators (with each parameter: default, range, unit)",
-       entries_of(integrators(), &IntegratorEntry::summary)},
-      {"accels", "ray structures (with each parameter: default, range, unit)", accel_entries()},
+      {"integrators", "integrators", entries_of(integrators(), &IntegratorEntry::summary)},
+      {"accels", "ray structures", accel_entries()},
       {"metrics", "metrics (x: image, r: reference)", entries_of(metrics(), &Metric::formula)},
       {"points", "point structures: which photons lie near?", entries_of(point_structures(), &PointEntry::summary)},
       {"records", "record structures: which records cover a point?", entries_of(record_structures(), &RecordEntry::summary)},
@@ -101,7 +101,7 @@ bool list_name(const std::vector<Section>& sections, const std::string& name) {
     for (const Entry& entry : section.entries) {
       if (entry.name != name) continue;
       fmt::print("{}\n", section.title);
-      print_entry(entry);
+      print_entry(entry, true);
       found = true;
     }
   return found;
@@ -109,7 +109,7 @@ bool list_name(const std::vector<Section>& sections, const std::string& name) {
 
 }  // namespace
 
-int list_command(const std::string& what) {
+int list_command(const std::string& what, bool params) {
   const std::vector<Section> sections = list_sections();
   std::vector<std::string> names;
   bool found = false;
@@ -117,9 +117,10 @@ int list_command(const std::string& what) {
     names.push_back(section.name);
     if (!what.empty() && what != section.name) continue;
     if (what.empty()) fmt::print("{}{}\n", found ? "\n" : "", section.title);
-    for (const Entry& entry : section.entries) print_entry(entry);
+    for (const Entry& entry : section.entries) print_entry(entry, params);
     found = true;
   }
+  if (found && !params) fmt::print("\n`etendue list NAME` shows the parameters of one, `--params` those of all.\n");
   if (found || list_name(sections, what)) return 0;
   std::vector<std::string> all = names;
   for (const Section& section : sections)

@@ -207,8 +207,10 @@ class CommandLine {
                 "SCENE is a folder: for every scene file below it, whether it loads, needs --approximate or fails, and why");
     reading(c, inspect_.reading);
     c = add("compare", "every metric of an image against a reference", [this] { return compare_command(compare_); });
-    c->add_option("IMAGE", compare_.image, ".exr")->required()->type_name("");
-    c->add_option("REFERENCE", compare_.reference, ".exr of the same size")->required()->type_name("");
+    c->add_option("IMAGE", compare_.image, ".exr; or .hdr, .pfm, .png, .jpg, .tga, .bmp")->required()->type_name("");
+    c->add_option("REFERENCE", compare_.reference, "of the same size")->required()->type_name("");
+    text(c, "--difference", compare_.difference, "FILE.png",
+         "where and how they differ: red is brighter than the reference, blue darker, full at a factor of two");
     c->add_flag("--json", compare_.json, "as JSON");
     c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",
             [this] { return report_command(report_); });
@@ -223,12 +225,13 @@ class CommandLine {
     c->add_flag("--derive", results_.derive, "run nothing: write tables, charts, pages and quoted figures again from the logs");
     repeated(c, "-o", results_.overrides, "KEY=VALUE", "put a value in the place of the file's, repeatable");
     text(c, "--shard", results_.shard, "I/N", "only part I (0 .. N-1) of N of each; what they found is left in out/results/");
-    c = add("list", "every scene, method, structure and metric, with parameters", [this] { return list_command(list_); });
+    c = add("list", "every scene, method, structure and metric", [this] { return list_command(list_, list_params_); });
     c->add_option(
          "WHAT", list_,
          "scenes, integrators, accels, metrics, points, records, motions, policies, measurements or figures; or one name, "
          "such as sppm; default all")
         ->type_name("");
+    c->add_flag("--params", list_params_, "with each parameter: default, range and unit");
   }
 
   // What no option took, with the nearest names.
@@ -263,6 +266,7 @@ class CommandLine {
   ReportCommand report_;
   ResultsCommand results_;
   std::string list_;
+  bool list_params_ = false;
   std::vector<Isa> isas_;
   std::function<int()> chosen_;
 };

@@ -51,7 +51,7 @@ std::string scaled(double value, std::initializer_list<std::pair<double, const c
 }  // namespace
 
 double parse_seconds(std::string_view text) {
-  const double seconds = parse_with_unit(text, {{"s", 1}, {"ms", 1e-3}, {"min", 60}, {"h", 3600}}, "time", "60s");
+  const double seconds = parse_with_unit(text, {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}, {"h", 3600}}, "time", "60s");
   if (seconds > 1e9) throw Error(fmt::format("'{}' is {:g} s; expected 1e9 s at most", text, seconds));
   return seconds;
 }

@@ -7,7 +7,7 @@
 
 namespace etendue {
 
-double parse_seconds(std::string_view text);      // ms s min h; throws Error naming the units
+double parse_seconds(std::string_view text);      // ms s min h; plain numbers are seconds; throws Error naming the units
 std::int64_t parse_count(std::string_view text);  // k M G (powers of 1000); whole numbers only
 std::int64_t parse_bytes(std::string_view text);  // B KB MB GB KiB MiB GiB
 

@@ -72,7 +72,13 @@ std::string extension_of(const std::string& path) {
 
 Scene load_file(const std::string& path, const Location& where, const SceneReading& reading) {
   const std::string extension = extension_of(path);
-  if (!std::filesystem::exists(path)) throw Error(where, fmt::format("no such scene file: '{}'", path));
+  if (!std::filesystem::exists(path)) {
+    std::vector<std::string> names;
+    for (const BuiltinScene& scene : builtin_scenes()) names.push_back(scene.name);
+    const std::vector<std::string> near = nearest_names(path.substr(0, path.find('?')), names, 1);
+    throw Error(where, fmt::format("no such scene file: '{}'{}", path,
+                                   near.empty() ? "" : fmt::format("; did you mean 'builtin:{}'?", near.front())));
+  }
   if (extension == ".pbrt") return read_pbrt(path, reading);
   if (extension == ".xml") return read_mitsuba(path, reading);
   if (extension == ".obj") return mesh_scene(read_obj(path), path);

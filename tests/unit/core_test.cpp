@@ -18,6 +18,7 @@ namespace {
 TEST(Units, KnownSuffixesScale) {
   EXPECT_DOUBLE_EQ(parse_seconds("60s"), 60);
   EXPECT_DOUBLE_EQ(parse_seconds("1.5min"), 90);
+  EXPECT_DOUBLE_EQ(parse_seconds("1.5"), 1.5);
   EXPECT_DOUBLE_EQ(parse_seconds("250 ms"), 0.25);
   EXPECT_EQ(parse_count("200k"), 200000);
   EXPECT_EQ(parse_count("1.5M"), 1500000);

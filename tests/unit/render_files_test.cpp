@@ -124,6 +124,26 @@ TEST_F(RenderFiles, ImagesThatMemoryDoesNotHoldAreRefused) {
   EXPECT_EQ(log.references.size(), 1u);
 }
 
+TEST_F(RenderFiles, ImagesOfAnyKindAreComparedAndShown) {
+  ASSERT_EQ(render({"-o", "a.exr"}).status, 0);
+  ASSERT_EQ(render({"-o", "a.png"}).status, 0);
+  const auto metrics = [&](const std::string& image, const std::string& reference) {
+    return ProgramTest::run({"compare", image, reference, "--difference", "difference.png"});
+  };
+  EXPECT_EQ(metrics("a.exr", "a.exr").out.find("mse             0\n"), 0u);
+  const Outcome mixed = metrics("a.png", "a.exr");
+  EXPECT_EQ(mixed.status, 0) << mixed.err;
+  EXPECT_EQ(read_text_file(directory_ / "difference.png").substr(1, 3), "PNG");
+  EXPECT_NE(ProgramTest::run({"compare", "a.exr", "a.exr", "--difference", "d.exr"}).err.find("ends in .png"),
+            std::string::npos);
+}
+
+TEST_F(RenderFiles, BuiltInScenesAreSuggested) {
+  const Outcome refused = ProgramTest::run({"render", "cornel-box", "-i", "path", "--spp", "1"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_NE(refused.err.find("did you mean 'builtin:cornell-box'?"), std::string::npos) << refused.err;
+}
+
 TEST_F(RenderFiles, InspectCountsWhatIsInstanced) {
   write_file("one.pbrt", "WorldBegin\nShape \"sphere\"\nObjectBegin \"o\" Shape \"sphere\" ObjectEnd\nObjectInstance \"o\"\n");
   const Outcome one = ProgramTest::run({"inspect", "one.pbrt"});
