@@ -20,10 +20,9 @@ template <int node_width, class Pack>
 const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {
   switch (isa) {
     case Isa::scalar:
-      return kernels_of<node_width, Pack>(wide_kernels_scalar());
-#if defined(__x86_64__)
     case Isa::sse:
-      return kernels_of<node_width, Pack>(wide_kernels_sse());
+      return kernels_of<node_width, Pack>(wide_kernels_four());
+#if defined(__x86_64__)
     case Isa::avx2:
       return kernels_of<node_width, Pack>(wide_kernels_avx2());
     case Isa::avx512:

@@ -11,8 +11,7 @@ struct WideKernelSet {
   WideKernels<16, SharedPack> bvh16;
 };
 
-const WideKernelSet& wide_kernels_scalar();
-const WideKernelSet& wide_kernels_sse();
+const WideKernelSet& wide_kernels_four();
 const WideKernelSet& wide_kernels_avx2();
 const WideKernelSet& wide_kernels_avx512();
 

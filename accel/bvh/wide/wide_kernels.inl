@@ -10,7 +10,7 @@
 namespace etendue {
 namespace {
 
-// `answer(i, hit)` is called once for every ray. Without vectors nothing is gained by tracing rays together.
+// `answer(i, hit)` is called once for every ray.
 template <class Simd, bool any_hit, int node_width, class Pack, class Answer>
 void trace_batch(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
 #if defined(__AVX2__)
@@ -21,11 +21,7 @@ void trace_batch(const WideView<node_width, Pack>& view, std::span<const Ray> ra
     return;
   }
 #endif
-  if constexpr (Simd::widest == 1) {
-    for (std::size_t i = 0; i < rays.size(); ++i) answer(i, trace<Simd, any_hit>(view, rays[i], CountNothing()));
-  } else {
-    trace_many<Simd, node_width, Pack, any_hit>(view, rays, answer);
-  }
+  trace_many<Simd, node_width, Pack, any_hit>(view, rays, answer);
 }
 
 template <class Simd, int node_width, class Pack>
