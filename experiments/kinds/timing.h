@@ -4,12 +4,25 @@
 
 #include "experiments/config/budget.h"
 #include "experiments/log/measured.h"
+#include "framework/core/isa.h"
 
 #include <functional>
 #include <span>
 #include <vector>
 
 namespace etendue {
+
+// What is built while it lives is built for this instruction set.
+class WithIsa {
+ public:
+  explicit WithIsa(Isa isa) : before_(chosen_isa()) { choose_isa(isa); }
+  ~WithIsa() { choose_isa(before_); }
+  WithIsa(const WithIsa&) = delete;
+  WithIsa& operator=(const WithIsa&) = delete;
+
+ private:
+  Isa before_;
+};
 
 // Keeps an answer where the compiler must suppose that it is read, so that no query can be left out.
 template <class T>

@@ -27,18 +27,6 @@ constexpr std::uint64_t check_bytes = std::uint64_t{1} << 30;  // of structures 
 constexpr double check_budgets = 15;                           // of a structure's budget, for its aimed rays
 constexpr std::size_t least_rays = 16;                         // a figure from fewer says nothing
 
-// Which structures are built with is chosen by who builds them, here contender by contender.
-class WithIsa {
- public:
-  explicit WithIsa(Isa isa) : before_(chosen_isa()) { choose_isa(isa); }
-  ~WithIsa() { choose_isa(before_); }
-  WithIsa(const WithIsa&) = delete;
-  WithIsa& operator=(const WithIsa&) = delete;
-
- private:
-  Isa before_;
-};
-
 std::string label_of(Method choice) {
   choice.params.erase("layout");  // the structure itself says which it took
   return choice.label();

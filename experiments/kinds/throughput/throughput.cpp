@@ -45,18 +45,6 @@ struct ThroughputChoice final : KindChoice {
   double seconds = 1;
 };
 
-// The instruction set of a stretch of work, then again what was chosen.
-class WithIsa {
- public:
-  explicit WithIsa(Isa isa) : before_(chosen_isa()) { choose_isa(isa); }
-  ~WithIsa() { choose_isa(before_); }
-  WithIsa(const WithIsa&) = delete;
-  WithIsa& operator=(const WithIsa&) = delete;
-
- private:
-  Isa before_;
-};
-
 // What the repetitions with one instruction set gave.
 struct Repetitions {
   Isa isa;
