@@ -61,7 +61,7 @@ class PackQuery {
     p.count;
   };
 
-  // Of a pack's triangles in the ray's space.
+  // These are a pack's triangles in the ray's space.
   template <class L>
   struct Corners {
     L x[3], y[3], z[3];

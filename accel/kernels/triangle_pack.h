@@ -25,7 +25,7 @@ struct alignas(4 * width) TrianglePack {
     const bool needle = is_needle(a, b, c);
     place(lane, a, needle ? a : b, needle ? a : c);
   }
-  // Without a look at whether it is a needle.
+  // Does not ask whether it is a needle.
   void place(std::size_t lane, const vec3& a, const vec3& b, const vec3& c) {
     for (int axis = 0; axis < 3; ++axis) {
       vertices[0][axis][lane] = a[axis];

@@ -20,7 +20,7 @@ struct TriangleRay {
 
   TriangleRay() = default;
   explicit TriangleRay(const vec3& direction) {
-    // Without a branch: which axis is the longest cannot be predicted.
+    // No branch is taken: which axis is the longest cannot be predicted.
     const vec3 a = glm::abs(direction);
     const int y_beats_x = !(a.x > a.y), z_beats_both = !(std::max(a.y, a.x) > a.z);
     kz = 2 * z_beats_both + (y_beats_x & ~z_beats_both);

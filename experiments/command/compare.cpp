@@ -17,7 +17,7 @@ namespace etendue {
 
 namespace {
 
-// In linear RGB.
+// Reads any image file as linear RGB.
 Image read_any(const std::string& path) {
   if (path.ends_with(".exr")) return read_exr(path);
   const RgbImage read = read_image(path);

@@ -112,15 +112,18 @@ bool list_name(const std::vector<Section>& sections, const std::string& name) {
 int list_command(const std::string& what, bool params) {
   const std::vector<Section> sections = list_sections();
   std::vector<std::string> names;
-  bool found = false;
+  bool found = false, left_out = false;
   for (const Section& section : sections) {
     names.push_back(section.name);
     if (!what.empty() && what != section.name) continue;
     if (what.empty()) fmt::print("{}{}\n", found ? "\n" : "", section.title);
-    for (const Entry& entry : section.entries) print_entry(entry, params);
+    for (const Entry& entry : section.entries) {
+      print_entry(entry, params);
+      left_out |= !params && !(entry.params.empty() && entry.quantities.empty());
+    }
     found = true;
   }
-  if (found && !params) fmt::print("\n`etendue list NAME` shows the parameters of one, `--params` those of all.\n");
+  if (left_out) fmt::print("\n`etendue list NAME` shows the parameters of one, `--params` those of all.\n");
   if (found || list_name(sections, what)) return 0;
   std::vector<std::string> all = names;
   for (const Section& section : sections)

@@ -7,6 +7,11 @@
 
 namespace etendue {
 
+dvec3 xyz_to_rgb(const dvec3& c) {
+  return {3.2404542 * c.x - 1.5371385 * c.y - 0.4985314 * c.z, -0.9692660 * c.x + 1.8760108 * c.y + 0.0415560 * c.z,
+          0.0556434 * c.x - 0.2040259 * c.y + 1.0572252 * c.z};
+}
+
 namespace {
 
 double lobe(double wavelength, double centre, double inverse_width_below, double inverse_width_above) {
@@ -19,12 +24,6 @@ dvec3 cie_xyz(double w) {
       0.362 * lobe(w, 442.0, 0.0624, 0.0374) + 1.056 * lobe(w, 599.8, 0.0264, 0.0323) - 0.065 * lobe(w, 501.1, 0.0490, 0.0382),
       0.821 * lobe(w, 568.8, 0.0213, 0.0247) + 0.286 * lobe(w, 530.9, 0.0613, 0.0322),
       1.217 * lobe(w, 437.0, 0.0845, 0.0278) + 0.681 * lobe(w, 459.0, 0.0385, 0.0725)};
-}
-
-// IEC 61966-2-1.
-dvec3 xyz_to_rgb(const dvec3& c) {
-  return {3.2404542 * c.x - 1.5371385 * c.y - 0.4985314 * c.z, -0.9692660 * c.x + 1.8760108 * c.y + 0.0415560 * c.z,
-          0.0556434 * c.x - 0.2040259 * c.y + 1.0572252 * c.z};
 }
 
 constexpr int first_wavelength = 380, last_wavelength = 780;

@@ -17,6 +17,9 @@ struct SampledSpectrum {
   double at(double wavelength) const;
 };
 
+// XYZ to linear RGB (IEC 61966-2-1); components are negative for colours outside sRGB.
+dvec3 xyz_to_rgb(const dvec3& xyz);
+
 // A reflectance or an index becomes its mean over the colour-matching functions under D65, so that a constant stays itself.
 Rgb surface_rgb(const SampledSpectrum& spectrum);
 

@@ -7,6 +7,7 @@
 #include "tests/unit/silent_observer.h"
 
 #include <unistd.h>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -43,7 +44,8 @@ TEST(Throughput, EveryInstructionSetIsMeasuredAndResumed) {
   ASSERT_EQ(records.size(), 3u);
   for (const ThroughputRecord* record : records) {
     EXPECT_EQ(record->error, "");
-    EXPECT_EQ(record->sets.size(), supported_isas().size());
+    EXPECT_EQ(record->sets.size(),
+              std::ranges::count_if(isa_options, [](auto name) { return is_supported(isa_of_option(name)); }));
     EXPECT_EQ(record->image_hash.size(), 16u);
     for (const Throughput& set : record->sets) {
       EXPECT_GT(set.samples_per_s.median, 0);

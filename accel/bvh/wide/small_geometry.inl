@@ -78,7 +78,7 @@ class SmallGeometryQuery {
     set_shears(size);
   }
 
-  // The same as TriangleRay's constructor.
+  // Does what TriangleRay's constructor does.
   void set_shears(const WideVec3& size) {
     const WideMask is_z = !(max(size.y, size.x) > size.z), is_y = !(size.x > size.y) & !is_z;
     const auto pick = [&](auto x, auto y, auto z) { return select(is_z, z, select(is_y, y, x)); };

@@ -10,7 +10,7 @@
 
 namespace etendue {
 
-// With one instruction set; medians over the repetitions.
+// These are medians over the repetitions with one instruction set.
 struct Throughput {
   std::string isa;                       // as --isa takes it
   std::uint64_t iterations = 0;          // of each repetition
@@ -25,7 +25,6 @@ struct Throughput {
 struct ThroughputRecord final : KindRecord {
   static constexpr const char* type = "throughput";
 
-  std::string day;         // of the run, in UTC
   std::string image_hash;  // the same with every instruction set
   std::vector<Throughput> sets;
 

@@ -31,7 +31,7 @@ std::vector<Row> rows_of(const RunLog& log) {
   return rows;
 }
 
-// In the order in which they ran, the newest last.
+// They stand in the order in which they ran, the newest last.
 std::vector<std::string> commits_of(const RunLog& log) {
   std::vector<std::string> commits;
   for (const ThroughputRecord* record : records_of<ThroughputRecord>(log))
@@ -140,7 +140,7 @@ Figure methods_figure(const std::vector<Row>& rows, const std::string& scene) {
   return {"throughput-" + slug(scene), scene, "camera samples a second", {std::move(chart)}, {}};
 }
 
-// The same over commits, a panel for each method.
+// Shows the same over commits, with a panel for each method.
 Figure history_figure(const std::vector<Row>& rows, const std::string& scene, const std::vector<std::string>& commits) {
   Figure figure{"throughput-by-commit-" + slug(scene), scene, "camera samples a second, by commit", {}, {}};
   for (const std::string& method : names_of(rows, scene, [](const Row& r) { return r.record->cell.integrator; })) {

@@ -1,5 +1,7 @@
 #include "framework/io/mitsuba/sky.h"
 
+#include "framework/io/spectra.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -47,10 +49,8 @@ Zenith zenith_of(double t, double sun) {
 }
 
 Rgb from_xy_luminance(double x, double y, double luminance) {
-  const double Y = luminance, X = x / y * Y, Z = (1 - x - y) / y * Y;
-  const dvec3 rgb{3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z, -0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z,
-                  0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z};
-  return Rgb(glm::max(rgb, dvec3(0)));
+  const double scale = luminance / y;
+  return Rgb(glm::max(xyz_to_rgb({scale * x, luminance, scale * (1 - x - y)}), dvec3(0)));
 }
 
 // Since noon of 1 January 2000, in days.

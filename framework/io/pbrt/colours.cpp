@@ -63,12 +63,6 @@ std::optional<double> illuminant_temperature(std::string_view name) {
   return std::nullopt;
 }
 
-// To linear sRGB (IEC 61966-2-1).
-Rgb xyz_to_rgb(const vec3& xyz) {
-  return {3.2406f * xyz.x - 1.5372f * xyz.y - 0.4986f * xyz.z, -0.9689f * xyz.x + 1.8758f * xyz.y + 0.0415f * xyz.z,
-          0.0557f * xyz.x - 0.204f * xyz.y + 1.057f * xyz.z};
-}
-
 std::vector<std::string> spectrum_names(ColourUse use) {
   std::vector<std::string> names;
   if (use == ColourUse::light) names.emplace_back("stdillum-D65");
@@ -126,7 +120,7 @@ std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) cons
   } else if (param->type == "rgb" || param->type == "xyz") {
     if (param->numbers.size() != 3) fail(name, fmt::format("has {} values; expected three", param->numbers.size()));
     colour = {param->numbers[0], param->numbers[1], param->numbers[2]};
-    if (param->type == "xyz") colour = glm::max(xyz_to_rgb(colour), Rgb(0));
+    if (param->type == "xyz") colour = Rgb(glm::max(xyz_to_rgb(dvec3(colour)), dvec3(0)));
   } else {
     colour = Rgb(static_cast<float>(single(*param)));
   }
