@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 // What changes a result, and so must not change within one output directory.
 std::string result_hash(const ConfigNode& root) {
   ConfigNode::Table table = *root.table();
-  for (const char* key : {"title", "outputs", "quick", "threads", "predictions"}) table.erase(key);
+  for (const char* key : {"title", "outputs", "quick", "threads", "predictions", "elsewhere"}) table.erase(key);
   const std::string text = canonical_text({std::move(table), {}, {}});
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
 }
@@ -63,7 +63,7 @@ void read_common(const ConfigNode& root, const fs::path& directory, ExperimentCo
     wrong_type(*quick, "quick", "a table of keys to replace");
   const auto *scenes = reader.find("scenes"), *seeds = reader.find("seeds"), *budget = reader.find("budget"),
              *reference = reader.find("reference");
-  for (const char* key : {"accels", "integrators", "regions", "predictions"}) reader.find(key);
+  for (const char* key : {"accels", "integrators", "regions", "predictions", "elsewhere"}) reader.find(key);
   for (const ExperimentKind* kind : experiment_kinds())
     for (const auto& keys : {kind->keys(), kind->companions()})
       for (const std::string& key : keys) reader.find(key);

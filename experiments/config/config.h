@@ -3,6 +3,7 @@
 #pragma once
 
 #include "experiments/config/budget.h"
+#include "experiments/config/elsewhere.h"
 #include "experiments/config/method.h"
 #include "experiments/config/prediction.h"
 #include "experiments/config/regions.h"
@@ -25,9 +26,13 @@ struct SceneChoice {
 struct ReferenceChoice {
   enum class Kind : std::uint8_t { automatic, exact, samples, file };
   Kind kind = Kind::automatic;
-  std::uint64_t samples = 0;  // per pixel and estimator; 0: the default, or what the cache has
-  std::string file;
+  std::uint64_t samples = 0;       // per pixel and estimator; 0: the default, or what the cache has
+  std::vector<std::string> files;  // one a scene
   Location where;
+
+  ReferenceChoice of_scene(std::size_t scene) const {
+    return kind == Kind::file ? ReferenceChoice{kind, samples, {files.at(scene)}, where} : *this;
+  }
 };
 
 // How structures are compared (kinds/structures/accel_comparison.h).
@@ -58,13 +63,15 @@ struct ExperimentConfig {
   bool confidence = false;
   std::vector<RegionChoice> regions;
   std::vector<Prediction> predictions;
+  std::vector<ElsewhereFigure> elsewhere;
   std::optional<ivec2> resolution;
   std::optional<int> threads;
   std::optional<StructureTiming> structures;
   std::vector<std::string> table_formats;
   const ExperimentKind* kind = nullptr;
   std::shared_ptr<const KindChoice> choice;  // null: the kind has no keys beyond the above
-  std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs or predictions
+  std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs, predictions nor figures from
+                     // elsewhere
 };
 
 template <class Choice>

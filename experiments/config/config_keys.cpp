@@ -103,9 +103,15 @@ ReferenceChoice read_reference(const ConfigNode* node, const fs::path& directory
             static_cast<std::uint64_t>(read_whole(*samples, "reference.samples", 16, 1'000'000'000)),
             {},
             samples->where};
-  const std::string name = read_text(*file, "reference.file"), path = find_file(directory, name);
-  if (!path.empty()) return {Kind::file, 0, path, file->where};
-  throw Error(file->where, fmt::format("reference: no file '{}' beside the experiment or in the working directory", name));
+  ReferenceChoice choice{Kind::file, 0, {}, file->where};
+  for (const ConfigNode* element : list_elements(*file, "reference.file", "a file, or a list of them")) {
+    const std::string name = read_text(*element, "reference.file"), path = find_file(directory, name);
+    if (path.empty())
+      throw Error(element->where,
+                  fmt::format("reference: no file '{}' beside the experiment or in the working directory", name));
+    choice.files.push_back(path);
+  }
+  return choice;
 }
 
 ivec2 read_resolution(const ConfigNode& node) {

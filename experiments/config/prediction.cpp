@@ -148,6 +148,8 @@ void StatedRecord::merge(const StatedRecord& other) {
   for (const RegionChoice& region : other.regions)
     if (std::ranges::none_of(regions, [&](const RegionChoice& r) { return r.name == region.name && r.scene == region.scene; }))
       regions.push_back(region);
+  for (const ElsewhereFigure& figure : other.elsewhere)
+    if (std::ranges::find(elsewhere, figure) == elsewhere.end()) elsewhere.push_back(figure);
 }
 
 }  // namespace etendue

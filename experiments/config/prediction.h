@@ -23,6 +23,7 @@
 #pragma once
 
 #include "experiments/config/config_tree.h"
+#include "experiments/config/elsewhere.h"
 #include "experiments/config/expected.h"
 #include "experiments/config/method.h"
 #include "experiments/config/regions.h"
@@ -71,10 +72,11 @@ struct StatedRecord {
 
   std::vector<Prediction> predictions;
   std::vector<RegionChoice> regions;
+  std::vector<ElsewhereFigure> elsewhere = {};
 
   // Whether what is stated of a scene and a region (empty: of all) is of this scene.
   bool concerns(const Prediction& prediction, const std::string& scene) const;
-  bool empty() const { return predictions.empty() && regions.empty(); }
+  bool empty() const { return predictions.empty() && regions.empty() && elsewhere.empty(); }
   void merge(const StatedRecord& other);  // adds what it does not hold
 };
 

@@ -104,7 +104,14 @@ void list_fields(auto& f, FieldsOf<Prediction> auto& r) {
 
 void list_fields(auto& f, FieldsOf<RegionChoice> auto& r) { FIELDS(name, scene, polygon); }
 
-void list_fields(auto& f, FieldsOf<StatedRecord> auto& r) { FIELDS(predictions, regions); }
+void list_fields(auto& f, FieldsOf<ElsewhereFigure> auto& r) {
+  FIELDS(scene, program, method, metric, time_s, error, machine, date, source);
+}
+
+void list_fields(auto& f, FieldsOf<StatedRecord> auto& r) {
+  FIELDS(predictions, regions);
+  f.maybe("elsewhere", r.elsewhere);
+}
 
 template <class Record>
 std::string to_json_line(const Record& record) {

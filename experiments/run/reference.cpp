@@ -35,7 +35,7 @@ Reference from_closed_form(const ReferenceRequest& request) {
 }
 
 Reference from_file(const ReferenceRequest& request) {
-  const std::string& path = request.choice.file;
+  const std::string& path = request.choice.files.front();
   RenderedReference rendered = read_reference(path);
   if (rendered.source.empty()) rendered.source = path;
   if (rendered.checks.empty()) rendered.checks = "none: given by the experiment, its variance unknown";

@@ -56,6 +56,10 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
       {"outputs", base + "outputs = { " + z + " }\n"},
       {"regions", base + path + "[[regions]]\n" + z},
       {"predictions", base + path + "[[predictions]]\nmethod = \"path\"\n" + z},
+      {"elsewhere", base + path +
+                        "[[elsewhere]]\nscene = \"s\"\nprogram = \"p\"\nmethod = \"m\"\nmachine = \"m\"\ndate = \"d\"\n"
+                        "source = \"s\"\ntime = 1\nerror = 1\n" +
+                        z},
       {"dynamic", "scenes = [\"builtin:cornell-box\"]\n[dynamic]\n" + z},
       {"points", "scenes = [\"builtin:cornell-box\"]\n[points]\n" + z},
       {"records", "scenes = [\"builtin:cornell-box\"]\n[records]\n" + z},

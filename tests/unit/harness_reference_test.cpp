@@ -145,7 +145,7 @@ TEST_F(ReferenceFiles, GivenFileMustFit) {
   Image image({8, 8});
   image.at(0, 0) = dvec3(4);
   write_exr(file, image);
-  const ReferenceChoice choice{ReferenceChoice::Kind::file, 0, file, {}};
+  const ReferenceChoice choice{ReferenceChoice::Kind::file, 0, {file}, {}};
   EXPECT_EQ(make(choice, {8, 8}).rendered.image.at(0, 0).x, 4);
   EXPECT_EQ(make(choice, {4, 4}).rendered.image.at(0, 0).x, 1);
   EXPECT_THROW(make(choice, {6, 6}), Error);

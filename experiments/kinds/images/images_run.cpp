@@ -44,7 +44,7 @@ class Execution {
   RunSummary run() {
     load_scenes();
     choose_pending();
-    const StatedRecord stated{config_.predictions, config_.regions};
+    const StatedRecord stated{config_.predictions, config_.regions, config_.elsewhere};
     if (const std::string line = to_json_line(stated); line != to_json_line(directory_.earlier().stated))
       directory_.append({line});
     for (std::size_t s = 0; s < scenes_.size(); ++s)
@@ -142,9 +142,9 @@ class Execution {
     const bool begun = measured && known != nullptr && wrong.empty();
     const std::string begun_with = begun ? (fs::path(plan_.directory) / known->file).string() : "";
     try {
-      loaded.reference = make_reference(
-          {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference, plan_.threads, &observer_, begun_with},
-          ReferenceCache::standard(config_.path));
+      loaded.reference = make_reference({loaded.scene, loaded.needs, name, loaded.resolution, config_.reference.of_scene(s),
+                                         plan_.threads, &observer_, begun_with},
+                                        ReferenceCache::standard(config_.path));
     } catch (const std::bad_alloc&) {
       loaded.reference.failure = fmt::format("no reference of {}: out of memory", name);
     }

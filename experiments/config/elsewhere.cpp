@@ -1,0 +1,49 @@
+#include "experiments/config/elsewhere.h"
+
+#include "framework/core/error.h"
+#include "framework/image/metrics.h"
+
+#include <filesystem>
+
+namespace etendue {
+
+namespace {
+
+ElsewhereFigure read_figure(const ConfigNode& node) {
+  if (!node.table()) wrong_type(node, "elsewhere", "tables { scene, program, method, time, error, … }");
+  TableReader reader(node, "elsewhere");
+  ElsewhereFigure figure;
+  figure.scene = reader.needed_text("scene");
+  figure.program = reader.needed_text("program");
+  figure.method = reader.needed_text("method");
+  figure.machine = reader.needed_text("machine");
+  figure.date = reader.needed_text("date");
+  figure.source = reader.needed_text("source");
+  figure.time_s = read_duration(reader.need("time"), "elsewhere.time");
+  figure.error = read_number(reader.need("error"), "elsewhere.error", 0, 1e30);
+  if (const ConfigNode* metric = reader.find("metric")) {
+    figure.metric = read_text(*metric, "elsewhere.metric");
+    if (find_metric(figure.metric) == nullptr) {
+      std::vector<std::string> names;
+      for (const Metric& known : metrics()) names.emplace_back(known.name);
+      throw Error(metric->where, "elsewhere: " + unknown_name("metric", figure.metric, names));
+    }
+  }
+  reader.finish();
+  return figure;
+}
+
+}  // namespace
+
+bool ElsewhereFigure::of_scene(const std::string& name) const {
+  return name == scene || std::filesystem::path(name).stem() == scene;
+}
+
+std::vector<ElsewhereFigure> read_elsewhere(const ConfigNode& node) {
+  std::vector<ElsewhereFigure> figures;
+  for (const ConfigNode* element : list_elements(node, "elsewhere", "[[elsewhere]] tables { scene, program, method, … }"))
+    figures.push_back(read_figure(*element));
+  return figures;
+}
+
+}  // namespace etendue
