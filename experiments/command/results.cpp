@@ -5,6 +5,7 @@
 #include "experiments/command/console.h"
 #include "experiments/log/manifest.h"
 #include "experiments/report/report.h"
+#include "experiments/report/report_text.h"
 #include "experiments/report/results/changes.h"
 #include "framework/core/units.h"
 #include "framework/io/text.h"
@@ -59,12 +60,23 @@ void print_estimate(const std::vector<std::string>& names, Console& console) {
                            unknown > 0 ? fmt::format(", and {} whose logs do not say how long they took", unknown) : ""));
 }
 
+// Those typed, else those that the last log was made with: its scenes may lie outside of this source tree.
+std::vector<std::string> overrides_for(const std::string& name, const ResultsCommand& command) {
+  const std::optional<RunLog> log = command.overrides.empty() ? log_in(committed_folder(name)) : std::nullopt;
+  if (!log || log->manifests.empty()) return command.overrides;
+  std::vector<std::string> overrides;
+  const std::vector<std::string> words = shell_words(log->manifests.back().options);
+  for (std::size_t i = 0; i + 1 < words.size(); i += 2)
+    if (words[i] == "-o") overrides.push_back(words[i + 1]);
+  return overrides;
+}
+
 int run_one(const std::string& name, const ResultsCommand& command, Console& console) {
   RunOptions options;
   options.experiment = experiment_file(name);
   options.out = work_folder(name).string();
   options.shard = command.shard;
-  options.overrides = command.overrides;
+  options.overrides = overrides_for(name, command);
   RunPlan plan = plan_run(options);
   if (plan.shard.count > 1) plan.directory += fmt::format("-shard-{}-of-{}", plan.shard.index, plan.shard.count);
   plan.threads = available_threads(plan.threads, console);
@@ -142,7 +154,13 @@ int results_command(const ResultsCommand& command) {
   refuse_changed_sources("results", make_manifest("", "", 1).commit);
   exit_on_interrupt("\ninterrupted; the same command goes on from here\n");
   int status = 0;
-  for (const std::string& name : names) status = std::max(status, run_one(name, command, console));
+  for (const std::string& name : names) try {
+      status = std::max(status, run_one(name, command, console));
+    } catch (const Error& e) {  // such as a scene that this machine lacks: the others are run all the same
+      if (names.size() == 1) throw;
+      console.warning(fmt::format("{}: {}", name, e.what()));
+      status = 1;
+    }
   if (!command.shard.empty()) return status;  // the logs of all shards are needed first: `etendue report` merges them
   for (const std::string& name : names) collect(name, console);
   write_derived(console);

@@ -120,6 +120,21 @@ void add_reference_floor(Chart& chart, const SceneData& scene, const std::string
   chart.labels.push_back({chart.x.scale == Scale::log ? x.low * 1.05 : x.low, floor, "reference's own variance"});
 }
 
+// What others measured of this scene: marks alone, for nobody saw how it got there.
+void add_elsewhere(Chart& chart, const ReportData& data, const SceneData& scene, const std::string& metric) {
+  std::size_t style = data.integrators.size() * data.accels.size();
+  for (const ElsewhereFigure& figure : data.log->stated.elsewhere) {
+    if (!figure.of_scene(scene.name) || figure.metric != metric) continue;
+    ChartSeries& mark = chart.series.emplace_back();
+    mark.label = fmt::format("elsewhere: {}, {}", figure.program, figure.method);
+    mark.key = mark.label;
+    mark.detail = fmt::format("{}, {}", figure.machine, figure.date);
+    mark.draw = ChartSeries::Draw::dots;
+    mark.style(style++);
+    mark.points = {{figure.time_s, figure.error}};
+  }
+}
+
 // On a linear axis the first checkpoints would press all that follows against zero: it ends at a few times the last errors.
 void cut_linear_axis(Chart& chart, std::vector<std::string>& notes) {
   constexpr double times = 6;
@@ -183,6 +198,7 @@ Figure error_figure(const ReportData& data, const SceneData& scene, const std::s
       any = true;
       chart.series.push_back(std::move(series));
     }
+    if (over_time) add_elsewhere(chart, data, scene, metric);
     add_reference_floor(chart, scene, metric);
     figure.panels.push_back(std::move(chart));
   }

@@ -35,6 +35,55 @@ Table references_table(const ReportData& data) {
 
 namespace {
 
+struct ElsewhereRow {
+  const ElsewhereFigure* figure;
+  const SceneData* scene;
+  const Configuration* best = nullptr;  // of those here, at the same time
+  double error = 0;                     // its
+};
+
+std::vector<ElsewhereRow> elsewhere_rows(const ReportData& data) {
+  std::vector<ElsewhereRow> rows;
+  for (const SceneData& scene : data.scenes)
+    for (const ElsewhereFigure& figure : data.log->stated.elsewhere) {
+      if (!figure.of_scene(scene.name)) continue;
+      ElsewhereRow& row = rows.emplace_back(ElsewhereRow{&figure, &scene});
+      for (const Configuration* configuration : scene.finished())
+        if (const auto error = estimate_at(*configuration, figure.metric, figure.time_s, data.is_signed(figure.metric));
+            error && (row.best == nullptr || error->centre < row.error)) {
+          row.best = configuration;
+          row.error = error->centre;
+        }
+    }
+  return rows;
+}
+
+}  // namespace
+
+Table elsewhere_table(const ReportData& data) {
+  TableOf<ElsewhereRow> table("elsewhere", "What others measured", elsewhere_rows(data));
+  const auto text = [](std::string ElsewhereFigure::*field) {
+    return [field](const ElsewhereRow& row) { return row.figure->*field; };
+  };
+  table.column("scene", "scene", [](const ElsewhereRow& row) { return row.scene->name; });
+  table.column("program", "program", text(&ElsewhereFigure::program));
+  table.column("method", "method", text(&ElsewhereFigure::method));
+  table.column("time_s", "time",
+               [](const ElsewhereRow& row) { return TableCell(row.figure->time_s, format_seconds(row.figure->time_s)); });
+  table.column("metric", "metric", text(&ElsewhereFigure::metric));
+  table.column("error", "error", [](const ElsewhereRow& row) { return row.figure->error; });
+  table.column("best", "best here then", [&](const ElsewhereRow& row) { return row.best ? label(data, *row.best) : ""; });
+  table.column("best_error", "its error",
+               [](const ElsewhereRow& row) { return row.best ? TableCell(row.error) : TableCell(); });
+  table.column("machine", "machine", text(&ElsewhereFigure::machine));
+  table.column("date", "date", text(&ElsewhereFigure::date));
+  table.column("source", "source", text(&ElsewhereFigure::source));
+  table.note("Figures of other programs are data: they were measured on the machine that stands beside them, not on this one.");
+  return table.take();
+}
+
+namespace {
+
 // What a method declares, and of which scenes: it may expect different things of different ones.
 struct Statement {
   const CellRecord* cell;
@@ -112,7 +161,7 @@ Table manifest_table(const ReportData& data) {
 }
 
 std::vector<Table> report_tables(const ReportData& data) {
-  return {final_table(data),      phases_table(data),       counters_table(data), structures_table(data),
+  return {final_table(data),      phases_table(data),       counters_table(data), structures_table(data), elsewhere_table(data),
           references_table(data), expectations_table(data), failures_table(data), manifest_table(data)};
 }
 

@@ -214,6 +214,21 @@ std::string shell_word(std::string_view text) {
   return word + "'";
 }
 
+std::vector<std::string> shell_words(std::string_view text) {
+  std::vector<std::string> words;
+  bool within = false, quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool ends = text[i] == ' ' && !quoted;
+    if (!ends && !within) words.emplace_back();
+    within = !ends;
+    if (text[i] == '\'' && within)
+      quoted = !quoted;
+    else if (within)
+      words.back() += text[i] == '\\' && !quoted && i + 1 < text.size() ? text[++i] : text[i];
+  }
+  return words;
+}
+
 std::string slug(std::string_view text) {
   constexpr std::string_view prefix = "builtin:";
   if (text.starts_with(prefix)) text.remove_prefix(prefix.size());

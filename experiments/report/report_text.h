@@ -38,7 +38,8 @@ std::string escape_html(std::string_view text);      // for text and attribute v
 std::string escape_tex(std::string_view text);       // with figures such as 1.2e-5 set as powers of ten
 std::string escape_markdown(std::string_view text);  // for one cell of a table
 std::string escape_csv(std::string_view text);
-std::string shell_word(std::string_view text);  // as a shell takes it
+std::string shell_word(std::string_view text);                // as a shell takes it
+std::vector<std::string> shell_words(std::string_view text);  // those of a line that shell_word wrote
 
 // "builtin:cornell-box" -> "cornell-box", "scenes/Mine.pbrt" -> "scenes-mine-pbrt": a part of a file's name.
 std::string slug(std::string_view text);

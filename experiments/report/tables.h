@@ -5,6 +5,7 @@
 //   phases        where the time went
 //   counters      work per iteration, which no clock's noise touches
 //   structures    what `etendue accel` measured of the ray structures
+//   elsewhere     what others measured of the same scenes, and the best here at that time
 //   references    what the errors are measured against, and its own noise
 //   expectations  what each integrator declares of itself
 //   failures      cells that failed, with their errors
@@ -24,6 +25,7 @@ Table final_table(const ReportData& data);
 Table phases_table(const ReportData& data);
 Table counters_table(const ReportData& data);
 Table structures_table(const ReportData& data);
+Table elsewhere_table(const ReportData& data);
 Table references_table(const ReportData& data);
 Table expectations_table(const ReportData& data);
 Table failures_table(const ReportData& data);

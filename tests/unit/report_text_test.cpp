@@ -45,6 +45,11 @@ TEST(ReportText, HostileTextIsEscapedInEveryFormat) {
   EXPECT_EQ(shell_word("a/b-1.toml"), "a/b-1.toml");
   EXPECT_EQ(shell_word("it's; rm"), "'it'\\''s; rm'");
   EXPECT_EQ(shell_word(""), "''");
+  const std::vector<std::string> words{"-o", "scenes=[\"it's a.pbrt\", \"b.obj\"]", "", "-o", "seeds=3", "\\"};
+  std::string line;
+  for (const std::string& word : words) line += (line.empty() ? "" : " ") + shell_word(word);
+  EXPECT_EQ(shell_words(line), words);
+  EXPECT_TRUE(shell_words("").empty());
   EXPECT_EQ(escape_csv("plain"), "plain");
   EXPECT_EQ(escape_csv("a,\"b\"\n"), "\"a,\"\"b\"\"\n\"");
 }
