@@ -156,6 +156,7 @@ void sync_folder(const std::string& folder) {
 }
 
 void make_folders(const std::string& folder) {
+  if (folder.empty()) return;  // the working directory, of which there is no absolute path to walk up from
   std::error_code error;
   std::vector<fs::path> missing;
   for (fs::path path = fs::absolute(folder, error).lexically_normal(); !fs::exists(path, error); path = path.parent_path())
