@@ -18,6 +18,8 @@
 
 namespace etendue {
 
+struct Field;  // experiments/log/field_list.h
+
 class ExperimentKind {
  public:
   virtual ~ExperimentKind() = default;
@@ -40,6 +42,7 @@ class ExperimentKind {
 
   virtual std::string record_type() const { return ""; }  // of its lines in the log
   virtual std::shared_ptr<KindRecord> read_record(const Json&) const { return nullptr; }
+  virtual std::vector<Field> record_fields() const;  // default: none
   virtual KindReport report(const RunLog&) const { return {}; }
   virtual std::string summary(const RunLog& log) const;  // what `etendue run` prints at its end; default: all tables
 };

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "experiments/kind.h"
-#include "experiments/log/fields.h"
+#include "experiments/log/field_list.h"
 #include "experiments/run/record_run.h"
 
 #include <map>
@@ -28,6 +28,7 @@ class RecordKind : public ExperimentKind {
   std::shared_ptr<KindRecord> read_record(const Json& json) const override {
     return std::make_shared<Record>(read_value<Record>(json));
   }
+  std::vector<Field> record_fields() const override { return fields_of<Record>(); }
   RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction&) const override {
     Work work(plan, observer);
     return execute_records(plan, threads(plan), observer, work);

@@ -1,4 +1,5 @@
 #include "experiments/kind.h"
+#include "experiments/log/field_list.h"
 
 namespace etendue {
 
@@ -23,6 +24,8 @@ std::vector<const ExperimentKind*>& kinds() {
 const std::vector<const ExperimentKind*>& experiment_kinds() { return kinds(); }
 
 void add_experiment_kind(const ExperimentKind& kind) { kinds().insert(kinds().begin(), &kind); }
+
+std::vector<Field> ExperimentKind::record_fields() const { return {}; }
 
 std::string ExperimentKind::summary(const RunLog& log) const {
   std::string out;

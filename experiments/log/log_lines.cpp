@@ -1,4 +1,5 @@
 // The fields of the records of log.h, and their lines.
+#include "experiments/log/field_list.h"
 #include "experiments/log/fields.h"
 #include "experiments/log/log.h"
 
@@ -135,6 +136,19 @@ ETENDUE_LINES_OF(CheckpointRecord)
 ETENDUE_LINES_OF(CellRecord)
 ETENDUE_LINES_OF(ProductsRecord)
 ETENDUE_LINES_OF(StatedRecord)
+
+std::vector<LineFields> log_line_fields() {
+  const auto lines_of = []<class... Records>(std::type_identity<Records>...) {
+    return std::vector<LineFields>{{Records::line_type, fields_of<Records>()}...};
+  };
+  using std::type_identity;
+  std::vector<LineFields> lines =
+      lines_of(type_identity<ManifestRecord>{}, type_identity<PlanRecord>{}, type_identity<SceneRecord>{},
+               type_identity<ReferenceRecord>{}, type_identity<StructureRecord>{}, type_identity<CheckpointRecord>{},
+               type_identity<CellRecord>{}, type_identity<ProductsRecord>{}, type_identity<StatedRecord>{});
+  lines.push_back({"finished", {{"took_s", "number", true}}});
+  return lines;
+}
 
 std::string finished_line(double took_s) {
   Json json{{"type", "finished"}};
