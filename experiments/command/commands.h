@@ -74,6 +74,7 @@ struct ReportCommand {
   std::vector<std::string> directories;
   std::string out;
   bool logs_only = false;
+  bool csv = false;  // print the curves and write nothing
 };
 int report_command(const ReportCommand& command);
 

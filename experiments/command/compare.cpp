@@ -66,6 +66,10 @@ int compare_command(const CompareCommand& command) {
 }
 
 int report_command(const ReportCommand& command) {
+  if (command.csv) {
+    fmt::print("{}", curves_of(command.directories));
+    return 0;
+  }
   // Merged results belong to none of the directories they come from.
   const std::string merged = (std::filesystem::path("out") / "merged").string();
   const std::string own = command.directories.size() > 1 ? merged : command.directories.front();

@@ -218,6 +218,7 @@ class CommandLine {
     text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
     c->add_flag("--logs-only", report_.logs_only,
                 "believe the logs alone: no image, reference or scene is read and held against them");
+    c->add_flag("--csv", report_.csv, "print every metric of every checkpoint as CSV, from the logs alone, and write nothing");
     c = add("results", "the experiments behind results/ again: what moved since, then tables, charts and documents",
             [this] { return results_command(results_); });
     c->add_option("NAMES", results_.names, "of experiments/; default: all")->type_name("");

@@ -110,8 +110,8 @@ std::vector<Statement> statements_of(const ReportData& data) {
 Table expectations_table(const ReportData& data) {
   TableOf<Statement> table("expectations", "What the methods declare", statements_of(data));
   table.column("integrator", "integrator", [](const Statement& s) { return s.cell->cell.integrator; });
-  table.column("bias", "bias", [](const Statement& s) { return s.cell->bias; });
-  table.column("mse_exponent", "exponent of MSE",
+  table.column("declared_bias", "bias", [](const Statement& s) { return s.cell->bias; });
+  table.column("declared_mse_exponent", "exponent of MSE",
                [](const Statement& s) { return TableCell(s.cell->mse_exponent, format_short(s.cell->mse_exponent)); });
   table.column("note", "note", [](const Statement& s) { return s.cell->note; });
   const auto names = [](const Statement& s) { return fmt::format("{}", fmt::join(s.scenes, ", ")); };

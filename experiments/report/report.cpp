@@ -3,6 +3,7 @@
 #include "experiments/kind.h"
 #include "experiments/log/products.h"
 #include "experiments/log/trust.h"
+#include "experiments/report/curves_csv.h"
 #include "experiments/report/declared.h"
 #include "experiments/report/page/html.h"
 #include "experiments/report/rates.h"
@@ -280,11 +281,20 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   for (const Table& table : content.tables)
     for (const std::string& format : options.table_formats)
       out.write("tables/" + table.name + "." + format, formatters.at(format)(table));
+  if (!data.finished().empty() && std::ranges::count(options.table_formats, "csv") > 0)
+    out.write("tables/curves.csv", curves_csv(data));
   for (const Figure& figure : figures_of(data, content)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   out.write("report.html", report_page(data, content));
   Report report = out.finish();
   report.findings = std::move(findings);
   return report;
+}
+
+std::string curves_of(const std::vector<std::string>& directories) {
+  std::vector<RunLog> logs;
+  for (const std::string& directory : directories) logs.push_back(read_directory(directory));
+  const RunLog log = merge_logs(logs);
+  return curves_csv(arrange(log));
 }
 
 }  // namespace etendue

@@ -36,7 +36,11 @@ struct LogAnswers {
 LogAnswers answers_of(const std::string& directory);
 
 // `directories` hold runs.jsonl (and the images and references it names); several are merged. Cells that are not to be believed
-// count as failed. Writes tables/, charts/ and report.html into `output`, replacing what stood there.
+// count as failed. Writes tables/ (with curves.csv where that is a format of theirs), charts/ and report.html into `output`,
+// replacing what stood there.
 Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options = {});
+
+// The curves of the logs in `directories` (curves_csv.h), of cells as the logs alone have them. Throws Error.
+std::string curves_of(const std::vector<std::string>& directories);
 
 }  // namespace etendue
