@@ -1,0 +1,74 @@
+// docs/methods.md has a section for each integrator, which names none but its parameters; docs/metrics.md has each metric.
+#include "framework/image/metrics.h"
+#include "integrators/registry.h"
+#include "tests/places.h"
+#include "tests/unit/harness_process.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace etendue {
+namespace {
+
+using Names = std::set<std::string>;
+
+std::string document(const std::string& name) { return read_text_file(std::string(project_folder) + "docs/" + name); }
+
+// What stands between backticks.
+Names quoted_names(const std::string& text) {
+  Names names;
+  for (std::size_t begin = text.find('`'); begin != std::string::npos; begin = text.find('`', begin)) {
+    const std::size_t end = text.find('`', ++begin);
+    if (end == std::string::npos) break;
+    names.insert(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return names;
+}
+
+// The paragraph of parameters in each section, by the name in its heading.
+std::map<std::string, std::string> parameter_paragraphs() {
+  std::map<std::string, std::string> paragraphs;
+  std::istringstream lines(document("methods.md"));
+  std::string section;
+  bool within = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("## `")) paragraphs[section = line.substr(4, line.size() - 5)];
+    if (line.empty() || line.starts_with("**")) within = line.starts_with("**Parameters.**");
+    if (within) paragraphs[section] += line + "\n";
+  }
+  return paragraphs;
+}
+
+TEST(MethodDocs, HaveASectionForEachIntegrator) {
+  Names documented, present;
+  for (const auto& [name, paragraph] : parameter_paragraphs()) documented.insert(name);
+  for (const IntegratorEntry& entry : integrators()) present.insert(entry.name);
+  EXPECT_EQ(documented, present);
+}
+
+TEST(MethodDocs, NameParametersThatExist) {
+  for (const auto& [name, paragraph] : parameter_paragraphs()) {
+    Names known;
+    for (const IntegratorEntry& entry : integrators()) known.insert(entry.name);  // "as of `ppm`"
+    for (const ParamInfo& parameter : find_integrator(name, {}).params) known.insert(parameter.name);
+    const Names named = quoted_names(paragraph);
+    EXPECT_FALSE(named.empty()) << name;
+    for (const std::string& parameter : named) EXPECT_TRUE(known.contains(parameter)) << name << ": " << parameter;
+  }
+}
+
+TEST(MetricDocs, HaveARowForEachMetric) {
+  Names documented, present;
+  std::istringstream lines(document("metrics.md"));
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("| `")) documented.insert(line.substr(3, line.find('`', 3) - 3));
+  for (const Metric& metric : metrics()) present.emplace(metric.name);
+  EXPECT_EQ(documented, present);
+}
+
+}  // namespace
+}  // namespace etendue
