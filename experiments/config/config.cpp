@@ -19,6 +19,8 @@ namespace fs = std::filesystem;
 std::string result_hash(const ConfigNode& root) {
   ConfigNode::Table table = *root.table();
   for (const char* key : {"title", "outputs", "quick", "threads", "predictions", "elsewhere"}) table.erase(key);
+  for (const char* key : {"accels", "integrators"})
+    if (const auto methods = table.find(key); methods != table.end()) erase_own_labels(methods->second);
   const std::string text = canonical_text({std::move(table), {}, {}});
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
 }

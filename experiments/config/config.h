@@ -70,8 +70,8 @@ struct ExperimentConfig {
   std::vector<std::string> table_formats;
   const ExperimentKind* kind = nullptr;
   std::shared_ptr<const KindChoice> choice;  // null: the kind has no keys beyond the above
-  std::string hash;  // of all that changes a result: neither comments nor title, threads, outputs, predictions nor figures from
-                     // elsewhere
+  std::string hash;  // of all that changes a result: neither comments nor title, labels, threads, outputs, predictions nor
+                     // figures from elsewhere
 };
 
 template <class Choice>

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <set>
 #include <sstream>
 
 namespace etendue {
@@ -43,23 +44,38 @@ std::vector<ParamValue> read_values(const ConfigNode& node, const std::string& k
 }
 
 constexpr std::size_t most_combinations = 10'000;
+constexpr const char* label_key = "label";
+
+// An experiment's own label of a method.
+std::string read_label(const ConfigNode& node, const std::string& key) {
+  constexpr std::size_t longest = 80;
+  std::string label = read_text(node, key + "." + label_key);
+  const bool plain = std::ranges::none_of(label, [](char c) { return static_cast<unsigned char>(c) < ' '; });
+  if (label.find_first_not_of(' ') == std::string::npos || label.size() > longest || !plain)
+    throw Error(node.where, fmt::format("{}.{}: '{}'; expected one line of 1 to {} bytes", key, label_key, label, longest));
+  return label;
+}
 
 // A table stands for one method for each combination of the values that its arrays list: by name of parameter, the last
-// changing fastest. `find` is find_integrator or one of its kin.
+// changing fastest. Their own label tells them apart by those parameters. `find` is find_integrator or one of its kin.
 template <class Find>
-std::vector<Method> read_combinations(const ConfigNode& node, const std::string& key, const Find& find) {
+std::vector<Method> read_combinations(const ConfigNode& node, const std::string& key, const Find& find, OwnLabels own_labels) {
   if (const auto* text = node.text()) return {{*text, {}, node.where}};
   const auto* table = node.table();
   if (!table) wrong_type(node, key, "names or tables { name = \"…\", parameters… }");
   const auto name = table->find("name");
   if (name == table->end()) throw Error(node.where, key + ": a table without a name; expected { name = \"…\", parameters… }");
-  const Method bare{read_text(name->second, key + ".name"), {}, name->second.where};
+  Method bare{read_text(name->second, key + ".name"), {}, name->second.where};
 
   std::vector<std::string> known{"name"};
+  const bool labels = own_labels == OwnLabels::allowed;
+  if (labels) known.emplace_back(label_key);
+  if (const auto label = table->find(label_key); labels && label != table->end())
+    bare.shown_as = read_label(label->second, key);
   for (const ParamInfo& info : find(bare.name, bare.where).params) known.push_back(info.name);
   std::vector<Method> methods{bare};
   for (const auto& [parameter, value] : *table) {
-    if (parameter == "name") continue;
+    if (parameter == "name" || (labels && parameter == label_key)) continue;
     if (std::ranges::find(known, parameter) == known.end())
       throw Error(value.key_where, bare.name + ": " + unknown_name("parameter", parameter, known));
     const std::vector<ParamValue> values = read_values(value, key + "." + parameter);
@@ -68,7 +84,11 @@ std::vector<Method> read_combinations(const ConfigNode& node, const std::string&
                                            parameter, methods.size() * values.size(), most_combinations));
     std::vector<Method> combined;
     for (const Method& method : methods)
-      for (const ParamValue& choice : values) combined.emplace_back(method).params.emplace(parameter, choice);
+      for (const ParamValue& choice : values) {
+        Method& one = combined.emplace_back(method);
+        one.params.emplace(parameter, choice);
+        if (!one.shown_as.empty() && values.size() > 1) one.shown_as += fmt::format(" {}={}", parameter, to_text(choice));
+      }
     methods = std::move(combined);
   }
   return methods;
@@ -84,19 +104,29 @@ std::vector<Method> read_combinations(const ConfigNode& node, const std::string&
   throw Error(method.where, fmt::format("{}: '{}' stands there twice; expected each once", key, method.label()));
 }
 
+// Reports must tell the methods apart.
+void refuse_equal_labels(const std::string& key, const std::vector<Method>& methods) {
+  std::set<std::string> seen;
+  for (const Method& method : methods)
+    if (const std::string shown = method.shown_as.empty() ? method.label() : method.shown_as; !seen.insert(shown).second)
+      throw Error(method.where, fmt::format("{}: two methods are shown as '{}'; expected labels that differ", key, shown));
+}
+
 template <class Find, class Validate>
-std::vector<Method> read_methods(const ConfigNode& node, const std::string& key, const Find& find, const Validate& validate) {
+std::vector<Method> read_methods(const ConfigNode& node, const std::string& key, const Find& find, const Validate& validate,
+                                 OwnLabels own_labels = OwnLabels::refused) {
   std::vector<Method> methods;
   std::map<std::string, std::size_t> index_by_label;
   for (const ConfigNode* element : list_elements(node, key, "an array of names or tables")) {
     const std::size_t first_of_table = methods.size();
-    for (Method& method : read_combinations(*element, key, find)) {
+    for (Method& method : read_combinations(*element, key, find, own_labels)) {
       validate(method);
       const auto [found, is_new] = index_by_label.emplace(method.label(), methods.size());
       if (!is_new) refuse_repetition(key, methods[found->second], method, found->second >= first_of_table);
       methods.push_back(std::move(method));
     }
   }
+  refuse_equal_labels(key, methods);
   return methods;
 }
 
@@ -125,13 +155,19 @@ void validate_accel(Method& method) {
   normalise_integers(method, entry.params);
 }
 
-std::vector<Method> read_integrators(const ConfigNode& node) {
-  return read_methods(node, "integrators", find_integrator, validate_integrator);
+std::vector<Method> read_integrators(const ConfigNode& node, OwnLabels own_labels) {
+  return read_methods(node, "integrators", find_integrator, validate_integrator, own_labels);
 }
 
-std::vector<Method> read_accels(const ConfigNode& node) {
-  if (!node.text() || *node.text() != "all") return read_methods(node, "accels", find_ray_structure, validate_accel);
+std::vector<Method> read_accels(const ConfigNode& node, OwnLabels own_labels) {
+  if (!node.text() || *node.text() != "all")
+    return read_methods(node, "accels", find_ray_structure, validate_accel, own_labels);
   return all_accels(node.where);
+}
+
+void erase_own_labels(ConfigNode& node) {
+  if (auto* array = std::get_if<ConfigNode::Array>(&node.value)) std::ranges::for_each(*array, erase_own_labels);
+  if (auto* table = std::get_if<ConfigNode::Table>(&node.value)) table->erase(label_key);
 }
 
 std::vector<Method> read_motions(const ConfigNode& node) {

@@ -16,8 +16,9 @@ struct Method {
   std::string name;
   ParamMap params;
   Location where = {};
+  std::string shown_as = {};  // the experiment's own label, for reports alone; empty: it has none
 
-  std::string label() const;  // "photon-map photons=200000": what logs and charts call it
+  std::string label() const;  // "photon-map photons=200000": what logs call it, and reports where it is not `shown_as` another
 };
 
 // Check a method's name and parameters by making it, and spell integers one way ("200k" is 200000). Throw Error.
@@ -32,11 +33,17 @@ Method default_accel();
 // watertight mode and with streams flagged as coherent.
 std::vector<Method> all_accels(const Location& where);
 
+// Whether a table { name, parameters… } may have a `label` beside them.
+enum class OwnLabels : bool { refused, allowed };
+
 // Names, tables { name, parameters… } (arrays of values: every combination), or an array; each label once. "all": all_accels.
-std::vector<Method> read_integrators(const ConfigNode& node);
-std::vector<Method> read_accels(const ConfigNode& node);
+std::vector<Method> read_integrators(const ConfigNode& node, OwnLabels own_labels = OwnLabels::refused);
+std::vector<Method> read_accels(const ConfigNode& node, OwnLabels own_labels = OwnLabels::refused);
 // Motions and policies of change are read likewise, under the keys `dynamic.motions` and `dynamic.policies`.
 std::vector<Method> read_motions(const ConfigNode& node);
 std::vector<Method> read_policies(const ConfigNode& node);
+
+// Removes the labels of such a value, which change no result.
+void erase_own_labels(ConfigNode& node);
 
 }  // namespace etendue

@@ -150,6 +150,7 @@ void StatedRecord::merge(const StatedRecord& other) {
       regions.push_back(region);
   for (const ElsewhereFigure& figure : other.elsewhere)
     if (std::ranges::find(elsewhere, figure) == elsewhere.end()) elsewhere.push_back(figure);
+  labels.insert(other.labels.begin(), other.labels.end());
 }
 
 }  // namespace etendue

@@ -29,6 +29,7 @@
 #include "experiments/config/regions.h"
 
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -73,10 +74,11 @@ struct StatedRecord {
   std::vector<Prediction> predictions;
   std::vector<RegionChoice> regions;
   std::vector<ElsewhereFigure> elsewhere = {};
+  std::map<std::string, std::string> labels = {};  // the experiment's own labels of structures and methods, by full names
 
   // Whether what is stated of a scene and a region (empty: of all) is of this scene.
   bool concerns(const Prediction& prediction, const std::string& scene) const;
-  bool empty() const { return predictions.empty() && regions.empty() && elsewhere.empty(); }
+  bool empty() const { return predictions.empty() && regions.empty() && elsewhere.empty() && labels.empty(); }
   void merge(const StatedRecord& other);  // adds what it does not hold
 };
 

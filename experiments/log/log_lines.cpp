@@ -111,7 +111,7 @@ void list_fields(auto& f, FieldsOf<ElsewhereFigure> auto& r) {
 
 void list_fields(auto& f, FieldsOf<StatedRecord> auto& r) {
   FIELDS(predictions, regions);
-  f.maybe("elsewhere", r.elsewhere);
+  MAYBE_FIELDS(elsewhere, labels);
 }
 
 template <class Record>

@@ -30,7 +30,7 @@ Panels arrange_panels(const ReportData& data, const SceneData& scene) {
   std::map<std::string, std::vector<const Configuration*>> groups;
   for (const Configuration* configuration : all) {
     const std::string& name = configuration->integrator;
-    const std::string group = by_structure ? name : name.substr(0, name.find(' '));
+    const std::string group = by_structure ? configuration->short_integrator : name.substr(0, name.find(' '));
     index_in(titles, group);
     groups[group].push_back(configuration);
   }
@@ -45,12 +45,12 @@ ChartSeries styled(const ReportData& data, const Panels& panels, const Configura
   const std::size_t i = configuration.integrator_index, a = configuration.accel_index;
   ChartSeries series;
   series.key = fmt::format("i{}a{}", i, a);
-  series.label = label(data, configuration);
+  series.label = short_label(data, configuration);
   const bool several = panels.groups.size() > 1;
   series.style(panels.by_structure ? a : several ? within : i);
   if (panels.by_structure && several) {  // switched together in all panels, whose titles name the integrators
     series.key = fmt::format("a{}", a);
-    series.label = configuration.accel;
+    series.label = configuration.short_accel;
   } else if (!panels.by_structure && !several && data.accels.size() > 1) {
     series.dash = a % chart_dashes;
     series.marker = a % chart_markers;  // colour says the integrator, shape the structure
@@ -105,6 +105,12 @@ std::string coincidence_note(const ReportData& data, const SceneData& scene, con
   if (equal == shared)
     return fmt::format("At all {} checkpoints that structures share their errors are equal to the last bit.", shared);
   return fmt::format("At {} of the {} checkpoints that structures share their errors differ.", shared - equal, shared);
+}
+
+// Says once what all names leave out.
+void add_left_out(const ReportData& data, std::vector<std::string>& notes) {
+  if (!data.left_out_of_names.empty())
+    notes.push_back(fmt::format("Left out of names: {}.", fmt::join(data.left_out_of_names, "; ")));
 }
 
 void add_reference_floor(Chart& chart, const SceneData& scene, const std::string& metric) {
@@ -210,6 +216,7 @@ Figure error_figure(const ReportData& data, const SceneData& scene, const std::s
   if (zeros && scale == Scale::log) figure.notes.push_back("Open triangles on the lower edge: an error of zero.");
   if (!over_time)
     if (const std::string note = coincidence_note(data, scene, metric); !note.empty()) figure.notes.push_back(note);
+  add_left_out(data, figure.notes);
   return figure;
 }
 
@@ -236,13 +243,14 @@ Figure front_figure(const ReportData& data, const SceneData& scene, const std::s
     // What has a part of the front is named amid it; the legend names the others.
     if (!bold.points.empty()) {
       const ChartPoint& middle = bold.points[bold.points.size() / 2];
-      chart.labels.push_back({middle.x, middle.y, label(data, scene.configurations[c])});
+      chart.labels.push_back({middle.x, middle.y, short_label(data, scene.configurations[c])});
     }
     chart.series.push_back(std::move(bold));
     chart.series.push_back(std::move(pale));
   }
   std::vector<std::string> notes{"Each mark is a checkpoint, averaged over seeds; marks on the front are bold."};
   cut_linear_axis(chart, notes);
+  add_left_out(data, notes);
   return {fmt::format("front-{}-{}", scene.file_stem, slug(metric)),
           scene.name,
           fmt::format("{} against time, and what nothing beats", metric),

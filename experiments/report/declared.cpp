@@ -77,8 +77,8 @@ Predictions bias_predictions(const ReportData& data) {
     const double centre = mean(biases), error = sample_sd(biases) / std::sqrt(static_cast<double>(biases.size()));
     const CellRecord& cell = *configuration.any_cell();
     JudgedPrediction row{.scene = configuration.scene,
-                         .method = configuration.integrator,
-                         .structure = configuration.accel,
+                         .method = configuration.shown_integrator,
+                         .structure = configuration.shown_accel,
                          .quantity = "bias of the mean",
                          .source = declaration_of(cell),
                          .kind = FigureKind::share,
@@ -108,8 +108,8 @@ Predictions confidence_predictions(const ReportData& data) {
     for (const Coverage& coverage : coverages) {
       const std::vector<double> shares = final_confidence(configuration, coverage.name);
       JudgedPrediction row{.scene = configuration.scene,
-                           .method = configuration.integrator,
-                           .structure = configuration.accel,
+                           .method = configuration.shown_integrator,
+                           .structure = configuration.shown_accel,
                            .quantity = coverage.text,
                            .source = "normal errors that are stated rightly",
                            .kind = FigureKind::share,

@@ -179,7 +179,7 @@ FittedRate make_rate(const Prediction& law, const SceneData& scene, const Config
   FittedRate rate;
   rate.law = &law;
   rate.scene = scene.name;
-  rate.method = alone ? law.method : first.integrator;
+  rate.method = alone ? law.method : first.shown_integrator;
   rate.integrator_index = first.integrator_index;
   try {
     rate.points = gather();

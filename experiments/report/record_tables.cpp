@@ -175,7 +175,7 @@ std::string summary_table(const RunLog& log) {
   table.columns[0].audience = Audience::machines;
   for (const SceneData& scene : data.scenes) {
     out += scene.name;
-    if (data.accels.size() == 1) out += fmt::format(" ({})", data.accels.front());
+    if (data.accels.size() == 1) out += fmt::format(" ({})", data.shown_accels.front());
     out += "\n";
     table.rows.clear();
     for (const auto& row : rows)

@@ -1,5 +1,6 @@
 #include "experiments/report/report_data.h"
 
+#include "experiments/report/method_names.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/error.h"
 
@@ -149,6 +150,7 @@ ReportData arrange(const RunLog& log) {
     if (!data.empty()) set_common_time(scene, data.main_metric(), data.is_signed(data.main_metric()));
   }
   name_files(data.scenes);
+  name_methods(data);
   return data;
 }
 
@@ -179,7 +181,13 @@ std::vector<const Configuration*> selected(const SceneData& scene, const std::st
 }
 
 std::string label(const ReportData& data, const Configuration& configuration) {
-  return data.accels.size() < 2 ? configuration.integrator : configuration.integrator + " · " + configuration.accel;
+  const Configuration& c = configuration;
+  return data.accels.size() < 2 ? c.shown_integrator : c.shown_integrator + " · " + c.shown_accel;
+}
+
+std::string short_label(const ReportData& data, const Configuration& configuration) {
+  const Configuration& c = configuration;
+  return data.accels.size() < 2 ? c.short_integrator : c.short_integrator + " · " + c.short_accel;
 }
 
 Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa) {

@@ -31,6 +31,8 @@ struct Configuration {
   std::size_t integrator_index = 0, accel_index = 0;  // over the whole log, in order of first appearance: colour and dash
   std::vector<Replicate> replicates;                  // cells that are done and have a checkpoint, by seed
   std::vector<const CellRecord*> failures;
+  // As reports call them, and as charts do (method_names.h).
+  std::string shown_integrator = {}, shown_accel = {}, short_integrator = {}, short_accel = {};
 
   const CellRecord* any_cell() const;
 };
@@ -52,6 +54,7 @@ struct ReportData {
   std::vector<std::string> metrics;      // the main one first
   std::set<std::string> signed_metrics;  // bias, and any of which a negative value was seen: averaged as they are
   std::vector<std::string> integrators, accels, phases, counters;
+  std::vector<std::string> shown_accels, left_out_of_names;  // method_names.h
   std::vector<SceneData> scenes;
   std::size_t done = 0, failed = 0, most_seeds = 0;
   std::vector<std::string> findings;   // what is missing or not to be believed (trust.h); the reader of the files' to fill
@@ -87,8 +90,9 @@ double subtracted_variance(const SceneData& scene, const std::string& region);
 // since structures change only the time, unless each is asked for.
 std::vector<const Configuration*> selected(const SceneData& scene, const std::string& method, bool each_structure);
 
-// "integrator" alone where the log has one structure, else "integrator · structure".
+// "integrator" alone where the log has one structure, else "integrator · structure"; and shorter, for charts.
 std::string label(const ReportData& data, const Configuration& configuration);
+std::string short_label(const ReportData& data, const Configuration& configuration);
 
 // One replicate's metric; checkpoints at time 0, out of order or without the metric are left out.
 Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa);

@@ -17,6 +17,11 @@
 
 namespace etendue {
 
+// A name that readers see otherwise than programs.
+struct NameCell : TableCell {
+  NameCell(std::string shown, std::string name) : TableCell(std::move(shown), std::move(name), std::nullopt) {}
+};
+
 template <class Record>
 class TableOf {
  public:
@@ -34,7 +39,8 @@ class TableOf {
 
   template <class Show>
   void column(std::string key, std::string title, const Show& show, Audience audience = Audience::everyone) {
-    constexpr bool is_text = std::is_convertible_v<std::invoke_result_t<const Show&, const Record&>, std::string>;
+    using Shown = std::remove_cvref_t<std::invoke_result_t<const Show&, const Record&>>;
+    constexpr bool is_text = std::is_convertible_v<Shown, std::string> || std::is_same_v<Shown, NameCell>;
     table_.columns.push_back({std::move(key), std::move(title), !is_text, shown_ ? audience : Audience::machines, group_});
     for (std::size_t i = 0; i < records_.size(); ++i) table_.rows[i].emplace_back(std::invoke(show, records_[i]));
   }

@@ -20,16 +20,16 @@ using Format = std::string (*)(double);
 // Scene, integrator and structure of a record's configuration, for readers only where there is more than one.
 template <class Record, class Get>
 void add_names(TableOf<Record>& table, const ReportData& data, const Get& configuration) {
-  const auto add = [&](const char* title, std::string Configuration::*name, std::size_t count) {
-    table.column(
-        title, title, [&](const Record& record) { return configuration(record).*name; },
-        count > 1 ? Audience::everyone : Audience::machines);
+  using Name = std::string Configuration::*;
+  const auto add = [&](const char* title, Name shown, Name name, std::size_t count) {
+    const auto cell = [&](const Record& record) { return NameCell(configuration(record).*shown, configuration(record).*name); };
+    table.column(title, title, cell, count > 1 ? Audience::everyone : Audience::machines);
   };
-  add("scene", &Configuration::scene, data.scenes.size());
-  add("integrator", &Configuration::integrator, 2);
-  add("structure", &Configuration::accel, data.accels.size());
+  add("scene", &Configuration::scene, &Configuration::scene, data.scenes.size());
+  add("integrator", &Configuration::shown_integrator, &Configuration::integrator, 2);
+  add("structure", &Configuration::shown_accel, &Configuration::accel, data.accels.size());
   if (data.scenes.size() == 1) table.note("Scene: " + data.scenes.front().name + ".");
-  if (data.accels.size() == 1) table.note("Structure: " + data.accels.front() + ".");
+  if (data.accels.size() == 1) table.note("Structure: " + data.shown_accels.front() + ".");
 }
 
 // Gives the value of each seed's last checkpoint.
@@ -185,6 +185,13 @@ void add_theory(FinalTable& table) {
                [](const FinalRow& row) { return row.split ? std::optional(row.split->variance) : std::nullopt; });
 }
 
+// What the experiment's own labels stand for.
+void add_labels(FinalTable& table, const ReportData& data) {
+  std::vector<std::string> meanings;
+  for (const auto& [name, label] : data.log->stated.labels) meanings.push_back(fmt::format("{} is {}", label, name));
+  if (!meanings.empty()) table.note(fmt::format("{}.", fmt::join(meanings, "; ")));
+}
+
 void add_final_notes(FinalTable& table, const ReportData& data) {
   table.note(
       "The time at which methods are compared is the latest that every seed of every configuration of the scene reached; each "
@@ -230,6 +237,7 @@ Table final_table(const ReportData& data) {
   add_cost(table);
   add_metrics(table, data);
   add_theory(table);
+  add_labels(table, data);
   if (!data.empty()) add_final_notes(table, data);
   return table.take();
 }

@@ -28,7 +28,7 @@ std::vector<Contender> contenders(const ReportData& data, const SceneData& scene
     if (configuration.replicates.empty()) continue;
     const auto estimate = estimate_at(configuration, data.main_metric(), scene.common_time_s);
     if (!estimate) {
-      absent.emplace(configuration.integrator_index, configuration.integrator);
+      absent.emplace(configuration.integrator_index, configuration.shown_integrator);
       continue;
     }
     const auto [entry, fresh] = best.try_emplace(configuration.integrator_index, Contender{&configuration, *estimate});
@@ -79,7 +79,7 @@ std::string lead_text(const ReportData& data, const SceneData& scene) {
     const Configuration& configuration = scene.configurations[lead.configuration];
     if (configuration.integrator_index == leader) continue;  // another structure under the same method
     leader = configuration.integrator_index;
-    parts.push_back(fmt::format("{} from {}", configuration.integrator, format_seconds(lead.begin_s)));
+    parts.push_back(fmt::format("{} from {}", configuration.shown_integrator, format_seconds(lead.begin_s)));
   }
   return parts.size() < 2 ? std::string() : "Least error at each time: " + enumerate(parts, ", then ", 6) + ".";
 }
@@ -127,8 +127,8 @@ std::string throughput_text(const ReportData& data, const SceneData& scene) {
   std::ranges::sort(ranked, [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::string> parts;
   for (const auto& [rate, accel] : ranked)
-    parts.push_back(fmt::format("{} {}", data.accels[accel], format_figure(rate / ranked.front().first)));
-  return fmt::format("Iterations per second, {} = 1, over {}: {}.", data.accels[ranked.front().second],
+    parts.push_back(fmt::format("{} {}", data.shown_accels[accel], format_figure(rate / ranked.front().first)));
+  return fmt::format("Iterations per second, {} = 1, over {}: {}.", data.shown_accels[ranked.front().second],
                      rates.size() == 1 ? "one integrator" : fmt::format("{} integrators", rates.size()),
                      enumerate(parts, ", ", 12));
 }

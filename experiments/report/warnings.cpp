@@ -62,7 +62,7 @@ void warn_of_bias(const ReportData& data, Warnings& warnings) {
       warn(warnings,
            "{}: {} is declared unbiased, but its mean differs from the reference's by {} % ({} to {} %, at 95 % over all {} "
            "such tests together).",
-           configuration->scene, configuration->integrator, format_figure(100 * estimate.centre),
+           configuration->scene, configuration->shown_integrator, format_figure(100 * estimate.centre),
            format_figure(100 * estimate.interval.low), format_figure(100 * estimate.interval.high), tested.size());
   }
 }
@@ -76,7 +76,7 @@ void warn_of_rates(const ReportData& data, Warnings& warnings) {
       if (!rate || !rate->fit.interval || rate->replicates < 10 || cell->bias == "biased") continue;
       if (cell->mse_exponent < rate->fit.interval->low)
         warn(warnings, "{}: {} converges more slowly than declared: exponent {:.2f} ({:.2f} to {:.2f}) against {}.", scene.name,
-             configuration->integrator, rate->fit.slope, rate->fit.interval->low, rate->fit.interval->high,
+             configuration->shown_integrator, rate->fit.slope, rate->fit.interval->low, rate->fit.interval->high,
              format_short(cell->mse_exponent));
     }
 }
@@ -138,8 +138,8 @@ void warn_of_samples(const ReportData& data, Warnings& warnings) {
       sources.insert(fmt::format("{} on {}", label(data, *configuration), configuration->scene));
       for (const auto& [x, y, iteration] : replicate.cell->non_finite_at)
         if (places.size() < most_told)
-          places.push_back(fmt::format("{} seed {} pixel ({}, {}) iteration {}", configuration->integrator, replicate.seed, x,
-                                       y, iteration));
+          places.push_back(fmt::format("{} seed {} pixel ({}, {}) iteration {}", configuration->shown_integrator,
+                                       replicate.seed, x, y, iteration));
     }
   if (dropped > 0)
     warn(warnings, "{} non-finite samples were dropped: {}.{}", dropped, enumerate({sources.begin(), sources.end()}, ", ", 6),

@@ -17,9 +17,9 @@ class ImagesKind final : public ExperimentKind {
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
     const Location where{config.path};
     const auto find = [&](const char* key) { return find_key(root, key); };
-    if (const auto* n = find("accels")) config.accels = read_accels(*n);
+    if (const auto* n = find("accels")) config.accels = read_accels(*n, OwnLabels::allowed);
     const auto* methods = find("integrators");
-    if (methods) config.integrators = read_integrators(*methods);
+    if (methods) config.integrators = read_integrators(*methods, OwnLabels::allowed);
     require_scenes(config);
     std::vector<std::string> scene_names;
     for (const SceneChoice& scene : config.scenes) scene_names.push_back(scene.name);

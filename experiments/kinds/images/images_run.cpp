@@ -44,7 +44,10 @@ class Execution {
   RunSummary run() {
     load_scenes();
     choose_pending();
-    const StatedRecord stated{config_.predictions, config_.regions, config_.elsewhere};
+    StatedRecord stated{config_.predictions, config_.regions, config_.elsewhere};
+    for (const auto* methods : {&config_.accels, &config_.integrators})
+      for (const Method& method : *methods)
+        if (!method.shown_as.empty()) stated.labels[method.label()] = method.shown_as;
     if (const std::string line = to_json_line(stated); line != to_json_line(directory_.earlier().stated))
       directory_.append({line});
     for (std::size_t s = 0; s < scenes_.size(); ++s)

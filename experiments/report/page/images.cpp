@@ -116,7 +116,7 @@ std::string detail_of(const ReportData& data, const Source& source) {
   std::string text = fmt::format("seed {}, {}, {}", source.replicate->seed, counted(last.iterations, "iteration"),
                                  format_seconds(last.time_s));
   if (const auto relmse = find_value(last.metrics, "relmse")) text += fmt::format(", relmse {}", format_figure(*relmse));
-  if (data.accels.size() > 1) text += ", on " + source.configuration->accel;
+  if (data.accels.size() > 1) text += ", on " + source.configuration->shown_accel;
   return text;
 }
 
@@ -133,7 +133,7 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, int longes
   for (std::size_t i = 0; i < images.size(); ++i) {
     if (guide == nullptr && images[i]) guide = &*images[i];
     if (images[i] && images[i]->size == guide->size) continue;
-    missing.push_back(sources[i].configuration->integrator);
+    missing.push_back(sources[i].configuration->shown_integrator);
     images[i].reset();
   }
   if (guide == nullptr) return result;
@@ -161,7 +161,7 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, int longes
   std::vector<PageImage> encoded(images.size());
   parallel_for(images.size(), 1, [&](std::size_t i) {
     if (images[i])
-      encoded[i] = {sources[i].configuration->integrator, detail_of(data, sources[i]), picture(*images[i]),
+      encoded[i] = {sources[i].configuration->short_integrator, detail_of(data, sources[i]), picture(*images[i]),
                     errors[i].empty() ? "" : error_map(errors[i]), find_value(sources[i].replicate->last()->metrics, "relmse")};
   });
   for (PageImage& image : encoded)
