@@ -24,7 +24,7 @@ struct KindReport {
   std::vector<Table> tables = {};
   Predictions predictions = {};
   std::vector<std::pair<std::string, std::string>> findings = {};  // what of, and a sentence
-  std::string answer = {};                                         // all of that in one sentence
+  std::string answer = {};  // all of that in one sentence of about answer_width (verdicts.h)
   // The page's section: the name that links to it, its heading, HTML, and figures, which are kept as files, too.
   std::string id = {}, heading = {}, section = {};
   std::vector<FigureGroup> figures = {};

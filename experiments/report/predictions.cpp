@@ -39,6 +39,8 @@ struct Column {
   TableCell (*cell)(const Row&) = nullptr;
 };
 
+constexpr std::string_view not_confirmed = "Not confirmed:";
+
 constexpr auto everyone = Audience::everyone, readers = Audience::people, machines = Audience::machines;
 
 const std::vector<Column>& columns() {
@@ -193,9 +195,14 @@ std::string predictions_finding(const Predictions& predictions) {
   if (std::ranges::none_of(predictions.rows, of_expected)) return {};
   if (verdicts.empty()) return "No prediction could be measured.";
   std::string text = fmt::format("{}: {}.", counted(verdicts.size(), "prediction"), count_verdicts(verdicts));
-  if (!missed.empty()) text += " Not confirmed: " + enumerate(missed, "; ", most) + ".";
   if (unmeasured > 0) text += fmt::format(" {} could not be measured.", unmeasured);
+  if (!missed.empty()) text += fmt::format(" {} {}.", not_confirmed, enumerate(missed, "; ", most));
   return text + (predictions.order.empty() ? "" : " " + predictions.order);
+}
+
+std::string predictions_answer(const Predictions& predictions) {
+  const std::string text = predictions_finding({predictions.rows, {}, {}});
+  return display_width(text) <= answer_width ? text : text.substr(0, text.find(fmt::format(" {}", not_confirmed)));
 }
 
 }  // namespace etendue

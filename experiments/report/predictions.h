@@ -56,6 +56,9 @@ Table predictions_table(const Predictions& predictions);
 // Says how many came true, and which did not; empty where nothing is expected.
 std::string predictions_finding(const Predictions& predictions);
 
+// The same as briefly as a table's row asks: which did not, where that is short.
+std::string predictions_answer(const Predictions& predictions);
+
 // How verdicts are given, for people.
 extern const char* const verdict_rule;
 

@@ -178,9 +178,9 @@ KindReport predictions_report(const ReportData& data) {
   const std::vector<FittedRate> rates = fit_rates(data);
   Predictions predictions = exponent_predictions(rates);
   predictions.add(ratio_predictions(find_ratios(data)));
-  KindReport report{.answer = predictions_finding(predictions), .id = "predictions", .heading = "Predictions"};
+  KindReport report{.answer = predictions_answer(predictions), .id = "predictions", .heading = "Predictions"};
   if (!predictions.rows.empty()) {
-    report.section = fmt::format("<p>{}</p>\n", escape_html(report.answer));
+    report.section = fmt::format("<p>{}</p>\n", escape_html(predictions_finding(predictions)));
     report.figures = {{"", rate_figures(rates)}};
   }
   predictions.add(bias_predictions(data));
@@ -214,22 +214,12 @@ std::vector<Figure> figures_of(const ReportData& data, const PageContent& conten
   return figures;
 }
 
-// Says it in one sentence; where nothing but errors was logged, it says who leads where.
-std::string finding_of(const ReportData& data, const PageContent& content) {
-  for (const KindReport& part : content.parts) {
+// What an experiment was for comes first, as in content_of.
+std::string answer_in(const ReportData& data, const PageContent& content) {
+  for (const KindReport& part : content.parts)
     if (!part.answer.empty()) return part.answer;
-    if (!part.findings.empty()) return part.findings.front().second;
-  }
-  constexpr std::size_t most = 4;  // scenes: it is one sentence that a reader wants
-  std::string text;
-  const std::vector<SceneFindings> scenes = conclude(data).scenes;
-  for (std::size_t i = 0; i < std::min(most, scenes.size()); ++i) {
-    const Finding& first = scenes[i].findings.front();
-    const std::string sentence = first.text.substr(0, first.text.find(". "));
-    text += fmt::format("{}{}: {}{}{}", text.empty() ? "" : " ", scenes[i].scene, first.lead, sentence,
-                        sentence.size() < first.text.size() ? "." : "");
-  }
-  return scenes.size() > most ? fmt::format("{} And {} more scenes.", text, scenes.size() - most) : text;
+  const std::string images = images_answer(data);
+  return images.empty() ? structures_answer(*data.log) : images;
 }
 
 }  // namespace
@@ -245,7 +235,7 @@ LogAnswers answers_of(const std::string& directory) {
   forget_files(log);
   const ReportData data = arrange(log);
   const PageContent content = content_of(data);
-  LogAnswers answers{content.tables, figures_of(data, content), finding_of(data, content), {}};
+  LogAnswers answers{content.tables, figures_of(data, content), answer_in(data, content), {}};
   answers.log = std::move(log);
   return answers;
 }

@@ -133,9 +133,14 @@ std::string throughput_text(const ReportData& data, const SceneData& scene) {
                      enumerate(parts, ", ", 12));
 }
 
-std::string structures_text(const RunLog& log, const std::string& scene) {
+struct LeadingStructures {
   const StructureRecord *fastest = nullptr, *quickest = nullptr, *smallest = nullptr;
   std::size_t count = 0;
+};
+
+LeadingStructures leading_structures(const RunLog& log, const std::string& scene) {
+  LeadingStructures leading;
+  auto& [fastest, quickest, smallest, count] = leading;
   for (const StructureRecord& record : log.structures) {
     if (record.scene != scene) continue;
     ++count;
@@ -144,6 +149,11 @@ std::string structures_text(const RunLog& log, const std::string& scene) {
     if (record.nodes > 0 && (quickest == nullptr || record.build_s.median < quickest->build_s.median)) quickest = &record;
     if (record.bytes > 0 && (smallest == nullptr || record.bytes < smallest->bytes)) smallest = &record;
   }
+  return leading;
+}
+
+std::string structures_text(const RunLog& log, const std::string& scene) {
+  const auto [fastest, quickest, smallest, count] = leading_structures(log, scene);
   if (count < 2) return {};
   std::string text =
       fmt::format("Of {} structures, {} traces diffuse rays fastest ({} Mrays/s, built in {})", count, structure_name(*fastest),
@@ -155,7 +165,106 @@ std::string structures_text(const RunLog& log, const std::string& scene) {
   return text + ".";
 }
 
+// Its name without parameters, where no other of the scene's has it.
+std::string short_name(const SceneData& scene, const Configuration& configuration) {
+  const auto first_word = [](const std::string& name) { return name.substr(0, name.find(' ')); };
+  const std::string word = first_word(configuration.integrator);
+  const bool shared = std::ranges::any_of(scene.configurations, [&](const Configuration& other) {
+    return other.integrator_index != configuration.integrator_index && first_word(other.integrator) == word;
+  });
+  return shared ? configuration.integrator : word;
+}
+
+// Whether the seeds tell the first from the next.
+bool is_clear(const ReportData& data, const SceneData& scene, const std::vector<Contender>& ranked) {
+  const auto errors = [&](std::size_t i) {
+    return values_at(*ranked[i].configuration, data.main_metric(), scene.common_time_s);
+  };
+  const auto ratio = geometric_ratio(errors(1), errors(0));
+  return ratio && ratio->interval.low > 1;
+}
+
+std::string at_times(double earliest_s, double latest_s) {
+  const std::string earliest = format_seconds(earliest_s), latest = format_seconds(latest_s);
+  return earliest == latest ? "at " + latest : fmt::format("at {} to {}", earliest, latest);
+}
+
+std::string shown_scene(const std::string& name) {
+  constexpr std::string_view builtin = "builtin:";
+  return name.starts_with(builtin) ? name.substr(builtin.size()) : name;
+}
+
 }  // namespace
+
+std::string who_leads(const std::vector<Lead>& leads, std::string_view does, std::string_view places) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> leaders;
+  for (const Lead& lead : leads) {
+    const auto same = std::ranges::find(leaders, lead.who, [](const auto& leader) { return leader.first; });
+    if (same == leaders.end())
+      leaders.push_back({lead.who, {lead.where}});
+    else
+      same->second.push_back(lead.where);
+  }
+  std::ranges::stable_sort(leaders, [](const auto& a, const auto& b) { return a.second.size() > b.second.size(); });
+  if (leads.size() == 1) return fmt::format("{} {} on {}", leads[0].who, does, leads[0].where);
+  if (leaders.size() == 1) return fmt::format("{} {} on all {} {}", leaders[0].first, does, leads.size(), places);
+  const auto sentence = [&](bool named) {
+    std::vector<std::string> parts;
+    for (const auto& [who, where] : leaders) {
+      parts.push_back(parts.empty() ? fmt::format("{} {} on {} of {} {}", who, does, where.size(), leads.size(), places)
+                                    : fmt::format("{} on {}", who, where.size()));
+      if (named) parts.back() += fmt::format(" ({})", fmt::join(where, ", "));
+    }
+    return enumerate(parts, ", ", 5);
+  };
+  return leads.empty() ? "" : display_width(sentence(true)) <= answer_width ? sentence(true) : sentence(false);
+}
+
+std::string images_answer(const ReportData& data) {
+  if (data.empty() || data.is_signed(data.main_metric())) return {};
+  std::vector<Lead> leads;
+  std::size_t clear = 0;
+  double earliest = 0, latest = 0;
+  std::string alone;
+  for (const SceneData& scene : data.scenes) {
+    std::vector<std::string> late;
+    const auto ranked = scene.common_time_s > 0 ? contenders(data, scene, late) : std::vector<Contender>();
+    if (ranked.empty()) continue;
+    if (ranked.size() == 1) {
+      alone = fmt::format("{} has {} {} at {} on {}", short_name(scene, *ranked[0].configuration), data.main_metric(),
+                          format_figure(ranked[0].error.centre), format_seconds(scene.common_time_s), shown_scene(scene.name));
+      continue;
+    }
+    earliest = leads.empty() ? scene.common_time_s : std::min(earliest, scene.common_time_s);
+    latest = std::max(latest, scene.common_time_s);
+    leads.push_back({short_name(scene, *ranked[0].configuration), shown_scene(scene.name)});
+    clear += is_clear(data, scene, ranked);
+  }
+  if (leads.empty()) return alone;
+  const std::string does = fmt::format("has the least {} {}", data.main_metric(), at_times(earliest, latest));
+  return fmt::format("{}; beyond noise on {} of {}", who_leads(leads, does, "scenes"), clear, leads.size());
+}
+
+std::string structures_answer(const RunLog& log) {
+  std::vector<std::string> scenes;
+  for (const StructureRecord& record : log.structures) index_in(scenes, record.scene);
+  std::vector<Lead> fastest, quickest, smallest;
+  for (const std::string& scene : scenes) {
+    const LeadingStructures leading = leading_structures(log, scene);
+    if (leading.count < 2) continue;
+    const auto add = [&](std::vector<Lead>& leads, const StructureRecord* record) {
+      if (record != nullptr) leads.push_back({structure_name(*record), shown_scene(scene)});
+    };
+    add(fastest, leading.fastest);
+    add(quickest, leading.quickest);
+    add(smallest, leading.smallest);
+  }
+  std::string text = who_leads(fastest, "traces diffuse rays fastest", "scenes");
+  for (const std::string& more :
+       {who_leads(quickest, "is built first", "scenes"), who_leads(smallest, "is smallest", "scenes")})
+    if (!more.empty() && display_width(text + "; " + more) <= answer_width) text += "; " + more;
+  return text;
+}
 
 std::string enumerate(const std::vector<std::string>& names, std::string_view separator, std::size_t most) {
   std::string text;

@@ -26,6 +26,19 @@ struct Conclusions {
 Conclusions conclude(const ReportData& data);
 std::vector<std::string> warnings_of(const ReportData& data);
 
+// What a log of images or of ray structures answers, in one sentence; empty where nobody leads.
+std::string images_answer(const ReportData& data);
+std::string structures_answer(const RunLog& log);
+
+inline constexpr std::size_t answer_width = 200;  // about as much as a reader takes in at once
+
+// Says who leads where, most first: "path is fastest on 2 of 3 scenes (room, box), sppm on 1 (glass)". The places' names are
+// left out where the sentence would grow longer than answer_width.
+struct Lead {
+  std::string who, where;
+};
+std::string who_leads(const std::vector<Lead>& leads, std::string_view does, std::string_view places);
+
 // Writes "a, b and 3 more".
 std::string enumerate(const std::vector<std::string>& names, std::string_view separator, std::size_t most);
 

@@ -2,6 +2,7 @@
 
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
+#include "experiments/report/verdicts.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/units.h"
 
@@ -187,16 +188,35 @@ std::vector<Figure> animation_figures(const AnimationData& animation) {
           policy_figure(animation, "trace-speed", "speed of tracing", "Mrays/s", mrays_per_s, 1)};
 }
 
-// Which policy takes the least time, and what refitting costs in the end.
-std::string animation_finding(const AnimationData& animation) {
+// Policies by their mean time a frame, the least first.
+std::vector<std::pair<double, std::size_t>> by_time(const AnimationData& animation) {
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t p = 0; p < animation.policy_count(); ++p) order.emplace_back(mean_over(animation, p, 1, frame_s), p);
   std::ranges::sort(order);
+  return order;
+}
+
+std::string least_time(const AnimationData& animation) {
+  const auto order = by_time(animation);
   std::string text =
       fmt::format("{} takes the least time: {} a frame", animation.policy(order[0].second), format_seconds(order[0].first));
   for (std::size_t i = 1; i < order.size(); ++i)
     text += fmt::format("{} {} takes {}", i == 1 ? ";" : ",", animation.policy(order[i].second),
                         times(order[i].first / order[0].first));
+  return text;
+}
+
+std::string animations_answer(const std::vector<AnimationData>& animations) {
+  if (animations.size() == 1) return least_time(animations.front());
+  std::vector<Lead> leads;
+  for (const AnimationData& animation : animations)
+    leads.push_back({animation.policy(by_time(animation).front().second), animation.name});
+  return who_leads(leads, "takes the least time a frame", "animations");
+}
+
+// Which policy takes the least time, and what refitting costs in the end.
+std::string animation_finding(const AnimationData& animation) {
+  std::string text = least_time(animation);
   for (std::size_t p = 0; p < animation.policy_count(); ++p) {
     if (animation.policy(p) != "refit") continue;
     text += fmt::format(". After {} frames the refitted tree costs {} one built anew", animation.frames - 1,
@@ -223,7 +243,10 @@ std::string animation_summary(const RunLog& log) {
 KindReport animation_report(const RunLog& log) {
   if (records_of<AnimationRecord>(log).empty()) return {};
   const std::vector<AnimationData> animations = arrange_animations(log);
-  KindReport report{.tables = {animations_table(log)}, .id = "animations", .heading = "Change over time"};
+  KindReport report{.tables = {animations_table(log)},
+                    .answer = animations_answer(animations),
+                    .id = "animations",
+                    .heading = "Change over time"};
   if (!animations.empty()) report.fact = counted(animations.size(), "animation");
   for (const AnimationData& animation : animations) {
     report.findings.emplace_back(animation.name, animation_finding(animation));

@@ -36,12 +36,12 @@ std::vector<const StressRecord*> arrange_stress(const RunLog& log) {
 
 std::string name_of(const JudgedPrediction& row) { return row.remedy.empty() ? "as it is" : row.remedy; }
 
-// "14 failures of methods as they come: 14 confirmed. With remedies: 12 confirmed, 9 weaker, 7 refuted."
+// "14 failures of methods as they come: 14 confirmed; with remedies: 12 confirmed, 9 weaker, 7 refuted."
 std::string answer_of(const Predictions& predictions) {
   std::vector<Verdict> plain, remedied;
   for (const JudgedPrediction& row : predictions.rows) (row.remedy.empty() ? plain : remedied).push_back(*row.verdict);
-  const std::string with = remedied.empty() ? "" : fmt::format(" With remedies: {}.", count_verdicts(remedied));
-  return fmt::format("{} failures of methods as they come: {}.{}", plain.size(), count_verdicts(plain), with);
+  const std::string with = remedied.empty() ? "" : fmt::format("; with remedies: {}", count_verdicts(remedied));
+  return fmt::format("{} failures of methods as they come: {}{}.", plain.size(), count_verdicts(plain), with);
 }
 
 }  // namespace

@@ -59,11 +59,38 @@ std::string shares_text(const Throughput& figures) {
   return text;
 }
 
-Table newest_table(const RunLog& log) {
-  const std::vector<Row> all = rows_of(log);
+std::vector<Row> newest_of(const RunLog& log, const std::vector<Row>& all) {
   std::vector<Row> newest;
   for (const Row& row : all)
     if (row.record->commit() == commits_of(log).back()) newest.push_back(row);
+  return newest;
+}
+
+// The fastest method on the first scene, and what the last instruction set gains over the first in all cells.
+std::string throughput_answer(const RunLog& log) {
+  const std::vector<Row> all = rows_of(log), rows = newest_of(log, all);
+  if (rows.empty()) return {};
+  const auto speed = [](const Row& row) { return row.figures->samples_per_s.median; };
+  const Row* fastest = &rows.front();
+  std::vector<double> gains;
+  for (const Row& row : rows) {
+    if (row.record->cell.scene == fastest->record->cell.scene && speed(row) > speed(*fastest)) fastest = &row;
+    const std::vector<Throughput>& sets = row.record->sets;
+    if (row.figures == &sets.back() && sets.size() > 1)
+      gains.push_back(sets.back().samples_per_s.median / sets.front().samples_per_s.median);
+  }
+  std::string text =
+      fmt::format("{} traces the most camera samples: {:.1f} M a second on {} with {}", fastest->record->cell.integrator,
+                  1e-6 * speed(*fastest), slug(fastest->record->cell.scene), fastest->isa());
+  if (gains.empty()) return text;
+  const auto [least, most] = std::ranges::minmax(gains);
+  const std::vector<Throughput>& sets = fastest->record->sets;
+  return fmt::format("{}; over all methods and scenes {} does {:.2f} to {:.2f} times what {} does", text,
+                     isa_name(isa_of_option(sets.back().isa)), least, most, isa_name(isa_of_option(sets.front().isa)));
+}
+
+Table newest_table(const RunLog& log) {
+  const std::vector<Row> all = rows_of(log), newest = newest_of(log, all);
   TableOf<Row> table("throughput", "Throughput", newest);
   table.column("scene", "scene", [](const Row& r) { return r.record->cell.scene; });
   table.column("integrator", "method", [](const Row& r) { return r.record->cell.integrator; });
@@ -168,6 +195,7 @@ KindReport throughput_report(const RunLog& log) {
   const std::vector<std::string> commits = commits_of(log);
   KindReport report{.fact = fmt::format("{} {}", commits.size(), commits.size() == 1 ? "commit" : "commits"),
                     .tables = {newest_table(log)},
+                    .answer = throughput_answer(log),
                     .id = "throughput",
                     .heading = "Throughput"};
   std::vector<std::string> scenes;

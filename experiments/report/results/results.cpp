@@ -68,7 +68,7 @@ std::string page_text(const fs::path& root, const std::map<std::string, LogAnswe
     const double seconds = seconds_of(answer.log);
     std::string row =
         fmt::format("[{0}]({0}/tables/) | {1} | {2} | {3} | {4} | {5} | {6}", folder,
-                    in_row(is_file(file.string()) ? question_of(read_file(file.string())) : ""), in_row(answer.finding),
+                    in_row(is_file(file.string()) ? question_of(read_file(file.string())) : ""), in_row(answer.answer),
                     fmt::join(commits, ", "), fmt::join(dates, ", "), in_row(fmt::format("{}", fmt::join(machines, "; "))),
                     seconds > 0 ? format_seconds(seconds) : "–");
     text += fmt::format("\n| {} |", row);
