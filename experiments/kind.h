@@ -36,6 +36,8 @@ class ExperimentKind {
   virtual std::vector<std::string> quick(const ConfigNode&) const { return {}; }
   virtual std::vector<Cell> cells(const ExperimentConfig& config) const = 0;
   virtual std::string effort(const ExperimentConfig&) const { return ""; }  // of each cell, in words
+  // The paths, from the project's folder, whose code its figures depend on, as git takes them; default: of all kinds.
+  virtual std::vector<std::string> measures() const;
 
   // Throws Error; a cell that fails is logged and counted instead. `compute` renders an image.
   virtual RunSummary run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) const = 0;
@@ -53,6 +55,9 @@ const std::vector<const ExperimentKind*>& experiment_kinds();
 
 // Adds one that comes from elsewhere, which is looked for before the others.
 void add_experiment_kind(const ExperimentKind& kind);
+
+// What every kind measures, and the folders of its own; what only reports is left out.
+std::vector<std::string> measured_code(const std::vector<std::string>& folders);
 
 // The kind that a file's keys ask for.
 const ExperimentKind& kind_of(const ConfigNode& root);

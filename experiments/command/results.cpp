@@ -44,15 +44,17 @@ std::optional<RunLog> log_in(const fs::path& folder) {
   return is_file((folder / "runs.jsonl").string()) ? std::optional(read_log((folder / "runs.jsonl").string())) : std::nullopt;
 }
 
-// What the last log says of itself, and the time to expect.
+// What the last log says of itself, whether the code changed since, and the time to expect.
 void print_estimate(const std::vector<std::string>& names, Console& console) {
   double sum = 0;
   std::size_t unknown = 0;
+  const CodeSince since = code_since_in_git(".");
   for (const std::string& name : names) {
     const std::optional<RunLog> log = log_in(committed_folder(name));
-    const std::string commit = log && !log->manifests.empty() ? log->manifests.back().commit : "never";
+    const std::string commit = log ? commit_of(*log) : "never";
     const double took = log ? seconds_of(*log) : 0;
-    fmt::print("{:<24} {:<20} {}\n", name, commit, took > 0 ? format_seconds(took) : "?");
+    const std::string code = log ? since(name, *log) : "";
+    fmt::print("{:<24} {:<20} {:<12} {}\n", name, commit, took > 0 ? format_seconds(took) : "?", code);
     sum += took;
     unknown += took == 0;
   }
@@ -122,7 +124,7 @@ void collect(const std::string& name, Console& console) {
 }
 
 void write_derived(Console& console) {
-  const auto files = derived_files(".");
+  const auto files = derived_files(".", code_since_in_git("."));
   std::size_t written = 0;
   for (const auto& [path, text] : files)
     if (!is_file(path) || read_file(path) != text) {

@@ -41,6 +41,15 @@ const ExperimentKind& kind_of(const ConfigNode& root) {
   return *experiment_kinds().back();
 }
 
+std::vector<std::string> measured_code(const std::vector<std::string>& folders) {
+  std::vector<std::string> paths{"CMakeLists.txt", "accel", "framework", "integrators", "experiments/run"};
+  paths.insert(paths.end(), folders.begin(), folders.end());
+  paths.emplace_back(":(exclude)experiments/kinds/*_report.*");
+  return paths;
+}
+
+std::vector<std::string> ExperimentKind::measures() const { return measured_code({"experiments/kinds"}); }
+
 std::shared_ptr<KindRecord> read_kind_record(const std::string& type, const Json& json) {
   for (const ExperimentKind* kind : experiment_kinds())
     if (kind->record_type() == type) return kind->read_record(json);

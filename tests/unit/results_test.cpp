@@ -1,6 +1,10 @@
 // What stands under results/ and what documents quote of it are what the logs say.
 #include "experiments/report/results/results.h"
+#include "experiments/kind.h"
 #include "experiments/log/log.h"
+#include "experiments/report/report_text.h"
+#include "experiments/report/results/code_since.h"
+#include "experiments/report/verdicts.h"
 #include "experiments/run/run.h"
 #include "framework/core/error.h"
 #include "framework/io/text.h"
@@ -12,6 +16,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <sstream>
 
 namespace etendue {
 namespace {
@@ -19,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST(Results, AreWhatTheLogsGive) {
-  const auto files = derived_files(project_folder);
+  const auto files = derived_files(project_folder, code_since_in_page(project_folder));
   for (const auto& [path, text] : files) {
     ASSERT_TRUE(fs::exists(project_folder + path)) << path << " is missing: `./etendue results --derive` writes it";
     EXPECT_TRUE(read_file(project_folder + path) == text) << path << " differs: `./etendue results --derive` writes it";
@@ -34,6 +39,62 @@ TEST(Results, AreSmall) {
   EXPECT_LE(bytes, 15u << 20);
 }
 
+// A row of the page has them between bars.
+std::vector<std::string> cells_of(const std::string& row) {
+  std::vector<std::string> cells;
+  for (std::size_t begin = 2, end; (end = row.find(" |", begin)) != std::string::npos; begin = end + 3)
+    cells.push_back(row.substr(begin, end - begin));
+  return cells;
+}
+
+TEST(Results, AnswersAreShort) {
+  std::istringstream lines(read_file(project_folder + std::string("results/README.md")));
+  std::size_t rows = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| [")) continue;
+    const std::vector<std::string> cells = cells_of(line);
+    ASSERT_EQ(cells.size(), 9u) << line;
+    EXPECT_NE(cells[2], "") << cells[0];
+    EXPECT_LE(display_width(cells[2]), answer_width + 50) << cells[0];
+    ++rows;
+  }
+  EXPECT_EQ(rows, result_folders(project_folder).size());
+}
+
+TEST(Results, CodeSinceACommitIsCountedByPaths) {
+  const fs::path root = fs::temp_directory_path() / fmt::format("etendue-code-since-{}", getpid());
+  fs::create_directories(root / "a");
+  const auto git = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"git", "-C", root.string(), "-c", "user.name=a", "-c", "user.email=a@b.c"});
+    return output_of(arguments);
+  };
+  if (!git({"init"})) GTEST_SKIP() << "no git here";
+  const auto commit = [&](const char* path, const char* text) {
+    write_whole_file((root / path).string(), text);
+    EXPECT_TRUE(git({"add", "."}));
+    EXPECT_TRUE(git({"commit", "--date=2026-01-02", "-m", "x"}));
+    return git({"rev-parse", "--short=12", "HEAD"}).value_or("\n").substr(0, 12);
+  };
+  const std::string first = commit("a/x", "1"), second = commit("a/x", "2");
+  commit("b_report.cpp", "1");
+  const std::string folder = root.string();
+  EXPECT_EQ(code_since(folder, first, {"a"}).substr(0, 22), "1 commit, the last of ");
+  EXPECT_EQ(code_since(folder, second, {"a"}), "unchanged");
+  EXPECT_EQ(code_since(folder, first, {"."}).substr(0, 23), "2 commits, the last of ");
+  EXPECT_EQ(code_since(folder, second, {".", ":(exclude)*_report.*"}), "unchanged");
+  EXPECT_EQ(code_since(folder, "0123456789ab", {"a"}), "not known");
+  EXPECT_EQ(code_since(folder, second + "-dirty", {"a"}), "not known");
+  EXPECT_EQ(code_since(folder, "--output=x", {"a"}), "not known");
+  EXPECT_EQ(output_of({"etendue-no-such-program"}), std::nullopt);
+  fs::remove_all(root);
+}
+
+TEST(Results, PathsThatExperimentsMeasureExist) {
+  for (const ExperimentKind* kind : experiment_kinds())
+    for (const std::string& path : kind->measures())
+      EXPECT_TRUE(path.starts_with(":(exclude)") || fs::exists(project_folder + path)) << path;
+}
+
 TEST(Results, AFigureChangedByHandIsFound) {
   const fs::path root = fs::temp_directory_path() / fmt::format("etendue-results-{}", getpid());
   const fs::path folder = root / "results/first-light", log = folder / "runs.jsonl";
@@ -44,19 +105,20 @@ TEST(Results, AFigureChangedByHandIsFound) {
   write(root / "README.md",
         "<!--= first-light/final seeds [cornell-box, path, sah] -->7<!--/-->\n![](results/first-light/charts/"
         "error-time-cornell-box-relmse.svg)\n");
-  const auto files = derived_files(root.string());
+  const auto files = derived_files(root.string(), code_since_in_page(root.string()));
   EXPECT_TRUE(files.at("README.md").starts_with("<!--= first-light/final seeds [cornell-box, path, sah] -->2<!--/-->\n"));
   EXPECT_TRUE(files.contains("results/first-light/tables/final.md"));
   EXPECT_TRUE(files.contains("results/first-light/charts/error-time-cornell-box-relmse.svg"));
   EXPECT_FALSE(files.contains("results/first-light/charts/error-time-lambert-sphere-relmse.svg")) << "no document shows it";
   EXPECT_NE(files.at("results/README.md").find("[first-light](first-light/tables/)"), std::string::npos);
+  EXPECT_TRUE(files.at("results/README.md").ends_with(" | not known |\n")) << "no page said so before";
   write(root / "docs/a.md", "![](../results/first-light/charts/none.svg)");
-  EXPECT_THROW(derived_files(root.string()), Error);
+  EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error);
   fs::remove(root / "docs/a.md");
   std::string text = read_file(log.string());
   text[text.find("\"time_s\":") + 9] = text[text.find("\"time_s\":") + 9] == '1' ? '2' : '1';
   write(log, text);
-  EXPECT_THROW(derived_files(root.string()), Error) << "a line of the log that was changed";
+  EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error) << "a line of the log that was changed";
   fs::remove_all(root);
 }
 

@@ -52,6 +52,7 @@ class AnimationKind final : public RecordKind<AnimationRecord, AnimationWork> {
   AnimationKind() : RecordKind({"budget", "resolution"}) {}
 
   std::vector<std::string> keys() const override { return {"dynamic"}; }
+  std::vector<std::string> measures() const override { return measured_code({"experiments/kinds/animation"}); }
   std::string beside() const override { return "[dynamic], which renders nothing"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {

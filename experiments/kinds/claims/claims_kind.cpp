@@ -90,6 +90,7 @@ class ClaimsKind final : public RecordKind<ClaimRecord, ClaimsWork> {
   ClaimsKind() : RecordKind({"scenes", "accels", "seeds", "budget", "resolution"}) {}
 
   std::vector<std::string> keys() const override { return {"claims"}; }
+  std::vector<std::string> measures() const override { return measured_code({"experiments/kinds/claims"}); }
   std::vector<std::string> companions() const override { return {"timing"}; }
   std::string beside() const override { return "[[claims]], which name what they measure"; }
 

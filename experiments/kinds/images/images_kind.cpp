@@ -12,6 +12,9 @@ namespace {
 class ImagesKind final : public ExperimentKind {
  public:
   std::vector<std::string> keys() const override { return {}; }
+  std::vector<std::string> measures() const override {
+    return measured_code({"experiments/kinds/images", "experiments/kinds/structures"});
+  }
   std::string beside() const override { return "[[integrators]]"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {

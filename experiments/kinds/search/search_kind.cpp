@@ -66,6 +66,7 @@ class SearchKind final : public RecordKind<SearchRecord, SearchWork> {
   SearchKind() : RecordKind({"accels", "budget", "resolution", "threads"}) {}
 
   std::vector<std::string> keys() const override { return {"points", "records"}; }
+  std::vector<std::string> measures() const override { return measured_code({"experiments/kinds/search"}); }
   std::string beside() const override { return "[points] or [records], which render nothing"; }
   int threads(const RunPlan&) const override { return 1; }
 

@@ -112,6 +112,7 @@ class StressKind final : public RecordKind<StressRecord, StressWork> {
   StressKind() : RecordKind({"scenes", "accels"}) {}
 
   std::vector<std::string> keys() const override { return {"stress"}; }
+  std::vector<std::string> measures() const override { return measured_code({"experiments/kinds/stress"}); }
   std::string beside() const override { return "[[stress]], which names scenes and methods"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {

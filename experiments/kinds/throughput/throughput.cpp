@@ -136,6 +136,7 @@ class ThroughputKind final : public RecordKind<ThroughputRecord, ThroughputWork>
   ThroughputKind() : RecordKind({"accels", "budget"}, {"integrators"}) {}
 
   std::vector<std::string> keys() const override { return {"throughput"}; }
+  std::vector<std::string> measures() const override { return measured_code({"experiments/kinds/throughput"}); }
   std::string beside() const override { return "[throughput], which measures no error"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {

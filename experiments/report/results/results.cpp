@@ -1,7 +1,10 @@
 #include "experiments/report/results/results.h"
 
+#include "experiments/config/config_tree.h"
+#include "experiments/kind.h"
 #include "experiments/report/report.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/results/code_since.h"
 #include "experiments/report/results/quotes.h"
 #include "framework/core/error.h"
 #include "framework/core/units.h"
@@ -12,6 +15,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <set>
 #include <sstream>
 
@@ -40,10 +44,10 @@ void add_shown_charts(std::set<std::string>& charts, const std::string& text) {
   }
 }
 
-// "AMD EPYC, family 25, model 17, AVX-512"; what older logs do not say is left out.
-std::string machine_text(const ManifestRecord& manifest) {
+// "AMD EPYC, family 25, model 17"; what older logs do not say is left out.
+std::string processor_text(const ManifestRecord& manifest) {
   if (manifest.isa.empty()) return manifest.cpu;
-  return fmt::format("{}, family {}, model {}, {}", manifest.cpu, manifest.cpu_family, manifest.cpu_model, manifest.isa);
+  return fmt::format("{}, family {}, model {}", manifest.cpu, manifest.cpu_family, manifest.cpu_model);
 }
 
 std::string in_row(std::string text) {
@@ -51,32 +55,45 @@ std::string in_row(std::string text) {
   return text;
 }
 
+// What the parts of a merged log say, each once.
+template <class Text>
+std::string of_manifests(const RunLog& log, std::string_view separator, const Text& text) {
+  std::set<std::string> texts;
+  for (const ManifestRecord& manifest : log.manifests)
+    if (const std::string one = std::invoke(text, manifest); !one.empty()) texts.insert(one);
+  return in_row(fmt::format("{}", fmt::join(texts, separator)));
+}
+
+constexpr std::string_view page_name = "results/README.md";
+constexpr std::string_view page_head = R"(# Results
+
+Each row is an experiment of `experiments/` by the same name, its answer as its log gives it. `./etendue results` runs them
+again and writes this page; [docs/results.md](../docs/results.md) discusses them. The last column counts the commits since the
+log's that touched what the experiment measures: its file, the code of methods and structures, and that which times them. It
+says so of the day on which this page was written; `./etendue results --dry-run` says it of today.
+
+| log | question | answer | commit | date | processor | instruction set | time it took | code since |
+|---|---|---|---|---|---|---|---|---|)";
+
 // A row for each experiment, not padded: answers are long.
-std::string page_text(const fs::path& root, const std::map<std::string, LogAnswers>& answers) {
-  std::string text =
-      "# Results\n\nEach row is an experiment of `experiments/` by the same name, its answer as its log gives it. `./etendue "
-      "results` runs them\nagain and writes this page; [docs/results.md](../docs/results.md) discusses them.\n\n"
-      "| log | question | answer | commit | date | processor | time it took |\n|---|---|---|---|---|---|---|";
+std::string page_text(const fs::path& root, const std::map<std::string, LogAnswers>& answers, const CodeSince& since) {
+  std::string text(page_head);
   for (const auto& [folder, answer] : answers) {
     const fs::path file = root / "experiments" / (folder + ".toml");
-    std::set<std::string> commits, dates, machines;
-    for (const ManifestRecord& manifest : answer.log.manifests) {
-      commits.insert(manifest.commit);
-      machines.insert(machine_text(manifest));
-      if (!manifest.date.empty()) dates.insert(manifest.date);
-    }
     const double seconds = seconds_of(answer.log);
-    std::string row =
-        fmt::format("[{0}]({0}/tables/) | {1} | {2} | {3} | {4} | {5} | {6}", folder,
-                    in_row(is_file(file.string()) ? question_of(read_file(file.string())) : ""), in_row(answer.answer),
-                    fmt::join(commits, ", "), fmt::join(dates, ", "), in_row(fmt::format("{}", fmt::join(machines, "; "))),
-                    seconds > 0 ? format_seconds(seconds) : "–");
-    text += fmt::format("\n| {} |", row);
+    text += fmt::format("\n| [{0}]({0}/tables/) | {1} | {2} | {3} | {4} | {5} | {6} | {7} | {8} |", folder,
+                        in_row(is_file(file.string()) ? question_of(read_file(file.string())) : ""), in_row(answer.answer),
+                        of_manifests(answer.log, ", ", &ManifestRecord::commit),
+                        of_manifests(answer.log, ", ", &ManifestRecord::date), of_manifests(answer.log, "; ", processor_text),
+                        of_manifests(answer.log, ", ", &ManifestRecord::isa), seconds > 0 ? format_seconds(seconds) : "–",
+                        since(folder, answer.log));
   }
   return text + "\n";
 }
 
 }  // namespace
+
+std::string commit_of(const RunLog& log) { return log.manifests.empty() ? "?" : log.manifests.back().commit; }
 
 double seconds_of(const RunLog& log) {
   if (log.took_s > 0) return log.took_s;
@@ -106,7 +123,32 @@ std::string question_of(const std::string& experiment_text) {
   return comment.substr(begin, mark + 1 - begin);
 }
 
-std::map<std::string, std::string> derived_files(const std::string& root) {
+CodeSince code_since_in_page(const std::string& root) {
+  const std::string path = (fs::path(root) / page_name).string();
+  std::istringstream lines(is_file(path) ? read_file(path) : "");
+  std::map<std::string, std::string> texts;
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("| [") && line.ends_with(" |")) {
+      line.resize(line.size() - 2);
+      texts[line.substr(3, line.find(']') - 3)] = line.substr(line.rfind("| ") + 2);
+    }
+  return [texts = std::move(texts)](const std::string& folder, const RunLog&) {
+    const auto found = texts.find(folder);
+    return found == texts.end() ? std::string("not known") : found->second;
+  };
+}
+
+CodeSince code_since_in_git(const std::string& root) {
+  return [root](const std::string& folder, const RunLog& log) {
+    const std::string name = fmt::format("experiments/{}.toml", folder), file = (fs::path(root) / name).string();
+    if (!is_file(file)) return std::string("not known");
+    std::vector<std::string> paths = kind_of(parse_config(read_config_text(file), file)).measures();
+    paths.push_back(name);
+    return code_since(root, commit_of(log), paths);
+  };
+}
+
+std::map<std::string, std::string> derived_files(const std::string& root, const CodeSince& since) {
   const fs::path top(root);
   std::map<std::string, std::string> files;
   std::set<std::string> charts;
@@ -121,7 +163,7 @@ std::map<std::string, std::string> derived_files(const std::string& root) {
         files["results/" + chart] = to_svg(figure);
   }
   if (!charts.empty()) throw Error(fmt::format("a document shows results/{}, which no log gives", *charts.begin()));
-  files["results/README.md"] = page_text(top, answers);
+  files[std::string(page_name)] = page_text(top, answers, since);
   const TableSource tables = [&](const std::string& folder, const std::string& name) -> const Table& {
     const auto found = answers.find(folder);
     if (found == answers.end()) throw Error(unknown_name("folder of results/", folder, result_folders(root)));

@@ -5,6 +5,7 @@
 
 #include "experiments/log/log.h"
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -14,13 +15,21 @@ namespace etendue {
 // The folders below `root`/results that hold a log, by name.
 std::vector<std::string> result_folders(const std::string& root);
 
+std::string commit_of(const RunLog& log);  // of its newest part; "?" where it names none
+
 // How long a run took; where an older log does not say, what its cells took, without references and metrics. 0: not known.
 double seconds_of(const RunLog& log);
+
+// What the page says of the code that a folder's experiment measures: whether it changed since its log (code_since.h). As that
+// is another with each commit, the text of a page that stands is as good as git's on the day on which it was written.
+using CodeSince = std::function<std::string(const std::string& folder, const RunLog& log)>;
+CodeSince code_since_in_git(const std::string& root);
+CodeSince code_since_in_page(const std::string& root);
 
 // Every file that is derived, by its path from `root`, with its text: tables, charts that README.md or a file of docs/ shows,
 // results/README.md, and README.md and docs/ with their figures filled in. Throws Error at a log or a marker that cannot be
 // read, and at a chart that is shown and that no log gives.
-std::map<std::string, std::string> derived_files(const std::string& root);
+std::map<std::string, std::string> derived_files(const std::string& root, const CodeSince& since);
 
 // The tables and charts that stand below results/ although nothing derives them, by their paths from `root`.
 std::vector<std::string> left_over_files(const std::string& root, const std::map<std::string, std::string>& derived);
