@@ -59,7 +59,7 @@ int inspect_all(const InspectCommand& command);  // every scene file below a fol
 
 struct ResultsCommand {
   std::vector<std::string> names, overrides;  // none: all experiments
-  std::string shard;
+  std::string shard, before;
   bool dry_run = false, derive = false;
 };
 int results_command(const ResultsCommand& command);

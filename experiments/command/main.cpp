@@ -223,7 +223,11 @@ class CommandLine {
             [this] { return results_command(results_); });
     c->add_option("NAMES", results_.names, "of experiments/; default: all")->type_name("");
     c->add_flag("--dry-run", results_.dry_run, "list them with the time their last logs took, and run nothing");
-    c->add_flag("--derive", results_.derive, "run nothing: write tables, charts, pages and quoted figures again from the logs");
+    CLI::Option* derive = c->add_flag("--derive", results_.derive,
+                                      "run nothing: write tables, charts, pages and quoted figures again from the logs");
+    c->add_option("--before", results_.before, "with --derive: what moved since the logs of DIR, a copy of an older results/")
+        ->type_name("DIR")
+        ->needs(derive);
     repeated(c, "-o", results_.overrides, "KEY=VALUE", "put a value in the place of the file's, repeatable");
     text(c, "--shard", results_.shard, "I/N", "only part I (0 .. N-1) of N of each; what they found is left in out/results/");
     c = add("list", "every scene, method, structure and metric", [this] { return list_command(list_, list_params_); });

@@ -103,24 +103,38 @@ void keep(const std::string& name, RunLog log) {
     }
 }
 
-// Puts what a run found in the place of what stands under results/, where changes.md says what moved.
+// Compares two folders' logs and keeps in the second what moved.
+LogChanges compare_folders(const fs::path& before, const fs::path& now) {
+  const LogAnswers then = answers_of(before.string()), found = answers_of(now.string());
+  return changes_between(commit_of(then.log), then.tables, commit_of(found.log), found.tables);
+}
+
+void keep_changes(const fs::path& folder, const LogChanges& changes) {
+  write_whole_file((folder / changes_file).string(), to_text(changes));
+}
+
+// Puts what a run found in the place of what stands under results/, with what moved since the log there.
 void collect(const std::string& name, Console& console) {
-  const std::optional<RunLog> log = log_in(work_folder(name)), before = log_in(committed_folder(name));
+  const std::optional<RunLog> log = log_in(work_folder(name));
   if (!log || !log->finished) {
     console.warning(fmt::format("{}: its run did not finish; what stands under results/ stays", name));
     return;
   }
-  std::string text;
-  if (before) {
-    const Table changes = changes_table(
-        compare_tables(answers_of(committed_folder(name).string()).tables, answers_of(work_folder(name).string()).tables));
-    const auto commit = [](const RunLog& l) { return l.manifests.empty() ? std::string("?") : l.manifests.back().commit; };
-    text = fmt::format("# What moved since the log before\n\nFrom {} to {}. {}\n", commit(*before), commit(*log),
-                       changes.notes.front());
-    if (!changes.rows.empty()) text += "\n" + to_markdown({changes.name, changes.title, changes.columns, changes.rows, {}, {}});
-  }
+  std::optional<LogChanges> changes;
+  if (log_in(committed_folder(name))) changes = compare_folders(committed_folder(name), work_folder(name));
   keep(name, *log);
-  if (before) write_whole_file((committed_folder(name) / "changes.md").string(), text);
+  if (changes) keep_changes(committed_folder(name), *changes);
+}
+
+// Says what moved since the logs of an older results/, of which `before` is a copy.
+void compare_with(const fs::path& before, Console& console) {
+  if (!fs::is_directory(before)) throw Error(Location{before.string()}, "no such folder; expected a copy of an older results/");
+  for (const std::string& folder : result_folders("."))
+    if (const fs::path old = before / folder, now = committed_folder(folder);
+        log_in(old) && read_file((old / "runs.jsonl").string()) != read_file((now / "runs.jsonl").string())) {
+      keep_changes(now, compare_folders(old, now));
+      console.line(fmt::format("{}: compared with {}", folder, old.string()));
+    }
 }
 
 void write_derived(Console& console) {
@@ -148,6 +162,7 @@ int results_command(const ResultsCommand& command) {
       throw Error(Location{"results"}, unknown_name("experiment", name, known));
   const std::vector<std::string>& names = command.names.empty() ? known : command.names;
   if (command.derive) {
+    if (!command.before.empty()) compare_with(command.before, console);
     write_derived(console);
     return 0;
   }

@@ -1,4 +1,5 @@
 #include "experiments/report/results/changes.h"
+#include "framework/core/error.h"
 
 #include <gtest/gtest.h>
 
@@ -27,10 +28,14 @@ TEST(Changes, FiguresWhoseIntervalsDoNotMeetHaveMoved) {
   EXPECT_EQ(changes[0].column, "relmse_mean");
   EXPECT_TRUE(changes[0].moved());
   EXPECT_FALSE(changes[1].moved());
-  const Table table = changes_table(changes);
-  ASSERT_EQ(table.rows.size(), 1u);
-  EXPECT_EQ(table.rows[0].back().raw, "0.75");
-  EXPECT_EQ(table.notes.front(), "2 figures with intervals were compared; those of 1 do not overlap.");
+  const LogChanges kept = changes_between("a1", then, "b2", now);
+  ASSERT_EQ(kept.moved.size(), 1u);
+  EXPECT_EQ(kept.moved[0].ratio(), 0.75);
+  EXPECT_EQ(kept.sentence(), "From a1 to b2. 2 figures with intervals were compared; those of 1 do not overlap.");
+  const std::string page = changes_page(kept);
+  EXPECT_NE(page.find("sppm"), std::string::npos) << page;
+  EXPECT_NE(page.find("better"), std::string::npos) << page;
+  EXPECT_NE(page.find(kept.sentence()), std::string::npos) << page;
 }
 
 TEST(Changes, RowsOfEqualNamesAreHeldAgainstEachOtherInOrder) {
@@ -40,6 +45,55 @@ TEST(Changes, RowsOfEqualNamesAreHeldAgainstEachOtherInOrder) {
   ASSERT_EQ(changes.size(), 2u);
   EXPECT_FALSE(changes[0].moved());
   EXPECT_EQ(changes[1].then, 5);
+}
+
+TEST(Changes, AreKeptAsTextWhoseChecksumTellsWhatIsChangedByHand) {
+  LogChanges changes{"a1", "b2-dirty", 1234, {{"final", "room, path\tn=2", "mse_mean", 0.1, 1e-9, 0.05, 0.15, 1e-10, 2e-9}}};
+  const std::string text = to_text(changes);
+  const LogChanges read = read_changes("x", text);
+  EXPECT_EQ(read.from, "a1");
+  EXPECT_EQ(read.to, "b2-dirty");
+  EXPECT_EQ(read.compared, 1234u);
+  ASSERT_EQ(read.moved.size(), 1u);
+  EXPECT_EQ(read.moved[0].row, "room, path n=2") << "a tab would end the field";
+  EXPECT_EQ(read.moved[0].then, 0.1);
+  EXPECT_EQ(read.moved[0].now_high, 2e-9);
+  EXPECT_EQ(to_text(read), text);
+  std::string changed = text;
+  changed[changed.find("0.1")] = '9';
+  for (const std::string& wrong : {changed, text.substr(0, text.size() - 3), text + "\n", std::string(), std::string("\n")})
+    EXPECT_THROW(read_changes("x", wrong), Error) << wrong;
+}
+
+TEST(Changes, WhatGotWorseIsToldByTheNameOfTheFigure) {
+  const auto worse = [](const char* column) {
+    FigureChange change{"t", "r", column};
+    change.then = 1;
+    change.now = 2;
+    return change.got_worse();
+  };
+  for (const char* less_is_better : {"relmse_mean", "mse", "rmse", "build_s", "time_s_median", "memory_bytes"})
+    EXPECT_EQ(worse(less_is_better), true) << less_is_better;
+  for (const char* more_is_better : {"samples_per_s", "diffuse_mrays_per_s", "shadow_to_embree"})
+    EXPECT_EQ(worse(more_is_better), false) << more_is_better;
+  for (const char* neither : {"bias_mean", "records", "exponent", "stated"}) EXPECT_EQ(worse(neither), std::nullopt) << neither;
+}
+
+TEST(Changes, OfAllExperimentsStandInOneTable) {
+  const FigureChange slower{"structures", "room, sah", "mrays_per_s", 4, 2, 3.9, 4.1, 1.9, 2.1},
+      better{"final", "room, path", "mse", 2, 1.9, 1.99, 2.01, 1.8, 1.91}, sign{"final", "room", "bias", -1, 1, -1, -1, 1, 1};
+  const Table table = moved_table({{"a", {"1", "2", 10, {better, slower, sign}}}, {"b", {"1", "2", 7, {}}}});
+  ASSERT_EQ(table.rows.size(), 2u);
+  const auto cell = [&](std::size_t row, std::string_view key) { return table.rows[row][column_of(table, key).value()].raw; };
+  EXPECT_EQ(cell(0, "experiment"), "a");
+  EXPECT_EQ(cell(0, "compared"), "10");
+  EXPECT_EQ(cell(0, "moved"), "3");
+  EXPECT_EQ(cell(0, "better"), "1");
+  EXPECT_EQ(cell(0, "worse"), "1");
+  EXPECT_EQ(cell(0, "most"), "0.5");
+  EXPECT_EQ(cell(0, "of"), "mrays_per_s of room, sah (structures)");
+  EXPECT_EQ(cell(1, "moved"), "0");
+  EXPECT_EQ(cell(1, "most"), "");
 }
 
 TEST(Changes, TablesOfOneLogAloneAreLeftOut) {

@@ -3,6 +3,7 @@
 #include "experiments/kind.h"
 #include "experiments/log/log.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/results/changes.h"
 #include "experiments/report/results/code_since.h"
 #include "experiments/report/verdicts.h"
 #include "experiments/run/run.h"
@@ -114,6 +115,18 @@ TEST(Results, AFigureChangedByHandIsFound) {
   EXPECT_TRUE(files.at("results/README.md").ends_with(" | not known |\n")) << "no page said so before";
   write(root / "docs/a.md", "![](../results/first-light/charts/none.svg)");
   EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error);
+  write(root / "docs/a.md", "<!--moved-->7<!--/moved-->.");
+  const LogChanges changes{"before", commit_of(read_log(log.string())), 10, {}};
+  write(folder / changes_file, to_text(changes));
+  const auto with_changes = derived_files(root.string(), code_since_in_page(root.string()));
+  EXPECT_NE(with_changes.at("docs/a.md").find("| first-light | before |"), std::string::npos) << with_changes.at("docs/a.md");
+  EXPECT_TRUE(with_changes.at("docs/a.md").ends_with("<!--/moved-->."));
+  EXPECT_NE(with_changes.at("results/first-light/changes.md").find(changes.sentence()), std::string::npos);
+  write(folder / changes_file, to_text({"before", "another", 10, {}}));
+  EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error) << "what moved up to another log";
+  write(folder / changes_file, to_text(changes) + " ");
+  EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error) << "what moved, changed by hand";
+  fs::remove(folder / changes_file);
   fs::remove(root / "docs/a.md");
   std::string text = read_file(log.string());
   text[text.find("\"time_s\":") + 9] = text[text.find("\"time_s\":") + 9] == '1' ? '2' : '1';

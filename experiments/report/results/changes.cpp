@@ -2,12 +2,15 @@
 
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
+#include "framework/core/error.h"
+#include "framework/io/text.h"
+#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
-#include <optional>
+#include <array>
+#include <cmath>
 
 namespace etendue {
 
@@ -60,10 +63,73 @@ struct FigureValue {
 std::optional<FigureValue> figure_in(const std::vector<TableCell>& row, const FigureColumns& columns) {
   if (columns.what && row[*columns.what].raw == "min-max") return std::nullopt;
   const auto centre = row[columns.centre].order, low = row[columns.low].order, high = row[columns.high].order;
-  return centre && low && high ? std::optional(FigureValue{*centre, *low, *high}) : std::nullopt;
+  const auto is_known = [](const std::optional<double>& value) { return value && std::isfinite(*value); };
+  return is_known(centre) && is_known(low) && is_known(high) ? std::optional(FigureValue{*centre, *low, *high}) : std::nullopt;
+}
+
+constexpr std::string_view first_word = "changes";  // of the data
+
+// The figures of a change in the order in which a line has them.
+constexpr std::array change_figures{&FigureChange::then, &FigureChange::then_low, &FigureChange::then_high,
+                                    &FigureChange::now,  &FigureChange::now_low,  &FigureChange::now_high};
+
+std::string field(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return c == '\t' || c == '\n'; }, ' ');
+  return text;
+}
+
+std::vector<std::string> fields_of(std::string_view line) {
+  std::vector<std::string> fields(1);
+  for (const char c : line)
+    if (c == '\t')
+      fields.emplace_back();
+    else
+      fields.back() += c;
+  return fields;
+}
+
+FigureChange read_change(const std::vector<std::string>& fields) {
+  FigureChange change{fields.at(0), fields.at(1), fields.at(2)};
+  for (std::size_t i = 0; i < change_figures.size(); ++i) change.*change_figures[i] = parse_number(fields.at(3 + i)).value();
+  return change;
+}
+
+std::size_t count_of(const LogChanges& changes, bool worse) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(changes.moved, [&](const FigureChange& c) { return c.got_worse() == worse; }));
+}
+
+// The figure whose ratio is farthest from 1; null where none has one.
+const FigureChange* most_moved(const LogChanges& changes) {
+  const FigureChange* most = nullptr;
+  const auto distance = [](const FigureChange& c) { return std::abs(std::log(*c.ratio())); };
+  for (const FigureChange& change : changes.moved)
+    if (change.ratio() && (most == nullptr || distance(change) > distance(*most))) most = &change;
+  return most;
 }
 
 }  // namespace
+
+std::optional<double> FigureChange::ratio() const { return then > 0 && now > 0 ? std::optional(now / then) : std::nullopt; }
+
+std::optional<bool> FigureChange::got_worse() const {
+  std::string_view key = column;
+  for (const std::string_view end : {"_mean", "_median"})
+    if (key.ends_with(end)) key.remove_suffix(end.size());
+  const auto ends_with = [&](std::string_view end) { return key.ends_with(end); };
+  const auto holds = [&](std::string_view part) { return key.find(part) != std::string_view::npos; };
+  constexpr std::array more{"_per_s", "_to_embree", "_to_robust_embree"};
+  constexpr std::array less{"_s", "_bytes"};
+  if (std::ranges::any_of(more, ends_with)) return now < then;
+  if (holds("mse") || std::ranges::any_of(less, ends_with)) return now > then;
+  return std::nullopt;
+}
+
+std::string LogChanges::sentence() const {
+  return fmt::format("From {} to {}. {} figures with intervals were compared; those of {} do not overlap.", from, to, compared,
+                     moved.size());
+}
 
 std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<const Table> now) {
   std::vector<FigureChange> changes;
@@ -90,12 +156,43 @@ std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<
   return changes;
 }
 
-Table changes_table(std::span<const FigureChange> changes) {
-  std::vector<FigureChange> moved;
-  std::ranges::copy_if(changes, std::back_inserter(moved), [](const FigureChange& c) { return c.moved(); });
-  const std::string note =
-      fmt::format("{} figures with intervals were compared; those of {} do not overlap.", changes.size(), moved.size());
-  TableOf<FigureChange> table("changes", "What moved since the last log", std::move(moved));
+LogChanges changes_between(const std::string& from, std::span<const Table> then, const std::string& to,
+                           std::span<const Table> now) {
+  std::vector<FigureChange> all = compare_tables(then, now);
+  const std::size_t compared = all.size();
+  std::erase_if(all, [](const FigureChange& change) { return !change.moved(); });
+  return {from, to, compared, std::move(all)};
+}
+
+std::string to_text(const LogChanges& changes) {
+  std::string text = fmt::format("{}\t{}\t{}\t{}\n", first_word, changes.from, changes.to, changes.compared);
+  for (const FigureChange& change : changes.moved) {
+    text += fmt::format("{}\t{}\t{}", field(change.table), field(change.row), field(change.column));
+    for (const auto figure : change_figures) text += fmt::format("\t{}", change.*figure);
+    text += '\n';
+  }
+  return text + hash_text(text) + "\n";
+}
+
+LogChanges read_changes(const std::string& file, std::string_view text) {
+  const std::size_t end = text.size() < 2 ? std::string_view::npos : text.rfind('\n', text.size() - 2);
+  const std::string_view body = text.substr(0, end == std::string_view::npos ? 0 : end + 1);
+  if (body.empty() || text.substr(body.size()) != hash_text(body) + "\n")
+    throw Error(Location{file}, "the checksum is wrong, so the text is not as `etendue results` wrote it");
+  LogChanges changes;
+  for (std::size_t begin = 0, next; begin < body.size(); begin = next + 1) {
+    next = body.find('\n', begin);
+    const std::vector<std::string> fields = fields_of(body.substr(begin, next - begin));
+    if (fields[0] == first_word && fields.size() == 4)
+      changes = {fields[1], fields[2], parse_whole<std::size_t>(fields[3]).value(), {}};
+    else
+      changes.moved.push_back(read_change(fields));
+  }
+  return changes;
+}
+
+std::string changes_page(const LogChanges& changes) {
+  TableOf<FigureChange> table("changes", "What moved since the log before", changes.moved);
   const auto interval = [](double FigureChange::*low, double FigureChange::*high) {
     return [=](const FigureChange& c) { return TableCell(format_interval(c.*low, c.*high)); };
   };
@@ -106,11 +203,34 @@ Table changes_table(std::span<const FigureChange> changes) {
   table.column("", "interval", interval(&FigureChange::then_low, &FigureChange::then_high), Audience::people);
   table.column("now", "now", &FigureChange::now);
   table.column("", "interval", interval(&FigureChange::now_low, &FigureChange::now_high), Audience::people);
-  table.column("ratio", "now / then",
-               [](const FigureChange& c) { return c.then == 0 ? TableCell() : TableCell(c.now / c.then); });
+  table.column("ratio", "now / then", &FigureChange::ratio);
+  table.column("got", "got", [](const FigureChange& c) {
+    return std::string(!c.got_worse() ? "" : *c.got_worse() ? "worse" : "better");
+  });
   Table result = table.take();
-  result.notes.push_back(note);
-  return result;
+  result.notes.push_back(changes.sentence());
+  return to_markdown(result);
+}
+
+Table moved_table(const std::map<std::string, LogChanges>& experiments) {
+  using Row = std::pair<std::string, LogChanges>;
+  TableOf<Row> table("moved", "What moved since the last logs", {experiments.begin(), experiments.end()});
+  table.column("experiment", "experiment", &Row::first);
+  table.column("from", "from", [](const Row& row) { return row.second.from; });
+  table.column("to", "to", [](const Row& row) { return row.second.to; });
+  table.column("compared", "figures compared", [](const Row& row) { return row.second.compared; });
+  table.column("moved", "moved", [](const Row& row) { return row.second.moved.size(); });
+  table.column("better", "better", [](const Row& row) { return count_of(row.second, false); });
+  table.column("worse", "worse", [](const Row& row) { return count_of(row.second, true); });
+  table.column("most", "most", [](const Row& row) {
+    const FigureChange* most = most_moved(row.second);
+    return most == nullptr ? TableCell() : TableCell(*most->ratio(), format_figure(*most->ratio()) + "×");
+  });
+  table.column("of", "of", [](const Row& row) {
+    const FigureChange* most = most_moved(row.second);
+    return most == nullptr ? std::string() : fmt::format("{} of {} ({})", most->column, most->row, most->table);
+  });
+  return table.take();
 }
 
 }  // namespace etendue

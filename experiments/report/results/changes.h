@@ -3,12 +3,19 @@
 // An interval is a pair of columns beside the figure's own: K, K_low and K_high; K_mean, K_low and K_high; or median, low and
 // high. The extremes of two seeds, which K_interval calls "min-max", are none. Rows are the same where their words are; of rows
 // with equal words the first is held against the first, and so on.
+//
+// The older log is gone once the newer has taken its place, so what moved is kept beside that as data: a line that says between
+// which commits and how many figures were compared, a line for each figure that moved, with tabs between its fields, and a
+// checksum of those lines. changes.md and the table over all experiments are derived from it.
 #pragma once
 
 #include "experiments/report/table_format.h"
 
+#include <map>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace etendue {
@@ -19,12 +26,32 @@ struct FigureChange {
   double then_low = 0, then_high = 0, now_low = 0, now_high = 0;
 
   bool moved() const { return now_low > then_high || now_high < then_low; }  // beyond what either interval allows
+  std::optional<double> ratio() const;                                       // now / then; nullopt unless both are positive
+  std::optional<bool> got_worse() const;  // nullopt where the column's key does not say whether less or more is better
+};
+
+struct LogChanges {
+  std::string from, to;  // the commits of the logs
+  std::size_t compared = 0;
+  std::vector<FigureChange> moved;
+
+  std::string sentence() const;  // "From A to B. 12 figures with intervals were compared; those of 3 do not overlap."
 };
 
 // Compares the tables that both have, in the order of `now`; figures that only one of them has are left out.
 std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<const Table> now);
 
-// The figures that moved, with a note that says how many were compared.
-Table changes_table(std::span<const FigureChange> changes);
+LogChanges changes_between(const std::string& from, std::span<const Table> then, const std::string& to,
+                           std::span<const Table> now);
+
+std::string to_text(const LogChanges& changes);
+// Throws Error where the text of `file` is not as to_text wrote it.
+LogChanges read_changes(const std::string& file, std::string_view text);
+
+// The figures that moved, as a page of Markdown.
+std::string changes_page(const LogChanges& changes);
+
+// A row for each experiment: how many figures moved, how many of them for the better or the worse, and which by the most.
+Table moved_table(const std::map<std::string, LogChanges>& experiments);
 
 }  // namespace etendue

@@ -4,6 +4,7 @@
 #include "experiments/kind.h"
 #include "experiments/report/report.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/results/changes.h"
 #include "experiments/report/results/code_since.h"
 #include "experiments/report/results/quotes.h"
 #include "framework/core/error.h"
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -91,6 +93,32 @@ std::string page_text(const fs::path& root, const std::map<std::string, LogAnswe
   return text + "\n";
 }
 
+constexpr std::string_view moved_begin = "<!--moved-->", moved_end = "<!--/moved-->";
+
+// The table over all experiments takes the place of what stands between its markers, where a document has them.
+std::string fill_moved(const std::string& file, std::string text, const std::map<std::string, LogChanges>& moved) {
+  const std::size_t begin = text.find(moved_begin), end = text.find(moved_end);
+  if (begin == std::string::npos) return text;
+  if (end == std::string::npos || end < begin)
+    throw Error(location_at(file, text, begin), fmt::format("a table without its end; expected {}", moved_end));
+  const std::string table = to_markdown(moved_table(moved));
+  const std::size_t inside = begin + moved_begin.size();
+  return text.replace(inside, end - inside, "\n" + table.substr(table.find("\n\n") + 2));
+}
+
+// What a folder's log changed, if there was one before. Throws Error where that is said of another log.
+std::optional<LogChanges> changes_in(const fs::path& folder, const RunLog& log) {
+  const std::string file = (folder / changes_file).string();
+  if (!is_file(file)) return std::nullopt;
+  LogChanges changes = read_changes(file, read_file(file));
+  if (changes.to != commit_of(log))
+    throw Error(Location{file},
+                fmt::format("it is about a log of {}; expected {}, as `./etendue results --derive --before DIR` "
+                            "compares them",
+                            changes.to, commit_of(log)));
+  return changes;
+}
+
 }  // namespace
 
 std::string commit_of(const RunLog& log) { return log.manifests.empty() ? "?" : log.manifests.back().commit; }
@@ -154,6 +182,7 @@ std::map<std::string, std::string> derived_files(const std::string& root, const 
   std::set<std::string> charts;
   for (const fs::path& document : documents(top)) add_shown_charts(charts, read_file(document.string()));
   std::map<std::string, LogAnswers> answers;
+  std::map<std::string, LogChanges> moved;
   for (const std::string& folder : result_folders(root)) {
     const LogAnswers& answer = answers[folder] = answers_of((top / "results" / folder).string());
     for (const Table& table : answer.tables)
@@ -161,6 +190,10 @@ std::map<std::string, std::string> derived_files(const std::string& root, const 
     for (const Figure& figure : answer.figures)
       if (const std::string chart = fmt::format("{}/charts/{}.svg", folder, figure.name); charts.erase(chart) > 0)
         files["results/" + chart] = to_svg(figure);
+    if (std::optional<LogChanges> changes = changes_in(top / "results" / folder, answer.log)) {
+      files[fmt::format("results/{}/changes.md", folder)] = changes_page(*changes);
+      moved[folder] = std::move(*changes);
+    }
   }
   if (!charts.empty()) throw Error(fmt::format("a document shows results/{}, which no log gives", *charts.begin()));
   files[std::string(page_name)] = page_text(top, answers, since);
@@ -176,7 +209,7 @@ std::map<std::string, std::string> derived_files(const std::string& root, const 
   };
   for (const fs::path& document : documents(top)) {
     const std::string path = document.lexically_relative(top).string();
-    files[path] = fill_quotes(path, read_file(document.string()), tables);
+    files[path] = fill_moved(path, fill_quotes(path, read_file(document.string()), tables), moved);
   }
   return files;
 }
@@ -186,7 +219,8 @@ std::vector<std::string> left_over_files(const std::string& root, const std::map
   for (const auto& entry : fs::recursive_directory_iterator(fs::path(root) / "results")) {
     const std::string folder = entry.path().parent_path().filename().string();
     const std::string path = entry.path().lexically_relative(root).string();
-    if (entry.is_regular_file() && (folder == "tables" || folder == "charts") && !derived.contains(path)) left.push_back(path);
+    const bool is_derived = folder == "tables" || folder == "charts" || entry.path().filename() == "changes.md";
+    if (entry.is_regular_file() && is_derived && !derived.contains(path)) left.push_back(path);
   }
   std::ranges::sort(left);
   return left;

@@ -15,6 +15,9 @@ namespace etendue {
 // The folders below `root`/results that hold a log, by name.
 std::vector<std::string> result_folders(const std::string& root);
 
+// What moved since the log before it lies beside a log under this name (changes.h).
+inline constexpr const char* changes_file = "changes.tsv";
+
 std::string commit_of(const RunLog& log);  // of its newest part; "?" where it names none
 
 // How long a run took; where an older log does not say, what its cells took, without references and metrics. 0: not known.
@@ -27,11 +30,12 @@ CodeSince code_since_in_git(const std::string& root);
 CodeSince code_since_in_page(const std::string& root);
 
 // Every file that is derived, by its path from `root`, with its text: tables, charts that README.md or a file of docs/ shows,
-// results/README.md, and README.md and docs/ with their figures filled in. Throws Error at a log or a marker that cannot be
+// results/README.md, changes.md of each experiment that ran before, and README.md and docs/ with their figures filled in, as
+// well as the table of what moved, between <!--moved--> and <!--/moved-->. Throws Error at a log or a marker that cannot be
 // read, and at a chart that is shown and that no log gives.
 std::map<std::string, std::string> derived_files(const std::string& root, const CodeSince& since);
 
-// The tables and charts that stand below results/ although nothing derives them, by their paths from `root`.
+// The tables, charts and pages of changes that stand below results/ although nothing derives them, by their paths from `root`.
 std::vector<std::string> left_over_files(const std::string& root, const std::map<std::string, std::string>& derived);
 
 // The first sentence of an experiment's file that is a question; "" where there is none.
