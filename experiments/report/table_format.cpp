@@ -71,7 +71,9 @@ std::vector<std::size_t> visible_columns(const Table& table, std::size_t group) 
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     const TableColumn& column = table.columns[i];
     const bool in_group = group == all_groups || column.group == 0 || column.group == group;
-    if (in_group && column.audience != Audience::machines) chosen.push_back(i);
+    const auto is_filled = [&](const auto& row) { return !row[i].raw.empty() || row[i].text != TableCell().text; };
+    const bool is_shown = table.rows.empty() || std::ranges::any_of(table.rows, is_filled);
+    if (in_group && is_shown && column.audience != Audience::machines) chosen.push_back(i);
   }
   return chosen;
 }

@@ -63,7 +63,7 @@ std::string to_html(const Table& table);  // all groups in one
 // of lines "heading: value". No line is longer than 100 columns, but for a longer word.
 std::string to_terminal(const Table& table, std::size_t group);
 
-// Lists the columns a reader sees: of all groups, or of group 0 and the chosen one.
+// Lists the columns a reader sees, those that some row fills: of all groups, or of group 0 and the chosen one.
 inline constexpr std::size_t all_groups = static_cast<std::size_t>(-1);
 std::vector<std::size_t> visible_columns(const Table& table, std::size_t group = all_groups);
 

@@ -122,7 +122,7 @@ TEST(Results, AFigureChangedByHandIsFound) {
   EXPECT_NE(with_changes.at("docs/a.md").find("| first-light | before |"), std::string::npos) << with_changes.at("docs/a.md");
   EXPECT_TRUE(with_changes.at("docs/a.md").ends_with("<!--/moved-->."));
   EXPECT_NE(with_changes.at("results/first-light/changes.md").find(changes.sentence()), std::string::npos);
-  write(folder / changes_file, to_text({"before", "another", 10, {}}));
+  write(folder / changes_file, to_text(LogChanges{"before", "another", 10, {}}));
   EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error) << "what moved up to another log";
   write(folder / changes_file, to_text(changes) + " ");
   EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error) << "what moved, changed by hand";

@@ -57,6 +57,14 @@ TEST(TerminalTables, EveryTextColumnIsMadeNarrowerOnATerminal) {
                                        "than forty columns\n");
 }
 
+TEST(TerminalTables, ReadersSeeNoColumnThatNoRowFills) {
+  Table table{"t", "T", {{"a", "a"}, {"b", "b"}, {"c", "c"}}, {{1, TableCell(), TableCell()}, {2, TableCell(), 3}}, {}, {}};
+  EXPECT_EQ(visible_columns(table), (std::vector<std::size_t>{0, 2}));
+  EXPECT_EQ(to_csv(table), "a,b,c\n1,,\n2,,3\n");
+  table.rows.clear();
+  EXPECT_EQ(visible_columns(table).size(), 3u);
+}
+
 // A table like that of experiments/hessian.toml: no column can give up its one-word names and figures.
 TEST(TerminalTables, WhatFitsATerminalByNoMeansHasABlockForEachRow) {
   Table table{"t",
