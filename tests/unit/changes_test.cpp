@@ -96,6 +96,20 @@ TEST(Changes, OfAllExperimentsStandInOneTable) {
   EXPECT_EQ(cell(1, "most"), "");
 }
 
+TEST(Changes, PredictionsAreComparedWhateverTheirVerdicts) {
+  const auto table = [](const char* verdict, double value) {
+    Table made{"predictions", "Predictions", {{"method", "method", false}, {"measured", ""}, {"low", ""}, {"high", ""}}};
+    made.columns.push_back({"verdict", "verdict", false, Audience::everyone, 1});
+    made.rows.push_back({"path", value, value - 0.1, value + 0.1, verdict});
+    return std::vector{made};
+  };
+  const auto changes = compare_tables(table("confirmed", 1), table("refuted", 2));
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_EQ(changes[0].column, "measured");
+  EXPECT_TRUE(changes[0].moved());
+  EXPECT_EQ(changes[0].got_worse(), std::nullopt);
+}
+
 TEST(Changes, TablesOfOneLogAloneAreLeftOut) {
   EXPECT_TRUE(compare_tables({}, std::vector{table_of({{"path", 1, 1, 1}})}).empty());
 }

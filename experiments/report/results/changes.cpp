@@ -26,7 +26,8 @@ std::vector<FigureColumns> figure_columns(const Table& table) {
   struct Spelling {
     std::string_view centre, low, high;  // ends of the keys
   };
-  constexpr Spelling spellings[]{{"", "_low", "_high"}, {"_mean", "_low", "_high"}, {"median", "low", "high"}};
+  constexpr Spelling spellings[]{
+      {"", "_low", "_high"}, {"_mean", "_low", "_high"}, {"median", "low", "high"}, {"measured", "low", "high"}};
   std::vector<FigureColumns> found;
   for (const TableColumn& column : table.columns)
     for (const auto& [centre, low, high] : spellings) {
@@ -40,12 +41,12 @@ std::vector<FigureColumns> figure_columns(const Table& table) {
   return found;
 }
 
-// The words of a row: columns of words are set flush left.
+// The words of a row: columns of words are set flush left. Words of a later group, such as verdicts, go with the figures.
 std::string row_name(const Table& table, const std::vector<TableCell>& row) {
   std::string name;
   for (std::size_t i = 0; i < row.size(); ++i)
     if (const TableColumn& column = table.columns[i];
-        !column.right && column.audience == Audience::everyone && !row[i].raw.empty())
+        !column.right && column.audience == Audience::everyone && column.group == 0 && !row[i].raw.empty())
       name += (name.empty() ? "" : ", ") + row[i].raw;
   return name;
 }
