@@ -1,4 +1,4 @@
-// Glass, water: reflection and refraction, smooth or through GGX microfacets ([Walter2007]).
+// Glass, water: reflection and refraction, smooth or through microfacets ([Walter2007]).
 #pragma once
 
 #include "framework/materials/fresnel.h"
@@ -12,6 +12,7 @@ struct Dielectric {
   float eta = 1.5f;
   float alpha = 0;
   Rgb reflect_tint{1}, transmit_tint{1};
+  NormalDistribution distribution = NormalDistribution::ggx;
 
   bool has_specular() const { return alpha == 0; }
   bool has_non_specular() const { return alpha != 0; }
@@ -29,6 +30,7 @@ struct Dielectric::Lobes {
   template <class Colours>
   Lobes(const Dielectric& material, const Colours&) : m(material) {}
 
+  Microfacets facets() const { return {vec2(m.alpha), m.distribution}; }
   // The index beyond the surface over the one that wo is in.
   F eta(Mask<F> below) const { return select(below, F(1 / m.eta), F(m.eta)); }
 
@@ -44,7 +46,7 @@ struct Dielectric::Lobes {
 
   Vec3<F> evaluate(const Vec3<F>& wo, const Vec3<F>& wi, Mask<F> below) const {
     if (m.has_specular()) return Vec3<F>(0.0f);
-    const Ggx ggx{vec2(m.alpha)};
+    const Microfacets facets = this->facets();
     const F eta = this->eta(below);
     const Vec3<F> h = half_vector(wo, wi, eta);
     const F out_h = dot(wo, h), in_h = dot(wi, h);
@@ -53,12 +55,12 @@ struct Dielectric::Lobes {
     if (!any(met)) return value;
     const F fresnel = fresnel_dielectric(out_h, eta);
     if (any(reflected))
-      value = Vec3<F>(m.reflect_tint) * (fresnel * ggx.density(h) * ggx.masking_shadowing(wo, wi) / (4 * wo.z));
+      value = Vec3<F>(m.reflect_tint) * (fresnel * facets.density(h) * facets.masking_shadowing(wo, wi) / (4 * wo.z));
     if (!all(reflected)) {
-      const F masking = ggx.masking_shadowing(wo, Vec3<F>(wi.x, wi.y, -wi.z));
+      const F masking = facets.masking_shadowing(wo, Vec3<F>(wi.x, wi.y, -wi.z));
       // [Walter2007] eq. 21 times |cos wi|, over eta^2: radiance spreads as it leaves the denser side.
       const F refracted =
-          (1 - fresnel) * ggx.density(h) * masking * out_h * refraction_jacobian(out_h, in_h, eta) / (wo.z * eta * eta);
+          (1 - fresnel) * facets.density(h) * masking * out_h * refraction_jacobian(out_h, in_h, eta) / (wo.z * eta * eta);
       value = select(reflected, value, Vec3<F>(m.transmit_tint) * refracted);
     }
     return select(met, value, Vec3<F>(0.0f));
@@ -71,7 +73,7 @@ struct Dielectric::Lobes {
     const Mask<F> met = (out_h > 0) & (in_h * wi.z > 0);
     if (!any(met)) return 0.0f;
     const F fresnel = fresnel_dielectric(out_h, eta);
-    const F density = Ggx(vec2(m.alpha)).visible_density(wo, h);
+    const F density = facets().normal_density(wo, h);
     return select(
         met, select(wi.z > 0, fresnel * density / (4 * out_h), (1 - fresnel) * density * refraction_jacobian(out_h, in_h, eta)),
         F(0.0f));
@@ -79,13 +81,13 @@ struct Dielectric::Lobes {
   BsdfSampleOf<F> sample(const Vec3<F>& wo, Mask<F> below, F u_lobe, const Vec2<F>& u, TransportMode mode) const {
     const F eta = this->eta(below);
     const bool smooth = m.has_specular();
-    const Vec3<F> h = smooth ? Vec3<F>(0.0f, 0.0f, 1.0f) : Ggx(vec2(m.alpha)).sample_visible(wo, u);
+    const Vec3<F> h = smooth ? Vec3<F>(0.0f, 0.0f, 1.0f) : facets().sample_normal(wo, u);
     const F out_h = dot(wo, h);
     F cos_t = 0.0f;
     const F fresnel = fresnel_dielectric(out_h, eta, &cos_t);
     const Mask<F> reflects = u_lobe < fresnel;
     const Vec3<F> wi = select(reflects, mirrored_at(wo, h), (out_h / eta - cos_t) * h - wo / eta);
-    const Mask<F> valid = (wi.z != 0) & ((wi.z > 0) == reflects);
+    const Mask<F> valid = (out_h > 0) & (wi.z != 0) & ((wi.z > 0) == reflects);
     if (!smooth) return weighed<F>(*this, wo, wi, below, valid, eta, mode);
     BsdfSampleOf<F> s;
     s.wi = wi;

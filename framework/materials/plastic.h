@@ -26,7 +26,8 @@ class CoatIndex {
 struct Plastic {
   TexturedRgb reflectance{Rgb(0.5f)};
   CoatIndex eta = 1.5f;
-  float alpha = 0;  // GGX, of the coat; 0: smooth
+  float alpha = 0;  // of the coat; 0: smooth
+  NormalDistribution distribution = NormalDistribution::ggx;
 
   bool has_specular() const { return alpha == 0; }
   bool has_non_specular() const { return true; }
@@ -40,6 +41,7 @@ template <class F>
 struct Plastic::Lobes {
   static constexpr bool transmits = false;
   const float eta, alpha;
+  const NormalDistribution distribution;
   const Vec3<F> albedo;
   const Vec3<F> base_gain;  // albedo / (eta^2 (1 - albedo F_internal))
 
@@ -47,9 +49,11 @@ struct Plastic::Lobes {
   Lobes(const Plastic& m, const Colours& colour)
       : eta(m.eta),
         alpha(m.alpha),
+        distribution(m.distribution),
         albedo(colour(m.reflectance)),
         base_gain(albedo / (eta * eta * (1.0f - albedo * m.eta.internal_reflectance()))) {}
 
+  Microfacets facets() const { return {vec2(alpha), distribution}; }
   // The coat is chosen by what it reflects against what the base does.
   F coat_probability(F fresnel) const {
     const F base = (1 - fresnel) * mean_component(albedo);
@@ -62,9 +66,9 @@ struct Plastic::Lobes {
     const F through = (1 - fresnel_dielectric(wo.z, eta)) * (1 - fresnel_dielectric(wi.z, eta)) * inv_pi;
     const Vec3<F> base = base_gain * through * wi.z;
     if (alpha == 0) return select(up, base, Vec3<F>(0.0f));
-    const Ggx ggx{vec2(alpha)};
+    const Microfacets facets = this->facets();
     const Vec3<F> h = normalize(wo + wi);
-    const F coat = fresnel_dielectric(dot(wo, h), eta) * ggx.density(h) * ggx.masking_shadowing(wo, wi) / (4 * wo.z);
+    const F coat = fresnel_dielectric(dot(wo, h), eta) * facets.density(h) * facets.masking_shadowing(wo, wi) / (4 * wo.z);
     return select(up, base + coat, Vec3<F>(0.0f));
   }
   F pdf(const Vec3<F>& wo, const Vec3<F>& wi, Mask<F>) const {
@@ -74,7 +78,7 @@ struct Plastic::Lobes {
     const F base = (1 - coat) * inv_pi * wi.z;
     if (alpha == 0) return select(up, base, F(0.0f));
     const Vec3<F> h = normalize(wo + wi);
-    return select(up, base + coat * Ggx(vec2(alpha)).visible_density(wo, h) / (4 * dot(wo, h)), F(0.0f));
+    return select(up, base + coat * facets().normal_density(wo, h) / (4 * dot(wo, h)), F(0.0f));
   }
   BsdfSampleOf<F> sample(const Vec3<F>& wo, Mask<F> below, F u_lobe, const Vec2<F>& u, TransportMode) const {
     const F fresnel = fresnel_dielectric(wo.z, eta);
@@ -83,7 +87,7 @@ struct Plastic::Lobes {
     Vec3<F> wi{0.0f};
     if (any(in_base)) wi = sample_cosine_hemisphere(u);
     if (alpha != 0) {
-      if (!all(in_base)) wi = select(in_base, wi, mirrored_at(wo, Ggx(vec2(alpha)).sample_visible(wo, u)));
+      if (!all(in_base)) wi = select(in_base, wi, mirrored_at(wo, facets().sample_normal(wo, u)));
       return weighed<F>(*this, wo, wi, below, (wi.z > 0) | in_base);
     }
     BsdfSampleOf<F> s = weighed<F>(*this, wo, wi, below, in_base);

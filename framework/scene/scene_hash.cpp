@@ -33,11 +33,18 @@ class Hasher {
   void operator()(const Disk& d) { add(d.centre, d.radius, d.normal, d.inner_radius); }
 
   void operator()(const Diffuse& m) { add_colour(m.reflectance); }
-  void operator()(const Conductor& m) { add(m.eta, m.k, m.tint, m.ideal, m.alpha); }
-  void operator()(const Dielectric& m) { add(m.eta, m.alpha, m.reflect_tint, m.transmit_tint); }
+  void operator()(const Conductor& m) {
+    add(m.eta, m.k, m.tint, m.ideal, m.alpha);
+    add_distribution(m.distribution);
+  }
+  void operator()(const Dielectric& m) {
+    add(m.eta, m.alpha, m.reflect_tint, m.transmit_tint);
+    add_distribution(m.distribution);
+  }
   void operator()(const Plastic& m) {
     add_colour(m.reflectance);
     add(m.eta, m.alpha);
+    add_distribution(m.distribution);
   }
 
   void operator()(const ImageTexture& t) {
@@ -91,6 +98,9 @@ class Hasher {
   }
 
  private:
+  void add_distribution(NormalDistribution distribution) {
+    if (distribution != NormalDistribution::ggx) add(distribution);
+  }
   void add_colour(const TexturedRgb& c) { add(c.constant, c.texture); }
   void add_bytes(const void* data, std::size_t size) {
     if (size > 0) XXH3_64bits_update(state_.get(), data, size);

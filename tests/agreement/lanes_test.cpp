@@ -28,7 +28,11 @@ std::vector<Case> every_material() {
           {"glass", Dielectric{.eta = 1.5f}},
           {"rough glass", Dielectric{.eta = 1.5f, .alpha = 0.3f}},
           {"plastic", Plastic{.reflectance = Rgb(0.6f)}},
-          {"rough plastic", Plastic{.reflectance = checkered, .alpha = 0.2f}}};
+          {"rough plastic", Plastic{.reflectance = checkered, .alpha = 0.2f}},
+          {"Beckmann metal",
+           Conductor{.eta = eta, .k = k, .alpha = vec2(0.1f, 0.4f), .distribution = NormalDistribution::beckmann}},
+          {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.3f, .distribution = NormalDistribution::beckmann}},
+          {"Beckmann plastic", Plastic{.alpha = 0.2f, .distribution = NormalDistribution::beckmann}}};
 }
 
 class Lanes : public ::testing::Test {

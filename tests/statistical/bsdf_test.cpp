@@ -23,6 +23,11 @@ std::vector<Case> cases() {
       {"conductor", Conductor{.eta = eta, .k = k, .alpha = vec2(0.3f)}},
       {"anisotropic conductor", Conductor{.eta = eta, .k = k, .alpha = vec2(0.15f, 0.5f)}},
       {"rough glass", Dielectric{.eta = 1.5f, .alpha = 0.3f}},
+      {"Beckmann conductor",
+       Conductor{.eta = eta, .k = k, .alpha = vec2(0.15f, 0.5f), .distribution = NormalDistribution::beckmann}},
+      {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.3f, .distribution = NormalDistribution::beckmann}},
+      {"Beckmann plastic",
+       Plastic{.reflectance = Rgb(0.6f), .eta = 1.5f, .alpha = 0.2f, .distribution = NormalDistribution::beckmann}},
       {"plastic", Plastic{.reflectance = Rgb(0.6f), .eta = 1.5f}},
       {"rough plastic", Plastic{.reflectance = Rgb(0.6f), .eta = 1.5f, .alpha = 0.2f}},
   };
@@ -151,7 +156,10 @@ TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
 }
 
 TEST(Bsdf, RoughSurfacesLoseAndNeverGain) {
+  constexpr auto beckmann = NormalDistribution::beckmann;
   const Case rough[] = {{"conductor", Conductor{.ideal = true, .alpha = vec2(0.4f)}},
+                        {"Beckmann conductor", Conductor{.ideal = true, .alpha = vec2(0.4f), .distribution = beckmann}},
+                        {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.4f, .distribution = beckmann}},
                         {"glass", Dielectric{.eta = 1.5f, .alpha = 0.4f}},
                         {"plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f, .alpha = 0.3f}}};
   for (const Case& c : rough) {
@@ -207,6 +215,32 @@ TEST(Bsdf, NormalsThatDisagreeOnTheSideLetNothingThrough) {
       EXPECT_TRUE(!drawn || agree(wo, drawn.wi)) << c.name;
     }
     EXPECT_GT(disagreeing, 300) << c.name;
+  }
+}
+
+TEST(Microfacets, NormalsCoverTheirSurface) {
+  for (const NormalDistribution distribution : {NormalDistribution::ggx, NormalDistribution::beckmann})
+    for (const float alpha : {0.1f, 0.4f, 1.0f}) {
+      const Microfacets facets(vec2(alpha, 0.5f * alpha), distribution);
+      constexpr int side = 1000;
+      double sum = 0;
+      for (int i = 0; i < side; ++i)
+        for (int j = 0; j < side / 10; ++j) {
+          const double theta = 0.5 * pi * (i + 0.5) / side, phi = 20 * pi * (j + 0.5) / side;
+          const vec3 h(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+          sum += facets.density(h) * std::cos(theta) * std::sin(theta) * (0.5 * pi / side) * (20 * pi / side);
+        }
+      EXPECT_NEAR(sum, 1, 2e-3) << alpha;
+    }
+}
+
+// Smith's masking in closed form, whose fit is [Walter2007] eq. 27.
+TEST(Microfacets, BeckmannsMaskingIsSmiths) {
+  const Microfacets facets(vec2(0.5f), NormalDistribution::beckmann);
+  for (float cosine = 0.05f; cosine < 1; cosine += 0.05f) {
+    const double c = cosine / (0.5 * std::sqrt(1 - cosine * cosine));
+    const double exact = 1 / (1 + 0.5 * (std::erf(c) - 1) + std::exp(-c * c) / (2 * c * std::sqrt(pi)));
+    EXPECT_NEAR(facets.masking(vec3(std::sqrt(1 - cosine * cosine), 0, cosine)), exact, 4e-3) << cosine;
   }
 }
 
