@@ -4,42 +4,92 @@ namespace etendue {
 
 namespace {
 
-int wrap(int i, int size) {
+int modulo(int i, int size) {
   i %= size;
   return i < 0 ? i + size : i;
 }
 
+// Gives the origin where single precision does not hold the place.
+template <class Mapped>
+vec2 mapped(const Mapped& t, const vec2& uv) {
+  const vec2 st = uv * t.uv_scale + t.uv_offset;
+  return is_finite({st, 0}) ? st : vec2(0);
+}
+
+// A coordinate moved to where texels have numbers, and to the same texels.
+float folded(float s, Wrap wrap) {
+  if (wrap == Wrap::repeat) return s - std::floor(s);
+  return wrap == Wrap::mirror ? s - 2 * std::floor(0.5f * s) : std::clamp(s, -1.0f, 2.0f);
+}
+
+int wrapped(int i, int size, Wrap wrap) {
+  switch (wrap) {
+    case Wrap::repeat:
+      return modulo(i, size);
+    case Wrap::mirror:
+      return i = modulo(i, 2 * size), i < size ? i : 2 * size - 1 - i;
+    case Wrap::clamp:
+      return std::clamp(i, 0, size - 1);
+    case Wrap::black:
+      break;
+  }
+  return i < 0 || i >= size ? -1 : i;
+}
+
+// The four texels around a place, and where it is between them.
+struct FourTexels {
+  Rgb top_left, top_right, bottom_left, bottom_right;
+  vec2 at;
+
+  FourTexels(const ImageTexture& t, const vec2& uv) {
+    const vec2 st = mapped(t, uv);
+    const float x = folded(st.x, t.wrap_u) * static_cast<float>(t.size.x) - 0.5f;
+    const float y = (1 - folded(st.y, t.wrap_v)) * static_cast<float>(t.size.y) - 0.5f;
+    const float fx = std::floor(x), fy = std::floor(y);
+    const int left = static_cast<int>(fx), top = static_cast<int>(fy);
+    const int x0 = wrapped(left, t.size.x, t.wrap_u), x1 = wrapped(left + 1, t.size.x, t.wrap_u);
+    const int y0 = wrapped(top, t.size.y, t.wrap_v), y1 = wrapped(top + 1, t.size.y, t.wrap_v);
+    const auto texel = [&](int i, int j) {
+      return i < 0 || j < 0 ? Rgb(0) : t.texels[static_cast<std::size_t>(j) * t.size.x + i];
+    };
+    top_left = texel(x0, y0);
+    top_right = texel(x1, y0);
+    bottom_left = texel(x0, y1);
+    bottom_right = texel(x1, y1);
+    at = {x - fx, y - fy};
+  }
+};
+
 struct Evaluate {
-  vec2 uv;
+  const vec2& uv;
 
   Rgb operator()(const ImageTexture& t) const {
-    const vec2 st = mapped(t);
-    const float x = (st.x - std::floor(st.x)) * static_cast<float>(t.size.x) - 0.5f;
-    const float y = (1 - (st.y - std::floor(st.y))) * static_cast<float>(t.size.y) - 0.5f;
-    const float fx = std::floor(x), fy = std::floor(y);
-    const int x0 = wrap(static_cast<int>(fx), t.size.x), y0 = wrap(static_cast<int>(fy), t.size.y);
-    const int x1 = wrap(x0 + 1, t.size.x), y1 = wrap(y0 + 1, t.size.y);
-    const auto texel = [&](int i, int j) { return t.texels[static_cast<std::size_t>(j) * t.size.x + i]; };
-    const Rgb top = glm::mix(texel(x0, y0), texel(x1, y0), x - fx);
-    const Rgb bottom = glm::mix(texel(x0, y1), texel(x1, y1), x - fx);
-    return t.gain * glm::mix(top, bottom, y - fy);
+    const FourTexels f(t, uv);
+    const Rgb top = glm::mix(f.top_left, f.top_right, f.at.x);
+    const Rgb bottom = glm::mix(f.bottom_left, f.bottom_right, f.at.x);
+    return t.gain * glm::mix(top, bottom, f.at.y);
   }
   Rgb operator()(const CheckerTexture& t) const {
-    const vec2 st = glm::floor(mapped(t));
+    const vec2 st = glm::floor(mapped(t, uv));
     return std::fmod(std::abs(st.x + st.y), 2.0f) == 0 ? t.even : t.odd;
   }
+};
 
- private:
-  // Gives the origin where single precision does not hold the place.
-  template <class Mapped>
-  vec2 mapped(const Mapped& t) const {
-    const vec2 st = uv * t.uv_scale + t.uv_offset;
-    return is_finite({st, 0}) ? st : vec2(0);
+struct Slope {
+  const vec2& uv;
+
+  vec2 operator()(const ImageTexture& t) const {
+    const FourTexels f(t, uv);
+    const Rgb right = glm::mix(f.top_right - f.top_left, f.bottom_right - f.bottom_left, f.at.y);
+    const Rgb down = glm::mix(f.bottom_left - f.top_left, f.bottom_right - f.top_right, f.at.x);
+    return t.gain * vec2(mean_component(right), -mean_component(down)) * vec2(t.size) * t.uv_scale;
   }
+  vec2 operator()(const CheckerTexture&) const { return vec2(0); }
 };
 
 }  // namespace
 
 Rgb evaluate(const Texture& texture, const vec2& uv) { return std::visit(Evaluate{uv}, texture); }
+vec2 slope(const Texture& texture, const vec2& uv) { return std::visit(Slope{uv}, texture); }
 
 }  // namespace etendue

@@ -1,4 +1,4 @@
-// Textures over a surface's (u, v): constant, image (bilinear, repeated) and checkerboard.
+// Textures over a surface's (u, v): constant, image (bilinear) and checkerboard.
 #pragma once
 
 #include "framework/core/vec.h"
@@ -9,11 +9,15 @@
 
 namespace etendue {
 
+// What lies beyond the edges of an image. Each texel that interpolation asks for is wrapped on its own.
+enum class Wrap : std::uint8_t { repeat, mirror, clamp, black };
+
 struct ImageTexture {
   ivec2 size{0};
   std::vector<Rgb> texels;  // linear, row 0 at v = 1 as image files have it
   vec2 uv_scale{1}, uv_offset{0};
   float gain = 1;
+  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
 };
 
 struct CheckerTexture {
@@ -24,6 +28,8 @@ struct CheckerTexture {
 using Texture = std::variant<ImageTexture, CheckerTexture>;
 
 Rgb evaluate(const Texture& texture, const vec2& uv);
+// The derivatives by u and v of the mean of the channels; a checkerboard is flat.
+vec2 slope(const Texture& texture, const vec2& uv);
 
 // A colour that is constant or, where `texture` is an index into Scene::textures, looked up.
 struct TexturedRgb {

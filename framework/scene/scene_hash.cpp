@@ -49,6 +49,7 @@ class Hasher {
 
   void operator()(const ImageTexture& t) {
     add(t.size, t.uv_scale, t.uv_offset, t.gain);
+    if (t.wrap_u != Wrap::repeat || t.wrap_v != Wrap::repeat) add(t.wrap_u, t.wrap_v);
     add_vector(t.texels);
   }
   void operator()(const CheckerTexture& t) { add(t.even, t.odd, t.uv_scale, t.uv_offset); }
