@@ -83,7 +83,7 @@ SceneNeeds scene_needs(const Scene& scene) {
   n.thin_lens = scene.camera.lens_radius > 0;
   for (const Object& object : scene.objects) {
     n.quadrics |= !object.geometry.quadrics.empty();
-    for (const Shape& shape : object.shapes) n.shading_normals |= shape.has_normals;
+    for (const Shape& shape : object.shapes) n.shading_normals |= shape.has_normals || shape.relief != no_id;
   }
   for (const Light& light : scene.lights) n.environment |= std::holds_alternative<EnvironmentLight>(light);
   for (const Material& material : scene.materials) n.glossy |= has_glossy_lobe(material);
@@ -102,7 +102,8 @@ std::vector<SceneNeeds::Line> SceneNeeds::lines(const Scene& scene) const {
       {"plane test", planes, count(scene.planes.size(), "infinite plane")},
       {"choice of lights", light_choice, count(scene.lights.size(), "light")},
       {"texture lookup", textures, count(scene.textures.size(), "texture")},
-      {"shading normals", shading_normals, shading_normals ? "meshes with vertex normals" : "no mesh has vertex normals"},
+      {"shading normals", shading_normals,
+       shading_normals ? "meshes with vertex normals or relief" : "no mesh has vertex normals or relief"},
       {"environment lookup", environment, environment ? "a light at infinity" : "no light at infinity"},
       {"lens sampling", thin_lens, thin_lens ? "the lens has an aperture" : "the camera is a pinhole"},
       {"glossy lobes", glossy, glossy ? "a rough conductor, dielectric or coat" : "all surfaces are diffuse or specular"},

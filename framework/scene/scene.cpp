@@ -158,8 +158,29 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
     set_quadric_surface(object, shape, hit, hit.instance == 0 ? ray.at(hit.t) : instance.to_world.inverse_point(ray.at(hit.t)),
                         s);
   if (hit.instance != 0) place_in_world(instance.to_world, s);
+  if (shape.relief != no_id) [[unlikely]]
+    s.shading_normal = normal_of_relief(hit, s.normal, s.shading_normal, s.uv);
   s.retreat = retreat_of(ray.direction, hit.t, s.clearance);
   return s;
+}
+
+[[gnu::noinline]] vec3 Scene::normal_of_relief(const Hit& hit, const vec3& normal, const vec3& shading_normal,
+                                               const vec2& uv) const {
+  const Instance& instance = instances[hit.instance];
+  const Object& object = objects[instance.object];
+  const Relief& relief = reliefs[object.shape(hit.primitive).relief];
+  const uvec3 v = object.geometry.triangles[hit.primitive];
+  const auto& p = object.geometry.positions;
+  const vec3 e1 = p[v.y] - p[v.x], e2 = p[v.z] - p[v.x];
+  const vec2 d1 = object.uvs[v.y] - object.uvs[v.x], d2 = object.uvs[v.z] - object.uvs[v.x];
+  const float determinant = d1.x * d2.y - d1.y * d2.x;
+  if (std::abs(determinant) < 1e-12f) return shading_normal;
+  vec3 dp_du = (d2.y * e1 - d1.y * e2) / determinant, dp_dv = (d1.x * e2 - d2.x * e1) / determinant;
+  if (hit.instance != 0) {
+    dp_du = instance.to_world.vector(dp_du);
+    dp_dv = instance.to_world.vector(dp_dv);
+  }
+  return etendue::normal_of_relief(relief, textures[relief.texture], {normal, shading_normal, dp_du, dp_dv, uv});
 }
 
 void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
@@ -174,7 +195,10 @@ void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
       CHECK_LT(shape.material, scene.materials.size());
       CHECK(!shape.has_normals || object.normals.size() == g.positions.size());
       CHECK(!shape.has_uvs || object.uvs.size() == g.positions.size());
-      shape.uses_uvs = shape.has_uvs && uses_uvs(scene.materials[shape.material]);
+      for (std::uint32_t r = 0; r < scene.reliefs.size(); ++r)
+        if (scene.reliefs[r].material == shape.material) shape.relief = r;
+      CHECK(shape.relief == no_id || shape.has_uvs);
+      shape.uses_uvs = shape.has_uvs && (shape.relief != no_id || uses_uvs(scene.materials[shape.material]));
     }
     CHECK_EQ(next, g.primitive_count());
     for (const uvec3& t : g.triangles) CHECK(t.x < g.positions.size() && t.y < g.positions.size() && t.z < g.positions.size());

@@ -2,11 +2,12 @@
 // exact answer.
 #pragma once
 
+#include "framework/materials/material.h"
+#include "framework/materials/relief.h"
 #include "framework/query.h"
 #include "framework/scene/camera.h"
 #include "framework/scene/geometry.h"
 #include "framework/scene/light.h"
-#include "framework/materials/material.h"
 #include "framework/scene/transform.h"
 
 #include <cstdint>
@@ -24,7 +25,8 @@ struct Shape {
   std::uint32_t first_light = no_id;  // light of the first primitive; the others follow. no_id: does not emit
   bool flip_normal = false;           // the geometric normal is minus the winding's (or the quadric's outward one)
   bool has_normals = false, has_uvs = false;
-  bool uses_uvs = false;  // has them, and its material depends on them; set by finish_scene
+  bool uses_uvs = false;         // has them, and its material or relief depends on them; set by finish_scene
+  std::uint32_t relief = no_id;  // index into Scene::reliefs; set by finish_scene
 };
 
 struct Object {
@@ -81,6 +83,7 @@ struct Scene {
   std::vector<InfinitePlane> planes;
   std::vector<Material> materials;
   std::vector<Texture> textures;
+  std::vector<Relief> reliefs;  // at most one of a material; of triangles with texture coordinates
   std::vector<Light> lights;
   Camera camera;
   ivec2 resolution{256, 256};
@@ -94,6 +97,8 @@ struct Scene {
   std::uint64_t hash() const;            // of all that changes an image (XXH3)
   std::uint64_t content_hash() const;    // the same without camera, resolution and max_depth
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const;
+  // The shading normal with the relief of the triangle's shape, which has one.
+  vec3 normal_of_relief(const Hit& hit, const vec3& normal, const vec3& shading_normal, const vec2& uv) const;
   // Begins to load what surface_at will read. The hit must be one.
   void prefetch_surface(const Hit& hit) const;
 };

@@ -95,6 +95,7 @@ class Hasher {
     for (const InfinitePlane& plane : scene.planes) add(plane.point, plane.normal, plane.material);
     add_variants(scene.materials);
     add_variants(scene.textures);
+    for (const Relief& r : scene.reliefs) add(r.kind, r.material, r.texture, r.scale);
     add_variants(scene.lights);
   }
 

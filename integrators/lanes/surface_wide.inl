@@ -58,6 +58,18 @@ inline CornerValues<F> corner_values(const Object& world, const Hit* hits, const
   return {rows.floats(15) != 0, rows.floats(16) != 0, rows.vec(0), rows.vec(3), rows.vec(6), uv(9), uv(11), uv(13)};
 }
 
+// Shading normals with the relief of shapes that have one, lane by lane.
+inline void add_reliefs(const Scene& scene, const Hit* hits, const std::uint32_t* which, SurfaceOf<F>& point) {
+  if (scene.reliefs.empty()) return;
+  for (int row = 0; row < width; ++row) {
+    const Hit& hit = hits[which[row]];
+    if (scene.objects[0].shape(hit.primitive).relief == no_id) continue;
+    const vec2 uv(lane(point.uv.x, row), lane(point.uv.y, row));
+    set_lane(point.shading_normal, row,
+             scene.normal_of_relief(hit, lane(point.normal, row), lane(point.shading_normal, row), uv));
+  }
+}
+
 // Of the triangles of the world that `which` hits met.
 inline SurfaceOf<F> surface_of_triangles(const Scene& scene, const Hit* hits, const std::uint32_t* which,
                                          const WideVec3& direction) {
@@ -81,7 +93,9 @@ inline SurfaceOf<F> surface_of_triangles(const Scene& scene, const Hit* hits, co
                            rows.floats(11), direction,   rows.floats(12) != 0};
   if (!has_values) return triangle_surface<F>(hit);
   const CornerValues<F> corners = corner_values(world, hits, which);
-  return triangle_surface<F>(hit, &corners);
+  SurfaceOf<F> point = triangle_surface<F>(hit, &corners);
+  add_reliefs(scene, hits, which, point);
+  return point;
 }
 
 // Of surfaces that are worked out already.

@@ -85,6 +85,25 @@ TEST_F(Lanes, EveryLightGivesTheSameBitsAtEveryWidth) {
   expect_same_bits(many, {"path"}, "many lights");
 }
 
+// A room of triangles with texture coordinates from their positions.
+Scene with_uvs(Scene scene) {
+  Object& world = scene.objects[0];
+  world.uvs.clear();
+  for (const vec3& p : world.geometry.positions) world.uvs.emplace_back(3 * p.x + p.z, 2 * p.y - p.z);
+  for (Shape& shape : world.shapes) shape.has_uvs = shape.uses_uvs = true;
+  return scene;
+}
+
+TEST_F(Lanes, ReliefGivesTheSameBitsAtEveryWidth) {
+  Scene scene = with_uvs(load_scene("builtin:cornell-box"));
+  ImageTexture image{.size = {3, 2}, .texels = {Rgb(0.1f), Rgb(0.9f), Rgb(0.3f), Rgb(0.5f), Rgb(0), Rgb(0.7f)}};
+  scene.textures = {image};
+  for (std::uint32_t m = 0; m < scene.materials.size(); ++m)
+    scene.reliefs.push_back({m % 2 ? Relief::Kind::normals : Relief::Kind::heights, m, 0, 0.02f});
+  finish_scene(scene, {});
+  expect_same_bits(scene, {"path", "sppm", "photon-cache", "hash-cache", "irradiance-cache"}, "relief");
+}
+
 TEST_F(Lanes, EveryMethodGivesTheSameBitsAtEveryWidth) {
   for (const char* name : {"builtin:glossy-cornell-box", "builtin:glass-caustic", "builtin:two-rooms"})
     expect_same_bits(load_scene(name),

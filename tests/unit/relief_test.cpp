@@ -1,0 +1,99 @@
+// The shading normals of bump and normal maps.
+#include "framework/materials/relief.h"
+#include "framework/scene/builder.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+void expect_near(const vec3& a, const vec3& b, float tolerance) {
+  EXPECT_LE(glm::length(a - b), tolerance) << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' ' << b.z;
+}
+
+// Heights that rise by 4 from u = 0 to 1, and by 2 from v = 0 to 1, but for half a texel at the edges.
+ImageTexture ramp() {
+  constexpr int side = 8;
+  ImageTexture image{.size = ivec2(side), .texels = {}};
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i)
+      image.texels.emplace_back((4.0f * static_cast<float>(i) - 2.0f * static_cast<float>(j)) / side);
+  return image;
+}
+
+// A parallelogram with edges `a` and `b` along u and v.
+Scene slope_with(const Relief& relief, const Texture& texture, const vec3& a, const vec3& b) {
+  SceneBuilder builder("relief");
+  builder.mesh(quad(vec3(0), a, a + b, b), builder.material(Diffuse{}));
+  Scene scene = builder.finish();
+  scene.textures = {texture};
+  scene.reliefs = {relief};
+  finish_scene(scene, {});
+  return scene;
+}
+
+vec3 normal_in_the_middle(const Scene& scene, std::uint32_t instance = 0) {
+  const Hit hit{.t = 1, .uv = {0.25f, 0.3f}, .instance = instance, .primitive = 0};
+  return scene.surface_at(Ray{.origin = {0, 0, 5}, .direction = {0, 0, -1}}, hit).shading_normal;
+}
+
+// The normal of the surface that is lifted by h n: the cross product of its derivatives.
+vec3 lifted(const vec3& a, const vec3& b, const vec2& slopes) {
+  const vec3 n = glm::normalize(glm::cross(a, b));
+  return glm::normalize(glm::cross(a + slopes.x * n, b + slopes.y * n));
+}
+
+TEST(Relief, TurnsTheNormalAsTheLiftedSurface) {
+  const vec3 a(3, 0.5f, 0), b(1, 2, 0.4f);
+  const Scene scene = slope_with({.scale = 0.25f}, ramp(), a, b);
+  EXPECT_TRUE(scene.objects[0].shapes[0].uses_uvs);
+  expect_near(normal_in_the_middle(scene), lifted(a, b, {1, 0.5f}), 1e-5f);
+}
+
+TEST(Relief, HeightsAreOnTheOuterSideWhereNormalsAreFlipped) {
+  const vec3 a(3, 0, 0), b(0, 2, 0);
+  Scene scene = slope_with({}, ramp(), a, b);
+  scene.objects[0].shapes[0].flip_normal = true;
+  const vec3 up = lifted(a, b, {4, 2}), down = normal_in_the_middle(scene);
+  expect_near(down, {up.x, up.y, -up.z}, 1e-5f);
+}
+
+TEST(Relief, HeightsAreMetresOfTheWorldOnInstances) {
+  const vec3 a(3, 0, 0), b(0, 2, 0);
+  Scene scene = slope_with({}, ramp(), a, b);
+  scene.objects.push_back(scene.objects[0]);
+  scene.instances.push_back({1, Transform::scale(vec3(4))});
+  expect_near(normal_in_the_middle(scene, 1), lifted(4.0f * a, 4.0f * b, {4, 2}), 1e-5f);
+}
+
+TEST(Relief, NormalMapsStateTheNormalAboutTheSurfacesOwn) {
+  const vec3 a(3, 0, 0), b(0, 2, 0), tilt = glm::normalize(vec3(0.3f, -0.2f, 0.9f));
+  const ImageTexture flat{.size = {1, 1}, .texels = {Rgb(0.5f, 0.5f, 1)}},
+      tilted{.size = {1, 1}, .texels = {0.5f * tilt + 0.5f}};
+  const Relief map{.kind = Relief::Kind::normals};
+  expect_near(normal_in_the_middle(slope_with(map, flat, a, b)), {0, 0, 1}, 1e-6f);
+  expect_near(normal_in_the_middle(slope_with(map, tilted, a, b)), tilt, 1e-6f);
+  // Along dp/du, whatever v does: turned by a quarter, x points along y.
+  expect_near(normal_in_the_middle(slope_with(map, tilted, b, -a)), {-tilt.y, tilt.x, tilt.z}, 1e-6f);
+}
+
+TEST(Relief, KeepsToTheSideOfTheGeometricNormal) {
+  const ImageTexture inward{.size = {1, 1}, .texels = {Rgb(0.9f, 0.5f, 0.2f)}};
+  EXPECT_GT(normal_in_the_middle(slope_with({.kind = Relief::Kind::normals}, inward, {1, 0, 0}, {0, 1, 0})).z, 0);
+}
+
+TEST(Relief, WithoutAreaInTextureSpaceThereIsNone) {
+  Scene scene = slope_with({}, ramp(), {1, 0, 0}, {0, 1, 0});
+  for (vec2& uv : scene.objects[0].uvs) uv = vec2(0.5f);
+  expect_near(normal_in_the_middle(scene), {0, 0, 1}, 0);
+}
+
+TEST(Relief, ChangesTheHashOfTheScene) {
+  const Scene with = slope_with({}, ramp(), {1, 0, 0}, {0, 1, 0});
+  Scene without = with;
+  without.reliefs.clear();
+  EXPECT_NE(with.content_hash(), without.content_hash());
+}
+
+}  // namespace
+}  // namespace etendue
