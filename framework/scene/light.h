@@ -2,6 +2,7 @@
 #pragma once
 
 #include "framework/core/vec.h"
+#include "framework/query.h"
 #include "framework/scene/transform.h"
 
 #include <cstdint>
@@ -15,6 +16,7 @@ struct AreaLight {
   std::uint32_t primitive = 0;
   Rgb radiance{1};  // W/(m^2 sr)
   bool two_sided = false;
+  std::uint32_t texture = no_id;  // index into Scene::textures: what the radiance is multiplied by at each (u, v)
 };
 
 struct PointLight {

@@ -210,9 +210,11 @@ void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
   for (const Emission& emission : emissions) {
     CHECK_LT(emission.shape, scene.objects[0].shapes.size());
     Shape& shape = scene.objects[0].shapes[emission.shape];
+    CHECK(emission.texture == no_id || shape.has_uvs);
+    shape.uses_uvs |= emission.texture != no_id;
     shape.first_light = static_cast<std::uint32_t>(scene.lights.size());
     for (std::uint32_t i = 0; i < shape.primitive_count; ++i)
-      scene.lights.emplace_back(AreaLight{shape.first_primitive + i, emission.radiance, emission.two_sided});
+      scene.lights.emplace_back(AreaLight{shape.first_primitive + i, emission.radiance, emission.two_sided, emission.texture});
   }
   recentre(scene);
 }

@@ -25,7 +25,7 @@ struct Shape {
   std::uint32_t first_light = no_id;  // light of the first primitive; the others follow. no_id: does not emit
   bool flip_normal = false;           // the geometric normal is minus the winding's (or the quadric's outward one)
   bool has_normals = false, has_uvs = false;
-  bool uses_uvs = false;         // has them, and its material or relief depends on them; set by finish_scene
+  bool uses_uvs = false;         // has them, and its material, relief or emission depends on them; set by finish_scene
   std::uint32_t relief = no_id;  // index into Scene::reliefs; set by finish_scene
 };
 
@@ -109,6 +109,7 @@ struct Emission {
   std::uint32_t shape;  // of object 0
   Rgb radiance;
   bool two_sided;
+  std::uint32_t texture = no_id;  // by which the radiance is multiplied; the shape then is a mesh with texture coordinates
 };
 void finish_scene(Scene& scene, const std::vector<Emission>& emissions);
 

@@ -54,7 +54,10 @@ class Hasher {
   }
   void operator()(const CheckerTexture& t) { add(t.even, t.odd, t.uv_scale, t.uv_offset); }
 
-  void operator()(const AreaLight& l) { add(l.primitive, l.radiance, l.two_sided); }
+  void operator()(const AreaLight& l) {
+    add(l.primitive, l.radiance, l.two_sided);
+    if (l.texture != no_id) add(l.texture);
+  }
   void operator()(const PointLight& l) { add(l.position, l.intensity); }
   void operator()(const SpotLight& l) {
     add(l.position, l.direction, l.intensity, l.cos_outer, l.cos_inner);

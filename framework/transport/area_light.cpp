@@ -52,7 +52,7 @@ struct SampleQuadric {
 }  // namespace
 
 AreaEmitter::AreaEmitter(const Scene& scene, const AreaLight& light)
-    : scene_(&scene), primitive_(light.primitive), two_sided_(light.two_sided) {
+    : scene_(&scene), primitive_(light.primitive), texture_(light.texture), two_sided_(light.two_sided) {
   const Object& world = scene.objects[0];
   const Geometry& g = world.geometry;
   const Shape& shape = world.shape(primitive_);
@@ -93,6 +93,23 @@ AreaPoint AreaEmitter::sample(const vec2& u) const {
   if (!has_normals_) return {p.position, triangle_.normal, p.clearance};
   const Hit hit{.t = 0, .uv = b, .instance = 0, .primitive = primitive_};
   return {p.position, scene_->surface_at(Ray{}, hit).normal, p.clearance};  // at each point the side that a ray would see
+}
+
+Rgb AreaEmitter::image_at(const vec2& u) const {
+  if (texture_ == no_id) return Rgb(1);
+  const Object& world = scene_->objects[0];
+  const uvec3 v = world.geometry.triangles[primitive_];
+  const vec2 b = sample_triangle(u), uv = (1 - b.x - b.y) * world.uvs[v.x] + b.x * world.uvs[v.y] + b.y * world.uvs[v.z];
+  return evaluate(scene_->textures[texture_], uv);
+}
+
+// Over 16 x 16 points.
+Rgb AreaEmitter::mean_of_image() const {
+  if (texture_ == no_id) return Rgb(1);
+  constexpr int side = 16;
+  Rgb sum(0);
+  for (int i = 0; i < side * side; ++i) sum += image_at((vec2(i % side, i / side) + 0.5f) / static_cast<float>(side));
+  return sum / static_cast<float>(side * side);
 }
 
 AreaSample AreaEmitter::sample_towards(const vec3& position, const vec2& u) const {

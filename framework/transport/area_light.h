@@ -49,11 +49,16 @@ class AreaEmitter {
 
   float area() const { return area_; }  // m^2
   bool two_sided() const { return two_sided_; }
-  // The plane of a triangle whose winding tells which side emits; else null, and samples are taken one by one.
-  const TrianglePlane* flat_triangle() const { return quadric_ || has_normals_ || !scene_ ? nullptr : &triangle_; }
+  // The plane of a triangle whose winding tells which side emits, all of it alike; else null, and samples are taken one by one.
+  const TrianglePlane* flat_triangle() const {
+    return quadric_ || has_normals_ || texture_ != no_id || !scene_ ? nullptr : &triangle_;
+  }
 
   // Uniform over the area.
   AreaPoint sample(const vec2& u) const;
+  // What an image on it multiplies its radiance by, where `sample` and `sample_towards` are for u; 1 without one.
+  Rgb image_at(const vec2& u) const;
+  Rgb mean_of_image() const;
   // A point on the light as seen from `position`. Spheres seen from outside are sampled by the cone they fill ([Shirley1996]),
   // everything else by area. pdf_solid_angle is 0 where the light shows its dark side.
   AreaSample sample_towards(const vec3& position, const vec2& u) const;
@@ -67,7 +72,7 @@ class AreaEmitter {
   const Quadric* quadric_ = nullptr;  // else it is a triangle
   const Sphere* sphere_ = nullptr;    // where the quadric is one
   TrianglePlane triangle_;
-  std::uint32_t primitive_ = no_id;
+  std::uint32_t primitive_ = no_id, texture_ = no_id;
   float area_ = 0;
   bool two_sided_ = false, flip_normal_ = false;
   bool has_normals_ = false;  // they tell at each point which side emits

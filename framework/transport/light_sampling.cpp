@@ -55,6 +55,7 @@ std::optional<LightRay> emit_from_area(const AreaEmitter& emitter, const AreaLig
     ray.ray.origin = p.position + p.clearance * ray.normal;
     ray.ray.direction = Frame::from_normal(ray.normal).to_world(sample_cosine_hemisphere(u_direction));
     ray.power = light.radiance * (pi * area * (light.two_sided ? 2 : 1) / chosen);
+    if (light.texture != no_id) ray.power *= emitter.image_at(u_position);
     ray.pdf = emission_pdf_of(light, chosen, area, glm::dot(ray.normal, ray.ray.direction));
     ray.light = id;
   }
@@ -83,6 +84,9 @@ struct LuminousPower {
     return static_cast<float>(sum / weight) * 4 * pi * pi * radius * radius;
   }
 };
+
+// By which an image on a light changes how often the light is chosen: never to nothing, for the image's mean is an estimate.
+double image_share(const Rgb& mean) { return 0.01 + luminance(mean); }
 
 // Index of the first entry above u in a cumulative table that ends at 1; u is rescaled to [0, 1) within the entry. Bisection
 // without a branch, which would be mispredicted every other time.
@@ -160,6 +164,7 @@ LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
     const auto* area_light = std::get_if<AreaLight>(&light);
     emitters_.push_back(area_light ? AreaEmitter(scene, *area_light) : AreaEmitter());
     power.push_back(std::visit(LuminousPower{emitters_.back().area(), scene_radius_}, light));
+    if (area_light && area_light->texture != no_id) power.back() *= image_share(emitters_.back().mean_of_image());
   }
   double total = 0;
   for (const double p : power) total += p;
@@ -228,7 +233,8 @@ std::optional<LightSample> LightSampler::sample_light(std::size_t i, const vec3&
   if (const auto* l = std::get_if<AreaLight>(&light)) {
     const AreaSample s = emitters_[i].sample_towards(position, u);
     if (!(s.pdf_solid_angle > 0)) return std::nullopt;
-    return LightSample{s.wi, s.distance, l->radiance, chosen * s.pdf_solid_angle, false, id, s.normal, s.end};
+    const Rgb radiance = l->texture == no_id ? l->radiance : l->radiance * emitters_[i].image_at(u);
+    return LightSample{s.wi, s.distance, radiance, chosen * s.pdf_solid_angle, false, id, s.normal, s.end};
   }
   if (const auto* l = std::get_if<EnvironmentLight>(&light)) {
     const vec3 wi = sample_environment(*l, i, u);
@@ -284,7 +290,8 @@ Rgb LightSampler::environment(const vec3& direction) const {
 Rgb LightSampler::emitted(const SurfacePoint& point, const vec3& wo) const {
   if (point.light == no_id) return Rgb(0);
   const auto& light = std::get<AreaLight>(scene_.lights[point.light]);
-  return light.two_sided || glm::dot(wo, point.normal) > 0 ? light.radiance : Rgb(0);
+  if (!light.two_sided && !(glm::dot(wo, point.normal) > 0)) return Rgb(0);
+  return light.texture == no_id ? light.radiance : light.radiance * evaluate(scene_.textures[light.texture], point.uv);
 }
 
 std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position, const vec2& u_direction) const {

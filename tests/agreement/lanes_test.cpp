@@ -94,10 +94,13 @@ Scene with_uvs(Scene scene) {
   return scene;
 }
 
-TEST_F(Lanes, ReliefGivesTheSameBitsAtEveryWidth) {
+TEST_F(Lanes, ReliefAndImagesOfLightsGiveTheSameBitsAtEveryWidth) {
   Scene scene = with_uvs(load_scene("builtin:cornell-box"));
   ImageTexture image{.size = {3, 2}, .texels = {Rgb(0.1f), Rgb(0.9f), Rgb(0.3f), Rgb(0.5f), Rgb(0), Rgb(0.7f)}};
   scene.textures = {image};
+  for (auto& light : scene.lights)
+    if (auto* area = std::get_if<AreaLight>(&light)) area->texture = 0;
+  expect_same_bits(scene, {"path", "photon-map"}, "image on the light");
   for (std::uint32_t m = 0; m < scene.materials.size(); ++m)
     scene.reliefs.push_back({m % 2 ? Relief::Kind::normals : Relief::Kind::heights, m, 0, 0.02f});
   finish_scene(scene, {});
