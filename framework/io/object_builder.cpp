@@ -63,7 +63,8 @@ Object ObjectBuilder::take(std::vector<Emission>* emissions) {
   for (const Part& part : meshes_) {
     if (part.glow) {
       CHECK(emissions != nullptr);
-      emissions->push_back({static_cast<std::uint32_t>(object_.shapes.size()), part.glow->radiance, part.glow->two_sided});
+      emissions->push_back(
+          {static_cast<std::uint32_t>(object_.shapes.size()), part.glow->radiance, part.glow->two_sided, part.glow->texture});
     }
     object_.shapes.push_back(part.shape);
   }

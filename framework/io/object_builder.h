@@ -20,6 +20,7 @@ struct ShapeLook {
   struct Glow {
     Rgb radiance;
     bool two_sided;
+    std::uint32_t texture = no_id;  // as of Emission
   };
   std::optional<Glow> glow;
 };

@@ -91,7 +91,8 @@ TEST(ImageFile, AlphaIsReadWhereItIsWanted) {
   EXPECT_EQ(decode_image(header + texels, "i.tga", Encoding::alpha).texels, (std::vector<Rgb>{Rgb(1), Rgb(0)}));
   const std::uint8_t black[3] = {};
   const auto png = encode_png(black, {1, 1});
-  EXPECT_EQ(decode_image(std::string(png.begin(), png.end()), "i.png", Encoding::alpha).texels.at(0), Rgb(1)) << "without alpha";
+  EXPECT_EQ(decode_image(std::string(png.begin(), png.end()), "i.png", Encoding::alpha).texels.at(0), Rgb(1))
+      << "without alpha";
 }
 
 TEST(Exr, RoundTripKeepsSinglePrecisionAndAttributes) {

@@ -19,7 +19,7 @@ TEST(PbrtMaterials, DiffuseAndDefault) {
   EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"rgb Kd\" [.1 1.5 0]"), "has the component 1.5; expected 0 to 1");
   EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"rgb Kd\" [.1 .5]"), "has 2 values; expected three");
   EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"blackbody Kd\" 3000"), "only lights can be");
-  EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"texture bumpmap\" \"x\""), "'bumpmap' is not supported");
+  EXPECT_ERROR(material_of<Diffuse>("Material \"matte\" \"texture bumpmap\" \"x\""), "unknown float texture 'x'");
 }
 
 TEST(PbrtMaterials, ScopesAndNames) {

@@ -111,7 +111,9 @@ TEST(PbrtNearest, MaterialsThatAreFarFromOursHaveTheirAlbedo) {
                  "is not supported; --approximate takes a diffuse");
     approximate_material_of<Diffuse>("Material \"" + std::string(far) + "\"");
   }
-  EXPECT_TRUE(warns(approximated("Material \"matte\" \"texture bumpmap\" \"x\"" + triangle), "without its fine relief"));
+  EXPECT_TRUE(
+      warns(approximated("Texture \"x\" \"float\" \"checkerboard\" Material \"matte\" \"texture bumpmap\" \"x\"" + triangle),
+            "checks as relief are flat"));
   EXPECT_TRUE(warns(approximated("Material \"matte\" \"rgb Kd\" [.1 1.5 0]"), "a reflectance above 1: taken as 1"));
 }
 

@@ -1,5 +1,5 @@
-// BSDFs by Mitsuba's names. Roughness is GGX's alpha as it stands; alphas below 0.001 are perfectly smooth. Beckmann's
-// distribution, Mitsuba's default, is not among ours.
+// BSDFs by Mitsuba's names. Roughness is alpha as it stands; alphas below 0.001 are perfectly smooth. Beckmann's distribution
+// is Mitsuba's default.
 
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/spectra.h"
@@ -77,9 +77,9 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
   static constexpr BsdfType table[] = {
       {"diffuse", "as it is", &R::diffuse},
       {"dielectric", "as it is; int_ior and ext_ior by number or name", &R::dielectric},
-      {"roughdielectric", "GGX; beckmann and others approximated by it, two alphas by their mean", &R::dielectric},
+      {"roughdielectric", "ggx or beckmann; others approximated by beckmann, two alphas by their mean", &R::dielectric},
       {"conductor", "material, or eta and k; ext_eta", &R::conductor},
-      {"roughconductor", "GGX with alpha or alpha_u, alpha_v; beckmann and others approximated by it", &R::conductor},
+      {"roughconductor", "ggx or beckmann, with alpha or alpha_u, alpha_v; others approximated by beckmann", &R::conductor},
       {"plastic", "as it is, nonlinear or not; another specular_reflectance than 1 approximated by 1", &R::plastic},
       {"roughplastic", "the same with a rough coat, which keeps the smooth one's transmission", &R::plastic},
       {"pplastic", "approximated by roughplastic: light is not polarized", &R::plastic},
@@ -91,8 +91,8 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
        &R::mask},
       {"blendbsdf", "two diffuse ones with constants mixed; others approximated by the one with more weight", &R::blend},
       {"mixturebsdf", "approximated by the one with most weight", &R::mixture},
-      {"bumpmap", "approximated by the bsdf in it", &R::bump},
-      {"normalmap", "approximated by the bsdf in it", &R::bump},
+      {"bumpmap", "as it is, of meshes with texture coordinates; of others approximated by the bsdf in it", &R::bump},
+      {"normalmap", "like bumpmap", &R::bump},
       {"roughdiffuse", "alpha 0 as it is; others approximated by diffuse", &R::rough_diffuse},
       {"thindielectric", "approximated by what it lets through straight on; its reflections are lost", &R::thin_dielectric},
       {"coating", "approximated: of a diffuse bsdf plastic, else the bsdf in it", &R::coating},
@@ -152,6 +152,10 @@ std::uint32_t MitsubaReader::scene_material(MaterialEntry& entry) {
   if (!entry.scene_index) {
     entry.scene_index = static_cast<std::uint32_t>(scene_.materials.size());
     scene_.materials.push_back(entry.material);
+    if (entry.relief) {
+      scene_.reliefs.push_back(*entry.relief);
+      scene_.reliefs.back().material = *entry.scene_index;
+    }
   }
   return *entry.scene_index;
 }
@@ -189,8 +193,8 @@ float MitsubaReader::relative_index(const Properties& of, const std::string& ins
   return std::abs(eta - 1) < 1e-3f ? 1.001f : eta;
 }
 
-vec2 MitsubaReader::roughness(const Properties& of, bool rough, float otherwise) {
-  if (!rough) return vec2(0);
+MitsubaReader::Roughness MitsubaReader::roughness(const Properties& of, bool rough, float otherwise) {
+  if (!rough) return {};
   const float both = number(of, "alpha", otherwise, 0, 10);
   const vec2 alpha(number(of, "alpha_u", both, 0, 10), number(of, "alpha_v", both, 0, 10));
   of.ignore({"sample_visible"});
@@ -200,26 +204,30 @@ vec2 MitsubaReader::roughness(const Properties& of, bool rough, float otherwise)
         of.where("distribution"),
         fmt::format("{}: {}", of.title(),
                     unknown_name("distribution", distribution, std::vector<std::string>{"ggx", "beckmann", "phong", "as"})));
-  if (std::max(alpha.x, alpha.y) < 1e-3f) return vec2(0);
-  if (distribution != "ggx")
-    approximate(of.where("distribution"), fmt::format("{}: the distribution is '{}'; expected ggx", of.title(), distribution),
-                "GGX with the same alpha, whose highlights have wider tails");
-  return glm::max(alpha, vec2(1e-4f));
+  if (std::max(alpha.x, alpha.y) < 1e-3f) return {};
+  if (distribution == "phong" || distribution == "as")
+    approximate(of.where("distribution"),
+                fmt::format("{}: the distribution is '{}'; expected ggx or beckmann", of.title(), distribution),
+                "Beckmann's with the same alpha");
+  return {glm::max(alpha, vec2(1e-4f)), distribution == "ggx" ? NormalDistribution::ggx : NormalDistribution::beckmann};
 }
 
-float MitsubaReader::isotropic_roughness(const Properties& of, bool rough, float otherwise) {
-  const vec2 alpha = roughness(of, rough, otherwise);
-  if (alpha.x != alpha.y)
+MitsubaReader::Roughness MitsubaReader::isotropic_roughness(const Properties& of, bool rough, float otherwise) {
+  Roughness found = roughness(of, rough, otherwise);
+  if (found.alpha.x != found.alpha.y)
     approximate(of.where("alpha_u"),
                 fmt::format("{}: 'alpha_u' differs from 'alpha_v'; only conductors may be anisotropic", of.title()),
                 "the mean of both");
-  return 0.5f * (alpha.x + alpha.y);
+  found.alpha = vec2(0.5f * (found.alpha.x + found.alpha.y));
+  return found;
 }
 
 MitsubaReader::MaterialEntry MitsubaReader::dielectric(const Properties& of) {
   Dielectric glass;
   glass.eta = relative_index(of, "bk7");
-  glass.alpha = isotropic_roughness(of, of.type() == "roughdielectric", 0.1f);
+  const Roughness rough = isotropic_roughness(of, of.type() == "roughdielectric", 0.1f);
+  glass.alpha = rough.alpha.x;
+  glass.distribution = rough.distribution;
   glass.reflect_tint = colour(of, "specular_reflectance", Rgb(1), ColourUse::reflectance);
   glass.transmit_tint = colour(of, "specular_transmittance", Rgb(1), ColourUse::reflectance);
   return {.material = glass, .two_sided = true};
@@ -274,92 +282,11 @@ void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
 MitsubaReader::MaterialEntry MitsubaReader::conductor(const Properties& of) {
   Conductor metal;
   index_of_metal(of, metal);
-  metal.alpha = roughness(of, of.type() == "roughconductor", 0.1f);
+  const Roughness rough = roughness(of, of.type() == "roughconductor", 0.1f);
+  metal.alpha = rough.alpha;
+  metal.distribution = rough.distribution;
   metal.tint = colour(of, "specular_reflectance", Rgb(1), ColourUse::reflectance);
   return {.material = metal, .textured = metal.is_anisotropic()};
-}
-
-MitsubaReader::MaterialEntry MitsubaReader::two_sided(const Properties& of) {
-  MaterialEntry entry = nested_bsdf(of, 2);
-  entry.two_sided = true;
-  return entry;
-}
-
-MitsubaReader::MaterialEntry MitsubaReader::null_bsdf(const Properties&) { return {.two_sided = true, .invisible = true}; }
-
-MitsubaReader::MaterialEntry MitsubaReader::mask(const Properties& of) {
-  MaterialEntry entry = nested_bsdf(of);
-  const XmlElement* element = of.element("opacity");
-  const TextureValue value = element ? opacity(*element) : Rgb(0.5f);
-  if (const auto* varying = std::get_if<Texture>(&value)) {
-    approximate(of.where(), fmt::format("{}: an opacity that varies is not supported", of.title()),
-                "a hole where it is below a half, with edges to a fraction of a triangle");
-    entry.opacity = std::make_shared<const Texture>(*varying);
-    return entry;
-  }
-  const float constant = mean_component(std::get<Rgb>(value));
-  entry.invisible = entry.invisible || constant == 0;
-  if (constant != 0 && constant != 1)
-    approximate(of.where(), fmt::format("{}: an opacity other than 0 and 1 is not supported", of.title()),
-                "an opaque surface: what it would let through is hidden");
-  return entry;
-}
-
-MitsubaReader::MaterialEntry MitsubaReader::bump(const Properties& of) {
-  approximate(of.where(), fmt::format("{} is not supported", of.title()), "the smooth surface in it");
-  of.ignore({"normalmap", "scale", "map"});
-  const MaterialEntry entry = nested_bsdf(of);
-  of.ignore_all();
-  return entry;
-}
-
-MitsubaReader::MaterialEntry MitsubaReader::coating(const Properties& of) {
-  MaterialEntry entry = nested_bsdf(of);
-  const auto* base = std::get_if<Diffuse>(&entry.material);
-  approximate(of.where(), fmt::format("{} is not supported", of.title()),
-              base ? "plastic, whose coat absorbs nothing" : "the surface without its coat");
-  if (base)
-    entry.material = Plastic{base->reflectance, std::max(relative_index(of, "bk7"), 1.001f),
-                             isotropic_roughness(of, of.type() == "roughcoating", 0.1f)};
-  entry.scene_index.reset();
-  of.ignore_all();
-  return entry;
-}
-
-MitsubaReader::MaterialEntry MitsubaReader::blend(const Properties& of) {
-  const float weight = number(of, "weight", 0.5f, 0, 1);  // of the second
-  const auto found = of.objects({"bsdf"});
-  if (found.size() != 2) throw Error(of.where(), fmt::format("{}: has {} bsdfs in it; expected two", of.title(), found.size()));
-  MaterialEntry first = materials_[bsdf(*found[0])], second = materials_[bsdf(*found[1])];
-  const auto *a = std::get_if<Diffuse>(&first.material), *b = std::get_if<Diffuse>(&second.material);
-  first.scene_index.reset();
-  second.scene_index.reset();
-  if (a && b && a->reflectance.is_constant() && b->reflectance.is_constant() && !first.invisible && !second.invisible) {
-    first.material = Diffuse{glm::mix(a->reflectance.constant, b->reflectance.constant, weight)};
-    return first;
-  }
-  if (weight > 0 && weight < 1)
-    approximate(of.where(), fmt::format("{}: only diffuse bsdfs can be mixed", of.title()), "the bsdf with more weight alone");
-  return weight > 0.5f ? second : first;
-}
-
-MitsubaReader::MaterialEntry MitsubaReader::mixture(const Properties& of) {
-  const auto found = of.objects({"bsdf"});
-  if (found.empty()) throw Error(of.where(), fmt::format("{}: has no bsdfs in it", of.title()));
-  approximate(of.where(), fmt::format("{} is not supported", of.title()), "the bsdf with most weight alone");
-  std::string text = of.string("weights", "");
-  std::replace(text.begin(), text.end(), ',', ' ');
-  WordReader words(text);
-  std::size_t most = 0;
-  double most_weight = -1;
-  for (std::size_t i = 0; i < found.size(); ++i)
-    if (const double weight = parse_number(words.word_on_any_line()).value_or(0); weight > most_weight) {
-      most = i;
-      most_weight = weight;
-    }
-  MaterialEntry entry = materials_[bsdf(*found[most])];
-  entry.scene_index.reset();
-  return entry;
 }
 
 }  // namespace etendue

@@ -17,7 +17,9 @@ MitsubaReader::MaterialEntry MitsubaReader::plastic(const Properties& of) {
   const float eta = relative_index(of, "polypropylene");
   if (eta < 1) of.fail("int_ior", "is below 'ext_ior'; expected a coat that is denser than what surrounds it");
   coated.eta = eta;
-  coated.alpha = isotropic_roughness(of, rough, 0.1f);
+  const Roughness facets = isotropic_roughness(of, rough, 0.1f);
+  coated.alpha = facets.alpha.x;
+  coated.distribution = facets.distribution;
   if (colour(of, "specular_reflectance", Rgb(1), ColourUse::reflectance) != Rgb(1))
     approximate(of.where("specular_reflectance"), fmt::format("{}: 'specular_reflectance' is not 1", of.title()),
                 "1: a plain dielectric coat");

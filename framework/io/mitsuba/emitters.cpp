@@ -37,7 +37,7 @@ SunTime sun_time(const Properties& of) {
 std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
   using R = MitsubaReader;
   static constexpr EmitterType table[] = {
-      {"area", "in a shape; a textured radiance approximated by its mean", nullptr},
+      {"area", "in a shape; a texture as it is, on meshes with texture coordinates, else approximated by its mean", nullptr},
       {"point", "as it is", &R::point},
       {"spot", "as it is; a texture approximated by its mean", &R::spot},
       {"directional", "as it is", &R::directional},
@@ -169,7 +169,7 @@ void MitsubaReader::left_out_emitter(const Properties& of) {
   approximate(of.where(), fmt::format("{} is not supported", of.title()), "nothing: its light is missing");
 }
 
-std::optional<ShapeLook::Glow> MitsubaReader::area_emitter(const Properties& shape) {
+std::optional<ShapeLook::Glow> MitsubaReader::area_emitter(const Properties& shape, bool has_uvs) {
   const auto found = shape.objects({"emitter", "luminaire"});
   if (found.empty()) return std::nullopt;
   if (found.size() > 1)
@@ -182,10 +182,19 @@ std::optional<ShapeLook::Glow> MitsubaReader::area_emitter(const Properties& sha
   }
   leave_out_media(of);
   of.ignore({"sampling_weight"});
-  const Rgb radiance = emitted(of, "radiance");
+  const XmlElement* element = of.element("radiance");
+  ShapeLook::Glow glow{Rgb(0), false};
+  const TextureValue value = element && !is_colour(*element) && has_uvs ? texture(*element) : TextureValue(Rgb(0));
+  if (const auto* image = std::get_if<Texture>(&value)) {
+    glow.radiance = Rgb(of.number("scale", 1, 0));
+    glow.texture = image_of_light(*image, glow.radiance);
+    if (max_component(glow.radiance) > brightest)
+      of.fail("radiance", fmt::format("is {:g}; expected {:g} at most", max_component(glow.radiance), brightest));
+  } else {
+    glow.radiance = emitted(of, "radiance");
+  }
   of.finish();
-  if (is_black(radiance)) return std::nullopt;
-  return ShapeLook::Glow{radiance, false};
+  return is_black(glow.radiance) ? std::nullopt : std::optional(glow);
 }
 
 }  // namespace etendue

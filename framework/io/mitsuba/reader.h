@@ -1,6 +1,6 @@
 // The state of reading a Mitsuba scene. Internal to framework/io/mitsuba/*.cpp, which split it by concept: reader (the scene's
-// children, references, messages), sensor (camera, film, integrator), shapes, bsdfs, coated (bsdfs of several lobes), textures,
-// emitters, colours.
+// children, references, messages), sensor (camera, film, integrator), shapes, bsdfs, adapters (bsdfs of others), coated (bsdfs
+// of several lobes), textures, emitters, colours.
 #pragma once
 
 #include "framework/io/mesh/left_out.h"
@@ -33,6 +33,7 @@ class MitsubaReader {
     bool two_sided = false;                       // looks the same from both sides, as all opaque materials do here
     bool invisible = false;                       // no surface at all
     std::shared_ptr<const Texture> opacity = {};  // where parts of it are cut away
+    std::optional<Relief> relief = {};            // of its shading normals
     std::optional<std::uint32_t> scene_index = {};
   };
   using TextureValue = std::variant<Rgb, Texture>;
@@ -125,11 +126,11 @@ class MitsubaReader {
   void instance(const Properties& of, Group& group);
   void merge(const Properties& of, Group& group);
   void other_shape(const Properties& of, Group& group);
-  std::optional<ShapeLook> look(const Properties& of, const Group& group, MaterialEntry& entry);
+  std::optional<ShapeLook> look(const Properties& of, const Group& group, MaterialEntry& entry, bool has_uvs);
   void place(TriangleMesh mesh, const Properties& of, Group& group, const std::string& name, bool outward);
   void place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group);
   void instantiate(Group& group, const Transform& to_world);
-  std::optional<ShapeLook::Glow> area_emitter(const Properties& of);
+  std::optional<ShapeLook::Glow> area_emitter(const Properties& of, bool has_uvs);
 
   // bsdfs.cpp
   std::uint32_t material_of(const Properties& shape);
@@ -141,18 +142,25 @@ class MitsubaReader {
   MaterialEntry dielectric(const Properties& of);
   MaterialEntry thin_dielectric(const Properties& of);
   MaterialEntry conductor(const Properties& of);
+  float refractive_index(const Properties& of, std::string_view name, const std::string& otherwise);
+  float relative_index(const Properties& of, const std::string& inside);
+  void index_of_metal(const Properties& of, Conductor& metal);
+  struct Roughness {
+    vec2 alpha{0};
+    NormalDistribution distribution = NormalDistribution::ggx;
+  };
+  Roughness roughness(const Properties& of, bool rough, float otherwise);
+  Roughness isotropic_roughness(const Properties& of, bool rough, float otherwise);  // both alphas the same
+
+  // adapters.cpp
   MaterialEntry two_sided(const Properties& of);
   MaterialEntry null_bsdf(const Properties& of);
   MaterialEntry mask(const Properties& of);
   MaterialEntry bump(const Properties& of);
+  void read_relief(const XmlElement& element, Relief::Kind kind, float scale, MaterialEntry& entry);
   MaterialEntry coating(const Properties& of);
   MaterialEntry blend(const Properties& of);
   MaterialEntry mixture(const Properties& of);
-  float refractive_index(const Properties& of, std::string_view name, const std::string& otherwise);
-  float relative_index(const Properties& of, const std::string& inside);
-  void index_of_metal(const Properties& of, Conductor& metal);
-  vec2 roughness(const Properties& of, bool rough, float otherwise);
-  float isotropic_roughness(const Properties& of, bool rough, float otherwise);
 
   // coated.cpp
   MaterialEntry plastic(const Properties& of);
@@ -168,6 +176,8 @@ class MitsubaReader {
   TextureValue bitmap(const Properties& of);
   TextureValue image_texture(const Properties& of, RgbImage image);
   TextureValue opacity(const XmlElement& element);
+  std::uint32_t add_texture(Texture texture);
+  std::uint32_t image_of_light(Texture image, Rgb& radiance);
   TextureValue checkerboard(const Properties& of);
   TextureValue scaled(const Properties& of);
   TextureValue other_texture(const Properties& of);

@@ -73,15 +73,21 @@ void MitsubaReader::shape(const XmlElement& element, Group& group) {
 }
 
 // None where the shape is no surface: it is left out.
-std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& group, MaterialEntry& entry) {
+std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& group, MaterialEntry& entry, bool has_uvs) {
   leave_out_media(of);
-  const auto glow = area_emitter(of);
+  const auto glow = area_emitter(of, has_uvs);
   if (glow && !group.in_world)
     throw Error(of.where(), fmt::format("{}: shapes of a shapegroup cannot emit light; place it outside", of.title()));
   const bool flip = of.boolean("flip_normals", false);
   if (entry.invisible && !glow) return std::nullopt;
   if (!entry.two_sided && one_sided_++ == 0) first_one_sided_ = of.where();
-  return ShapeLook{scene_material(entry), flip, glow};
+  if (has_uvs || !entry.relief) return ShapeLook{scene_material(entry), flip, glow};
+  approximate(of.where(), fmt::format("{}: only meshes with texture coordinates may have relief", of.title()),
+              "a smooth surface");
+  MaterialEntry smooth = entry;
+  smooth.relief.reset();
+  smooth.scene_index.reset();
+  return ShapeLook{scene_material(smooth), flip, glow};
 }
 
 // `outward`: the mesh is a solid's or a plane's own, whose side a mirroring transform does not change.
@@ -89,7 +95,7 @@ void MitsubaReader::place(TriangleMesh mesh, const Properties& of, Group& group,
   const Transform t = of.transform("to_world");
   const bool faces = of.boolean("face_normals", false);
   MaterialEntry& entry = materials_[material_of(of)];
-  auto appearance = look(of, group, entry);
+  auto appearance = look(of, group, entry, !mesh.uvs.empty());
   if (!appearance) return;
   for (vec3& p : mesh.positions) {
     p = t.point(p);
@@ -172,7 +178,7 @@ void MitsubaReader::cylinder(const Properties& of, Group& group) {
 
 void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group) {
   MaterialEntry& entry = materials_[material_of(of)];
-  const auto appearance = look(of, group, entry);
+  const auto appearance = look(of, group, entry, false);
   if (!appearance) return;
   if (entry.opacity)
     approximate(of.where(), fmt::format("{}: only meshes may have an opacity that varies", of.title()), "an opaque surface");

@@ -1,7 +1,5 @@
-// Textures. Mitsuba's v = 0 is the top row of an image and ours the bottom one, so that every image is turned by its mapping;
-// mirrored repetition becomes an image of twice the size.
+// Textures. Mitsuba's v = 0 is the top row of an image and ours the bottom one, so that every image is turned by its mapping.
 
-#include "framework/core/memory.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/text.h"
 
@@ -41,20 +39,10 @@ void for_each_colour(Texture& texture, const Function& function) {
   image.gain = 1;
 }
 
-// The image, beside it and below it its mirror images.
-void mirror(ImageTexture& image) {
-  const ivec2 size = image.size;
-  require_memory(4.0 * sizeof(Rgb) * static_cast<double>(image.texels.size()), {}, "a mirrored image", "a smaller one");
-  std::vector<Rgb> texels(4 * image.texels.size());
-  for (int y = 0; y < 2 * size.y; ++y)
-    for (int x = 0; x < 2 * size.x; ++x) {
-      const int from_x = x < size.x ? x : 2 * size.x - 1 - x, from_y = y < size.y ? y : 2 * size.y - 1 - y;
-      texels[static_cast<std::size_t>(y) * 2 * size.x + x] = image.texels[static_cast<std::size_t>(from_y) * size.x + from_x];
-    }
-  image.texels = std::move(texels);
-  image.size = 2 * size;
-  image.uv_scale *= 0.5f;
-  image.uv_offset = {0.5f * image.uv_offset.x, 1 - 0.5f * (1 - image.uv_offset.y)};
+Wrap wrap_of(const std::string& mode) {
+  if (mode == "repeat") return Wrap::repeat;
+  if (mode == "mirror") return Wrap::mirror;
+  return mode == "zero" ? Wrap::black : Wrap::clamp;
 }
 
 }  // namespace
@@ -62,7 +50,9 @@ void mirror(ImageTexture& image) {
 std::span<const MitsubaReader::TextureType> MitsubaReader::texture_types() {
   using R = MitsubaReader;
   static constexpr TextureType table[] = {
-      {"bitmap", "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, gamma 1 or floats; interpolated; repeated or mirrored",
+      {"bitmap",
+       "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, gamma 1 or floats; interpolated; wrap_mode one approximated by "
+       "clamp",
        &R::bitmap},
       {"checkerboard", "color0, color1, to_uv (or uscale, uoffset ...)", &R::checkerboard},
       {"scale", "a texture times a constant", &R::scaled},
@@ -134,11 +124,12 @@ MitsubaReader::TextureValue MitsubaReader::image_texture(const Properties& of, R
     if (mode != "repeat" && mode != "mirror" && mode != "clamp" && mode != "zero" && mode != "one")
       throw Error(of.where("wrap_mode"),
                   unknown_name("wrap mode", mode, std::vector<std::string>{"repeat", "mirror", "clamp", "zero", "one"}));
-  if (wrap != wrap_v || (wrap != "repeat" && wrap != "mirror"))
-    approximate(of.where("wrap_mode"), fmt::format("{}: 'wrap_mode' is '{}'; expected repeat or mirror", of.title(), wrap),
-                "repeat: it differs outside of 0 to 1 and within half a texel of the edges");
-  else if (wrap == "mirror")
-    mirror(texture);
+  if (wrap == "one" || wrap_v == "one")
+    approximate(of.where("wrap_mode"),
+                fmt::format("{}: 'wrap_mode' is 'one'; expected repeat, mirror, clamp or zero", of.title()),
+                "clamp: it differs outside of 0 to 1");
+  texture.wrap_u = wrap_of(wrap);
+  texture.wrap_v = wrap_of(wrap_v);
   return Texture(std::move(texture));
 }
 
@@ -184,6 +175,23 @@ MitsubaReader::TextureValue MitsubaReader::other_texture(const Properties& of) {
   return Rgb(0.5f);
 }
 
+std::uint32_t MitsubaReader::add_texture(Texture texture) {
+  scene_.textures.push_back(std::move(texture));
+  return static_cast<std::uint32_t>(scene_.textures.size() - 1);
+}
+
+// Its brightest channel becomes 1 and a factor of `radiance`.
+std::uint32_t MitsubaReader::image_of_light(Texture image, Rgb& radiance) {
+  float most = 0;
+  for_each_colour(image, [&](Rgb& c) {
+    c = glm::max(c, Rgb(0));
+    most = std::max(most, max_component(c));
+  });
+  if (most > 0) for_each_colour(image, [most](Rgb& c) { c /= most; });
+  radiance *= most;
+  return add_texture(std::move(image));
+}
+
 TexturedRgb MitsubaReader::reflectance(const Properties& of, std::string_view name, const Rgb& otherwise, bool& textured,
                                        float internal_reflectance) {
   // Of a base under a coat: the one whose inner reflections, summed, give this one without them.
@@ -206,8 +214,7 @@ TexturedRgb MitsubaReader::reflectance(const Properties& of, std::string_view na
     });
     if (most > 1 + 1e-4f)
       warn(element->where(), fmt::format("texture: reaches {:.4g}, more than a surface can reflect: clamped to 1", most));
-    entry->second = static_cast<std::uint32_t>(scene_.textures.size());
-    scene_.textures.push_back(std::move(std::get<Texture>(value)));
+    entry->second = add_texture(std::move(std::get<Texture>(value)));
   }
   result.texture = entry->second;
   return result;

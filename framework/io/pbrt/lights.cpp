@@ -58,14 +58,29 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
     throw Error(where, unknown_name("area light", type, std::vector<std::string>{"diffuse"}));
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   Rgb radiance = emitted(params, "L");
-  if (params.has("filename")) {
-    params.approximate("filename", "the radiance of an area light is constant", "its mean colour: the light shows no image");
-    radiance *= mean_of_image(lexer, params, false);
-  }
-  attributes_.glow = ShapeLook::Glow{radiance, params.boolean("twosided", false)};
+  const std::uint32_t texture = params.has("filename") ? image_of_light(lexer, params, radiance) : no_id;
+  attributes_.glow = ShapeLook::Glow{radiance, params.boolean("twosided", false), texture};
   if (is_black(radiance)) attributes_.glow.reset();
   params.ignore({"samples", "nsamples"});
   params.finish();
+}
+
+// An image over (u, v), clamped at its edges as by version 4; its brightest channel becomes 1 and a factor of `radiance`.
+std::uint32_t PbrtReader::image_of_light(PbrtLexer& lexer, const PbrtParams& params, Rgb& radiance) {
+  const std::string file = params.string("filename", "");
+  RgbImage image = files_.image(file, *lexer.file(), params.where("filename"));
+  warn_of_not_finite(image, params.where("filename"), file);
+  float most = 0;
+  for (Rgb& texel : image.texels) {
+    texel = glm::max(texel, Rgb(0));
+    most = std::max(most, max_component(texel));
+  }
+  radiance *= most;
+  if (max_component(radiance) > brightest)
+    params.fail("filename", fmt::format("makes the light {:g}; expected {:g} at most", max_component(radiance), brightest));
+  ImageTexture texture{.size = image.size, .texels = std::move(image.texels), .gain = most > 0 ? 1 / most : 0};
+  texture.wrap_u = texture.wrap_v = Wrap::clamp;
+  return add_texture(std::move(texture));
 }
 
 void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {

@@ -129,9 +129,35 @@ Material PbrtReader::make_coated_diffuse(const PbrtParams& params, MaterialEntry
   return plastic;
 }
 
+// Version 3's "bumpmap" and version 4's "displacement" are heights, "normalmap" is an image's file. Of a mix, each has its own.
+void PbrtReader::read_relief(const PbrtParams& params, MaterialEntry& entry) {
+  if (const std::string file = params.string("normalmap", ""); !file.empty()) {
+    const Location where = params.where("normalmap");
+    RgbImage image = files_.image(file, where.file, where, Encoding::linear);
+    warn_of_not_finite(image, where, file);
+    entry.relief = {Relief::Kind::normals, add_texture(ImageTexture{.size = image.size, .texels = std::move(image.texels)})};
+  }
+  for (const std::string_view name : {"displacement", "bumpmap"}) {
+    const auto texture = params.texture(name);
+    if (!texture) {
+      params.number(name, 0);  // the same height all over
+      continue;
+    }
+    TextureEntry& heights = find_texture(params, name, *texture, float_textures_);
+    if (std::holds_alternative<Rgb>(heights.value)) continue;
+    if (std::holds_alternative<Texture>(heights.value) &&
+        std::holds_alternative<CheckerTexture>(std::get<Texture>(heights.value)))
+      warn(params.where(name), "checks as relief are flat: their edges have no width");
+    if (const Field* field = std::get_if<Field>(&heights.value)) {
+      entry.relief = {Relief::Kind::heights, no_id, *field};
+      continue;
+    }
+    if (!heights.relief) heights.relief = add_texture(std::get<Texture>(heights.value));
+    entry.relief = {Relief::Kind::heights, *heights.relief};
+  }
+}
+
 PbrtReader::MaterialEntry PbrtReader::make_material(const std::string& type, const PbrtParams& params) {
-  for (const std::string_view bump : {"displacement", "bumpmap", "normalmap"})
-    params.approximate(bump, "surfaces are not displaced", "a surface without its fine relief");
   MaterialEntry entry;
   if (type.empty() || type == "interface" || type == "none") {
     entry.invisible = true;  // without media on its sides, nothing happens there
@@ -165,6 +191,7 @@ PbrtReader::MaterialEntry PbrtReader::make_material(const std::string& type, con
         "thindielectric", "measured",   "fourier"};
     throw Error(params.where(), unknown_name("material", type, known));
   }
+  read_relief(params, entry);
   params.finish();
   const auto* const metal = std::get_if<Conductor>(&entry.material);
   entry.textured |= metal && metal->is_anisotropic();  // its highlights turn with u
@@ -207,9 +234,19 @@ std::uint32_t PbrtReader::scene_material(std::uint32_t index) {
   MaterialEntry& entry = materials_[index];
   if (!entry.scene_index) {
     entry.scene_index = static_cast<std::uint32_t>(scene_.materials.size());
-    scene_.materials.push_back(entry.material);
+    std::optional<Relief> relief;
+    if (entry.relief) relief = Relief{.kind = entry.relief.kind, .texture = entry.relief.texture};
+    add_material(entry.material, relief);
   }
   return *entry.scene_index;
+}
+
+std::uint32_t PbrtReader::add_material(const Material& material, const std::optional<Relief>& relief) {
+  const auto index = static_cast<std::uint32_t>(scene_.materials.size());
+  scene_.materials.push_back(material);
+  if (relief) scene_.reliefs.push_back(*relief);
+  if (relief) scene_.reliefs.back().material = index;
+  return index;
 }
 
 }  // namespace etendue

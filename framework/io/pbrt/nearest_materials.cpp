@@ -277,7 +277,7 @@ const PbrtReader::MaterialEntry& PbrtReader::named_entry(const PbrtParams& param
 // The reflectance of a diffuse surface, wherever it is kept.
 std::optional<Field> PbrtReader::diffuse_field(const MaterialEntry& entry) const {
   const auto* const diffuse = std::get_if<Diffuse>(&entry.material);
-  if (!diffuse || entry.invisible || entry.opacity) return std::nullopt;
+  if (!diffuse || entry.invisible || entry.opacity || entry.relief) return std::nullopt;
   if (entry.field) return entry.field;
   if (diffuse->reflectance.is_constant()) return constant_field(diffuse->reflectance.constant);
   return texture_field(scene_.textures[diffuse->reflectance.texture]);

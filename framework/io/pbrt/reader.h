@@ -68,11 +68,20 @@ class PbrtReader {
     Location where;
   };
 
+  // Heights or normals: a texture of the scene, or a field that is to be baked for each shape.
+  struct ReliefSource {
+    Relief::Kind kind = Relief::Kind::heights;
+    std::uint32_t texture = no_id;
+    Field field = nullptr;
+
+    explicit operator bool() const { return texture != no_id || field; }  // false: no relief
+  };
   struct MaterialEntry {
     Material material;
     bool textured = false;
     Field field = nullptr;                     // its reflectance, where that is to be baked for each shape
     Field opacity = nullptr;                   // where parts of it are cut away
+    ReliefSource relief = {};                  // of its shading normals
     bool invisible = false;                    // the boundary of a medium
     std::optional<std::uint32_t> scene_index;  // once a shape uses it
   };
@@ -81,6 +90,7 @@ class PbrtReader {
     std::string file = {};                          // of an image, as messages name it
     std::optional<std::uint32_t> scene_index = {};  // once a surface uses it
     bool moved = false;                             // the value then lies in the scene
+    std::optional<std::uint32_t> relief = {};       // in the scene, as heights
   };
   using TextureMap = std::map<std::string, TextureEntry, std::less<>>;
 
@@ -174,9 +184,11 @@ class PbrtReader {
   void place(const Quadric& quadric, const SurfacePatch& patch, const PbrtParams& params);
   // `patch`: where the surface is at (u, v), in the shape's own space; empty of meshes.
   void place_patch(const SurfacePatch& patch, const PbrtParams& params);
+  bool glows_by_image() const;
   ShapeLook look(const PbrtParams& params, bool flip_normal, std::uint32_t material);
-  std::uint32_t baked_material(const ImageTexture& image);
-  std::uint32_t baked_over_uv(const TriangleMesh& mesh);
+  std::uint32_t material_on(TriangleMesh& mesh, const PbrtParams& params);
+  std::uint32_t baked_over_uv(const Field& field, Baked values, const TriangleMesh& mesh);
+  std::uint32_t material_in_atlas(const MaterialEntry& entry, TriangleMesh& mesh, const PbrtParams& params);
   void instantiate(Definition& definition, const Transform& to_world);
 
   // materials.cpp
@@ -213,6 +225,8 @@ class PbrtReader {
   const MaterialEntry& named_entry(const PbrtParams& params, std::string_view param, const std::string& name) const;
   std::optional<Field> diffuse_field(const MaterialEntry& entry) const;
   std::uint32_t scene_material(std::uint32_t entry);
+  std::uint32_t add_material(const Material& material, const std::optional<Relief>& relief);
+  void read_relief(const PbrtParams& params, MaterialEntry& entry);
 
   // textures.cpp
   void texture(PbrtLexer& lexer, const Token& token);
@@ -233,11 +247,13 @@ class PbrtReader {
   TexturedRgb textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, MaterialEntry& entry,
                               const ColourMap& map = {});
   Texture take_reflectance(TextureEntry& entry, const Location& where, const std::string& name);
+  std::uint32_t add_texture(Texture texture);
   void warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file);
 
   // lights.cpp
   void light_source(PbrtLexer& lexer, const Token& token);
   void area_light_source(PbrtLexer& lexer, const Token& token);
+  std::uint32_t image_of_light(PbrtLexer& lexer, const PbrtParams& params, Rgb& radiance);
   Light point_light(const PbrtParams& params) const;
   Light spot_light(const PbrtParams& params) const;
   Light distant_light(const PbrtParams& params) const;
@@ -272,12 +288,12 @@ class PbrtReader {
   std::map<std::string, std::uint32_t, std::less<>> named_materials_;
   TextureMap spectrum_textures_, float_textures_;
   BakeBudget bake_budget_;
-  struct Baked {
+  struct BakedField {
     Field field;
     Bounds uv_range;
     std::uint32_t texture;
   };
-  std::vector<Baked> baked_;  // over ranges of (u, v), for other shapes that need the same
+  std::vector<BakedField> baked_;  // over ranges of (u, v), for other shapes that need the same
   Definition world_;
   std::map<std::string, Definition, std::less<>> definitions_;
   Definition* open_definition_ = nullptr;

@@ -33,6 +33,19 @@ TriangleMesh with_default_uvs(TriangleMesh mesh) {
   return apart;
 }
 
+TexturedRgb textured(std::uint32_t texture) {
+  TexturedRgb colour;
+  colour.texture = texture;
+  return colour;
+}
+
+// The colour that a texture can give; null of materials that have none.
+TexturedRgb* reflectance_of(Material& material) {
+  if (auto* diffuse = std::get_if<Diffuse>(&material)) return &diffuse->reflectance;
+  if (auto* plastic = std::get_if<Plastic>(&material)) return &plastic->reflectance;
+  return nullptr;
+}
+
 Opacity opacity_of(const Field& field) {
   return [field](const vec2& uv, const vec3& position) { return mean_component(field->at({uv, position})); };
 }
@@ -133,6 +146,8 @@ bool PbrtReader::read_opacity(const PbrtParams& params) {
   return alpha > 0;
 }
 
+bool PbrtReader::glows_by_image() const { return attributes_.glow && attributes_.glow->texture != no_id && !open_definition_; }
+
 ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal, std::uint32_t material) {
   auto glow = attributes_.glow;
   if (glow && open_definition_) {
@@ -144,36 +159,61 @@ ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal, std::uint
   return {material, flip_normal, glow};
 }
 
-std::uint32_t PbrtReader::baked_material(const ImageTexture& image) {
-  Material material = materials_[attributes_.material].material;
-  TexturedRgb reflectance;
-  reflectance.texture = static_cast<std::uint32_t>(scene_.textures.size());
-  scene_.textures.emplace_back(image);
-  if (auto* diffuse = std::get_if<Diffuse>(&material)) diffuse->reflectance = reflectance;
-  if (auto* plastic = std::get_if<Plastic>(&material)) plastic->reflectance = reflectance;
-  scene_.materials.push_back(material);
-  return static_cast<std::uint32_t>(scene_.materials.size() - 1);
-}
-
 // Over the mesh's range of (u, v); an image that another shape has already serves again.
-std::uint32_t PbrtReader::baked_over_uv(const TriangleMesh& mesh) {
-  const Field& field = materials_[attributes_.material].field;
+std::uint32_t PbrtReader::baked_over_uv(const Field& field, Baked values, const TriangleMesh& mesh) {
   Bounds range;
   for (const vec2& uv : mesh.uvs) range.extend(vec3(uv, 0));
-  if (mesh.uvs.empty()) range = {vec3(0), vec3(1, 1, 0)};
-  for (const Baked& baked : baked_)
-    if (baked.field == field && baked.uv_range.lower == range.lower && baked.uv_range.upper == range.upper) {
-      const ImageTexture& image = std::get<ImageTexture>(scene_.textures[baked.texture]);
-      const std::uint32_t material = baked_material({.size = {1, 1}, .texels = {}, .uv_scale = image.uv_scale});
-      scene_.textures.pop_back();
-      TexturedRgb same;
-      same.texture = baked.texture;
-      if (auto* diffuse = std::get_if<Diffuse>(&scene_.materials[material])) diffuse->reflectance = same;
-      if (auto* plastic = std::get_if<Plastic>(&scene_.materials[material])) plastic->reflectance = same;
-      return material;
-    }
-  baked_.push_back({field, range, static_cast<std::uint32_t>(scene_.textures.size())});
-  return baked_material(bake_over_uv(*field, range, bake_budget_, {}));
+  for (const BakedField& baked : baked_)
+    if (baked.field == field && baked.uv_range.lower == range.lower && baked.uv_range.upper == range.upper)
+      return baked.texture;
+  baked_.push_back({field, range, add_texture(bake_over_uv(*field, values, range, bake_budget_))});
+  return baked_.back().texture;
+}
+
+// Of what depends on the place. The mesh gets other texture coordinates, over which all of it is baked.
+std::uint32_t PbrtReader::material_in_atlas(const MaterialEntry& entry, TriangleMesh& mesh, const PbrtParams& params) {
+  if (open_definition_)
+    approximate(params.where(), "a texture that depends on the place, on an object of which there are instances",
+                "the same on each, as the object is defined");
+  Material material = entry.material;
+  TexturedRgb* const reflectance = reflectance_of(material);
+  std::vector<FieldToBake> fields;
+  Field colour = entry.field;
+  if (!colour && reflectance && !reflectance->is_constant()) colour = texture_field(scene_.textures[reflectance->texture]);
+  if (colour) fields.push_back({colour, Baked::reflectance});
+  const auto* const metal = std::get_if<Conductor>(&entry.material);
+  if (entry.relief && (entry.relief.kind == Relief::Kind::normals || (metal && metal->is_anisotropic())))
+    approximate(params.where(), "relief on a surface that has both a texture by its place and one along (u, v)",
+                "the smooth surface");
+  else if (entry.relief)
+    fields.push_back(
+        {entry.relief.field ? entry.relief.field : texture_field(scene_.textures[entry.relief.texture]), Baked::heights});
+  if (fields.empty()) return add_material(material, {});
+  std::vector<ImageTexture> images = bake_atlas(fields, mesh, bake_budget_);
+  if (colour) *reflectance = textured(add_texture(std::move(images.front())));
+  if (fields.back().values != Baked::heights) return add_material(material, {});
+  return add_material(material, Relief{.kind = Relief::Kind::heights, .texture = add_texture(std::move(images.back()))});
+}
+
+std::uint32_t PbrtReader::material_on(TriangleMesh& mesh, const PbrtParams& params) {
+  const MaterialEntry& entry = materials_[attributes_.material];
+  const auto by_place = [](const Field& field) { return field && field->uses_position; };
+  if (by_place(entry.field) || by_place(entry.relief.field)) {
+    if (!glows_by_image()) return material_in_atlas(entry, mesh, params);
+    approximate(params.where(), "a texture by its place on a light that shows an image", "its mean, without relief");
+    Material plain = entry.material;
+    if (entry.field) *reflectance_of(plain) = within_unit(mean_of(entry.field));
+    return add_material(plain, {});
+  }
+  if ((entry.field || entry.relief || glows_by_image()) && mesh.uvs.empty()) mesh = with_default_uvs(std::move(mesh));
+  if (!entry.field && !entry.relief.field) return scene_material(attributes_.material);
+  Material material = entry.material;
+  if (entry.field) *reflectance_of(material) = textured(baked_over_uv(entry.field, Baked::reflectance, mesh));
+  if (!entry.relief) return add_material(material, {});
+  const Field& heights = entry.relief.field;
+  return add_material(material,
+                      Relief{.kind = entry.relief.kind,
+                             .texture = heights ? baked_over_uv(heights, Baked::heights, mesh) : entry.relief.texture});
 }
 
 void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::string& name) {
@@ -196,18 +236,7 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   }
   if (entry.opacity) cut_away(mesh, opacity_of(entry.opacity));
   if (mesh.triangles.empty()) return;
-  std::uint32_t material;
-  if (!entry.field) {
-    material = scene_material(attributes_.material);
-  } else if (entry.field->uses_position) {
-    if (open_definition_)
-      approximate(params.where(), "a texture that depends on the place, on an object of which there are instances",
-                  "the same on each, as the object is defined");
-    material = baked_material(bake_atlas(*entry.field, mesh, bake_budget_));
-  } else {
-    if (mesh.uvs.empty()) mesh = with_default_uvs(std::move(mesh));
-    material = baked_over_uv(mesh);
-  }
+  const std::uint32_t material = material_on(mesh, params);
   const std::size_t triangles = mesh.triangles.size();
   Definition& definition = open_definition_ ? *open_definition_ : world_;
   const std::uint64_t invalid =
@@ -226,7 +255,8 @@ void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const 
   // pbrt's v runs up a sphere, ours down; mirrored, it is the same sphere.
   if (mirrored) t = t * Transform::scale({1, 1, -1});
   const bool glows = attributes_.glow && !open_definition_;
-  if (entry.field || entry.opacity || params.texture("alpha") || (glows && !t.similarity_scale()))
+  if (entry.field || entry.opacity || entry.relief || glows_by_image() || params.texture("alpha") ||
+      (glows && !t.similarity_scale()))
     return place_patch(patch, params);
   if (!read_opacity(params)) return;
   const ShapeLook appearance = look(params, attributes_.reverse_orientation, scene_material(attributes_.material));

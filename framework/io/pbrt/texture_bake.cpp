@@ -38,10 +38,48 @@ Cell cell_for(std::size_t triangles, int side) {
   return {cell, cell - 4, per_row};
 }
 
-struct Corners {
-  vec3 position[3];
-  vec2 uv[3];
-};
+Rgb baked(const TextureField& field, Baked values, const TexturePlace& place) {
+  const Rgb value = field.at(place);
+  return values == Baked::reflectance ? within_unit(value) : is_finite(value) ? value : Rgb(0);
+}
+
+// The texels of the triangle `k`.
+void bake_triangle(const FieldToBake& what, const TriangleMesh& mesh, const Cell& cell, std::size_t k, ImageTexture& image) {
+  const uvec3 t = mesh.triangles[k];
+  const ivec2 corner = cell.corner(static_cast<std::uint32_t>(k));
+  for (int j = 0; j < cell.side; ++j)
+    for (int i = 0; i < cell.side; ++i) {
+      if (cell.is_upper(i, j) != (k % 2 == 1)) continue;
+      const vec2 b = cell.legs_at(i, j);
+      const float w[3] = {1 - b.x - b.y, b.x, b.y};
+      TexturePlace place{vec2(0), vec3(0)};
+      for (int c = 0; c < 3; ++c) {
+        place.uv += w[c] * mesh.uv(t, c);
+        place.position += w[c] * mesh.positions[t[c]];
+      }
+      image.texels[static_cast<std::size_t>(corner.y + j) * image.size.x + corner.x + i] =
+          baked(*what.field, what.values, place);
+    }
+}
+
+// Apart from each other, each triangle at its place in the atlas.
+TriangleMesh in_atlas(TriangleMesh&& mesh, const Cell& cell, const ivec2& size) {
+  TriangleMesh apart{.positions = {}, .normals = {}, .uvs = {}, .triangles = {}, .warnings = std::move(mesh.warnings)};
+  for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+    const uvec3 t = mesh.triangles[k];
+    const bool upper = k % 2 == 1;
+    for (int c = 0; c < 3; ++c) {
+      const ivec2 along = cell.leg * ivec2(c == 1, c == 2);
+      const ivec2 texel = cell.corner(static_cast<std::uint32_t>(k)) + (upper ? ivec2(cell.side - 1) - along : along);
+      const vec2 share = (vec2(texel) + 0.5f) / vec2(size);
+      apart.positions.push_back(mesh.positions[t[c]]);
+      if (!mesh.normals.empty()) apart.normals.push_back(mesh.normals[t[c]]);
+      apart.uvs.emplace_back(share.x, 1 - share.y);
+    }
+    apart.triangles.push_back(static_cast<std::uint32_t>(3 * k) + uvec3(0, 1, 2));
+  }
+  return apart;
+}
 
 }  // namespace
 
@@ -57,8 +95,7 @@ int BakeBudget::side(int wanted) {
   return side;
 }
 
-ImageTexture bake_over_uv(const TextureField& field, const Bounds& uv_range, BakeBudget& budget,
-                          const std::function<vec3(const vec2&)>& place) {
+ImageTexture bake_over_uv(const TextureField& field, Baked values, const Bounds& uv_range, BakeBudget& budget) {
   const vec2 lower(uv_range.lower);
   vec2 extent = vec2(uv_range.upper) - lower;
   for (int i = 0; i < 2; ++i)
@@ -76,52 +113,25 @@ ImageTexture bake_over_uv(const TextureField& field, const Bounds& uv_range, Bak
       const vec2 share(static_cast<float>(i) / static_cast<float>(side - 1),
                        1 - static_cast<float>(row) / static_cast<float>(side - 1));
       const vec2 uv = lower + share * extent;
-      image.texels[row * static_cast<std::size_t>(side) + static_cast<std::size_t>(i)] =
-          within_unit(field.at({uv, place ? place(uv) : vec3(0)}));
+      image.texels[row * static_cast<std::size_t>(side) + static_cast<std::size_t>(i)] = baked(field, values, {uv, vec3(0)});
     }
   });
   return image;
 }
 
-ImageTexture bake_atlas(const TextureField& field, TriangleMesh& mesh, BakeBudget& budget) {
+std::vector<ImageTexture> bake_atlas(std::span<const FieldToBake> fields, TriangleMesh& mesh, BakeBudget& budget) {
   const std::size_t triangles = mesh.triangles.size();
   const Cell cell = cell_for(triangles, budget.side(1024));
-  ImageTexture image{.size = cell.size(triangles), .texels = {}};
-  const std::size_t texels = static_cast<std::size_t>(image.size.x) * image.size.y;
-  require_memory(static_cast<double>(texels) * sizeof(Rgb), {}, "the baked texture", "fewer triangles");
-  image.texels.resize(texels);
-  parallel_for(triangles, 64, [&](std::size_t k) {
-    const uvec3 t = mesh.triangles[k];
-    const ivec2 corner = cell.corner(static_cast<std::uint32_t>(k));
-    for (int j = 0; j < cell.side; ++j)
-      for (int i = 0; i < cell.side; ++i) {
-        if (cell.is_upper(i, j) != (k % 2 == 1)) continue;
-        const vec2 b = cell.legs_at(i, j);
-        const float w[3] = {1 - b.x - b.y, b.x, b.y};
-        TexturePlace place{vec2(0), vec3(0)};
-        for (int c = 0; c < 3; ++c) {
-          place.uv += w[c] * mesh.uv(t, c);
-          place.position += w[c] * mesh.positions[t[c]];
-        }
-        image.texels[static_cast<std::size_t>(corner.y + j) * image.size.x + corner.x + i] = within_unit(field.at(place));
-      }
-  });
-  TriangleMesh apart{.positions = {}, .normals = {}, .uvs = {}, .triangles = {}, .warnings = std::move(mesh.warnings)};
-  for (std::size_t k = 0; k < triangles; ++k) {
-    const uvec3 t = mesh.triangles[k];
-    const bool upper = k % 2 == 1;
-    for (int c = 0; c < 3; ++c) {
-      const ivec2 along = cell.leg * ivec2(c == 1, c == 2);
-      const ivec2 texel = cell.corner(static_cast<std::uint32_t>(k)) + (upper ? ivec2(cell.side - 1) - along : along);
-      const vec2 share = (vec2(texel) + 0.5f) / vec2(image.size);
-      apart.positions.push_back(mesh.positions[t[c]]);
-      if (!mesh.normals.empty()) apart.normals.push_back(mesh.normals[t[c]]);
-      apart.uvs.emplace_back(share.x, 1 - share.y);
-    }
-    apart.triangles.push_back(static_cast<std::uint32_t>(3 * k) + uvec3(0, 1, 2));
+  const ivec2 size = cell.size(triangles);
+  const std::size_t texels = static_cast<std::size_t>(size.x) * size.y;
+  require_memory(static_cast<double>(texels * fields.size()) * sizeof(Rgb), {}, "the baked texture", "fewer triangles");
+  std::vector<ImageTexture> images;
+  for (const FieldToBake& what : fields) {
+    ImageTexture& image = images.emplace_back(ImageTexture{.size = size, .texels = std::vector<Rgb>(texels)});
+    parallel_for(triangles, 64, [&](std::size_t k) { bake_triangle(what, mesh, cell, k, image); });
   }
-  mesh = std::move(apart);
-  return image;
+  mesh = in_atlas(std::move(mesh), cell, size);
+  return images;
 }
 
 }  // namespace etendue

@@ -23,11 +23,16 @@ class BakeBudget {
   std::uint64_t texels_ = 0;
 };
 
-// `place(uv)` is where the surface is at (u, v).
-ImageTexture bake_over_uv(const TextureField& field, const Bounds& uv_range, BakeBudget& budget,
-                          const std::function<vec3(const vec2&)>& place);
-// Gives the mesh, whose vertices are where the field is to be evaluated, the atlas's texture coordinates; vertices are no
-// longer shared.
-ImageTexture bake_atlas(const TextureField& field, TriangleMesh& mesh, BakeBudget& budget);
+// Reflectances are within_unit; heights are what they are, and 0 where they are not finite.
+enum class Baked : std::uint8_t { reflectance, heights };
+
+ImageTexture bake_over_uv(const TextureField& field, Baked values, const Bounds& uv_range, BakeBudget& budget);
+// Gives the mesh, whose vertices are where the fields are to be evaluated, the atlas's texture coordinates; vertices are no
+// longer shared. There is an image for each field.
+struct FieldToBake {
+  Field field;
+  Baked values;
+};
+std::vector<ImageTexture> bake_atlas(std::span<const FieldToBake> fields, TriangleMesh& mesh, BakeBudget& budget);
 
 }  // namespace etendue

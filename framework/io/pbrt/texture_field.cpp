@@ -171,24 +171,14 @@ Field checkerboard_field(const PbrtParams& params, const Transform& to_world, bo
   return std::make_shared<const TextureField>(std::move(field));
 }
 
-Field image_field(ImageTexture image, const TextureMapping& mapping, const std::string& wrap) {
+Field image_field(ImageTexture image, const TextureMapping& mapping) {
   const vec2 texels = vec2(image.size) * (mapping.is_uv() ? glm::abs(mapping.scale) : vec2(1));
   image.uv_scale = vec2(1);
   image.uv_offset = vec2(0);
   const auto shared = std::make_shared<const Texture>(std::move(image));
-  const auto at = [=](const TexturePlace& place) {
-    vec2 st = mapping.at(place);
-    const bool outside = glm::any(glm::lessThan(st, vec2(0))) || glm::any(glm::greaterThan(st, vec2(1)));
-    if (outside && wrap == "black") return Rgb(0);
-    // Kept off the edge, where interpolation would reach over to the other side.
-    if (wrap != "repeat") {
-      const vec2 half = 0.5f / vec2(std::get<ImageTexture>(*shared).size);
-      st = glm::clamp(st, half, 1.0f - half);
-    }
-    return evaluate(*shared, st);
-  };
   return std::make_shared<const TextureField>(
-      TextureField{at, !mapping.is_uv(), static_cast<int>(std::min(std::max(texels.x, texels.y), 1e6f)), 1});
+      TextureField{[=](const TexturePlace& place) { return evaluate(*shared, mapping.at(place)); }, !mapping.is_uv(),
+                   static_cast<int>(std::min(std::max(texels.x, texels.y), 1e6f)), 1});
 }
 
 Rgb mean_of(const Field& field) {

@@ -50,8 +50,8 @@ using ReadOperand = std::function<Field(std::string_view name, const Rgb& otherw
 Field procedural_field(const std::string& type, const PbrtParams& params, const Transform& to_world, bool version3,
                        const ReadOperand& operand);
 Field checkerboard_field(const PbrtParams& params, const Transform& to_world, bool version3, const ReadOperand& operand);
-// An image under any mapping; `wrap`: repeat, clamp or black.
-Field image_field(ImageTexture image, const TextureMapping& mapping, const std::string& wrap);
+// An image under any mapping.
+Field image_field(ImageTexture image, const TextureMapping& mapping);
 
 // The mean over the unit square of (u, v), and over a block of space where the field depends on it.
 Rgb mean_of(const Field& field);

@@ -20,6 +20,14 @@ Encoding read_encoding(const PbrtParams& params) {
   return encoding == "linear" ? Encoding::linear : Encoding::srgb;
 }
 
+Wrap read_wrap(const PbrtParams& params) {
+  const std::string wrap = params.string("wrap", "repeat");
+  if (wrap == "repeat") return Wrap::repeat;
+  if (wrap == "clamp") return Wrap::clamp;
+  if (wrap != "black") params.fail("wrap", fmt::format("is '{}'; expected repeat, clamp or black", wrap));
+  return Wrap::black;
+}
+
 struct ScaleTexture {
   const Rgb& factor;
 
@@ -137,13 +145,16 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
   const TextureMapping mapping(params, ctm(), version3_);
   const std::string file = params.string("filename", "");
   if (file.empty()) params.fail("filename", "is missing");
-  const std::string wrap = params.string("wrap", "repeat");
-  if (wrap != "repeat" && wrap != "clamp" && wrap != "black")
-    params.fail("wrap", fmt::format("is '{}'; expected repeat, clamp or black", wrap));
+  const Wrap wrap = read_wrap(params);
   if (params.string("filter", "bilinear") == "point") warn(params.where("filter"), "images are interpolated between texels");
   params.ignore({"trilinear", "maxanisotropy"});
-  ImageTexture texture{
-      .size = {}, .texels = {}, .uv_scale = mapping.scale, .uv_offset = mapping.offset, .gain = params.number("scale", 1, 0)};
+  ImageTexture texture{.size = {},
+                       .texels = {},
+                       .uv_scale = mapping.scale,
+                       .uv_offset = mapping.offset,
+                       .gain = params.number("scale", 1, 0),
+                       .wrap_u = wrap,
+                       .wrap_v = wrap};
   const Encoding encoding = read_encoding(params);
   RgbImage image = files_.image(file, *lexer.file(), params.where("filename"), encoding);
   warn_of_not_finite(image, params.where("filename"), file);
@@ -153,8 +164,13 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
     for (Rgb& texel : texture.texels) texel = glm::max(Rgb(1) - texture.gain * texel, Rgb(0));
     texture.gain = 1;
   }
-  if (!mapping.is_uv() || wrap != "repeat") return {image_field(std::move(texture), mapping, wrap), file};
+  if (!mapping.is_uv()) return {image_field(std::move(texture), mapping), file};
   return {std::move(texture), file};
+}
+
+std::uint32_t PbrtReader::add_texture(Texture texture) {
+  scene_.textures.push_back(std::move(texture));
+  return static_cast<std::uint32_t>(scene_.textures.size() - 1);
 }
 
 void PbrtReader::warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file) {

@@ -1,0 +1,118 @@
+// BSDFs that change or mix others: two sides, opacity, relief, coats, mixtures.
+
+#include "framework/io/mitsuba/reader.h"
+#include "framework/io/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace etendue {
+
+MitsubaReader::MaterialEntry MitsubaReader::two_sided(const Properties& of) {
+  MaterialEntry entry = nested_bsdf(of, 2);
+  entry.two_sided = true;
+  return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::null_bsdf(const Properties&) { return {.two_sided = true, .invisible = true}; }
+
+MitsubaReader::MaterialEntry MitsubaReader::mask(const Properties& of) {
+  MaterialEntry entry = nested_bsdf(of);
+  const XmlElement* element = of.element("opacity");
+  const TextureValue value = element ? opacity(*element) : Rgb(0.5f);
+  if (const auto* varying = std::get_if<Texture>(&value)) {
+    approximate(of.where(), fmt::format("{}: an opacity that varies is not supported", of.title()),
+                "a hole where it is below a half, with edges to a fraction of a triangle");
+    entry.opacity = std::make_shared<const Texture>(*varying);
+    return entry;
+  }
+  const float constant = mean_component(std::get<Rgb>(value));
+  entry.invisible = entry.invisible || constant == 0;
+  if (constant != 0 && constant != 1)
+    approximate(of.where(), fmt::format("{}: an opacity other than 0 and 1 is not supported", of.title()),
+                "an opaque surface: what it would let through is hidden");
+  return entry;
+}
+
+// Relief on a surface that has one is left as the outer one alone.
+void MitsubaReader::read_relief(const XmlElement& element, Relief::Kind kind, float scale, MaterialEntry& entry) {
+  if (is_colour(element)) {
+    if (kind == Relief::Kind::normals)
+      approximate(element.where(), "a normal map of one colour is not supported", "the smooth surface");
+    return;
+  }
+  const TextureValue value = texture(element);
+  const auto* const map = std::get_if<Texture>(&value);
+  if (!map) return;
+  if (std::holds_alternative<CheckerTexture>(*map) && kind == Relief::Kind::heights)
+    warn(element.where(), "checks as relief are flat: their edges have no width");
+  if (entry.relief)
+    approximate(element.where(), "relief on a surface that has one already is not supported", "the outer one alone");
+  entry.relief = Relief{.kind = kind, .texture = add_texture(*map), .scale = scale};
+  entry.scene_index.reset();
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::bump(const Properties& of) {
+  MaterialEntry entry = nested_bsdf(of);
+  const bool is_normals = of.type() == "normalmap";
+  const float scale = is_normals ? 1 : number(of, "scale", 1, -1e6f, 1e6f);
+  const auto maps = of.objects({"texture"});
+  if (maps.size() != 1)
+    throw Error(of.where(), fmt::format("{}: has {} textures in it; expected one", of.title(), maps.size()));
+  read_relief(*maps[0], is_normals ? Relief::Kind::normals : Relief::Kind::heights, scale, entry);
+  return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::coating(const Properties& of) {
+  MaterialEntry entry = nested_bsdf(of);
+  const auto* base = std::get_if<Diffuse>(&entry.material);
+  approximate(of.where(), fmt::format("{} is not supported", of.title()),
+              base ? "plastic, whose coat absorbs nothing" : "the surface without its coat");
+  if (base) {
+    const Roughness rough = isotropic_roughness(of, of.type() == "roughcoating", 0.1f);
+    entry.material = Plastic{base->reflectance, std::max(relative_index(of, "bk7"), 1.001f), rough.alpha.x, rough.distribution};
+  }
+  entry.scene_index.reset();
+  of.ignore_all();
+  return entry;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::blend(const Properties& of) {
+  const float weight = number(of, "weight", 0.5f, 0, 1);  // of the second
+  const auto found = of.objects({"bsdf"});
+  if (found.size() != 2) throw Error(of.where(), fmt::format("{}: has {} bsdfs in it; expected two", of.title(), found.size()));
+  MaterialEntry first = materials_[bsdf(*found[0])], second = materials_[bsdf(*found[1])];
+  const auto *a = std::get_if<Diffuse>(&first.material), *b = std::get_if<Diffuse>(&second.material);
+  first.scene_index.reset();
+  second.scene_index.reset();
+  if (a && b && a->reflectance.is_constant() && b->reflectance.is_constant() && !first.invisible && !second.invisible &&
+      !first.relief && !second.relief) {
+    first.material = Diffuse{glm::mix(a->reflectance.constant, b->reflectance.constant, weight)};
+    return first;
+  }
+  if (weight > 0 && weight < 1)
+    approximate(of.where(), fmt::format("{}: only diffuse bsdfs can be mixed", of.title()), "the bsdf with more weight alone");
+  return weight > 0.5f ? second : first;
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::mixture(const Properties& of) {
+  const auto found = of.objects({"bsdf"});
+  if (found.empty()) throw Error(of.where(), fmt::format("{}: has no bsdfs in it", of.title()));
+  approximate(of.where(), fmt::format("{} is not supported", of.title()), "the bsdf with most weight alone");
+  std::string text = of.string("weights", "");
+  std::replace(text.begin(), text.end(), ',', ' ');
+  WordReader words(text);
+  std::size_t most = 0;
+  double most_weight = -1;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (const double weight = parse_number(words.word_on_any_line()).value_or(0); weight > most_weight) {
+      most = i;
+      most_weight = weight;
+    }
+  MaterialEntry entry = materials_[bsdf(*found[most])];
+  entry.scene_index.reset();
+  return entry;
+}
+
+}  // namespace etendue
