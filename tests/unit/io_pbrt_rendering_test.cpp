@@ -64,8 +64,20 @@ TEST(PbrtRendering, WhatWouldChangeTheImageIsTold) {
   EXPECT_TRUE(
       warns(with("Integrator \"volpath\" \"bool regularize\" true"), "s.pbrt:2:22: Integrator: 'regularize' has no effect"));
   EXPECT_TRUE(warns(with("Integrator \"path\" \"integer pixelbounds\" [0 1 0 1]"), "'pixelbounds' has no effect"));
-  EXPECT_TRUE(warns(with("Integrator \"whitted\""), "s.pbrt:2:12: Integrator \"whitted\" shows a part of the light in pbrt"));
+  EXPECT_TRUE(warns(with("Integrator \"ao\""), "s.pbrt:2:12: Integrator \"ao\" shows a part of the light in pbrt"));
   EXPECT_TRUE(warns(with("PixelFilter \"mitchell\" \"float B\" 0.3"), "filtered with a box"));
+}
+
+TEST(PbrtRendering, DirectLightIsScatteredOnceWhereNothingIsSpecular) {
+  for (const std::string name : {"whitted", "directlighting"}) {
+    const std::string integrator = "Integrator \"" + name + "\" \"integer maxdepth\" 5";
+    EXPECT_EQ(with(integrator).max_depth, 1);
+    EXPECT_TRUE(with(integrator).warnings.empty());
+    const Scene mirror = parse_pbrt(integrator + " WorldBegin LightSource \"point\" Material \"mirror\" " + triangle, "s.pbrt");
+    EXPECT_EQ(mirror.max_depth, 5);
+    EXPECT_TRUE(warns(mirror, "shows a part of the light in pbrt"));
+  }
+  EXPECT_EQ(with("Integrator \"whitted\"\nIntegrator \"path\" \"integer maxdepth\" 9").max_depth, 9);
 }
 
 }  // namespace

@@ -111,6 +111,7 @@ void PbrtReader::finish() {
   scene_.objects[0] = world_.parts[0].builder.take(&emissions);
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({files_.first_file()}, "the scene has no shapes");
   if (emissions.empty() && scene_.lights.empty()) warn({files_.first_file()}, "the scene has no lights");
+  limit_to_direct_light();
   for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
   for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   if (const Bounds bounds = scene_.bounds();

@@ -167,6 +167,8 @@ class PbrtReader {
   void accelerator(PbrtLexer& lexer, const Token& token);
   void pixel_filter(PbrtLexer& lexer, const Token& token);
   void accept_known(PbrtLexer& lexer, const Token& token, std::string_view kind);
+  void warn_of_part(const Location& where, const std::string& type);
+  void limit_to_direct_light();
 
   // shapes.cpp
   void shape(PbrtLexer& lexer, const Token& token);
@@ -283,6 +285,11 @@ class PbrtReader {
   std::map<std::string, Placement, std::less<>> coordinate_systems_;
   Rgb exposure_{1};        // by which the film scales the image
   bool version3_ = false;  // as its film tells
+  struct DirectOnly {
+    Location where;
+    std::string type;
+  };
+  std::optional<DirectOnly> direct_only_;  // where an integrator shows no other light
   std::optional<CameraEntry> camera_;
   std::vector<MaterialEntry> materials_{MaterialEntry{.material = Diffuse{Rgb(0.5f)}, .textured = false, .scene_index = {}}};
   std::map<std::string, std::uint32_t, std::less<>> named_materials_;

@@ -1,6 +1,6 @@
 // Integrator, Sampler, PixelFilter and Accelerator: how pbrt itself would render, which the command line decides here. Each
 // name and each parameter of versions 3 and 4 is known, and anything else an error: a misspelt "maxdepth" must not be lost. Of
-// an integrator, maxdepth alone is kept; what else would change the image has a warning.
+// an integrator, the depth alone is kept; what else would change the image has a warning.
 
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/text.h"
@@ -110,8 +110,25 @@ void PbrtReader::integrator(PbrtLexer& lexer, const Token& token) {
     if (given && name == "maxdepth") scene_.max_depth = params.integer(name, 5, 0, 65536);
   });
   params.finish();
-  if (!known.all_light)
-    warn(where, fmt::format("Integrator \"{}\" shows a part of the light in pbrt; here every method computes all of it", type));
+  direct_only_.reset();
+  if (type == "directlighting" || type == "whitted")
+    direct_only_ = DirectOnly{where, type};
+  else if (!known.all_light)
+    warn_of_part(where, type);
+}
+
+void PbrtReader::warn_of_part(const Location& where, const std::string& type) {
+  warn(where, fmt::format("Integrator \"{}\" shows a part of the light in pbrt; here every method computes all of it", type));
+}
+
+// Light that is scattered once is all that such an integrator shows where nothing is specular: it follows what is.
+void PbrtReader::limit_to_direct_light() {
+  if (!direct_only_) return;
+  const auto& materials = scene_.materials;
+  if (std::any_of(materials.begin(), materials.end(), [](const Material& m) { return has_specular(m); }))
+    warn_of_part(direct_only_->where, direct_only_->type);
+  else
+    scene_.max_depth = 1;
 }
 
 void PbrtReader::sampler(PbrtLexer& lexer, const Token& token) { accept_known(lexer, token, "sampler"); }
