@@ -1,7 +1,6 @@
 // Mitsuba scenes: cameras, files, transforms and shapes; where mistakes are told, and what hostile scenes cost.
 #include "framework/io/load_scene.h"
 #include "framework/io/mitsuba/xml.h"
-#include "tests/places.h"
 #include "tests/unit/io_mitsuba_helpers.h"
 
 #include <chrono>
@@ -273,14 +272,6 @@ TEST(MitsubaShapes, QuadricsAreKept) {
   EXPECT_EQ(std::get<Sphere>(quadrics[0]).radius, 2);
   expect_near(std::get<Disk>(quadrics[1]).normal, {0, 0, 1});
   EXPECT_EQ(std::get<Cylinder>(quadrics[2]).length, 2);
-}
-
-TEST(MitsubaDocs, NameEveryTypeOfTheReader) {
-  const std::string docs = slurp(std::string(project_folder) + "docs/scene-files.md");
-  for (const MitsubaSupport& s : mitsuba_support()) {
-    const std::string row = "| " + std::string(s.element) + " | `" + std::string(s.type) + "` | " + std::string(s.how) + " |";
-    EXPECT_NE(docs.find(row), std::string::npos) << "missing:\n" << row;
-  }
 }
 
 TEST(MitsubaNames, BothSpellingsAreOne) {

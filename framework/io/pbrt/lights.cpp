@@ -54,8 +54,7 @@ vec3 unit_direction(const PbrtParams& params, const Transform& t, const vec3& fr
 void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "AreaLightSource");
-  if (type != "diffuse" && type != "area")
-    throw Error(where, unknown_name("area light", type, std::vector<std::string>{"diffuse"}));
+  require_known("AreaLightSource", "area light", type, where);
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   Rgb radiance = emitted(params, "L");
   const std::uint32_t texture = params.has("filename") ? image_of_light(lexer, params, radiance) : no_id;
@@ -86,6 +85,7 @@ std::uint32_t PbrtReader::image_of_light(PbrtLexer& lexer, const PbrtParams& par
 void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "LightSource");
+  require_known("LightSource", "light", type, where);
   PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   params.add_defaults(attributes_.defaults["light"]);
   std::optional<Light> light;
@@ -99,12 +99,8 @@ void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
     light = infinite_light(lexer, params);
   else if (type == "goniometric")
     light = goniometric_light(lexer, params);
-  else if (type == "projection")
-    light = projection_light(lexer, params);
   else
-    throw Error(where,
-                unknown_name("light", type,
-                             std::vector<std::string>{"point", "spot", "distant", "infinite", "goniometric", "projection"}));
+    light = projection_light(lexer, params);
   params.ignore({"samples", "nsamples"});
   params.finish();
   if (is_black(emission(*light)))

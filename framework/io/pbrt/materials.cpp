@@ -164,6 +164,7 @@ PbrtReader::MaterialEntry PbrtReader::make_material(const std::string& type, con
     params.ignore_all();
     return entry;
   }
+  require_known("Material", "material", type, params.where());
   if (type == "mix") {
     entry = make_mix(params);
   } else if (type == "diffuse") {
@@ -182,14 +183,8 @@ PbrtReader::MaterialEntry PbrtReader::make_material(const std::string& type, con
     entry.material = make_coated_diffuse(params, entry);
   } else if (type == "plastic") {
     entry.material = make_plastic(params, entry);
-  } else if (!make_nearest(type, params, entry)) {
-    const std::vector<std::string> known{
-        "diffuse",        "matte",      "mirror",          "conductor",    "metal",
-        "dielectric",     "glass",      "coateddiffuse",   "plastic",      "uber",
-        "substrate",      "mix",        "translucent",     "none",         "diffusetransmission",
-        "interface",      "subsurface", "coatedconductor", "kdsubsurface", "hair",
-        "thindielectric", "measured",   "fourier"};
-    throw Error(params.where(), unknown_name("material", type, known));
+  } else {
+    make_nearest(type, params, entry);
   }
   read_relief(params, entry);
   params.finish();

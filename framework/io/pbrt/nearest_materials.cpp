@@ -72,7 +72,7 @@ Conductor metal_of(const Rgb& reflectance, const vec2& alpha) {
 
 }  // namespace
 
-bool PbrtReader::make_nearest(const std::string& type, const PbrtParams& params, MaterialEntry& entry) {
+void PbrtReader::make_nearest(const std::string& type, const PbrtParams& params, MaterialEntry& entry) {
   const std::string what = fmt::format("material \"{}\" is not supported", type);
   if (type == "uber") {
     entry.material = make_uber(params, entry);
@@ -90,14 +90,11 @@ bool PbrtReader::make_nearest(const std::string& type, const PbrtParams& params,
   } else if (type == "hair") {
     approximate(params.where(), what, "a diffuse surface of its colour, without highlights");
     entry.material = make_hair(params, entry);
-  } else if (type == "measured" || type == "fourier") {
+  } else {  // measured, fourier
     approximate(params.where(), what, "a diffuse surface of reflectance 0.5: neither colour nor highlights are the file's");
     params.ignore_all();
     entry.material = Diffuse{Rgb(0.5f)};
-  } else {
-    return false;
   }
-  return true;
 }
 
 float PbrtReader::specular_strength(const PbrtParams& params, std::string_view name, float otherwise) {

@@ -25,8 +25,7 @@ void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Camera");
   const bool spherical = type == "spherical" || type == "environment";
-  if (!spherical && type != "perspective" && type != "orthographic" && type != "realistic")
-    fail_unknown(where, "camera", type, {"perspective", "orthographic", "spherical", "environment", "realistic"});
+  require_known("Camera", "camera", type, where);
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   Camera& camera = scene_.camera;
   camera.to_world = ctm().inverse();

@@ -1,6 +1,6 @@
 // Scenes in the language of pbrt, versions 3 and 4, but for participating media and motion. docs/scene-files.md lists what is
-// read exactly, what loads with a warning, and what only by approximation. Names of files are relative to the file that holds
-// them, else to the first file (scene_files.h).
+// read exactly, what loads with a warning, and what only by approximation; a test holds it against pbrt_support() of support.h.
+// Names of files are relative to the file that holds them, else to the first file (scene_files.h).
 //
 // What would change the image and is not understood is an error, down to single parameters, unless approximations are allowed
 // (approximations.h). What is left to the command line (sampling) or cannot matter is skipped, with a warning in

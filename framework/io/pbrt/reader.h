@@ -6,6 +6,7 @@
 #include "framework/io/mesh/left_out.h"
 #include "framework/io/object_builder.h"
 #include "framework/io/pbrt/params.h"
+#include "framework/io/pbrt/support.h"
 #include "framework/io/pbrt/texture_bake.h"
 #include "framework/io/pbrt/texture_field.h"
 #include "framework/io/scene_files.h"
@@ -211,7 +212,7 @@ class PbrtReader {
 
   // nearest_materials.cpp: what has no exact equal
   using ColourMap = std::function<Rgb(const Rgb&)>;
-  bool make_nearest(const std::string& type, const PbrtParams& params, MaterialEntry& entry);
+  void make_nearest(const std::string& type, const PbrtParams& params, MaterialEntry& entry);
   // A diffuse base as bright as `base` under a coat of the index `eta`; bare where that is 1.
   Material make_coated(const PbrtParams& params, std::string_view base, const Rgb& otherwise, float eta, float alpha,
                        MaterialEntry& entry);

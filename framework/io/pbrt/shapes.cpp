@@ -55,6 +55,7 @@ Opacity opacity_of(const Field& field) {
 void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Shape");
+  require_known("Shape", "shape", type, where);
   PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   params.add_defaults(attributes_.defaults["shape"]);
   if (type == "trianglemesh")
@@ -69,12 +70,7 @@ void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
     bilinear_mesh(params);
   else if (type == "heightfield")
     height_field(params);
-  else if (const auto quadric = read_quadric(type, params); !quadric)
-    throw Error(where, unknown_name("shape", type,
-                                    std::vector<std::string>{"trianglemesh", "plymesh", "objmesh", "sphere", "cylinder", "disk",
-                                                             "cone", "paraboloid", "hyperboloid", "loopsubdiv", "curve",
-                                                             "bilinearmesh", "heightfield"}));
-  else if (quadric->whole)
+  else if (const auto quadric = read_quadric(type, params); quadric->whole)
     place(*quadric->whole, quadric->patch, params);
   else
     place_patch(quadric->patch, params);

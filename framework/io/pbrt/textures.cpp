@@ -117,6 +117,7 @@ void PbrtReader::texture(PbrtLexer& lexer, const Token& token) {
 
 PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params,
                                                   TextureMap& textures) {
+  require_known("Texture", "texture", type, params.where());
   if (type == "constant") {
     const auto value = operand(params, "value", Rgb(1), textures);
     if (const Rgb* constant = std::get_if<Rgb>(&value)) return {*constant};
@@ -126,19 +127,14 @@ PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::s
   if (type == "checkerboard") return checker_texture(params, textures);
   if (type == "scale") return scaled_texture(params, textures);
   if (type == "mix") return mixed_texture(params, textures);
-  const Field procedural = procedural_field(type, params, ctm(), version3_, [&](std::string_view name, const Rgb& otherwise) {
-    return field_operand(params, name, otherwise, textures);
-  });
-  if (procedural) return {procedural};
   if (type == "ptex") {
     approximate(params.where(), "texture \"ptex\" is not supported", "grey of 0.5");
     params.ignore_all();
     return {Rgb(0.5f)};
   }
-  throw Error(params.where(),
-              unknown_name("texture", type,
-                           std::vector<std::string>{"constant", "imagemap", "checkerboard", "scale", "mix", "dots", "uv",
-                                                    "bilerp", "fbm", "wrinkled", "windy", "marble"}));
+  return {procedural_field(type, params, ctm(), version3_, [&](std::string_view name, const Rgb& otherwise) {
+    return field_operand(params, name, otherwise, textures);
+  })};
 }
 
 PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
