@@ -57,6 +57,13 @@ struct InspectCommand {
 int inspect_command(const InspectCommand& command);
 int inspect_all(const InspectCommand& command);  // every scene file below a folder
 
+struct ConvertCommand {
+  std::string scene, output;  // `output`: a .pbrt file
+  bool json = false;
+  SceneReading reading;
+};
+int convert_command(const ConvertCommand& command);
+
 struct ResultsCommand {
   std::vector<std::string> names, overrides;  // none: all experiments
   std::string shard, before;

@@ -206,6 +206,15 @@ class CommandLine {
     c->add_flag("--all", inspect_.all,
                 "SCENE is a folder: for every scene file below it, whether it loads, needs --approximate or fails, and why");
     reading(c, inspect_.reading);
+    c = add("convert", "a scene of any kind as a pbrt file, with its meshes (PLY) and images beside it",
+            [this] { return convert_command(convert_); });
+    c->add_option("SCENE", convert_.scene, "builtin:NAME, .pbrt, .xml, .obj, .ply or .smf")->required()->type_name("");
+    c->add_option("OUT", convert_.output,
+                  "NAME.pbrt; files go to NAME-files beside it and replace those of the same names there")
+        ->required()
+        ->type_name("");
+    c->add_flag("--json", convert_.json, "what was written, and what pbrt cannot say, as JSON");
+    reading(c, convert_.reading);
     c = add("compare", "every metric of an image against a reference", [this] { return compare_command(compare_); });
     c->add_option("IMAGE", compare_.image, ".exr; or .hdr, .pfm, .png, .jpg, .tga, .bmp")->required()->type_name("");
     c->add_option("REFERENCE", compare_.reference, "of the same size")->required()->type_name("");
@@ -267,6 +276,7 @@ class CommandLine {
   RenderCommand render_;
   AccelCommand accel_;
   InspectCommand inspect_;
+  ConvertCommand convert_;
   CompareCommand compare_;
   ReportCommand report_;
   ResultsCommand results_;

@@ -8,9 +8,10 @@ namespace etendue {
 
 namespace {
 
-// Unit, or zero where there is no direction.
+// Unit, or zero where there is no direction. One that is unit as floats go stays as it is: read again it is the same.
 vec3 unit_or_zero(const vec3& v) {
   const double length = glm::length(dvec3(v));
+  if (std::abs(length - 1) <= 4 * 0x1p-24) return v;
   return length > 0 && std::isfinite(length) ? vec3(dvec3(v) / length) : vec3(0);
 }
 
