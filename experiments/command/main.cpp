@@ -159,10 +159,14 @@ class CommandLine {
     whole(c, "--seed", render_.seed, 0, INT64_MAX, "N", "default 1");
     repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");
     text(c, "-o", render_.output, "FILE", ".exr or .png; default: named after scene and integrator, none with --json");
-    repeated(
-        c, "--aov", render_.aovs, "NAME",
-        "another image beside the output, FILE.NAME.exr: records (where a cache's lie, and how far they serve), standard-error "
-        "(of each pixel, as the method itself estimates it); repeatable");
+    c->add_option(
+         "--aov", render_.aovs,
+         "other images beside the output, FILE.NAME.exr: albedo, normal, position, depth, primitive, material (what the "
+         "camera sees first, whatever the method); records (where a cache's lie, and how far they serve), "
+         "standard-error (of each pixel, as the method itself estimates it); repeatable")
+        ->type_name("NAME,...")
+        ->allow_extra_args(false)
+        ->delimiter(',');
     text(c, "--save-cache", render_.save_cache, "FILE",
          "the cache as the last iteration left it (irradiance-cache, radiance-cache, photon-cache, "
          "hash-cache), for other views of the scene");

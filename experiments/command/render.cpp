@@ -6,6 +6,7 @@
 #include "experiments/log/manifest.h"
 #include "experiments/report/record_overlay.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/surface_images.h"
 #include "experiments/run/recipe.h"
 #include "experiments/run/reference.h"
 #include "experiments/run/run_cell.h"
@@ -93,9 +94,16 @@ struct Rendered {
   std::vector<std::string> warnings = {};  // of the scene's reader
 };
 
-// "b.exr" and "records" make "b.records.exr".
+// "b.exr" and "records" make "b.records.exr". What is no colour has no place in a PNG.
 std::string aov_path(const std::string& output, const std::string& aov) {
-  return std::filesystem::path(output).replace_extension(aov).string() + std::filesystem::path(output).extension().string();
+  return std::filesystem::path(output).replace_extension(aov).string() +
+         (is_surface_image(aov) ? ".exr" : std::filesystem::path(output).extension().string());
+}
+
+Image draw_aov(const std::string& aov, Integrator& integrator, const RenderContext& context, const Image& image) {
+  if (is_surface_image(aov)) return draw_surface_image(aov, context);
+  return aov == records_aov ? draw_records(image, context, integrator.cache()->record_shapes())
+                            : integrator.cache()->standard_error();
 }
 
 std::string to_json(const Rendered& r) {
@@ -177,21 +185,18 @@ void write_outputs(const Rendered& r, Integrator& integrator, const RenderContex
   if (!r.command.save_cache.empty())
     attempt([&] { write_whole_file(r.command.save_cache, integrator.cache()->save(context)); });
   for (const std::string& aov : r.command.aovs)
-    attempt([&] {
-      write_image(r, result, aov_path(r.output, aov),
-                  aov == records_aov ? draw_records(result.image, context, integrator.cache()->record_shapes())
-                                     : integrator.cache()->standard_error(),
-                  aov);
-    });
+    attempt([&] { write_image(r, result, aov_path(r.output, aov), draw_aov(aov, integrator, context, result.image), aov); });
   if (failure) std::rethrow_exception(failure);
 }
 
 void check_aovs(const RenderCommand& command, const Rendered& r) {
-  const std::string names[] = {records_aov, standard_error_aov};
+  std::vector<std::string> names{records_aov, standard_error_aov};
+  names.insert(names.end(), surface_image_names().begin(), surface_image_names().end());
   for (const std::string& aov : command.aovs) {
     const Location where{"--aov " + aov};
-    if (std::ranges::find(names, aov) == std::end(names)) throw Error(where, unknown_name("aov", aov, names));
+    if (std::ranges::find(names, aov) == names.end()) throw Error(where, unknown_name("aov", aov, names));
     if (r.output.empty()) throw Error(where, "is written beside the image; expected -o as well");
+    if (is_surface_image(aov)) continue;
     require_cache(r.integrator, where.file, aov == records_aov ? "has no records to show" : "does not estimate its own error");
   }
 }

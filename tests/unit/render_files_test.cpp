@@ -1,5 +1,6 @@
 // What `etendue render` writes where: nothing lost, nothing replaced that was not meant.
 #include "experiments/log/log.h"
+#include "framework/io/image/exr.h"
 #include "tests/unit/harness_process.h"
 
 #include <fmt/format.h>
@@ -55,6 +56,21 @@ TEST_F(RenderFiles, OneFileForTwoOutputsIsRefused) {
   expect_refused({"--save-cache", "link", "-o", "a.exr"}, "the same file");
   expect_refused({"--save-cache", "a.records.exr", "--aov", "records", "-o", "a.exr"}, "the same file as that of --save-cache");
   EXPECT_FALSE(std::filesystem::exists(directory_ / "a.exr"));
+}
+
+// They need no cache and no certain method; a PNG has them beside it as EXR.
+TEST_F(RenderFiles, SurfaceImagesAreWrittenForEveryMethod) {
+  const auto path = [&](const std::string& aovs, const std::string& output) {
+    return ProgramTest::run(
+        {"render", "builtin:cornell-box", "--resolution", "8x8", "--spp", "1", "--threads", "1", "--aov", aovs, "-o", output});
+  };
+  const Outcome first = path("albedo,depth", "a.png"), other = render({"--aov", "depth", "--aov", "records", "-o", "b.exr"});
+  EXPECT_EQ(first.status, 0) << first.err;
+  EXPECT_NE(first.out.find("aov         a.albedo.exr\naov         a.depth.exr\n"), std::string::npos) << first.out;
+  EXPECT_EQ(other.status, 0) << other.err;
+  EXPECT_EQ(read_exr((directory_ / "a.depth.exr").string()).pixels, read_exr((directory_ / "b.depth.exr").string()).pixels);
+  expect_refused({"--aov", "normals", "-o", "c.exr"}, "did you mean 'normal'");
+  expect_refused({"--aov", "depth,depth", "-o", "c.exr"}, "the same file");
 }
 
 TEST_F(RenderFiles, LinksAreFollowedAndNeighboursKept) {
