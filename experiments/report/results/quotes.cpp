@@ -12,7 +12,7 @@ namespace etendue {
 
 namespace {
 
-constexpr std::string_view opening = "<!--=", closing = "-->", end_mark = "<!--/-->";
+using Words = std::vector<std::string>;
 
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \n"), last = text.find_last_not_of(" \n");
@@ -27,46 +27,131 @@ std::string_view cut(std::string_view& text, std::string_view end) {
   return head;
 }
 
+// Which rows of a table give a figure, and how.
+enum class Choice { only, least, most, count };
+
+struct QuotedFigure {
+  const Table* table = nullptr;
+  Choice choice = Choice::only;
+  std::size_t column = 0;
+  Words words;
+};
+
+// A figure, over another one where there are two, and its notation.
+struct Quote {
+  std::vector<QuotedFigure> figures;
+  std::string_view notation;
+};
+
+std::size_t column_named(const Table& table, std::string_view key) {
+  if (const auto column = column_of(table, key)) return *column;
+  Words keys;
+  for (const TableColumn& column : table.columns) keys.push_back(column.key);
+  throw Error(unknown_name("column", key, keys));
+}
+
+const Table& table_named(std::string_view name, const TableSource& tables) {
+  const std::string folder(cut(name, "/"));
+  if (folder.empty() || name.empty()) throw Error("a table that cannot be read; expected FOLDER/TABLE");
+  return tables(folder, std::string(name));
+}
+
+// Reads "[cornell-box, path]"; what is empty has no words. A comma within a word has no space behind it.
+Words words_of(std::string_view text) {
+  Words words;
+  if (text.empty()) return words;
+  if (!text.starts_with('[') || !text.ends_with(']')) throw Error(fmt::format("'{}'; expected [WORD, WORD, …]", text));
+  text = text.substr(1, text.size() - 2);
+  while (!trimmed(text).empty()) {
+    std::size_t comma = text.find(',');
+    while (comma != std::string_view::npos && text.substr(comma + 1).find_first_of(" \n") != 0)
+      comma = text.find(',', comma + 1);
+    words.emplace_back(trimmed(text.substr(0, comma)));
+    text = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
+  }
+  return words;
+}
+
+// Reads "least first-light/final relmse_median [cornell-box]", without the table where `given` is the one.
+QuotedFigure figure_of(std::string_view text, const Table* given, const TableSource& tables) {
+  const auto cannot = [] { return Error("a figure that cannot be read; expected FOLDER/TABLE COLUMN [WORD, WORD, …]"); };
+  const std::size_t bracket = std::min(text.find('['), text.size());
+  std::string_view head = trimmed(text.substr(0, bracket));
+  QuotedFigure figure{given, Choice::only, 0, words_of(trimmed(text.substr(bracket)))};
+  if (!given && bracket == text.size()) throw cannot();
+  for (const auto& [name, choice] : {std::pair("least", Choice::least), {"most", Choice::most}, {"count", Choice::count}})
+    if (head == name || head.starts_with(std::string(name) + " ")) {
+      figure.choice = choice;
+      cut(head, name);
+      break;
+    }
+  head = trimmed(head);
+  if (!given) figure.table = &table_named(cut(head, " "), tables);
+  if ((figure.choice == Choice::count) != trimmed(head).empty()) throw cannot();
+  if (figure.choice != Choice::count) figure.column = column_named(*figure.table, trimmed(head));
+  return figure;
+}
+
+// Reads one figure or "A [...] / B [...]", with "as NOTATION" behind.
+Quote quote_of(std::string_view text, const Table* given, const TableSource& tables) {
+  Quote quote;
+  const std::size_t as = text.rfind(" as ");
+  if (as != std::string_view::npos && text.find(']', as) == std::string_view::npos) {
+    quote.notation = trimmed(text.substr(as + 4));
+    text = text.substr(0, as);
+  }
+  const std::size_t over = text.find("] /");
+  quote.figures.push_back(figure_of(trimmed(text.substr(0, over == std::string_view::npos ? over : over + 1)), given, tables));
+  if (over != std::string_view::npos) quote.figures.push_back(figure_of(trimmed(text.substr(over + 3)), given, tables));
+  return quote;
+}
+
 bool is_named(const TableCell& cell, std::string_view word) {
   return cell.raw == word || (cell.raw.starts_with("builtin:") && std::string_view(cell.raw).substr(8) == word);
 }
 
-double number_of(std::string_view text, const std::string& what) {
-  try {
-    return std::stod(std::string(text));
-  } catch (const std::exception&) {
-    throw Error(fmt::format("{} '{}'; expected a number", what, text));
-  }
+bool has_word(const Table& table, const std::vector<TableCell>& row, std::string_view word) {
+  if (word.starts_with("not ")) return !has_word(table, row, word.substr(4));
+  const std::size_t equals = word.find('=');
+  if (const auto column = column_of(table, word.substr(0, equals)); column && equals != std::string_view::npos)
+    return is_named(row[*column], word.substr(equals + 1));
+  const auto has_part = [&](const TableCell& cell) {
+    return equals != std::string_view::npos && (" " + cell.raw + " ").find(fmt::format(" {} ", word)) != std::string::npos;
+  };
+  return std::ranges::any_of(row, [&](const TableCell& cell) { return is_named(cell, word) || has_part(cell); });
 }
 
-// Reads "first-light/final relmse_median [cornell-box, path, sah]".
-double value_of(std::string_view quote, const TableSource& tables) {
-  const std::string folder(cut(quote, "/")), name(cut(quote, " ")), key(cut(quote, "["));
-  std::string_view words = cut(quote, "]");
-  if (folder.empty() || name.empty() || key.empty() || words.empty() || !trimmed(quote).empty())
-    throw Error("a figure that cannot be read; expected FOLDER/TABLE COLUMN [WORD, WORD, …]");
-  const Table& table = tables(folder, name);
-  const auto column = column_of(table, key);
-  if (!column) {
-    std::vector<std::string> keys;
-    for (const TableColumn& other : table.columns) keys.push_back(other.key);
-    throw Error(unknown_name("column", key, keys));
+std::vector<const std::vector<TableCell>*> rows_with(const Table& table, const Words& words) {
+  std::vector<const std::vector<TableCell>*> found;
+  for (const auto& row : table.rows)
+    if (std::ranges::all_of(words, [&](const std::string& word) { return has_word(table, row, word); })) found.push_back(&row);
+  return found;
+}
+
+std::optional<double> number_in(std::string_view text) { return parse_number(trimmed(text)); }
+
+// What the log's own table shows there: for a column that only programs read, the readers' column it belongs to.
+std::string shown_text(const QuotedFigure& figure, const std::vector<TableCell>& row) {
+  std::size_t at = figure.column;
+  while (at > 0 && figure.table->columns[at].audience == Audience::machines) --at;
+  return row[figure.table->columns[at].audience == Audience::machines ? figure.column : at].text;
+}
+
+// The value of a figure; none where no row has its words or the only one has nothing there. "as text" is for one row alone,
+// whose text goes to `text`.
+std::optional<double> value_of(const QuotedFigure& figure, std::string* text) {
+  const auto rows = rows_with(*figure.table, figure.words);
+  if (figure.choice == Choice::count) return static_cast<double>(rows.size());
+  if (figure.choice == Choice::only && rows.size() > 1)
+    throw Error(fmt::format("{} rows of {} have all of [{}]; expected one", rows.size(), figure.table->name,
+                            fmt::join(figure.words, ", ")));
+  std::optional<double> chosen;
+  for (const auto* row : rows) {
+    const auto value = number_in((*row)[figure.column].raw);
+    if (text && figure.choice == Choice::only) *text = shown_text(figure, *row);
+    if (value && (!chosen || (figure.choice == Choice::least ? *value < *chosen : *value > *chosen))) chosen = value;
   }
-  std::vector<std::string_view> wanted;
-  while (!words.empty()) wanted.push_back(cut(words, ","));
-  const TableCell* found = nullptr;
-  std::size_t rows = 0;
-  for (const auto& row : table.rows) {
-    const bool fits = std::ranges::all_of(wanted, [&](std::string_view word) {
-      return std::ranges::any_of(row, [&](const TableCell& cell) { return is_named(cell, word); });
-    });
-    if (!fits) continue;
-    ++rows;
-    found = &row[*column];
-  }
-  if (rows != 1)
-    throw Error(fmt::format("{} rows of {}/{} have all of [{}]; expected one", rows, folder, name, fmt::join(wanted, ", ")));
-  return number_of(found->raw, fmt::format("{} there is", key));
+  return chosen;
 }
 
 std::string notation(double value, std::string_view format) {
@@ -74,8 +159,11 @@ std::string notation(double value, std::string_view format) {
     const bool count = value == std::floor(value) && std::abs(value) < 1e6;
     return count ? fmt::format("{:.0f}", value) : format_figure(value, 2);
   }
-  if (const std::size_t star = format.find('*'); star != std::string_view::npos)
-    value *= number_of(cut(format, "*"), "the factor");
+  if (format.find('*') != std::string_view::npos) {
+    const std::string_view factor = cut(format, "*");
+    if (!number_in(factor)) throw Error(fmt::format("the factor '{}'; expected a number", factor));
+    value *= *number_in(factor);
+  }
   try {
     return fmt::format(fmt::runtime(fmt::format("{{:{}}}", trimmed(format))), value);
   } catch (const fmt::format_error&) {
@@ -83,33 +171,116 @@ std::string notation(double value, std::string_view format) {
   }
 }
 
-std::string figure_of(std::string_view marker, const TableSource& tables) {
-  std::string_view format = marker, figures = cut(format, "] as ");
-  const std::string text = std::string(figures) + (format.empty() ? "" : "]");
-  figures = text;
-  const std::string_view first = cut(figures, "] /");
-  if (figures.empty()) return notation(value_of(first, tables), trimmed(format));
-  return notation(value_of(std::string(first) + "]", tables) / value_of(figures, tables), trimmed(format));
+// A quote as it is shown; "" where there is nothing to show. Only a cell of a table may be other than a number.
+std::string shown(const Quote& quote, bool in_table) {
+  std::string text;
+  const auto value = value_of(quote.figures[0], &text);
+  if (quote.notation == "text" && quote.figures.size() == 1 && !text.empty()) return text;
+  if (quote.figures.size() == 1) return value ? notation(*value, quote.notation) : in_table ? text : "";
+  const auto under = value_of(quote.figures[1], nullptr);
+  return value && under ? notation(*value / *under, quote.notation) : "";
 }
+
+std::string figure_text(std::string_view marker, const TableSource& tables) {
+  const Quote quote = quote_of(marker, nullptr, tables);
+  if (std::string text = shown(quote, false); !text.empty()) return text;
+  for (const QuotedFigure& figure : quote.figures)
+    if (rows_with(*figure.table, figure.words).empty())
+      throw Error(
+          fmt::format("0 rows of {} have all of [{}]; expected one", figure.table->name, fmt::join(figure.words, ", ")));
+  throw Error(fmt::format("{} is not there as a number; expected a number", marker));
+}
+
+struct TableRow {
+  std::string label;
+  Words words;
+};
+
+// Reads "row [path, sah]" or, for several rows, "rows integrator [sah]".
+std::vector<TableRow> rows_of(std::string_view line, std::string_view label, const Table& table) {
+  if (const std::string_view kind = cut(line, " "); kind == "row") {
+    const Words words = words_of(trimmed(line));
+    return {{label.empty() ? fmt::format("{}", fmt::join(words, ", ")) : std::string(label), words}};
+  }
+  const std::string key(cut(line, " "));
+  const Words words = words_of(trimmed(line));
+  const std::size_t column = column_named(table, key);
+  std::vector<TableRow> rows;
+  for (const auto* row : rows_with(table, words)) {
+    const std::string text = escape_markdown((*row)[column].text);
+    if (std::ranges::any_of(rows, [&](const TableRow& other) { return other.label == text; })) continue;
+    rows.push_back({text, {key + "=" + (*row)[column].raw}});
+  }
+  return rows;
+}
+
+std::string table_text(std::string_view marker, const TableSource& tables) {
+  std::string_view name = cut(marker, "\n");
+  const Table& table = table_named(cut(name, " : "), tables);
+  std::string head = fmt::format("| {} |", trimmed(name)), rule = "|---|", body;
+  std::vector<Quote> columns;
+  while (!trimmed(marker).empty()) {
+    std::string_view label = cut(marker, "\n");
+    std::string_view line = cut(label, " : ");
+    label = trimmed(label);
+    if (line.starts_with("column ")) {
+      columns.push_back(quote_of(trimmed(line.substr(7)), &table, tables));
+      const bool right = table.columns[columns.back().figures[0].column].right;
+      head += fmt::format(" {} |", label.empty() ? table.columns[columns.back().figures[0].column].title : label);
+      rule += right ? "---:|" : "---|";
+      continue;
+    }
+    if (!line.starts_with("row ") && !line.starts_with("rows "))
+      throw Error(fmt::format("'{}' in a table; expected column, row or rows", line));
+    for (const TableRow& row : rows_of(line, label, table)) {
+      bool any = false;
+      body += fmt::format("\n| {} |", row.label);
+      for (Quote quote : columns) {
+        for (QuotedFigure& figure : quote.figures) figure.words.insert(figure.words.end(), row.words.begin(), row.words.end());
+        const std::string text = shown(quote, true);
+        any |= !text.empty();
+        body += fmt::format(" {} |", text.empty() ? "–" : escape_markdown(text));
+      }
+      if (!any) throw Error(fmt::format("no figure of the table's columns has [{}]", fmt::join(row.words, ", ")));
+    }
+  }
+  if (columns.empty() || body.empty())
+    throw Error("a table without columns or rows; expected lines of column, then of row or rows");
+  return fmt::format("\n{}\n{}{}\n", head, rule, body);
+}
+
+// A kind of marker: how it opens, what ends it, and what stands between.
+struct Marker {
+  std::string_view open, end, name;
+  std::string (*text)(std::string_view, const TableSource&);
+};
+
+constexpr Marker markers[] = {{"<!--=", "<!--/-->", "figure", figure_text},
+                              {"<!--table", "<!--/table-->", "table", table_text}};
 
 }  // namespace
 
 std::string fill_quotes(const std::string& file, std::string_view text, const TableSource& tables) {
+  constexpr std::string_view closing = "-->";
   std::string filled;
   std::size_t done = 0;
-  for (std::size_t at; (at = text.find(opening, done)) != std::string_view::npos;) {
+  const auto next = [&](std::size_t from) {
+    return std::ranges::min_element(markers, {}, [&, from](const Marker& marker) { return text.find(marker.open, from); });
+  };
+  for (std::size_t at; (at = text.find(next(done)->open, done)) != std::string_view::npos;) {
+    const Marker& marker = *next(done);
     const Location where = location_at(file, text, at);
-    const std::size_t close = text.find(closing, at), end = text.find(end_mark, at);
-    if (end == std::string_view::npos || text.find(opening, at + 1) < end)
-      throw Error(where, fmt::format("a figure without its end; expected {}", end_mark));
+    const std::size_t close = text.find(closing, at), end = text.find(marker.end, at);
+    if (end == std::string_view::npos || text.find(next(at + 1)->open, at + 1) < end)
+      throw Error(where, fmt::format("a {} without its end; expected {}", marker.name, marker.end));
     filled += text.substr(done, close + closing.size() - done);
     try {
-      filled += figure_of(trimmed(text.substr(at + opening.size(), close - at - opening.size())), tables);
+      filled += marker.text(trimmed(text.substr(at + marker.open.size(), close - at - marker.open.size())), tables);
     } catch (const Error& e) {
       throw Error(where, e.what());
     }
-    filled += end_mark;
-    done = end + end_mark.size();
+    filled += marker.end;
+    done = end + marker.end.size();
   }
   return filled + std::string(text.substr(done));
 }
