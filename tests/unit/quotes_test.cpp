@@ -107,12 +107,20 @@ TEST(Quotes, TablesHaveTheRowsAndColumnsTheyAskFor) {
       "\n| method | a box | a room |\n|---|---:|---:|\n| path tracing | 4.9e-4 | 0.12 |\n| sppm | 2.4e-4 | – |\n";
   EXPECT_EQ(filled(pivot + "old\n<!--/table-->\nb"), pivot + filled_pivot + "<!--/table-->\nb");
   const std::string list =
-      "<!--table first/verdicts : #\ncolumn measured [remedy=] as text : as it is\ncolumn verdict [remedy=]\n"
+      "<!--table first/verdicts : #\ncolumn measured [remedy=] as text : as it is; column verdict [remedy=];\n"
       "column least measured : at best\nrows id [confirmed]\n-->";
   EXPECT_EQ(filled(list + "<!--/table-->"), list +
                                                 "\n| # | as it is | verdict | at best |\n|---|---:|---|---:|\n"
                                                 "| 1 | 12.0 (11\\|13) | confirmed | 1.2 |\n<!--/table-->");
   EXPECT_EQ(filled(filled(pivot + "<!--/table-->")), filled(pivot + "<!--/table-->"));
+}
+
+TEST(Quotes, TablesHaveAColumnForEachText) {
+  const std::string table = "<!--table first/final : method; columns scene relmse as .2f : MSE; rows method [box] -->";
+  EXPECT_EQ(filled(table + "<!--/table-->"),
+            table +
+                "\n| method | box, MSE | room, MSE |\n|---|---:|---:|\n| path | 0.00 | 0.12 |\n"
+                "| sppm | 0.00 | – |\n<!--/table-->");
 }
 
 TEST(Quotes, TablesDivideFiguresOfOneRow) {
@@ -125,7 +133,8 @@ TEST(Quotes, MistakesInTablesAreNamedWithTheirPlace) {
   EXPECT_NE(wrong("first/final\ncolumn relmse [box]\nrow [bdpt]").find("doc.md:2:1: no figure"), std::string::npos);
   EXPECT_NE(wrong("first/final\ncolumn relmse\nrow [path]").find("2 rows of final"), std::string::npos);
   EXPECT_NE(wrong("first/final\ncolumn relmze [box]\nrow [path]").find("did you mean 'relmse'"), std::string::npos);
-  EXPECT_NE(wrong("first/final\ncolumn relmse [box]\nlines [path]").find("expected column, row or rows"), std::string::npos);
+  EXPECT_NE(wrong("first/final\ncolumn relmse [box]\nlines [path]").find("expected column, columns, row or rows"),
+            std::string::npos);
   EXPECT_NE(wrong("first/final\ncolumn relmse [box]").find("without columns or rows"), std::string::npos);
   EXPECT_NE(problem("<!--table first/final\n-->\n<!--= first/final seeds [path] --><!--/-->").find("a table without its end"),
             std::string::npos);

@@ -191,53 +191,76 @@ std::string figure_text(std::string_view marker, const TableSource& tables) {
   throw Error(fmt::format("{} is not there as a number; expected a number", marker));
 }
 
-struct TableRow {
+// A row or a column of a table: what it is called, and the words of its figures.
+struct TableLine {
   std::string label;
   Words words;
 };
 
-// Reads "row [path, sah]" or, for several rows, "rows integrator [sah]".
-std::vector<TableRow> rows_of(std::string_view line, std::string_view label, const Table& table) {
-  if (const std::string_view kind = cut(line, " "); kind == "row") {
-    const Words words = words_of(trimmed(line));
-    return {{label.empty() ? fmt::format("{}", fmt::join(words, ", ")) : std::string(label), words}};
-  }
-  const std::string key(cut(line, " "));
-  const Words words = words_of(trimmed(line));
+// A line for each text that a column has among the rows of those words.
+std::vector<TableLine> lines_by(const Table& table, std::string_view key, const Words& words) {
   const std::size_t column = column_named(table, key);
-  std::vector<TableRow> rows;
+  std::vector<TableLine> lines;
   for (const auto* row : rows_with(table, words)) {
-    const std::string text = escape_markdown((*row)[column].text);
-    if (std::ranges::any_of(rows, [&](const TableRow& other) { return other.label == text; })) continue;
-    rows.push_back({text, {key + "=" + (*row)[column].raw}});
+    const TableCell& cell = (*row)[column];
+    const std::string label = escape_markdown(cell.text.starts_with("builtin:") ? cell.text.substr(8) : cell.text);
+    if (std::ranges::none_of(lines, [&](const TableLine& other) { return other.label == label; }))
+      lines.push_back({label, {fmt::format("{}={}", key, cell.raw)}});
   }
-  return rows;
+  return lines;
+}
+
+// Reads what follows "row" or "rows": "[path, sah]", or "integrator [sah]" for several.
+std::vector<TableLine> rows_of(std::string_view kind, std::string_view line, std::string_view label, const Table& table) {
+  if (kind == "rows") {
+    const std::string_view key = cut(line, " ");
+    return lines_by(table, key, words_of(trimmed(line)));
+  }
+  const Words words = words_of(trimmed(line));
+  return {{label.empty() ? fmt::format("{}", fmt::join(words, ", ")) : std::string(label), words}};
+}
+
+Quote with_words(Quote quote, const Words& words) {
+  for (QuotedFigure& figure : quote.figures) figure.words.insert(figure.words.end(), words.begin(), words.end());
+  return quote;
+}
+
+// Takes the first of a table's lines, which end at ";" as well.
+std::string_view cut_line(std::string_view& text) {
+  const std::size_t end = text.find_first_of("\n;");
+  return cut(text, text.substr(std::min(end, text.size()), 1) == ";" ? ";" : "\n");
 }
 
 std::string table_text(std::string_view marker, const TableSource& tables) {
-  std::string_view name = cut(marker, "\n");
+  std::string_view name = cut_line(marker);
   const Table& table = table_named(cut(name, " : "), tables);
   std::string head = fmt::format("| {} |", trimmed(name)), rule = "|---|", body;
   std::vector<Quote> columns;
   while (!trimmed(marker).empty()) {
-    std::string_view label = cut(marker, "\n");
+    std::string_view label = cut_line(marker);
+    if (label.empty()) continue;
     std::string_view line = cut(label, " : ");
     label = trimmed(label);
-    if (line.starts_with("column ")) {
-      columns.push_back(quote_of(trimmed(line.substr(7)), &table, tables));
-      const bool right = table.columns[columns.back().figures[0].column].right;
-      head += fmt::format(" {} |", label.empty() ? table.columns[columns.back().figures[0].column].title : label);
-      rule += right ? "---:|" : "---|";
+    const std::string_view kind = cut(line, " ");
+    if (kind == "column" || kind == "columns") {
+      const std::string_view by = kind == "columns" ? cut(line, " ") : std::string_view();
+      const Quote quote = quote_of(trimmed(line), &table, tables);
+      const TableColumn& shows = table.columns[quote.figures[0].column];
+      const TableLine one{std::string(label.empty() ? shows.title : label), {}};
+      for (const TableLine& column : by.empty() ? std::vector{one} : lines_by(table, by, quote.figures[0].words)) {
+        columns.push_back(with_words(quote, column.words));
+        head += fmt::format(" {}{} |", column.label, by.empty() || label.empty() ? "" : fmt::format(", {}", label));
+        rule += shows.right ? "---:|" : "---|";
+      }
       continue;
     }
-    if (!line.starts_with("row ") && !line.starts_with("rows "))
-      throw Error(fmt::format("'{}' in a table; expected column, row or rows", line));
-    for (const TableRow& row : rows_of(line, label, table)) {
+    if (kind != "row" && kind != "rows")
+      throw Error(fmt::format("'{}' in a table; expected column, columns, row or rows", kind));
+    for (const TableLine& row : rows_of(kind, line, label, table)) {
       bool any = false;
       body += fmt::format("\n| {} |", row.label);
-      for (Quote quote : columns) {
-        for (QuotedFigure& figure : quote.figures) figure.words.insert(figure.words.end(), row.words.begin(), row.words.end());
-        const std::string text = shown(quote, true);
+      for (const Quote& column : columns) {
+        const std::string text = shown(with_words(column, row.words), true);
         any |= !text.empty();
         body += fmt::format(" {} |", text.empty() ? "–" : escape_markdown(text));
       }

@@ -12,11 +12,11 @@
 // .1f" for milliseconds), or "text" for what the log's own table shows, often with its interval. Without it a figure has two
 // digits, and a count all of its own: 4.9e-4, 0.57, 12, 4096.
 //
-// A table is generated from lines that state its columns and rows, one each, with its heading or label behind " : ":
+// A table is generated from lines that state its columns and rows, one each, with its heading or label behind " : "; ";" ends a
+// line, too:
 //
 //   <!--table first-light/final : method
-//   column relmse_median [cornell-box] : Cornell box
-//   column relmse_median [lambert-sphere] as .1e : sphere
+//   column relmse_median [cornell-box] : Cornell box; column relmse_median [lambert-sphere] as .1e : sphere
 //   row [path, sah] : path tracing
 //   rows integrator [binned-sah]
 //   -->
@@ -26,7 +26,8 @@
 //
 // A cell is the figure that has the words of its row and of its column; one that is no number stands as it is, and "–" stands
 // for one that is not there. A row without any figure is an error. "rows KEY [...]" makes a row for each text that the column
-// KEY has among the rows of those words, in their order; its cells have that text and the words of their columns.
+// KEY has among the rows of those words, in their order, and "columns KEY relmse_median [...]" makes a column for each,
+// whose heading the label ends.
 #pragma once
 
 #include "experiments/report/table_format.h"
