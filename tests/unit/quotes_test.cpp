@@ -123,6 +123,17 @@ TEST(Quotes, TablesHaveAColumnForEachText) {
                 "| sppm | 0.00 | – |\n<!--/table-->");
 }
 
+TEST(Quotes, FilesAreNamedWithoutFolderAndEnding) {
+  Table table{"final", "Errors", {}, {}, {}, {}};
+  table.columns = {{"scene", "scene", false}, {"method", "method", false}, {"mse", "MSE"}};
+  table.rows.push_back({"scenes/hall/hall.pbrt", "a / b", 3.0});
+  const std::string text =
+      "<!--= x/final mse [hall, a / b] -->3<!--/-->\n<!--table x/final; columns scene mse; rows method -->";
+  EXPECT_EQ(fill_quotes("doc.md", text + "<!--/table-->",
+                        [&](const std::string&, const std::string&) -> const Table& { return table; }),
+            text + "\n|  | hall |\n|---|---:|\n| a / b | 3 |\n<!--/table-->");
+}
+
 TEST(Quotes, TablesDivideFiguresOfOneRow) {
   const std::string table = "<!--table first/final\ncolumn relmse [room] / relmse [box] as .0f : times\nrow [path]\n-->";
   EXPECT_EQ(filled(table + "<!--/table-->"), table + "\n|  | times |\n|---|---:|\n| path | 253 |\n<!--/table-->");

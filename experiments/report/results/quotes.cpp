@@ -106,9 +106,16 @@ Quote quote_of(std::string_view text, const Table* given, const TableSource& tab
   return quote;
 }
 
-bool is_named(const TableCell& cell, std::string_view word) {
-  return cell.raw == word || (cell.raw.starts_with("builtin:") && std::string_view(cell.raw).substr(8) == word);
+// What a scene is called: a built-in one without "builtin:", a file without its folder and ending. Other texts stay as they
+// are.
+std::string_view short_name(std::string_view text) {
+  if (text.starts_with("builtin:")) return text.substr(8);
+  if (text.find('/') == std::string_view::npos || text.find(' ') != std::string_view::npos) return text;
+  const std::string_view file = text.substr(text.rfind('/') + 1);
+  return file.substr(0, file.rfind('.'));
 }
+
+bool is_named(const TableCell& cell, std::string_view word) { return cell.raw == word || short_name(cell.raw) == word; }
 
 bool has_word(const Table& table, const std::vector<TableCell>& row, std::string_view word) {
   if (word.starts_with("not ")) return !has_word(table, row, word.substr(4));
@@ -203,7 +210,7 @@ std::vector<TableLine> lines_by(const Table& table, std::string_view key, const 
   std::vector<TableLine> lines;
   for (const auto* row : rows_with(table, words)) {
     const TableCell& cell = (*row)[column];
-    const std::string label = escape_markdown(cell.text.starts_with("builtin:") ? cell.text.substr(8) : cell.text);
+    const std::string label = escape_markdown(short_name(cell.text));
     if (std::ranges::none_of(lines, [&](const TableLine& other) { return other.label == label; }))
       lines.push_back({label, {fmt::format("{}={}", key, cell.raw)}});
   }
