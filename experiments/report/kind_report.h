@@ -3,7 +3,7 @@
 #pragma once
 
 #include "experiments/log/log.h"
-#include "experiments/report/charts.h"
+#include "experiments/report/charts/charts.h"
 #include "experiments/report/predictions.h"
 #include "experiments/report/table_format.h"
 

@@ -2,7 +2,7 @@
 // held against theory.
 #pragma once
 
-#include "experiments/report/charts.h"
+#include "experiments/report/charts/charts.h"
 #include "experiments/report/predictions.h"
 #include "experiments/report/report_data.h"
 #include "experiments/statistics/rate_fit.h"

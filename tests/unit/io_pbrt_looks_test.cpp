@@ -319,7 +319,7 @@ TEST(PbrtLights, AreaLightsCoverTheirShapes) {
   }
   EXPECT_EQ(glowing, 2u) << "the first triangle and the sphere, not the second triangle";
   EXPECT_EQ(object.shape(1).first_light, no_id);
-  EXPECT_ERROR(world("AreaLightSource \"diffuse\" \"string filename\" \"x.png\""), "'filename' is not supported");
+  EXPECT_ERROR(world("AreaLightSource \"diffuse\" \"string filename\" \"x.png\""), "cannot open 'x.png'");
   EXPECT_ERROR(world("AreaLightSource \"diffuse\" \"float power\" 3"), "'power' is not supported");
 }
 

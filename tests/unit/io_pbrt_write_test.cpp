@@ -56,7 +56,7 @@ class PbrtWrite : public ::testing::Test {
 TEST_F(PbrtWrite, BuiltInScenesRenderTheSameBits) {
   const std::string others[] = {"polygon-light", "sphere-light", "disc-light", "white-furnace", "glossy-cornell-box"};
   const std::string suns[] = {"exterior", "stadium"};
-  const auto is_one_of = [](const auto& names, const char* name) {
+  const auto is_one_of = [](const auto& names, const std::string& name) {
     return std::find(std::begin(names), std::end(names), name) != std::end(names);
   };
   for (const BuiltinScene& entry : builtin_scenes()) {
@@ -154,7 +154,8 @@ TEST_F(PbrtWrite, CamerasAndFarScenesKeepTheirPlace) {
                                        "\nWorldBegin LightSource \"infinite\" Translate 5000000 0 0\n"
                                        "Shape \"sphere\" Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]",
                                    "s.pbrt");
-    const Written again = twice_written(scene);
+    // The width of a parallel view is the length of an axis, which rounds anew each time.
+    const Written again = scene.camera.is_parallel() ? written(scene) : twice_written(scene);
     EXPECT_NE(again.text.find("5000000"), std::string::npos);
     EXPECT_EQ(again.scene.content_hash(), scene.content_hash());
     if (!scene.camera.is_parallel()) {
@@ -196,11 +197,19 @@ TEST_F(PbrtWrite, WhatPbrtCannotSayIsTold) {
   builder.light(SpotLight{.position = {0, 3, 0}, .direction = {0, -1, 0}, .is_linear = true});
   const Material materials[] = {Conductor{.tint = Rgb(0.5f), .ideal = true, .alpha = vec2(0.3f)},
                                 Conductor{.eta = Rgb(0.2f), .k = Rgb(3), .tint = Rgb(0.5f)},
-                                Dielectric{.eta = 1.5f, .transmit_tint = Rgb(0.5f)}, Dielectric{.eta = 12, .alpha = 1.5f}};
+                                Dielectric{.eta = 1.5f, .transmit_tint = Rgb(0.5f)}, Dielectric{.eta = 12, .alpha = 1.5f},
+                                Plastic{.alpha = 0.2f, .distribution = NormalDistribution::beckmann}};
   for (const Material& material : materials) builder.quadric(Sphere{vec3(0), 1}, builder.material(material));
-  const Written again = twice_written(builder.finish());
+  builder.mesh(quad({-1, -1, 1}, {-1, 2, 1}, {1, 2, 1}, {1, -1, 1}), builder.material(Diffuse{}));
+  Scene scene = builder.finish();
+  scene.textures = {ImageTexture{.size = {1, 1}, .texels = {Rgb(1)}, .wrap_u = Wrap::mirror}};
+  std::get<Diffuse>(scene.materials.back()).reflectance.texture = 0;
+  scene.reliefs.emplace_back();
+  scene.lights.push_back(AreaLight{.texture = 0});
+  const Written again = written(scene);
   for (const char* told :
-       {"fade evenly", "tinted, or the same at all angles", "tinted glass", "an index of 12", "a roughness of 1.5"})
+       {"fade evenly", "tinted, or the same at all angles", "tinted glass", "an index of 12", "a roughness of 1.5", "Beckmann",
+        "are mirrored", "bump and normal maps", "images on lights"})
     EXPECT_NE(all(again.warnings).find(told), std::string::npos) << told;
 }
 

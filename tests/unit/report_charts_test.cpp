@@ -1,4 +1,4 @@
-#include "experiments/report/charts.h"
+#include "experiments/report/charts/charts.h"
 #include "experiments/report/structures/structure_figures.h"
 #include "tests/unit/report_helpers.h"
 

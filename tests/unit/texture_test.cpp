@@ -45,8 +45,12 @@ TEST(Textures, HaveTheSlopeOfTheirValues) {
       const float right = (height({step, 0}) - height({0, 0})) / step, left = (height({0, 0}) - height({-step, 0})) / step;
       const float up = (height({0, step}) - height({0, 0})) / step, down = (height({0, 0}) - height({0, -step})) / step;
       // At the edges of texels, the two sides differ.
-      if (std::abs(right - left) < 1e-2f) EXPECT_NEAR(found.x, 0.5f * (left + right), 2e-2f) << uv.x << ' ' << uv.y;
-      if (std::abs(up - down) < 1e-2f) EXPECT_NEAR(found.y, 0.5f * (up + down), 2e-2f) << uv.x << ' ' << uv.y;
+      if (std::abs(right - left) < 1e-2f) {
+        EXPECT_NEAR(found.x, 0.5f * (left + right), 2e-2f) << uv.x << ' ' << uv.y;
+      }
+      if (std::abs(up - down) < 1e-2f) {
+        EXPECT_NEAR(found.y, 0.5f * (up + down), 2e-2f) << uv.x << ' ' << uv.y;
+      }
     }
   }
   EXPECT_EQ(slope(CheckerTexture{}, {0.3f, 0.4f}), vec2(0));

@@ -137,6 +137,10 @@ PbrtText PbrtWriter::write() {
   add_instances();
   add_object(scene_.objects[0], scene_.origin);
   for (const InfinitePlane& plane : scene_.planes) add_plane(plane);
+  if (!scene_.reliefs.empty()) warn("bump and normal maps: not written; surfaces are smooth");
+  for (const Light& light : scene_.lights)
+    if (const auto* area = std::get_if<AreaLight>(&light); area != nullptr && area->texture != no_id)
+      warn("images on lights: not written; such lights are even, at the radiance that the image is multiplied by");
   if (scene_.closed_form)
     warn("its closed form (" + scene_.closed_form->source +
          ") is no part of a file: errors are measured against a rendered reference");

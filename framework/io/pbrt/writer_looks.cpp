@@ -75,6 +75,14 @@ std::string PbrtWriter::image_file(const char* kind, ivec2 size, const std::vect
   return png.empty() ? file(name + ".exr", bytes_of_exr(size, texels)) : file(name + ".png", png);
 }
 
+std::string PbrtWriter::wrap_text(const ImageTexture& image) {
+  if (image.wrap_u == Wrap::repeat && image.wrap_v == Wrap::repeat) return "";
+  if (image.wrap_u == Wrap::clamp && image.wrap_v == Wrap::clamp) return " \"string wrap\" \"clamp\"";
+  if (image.wrap_u == Wrap::black && image.wrap_v == Wrap::black) return " \"string wrap\" \"black\"";
+  warn("images that end differently along u and v, or are mirrored: pbrt has none; taken as repeated");
+  return "";
+}
+
 std::string PbrtWriter::texture_name(std::uint32_t texture) {
   const auto [entry, is_new] = textures_.try_emplace(texture);
   if (!is_new) return entry->second;
@@ -82,7 +90,7 @@ std::string PbrtWriter::texture_name(std::uint32_t texture) {
   std::string text = "Texture " + in_quotes(entry->second) + " \"spectrum\" ";
   if (const auto* image = std::get_if<ImageTexture>(&scene_.textures[texture])) {
     text += "\"imagemap\" \"string filename\" " + image_file("texture", image->size, image->texels, false) +
-            mapping_text(image->uv_scale, image->uv_offset);
+            mapping_text(image->uv_scale, image->uv_offset) + wrap_text(*image);
     if (image->gain != 1) text += " \"float scale\" " + bracketed({image->gain});
   } else {
     const auto& checker = std::get<CheckerTexture>(scene_.textures[texture]);
@@ -105,8 +113,10 @@ float PbrtWriter::within(float value, float low, float high, const char* what) {
   return std::clamp(value, low, high);
 }
 
-std::string PbrtWriter::roughness_text(const vec2& alpha) {
+std::string PbrtWriter::roughness_text(const vec2& alpha, NormalDistribution distribution) {
   if (alpha == vec2(0)) return "";
+  if (distribution != NormalDistribution::ggx)
+    warn("Beckmann's distribution of normals: pbrt has none; taken as GGX of the same roughness");
   const float u = within(alpha.x, 1e-3f, 1, "a roughness"), v = within(alpha.y, 1e-3f, 1, "a roughness");
   return (u == v ? " \"float roughness\" " + bracketed({u})
                  : " \"float uroughness\" " + bracketed({u}) + " \"float vroughness\" " + bracketed({v})) +
@@ -128,12 +138,12 @@ std::string PbrtWriter::material_text(const Conductor& conductor) {
         "taken as metals of the same reflectance straight on");
     return material_text(plain_conductor(normal_reflectance(conductor), conductor.alpha));
   }
-  return "\"conductor\"" + rgb_text("eta", conductor.eta) + rgb_text("k", conductor.k) + roughness_text(conductor.alpha);
+  return "\"conductor\"" + rgb_text("eta", conductor.eta) + rgb_text("k", conductor.k) + roughness_text(conductor.alpha, conductor.distribution);
 }
 
 std::string PbrtWriter::material_text(const Dielectric& dielectric) {
   const float eta = within(dielectric.eta, 0.1f, 10, "glass with an index");
-  const std::string surface = " \"float eta\" " + bracketed({eta}) + roughness_text(vec2(dielectric.alpha));
+  const std::string surface = " \"float eta\" " + bracketed({eta}) + roughness_text(vec2(dielectric.alpha), dielectric.distribution);
   if (dielectric.reflect_tint == Rgb(1) && dielectric.transmit_tint == Rgb(1)) return "\"dielectric\"" + surface;
   warn("tinted glass: pbrt-v4 has none; written as version 3's \"glass\"");
   return "\"glass\"" + rgb_text("Kr", dielectric.reflect_tint) + rgb_text("Kt", dielectric.transmit_tint) + surface;
@@ -141,7 +151,7 @@ std::string PbrtWriter::material_text(const Dielectric& dielectric) {
 
 std::string PbrtWriter::material_text(const Plastic& plastic) {
   return "\"coateddiffuse\"" + colour_text("reflectance", plastic.reflectance) + " \"float eta\" " +
-         bracketed({within(plastic.eta, 1.0001f, 10, "a coat with an index")}) + roughness_text(vec2(plastic.alpha));
+         bracketed({within(plastic.eta, 1.0001f, 10, "a coat with an index")}) + roughness_text(vec2(plastic.alpha), plastic.distribution);
 }
 
 std::string PbrtWriter::material_name(std::uint32_t material) {

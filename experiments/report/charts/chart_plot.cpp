@@ -1,4 +1,4 @@
-#include "experiments/report/chart_plot.h"
+#include "experiments/report/charts/chart_plot.h"
 
 #include "experiments/report/report_text.h"
 

@@ -7,7 +7,7 @@
 // Beyond ten series the error charts split into panels, one an integrator, the others' curves grey behind.
 #pragma once
 
-#include "experiments/report/chart_svg.h"
+#include "experiments/report/charts/chart_svg.h"
 #include "experiments/report/report_data.h"
 
 #include <optional>

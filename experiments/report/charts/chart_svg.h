@@ -4,7 +4,7 @@
 // carries its points as data, from which the page's script reads what lies under the pointer.
 #pragma once
 
-#include "experiments/report/chart_axis.h"
+#include "experiments/report/charts/chart_axis.h"
 
 #include <span>
 #include <string>

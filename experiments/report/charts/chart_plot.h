@@ -1,7 +1,7 @@
 // The inside of a chart: from points to marks in a rectangle.
 #pragma once
 
-#include "experiments/report/chart_svg.h"
+#include "experiments/report/charts/chart_svg.h"
 #include "framework/core/vec.h"
 
 namespace etendue {

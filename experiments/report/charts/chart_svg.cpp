@@ -1,7 +1,7 @@
-#include "experiments/report/chart_svg.h"
+#include "experiments/report/charts/chart_svg.h"
 
 #include "experiments/log/json_line.h"
-#include "experiments/report/chart_plot.h"
+#include "experiments/report/charts/chart_plot.h"
 #include "experiments/report/page/assets.h"
 #include "experiments/report/report_text.h"
 
