@@ -60,6 +60,16 @@ void forget_files(RunLog& log) {
   change_files(log, [](std::string& file) { file.clear(); });
 }
 
+// A log that was kept alone, as those under results/ are, is believed without the files that it names.
+bool is_alone(RunLog log, const fs::path& directory) {
+  bool any = false, here = false;
+  change_files(log, [&](const std::string& file) {
+    any = any || !file.empty();
+    here = here || (!file.empty() && is_file((directory / file).string()));
+  });
+  return any && !here;
+}
+
 // Directories as a reader may type them: relative ones as they are, of others the last part.
 std::string shown_name(const std::string& directory) {
   fs::path path = fs::path(directory).lexically_normal();
@@ -247,9 +257,14 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
       throw Error(unknown_name("table format", format, std::vector<std::string>{"md", "csv", "tex"}));
   std::vector<RunLog> logs;
   for (const std::string& directory : directories) logs.push_back(read_directory(directory));
+  std::vector<std::string> alone;
   std::vector<std::string> findings = missing_parts(logs, directories, !options.of_a_run);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     if (options.check_files) {
+      if (is_alone(logs[i], directories[i])) {
+        forget_files(logs[i]);
+        alone.push_back(fmt::format("{}: the log lies there without its images, so the page shows none", directories[i]));
+      }
       for (std::string& finding : distrust(logs[i], directories[i], !options.of_a_run)) findings.push_back(std::move(finding));
       resolve_files(logs[i], directories[i]);
     } else {
@@ -277,6 +292,7 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   out.write("report.html", report_page(data, content));
   Report report = out.finish();
   report.findings = std::move(findings);
+  report.notes.insert(report.notes.end(), alone.begin(), alone.end());
   return report;
 }
 

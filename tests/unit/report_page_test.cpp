@@ -268,6 +268,13 @@ TEST_F(Report, CellsWhoseFilesAreNotAsLoggedCountAsFailed) {
   EXPECT_NE(page.find("path1.exr is not as the log says"), std::string::npos);
   EXPECT_EQ(file_text(root_ / "out/tables/final.csv").find("builtin:room,path"), std::string::npos);
   EXPECT_EQ(write_report({a}, out(), {{"csv"}, false}).findings.size(), 0u) << "the log alone";
+  for (const auto& entry : fs::directory_iterator(a))
+    if (entry.path().extension() == ".exr") fs::remove(entry.path());
+  const auto kept_alone = write_report({a}, out());
+  EXPECT_EQ(kept_alone.findings.size(), 0u) << "no image is there at all";
+  ASSERT_FALSE(kept_alone.notes.empty());
+  EXPECT_NE(kept_alone.notes.back().find("without its images"), std::string::npos) << kept_alone.notes.back();
+  EXPECT_NE(file_text(root_ / "out/tables/final.csv").find("builtin:room,path"), std::string::npos);
   EXPECT_NE(file_text(root_ / "out/tables/final.csv").find("builtin:room,path"), std::string::npos);
 }
 
