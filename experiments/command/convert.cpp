@@ -52,8 +52,10 @@ int convert_command(const ConvertCommand& command) {
 
   if (command.json)
     fmt::print("{}\n", dump(Json{{"scene", command.output}, {"files", files}, {"warnings", written.warnings}}, 2));
-  else
-    fmt::print("scene       {}\nfiles       {} in {}\n", command.output, files.size(), (parent / folder).string());
+  else {
+    fmt::print("scene       {}\n", command.output);
+    if (!files.empty()) fmt::print("files       {} in {}\n", files.size(), (parent / folder).string());
+  }
   return 0;
 }
 

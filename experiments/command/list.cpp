@@ -40,7 +40,7 @@ Entries scene_entries() {
   Entries entries;
   for (const BuiltinScene& scene : builtin_scenes()) entries.push_back({"builtin:" + scene.name, scene.summary, scene.params});
   entries.push_back({"builtin:NAME?key=value,…", "with parameters"});
-  entries.push_back({"FILE.pbrt", "a scene"});
+  entries.push_back({"FILE.pbrt, .xml", "a scene of pbrt or Mitsuba"});
   entries.push_back({"FILE.obj, .ply, .smf", "a bare mesh, with a camera and a light of its own"});
   return entries;
 }
