@@ -41,6 +41,7 @@ class CommandLine {
     render_.started = started;
     app_.set_version_flag("--version", version_text());
     app_.allow_extras();
+    app_.require_subcommand(0, 1);  // what follows a command is its own, also where it is spelt as another: `results stress`
     app_.formatter(std::make_shared<WrappedHelp>());
     add_run();
     add_render();
