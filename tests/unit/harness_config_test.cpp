@@ -167,5 +167,19 @@ TEST(ExperimentConfig, HashIsOfWhatChangesAResult) {
   EXPECT_NE(parse(with("max_depth = 7", "max_depth = 8")).hash, hash);
 }
 
+TEST(ExperimentConfig, FiguresFromElsewhereChangeNoResult) {
+  const std::string base = "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\n[[integrators]]\nname = \"path\"\n";
+  const std::string figure =
+      "[[elsewhere]]\nscene = \"box\"\nprogram = \"p\"\nmethod = \"m\"\nmachine = \"m\"\ndate = \"d\"\nsource = \"s\"\n"
+      "time = \"2s\"\nerror = 0.5\n";
+  const ExperimentConfig config = parse_experiment(base + figure, "x.toml");
+  ASSERT_EQ(config.elsewhere.size(), 1u);
+  EXPECT_EQ(config.elsewhere[0].time_s, 2);
+  EXPECT_TRUE(config.elsewhere[0].of_scene("scenes/box.pbrt"));
+  EXPECT_FALSE(config.elsewhere[0].of_scene("scenes/boxes.pbrt"));
+  EXPECT_EQ(config.hash, parse_experiment(base, "x.toml").hash);
+  EXPECT_NE(config_error(base + figure + "metric = \"relmsee\"\n").find("did you mean 'relmse'?"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace etendue
