@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 namespace etendue {
 
@@ -101,14 +102,16 @@ std::size_t count_of(const LogChanges& changes, bool worse) {
       std::ranges::count_if(changes.moved, [&](const FigureChange& c) { return c.got_worse() == worse; }));
 }
 
-// The figure whose ratio is farthest from 1; null where none has one.
-const FigureChange* most_moved(const LogChanges& changes) {
-  const FigureChange* most = nullptr;
-  const auto distance = [](const FigureChange& c) { return std::abs(std::log(*c.ratio())); };
-  for (const FigureChange& change : changes.moved)
-    if (change.ratio() && (most == nullptr || distance(change) > distance(*most))) most = &change;
-  return most;
+// Those with a ratio first, the farthest from 1 at their head; the others as they come.
+std::vector<FigureChange> most_moved(const LogChanges& changes) {
+  std::vector<FigureChange> sorted = changes.moved;
+  std::ranges::stable_sort(sorted, std::ranges::greater(), [](const FigureChange& change) {
+    return change.ratio() ? std::abs(std::log(*change.ratio())) : -1;
+  });
+  return sorted;
 }
+
+constexpr std::size_t page_rows = 50;  // rows of a page, which people read; the data has all
 
 }  // namespace
 
@@ -193,7 +196,10 @@ LogChanges read_changes(const std::string& file, std::string_view text) {
 }
 
 std::string changes_page(const LogChanges& changes) {
-  TableOf<FigureChange> table("changes", "What moved since the log before", changes.moved);
+  std::vector<FigureChange> rows = most_moved(changes);
+  const bool is_cut = rows.size() > page_rows;
+  if (is_cut) rows.resize(page_rows);
+  TableOf<FigureChange> table("changes", "What moved since the log before", rows);
   const auto interval = [](double FigureChange::*low, double FigureChange::*high) {
     return [=](const FigureChange& c) { return TableCell(format_interval(c.*low, c.*high)); };
   };
@@ -210,6 +216,8 @@ std::string changes_page(const LogChanges& changes) {
   });
   Table result = table.take();
   result.notes.push_back(changes.sentence());
+  if (is_cut)
+    result.notes.push_back(fmt::format("These are the {} that moved by the largest factors; changes.tsv has all.", page_rows));
   return to_markdown(result);
 }
 
@@ -224,12 +232,14 @@ Table moved_table(const std::map<std::string, LogChanges>& experiments) {
   table.column("better", "better", [](const Row& row) { return count_of(row.second, false); });
   table.column("worse", "worse", [](const Row& row) { return count_of(row.second, true); });
   table.column("most", "most", [](const Row& row) {
-    const FigureChange* most = most_moved(row.second);
-    return most == nullptr ? TableCell() : TableCell(*most->ratio(), format_figure(*most->ratio()) + "×");
+    const std::vector<FigureChange> most = most_moved(row.second);
+    const auto ratio = most.empty() ? std::nullopt : most.front().ratio();
+    return ratio ? TableCell(*ratio, format_figure(*ratio) + "×") : TableCell();
   });
   table.column("of", "of", [](const Row& row) {
-    const FigureChange* most = most_moved(row.second);
-    return most == nullptr ? std::string() : fmt::format("{} of {} ({})", most->column, most->row, most->table);
+    const std::vector<FigureChange> most = most_moved(row.second);
+    if (most.empty() || !most.front().ratio()) return std::string();
+    return fmt::format("{} of {} ({})", most.front().column, most.front().row, most.front().table);
   });
   return table.take();
 }
