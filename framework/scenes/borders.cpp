@@ -20,12 +20,13 @@ MeshData level(float height, float half) {
 
 }  // namespace
 
-Scene make_edge(const VeilParams& params) {
+Scene make_edge(const EdgeParams& params) {
+  const float half = params.size / 2;
   ExactStage s("builtin:edge");
-  s.reflector(level(0, 1), s.builder.material(Diffuse{sand}), sunlit(1));
-  if (params.veil) s.veil(level(2, 1.05f));
+  s.reflector(level(0, half), s.builder.material(Diffuse{sand}), sunlit(1));
+  if (params.veil) s.veil(level(2 * half, 1.05f * half));
   s.builder.light(DirectionalLight{{0, -1, 0}, Rgb(sun_irradiance)});
-  s.builder.camera({0.9f, 1.7f, 2.6f}, {0.05f, 0, 0.05f}, 46, exact_resolution);
+  s.builder.camera(half * vec3(0.9f, 1.7f, 2.6f), half * vec3(0.05f, 0, 0.05f), 46, exact_resolution);
   return s.finish("even light: L = rho E / pi up to the border");
 }
 

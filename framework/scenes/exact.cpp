@@ -8,13 +8,13 @@ namespace {
 
 // A diffuse sphere of radius 1 around a point light of 1 W/sr: whatever is not absorbed comes back evenly, because a sphere's
 // form factor between any two of its elements is the same ([Cohen1993] 2.10; the integrating sphere).
-Scene lambert_sphere(const std::string& name, const dvec3& light) {
-  constexpr double rho = 0.5;
+Scene lambert_sphere(const std::string& name, const dvec3& light, float albedo) {
+  const double rho = albedo;
   SceneBuilder b(name);
-  b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(static_cast<float>(rho))}), std::nullopt, true);
+  b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(albedo)}), std::nullopt, true);
   b.light(PointLight{vec3(light), Rgb(1)});
   b.camera({0.35f, 0.2f, -0.5f}, {-0.3f, -0.1f, 1}, 70, exact_resolution);
-  b.closed_form("integrating sphere: L = rho/pi (I cos/d^2 + rho I / (R^2 (1 - rho)))", [light](const Ray& ray) {
+  b.closed_form("integrating sphere: L = rho/pi (I cos/d^2 + rho I / (R^2 (1 - rho)))", [light, rho](const Ray& ray) {
     const dvec3 o(ray.origin), d = glm::normalize(dvec3(ray.direction));
     const double along = -glm::dot(o, d);
     const dvec3 point = o + (along + std::sqrt(along * along - glm::dot(o, o) + 1)) * d;
@@ -73,16 +73,21 @@ double disc_irradiance(double distance, double offset, double radius) {
   return 0.5 * pi_d * (1 - (s2 + d2 - a2) / std::sqrt(sum * sum - 4 * a2 * s2));
 }
 
-Scene make_lambert_sphere() { return lambert_sphere("builtin:lambert-sphere", dvec3(0)); }
+Scene make_lambert_sphere(const ReflectedParams& params) {
+  return lambert_sphere("builtin:lambert-sphere", dvec3(0), params.albedo);
+}
 
-Scene make_lambert_sphere_off_centre() { return lambert_sphere("builtin:lambert-sphere-off-centre", dvec3(0.2, 0.3, 0.25)); }
+Scene make_lambert_sphere_off_centre() {
+  return lambert_sphere("builtin:lambert-sphere-off-centre", dvec3(0.2, 0.3, 0.25), 0.5f);
+}
 
-Scene make_furnace() {
-  constexpr float rho = 0.5f, emitted = 1;
+Scene make_furnace(const ReflectedParams& params) {
+  constexpr float emitted = 1;
+  const float rho = params.albedo;
   SceneBuilder b("builtin:furnace");
   b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(rho)}), Rgb(emitted), true);
   b.camera({0.3f, 0.1f, -0.4f}, {0, 0, 1}, 70, exact_resolution);
-  b.closed_form("furnace: L = Le / (1 - rho)", [](const Ray&) { return dvec3(emitted / (1 - rho)); });
+  b.closed_form("furnace: L = Le / (1 - rho)", [rho](const Ray&) { return dvec3(emitted / (1.0 - rho)); });
   return b.finish();
 }
 

@@ -1,6 +1,7 @@
 // Built-in scenes whose image is known in closed form, so that no reference render is needed.
 #pragma once
 
+#include "framework/core/params.h"
 #include "framework/scene/scene.h"
 
 #include <span>
@@ -8,13 +9,22 @@
 
 namespace etendue {
 
-Scene make_lambert_sphere();             // diffuse sphere, point light at its centre
-Scene make_lambert_sphere_off_centre();  // the same, the light off the centre
-Scene make_furnace();                    // closed sphere, constant emission and albedo
-Scene make_white_furnace();              // lossless objects in a unit environment
-Scene make_polygon_light();              // direct light of a rectangle on a plane
-Scene make_sphere_light();               // ... of a sphere
-Scene make_disc_light();                 // ... of a parallel disc
+struct ReflectedParams {
+  float albedo = 0.5f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, ReflectedParams& p) {
+  v.number("albedo", p.albedo, 0, 0.9999, "1", "of the sphere: light is reflected 1 / (1 - albedo) times on the mean");
+}
+
+Scene make_lambert_sphere(const ReflectedParams& params);  // diffuse sphere, point light at its centre
+Scene make_lambert_sphere_off_centre();                    // the same, the light off the centre
+Scene make_furnace(const ReflectedParams& params);         // closed sphere, constant emission and albedo
+Scene make_white_furnace();                                // lossless objects in a unit environment
+Scene make_polygon_light();                                // direct light of a rectangle on a plane
+Scene make_sphere_light();                                 // ... of a sphere
+Scene make_disc_light();                                   // ... of a parallel disc
 
 // Irradiance of direct light at a point with unit normal, in W/m^2 for unit radiance; the closed forms behind the scenes above
 // and the tests of gradients.

@@ -100,15 +100,18 @@ Scene make_two_occluders(const TwoOccludersParams& params) {
                         40);
 }
 
-Scene make_hidden_occluder(const VeilParams& params) {
-  const Plate light{3, vec2(-0.25f, -0.25f), vec2(0.25f, 0.25f)};
+Scene make_hidden_occluder(const HiddenOccluderParams& params) {
+  const float half = params.light / 2, dimming = square(0.5f / params.light);
+  const Plate light{3, vec2(-half, -half), vec2(half, half)};
   const std::vector<Plate> plates{{0.5f, vec2(-0.1f, -0.7f), vec2(0.9f, 0.5f)}};
-  return occluded_floor("hidden-occluder", light, Rgb(100, 92, 80), plates, params.veil, {-1, 1.7f, 3}, {0, 0.05f, -0.1f}, 42);
+  return occluded_floor("hidden-occluder", light, dimming * Rgb(100, 92, 80), plates, params.veil, {-1, 1.7f, 3},
+                        {0, 0.05f, -0.1f}, 42);
 }
 
-Scene make_slit_light(const VeilParams& params) {
-  constexpr float wall = -1.2f, half = 0.02f, low = 0.15f, high = 1.6f;
-  const Rgb radiance(160, 145, 120);
+Scene make_slit_light(const SlitLightParams& params) {
+  constexpr float wall = -1.2f, low = 0.15f, high = 1.6f;
+  const float half = params.width / 2;
+  const Rgb radiance = Rgb(160, 145, 120) * (0.04f / params.width);
   ExactStage s("builtin:slit-light");
   // The floor begins behind the veil.
   add_floor(s, {0, vec2(-1.6f, wall + 2 * veil_gap), vec2(1.6f, 1.8f)}, [=](const dvec3& p) {
@@ -132,12 +135,13 @@ Scene make_slit_light(const VeilParams& params) {
   return s.finish("a slit of radiance L: E = L/2 sum theta_i (Gamma_i . n)");
 }
 
-Scene make_thin_wall(const VeilParams& params) {
+Scene make_thin_wall(const ThinWallParams& params) {
   // No ray from one light passes over or around the wall to the other floor: the lights lie within the wall's length, and from
   // the far end of the other floor, 1.5 away, the near edge of a light is seen through the height of 1.4 above the wall.
   const Plate bright{2, vec2(-1.3f, -0.8f), vec2(-0.7f, 0.8f)}, dim{2, vec2(0.7f, -0.8f), vec2(1.3f, 0.8f)};
-  const Rgb day(12, 11, 9), night(0.5f, 0.65f, 1);
-  constexpr float half_thickness = 0.005f, height = 1.45f;
+  const Rgb day = params.day * Rgb(12, 11, 9), night(0.5f, 0.65f, 1);
+  const float half_thickness = params.thickness / 2;
+  constexpr float height = 1.45f;
   ExactStage s("builtin:thin-wall");
   const auto side = [&](float x0, float x1, const Plate& light, const Rgb& radiance) {
     add_floor(s, {0, vec2(x0, -1.5f), vec2(x1, 1.5f)},
@@ -157,19 +161,30 @@ Scene make_thin_wall(const VeilParams& params) {
   return s.finish("on each side of the wall its own rectangular light: E = L/2 sum theta_i (Gamma_i . n)");
 }
 
-Scene make_black_surroundings(const VeilParams& params) {
+Scene make_black_surroundings(const BlackSurroundingsParams& params) {
   constexpr float radius = 0.35f, height = 1.6f, half = 2, top = 2;
-  const Rgb radiance(14, 13.5f, 12);
+  const Rgb radiance(14, 13.5f, 12), walls(params.walls);
   ExactStage s("builtin:black-surroundings");
-  add_floor(s, {0, vec2(-half), vec2(half)},
-            [=](const dvec3& p) { return dvec3(radiance) * disc_irradiance(height, std::hypot(p.x, p.z), radius); });
+  // Above the floor lies nothing but the light and, all around, what glows evenly.
+  add_floor(s, {0, vec2(-half), vec2(half)}, [=](const dvec3& p) {
+    const double form = disc_irradiance(height, std::hypot(p.x, p.z), radius);
+    return dvec3(radiance) * form + dvec3(walls) * (pi_d - form);
+  });
   s.builder.quadric(Disk{{0, height, 0}, radius, {0, -1, 0}}, s.black(), radiance);
   if (params.veil) s.veil(Plate{0, vec2(-radius), vec2(radius)}.wider(veil_margin, height - veil_gap).facing_down());
-  s.blocker(Plate{top, vec2(-half), vec2(half)}.facing_down());
-  s.blocker(quad({-half, 0, -half}, {half, 0, -half}, {half, top, -half}, {-half, top, -half}));
-  s.blocker(quad({half, 0, half}, {-half, 0, half}, {-half, top, half}, {half, top, half}));
-  s.blocker(quad({-half, 0, half}, {-half, 0, -half}, {-half, top, -half}, {-half, top, half}));
-  s.blocker(quad({half, 0, -half}, {half, 0, half}, {half, top, half}, {half, top, -half}));
+  const auto surround = [](float at, float ceiling, const std::function<void(const MeshData&)>& add) {
+    add(Plate{ceiling, vec2(-at), vec2(at)}.facing_down());
+    add(quad({-at, 0, -at}, {at, 0, -at}, {at, ceiling, -at}, {-at, ceiling, -at}));
+    add(quad({at, 0, at}, {-at, 0, at}, {-at, ceiling, at}, {at, ceiling, at}));
+    add(quad({-at, 0, at}, {-at, 0, -at}, {-at, ceiling, -at}, {-at, ceiling, at}));
+    add(quad({at, 0, -at}, {at, 0, at}, {at, ceiling, at}, {at, ceiling, -at}));
+  };
+  if (params.walls > 0) {
+    surround(half, top, [&](const MeshData& wall) { s.emitter(wall, walls); });
+    if (params.veil) surround(half - veil_gap, top - veil_gap, [&](const MeshData& wall) { s.veil(wall); });
+  } else {
+    surround(half, top, [&](const MeshData& wall) { s.blocker(wall); });
+  }
   s.builder.camera({0.3f, 1.25f, 1.9f}, {0, 0, -0.25f}, 60, exact_resolution);
   return s.finish("a small disc over a floor in a black room");
 }

@@ -29,11 +29,56 @@ void describe(Visitor& v, TwoOccludersParams& p) {
   describe(v, static_cast<VeilParams&>(p));
 }
 
+struct HiddenOccluderParams : VeilParams {
+  float light = 0.5f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, HiddenOccluderParams& p) {
+  v.number("light", p.light, 0.01, 4, "m",
+           "side of the light, of the same power at any size: a fifth of it is the width of the penumbra");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+struct SlitLightParams : VeilParams {
+  float width = 0.04f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, SlitLightParams& p) {
+  v.number("width", p.width, 1e-4, 3, "m", "of the slit, of the same power at any width");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+struct ThinWallParams : VeilParams {
+  float day = 1;
+  float thickness = 0.01f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, ThinWallParams& p) {
+  v.number("day", p.day, 0.001, 1000, "1", "times the light of the bright side: at 1, it is 15 times as bright as the other");
+  v.number("thickness", p.thickness, 1e-4, 0.5, "m", "of the wall");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+struct BlackSurroundingsParams : VeilParams {
+  float walls = 0;
+};
+
+template <class Visitor>
+void describe(Visitor& v, BlackSurroundingsParams& p) {
+  v.number("walls", p.walls, 0, 100, "W/(m^2 sr)", "radiance of walls and ceiling; that of the light is 13");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
 Scene make_broad_light(const BroadLightParams& params);      // no occluder: smooth everywhere, for rates of convergence
 Scene make_two_occluders(const TwoOccludersParams& params);  // a wide light, two plates between: penumbrae across each other
-Scene make_hidden_occluder(const VeilParams& params);     // a small far light behind a plate: a shadow with hardly a penumbra
-Scene make_slit_light(const VeilParams& params);          // a slit in a wall: few rays find it
-Scene make_thin_wall(const VeilParams& params);           // bright on one side, dim on the other
-Scene make_black_surroundings(const VeilParams& params);  // all black but for a small light: nothing to take a distance from
+// A small far light behind a plate: a shadow with hardly a penumbra.
+Scene make_hidden_occluder(const HiddenOccluderParams& params);
+Scene make_slit_light(const SlitLightParams& params);  // a slit in a wall: few rays find it
+Scene make_thin_wall(const ThinWallParams& params);    // bright on one side, dim on the other
+// All black but for a small light: nothing to take a distance from, unless the walls glow.
+Scene make_black_surroundings(const BlackSurroundingsParams& params);
 
 }  // namespace etendue

@@ -141,7 +141,7 @@ Scene make_veach_mis() {
   return b.finish();
 }
 
-Scene make_keyhole() {
+Scene make_keyhole(const KeyholeParams& params) {
   SceneBuilder b("builtin:keyhole");
   const auto white = b.material(Diffuse{Rgb(0.75f)});
   const auto boards = b.material(Diffuse{Rgb(0.5f, 0.4f, 0.3f)});
@@ -157,7 +157,9 @@ Scene make_keyhole() {
   const auto piece = [&](float y0, float y1, float z0, float z1, std::uint32_t material) {
     b.mesh(box({-0.02f, y0, z0}, {0.02f, y1, z1}), material);
   };
-  constexpr float leaf = 0.45f, slot = 0.05f, head = 0.1f, y0 = 0.9f, y1 = 1.1f, y2 = 1.25f, top = 2;
+  const float larger = params.size - 1;
+  constexpr float leaf = 0.45f, y1 = 1.1f, top = 2;
+  const float slot = 0.05f * params.size, head = 0.1f * params.size, y0 = 0.9f - 0.2f * larger, y2 = 1.25f + 0.15f * larger;
   piece(0, h, -d, -leaf, white);
   piece(0, h, leaf, d, white);
   piece(top, h, -leaf, leaf, white);

@@ -22,7 +22,7 @@ double transmission(double cos_in, double eta) {
 }
 
 // The water and its light.
-constexpr double water_eta = 1.33f, water_depth = 1, light_height = 0.8, light_watts_per_sr = 8, floor_albedo = 0.7, extent = 4;
+constexpr double water_eta = 1.33f, water_depth = 1, light_height = 0.8, light_watts_per_sr = 8, pool_albedo = 0.7, extent = 4;
 
 dvec3 floor_radiance(const dvec3& origin, const dvec3& direction) {
   if (direction.y >= 0) return dvec3(0);
@@ -30,7 +30,7 @@ dvec3 floor_radiance(const dvec3& origin, const dvec3& direction) {
   if (std::max(std::abs(p.x), std::abs(p.z)) > extent) return dvec3(0);
   const double irradiance =
       light_watts_per_sr * refracted_irradiance(std::hypot(p.x, p.z), light_height, water_depth, water_eta);
-  return floor_albedo / pi_d * irradiance * dvec3(0.75, 0.95, 1);
+  return pool_albedo / pi_d * irradiance * dvec3(0.75, 0.95, 1);
 }
 
 dvec3 radiance_above(const Ray& ray) {
@@ -101,7 +101,7 @@ Scene make_water(const WaterParams& params) {
   SceneBuilder b("builtin:water");
   const auto e = static_cast<float>(extent), floor = -static_cast<float>(water_depth);
   b.mesh(quad({-e, floor, e}, {e, floor, e}, {e, floor, -e}, {-e, floor, -e}),
-         b.material(Diffuse{Rgb(0.75f, 0.95f, 1) * static_cast<float>(floor_albedo)}));
+         b.material(Diffuse{Rgb(0.75f, 0.95f, 1) * static_cast<float>(pool_albedo)}));
   b.mesh(quad({-e, 0, e}, {e, 0, e}, {e, 0, -e}, {-e, 0, -e}), b.material(Dielectric{.eta = static_cast<float>(water_eta)}));
   b.light(PointLight{{0, static_cast<float>(light_height), 0}, Rgb(static_cast<float>(light_watts_per_sr))});
   b.max_depth(3);
