@@ -7,7 +7,7 @@ namespace etendue {
 namespace {
 
 constexpr float uniform_part = 0.1f;
-constexpr std::size_t fewest_pilots = 32, fewest_useful = 3;
+constexpr std::size_t fewest_pilots = 32, fewest_useful = 3, fewest_useful_of_quarters = 32;
 constexpr int deepest = 40;
 constexpr std::uint32_t rounds = 4;
 
@@ -58,6 +58,23 @@ EmissionGuide::EmissionGuide(std::span<Pilot> pilots) {
   mix(mix, 0, all);
 }
 
+int EmissionGuide::widest_difference(std::span<const Pilot> pilots, const Cell& cell, int parts, float below) {
+  int best = -1;
+  for (int d = 0; d < emission_dimensions; ++d) {
+    const float scale = static_cast<float>(parts) / (cell.upper[d] - cell.lower[d]);
+    Tally tallies[4];
+    for (const Pilot& pilot : pilots)
+      tallies[std::min(parts - 1, static_cast<int>((pilot.numbers[d] - cell.lower[d]) * scale))].add(pilot);
+    float root = 0;
+    for (int part = 0; part < parts; ++part) root += tallies[part].root() / static_cast<float>(parts);
+    if (root < below) {
+      below = root;
+      best = d;
+    }
+  }
+  return best;
+}
+
 std::uint32_t EmissionGuide::grow(std::span<Pilot> pilots, const Cell& cell, int depth) {
   const auto id = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({});
@@ -66,19 +83,10 @@ std::uint32_t EmissionGuide::grow(std::span<Pilot> pilots, const Cell& cell, int
   nodes_[id].mass = cell.volume() * tally.root();
   if (depth >= deepest || tally.count < fewest_pilots || tally.useful_count < fewest_useful) return id;
 
-  // The dimension whose halves differ most.
-  int best = -1;
-  float best_root = 0.98f * tally.root();
-  for (int d = 0; d < emission_dimensions; ++d) {
-    const float middle = 0.5f * (cell.lower[d] + cell.upper[d]);
-    Tally halves[2];
-    for (const Pilot& pilot : pilots) halves[pilot.numbers[d] >= middle].add(pilot);
-    const float root = 0.5f * (halves[0].root() + halves[1].root());
-    if (root < best_root) {
-      best_root = root;
-      best = d;
-    }
-  }
+  int best = widest_difference(pilots, cell, 2, 0.98f * tally.root());
+  // What lies in the middle makes no halves differ, but quarters; those of few useful pilots differ by chance.
+  if (best < 0 && tally.useful_count >= fewest_useful_of_quarters)
+    best = widest_difference(pilots, cell, 4, 0.95f * tally.root());
   if (best < 0) return id;
 
   Cell lower_cell = cell, upper_cell = cell;

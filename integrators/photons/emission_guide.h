@@ -45,6 +45,9 @@ class EmissionGuide {
   };
 
   std::uint32_t grow(std::span<Pilot> pilots, const Cell& cell, int depth);
+  // The dimension along which 2 or 4 equal parts have the least mean root of their useful shares, if that is less than `below`;
+  // otherwise -1.
+  static int widest_difference(std::span<const Pilot> pilots, const Cell& cell, int parts, float below);
 
   std::vector<Node> nodes_;
 };

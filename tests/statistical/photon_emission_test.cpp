@@ -140,6 +140,15 @@ TEST(PhotonEmission, WideGroundGetsTheLightOfItsPartThatMatters) {
   }
 }
 
+// Both halves of each number that a photon is emitted by are as useful as each other then.
+TEST(PhotonEmission, ImportanceFindsWhatLiesInTheMiddle) {
+  const Scene scene = wide_ground(false);
+  VisibleRegion region(scene.bounds(), 1);
+  region.mark({0, 0, 0}, 7);
+  const Trial trial{scene, region, 60000};
+  EXPECT_GT(landed(trial, PhotonEmission::importance, 4).photons, 4 * landed(trial, PhotonEmission::power, 4).photons);
+}
+
 TEST(PhotonEmission, AHoleLetsTheSameLightThrough) {
   const Scene scene = lamp_in_a_box();
   VisibleRegion region(scene.bounds(), 0.1f);
