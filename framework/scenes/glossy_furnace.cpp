@@ -25,7 +25,7 @@ class AlbedoCurve {
     for (std::size_t i = 0; i < count; ++i) {
       const double distance = x - cosine(i);
       if (distance == 0) return values_[i];
-      const double weight = (i % 2 ? -1 : 1) * std::sin(angle(i)) / distance;  // [Berrut2004] eq. 5.3
+      const double weight = (i % 2 ? -1 : 1) * std::sin(angle(i)) / distance;  // [Berrut2004] section 5
       sum += weight * values_[i];
       weights += weight;
     }

@@ -1,8 +1,8 @@
 // The built-in scenes' closed forms against estimators that share nothing with them.
 #include "experiments/run/closed_form.h"
+#include "framework/materials/fresnel.h"
 #include "framework/scenes/exact.h"
 #include "framework/scenes/specular.h"
-#include "framework/materials/fresnel.h"
 #include "tests/image_checks.h"
 #include "tests/sealed_checks.h"
 
@@ -48,8 +48,23 @@ TEST(ClosedForms, OfLightWithoutVeilMatchPathTracing) {
   for (const char* scene :
        {"builtin:edge?veil=false", "builtin:corner?veil=false", "builtin:thin-plate?veil=false,thickness=0.1",
         "builtin:broad-light?veil=false", "builtin:two-occluders?veil=false", "builtin:hidden-occluder?veil=false",
-        "builtin:slit-light?veil=false", "builtin:thin-wall?veil=false", "builtin:black-surroundings?veil=false"})
+        "builtin:slit-light?veil=false", "builtin:thin-wall?veil=false", "builtin:black-surroundings?veil=false",
+        "builtin:sunlit-field?veil=false", "builtin:sunlit-ball?veil=false", "builtin:veiled-lamp?veil=false",
+        "builtin:glossy-furnace?veil=false", "builtin:many-lamps"})
     expect_exact_mean({scene});
+}
+
+TEST(ClosedForms, HoldAlongTheirParameters) {
+  for (const char* scene :
+       {"builtin:edge?veil=false,size=0.5", "builtin:slit-light?veil=false,width=0.5",
+        "builtin:hidden-occluder?veil=false,light=2", "builtin:thin-wall?veil=false,day=3,thickness=0.2",
+        "builtin:black-surroundings?veil=false,walls=1", "builtin:sunlit-field?veil=false,surroundings=9",
+        "builtin:sunlit-ball?veil=false,radius=0.1", "builtin:veiled-lamp?veil=false,radius=0.3,seen=through",
+        "builtin:glossy-furnace?veil=false,alpha=0.8", "builtin:glossy-furnace?veil=false,alpha=0.05",
+        "builtin:many-lamps?lamps=4", "builtin:furnace?albedo=0.7", "builtin:lambert-sphere?albedo=0.7"})
+    expect_exact_mean({scene});
+  // Rays that leave the floor look over the kerb from 16 clearances above it.
+  expect_exact_mean({"builtin:far-kerb", "path", 16, {}, 1e-3});
 }
 
 TEST(ClosedForms, OfGlowingRoomMatchesPathTracing) {
@@ -133,8 +148,8 @@ TEST(ClosedForms, OnTheAxisWaterIsAsIfNearer) {
 
 // A veil is nothing but an obstacle to shadow rays.
 TEST(ClosedForms, DoNotChangeWithTheVeil) {
-  for (const char* name :
-       {"edge", "corner", "thin-plate", "two-occluders", "hidden-occluder", "slit-light", "thin-wall", "black-surroundings"}) {
+  for (const char* name : {"edge", "corner", "thin-plate", "two-occluders", "hidden-occluder", "slit-light", "thin-wall",
+                           "black-surroundings", "sunlit-field", "sunlit-ball", "veiled-lamp", "glossy-furnace"}) {
     const Scene veiled = load_scene(std::string("builtin:") + name),
                 bare = load_scene(std::string("builtin:") + name + "?veil=false");
     EXPECT_NE(veiled.hash(), bare.hash()) << name;

@@ -54,8 +54,8 @@ class PbrtWrite : public ::testing::Test {
 // The others have infinite planes, a cylinder with caps, or metal that pbrt lacks; or a sun whose direction is not unit to the
 // last bit, as pbrt's are.
 TEST_F(PbrtWrite, BuiltInScenesRenderTheSameBits) {
-  const std::string others[] = {"polygon-light", "sphere-light", "disc-light", "white-furnace", "glossy-cornell-box"};
-  const std::string suns[] = {"exterior", "stadium"};
+  const std::string others[] = {"polygon-light", "sphere-light", "disc-light", "white-furnace", "glossy-cornell-box", "glossy-furnace"};
+  const std::string suns[] = {"exterior", "stadium", "far-kerb"};
   const auto is_one_of = [](const auto& names, const std::string& name) {
     return std::find(std::begin(names), std::end(names), name) != std::end(names);
   };
