@@ -69,6 +69,7 @@ std::span<const BuiltinScene> builtin_scenes() {
       with_params<VeiledLampParams, make_veiled_lamp>("veiled-lamp", "exact: a lamp behind glass, at any size"),
       with_params<ManyLampsParams, make_many_lamps>("many-lamps", "exact: one lamp that lights, among many that do not"),
       with_params<GlossyFurnaceParams, make_glossy_furnace>("glossy-furnace", "exact: a rough mirror in a glowing sphere"),
+      with_params<GlossyLampParams, make_glossy_lamp>("glossy-lamp", "exact: a lamp of any size in a mirror of any roughness"),
       with_params<CoincidentParams, make_coincident>("coincident", "a ball, copied into its place"),
       with_params<SliversParams, make_slivers>("slivers", "triangles as long and narrow as asked for"),
       with_params<OverlapParams, make_overlap>("overlap", "triangles as near to each other as asked for"),

@@ -44,30 +44,72 @@ class AlbedoCurve {
 }  // namespace
 
 double ggx_albedo(double alpha, double cosine) {
-  // Over the visible normals [Heitz2018] the weight is G2 / G1; normals come from the projected half disc of unit area.
-  constexpr int steps = 96;
+  // Over the visible normals [Heitz2018] the weight is G2 / G1; normals come from the projected half disc. The tail of the lobe
+  // lies at its rim, where circles are dense: of radius^2 = 1 - w^2.
+  constexpr int circles = 256, points = 64;
   const double sine = std::sqrt(1 - cosine * cosine);
   const double stretched = std::hypot(alpha * sine, cosine);
   const double vx = alpha * sine / stretched, vz = cosine / stretched;  // the view in the stretched space, in its x-z plane
   const double s = 0.5 * (1 + vz);
   double sum = 0;
-  for (int i = 0; i < steps; ++i)
-    for (int j = 0; j < steps; ++j) {
-      const double r = std::sqrt((i + 0.5) / steps), turn = 2 * pi_d * (j + 0.5) / steps;
+  for (int i = 0; i < circles; ++i)
+    for (int j = 0; j < points; ++j) {
+      const double w = (i + 0.5) / circles, r = std::sqrt(1 - w * w), turn = 2 * pi_d * (j + 0.5) / points;
       const double p1 = r * std::cos(turn);
       const double p2 = (1 - s) * std::sqrt(1 - p1 * p1) + s * r * std::sin(turn);
       const double p3 = std::sqrt(std::max(0.0, 1 - p1 * p1 - p2 * p2));
       // p1 along y, p2 along the vector across both, p3 along the view.
-      double nx = -p2 * vz + p3 * vx, ny = p1, nz = p2 * vx + p3 * vz;
-      nx *= alpha;
-      ny *= alpha;
-      const double length = std::sqrt(nx * nx + ny * ny + nz * nz);
-      nx /= length;
-      nz /= length;
-      const double incoming = 2 * (sine * nx + cosine * nz) * nz - cosine;
-      if (incoming > 0) sum += (1 + lambda(alpha, cosine)) / (1 + lambda(alpha, cosine) + lambda(alpha, incoming));
+      const dvec3 normal = glm::normalize(dvec3(alpha * (p3 * vx - p2 * vz), alpha * p1, p2 * vx + p3 * vz));
+      const double incoming = 2 * (sine * normal.x + cosine * normal.z) * normal.z - cosine;
+      if (incoming > 0) sum += 2 * w * (1 + lambda(alpha, cosine)) / (1 + lambda(alpha, cosine) + lambda(alpha, incoming));
     }
-  return sum / (steps * steps);
+  return sum / (circles * points);
+}
+
+double ggx_lamp_share(double alpha, double size, const dvec3& to_viewer, const dvec3& to_lamp) {
+  // Circles about the lamp's middle, dense where the lobe is: the angle is alpha sinh(s).
+  constexpr int circles = 256, points = 96;
+  const dvec3 aside = glm::normalize(glm::cross(to_lamp, dvec3(1, 0, 0))), across = glm::cross(to_lamp, aside);
+  const double widest = std::asinh(std::asin(size) / alpha);
+  double sum = 0;
+  for (int i = 0; i < circles; ++i) {
+    const double s = widest * (i + 0.5) / circles, angle = alpha * std::sinh(s);
+    const double area = std::sin(angle) * alpha * std::cosh(s) * widest / circles * 2 * pi_d / points;
+    for (int j = 0; j < points; ++j) {
+      const double turn = 2 * pi_d * (j + 0.5) / points;
+      const dvec3 wi = std::cos(angle) * to_lamp + std::sin(angle) * (std::cos(turn) * aside + std::sin(turn) * across);
+      const dvec3 h = glm::normalize(wi + to_viewer);
+      const double t = (h.x * h.x + h.y * h.y) / (alpha * alpha) + h.z * h.z;
+      const double density = 1 / (pi_d * alpha * alpha * t * t);  // [Walter2007] eq. 33
+      sum += area * density / (4 * to_viewer.z * (1 + lambda(alpha, wi.z) + lambda(alpha, to_viewer.z)));
+    }
+  }
+  return sum;
+}
+
+Scene make_glossy_lamp(const GlossyLampParams& params) {
+  // Seen and lit from so far that one part of the mirror is like the next.
+  constexpr float far = 10, half = 0.005f;
+  const vec3 eye(0, far, far), lamp(0, far, -far);
+  const auto share = [alpha = double(params.alpha), size = double(params.size), eye, lamp](double x, double z) {
+    const dvec3 to_viewer = glm::normalize(dvec3(eye) - dvec3(x, 0, z)), to_lamp = glm::normalize(dvec3(lamp) - dvec3(x, 0, z));
+    return ggx_lamp_share(alpha, size, {to_viewer.x, to_viewer.z, to_viewer.y}, {to_lamp.x, to_lamp.z, to_lamp.y});
+  };
+  SceneBuilder b("builtin:glossy-lamp");
+  b.mesh(quad({-half, 0, half}, {half, 0, half}, {half, 0, -half}, {-half, 0, -half}),
+         b.material(Conductor{.ideal = true, .alpha = vec2(params.alpha)}));
+  const auto radiance = static_cast<float>(1 / share(0, 0));
+  b.quadric(Sphere{lamp, params.size * glm::length(lamp)}, b.material(Diffuse{Rgb(0)}), Rgb(radiance));
+  b.camera(eye, vec3(0), 0.02f, exact_resolution);
+  // Between the corners the radiance is bilinear, but for the square of what it changes.
+  std::array<double, 4> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = radiance * share(i & 1 ? half : -half, i & 2 ? half : -half);
+  b.closed_form("a lamp in a rough mirror: L = its lobe's share of the lamp", [corners](const Ray& ray) {
+    const dvec3 o(ray.origin), d(ray.direction), p = o - o.y / d.y * d;
+    const double u = 0.5 + 0.5 * p.x / half, v = 0.5 + 0.5 * p.z / half;
+    return dvec3((1 - v) * ((1 - u) * corners[0] + u * corners[1]) + v * ((1 - u) * corners[2] + u * corners[3]));
+  });
+  return b.finish();
 }
 
 Scene make_glossy_furnace(const GlossyFurnaceParams& params) {

@@ -140,8 +140,7 @@ Scene make_thin_wall(const ThinWallParams& params) {
   // the far end of the other floor, 1.5 away, the near edge of a light is seen through the height of 1.4 above the wall.
   const Plate bright{2, vec2(-1.3f, -0.8f), vec2(-0.7f, 0.8f)}, dim{2, vec2(0.7f, -0.8f), vec2(1.3f, 0.8f)};
   const Rgb day = params.day * Rgb(12, 11, 9), night(0.5f, 0.65f, 1);
-  const float half_thickness = params.thickness / 2;
-  constexpr float height = 1.45f;
+  constexpr float half_thickness = 0.005f, height = 1.45f;
   ExactStage s("builtin:thin-wall");
   const auto side = [&](float x0, float x1, const Plate& light, const Rgb& radiance) {
     add_floor(s, {0, vec2(x0, -1.5f), vec2(x1, 1.5f)},

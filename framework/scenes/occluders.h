@@ -52,13 +52,11 @@ void describe(Visitor& v, SlitLightParams& p) {
 
 struct ThinWallParams : VeilParams {
   float day = 1;
-  float thickness = 0.01f;
 };
 
 template <class Visitor>
 void describe(Visitor& v, ThinWallParams& p) {
   v.number("day", p.day, 0.001, 1000, "1", "times the light of the bright side: at 1, it is 15 times as bright as the other");
-  v.number("thickness", p.thickness, 1e-4, 0.5, "m", "of the wall");
   describe(v, static_cast<VeilParams&>(p));
 }
 

@@ -57,11 +57,12 @@ TEST(ClosedForms, OfLightWithoutVeilMatchPathTracing) {
 TEST(ClosedForms, HoldAlongTheirParameters) {
   for (const char* scene :
        {"builtin:edge?veil=false,size=0.5", "builtin:slit-light?veil=false,width=0.5",
-        "builtin:hidden-occluder?veil=false,light=2", "builtin:thin-wall?veil=false,day=3,thickness=0.2",
+        "builtin:hidden-occluder?veil=false,light=2", "builtin:thin-wall?veil=false,day=3",
         "builtin:black-surroundings?veil=false,walls=1", "builtin:sunlit-field?veil=false,surroundings=9",
         "builtin:sunlit-ball?veil=false,radius=0.1", "builtin:veiled-lamp?veil=false,radius=0.3,seen=through",
         "builtin:glossy-furnace?veil=false,alpha=0.8", "builtin:glossy-furnace?veil=false,alpha=0.05",
-        "builtin:many-lamps?lamps=4", "builtin:furnace?albedo=0.7", "builtin:lambert-sphere?albedo=0.7"})
+        "builtin:glossy-lamp?alpha=0.02,size=0.3", "builtin:glossy-lamp?alpha=0.5,size=0.1", "builtin:many-lamps?lamps=4",
+        "builtin:furnace?albedo=0.7", "builtin:lambert-sphere?albedo=0.7"})
     expect_exact_mean({scene});
   // Rays that leave the floor look over the kerb from 16 clearances above it.
   expect_exact_mean({"builtin:far-kerb", "path", 16, {}, 1e-3});

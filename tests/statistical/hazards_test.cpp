@@ -113,6 +113,20 @@ TEST(Hazards, LampsThatLightNothingScatterAsTheirNumber) {
   expect_figure({"builtin:many-lamps?lamps=33", "path", independent(), 16, "relmse", 32.0 / 16, 0.3});
 }
 
+// With q = 4 alpha^2 cos / size^2, directions of the lobe have a relative variance of q, points of the lamp one of
+// (1 + q)^2 / (3 q) - 1, and either is mended by the other.
+TEST(Hazards, LampsInRoughMirrorsAskForOneStrategyOrTheOther) {
+  const auto by = [](const char* strategy) { return independent({{"mis", text(strategy)}}); };
+  const auto q = [](double alpha, double size) { return 4 * alpha * alpha * std::sqrt(0.5) / (size * size); };
+  const double small = q(0.1, 0.01), wide = q(0.01, 0.1);
+  expect_figure(
+      {"builtin:glossy-lamp?alpha=0.1,size=0.01", "path", by("bsdf"), 16, "relmse", small / 16, 0.15 * small / 16, 4});
+  expect_figure({"builtin:glossy-lamp?alpha=0.01,size=0.1", "path", by("light"), 16, "relmse",
+                 (square(1 + wide) / (3 * wide) - 1) / 16, 0.15, 4});
+  expect_figure({"builtin:glossy-lamp?alpha=0.1,size=0.01", "path", by("power"), 16, "relmse", 0, 0.02});
+  expect_figure({"builtin:glossy-lamp?alpha=0.01,size=0.1", "path", by("power"), 16, "relmse", 0, 0.02});
+}
+
 // Paths end after 64 events.
 TEST(Hazards, WhiteRoomsAreTruncated) {
   expect_figure({"builtin:furnace?albedo=0.97", "path", {}, 16, "bias", -std::pow(0.97, 65), 0.01});
