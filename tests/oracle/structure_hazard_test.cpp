@@ -22,7 +22,8 @@ TEST(StructureHazard, CoincidentTrianglesAreAllTested) {
   for (const char* structure : {"binned-sah", "lbvh", "grid", "kd-tree"}) {
     const StructureHazard few = measure("builtin:coincident?copies=10", structure),
                           many = measure("builtin:coincident?copies=40", structure);
-    EXPECT_NEAR(many.tests_per_ray / few.tests_per_ray, 4, 0.4) << structure;
+    // A grid's cells shrink as triangles grow in number, and one that reaches into several cells is tested in each.
+    EXPECT_NEAR(many.tests_per_ray / few.tests_per_ray, 4, structure == std::string("grid") ? 0.8 : 0.4) << structure;
     EXPECT_GT(many.work_per_ray(), few.work_per_ray()) << structure;
     EXPECT_LT(many.bytes_per_primitive, 2 * few.bytes_per_primitive) << structure;
   }
