@@ -27,8 +27,15 @@ MemoryNeed whole(const Geometry& geometry, double kept, double peak) {
 
 double primitives_of(const Geometry& geometry) { return static_cast<double>(geometry.primitive_count()); }
 
+// Triangles that share no vertex lie apart, so that leaves and packs take fewer of them.
+bool is_scattered(const Geometry& geometry) {
+  return static_cast<double>(geometry.positions.size()) > 2.5 * primitives_of(geometry);
+}
+
 // Primitives of a leaf on average, where leaves may take so many.
-double filling(double leaf_size) { return std::max(1.0, 0.65 * leaf_size); }
+double filling(double leaf_size, const Geometry& geometry) {
+  return std::max(1.0, (is_scattered(geometry) ? 0.6 : 0.65) * leaf_size);
+}
 
 // Large arrays lie on whole pages of 2 MiB (framework/core/huge_pages.h).
 constexpr double huge_page = 2 << 20;
@@ -41,12 +48,13 @@ struct WideShape {
   double tree_leaf;            // most primitives of a leaf of the binary tree it is collapsed from
 };
 
-// A pack of bvh16 holds 16 vertices: six triangles and more of a mesh, five that share none.
+// A pack of bvh16 holds 16 vertices: six triangles and more of a mesh, five that share none, and three of those that lie apart.
 WideShape shape_of(const std::string& layout, const Geometry& geometry) {
   if (layout == "bvh4") return {sizeof(WideNode<4>), sizeof(TrianglePack<4>), 3, 2.1, 1};
   if (layout == "bvh8") return {sizeof(WideNode<8>), sizeof(TrianglePack<8>), 5.5, 4, 2};
   const double vertices = static_cast<double>(geometry.positions.size()), triangles = primitives_of(geometry);
-  return {sizeof(WideNode<16>), sizeof(SharedPack), 11, vertices > 1.5 * triangles ? 4.2 : 5.6, 5};
+  const double filled = is_scattered(geometry) ? 3.3 : vertices > 1.5 * triangles ? 4.2 : 5.6;
+  return {sizeof(WideNode<16>), sizeof(SharedPack), 11, filled, 5};
 }
 
 double plan_bytes(const std::string& layout) { return 16 + (layout == "bvh4" ? 4 : layout == "bvh8" ? 8 : 16); }  // per node
@@ -75,7 +83,7 @@ MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int lea
     return to_packs_need(geometry, layout);
   const WideShape wide = shape_of(layout, geometry);
   const double tree_leaf = !binary ? (reinsertion ? 1 : wide.tree_leaf) : leaf_size > 0 ? leaf_size : 4;
-  const double nodes = 2 * references / filling(tree_leaf);
+  const double nodes = 2 * references / filling(tree_leaf, geometry);
   // Builders lay out two places per primitive and move the nodes together where leaves hold several.
   const double tree = tree_node * nodes + id * references;
   double peak = on_pages(item * count) + on_pages(2 * tree_node * references) + id * references +
@@ -83,7 +91,7 @@ MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int lea
   if (reinsertion) peak = std::max(peak, 2 * tree + 64 * nodes);  // moves, parents, and the tree in its new order
   double kept = 0;
   if (binary) {
-    const double leaves = references / filling(tree_leaf), packs = leaves * std::max(1.0, 0.3 * tree_leaf);
+    const double leaves = references / filling(tree_leaf, geometry), packs = leaves * std::max(1.0, 0.3 * tree_leaf);
     kept = binary_node * leaves + pack_of_four * packs;
     peak = std::max(peak, tree + kept + list_growth * pack_of_four * packs + id * nodes);
   } else {
