@@ -20,6 +20,7 @@
 #include "accel/records/hash_grid.h"
 #include "accel/records/kd_tree.h"
 #include "accel/records/octree.h"
+#include "accel/scene/auto_structure.h"
 #include "accel/spatial/brute_force.h"
 #include "accel/spatial/grid.h"
 #include "accel/spatial/kd_tree.h"
@@ -62,7 +63,7 @@ std::span<const RayEntry> ray_structures() {
       brute_entry(),    bounds_entry(), median_entry(),     median_round_robin_entry(),
       midpoint_entry(), sah_entry(),    binned_sah_entry(), sbvh_entry(),
       lbvh_entry(),     ploc_entry(),   grid_entry(),       kd_tree_entry(),
-      octree_entry(),   embree_entry(), cgal_entry(),
+      octree_entry(),   embree_entry(), cgal_entry(),       auto_structure_entry(),
   };
   return entries;
 }

@@ -42,6 +42,13 @@ class PhaseTimes {
   std::map<std::string, double> seconds_;
 };
 
+// How far the caller means to take a method; 0: it does not say. For methods that choose by it: none owns a clock.
+struct Effort {
+  double seconds = 0;            // preparation included
+  std::uint64_t iterations = 0;  // at most
+  double error = 0;              // relMSE to reach
+};
+
 struct RenderContext {
   const Scene& scene;
   const SceneNeeds& needs;
@@ -54,6 +61,7 @@ struct RenderContext {
   std::function<std::unique_ptr<PointQuery>(const std::string& name)> make_points;
   std::function<std::unique_ptr<RecordQuery>(const std::string& name, const Bounds& bounds)> make_records;
   bool states_error = false;  // Cache::standard_error() will be called: keep what it needs
+  Effort effort = {};
 
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
   int max_depth(int requested) const { return requested > 0 ? requested : scene.max_depth.value_or(64); }
@@ -100,6 +108,13 @@ class Cache {
   virtual void load(const RenderContext& context, std::string_view bytes, const Location& where) = 0;
 };
 
+// A method that another one chose to stand for it, and why: one sentence.
+struct MethodChoice {
+  std::string name;
+  ParamMap params;
+  std::string why;
+};
+
 // Calls come in order: prepare once, then iteration 0, 1, 2, ... Everything an integrator does depends on (scene, parameters,
 // seed, index) alone. It owns no clock and no budget.
 class Integrator {
@@ -109,6 +124,8 @@ class Integrator {
   virtual void iteration(RenderContext& context, std::uint32_t index, Film& film) = 0;
   virtual Expectation expectation() const = 0;
   virtual Cache* cache() { return nullptr; }  // null: the method keeps none
+  // Null: the method stands for itself, or has not been prepared.
+  virtual const MethodChoice* choice() const { return nullptr; }
 };
 
 // A row of the registry.

@@ -4,6 +4,7 @@
 #include "integrators/caches/irradiance_cache.h"
 #include "integrators/caches/photon_cache.h"
 #include "integrators/caches/radiance_cache.h"
+#include "integrators/choice/auto.h"
 #include "integrators/guiding/guided.h"
 #include "integrators/path_space/hash_cache.h"
 #include "integrators/paths/path.h"
@@ -17,6 +18,7 @@ std::span<const IntegratorEntry> integrators() {
       path_entry(), light_trace_entry(),    bdpt_entry(),       photon_map_entry(),     ppm_entry(),
       sppm_entry(), ppm_memoryless_entry(), appm_entry(),       cppm_entry(),           irradiance_cache_entry(),
       vcm_entry(),  guided_entry(),         hash_cache_entry(), radiance_cache_entry(), photon_cache_entry(),
+      auto_entry(),
   };
   return table;
 }

@@ -132,6 +132,9 @@ std::string to_json(const Rendered& r) {
   for (const std::string& aov : r.command.aovs) json["aovs"][aov] = aov_path(r.output, aov);
   if (!r.command.save_cache.empty()) json["cache"] = r.command.save_cache;
   if (!r.result.fallback.empty()) json["fallback"] = r.result.fallback;
+  if (!r.result.out_of_reach.empty()) json["out_of_reach"] = r.result.out_of_reach;
+  if (r.result.chosen) json["chosen"] = {{"integrator", r.result.chosen->label()}, {"why", r.result.why}};
+  if (r.result.chosen_accel) json["chosen_accel"] = {{"accel", r.result.chosen_accel->label()}, {"why", r.result.accel_why}};
   if (r.result.stopped) json["interrupted"] = true;
   if (r.repeats) json["repeats"] = {{"image", r.command.from}, {"to_the_bit", *r.repeats}};
   if (!r.reference.empty()) json["reference"] = r.reference;
@@ -145,6 +148,8 @@ std::string to_lines(const Rendered& r) {
   for (const std::string& aov : r.command.aovs) text += fmt::format("aov         {}\n", aov_path(r.output, aov));
   if (!r.command.save_cache.empty()) text += fmt::format("cache       {}\n", r.command.save_cache);
   if (r.repeats) text += fmt::format("repeats     {}{}\n", r.command.from, *r.repeats ? ", to the bit" : ": no, other bits");
+  if (r.result.chosen) text += fmt::format("method      {}\n", r.result.chosen->label());
+  if (r.result.chosen_accel) text += fmt::format("structure   {}\n", r.result.chosen_accel->label());
   text += fmt::format("hash        {:016x}\nspp         {}\ntime        {}", r.result.image_hash, end.iterations,
                       format_seconds(end.time_s));
   std::string separator = " (";
@@ -162,9 +167,10 @@ void write_image(const Rendered& r, const CellResult& result, const std::string&
     write_png(path, image);
     return;
   }
-  auto attributes = recipe_attributes({r.scene, r.scene_hash, r.integrator, r.accel, r.seed, r.resolution,
-                                       result.checkpoints.back().iterations, r.budget, r.cache_hash, r.states_error},
-                                      make_manifest("", "", r.threads));
+  auto attributes =
+      recipe_attributes({r.scene, r.scene_hash, result.chosen.value_or(r.integrator), result.chosen_accel.value_or(r.accel),
+                         r.seed, r.resolution, result.checkpoints.back().iterations, r.budget, r.cache_hash, r.states_error},
+                        make_manifest("", "", r.threads));
   attributes["etendue_cell"] = CellName{r.scene, r.accel.label(), r.integrator.label(), r.seed}.key();
   if (!aov.empty()) attributes["etendue_aov"] = aov;
   write_exr(path, image, attributes);
@@ -339,10 +345,9 @@ int render_command(const RenderCommand& command) {
     reference = make_reference({scene, needs, r.scene, r.resolution, {}, r.threads, &observer}, ReferenceCache::standard(""));
     if (!reference->failure.empty()) throw Error(reference->failure);
   };
-  if (budget.error)
-    find_reference();
-  else if (budget.time_s)
-    count_from_the_start(budget, command.started);
+  if (budget.error) find_reference();
+  const Effort effort = effort_of(budget);  // as typed: what is chosen by it does not depend on how long loading took
+  if (!budget.error && budget.time_s) count_from_the_start(budget, command.started);
 
   const auto progress = [&](std::uint64_t iterations, double time_s) {
     const double share = budget.progress(iterations, time_s);
@@ -358,8 +363,11 @@ int render_command(const RenderCommand& command) {
       r.cache_to_load = {};
     };
   task.confidence = r.states_error;
+  task.effort = effort;
   task.finished = [&](Integrator& integrator, RenderContext& context, const CellResult& result) {
     console.clear_status();
+    if (result.chosen) console.line(fmt::format("-i auto: {}: {}", result.chosen->label(), result.why));
+    if (result.chosen_accel) console.line(fmt::format("--accel auto: {}: {}", result.chosen_accel->label(), result.accel_why));
     write_outputs(r, integrator, context, result);
   };
   task.stop = interrupted;
@@ -376,6 +384,7 @@ int render_command(const RenderCommand& command) {
       r.metrics[std::string(metric.name)] = metric.compute(r.result.image, reference->rendered.image);
   }
   fmt::print("{}", command.json ? to_json(r) + "\n" : to_lines(r));
+  if (!r.result.out_of_reach.empty()) console.warning(r.result.out_of_reach);
   if (!r.result.fallback.empty()) console.warning(fmt::format("{}: {}", r.accel.name, r.result.fallback));
   warn_of_non_finite(r.result, console);
   if (const double spent = r.result.checkpoints.back().time_s; budget.time_s && spent > 1.1 * *budget.time_s)

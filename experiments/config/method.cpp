@@ -188,7 +188,7 @@ Method default_accel() { return {"binned-sah", {{"layout", {std::string("auto"),
 std::vector<Method> all_accels(const Location& where) {
   std::vector<Method> methods;
   for (const RayEntry& entry : ray_structures()) {
-    if (!entry.available) continue;
+    if (!entry.available || entry.name == "auto") continue;  // `auto` is one of the others
     methods.push_back({entry.name, {}, where});
     const auto add = [&](const char* parameter, const auto& value) {
       methods.push_back({entry.name, {{parameter, {value, where}}}, where});

@@ -70,7 +70,7 @@ void list_fields(auto& f, FieldsOf<CellRecord> auto& r) {
   FIELDS(status, error, image, image_hash, bias, mse_exponent);
   f.later("bias_bound", r.bias_bound, 0.0);
   f("note", r.note);
-  f.maybe("fallback", r.fallback);
+  MAYBE_FIELDS(fallback, chosen, why, chosen_accel, accel_why, out_of_reach);
   f.stamp("image", r.image_stamp);
   f.maybe("strip", r.strip);
   f.stamp("strip", r.strip_stamp);

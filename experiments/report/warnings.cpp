@@ -101,7 +101,7 @@ void warn_of_images(const ReportData& data, Warnings& warnings) {
   }
 }
 
-// A figure under a structure's name that is another's.
+// A figure under a structure's name that is another's; an error that is of light which the method does not find.
 void warn_of_fallbacks(const ReportData& data, Warnings& warnings) {
   Warnings told;
   const auto tell = [&](const std::string& scene, const std::string& structure, const std::string& fallback) {
@@ -109,6 +109,8 @@ void warn_of_fallbacks(const ReportData& data, Warnings& warnings) {
   };
   for (const StructureRecord& record : data.log->structures) tell(record.scene, record.structure, record.fallback);
   for (const CellRecord& cell : data.log->cells) tell(cell.cell.scene, cell.cell.accel, cell.fallback);
+  for (const CellRecord& cell : data.log->cells)
+    if (!cell.out_of_reach.empty()) index_in(told, fmt::format("{}: {}.", cell.cell.scene, cell.out_of_reach));
   warnings.insert(warnings.end(), told.begin(), told.end());
 }
 

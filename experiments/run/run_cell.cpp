@@ -1,12 +1,14 @@
 #include "experiments/run/run_cell.h"
 
 #include "accel/registry.h"
+#include "accel/scene/auto_structure.h"
 #include "experiments/report/declared.h"
 #include "framework/core/check.h"
 #include "framework/core/counters.h"
 #include "framework/core/memory.h"
 #include "framework/core/parallel.h"
 #include "framework/image/metrics.h"
+#include "integrators/choice/choose.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
@@ -52,8 +54,8 @@ class CellRunner {
     std::optional<LightSampler> lights;
     {
       const auto building = phases_.measure("build");
-      const ParamMap& params = task_.accel.params;
-      rays = find_ray_structure(task_.accel.name, task_.accel.where).make(task_.scene, params);
+      const Method accel = structure();
+      rays = find_ray_structure(accel.name, accel.where).make(task_.scene, accel.params);
       result_.fallback = rays->fallback;
       lights.emplace(task_.scene);
     }
@@ -70,19 +72,41 @@ class CellRunner {
         [](const std::string& name) { return find_point_structure(name, {}).make(); },
         [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }};
     context.states_error = task_.confidence;
+    context.effort = effort();
     if (task_.before_prepare) task_.before_prepare(*integrator, context);
     integrator->prepare(context);
+    if (const MethodChoice* choice = integrator->choice()) {
+      result_.chosen = Method{choice->name, choice->params};
+      result_.why = choice->why;
+    }
     iterate(*integrator, context);
     clock_.stop();
     result_.expectation = integrator->expectation();
     result_.image_hash = film_.hash();
     result_.image = film_.mean();
     result_.non_finite = film_.non_finite();
+    if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, task_.integrator.name);
     if (task_.finished) task_.finished(*integrator, context, result_);
     return std::move(result_);
   }
 
  private:
+  Effort effort() const { return task_.effort.value_or(effort_of(task_.budget)); }
+
+  // The one asked for; in the place of `auto` the one that suits the rays that the budget lets a method trace.
+  Method structure() {
+    Method accel = task_.accel;
+    if (accel.name != "auto" || accel.params.contains("rays")) return accel;
+    const double pixels = static_cast<double>(task_.resolution.x) * task_.resolution.y;
+    constexpr PilotFindings usual{.path_error = 1, .rays_per_path = 6};  // no ray can be traced yet to find out
+    StructureChoice choice = choose_structure(task_.scene, pixels * rays_a_pixel(effort(), task_.resolution, usual));
+    accel.name = choice.name;
+    for (auto& [key, value] : choice.params) accel.params[key] = std::move(value);
+    result_.chosen_accel = accel;
+    result_.accel_why = std::move(choice.why);
+    return accel;
+  }
+
   void iterate(Integrator& integrator, RenderContext& context) {
     for (bool last = false; !last;) {
       const double before = clock_.wall_s();
@@ -163,6 +187,10 @@ class CellRunner {
 };
 
 }  // namespace
+
+Effort effort_of(const Budget& budget) {
+  return {budget.time_s.value_or(0), budget.samples.value_or(0), budget.error.value_or(0)};
+}
 
 void require_room_for_image(const std::string& scene, ivec2 resolution, int copies) {
   constexpr double most = 1 << 28;

@@ -10,6 +10,7 @@
 #include "framework/integrator.h"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,8 @@ struct CellTask {
   // Before the integrator is prepared (on the clock), and after its last iteration (off it).
   std::function<void(Integrator&, RenderContext&)> before_prepare = {};
   std::function<void(Integrator&, RenderContext&, const CellResult&)> finished = {};
-  bool confidence = false;  // held against the reference: what the method takes its error to be
+  bool confidence = false;            // held against the reference: what the method takes its error to be
+  std::optional<Effort> effort = {};  // what the method is told; empty: the budget
 };
 
 struct CellResult {
@@ -46,11 +48,19 @@ struct CellResult {
   std::vector<CheckpointRecord> checkpoints;  // at least one; `cell` and `manifest` are the caller's to fill
   Expectation expectation;
   std::string fallback;                     // of the ray structure: RayStructureStats::fallback
+  std::optional<Method> chosen = {};        // what the integrator chose to stand for it,
+  std::string why = {};                     // and why
+  std::optional<Method> chosen_accel = {};  // likewise what stands for the structure `auto`,
+  std::string accel_why = {};
+  std::string out_of_reach = {};            // light that the method practically never finds, and what does; empty: none
   std::vector<NonFiniteSample> non_finite;  // the first few, for replay
   bool reached_error = false;               // of a budget with an error target
   bool stopped = false;                     // by the task's `stop`, short of the budget
   std::vector<Image> checkpoint_images;     // where they are to be kept
 };
+
+// What a method is told of a budget.
+Effort effort_of(const Budget& budget);
 
 // Throws an Error where an image of this size is too large: more pixels than there are keys for them, or more memory than is
 // free for its film and the copies of it that stand beside that in the end (of all of them: `copies` times 24 bytes a pixel).

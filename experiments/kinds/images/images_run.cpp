@@ -201,6 +201,7 @@ class Execution {
     }
     fill(record, result);
     if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", cell.name.scene, cell.name.accel, record.fallback));
+    if (!record.out_of_reach.empty()) warn_once(fmt::format("{}: {}", cell.name.scene, record.out_of_reach));
     const StoredFile image = directory_.write_image(cell.name, result.image, attributes(cell, result));
     record.image = image.path;
     record.image_stamp = image.stamp;
@@ -266,6 +267,11 @@ class Execution {
     record.bias_bound = result.expectation.bias_bound;
     record.note = result.expectation.note;
     record.fallback = result.fallback;
+    if (result.chosen) record.chosen = result.chosen->label();
+    record.why = result.why;
+    if (result.chosen_accel) record.chosen_accel = result.chosen_accel->label();
+    record.accel_why = result.accel_why;
+    record.out_of_reach = result.out_of_reach;
     if (result.non_finite.empty()) return;
     for (const NonFiniteSample& sample : result.non_finite)
       if (record.non_finite_at.size() < 10)
@@ -280,8 +286,9 @@ class Execution {
   std::map<std::string, std::string> attributes(const Cell& cell, const CellResult& result) const {
     const LoadedScene& loaded = *scenes_[cell.scene];
     auto attributes = recipe_attributes(
-        {config_.scenes[cell.scene].path, loaded.scene.hash(), config_.integrators[cell.integrator], config_.accels[cell.accel],
-         cell.name.seed, loaded.resolution, result.checkpoints.back().iterations, config_.budget.text()},
+        {config_.scenes[cell.scene].path, loaded.scene.hash(), result.chosen.value_or(config_.integrators[cell.integrator]),
+         result.chosen_accel.value_or(config_.accels[cell.accel]), cell.name.seed, loaded.resolution,
+         result.checkpoints.back().iterations, config_.budget.text()},
         manifest_);
     attributes["etendue_cell"] = cell.name.key();
     attributes["etendue_experiment"] = config_.title;

@@ -1,0 +1,146 @@
+#include "integrators/choice/choose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace etendue {
+
+namespace {
+
+// Where the lines are drawn comes from experiments/auto.toml: every method over every built-in scene.
+constexpr double default_iterations = 64;
+constexpr double least_caustic_light = 0.003;  // of all light, above which it is looked at
+constexpr double rare_hits = 0.03;             // caustic hits over caustic light below which paths find too little of it
+constexpr double sharp_caustics = 5;           // contrast from which radii must shrink everywhere
+constexpr double rays_for_sharp = 500;         // a pixel: with fewer, photons of sharp caustics are spots
+constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
+constexpr double mostly_direct = 0.85;                       // of the light: the rest is not worth a cache,
+constexpr double direct_noise = 0.4;                         // if this share of what paths leave is the noise of direct light
+constexpr double much_direct = 0.6, all_direct_noise = 0.9;  // less of it, if that noise is all there is
+constexpr double little_noise = 0.1;                         // of a path, below which records' own error outweighs it
+constexpr double fewest_diffuse = 0.3;
+constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
+constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find
+constexpr double rays_per_record = 4000, fill_share = 0.2;
+
+double pixels_of(ivec2 resolution) { return static_cast<double>(resolution.x) * resolution.y; }
+
+std::string percent(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.0995 ? 1 : 0); }
+
+class Chooser {
+ public:
+  Chooser(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias)
+      : context_(context), found_(findings), bias_(bias), rays_(rays_a_pixel(context.effort, context.resolution, findings)) {}
+
+  MethodChoice choose() const {
+    if (context_.lights.empty() || found_.surface == 0)
+      return {
+          "path", {}, "no light reaches a rough surface that the camera sees, so that there is nothing to cache or to gather"};
+    if (caustics_are_hard()) return for_caustics();
+    if (found_.direct_light >= much_direct && found_.direct_error >= all_direct_noise * found_.path_error)
+      return {"path", {}, "the noise of direct light is all that paths leave, and no method samples that better"};
+    if (found_.direct_light >= mostly_direct && found_.direct_error >= direct_noise * found_.path_error)
+      return {"path",
+              {},
+              fmt::format("{} of the light comes straight from the lights, and no method samples that better",
+                          percent(found_.direct_light))};
+    if (found_.diffuse < fewest_diffuse)
+      return {
+          "path", {}, fmt::format("{} of what is seen is diffuse, which is all that caches serve", percent(found_.diffuse))};
+    return for_indirect_light();
+  }
+
+  std::string out_of_reach(const std::string& method) const {
+    if (!caustics_are_hard()) return "";
+    return fmt::format("{}: {} leaves it {}; {} brings it", caustics(), method, found_.caustic_hits > 0 ? "noisy" : "out",
+                       for_caustics().name);
+  }
+
+ private:
+  // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
+  // from.
+  bool caustics_are_hard() const {
+    if (!context_.needs.caustic_map || found_.caustic_light < least_caustic_light ||
+        found_.caustic_hits >= rare_hits * found_.caustic_light)
+      return false;
+    // What they leave as noise, against all else: one path in 1 / hits brings the light of as many.
+    const double noise = found_.caustic_light * found_.caustic_light / std::max(found_.caustic_hits, 1.0 / 16384);
+    return noise >= found_.path_error;
+  }
+
+  std::string caustics() const {
+    return fmt::format("{} of the light on what is seen comes by way of specular surfaces, where {}",
+                       percent(found_.caustic_light),
+                       found_.caustic_hits > 0 ? "paths seldom find it" : "paths do not find it");
+  }
+
+  MethodChoice for_caustics() const {
+    const std::string light = caustics();
+    if (bias_ == BiasAllowed::none) return {"bdpt", {}, light + ", and bdpt is the unbiased method that finds most of it"};
+    if (found_.caustic_contrast >= sharp_caustics && bias_ == BiasAllowed::any && rays_ < rays_for_sharp)
+      return {"irradiance-cache", {}, light + ", and so little time leaves photons as spots: the cache leaves most of it out"};
+    if (found_.caustic_contrast >= sharp_caustics)
+      return {"sppm", {}, light + ", and it is sharp, so that the photons' radii must shrink"};
+    if (bias_ == BiasAllowed::any && found_.caustic_contrast < even_caustics && found_.caustic_light < minor_caustics &&
+        rays_ >= many_rays)
+      return {"photon-cache", {}, light + ", it is even, and there is time for a map and records"};
+    return {"cppm", {}, light + ", and it is even enough for radii that shrink only where a test asks for it"};
+  }
+
+  MethodChoice for_indirect_light() const {
+    if (bias_ == BiasAllowed::none)
+      return {"path", {}, "no unbiased method is faster where light needs no specular surface to get there"};
+    const double hidden = found_.direct_error > 0 ? found_.path_error / found_.direct_error : infinity;
+    const double fill = found_.records * rays_per_record / pixels_of(context_.resolution);
+    if (hidden >= hidden_light && found_.caustic_light < mostly_caustic)
+      return {"hash-cache",
+              {},
+              "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid "
+              "learn it soonest"};
+    if (found_.path_error < little_noise)
+      return {
+          "hash-cache", {}, "paths leave so little noise that the error of interpolating between records would outweigh it"};
+    if (bias_ == BiasAllowed::vanishing)
+      return {"hash-cache", {}, "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes"};
+    if (fill > fill_share * rays_)
+      return {"hash-cache",
+              {},
+              fmt::format("about {:.0f} records would take {} of the budget before the first image", found_.records,
+                          percent(std::min(1.0, fill / rays_)))};
+    return {
+        "irradiance-cache",
+        {},
+        fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of the budget",
+                    found_.records, percent(fill / rays_))};
+  }
+
+  const RenderContext& context_;
+  const PilotFindings& found_;
+  BiasAllowed bias_;
+  double rays_;  // a pixel
+};
+
+}  // namespace
+
+double rays_a_pixel(const Effort& effort, ivec2 resolution, const PilotFindings& findings) {
+  const double rays_per_path = std::max(1.0, findings.rays_per_path);
+  double rays = infinity;
+  if (effort.error > 0) rays = 0.1 * rays_per_path * findings.path_error / effort.error;
+  if (effort.iterations > 0) rays = std::min(rays, rays_per_path * static_cast<double>(effort.iterations));
+  if (effort.seconds > 0) rays = std::min(rays, effort.seconds * rays_per_second / pixels_of(resolution));
+  return rays < infinity ? rays : rays_per_path * default_iterations;
+}
+
+MethodChoice choose_method(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias) {
+  return Chooser(context, findings, bias).choose();
+}
+
+std::string light_out_of_reach(const RenderContext& context, const std::string& method) {
+  constexpr std::array by_chance{"path", "irradiance-cache", "radiance-cache", "hash-cache", "guided"};
+  if (!context.needs.caustic_map || std::ranges::find(by_chance, method) == by_chance.end()) return "";
+  return Chooser(context, run_pilot(context), BiasAllowed::any).out_of_reach(method);
+}
+
+}  // namespace etendue

@@ -1,0 +1,27 @@
+// Which method reaches the least error with the effort stated, from what the scene needs and what a pilot found.
+#pragma once
+
+#include "framework/integrator.h"
+#include "integrators/choice/pilot.h"
+
+namespace etendue {
+
+enum class BiasAllowed : std::uint8_t { any, vanishing, none };
+constexpr auto names_of(BiasAllowed) { return std::array{"any", "vanishing", "none"}; }
+
+// Rays a second by which a budget of time counts as work: about what two threads trace within a method on the machine of
+// results/. The choice goes by that number wherever it is made, so that it depends on scene, seed and budget alone.
+inline constexpr double rays_per_second = 8e6;
+
+// The effort in rays a pixel: of a time, rays_per_second; of iterations, what as many paths take; of an error, as many paths
+// as reach it, or a tenth of them where photons or a cache stand for the rest. 64 iterations where nothing is stated.
+double rays_a_pixel(const Effort& effort, ivec2 resolution, const PilotFindings& findings);
+
+// Says that light on what is seen comes by way of specular surfaces, that the method finds it by chance alone, if at all, and
+// which method brings it; "" where the method has photons or light paths, or there is no such light. Runs a pilot where the
+// scene needs one to tell.
+std::string light_out_of_reach(const RenderContext& context, const std::string& method);
+
+MethodChoice choose_method(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias = BiasAllowed::any);
+
+}  // namespace etendue

@@ -1,0 +1,245 @@
+#include "integrators/choice/pilot.h"
+
+#include "framework/core/counters.h"
+#include "framework/core/parallel.h"
+#include "framework/image/metrics.h"
+#include "framework/transport/direct_light.h"
+#include "framework/transport/ray_tools.h"
+#include "integrators/paths/path.h"
+#include "integrators/photons/photon_camera_path.h"
+#include "integrators/photons/visible_region.h"
+
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+constexpr float narrow_lobes = 0.25f;  // GGX alpha: as PhotonMapsParams::carry_below by default
+constexpr int path_groups = 8, paths_a_group = 2, vertex_samples = 8;
+constexpr std::uint32_t photon_paths = 16384;
+constexpr std::size_t fewest_caustics = 128;  // of photons: fewer may have landed beside what is seen
+constexpr float record_accuracy = 0.2f;  // as CacheParams::accuracy by default
+
+double rays_so_far() {
+  const CounterValues values = read_counters();
+  return static_cast<double>(values[static_cast<std::size_t>(Counter::rays)] +
+                             values[static_cast<std::size_t>(Counter::shadow_rays)]);
+}
+
+ivec2 pilot_resolution(ivec2 resolution) {
+  const double pixels = static_cast<double>(resolution.x) * resolution.y;
+  const double factor = std::max(1.0, std::sqrt(pixels / pilot_pixels));
+  return glm::max(ivec2(1), ivec2(dvec2(resolution) / factor + 0.5));
+}
+
+// The relMSE of one of `samples` that make up each group's value, from the scatter of the groups about their mean.
+double error_of_one(const std::vector<Image>& groups, int samples) {
+  const auto n = static_cast<double>(groups.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < groups[0].pixels.size(); ++i) {
+    dvec3 mean(0), squares(0);
+    for (const Image& group : groups) mean += group.pixels[i] / n;
+    for (const Image& group : groups) squares += (group.pixels[i] - mean) * (group.pixels[i] - mean) / (n - 1);
+    for (int c = 0; c < 3; ++c) sum += squares[c] / (mean[c] * mean[c] + relmse_epsilon);
+  }
+  return sum * samples / (3 * static_cast<double>(groups[0].pixels.size()));
+}
+
+void look_at_paths(RenderContext& small, PilotFindings& findings) {
+  const auto path = path_entry().make({{"sampler", {std::string("independent"), {}}}});
+  path->prepare(small);
+  const double before = rays_so_far();
+  std::vector<Image> groups;
+  for (int g = 0; g < path_groups; ++g) {
+    Film film(small.resolution);
+    for (int i = 0; i < paths_a_group; ++i) path->iteration(small, static_cast<std::uint32_t>(g * paths_a_group + i), film);
+    groups.push_back(film.mean());
+  }
+  findings.path_error = error_of_one(groups, paths_a_group);
+  findings.rays_per_path =
+      (rays_so_far() - before) / (static_cast<double>(groups[0].pixels.size()) * path_groups * paths_a_group);
+}
+
+// Of one pixel of the small image.
+struct Seen {
+  int vertices = 0, diffuse = 0, by_specular = 0, probes = 0, caustics = 0;
+  double inverse_distance = 0;  // summed over the probes, 1/m
+  double area = 0;              // of a real pixel's footprint, summed over the vertices, m^2
+};
+
+class Vertices {
+ public:
+  Vertices(const RenderContext& small, ivec2 real_resolution)
+      : small_(small), rough_(small.scene, narrow_lobes), groups_(vertex_samples, Image(small.resolution)) {
+    seen_.resize(groups_[0].pixels.size());
+    const Camera& camera = small.scene.camera;
+    const vec2 pixel = 2.0f * camera.half_extent(real_resolution) / vec2(real_resolution);
+    solid_angle_ = pixel.x * pixel.y;
+  }
+
+  void look(PilotFindings& findings, ivec2 real_resolution) {
+    parallel_pixels(small_.resolution, [&](ivec2 pixel) { look(pixel); });
+    findings.direct_error = error_of_one(groups_, 1);
+    double vertices = 0, diffuse = 0, by_specular = 0, records = 0, probes = 0, caustics = 0;
+    for (const Seen& seen : seen_) {
+      vertices += seen.vertices;
+      diffuse += seen.diffuse;
+      by_specular += seen.by_specular;
+      records += records_a_pixel(seen);
+      probes += seen.probes;
+      caustics += seen.caustics;
+    }
+    const auto small_pixels = static_cast<double>(seen_.size());
+    findings.surface = std::min(1.0, vertices / (small_pixels * vertex_samples));
+    if (vertices > 0) {
+      findings.diffuse = diffuse / vertices;
+      findings.by_specular = by_specular / vertices;
+    }
+    if (probes > 0) findings.caustic_hits = caustics / probes;
+    findings.records = records * static_cast<double>(real_resolution.x) * real_resolution.y / small_pixels;
+  }
+
+  const RoughMaterials& rough_materials() const { return rough_; }
+
+ private:
+  void look(ivec2 pixel) {
+    const std::uint64_t key = pixel_index(pixel, small_.resolution);
+    const PhotonCameraPath path{small_, rough_, small_.max_depth(0)};
+    for (int i = 0; i < vertex_samples; ++i) {
+      const auto index = static_cast<std::uint32_t>(i);
+      Sampler way(SamplerKind::independent, small_.seed, Stream::camera, key, index);
+      Sampler light(SamplerKind::independent, small_.seed, Stream::gather, key, index);
+      Sampler probe(SamplerKind::independent, small_.seed, Stream::probe, key, index);
+      const Ray ray = sample_camera_ray(small_, pixel, way);
+      Rgb direct(0);
+      const Rgb rest = path(
+          ray, way, light,
+          [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float distance) {
+            direct += throughput * direct_light(small_, point, bsdf, wo, light, MisMode::light);
+            note(seen_[key], point, bsdf, wo, depth, distance, probe);
+          });
+      const Rgb value = direct + rest;
+      groups_[index].at(pixel.x, pixel.y) = is_finite(value) ? dvec3(value) : dvec3(0);
+    }
+  }
+
+  void note(Seen& seen, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth, float distance,
+            Sampler& probe) const {
+    ++seen.vertices;
+    seen.by_specular += depth > 0 ? 1 : 0;
+    if (is_black(bsdf.diffuse_albedo())) return;
+    ++seen.diffuse;
+    const float cosine = std::max(0.05f, std::abs(glm::dot(point.normal, wo)));
+    seen.area += solid_angle_ * square(small_.scene.camera.spread(distance)) / cosine;
+    const vec3 facing = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
+    const vec3 direction = Frame::from_normal(facing).to_world(sample_cosine_hemisphere(probe.get_2d()));
+    const Ray ray = spawn_ray(point, direction);
+    const Hit hit = trace(small_, ray);
+    ++seen.probes;
+    if (!hit) return;
+    seen.inverse_distance += 1 / std::max<double>(hit.t, std::numeric_limits<float>::min());
+    if (finds_light_by_specular(ray, hit, probe)) ++seen.caustics;
+  }
+
+  bool finds_light_by_specular(Ray ray, Hit hit, Sampler& sampler) const {
+    constexpr int most_events = 8;
+    for (int events = 0; events < most_events; ++events) {
+      if (!hit) return events > 0 && !is_black(small_.lights.environment(ray.direction));
+      const SurfacePoint point = small_.scene.surface_at(ray, hit);
+      if (events > 0 && !is_black(small_.lights.emitted(point, -ray.direction))) return true;
+      if (rough_(point.material)) return false;
+      const Bsdf bsdf(small_.scene, point);
+      const float u_lobe = sampler.get_1d();
+      const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
+      if (!scattered) return false;
+      ray = spawn_ray(point, scattered.wi);
+      hit = trace(small_, ray);
+    }
+    return false;
+  }
+
+  // A record serves as far as `record_accuracy` times the harmonic mean distance of what its hemisphere sees, and no less than
+  // a few pixels; those at the corners of a pattern overlap, so that each has about half of its disc to itself.
+  static double records_a_pixel(const Seen& seen) {
+    constexpr double fewest_pixels = 9;
+    if (seen.probes == 0 || !(seen.inverse_distance > 0)) return 0;
+    const double radius = record_accuracy * seen.probes / seen.inverse_distance, footprint = seen.area / seen.diffuse;
+    const double own = std::max(0.5 * pi * radius * radius, fewest_pixels * footprint);
+    return footprint / own * std::min(1.0, static_cast<double>(seen.diffuse) / vertex_samples);
+  }
+
+  const RenderContext& small_;
+  RoughMaterials rough_;
+  std::vector<Image> groups_;
+  std::vector<Seen> seen_;
+  float solid_angle_ = 0;
+};
+
+// The median density about a photon of those that fall on `area`, by its eighth neighbour, over the mean over the area.
+double contrast_of(const std::vector<vec3>& photons, double area) {
+  constexpr std::size_t near = 8, most = 1500;
+  const std::size_t stride = photons.size() / most + 1;  // of those that are asked
+  std::vector<double> densities((photons.size() + stride - 1) / stride);
+  if (photons.size() <= near) return 0;
+  parallel_for(densities.size(), 16, [&](std::size_t i) {
+    std::vector<float> distances;
+    for (const vec3& other : photons) distances.push_back(length_squared(other - photons[i * stride]));
+    std::nth_element(distances.begin(), distances.begin() + near, distances.end());  // itself is the first
+    densities[i] = static_cast<double>(near) / (pi * std::max(distances[near], std::numeric_limits<float>::min()));
+  });
+  std::nth_element(densities.begin(), densities.begin() + static_cast<std::ptrdiff_t>(densities.size() / 2), densities.end());
+  return densities[densities.size() / 2] * area / static_cast<double>(photons.size());
+}
+
+void look_at_photons(const RenderContext& small, const RoughMaterials& rough, PilotFindings& findings) {
+  if (small.lights.empty()) return;
+  const float diagonal = glm::length(small.scene.bounds().diagonal());
+  const int depth = small.max_depth(0);
+  const auto region = find_seen(small, rough, {4, depth, SamplerKind::independent, true}, 0.01f * diagonal);
+  const Photons photons =
+      trace_photons(small, rough, {photon_paths, hash_keys(small.seed, 3u), depth - 1, photon_any, SamplerKind::sobol});
+  double all = 0, direct = 0, caustic = 0;
+  std::size_t seen = 0;
+  std::vector<vec3> caustics;
+  for (std::size_t i = 0; i < photons.size(); ++i) {
+    if (!region->contains(photons.position[i], photons.side[i].normal())) continue;
+    const double power = luminance(photons.power[i]);
+    ++seen;
+    all += power;
+    if (photons.side[i].history & photon_direct) direct += power;
+    if (!(photons.side[i].history & photon_caustic)) continue;
+    caustic += power;
+    caustics.push_back(photons.position[i]);
+  }
+  findings.photons_seen = static_cast<double>(seen) / photon_paths;
+  if (caustics.size() < fewest_caustics) {
+    all = std::max(0.0, all - caustic);
+    caustic = 0;
+  }
+  if (all == 0 && findings.direct_error > 0) findings.direct_light = 1;  // of what a camera path alone sees
+  if (all > 0) {
+    findings.direct_light = direct / all;
+    findings.caustic_light = caustic / all;
+    findings.caustic_contrast = contrast_of(caustics, seen_area(small, rough, {1, depth, SamplerKind::independent, true}));
+  }
+}
+
+}  // namespace
+
+PilotFindings run_pilot(const RenderContext& context) {
+  const auto timed = context.phases.measure("pilot");
+  const double before = rays_so_far();
+  RenderContext small = context;
+  small.resolution = pilot_resolution(context.resolution);
+  small.seed = hash_keys(context.seed, 0x70696c6f74u);  // of its own: nothing of the pilot is in the image
+  PilotFindings findings;
+  look_at_paths(small, findings);
+  Vertices vertices(small, context.resolution);
+  vertices.look(findings, context.resolution);
+  look_at_photons(small, vertices.rough_materials(), findings);
+  findings.rays = rays_so_far() - before;
+  return findings;
+}
+
+}  // namespace etendue
