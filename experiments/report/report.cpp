@@ -8,6 +8,7 @@
 #include "experiments/report/page/html.h"
 #include "experiments/report/rates.h"
 #include "experiments/report/ratios.h"
+#include "experiments/report/regret.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/structures/structure_figures.h"
 #include "experiments/report/tables.h"
@@ -203,6 +204,7 @@ KindReport predictions_report(const ReportData& data) {
 PageContent content_of(const ReportData& data) {
   PageContent content;
   content.parts.push_back(predictions_report(data));
+  content.parts.push_back(regret_report(data));
   for (const ExperimentKind* kind : experiment_kinds()) content.parts.push_back(kind->report(*data.log));
   content.parts.push_back(structures_report(data));
   Predictions predictions;

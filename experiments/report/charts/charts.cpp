@@ -274,7 +274,8 @@ std::vector<Figure> file_figures(const ReportData& data) {
 }
 
 std::string to_svg(const Figure& figure) {
-  return standalone_svg(figure.scene + ": " + figure.title, figure.panels, figure.notes);
+  const std::string of = figure.scene.empty() ? "" : figure.scene + ": ";
+  return standalone_svg(of + figure.title, figure.panels, figure.notes);
 }
 
 }  // namespace etendue

@@ -1,0 +1,178 @@
+#include "experiments/report/regret.h"
+
+#include "experiments/config/method.h"
+#include "experiments/report/report_text.h"
+#include "experiments/report/table_of.h"
+#include "framework/core/units.h"
+#include "framework/core/vec.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+namespace etendue {
+namespace {
+
+constexpr std::string_view chooser = "auto";
+constexpr double time_shares[] = {1.0 / 16, 1.0 / 4, 1};
+
+bool chooses(const Configuration& configuration) { return words_of(configuration.integrator).front() == chooser; }
+
+// One that was told to choose for another time than that of the experiment is judged there alone.
+bool chooses_for(const Configuration& configuration, double time_s, double whole_s) {
+  if (!chooses(configuration)) return false;
+  constexpr double close = 1.05;
+  double wanted = whole_s;
+  for (const std::string& word : words_of(configuration.integrator))
+    if (word.starts_with("seconds=")) wanted = std::stod(word.substr(word.find('=') + 1));
+  return wanted < close * time_s && time_s < close * wanted;
+}
+
+std::string key_of(const Configuration& configuration) {
+  return chooses(configuration) ? std::string(chooser) : configuration.integrator + " " + configuration.accel;
+}
+
+// A scene at a time.
+struct Contest {
+  const SceneData* scene;
+  double time_s;
+  std::map<const Configuration*, double> errors = {};  // of those that have an image by then
+  const Configuration* best = nullptr;                 // among those that stand for themselves
+  const Configuration* chosen = nullptr;               // that chose for this time
+
+  std::optional<double> regret(const Configuration& configuration) const {
+    const auto found = errors.find(&configuration);
+    if (found == errors.end() || best == nullptr) return std::nullopt;
+    const double least = errors.at(best);
+    if (least > 0) return found->second / least;
+    return found->second > 0 ? infinity : 1;
+  }
+};
+
+std::vector<Contest> find_contests(const ReportData& data) {
+  std::vector<Contest> contests;
+  for (const SceneData& scene : data.scenes)
+    for (const double share : time_shares) {
+      Contest contest{&scene, share * scene.common_time_s};
+      for (const Configuration* configuration : scene.finished()) {
+        const auto error = estimate_at(*configuration, data.main_metric(), contest.time_s);
+        const bool choice = chooses_for(*configuration, contest.time_s, scene.common_time_s);
+        if (choice) contest.chosen = configuration;
+        if (!error || (chooses(*configuration) && !choice)) continue;
+        contest.errors[configuration] = error->centre;
+        if (!choice && (!contest.best || error->centre < contest.errors.at(contest.best))) contest.best = configuration;
+      }
+      if (contest.chosen && contest.best) contests.push_back(std::move(contest));
+    }
+  return contests;
+}
+
+// Of one method over all contests; one without an image by then counts as an endless regret.
+struct Loss {
+  std::string name, shown;
+  bool chooses = false;
+  std::size_t missing = 0;
+  std::vector<double> regrets = {};
+
+  double worst() const { return missing > 0 ? infinity : *std::ranges::max_element(regrets); }
+  double middle() const {
+    std::vector<double> all = regrets;
+    all.resize(regrets.size() + missing, infinity);
+    const auto at = all.begin() + static_cast<std::ptrdiff_t>((all.size() - 1) / 2);
+    std::nth_element(all.begin(), at, all.end());
+    return *at;
+  }
+};
+
+std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>& contests) {
+  std::vector<Loss> losses;
+  for (const Contest& contest : contests)
+    for (const Configuration* configuration : contest.scene->finished()) {
+      const bool choice = configuration == contest.chosen;
+      if (chooses(*configuration) && !choice) continue;
+      const std::string name = key_of(*configuration);
+      Loss& loss = find_or_add(losses, [&](const Loss& l) { return l.name == name; },
+                               {name, choice ? name : label(data, *configuration), choice});
+      if (const auto regret = contest.regret(*configuration))
+        loss.regrets.push_back(*regret);
+      else
+        ++loss.missing;
+    }
+  std::erase_if(losses, [](const Loss& loss) { return loss.regrets.empty(); });
+  std::ranges::stable_sort(losses, {}, &Loss::middle);
+  return losses;
+}
+
+TableCell factor(std::optional<double> regret) {
+  if (!regret) return {};
+  return std::isfinite(*regret) ? TableCell(*regret, fmt::format("{:.2f}x", *regret)) : TableCell("no image");
+}
+
+Table contests_table(const std::vector<Contest>& contests) {
+  TableOf<Contest> table("regret", "Error over the least of all methods, by scene and time", contests);
+  table.column("scene", "scene", [](const Contest& c) { return c.scene->name; });
+  table.column("time_s", "at time", [](const Contest& c) { return TableCell(c.time_s, format_seconds(c.time_s)); });
+  table.column("best", "best", [](const Contest& c) { return NameCell(c.best->shown_integrator, c.best->integrator); });
+  table.column("least_error", "its error", [](const Contest& c) { return c.errors.at(c.best); });
+  table.column("chosen", "chosen", [](const Contest& c) { return c.chosen->any_cell()->chosen; });
+  table.column("regret", "regret", [](const Contest& c) { return factor(c.regret(*c.chosen)); });
+  table.note("Regret is the error over the least that any one method has at that time, both geometric means over seeds.");
+  return table.take();
+}
+
+Table losses_table(const std::vector<Loss>& losses) {
+  TableOf<Loss> table("regrets", "What always taking one method loses", losses);
+  table.column("method", "method", [](const Loss& loss) { return NameCell(loss.shown, loss.name); });
+  table.column("median_regret", "median", [](const Loss& loss) { return factor(loss.middle()); });
+  table.column("worst_regret", "worst", [](const Loss& loss) { return factor(loss.worst()); });
+  table.column("without_image", "without an image", [](const Loss& loss) { return loss.missing; });
+  return table.take();
+}
+
+// Rows of scenes and times, a mark for each method: what the choice is among, and where it fell.
+Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Loss>& losses) {
+  Chart chart{.x = {"error over the least at that time", Scale::log}, .y = {"", Scale::linear}};
+  std::map<std::string, ChartSeries> series;
+  for (std::size_t row = 0; row < contests.size(); ++row) {
+    const Contest& contest = contests[row];
+    chart.rows.push_back(fmt::format("{}, {}", contest.scene->file_stem, format_seconds(contest.time_s)));
+    for (const auto& [configuration, error] : contest.errors)
+      if (const auto regret = contest.regret(*configuration); regret && std::isfinite(*regret))
+        series[key_of(*configuration)].points.emplace_back(*regret, static_cast<double>(row));
+  }
+  for (std::size_t i = 0; i < losses.size(); ++i) {
+    ChartSeries& marks = series[losses[i].name];
+    marks.key = losses[i].name;
+    marks.label = losses[i].shown;
+    marks.draw = losses[i].chooses ? ChartSeries::Draw::dots : ChartSeries::Draw::faint;
+    marks.style(i);
+  }
+  for (const bool last : {false, true})  // the choice lies above the rest
+    for (const Loss& loss : losses)
+      if (loss.chooses == last) chart.series.push_back(series[loss.name]);
+  return {"regret", "", "Error over the least of all methods, by scene and time", {std::move(chart)}, {}};
+}
+
+}  // namespace
+
+KindReport regret_report(const ReportData& data) {
+  if (data.empty()) return {};
+  const std::vector<Contest> contests = find_contests(data);
+  if (contests.empty()) return {};
+  const std::vector<Loss> losses = find_losses(data, contests);
+  KindReport report{.id = "regret", .heading = "Regret"};
+  report.tables = {contests_table(contests), losses_table(losses)};
+  const auto chosen = std::ranges::find_if(losses, &Loss::chooses);
+  const auto next = std::ranges::find_if(losses, [](const Loss& loss) { return !loss.chooses; });
+  report.answer = fmt::format("`{}` errs {:.2f} times as much as the best method at the median, {:.2f} times at worst",
+                              chosen->shown, chosen->middle(), chosen->worst());
+  if (next != losses.end())
+    report.answer += fmt::format("; always `{}`: {:.2f} and {:.2f} times", next->shown, next->middle(), next->worst());
+  report.answer += ".";
+  report.section = fmt::format("<p>{}</p>\n", escape_html(report.answer));
+  report.figures = {{"", {regret_figure(contests, losses)}}};
+  return report;
+}
+
+}  // namespace etendue
