@@ -50,6 +50,9 @@ int accel_command(const AccelCommand& command);
 struct InspectCommand {
   std::string scene;
   bool measure = false;  // time what the scene is spared
+  bool pilot = false;    // what a pilot finds, and the advice that follows for a budget of
+  std::optional<double> time_s, error;
+  std::optional<int> threads;
   bool json = false;
   bool all = false;  // `scene` is a folder: which of the scenes below it can be read
   SceneReading reading;

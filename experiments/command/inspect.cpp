@@ -1,4 +1,5 @@
 // `etendue inspect`: what a scene holds, and what of the machinery it needs.
+#include "experiments/command/advice.h"
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
 #include "experiments/kinds/claims/measurement.h"
@@ -53,6 +54,75 @@ std::vector<Spared> measure_spared(const std::string& scene, const Bounds& bound
   return spared;
 }
 
+// --- advice ---
+
+std::string method_text(const MethodChoice& choice) { return Method{choice.name, choice.params}.label(); }
+std::string structure_text(const StructureChoice& choice) { return Method{choice.name, choice.params}.label(); }
+
+constexpr double default_advice_s = 4;
+constexpr double told_errors[] = {1e-2, 1e-3, 1e-4};
+
+Json advice_json(const Advice& advice, const InspectCommand& command) {
+  const PilotFindings& f = advice.findings;
+  Json json{{"budget", advice.budget},
+            {"method", method_text(advice.method)},
+            {"method_why", advice.method.why},
+            {"accel", structure_text(advice.structure)},
+            {"accel_why", advice.structure.why},
+            {"accel_build_s", advice.build_s},
+            {"accel_bytes", advice.structure_bytes},
+            {"pilot",
+             {{"rays", f.rays},
+              {"surface", f.surface},
+              {"diffuse", f.diffuse},
+              {"by_specular", f.by_specular},
+              {"path_error", f.path_error},
+              {"direct_error", f.direct_error},
+              {"rays_per_path", f.rays_per_path},
+              {"photons_seen", f.photons_seen},
+              {"direct_light", f.direct_light},
+              {"caustic_light", f.caustic_light},
+              {"caustic_hits", f.caustic_hits},
+              {"caustic_contrast", f.caustic_contrast},
+              {"records", f.records}}},
+            {"hazards", advice.hazards}};
+  if (const auto& noise = advice.noise) {
+    json["memory_bytes"] = noise->memory_bytes;
+    json["trial"] = {{"relmse", noise->relmse},
+                     {"iterations", noise->iterations},
+                     {"prepare_s", noise->prepare_s},
+                     {"iteration_s", noise->iteration_s}};
+    std::vector<double> errors(std::begin(told_errors), std::end(told_errors));
+    if (command.error) errors = {*command.error};
+    for (const double error : errors) json["expected"].push_back({{"relmse", error}, {"time_s", noise->seconds_to(error)}});
+  }
+  return json;
+}
+
+std::string advice_lines(const Advice& advice, const InspectCommand& command) {
+  std::string text = fmt::format("advice for {}\n", advice.budget);
+  const auto add = [&](const char* what, const std::string& value) { text += fmt::format("  {:<14}{}\n", what, value); };
+  add("method", method_text(advice.method));
+  add("", advice.method.why);
+  add("structure", fmt::format("{}, {} in {}", structure_text(advice.structure),
+                               format_bytes(static_cast<double>(advice.structure_bytes)), format_seconds(advice.build_s)));
+  add("", advice.structure.why);
+  if (const auto& noise = advice.noise) {
+    std::string times;
+    std::vector<double> errors(std::begin(told_errors), std::end(told_errors));
+    if (command.error) errors = {*command.error};
+    for (const double error : errors)
+      times += fmt::format("{}relmse {:g} after about {}", times.empty() ? "" : ", ", error,
+                           format_seconds(noise->seconds_to(error)));
+    add("time", times);
+    add("", fmt::format("on this machine; by the noise of two trials ({:.2g}), in which no bias shows", noise->relmse));
+    add("memory", fmt::format("{} at most in the trials, scene and image included",
+                              format_bytes(static_cast<double>(noise->memory_bytes))));
+  }
+  for (const std::string& hazard : advice.hazards) add("hazard", hazard);
+  return text;
+}
+
 Json vector_json(const vec3& v) { return Json::array({v.x, v.y, v.z}); }
 
 Bounds bounds_in_file(const Scene& scene) {
@@ -60,7 +130,7 @@ Bounds bounds_in_file(const Scene& scene) {
   return bounds.empty() ? bounds : Bounds{bounds.lower + scene.origin, bounds.upper + scene.origin};
 }
 
-std::string to_json(const std::string& name, const Scene& scene, const SceneNeeds& needs, const std::vector<Spared>& spared) {
+Json to_json(const std::string& name, const Scene& scene, const SceneNeeds& needs, const std::vector<Spared>& spared) {
   const Contents contents = count_contents(scene);
   const Bounds bounds = bounds_in_file(scene);
   Json json{{"scene", name},
@@ -86,7 +156,7 @@ std::string to_json(const std::string& name, const Scene& scene, const SceneNeed
     json["spared"].push_back(
         {{"what", s.name}, {"factor", s.factor.median}, {"low", s.factor.low}, {"high", s.factor.high}, {"of", s.text}});
   json["warnings"] = scene.warnings;
-  return dump(json, 2);
+  return json;
 }
 
 std::string to_lines(const std::string& name, const Scene& scene, const SceneNeeds& needs, const std::vector<Spared>& spared) {
@@ -131,14 +201,29 @@ int inspect_command(const InspectCommand& command) {
   const Scene scene = load_scene(command.scene, {"command line"}, command.reading);
   const SceneNeeds needs = scene_needs(scene);
   exit_on_interrupt("\ninterrupted\n");
+  std::optional<Advice> advice;
+  if (command.pilot) {
+    Console console;
+    Budget budget;
+    budget.time_s = command.time_s;
+    budget.error = command.error;
+    if (!budget.time_s && !budget.error) budget.time_s = default_advice_s;
+    console.status("a pilot and two trials");
+    advice = advise(scene, needs, budget, available_threads(command.threads, console));
+    console.clear_status();
+  } else if (command.time_s || command.error || command.threads) {
+    throw Error(Location{command.time_s ? "--time" : command.error ? "--error" : "--threads"}, "of no use without --pilot");
+  }
   const std::vector<Spared> spared =
       command.measure ? measure_spared(command.scene, scene.bounds(), command.reading) : std::vector<Spared>{};
   if (command.json) {
     Console console;  // a program that reads the rest may not look at these
     for (const std::string& warning : scene.warnings) console.warning(warning);
-    fmt::print("{}\n", to_json(command.scene, scene, needs, spared));
+    Json json = to_json(command.scene, scene, needs, spared);
+    if (advice) json["advice"] = advice_json(*advice, command);
+    fmt::print("{}\n", dump(json, 2));
   } else
-    fmt::print("{}", to_lines(command.scene, scene, needs, spared));
+    fmt::print("{}{}", to_lines(command.scene, scene, needs, spared), advice ? advice_lines(*advice, command) : "");
   return 0;
 }
 

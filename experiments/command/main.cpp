@@ -207,6 +207,12 @@ class CommandLine {
     c->add_option("SCENE", inspect_.scene, "builtin:NAME, a file, or with --all a folder")->required()->type_name("");
     c->add_flag("--measure", inspect_.measure,
                 "time what the scene is spared: the same scene with each thing that it lacks, over without (some seconds)");
+    c->add_flag("--pilot", inspect_.pilot,
+                "trace a pilot: which method and structure `auto` chooses and why, time, memory and hazards (a second or two)");
+    parsed(c, "--time", inspect_.time_s, duration_option, "4s", "with --pilot: the budget to choose for");
+    const auto error = [](const char* option, const std::string& typed) { return number_option(option, typed, 1e-12, 1e6); };
+    parsed(c, "--error", inspect_.error, error, "0.01", "with --pilot: the relmse to choose for");
+    whole(c, "--threads", inspect_.threads, 1, 4096, "N", "with --pilot; default: the machine's");
     c->add_flag("--json", inspect_.json, "as JSON");
     c->add_flag("--all", inspect_.all,
                 "SCENE is a folder: for every scene file below it, whether it loads, needs --approximate or fails, and why");

@@ -1,0 +1,134 @@
+#include "experiments/command/advice.h"
+
+#include "experiments/config/method.h"
+#include "experiments/run/run_cell.h"
+#include "framework/core/parallel.h"
+#include "framework/core/units.h"
+#include "framework/image/metrics.h"
+#include "framework/transport/ray_tools.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+constexpr double trial_s = 0.5;
+
+// --- hazards ---
+
+// Photons gather over kernels of about this share of the scene's diagonal (PhotonMaps).
+constexpr float kernel_share = 0.007f;
+
+// How thick what is seen is, behind each of 64 x 64 points: infinity where nothing lies behind.
+std::vector<float> thicknesses(const RenderContext& context) {
+  constexpr int lines = 64;
+  std::vector<float> found(lines * lines, infinity);
+  parallel_for(found.size(), 64, [&](std::size_t i) {
+    const vec2 place = (vec2(i % lines, i / lines) + 0.5f) / static_cast<float>(lines);
+    const Ray ray = context.scene.camera.ray(context.resolution, place * vec2(context.resolution), vec2(0.5f));
+    const Hit hit = trace(context, ray);
+    if (!hit) return;
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    const vec3 inwards = glm::dot(point.normal, ray.direction) > 0 ? point.normal : -point.normal;
+    if (const Hit behind = trace(context, spawn_ray(point, inwards))) found[i] = behind.t;
+  });
+  return found;
+}
+
+void find_hazards(const RenderContext& context, Advice& advice) {
+  const PilotFindings& found = advice.findings;
+  const auto warn = [&](std::string text) { advice.hazards.push_back(std::move(text)); };
+  if (const std::string missed = light_out_of_reach(context, "path"); !missed.empty()) warn(missed);
+  const float kernel = kernel_share * glm::length(context.scene.bounds().diagonal());
+  const std::vector<float> all = thicknesses(context);
+  const auto thin = std::ranges::count_if(all, [&](float thickness) { return thickness < 2 * kernel; });
+  if (thin > 0)
+    warn(fmt::format(
+        "{:.1f} % of what is seen is thinner than photons' kernels are wide ({:.2g} m; the thinnest {:.2g} m): density "
+        "estimates may leak through it",
+        100.0 * static_cast<double>(thin) / static_cast<double>(all.size()), 2 * kernel, *std::ranges::min_element(all)));
+  if (found.photons_seen > 0 && found.photons_seen < 0.05)
+    warn(fmt::format(
+        "one photon in {:.0f} lands where the camera sees it: photons are wasted unless emission = \"importance\" or "
+        "\"visibility\" guides them",
+        1 / found.photons_seen));
+  if (found.direct_error > 0 && found.path_error > 50 * found.direct_error)
+    warn("indirect light is hard to find: one bright path in many carries it");
+}
+
+// --- a short render, twice ---
+
+double noise_of(const Image& a, const Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    const dvec3 mean = 0.5 * (a.pixels[i] + b.pixels[i]), difference = a.pixels[i] - b.pixels[i];
+    for (int c = 0; c < 3; ++c) sum += 0.5 * difference[c] * difference[c] / (mean[c] * mean[c] + relmse_epsilon);
+  }
+  return sum / (3 * static_cast<double>(a.pixels.size()));
+}
+
+std::optional<MeasuredNoise> try_out(const Scene& scene, const SceneNeeds& needs, const Advice& advice, int threads) {
+  const Method accel{advice.structure.name, advice.structure.params}, method{advice.method.name, advice.method.params};
+  Budget budget;
+  budget.time_s = trial_s;
+  const auto render = [&](std::uint64_t seed, const Budget& of) {
+    return run_cell(CellTask{scene, needs, accel, method, seed, scene.resolution, of, threads});
+  };
+  const CellResult one = render(1, budget);
+  Budget same;
+  same.samples = one.checkpoints.back().iterations;
+  const CellResult two = render(2, same);
+  const CheckpointRecord &first = one.checkpoints.front(), &last = one.checkpoints.back();
+  MeasuredNoise noise{noise_of(one.image, two.image), static_cast<double>(last.iterations)};
+  const double more = noise.iterations - static_cast<double>(first.iterations);
+  noise.iteration_s = more > 0 ? (last.time_s - first.time_s) / more : last.time_s / noise.iterations;
+  noise.prepare_s = std::max(0.0, last.time_s - noise.iterations * noise.iteration_s);
+  noise.exponent = std::min(one.expectation.mse_exponent, -0.1);
+  noise.memory_bytes = std::max(last.peak_memory_bytes, two.checkpoints.back().peak_memory_bytes);
+  return noise.relmse > 0 ? std::optional(noise) : std::nullopt;
+}
+
+}  // namespace
+
+double MeasuredNoise::seconds_to(double wanted) const {
+  return prepare_s + iteration_s * std::max(1.0, iterations * std::pow(wanted / relmse, 1 / exponent));
+}
+
+Advice advise(const Scene& scene, const SceneNeeds& needs, const Budget& budget, int threads) {
+  Advice advice;
+  const Effort effort = effort_of(budget);
+  advice.budget = budget.text();
+  with_threads(threads, [&] {
+    constexpr PilotFindings usual{.path_error = 1, .rays_per_path = 6};
+    const double pixels = static_cast<double>(scene.resolution.x) * scene.resolution.y;
+    advice.structure = choose_structure(scene, pixels * rays_a_pixel(effort, scene.resolution, usual));
+    std::unique_ptr<RayQuery> rays;
+    advice.build_s =
+        seconds_of([&] { rays = find_ray_structure(advice.structure.name, {}).make(scene, advice.structure.params); });
+    advice.structure_bytes = rays->stats().bytes;
+    const LightSampler lights(scene);
+    PhaseTimes phases;
+    RenderContext context{
+        scene,
+        needs,
+        *rays,
+        lights,
+        1,
+        scene.resolution,
+        phases,
+        [](const std::string& name) { return find_point_structure(name, {}).make(); },
+        [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }};
+    context.effort = effort;
+    advice.findings = run_pilot(context);
+    advice.method = choose_method(context, advice.findings);
+    find_hazards(context, advice);
+  });
+  advice.noise = try_out(scene, needs, advice, threads);
+  return advice;
+}
+
+}  // namespace etendue
