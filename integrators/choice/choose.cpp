@@ -55,7 +55,7 @@ class Chooser {
   std::string out_of_reach(const std::string& method) const {
     if (!caustics_are_hard()) return "";
     return fmt::format("{}: {} leaves it {}; {} brings it", caustics(), method, found_.caustic_hits > 0 ? "noisy" : "out",
-                       for_caustics().name);
+                       found_.caustic_contrast >= sharp_caustics ? "sppm" : "cppm");
   }
 
  private:

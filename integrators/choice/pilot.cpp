@@ -19,7 +19,7 @@ constexpr float narrow_lobes = 0.25f;  // GGX alpha: as PhotonMapsParams::carry_
 constexpr int path_groups = 8, paths_a_group = 2, vertex_samples = 8;
 constexpr std::uint32_t photon_paths = 16384;
 constexpr std::size_t fewest_caustics = 128;  // of photons: fewer may have landed beside what is seen
-constexpr float record_accuracy = 0.2f;  // as CacheParams::accuracy by default
+constexpr float record_accuracy = 0.2f;       // as CacheParams::accuracy by default
 
 double rays_so_far() {
   const CounterValues values = read_counters();

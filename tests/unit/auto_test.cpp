@@ -1,4 +1,5 @@
 // The method that chooses: what it chooses, that the choice repeats, and that the image is the chosen method's to the bit.
+#include "accel/scene/auto_structure.h"
 #include "experiments/config/method.h"
 #include "integrators/choice/choose.h"
 #include "tests/render_scene.h"
@@ -55,6 +56,21 @@ TEST(Pilot, TellsScenesApart) {
   EXPECT_LT(box.rays, 250'000);  // of 8 million in a second
 }
 
+TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
+  const std::tuple<const char*, double, const char*> expected[] = {
+      {"builtin:polygon-light", 4, "path"},              // nothing but direct light
+      {"builtin:white-furnace", 4, "path"},              // hardly a rough surface
+      {"builtin:water", 4, "cppm"},                      // all light through water, evenly
+      {"builtin:glass-caustic", 16, "sppm"},             // a sharp caustic
+      {"builtin:glass-caustic", 1, "irradiance-cache"},  // and no time for it
+      {"builtin:thin-wall", 4, "irradiance-cache"},      // mirrors that paths find the light in
+      {"builtin:two-rooms", 4, "hash-cache"},            // light through a door
+      {"builtin:cornell-box", 1, "hash-cache"},          // no time for records
+      {"builtin:cornell-box", 16, "irradiance-cache"}};
+  for (const auto& [scene, seconds, method] : expected)
+    EXPECT_EQ(name_in(scene, {seconds}), method) << scene << " in " << seconds;
+}
+
 TEST(AutoChoice, IsUnbiasedWhereThatIsAskedFor) {
   for (const char* scene : {"builtin:cornell-box", "builtin:glass-caustic", "builtin:water", "builtin:two-rooms"})
     for (const double seconds : {1.0, 16.0}) {
@@ -80,7 +96,54 @@ TEST(AutoEffort, IsCountedInRays) {
   EXPECT_DOUBLE_EQ(rays_a_pixel({0, 0, 0.01}, {10, 10}, findings), 0.1 * 5 * 2 / 0.01);
 }
 
+TEST(LightOutOfReach, IsToldOfMethodsThatFindItByChance) {
+  const auto told = [](const std::string& scene, const std::string& method) {
+    SceneContext stage(load_scene(scene), {64, 64}, 1);
+    std::string text;
+    with_threads(2, [&] { text = light_out_of_reach(stage.context, method); });
+    return text;
+  };
+  EXPECT_NE(told("builtin:water", "path").find("path leaves it out; cppm brings it"), std::string::npos);
+  EXPECT_NE(told("builtin:glass-caustic", "hash-cache").find("hash-cache leaves it noisy; sppm brings it"), std::string::npos);
+  EXPECT_EQ(told("builtin:water", "cppm"), "");
+  EXPECT_EQ(told("builtin:thin-wall", "path"), "");    // a mirror in which paths find the light
+  EXPECT_EQ(told("builtin:cornell-box", "path"), "");  // nothing specular
+}
+
+TEST(AutoStructure, WeighsBuildingAgainstTracing) {
+  const Scene mesh = load_scene("builtin:mesh"), box = load_scene("builtin:cornell-box");
+  EXPECT_EQ(choose_structure(mesh, 1e5).name, "lbvh");
+  EXPECT_EQ(choose_structure(mesh, 1e7).name, "binned-sah");
+  EXPECT_EQ(choose_structure(mesh, 1e9).name, "sah");
+  EXPECT_TRUE(choose_structure(mesh, 1e9).params.contains("reinsertion"));
+  for (const double rays : {1.0, 1e12}) EXPECT_EQ(choose_structure(box, rays).name, "binned-sah");
+}
+
 class AutoRender : public ProgramTest {};
+
+TEST_F(AutoRender, TakesTheStructureThatTheBudgetPaysFor) {
+  const auto render = [&](const char* accel, const char* spp) {
+    const Outcome outcome = run({"render", "builtin:mesh", "--resolution", "16x16", "--spp", spp, "--json", "--accel", accel});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto chosen = render("auto", "4");
+  EXPECT_EQ(chosen["chosen_accel"]["accel"], "lbvh layout=auto");
+  EXPECT_EQ(chosen["image_hash"], render("binned-sah", "4")["image_hash"]);
+}
+
+TEST_F(AutoRender, IsAdvisedByInspect) {
+  const Outcome outcome = run({"inspect", "builtin:water", "--pilot", "--time", "4s", "--json", "--threads", "1"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto advice = nlohmann::json::parse(outcome.out)["advice"];
+  EXPECT_EQ(advice["method"], "cppm");
+  EXPECT_EQ(advice["pilot"]["caustic_light"], 1);
+  EXPECT_GT(advice["expected"][0]["time_s"], 0);
+  EXPECT_GT(advice["memory_bytes"], 0);
+  ASSERT_FALSE(advice["hazards"].empty());
+  EXPECT_NE(advice["hazards"][0].get<std::string>().find("path leaves it out"), std::string::npos);
+  EXPECT_EQ(run({"inspect", "builtin:water", "--time", "4s"}).status, 2);
+}
 
 TEST_F(AutoRender, IsTheChosenMethodToTheBitAtAnyNumberOfThreads) {
   const std::vector<std::string> shared{"render", "builtin:cornell-spheres", "--resolution", "24x24", "--spp", "3", "--json"};
