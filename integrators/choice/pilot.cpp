@@ -193,12 +193,12 @@ double contrast_of(const std::vector<vec3>& photons, double area) {
 }
 
 void look_at_photons(const RenderContext& small, const RoughMaterials& rough, PilotFindings& findings) {
-  if (small.lights.empty()) return;
+  if (small.lights.empty() || small.scene.bounds().empty()) return;
   const float diagonal = glm::length(small.scene.bounds().diagonal());
   const int depth = small.max_depth(0);
   const auto region = find_seen(small, rough, {4, depth, SamplerKind::independent, true}, 0.01f * diagonal);
-  const Photons photons =
-      trace_photons(small, rough, {photon_paths, hash_keys(small.seed, 3u), depth - 1, photon_any, SamplerKind::sobol});
+  const Photons photons = trace_photons(
+      small, rough, {photon_paths, hash_keys(small.seed, 3u), std::max(0, depth - 1), photon_any, SamplerKind::sobol});
   double all = 0, direct = 0, caustic = 0;
   std::size_t seen = 0;
   std::vector<vec3> caustics;
