@@ -36,7 +36,7 @@ std::string key_of(const Configuration& configuration) {
 // A scene at a time.
 struct Contest {
   const SceneData* scene;
-  double time_s;
+  double share, time_s;
   std::map<const Configuration*, double> errors = {};  // of those that have an image by then
   const Configuration* best = nullptr;                 // among those that stand for themselves
   const Configuration* chosen = nullptr;               // that chose for this time
@@ -54,7 +54,7 @@ std::vector<Contest> find_contests(const ReportData& data) {
   std::vector<Contest> contests;
   for (const SceneData& scene : data.scenes)
     for (const double share : time_shares) {
-      Contest contest{&scene, share * scene.common_time_s};
+      Contest contest{&scene, share, share * scene.common_time_s};
       for (const Configuration* configuration : scene.finished()) {
         const auto error = estimate_at(*configuration, data.main_metric(), contest.time_s);
         const bool choice = chooses_for(*configuration, contest.time_s, scene.common_time_s);
@@ -130,28 +130,34 @@ Table losses_table(const std::vector<Loss>& losses) {
   return table.take();
 }
 
-// Rows of scenes and times, a mark for each method: what the choice is among, and where it fell.
+// A panel a time, a row a scene, a mark a method: what the choice is among, and where it fell.
 Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Loss>& losses) {
-  Chart chart{.x = {"error over the least at that time", Scale::log}, .y = {"", Scale::linear}};
-  std::map<std::string, ChartSeries> series;
-  for (std::size_t row = 0; row < contests.size(); ++row) {
-    const Contest& contest = contests[row];
-    chart.rows.push_back(fmt::format("{}, {}", contest.scene->file_stem, format_seconds(contest.time_s)));
-    for (const auto& [configuration, error] : contest.errors)
-      if (const auto regret = contest.regret(*configuration); regret && std::isfinite(*regret))
-        series[key_of(*configuration)].points.emplace_back(*regret, static_cast<double>(row));
+  Figure figure{.name = "regret", .title = "Error over the least of all methods"};
+  for (const double share : time_shares) {
+    Chart chart{.x = {"error over the least at that time", Scale::log}, .y = {"", Scale::linear}};
+    std::map<std::string, ChartSeries> series;
+    for (const Contest& contest : contests) {
+      if (contest.share != share) continue;
+      if (chart.rows.empty()) chart.title = format_seconds(contest.time_s);
+      const auto row = static_cast<double>(chart.rows.size());
+      chart.rows.push_back(contest.scene->file_stem);
+      for (const auto& [configuration, error] : contest.errors)
+        if (const auto regret = contest.regret(*configuration); regret && std::isfinite(*regret))
+          series[key_of(*configuration)].points.emplace_back(*regret, row);
+    }
+    if (chart.rows.empty()) continue;
+    for (const bool choice : {false, true})  // the choice lies above the rest
+      for (std::size_t i = 0; i < losses.size(); ++i) {
+        if (losses[i].chooses != choice) continue;
+        ChartSeries& marks = chart.series.emplace_back(std::move(series[losses[i].name]));
+        marks.key = losses[i].name;
+        marks.label = losses[i].shown;
+        marks.draw = choice ? ChartSeries::Draw::dots : ChartSeries::Draw::faint;
+        marks.style(i);
+      }
+    figure.panels.push_back(std::move(chart));
   }
-  for (std::size_t i = 0; i < losses.size(); ++i) {
-    ChartSeries& marks = series[losses[i].name];
-    marks.key = losses[i].name;
-    marks.label = losses[i].shown;
-    marks.draw = losses[i].chooses ? ChartSeries::Draw::dots : ChartSeries::Draw::faint;
-    marks.style(i);
-  }
-  for (const bool last : {false, true})  // the choice lies above the rest
-    for (const Loss& loss : losses)
-      if (loss.chooses == last) chart.series.push_back(series[loss.name]);
-  return {"regret", "", "Error over the least of all methods, by scene and time", {std::move(chart)}, {}};
+  return figure;
 }
 
 }  // namespace
@@ -171,7 +177,7 @@ KindReport regret_report(const ReportData& data) {
     report.answer += fmt::format("; always `{}`: {:.2f} and {:.2f} times", next->shown, next->middle(), next->worst());
   report.answer += ".";
   report.section = fmt::format("<p>{}</p>\n", escape_html(report.answer));
-  report.figures = {{"", {regret_figure(contests, losses)}}};
+  report.figures = {{"By scene and time", {regret_figure(contests, losses)}}};
   return report;
 }
 
