@@ -79,9 +79,7 @@ struct Loss {
   double middle() const {
     std::vector<double> all = regrets;
     all.resize(regrets.size() + missing, infinity);
-    const auto at = all.begin() + static_cast<std::ptrdiff_t>((all.size() - 1) / 2);
-    std::nth_element(all.begin(), at, all.end());
-    return *at;
+    return median(all);
   }
 };
 
