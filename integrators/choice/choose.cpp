@@ -15,6 +15,9 @@ constexpr double least_caustic_light = 0.003;  // of all light, above which it i
 constexpr double rare_hits = 0.03;             // caustic hits over caustic light below which paths find too little of it
 constexpr double sharp_caustics = 5;           // contrast from which radii must shrink everywhere
 constexpr double rays_for_sharp = 500;         // a pixel: with fewer, photons of sharp caustics are spots
+constexpr double few_photons = 0.5;            // of those emitted, that land on what is seen
+constexpr double rare_photons = 0.02;
+constexpr double certain = 10;  // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
 constexpr double mostly_direct = 0.85;                       // of the light: the rest is not worth a cache,
 constexpr double direct_noise = 0.4;                         // if this share of what paths leave is the noise of direct light
@@ -22,7 +25,8 @@ constexpr double much_direct = 0.6, all_direct_noise = 0.9;  // less of it, if t
 constexpr double little_noise = 0.1;                         // of a path, below which records' own error outweighs it
 constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
-constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find
+constexpr double rays_for_paths = 4000;
+constexpr double hidden_light = 9;  // path error over direct error from which indirect light is hard to find
 constexpr double rays_per_record = 4000, fill_share = 0.2;
 
 double pixels_of(ivec2 resolution) { return static_cast<double>(resolution.x) * resolution.y; }
@@ -39,7 +43,8 @@ class Chooser {
       return {
           "path", {}, "no light reaches a rough surface that the camera sees, so that there is nothing to cache or to gather"};
     if (caustics_are_hard()) return for_caustics();
-    if (found_.direct_light >= much_direct && found_.direct_error >= all_direct_noise * found_.path_error)
+    if ((found_.direct_light >= much_direct || photons_are_blind()) &&
+        found_.direct_error >= all_direct_noise * found_.path_error)
       return {"path", {}, "the noise of direct light is all that paths leave, and no method samples that better"};
     if (found_.direct_light >= mostly_direct && found_.direct_error >= direct_noise * found_.path_error)
       return {"path",
@@ -62,12 +67,17 @@ class Chooser {
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
   // from.
   bool caustics_are_hard() const {
-    if (!context_.needs.caustic_map || found_.caustic_light < least_caustic_light ||
-        found_.caustic_hits >= rare_hits * found_.caustic_light)
-      return false;
-    // What they leave as noise, against all else: one path in 1 / hits brings the light of as many.
-    const double noise = found_.caustic_light * found_.caustic_light / std::max(found_.caustic_hits, 1.0 / 16384);
-    return noise >= found_.path_error;
+    const double light = found_.caustic_light;
+    if (!context_.needs.caustic_map || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
+    // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
+    const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, 1.0 / 16384);
+    if (photons_are_blind()) return false;
+    return noise >= (found_.caustic_photons >= fewest_caustics ? 1 : certain) * found_.path_error;
+  }
+
+  // Photons of which hardly any lie in view may all have landed beside it: paths see other light than they tell of.
+  bool photons_are_blind() const {
+    return found_.caustic_light >= mostly_caustic && found_.caustic_hits == 0 && found_.path_error > 0;
   }
 
   std::string caustics() const {
@@ -79,8 +89,11 @@ class Chooser {
   MethodChoice for_caustics() const {
     const std::string light = caustics();
     if (bias_ == BiasAllowed::none) return {"bdpt", {}, light + ", and bdpt is the unbiased method that finds most of it"};
-    if (found_.caustic_contrast >= sharp_caustics && bias_ == BiasAllowed::any && rays_ < rays_for_sharp)
-      return {"irradiance-cache", {}, light + ", and so little time leaves photons as spots: the cache leaves most of it out"};
+    if (found_.caustic_contrast >= sharp_caustics && bias_ == BiasAllowed::any && rays_ < rays_for_sharp &&
+        found_.photons_seen < few_photons)
+      return {"irradiance-cache",
+              {},
+              light + ", and in so little time the photons that land there are spots: a cache leaves most of it out"};
     if (found_.caustic_contrast >= sharp_caustics)
       return {"sppm", {}, light + ", and it is sharp, so that the photons' radii must shrink"};
     if (bias_ == BiasAllowed::any && found_.caustic_contrast < even_caustics && found_.caustic_light < minor_caustics &&
@@ -94,11 +107,18 @@ class Chooser {
       return {"path", {}, "no unbiased method is faster where light needs no specular surface to get there"};
     const double hidden = found_.direct_error > 0 ? found_.path_error / found_.direct_error : infinity;
     const double fill = found_.records * rays_per_record / pixels_of(context_.resolution);
+    if (found_.caustic_light >= mostly_caustic && rays_ >= rays_for_paths)
+      return {"path", {}, "paths find the light behind specular surfaces easily, and there is time enough for them"};
     if (hidden >= hidden_light && found_.caustic_light < mostly_caustic)
       return {"hash-cache",
               {},
               "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid "
               "learn it soonest"};
+    if (found_.photons_seen < rare_photons)
+      return {"hash-cache",
+              {},
+              "hardly any of the light that is emitted gets into view, and paths that share it through a hash grid learn it "
+              "soonest"};
     if (found_.path_error < little_noise)
       return {
           "hash-cache", {}, "paths leave so little noise that the error of interpolating between records would outweigh it"};

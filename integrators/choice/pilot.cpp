@@ -18,8 +18,7 @@ namespace {
 constexpr float narrow_lobes = 0.25f;  // GGX alpha: as PhotonMapsParams::carry_below by default
 constexpr int path_groups = 8, paths_a_group = 2, vertex_samples = 8;
 constexpr std::uint32_t photon_paths = 16384;
-constexpr std::size_t fewest_caustics = 128;  // of photons: fewer may have landed beside what is seen
-constexpr float record_accuracy = 0.2f;       // as CacheParams::accuracy by default
+constexpr float record_accuracy = 0.2f;  // as CacheParams::accuracy by default
 
 double rays_so_far() {
   const CounterValues values = read_counters();
@@ -196,7 +195,7 @@ void look_at_photons(const RenderContext& small, const RoughMaterials& rough, Pi
   if (small.lights.empty() || small.scene.bounds().empty()) return;
   const float diagonal = glm::length(small.scene.bounds().diagonal());
   const int depth = small.max_depth(0);
-  const auto region = find_seen(small, rough, {4, depth, SamplerKind::independent, true}, 0.01f * diagonal);
+  const auto region = find_seen(small, rough, {4, depth, SamplerKind::independent, true}, 0.02f * diagonal);
   const Photons photons = trace_photons(
       small, rough, {photon_paths, hash_keys(small.seed, 3u), std::max(0, depth - 1), photon_any, SamplerKind::sobol});
   double all = 0, direct = 0, caustic = 0;
@@ -213,13 +212,9 @@ void look_at_photons(const RenderContext& small, const RoughMaterials& rough, Pi
     caustics.push_back(photons.position[i]);
   }
   findings.photons_seen = static_cast<double>(seen) / photon_paths;
-  if (caustics.size() < fewest_caustics) {
-    all = std::max(0.0, all - caustic);
-    caustic = 0;
-  }
-  if (all == 0 && findings.direct_error > 0) findings.direct_light = 1;  // of what a camera path alone sees
   if (all > 0) {
     findings.direct_light = direct / all;
+    findings.caustic_photons = static_cast<double>(caustics.size());
     findings.caustic_light = caustic / all;
     findings.caustic_contrast = contrast_of(caustics, seen_area(small, rough, {1, depth, SamplerKind::independent, true}));
   }

@@ -17,6 +17,7 @@
 namespace etendue {
 
 inline constexpr int pilot_pixels = 1024;
+inline constexpr std::size_t fewest_caustics = 128;  // of photons: fewer may have landed beside what is seen
 
 // Shares are in [0, 1].
 struct PilotFindings {
@@ -29,9 +30,10 @@ struct PilotFindings {
   double path_error = 0, direct_error = 0;
   double rays_per_path = 0;  // shadow rays included
 
-  double photons_seen = 0;   // of emitted photons that land where the camera sees them
-  double caustic_light = 0;  // of the light that they bring there after specular events alone
-  double direct_light = 0;   // and of that which comes straight from a light
+  double photons_seen = 0;     // of emitted photons that land where the camera sees them
+  double caustic_light = 0;    // of the light that they bring there after specular events alone
+  double direct_light = 0;     // and straight from a light
+  double caustic_photons = 0;  // how many say so of the first
   // How likely a path from a diffuse vertex meets a light by way of specular events: that is how paths find caustics.
   double caustic_hits = 0;
   // How much denser caustic photons lie about one of them than they would if they lay evenly over what is seen.
