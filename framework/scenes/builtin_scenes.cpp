@@ -6,6 +6,7 @@
 #include "framework/scenes/glowing_room.h"
 #include "framework/scenes/heaps.h"
 #include "framework/scenes/lamps.h"
+#include "framework/scenes/many_lights.h"
 #include "framework/scenes/meshes.h"
 #include "framework/scenes/occluders.h"
 #include "framework/scenes/rooms.h"
@@ -34,6 +35,7 @@ std::span<const BuiltinScene> builtin_scenes() {
       with_params<KeyholeParams, make_keyhole>("keyhole",
                                                "a room lit through a keyhole: nearly all light stays behind the door"),
       {"exterior", "a room in a city in the sun: nearly all light falls elsewhere", make_exterior},
+      with_params<ManyLightsParams, make_many_lights>("many-lights", "a hall of pillars and many small lights of all powers"),
       with_params<MeshParams, make_mesh>("mesh", "a displaced ball of many triangles in the box"),
       {"mesh-large", "the same of 1,600,000 triangles", [] { return make_mesh({1'600'000}); }},
       with_params<StadiumParams, make_stadium>("stadium", "the ball in a stadium: dense in little of a large space"),
