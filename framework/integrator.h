@@ -53,7 +53,7 @@ struct RenderContext {
   const Scene& scene;
   const SceneNeeds& needs;
   const RayQuery& rays;
-  const LightSampler& lights;
+  LightSampler& lights;
   std::uint64_t seed = 0;
   ivec2 resolution{0};
   PhaseTimes& phases;
@@ -63,6 +63,11 @@ struct RenderContext {
   bool states_error = false;  // Cache::standard_error() will be called: keep what it needs
   Effort effort = {};
 
+  // How light samples choose among lights from now on; for `prepare`, of every method that takes any.
+  void choose_lights_by(LightChoice choice) {
+    const auto timed = phases.measure("build");
+    lights.choose_by(choice);
+  }
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
   int max_depth(int requested) const { return requested > 0 ? requested : scene.max_depth.value_or(64); }
 };

@@ -28,7 +28,7 @@ struct Rendered {
 
 inline Rendered render(const Scene& scene, const std::string& integrator_name, const RenderOptions& options) {
   const SceneNeeds needs = scene_needs(scene);
-  const LightSampler lights(scene);
+  LightSampler lights(scene);
   const auto rays = find_ray_structure(options.accel, {}).make(scene, {});
   const auto integrator = find_integrator(integrator_name, {}).make(options.params);
   PhaseTimes phases;

@@ -81,6 +81,12 @@ void AreaEmitter::settle_side(const Object& world, const uvec3& corners) {
   has_normals_ = !front && !back;
 }
 
+std::optional<vec3> AreaEmitter::normal() const {
+  if (!quadric_) return has_normals_ ? std::nullopt : std::optional(triangle_.normal);
+  const auto* disk = std::get_if<Disk>(quadric_);
+  return disk ? std::optional(flip_normal_ ? -disk->normal : disk->normal) : std::nullopt;
+}
+
 AreaPoint AreaEmitter::sample(const vec2& u) const {
   if (quadric_) {
     AreaPoint point = std::visit(SampleQuadric{u}, *quadric_);

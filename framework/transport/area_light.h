@@ -4,6 +4,8 @@
 #include "framework/scene/scene.h"
 #include "framework/scene/triangle_point.h"
 
+#include <optional>
+
 namespace etendue {
 
 struct AreaPoint {
@@ -53,6 +55,9 @@ class AreaEmitter {
   const TrianglePlane* flat_triangle() const {
     return quadric_ || has_normals_ || texture_ != no_id || !scene_ ? nullptr : &triangle_;
   }
+
+  // Of the side that emits, where it is the same at each point: a triangle's or a disc's.
+  std::optional<vec3> normal() const;
 
   // Uniform over the area.
   AreaPoint sample(const vec2& u) const;

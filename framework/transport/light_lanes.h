@@ -25,9 +25,6 @@ LightSampleOf<F> sample_lights_one_by_one(const LightSampler& lights, const Vec3
   return out;
 }
 
-// Flat lights are tried in turn; if there are more, or of other kinds, lanes choose one by one.
-inline bool are_few_and_flat(std::span<const FlatLight> flat) { return !flat.empty() && flat.size() <= 8; }
-
 // The flat light that a number chooses in each lane.
 template <class F>
 struct ChosenLight {
@@ -64,7 +61,9 @@ struct ChosenLight {
 template <class F>
 LightSampleOf<F> sample_lights(const LightSampler& lights, const Vec3<F>& position, Vec2<F> u, Mask<F> wanted) {
   const std::span<const FlatLight> flat = lights.flat_lights();
-  if (!are_few_and_flat(flat)) return sample_lights_one_by_one<F>(lights, position, u, wanted);
+  // Few flat lights are tried in turn; of other kinds, if there are more, or where the choice depends on the position, lanes
+  // choose one by one.
+  if (flat.empty() || lights.choice() != LightChoice::power) return sample_lights_one_by_one<F>(lights, position, u, wanted);
   const ChosenLight<F> light(lights, u.x);
   if (flat.size() > 1)
     u.x = select(light.width > 0, min(max(F(0.0f), (u.x - light.before) / light.width), F(0x1.fffffep-1f)), F(0.0f));
@@ -90,7 +89,7 @@ template <class F>
 EmittedOf<F> emit_particles(const LightSampler& lights, F u_light, const Vec2<F>& u_position, Vec2<F> u_direction,
                             Mask<F> wanted) {
   EmittedOf<F> out;
-  if (!are_few_and_flat(lights.flat_lights())) {
+  if (lights.flat_lights().empty()) {
     for_lanes(wanted, [&](int i) {
       const auto emitted = lights.emit(lane(u_light, i), vec2(lane(u_position.x, i), lane(u_position.y, i)),
                                        vec2(lane(u_direction.x, i), lane(u_direction.y, i)));

@@ -1,9 +1,13 @@
 // Sampling lights: towards a point (next-event estimation), out of the light (photons, light paths), and the densities MIS
-// needs. Lights are chosen in proportion to power (there is no light tree); a scene of one light chooses nothing.
+// needs. Particles leave lights in proportion to power. Next-event estimation chooses lights by power, all alike, or by a tree
+// (light_tree.h), as the method says (choose_by); a scene of one light chooses nothing.
 #pragma once
 
 #include "framework/core/sampler.h"
 #include "framework/transport/area_light.h"
+#include "framework/transport/image_distribution.h"
+#include "framework/transport/light_choice.h"
+#include "framework/transport/light_tree.h"
 
 #include <optional>
 #include <span>
@@ -44,6 +48,9 @@ struct FlatLight {
   float two_sided;
 };
 
+// Share of a spot light's intensity that it sends along a unit direction.
+float spot_falloff(const SpotLight& light, const vec3& from_light);
+
 // A particle leaving a light.
 struct LightRay {
   Ray ray;      // direction unit, origin offset off the light
@@ -58,10 +65,16 @@ class LightSampler {
  public:
   explicit LightSampler(const Scene& scene);
 
-  bool empty() const { return probability_.empty(); }
-  // All lights where all are flat, else none; beside them, the probabilities of choosing those up to each.
+  bool empty() const { return power_.probability.empty(); }
+  // How `sample` chooses from now on, until then by power; a tree is built here. Not to be called while others sample.
+  void choose_by(LightChoice choice);
+  LightChoice choice() const { return choice_; }
+
+  // All lights where all are flat and so few that lanes try them in turn, else none; beside them, the probabilities of choosing
+  // those up to each, by power.
+  static constexpr std::size_t most_flat = 8;
   std::span<const FlatLight> flat_lights() const { return flat_; }
-  std::span<const float> cumulative() const { return cumulative_; }
+  std::span<const float> cumulative() const { return power_.cumulative; }
 
   std::optional<LightSample> sample(const vec3& position, float u_light, const vec2& u) const;
   // The same, but u.x also chooses the light and is then rescaled to [0, 1): points that are stratified over the square are
@@ -69,7 +82,10 @@ class LightSampler {
   std::optional<LightSample> sample(const vec3& position, vec2 u) const;
   // Density with which `sample` would have found `point` on an emitting surface, seen from `position` along unit wi.
   float pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const;
-  float environment_pdf(const vec3& wi) const;
+  // Likewise of an environment, all of them together.
+  float environment_pdf(const vec3& wi) const { return environment_pdf(wi, direct()); }
+  // Probability with which `sample` chooses a light at a position.
+  float choice_probability(const vec3& position, std::uint32_t light) const;
 
   // Radiance a surface point emits towards wo (0 on its dark side).
   Rgb emitted(const SurfacePoint& point, const vec3& wo) const;
@@ -90,26 +106,49 @@ class LightSampler {
   std::uint32_t environment_light() const { return environments_[0]; }
 
  private:
-  struct ImageDistribution;  // piecewise-constant 2-D density of an environment image
+  // Lights chosen in fixed proportions.
+  struct Table {
+    std::vector<float> probability;  // per light
+    std::vector<float> cumulative;   // where lights are few
+    std::vector<double> finer;       // cumulative where they are many
 
-  std::size_t choose(float& u) const;  // rescales u within the chosen light to [0, 1)
-  std::optional<LightSample> sample_light(std::size_t i, const vec3& position, const vec2& u) const;
+    Table() = default;
+    explicit Table(std::span<const double> weights);
+    // Rescales u within the chosen light to [0, 1). `salt` is a number beside u (cumulative.h).
+    std::size_t choose(float& u, float salt) const;
+  };
+  struct Chosen {
+    std::size_t light;
+    float probability;
+  };
+
+  void gather_flat_lights();
+  void build_tree();
+  // The proportions in which `sample` chooses where they are fixed, as they are among lights at infinity.
+  const Table& direct() const { return choice_ == LightChoice::uniform ? uniform_ : power_; }
+  Chosen choose_for(const vec3& position, vec2& u) const;  // rescales u.x
+  Chosen choose_by_tree(const vec3& position, vec2& u) const;
+  std::optional<LightSample> sample_light(const Chosen& chosen, const vec3& position, const vec2& u) const;
   vec3 sample_environment(const EnvironmentLight& light, std::size_t index, const vec2& u) const;  // towards it
+  float environment_pdf(const vec3& wi, const Table& choice) const;
   std::optional<LightRay> emit_from_infinity(std::uint32_t light, const vec2& u_position, const vec2& u_direction) const;
   const ImageDistribution* distribution(std::size_t light) const;
 
   const Scene& scene_;
+  LightChoice choice_ = LightChoice::power;
   std::vector<AreaEmitter> emitters_;  // per light
-  std::vector<float> probability_;     // per light
-  std::vector<float> cumulative_;
+  Table power_, uniform_;
+  LightTree tree_;                       // of lights at finite places
+  std::size_t finite_ = 0;               // lights of some power at finite places
+  double finite_power_ = 1;              // share of those in all power
+  std::vector<std::uint32_t> infinite_;  // the others
   std::vector<FlatLight> flat_;
   std::vector<std::uint32_t> environments_;
-  std::vector<ImageDistribution> distributions_;  // parallel to environments_; empty table where constant
+  std::vector<ImageDistribution> distributions_;  // parallel to environments_
   vec3 scene_centre_{0};
   float scene_radius_ = 1;
 
  public:
-  ~LightSampler();
   LightSampler(const LightSampler&) = delete;
   LightSampler& operator=(const LightSampler&) = delete;
 };

@@ -68,6 +68,7 @@ class Vcm final : public Integrator {
 };
 
 void Vcm::prepare(RenderContext& context) {
+  if (settings_.connect) context.choose_lights_by(params_.lights);
   settings_.max_depth = context.max_depth(params_.max_depth);
   const auto pixels = static_cast<std::uint32_t>(context.resolution.x * context.resolution.y);
   settings_.paths = params_.paths > 0 ? static_cast<std::uint32_t>(params_.paths) : pixels;

@@ -52,7 +52,15 @@ void describe(Visitor& v, LightTraceParams& p) {
   v.choice("sampler", p.sampler, "random numbers");
 }
 
-struct BdptParams : LightTraceParams {};
+struct BdptParams : LightTraceParams {
+  LightChoice lights = LightChoice::by_need;
+};
+
+template <class Visitor>
+void describe(Visitor& v, BdptParams& p) {
+  describe(v, static_cast<LightTraceParams&>(p));
+  describe_lights(v, p.lights);
+}
 
 enum class VcmMis : std::uint8_t { balance, correlation_aware };
 constexpr auto names_of(VcmMis) { return std::array{"balance", "correlation-aware"}; }
@@ -68,7 +76,7 @@ struct VcmParams : BdptParams {
 
 template <class Visitor>
 void describe(Visitor& v, VcmParams& p) {
-  describe(v, static_cast<LightTraceParams&>(p));
+  describe(v, static_cast<BdptParams&>(p));
   v.number("radius", p.radius, 0, 1e12, "m", "within which vertices are merged, at first; 0: from the light paths' density");
   v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");

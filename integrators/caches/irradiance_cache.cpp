@@ -70,6 +70,7 @@ class IrradianceCache final : public RecordCache {
 };
 
 void IrradianceCache::prepare(RenderContext& context) {
+  context.choose_lights_by(params_.lights);
   const auto timed = context.phases.measure("initial_pass");
   max_depth_ = context.max_depth(params_.max_depth);
   // Direct light takes one scattering event, indirect light two at least.

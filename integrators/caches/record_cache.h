@@ -30,6 +30,7 @@ struct RecordParams {
   float extra_samples = 2;
   int max_depth = 0;
   SamplerKind sampler = SamplerKind::sobol;
+  LightChoice lights = LightChoice::by_need;
 };
 
 template <class Visitor>
@@ -44,6 +45,7 @@ void describe_records(Visitor& v, RecordParams& p) {
            "beyond one per pixel and iteration, at most on the mean: given to the pixels that scatter most");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("sampler", p.sampler, "random numbers");
+  describe_lights(v, p.lights);
 }
 
 struct CacheParams : RecordParams {

@@ -16,6 +16,7 @@ class Guided final : public Integrator {
   explicit Guided(const GuidedParams& params) : params_(params) {}
 
   void prepare(RenderContext& context) override {
+    context.choose_lights_by(params_.lights);
     settings_ = {context.max_depth(params_.max_depth), params_.roulette_depth, parse_mis(params_.mis)};
     tree_.emplace(context.scene.bounds(), SdTreeOptions{.split = static_cast<float>(params_.split),
                                                         .rho = params_.flux,

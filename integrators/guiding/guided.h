@@ -40,6 +40,7 @@ struct GuidedParams {
   BlockCombination combination = BlockCombination::inverse_variance;
   std::string mis = "power";
   SamplerKind sampler = SamplerKind::sobol;
+  LightChoice lights = LightChoice::by_need;
 };
 
 template <class Visitor>
@@ -56,6 +57,7 @@ void describe(Visitor& v, GuidedParams& p) {
   v.choice("combination", p.combination, "of the blocks of samples into one image");
   v.choice("mis", p.mis, {"power", "balance"}, "how light sampling and the mixture share the work");
   v.choice("sampler", p.sampler, "random numbers");
+  describe_lights(v, p.lights);
 }
 
 IntegratorEntry guided_entry();

@@ -62,6 +62,7 @@ class HashCache final : public Integrator, public FileCache {
   explicit HashCache(const HashCacheParams& params) : params_(params) {}
 
   void prepare(RenderContext& context) override {
+    context.choose_lights_by(params_.lights);
     max_depth_ = context.max_depth(params_.max_depth);
     const ivec2 size = context.resolution;
     if (!grid_) make_grid(context);

@@ -44,6 +44,7 @@ struct HashCacheParams {
   float enough = 5;
   float trace_on = 0.05f;
   SamplerKind sampler = SamplerKind::sobol;
+  LightChoice lights = LightChoice::by_need;
 };
 
 template <class Visitor>
@@ -59,6 +60,7 @@ void describe(Visitor& v, HashCacheParams& p) {
            "where that is "
            "above 1");
   v.choice("sampler", p.sampler, "random numbers");
+  describe_lights(v, p.lights);
 }
 
 IntegratorEntry hash_cache_entry();

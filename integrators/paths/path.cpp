@@ -228,6 +228,7 @@ class Path final : public Integrator {
   explicit Path(const PathParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
 
   void prepare(RenderContext& context) override {
+    context.choose_lights_by(params_.lights);
     settings_ = {context.max_depth(params_.max_depth), params_.roulette_depth, parse_mis(params_.mis)};
   }
 

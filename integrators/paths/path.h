@@ -22,6 +22,7 @@ struct PathParams {
   int roulette_depth = 5;
   std::string mis = "power";
   std::string sampler = "sobol";
+  LightChoice lights = LightChoice::by_need;
 };
 
 template <class Visitor>
@@ -30,6 +31,7 @@ void describe(Visitor& v, PathParams& p) {
   v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette begins");
   v.choice("mis", p.mis, {"power", "balance", "light", "bsdf"}, "how light and BSDF sampling share the work");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
+  describe_lights(v, p.lights);
 }
 
 SamplerKind parse_sampler(const std::string& name);  // of a checked parameter

@@ -35,6 +35,7 @@ class PhotonMapping final : public Integrator {
 };
 
 void PhotonMapping::prepare(RenderContext& context) {
+  context.choose_lights_by(params_.lights);
   max_depth_ = context.max_depth(params_.max_depth);
   maps_.prepare(context, {params_.final_gather, max_depth_, params_.sampler});
   trace_maps(context, 0);

@@ -31,6 +31,7 @@ struct PhotonMapParams : PhotonMapsParams {
   bool retrace = false;
   int max_depth = 0;
   SamplerKind sampler = SamplerKind::sobol;
+  LightChoice lights = LightChoice::by_need;
 };
 
 template <class Visitor>
@@ -42,6 +43,7 @@ void describe(Visitor& v, PhotonMapParams& p) {
   v.flag("retrace", p.retrace, "new maps for every iteration");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("sampler", p.sampler, "random numbers");
+  describe_lights(v, p.lights);
 }
 
 IntegratorEntry photon_map_entry();

@@ -68,6 +68,7 @@ struct ProgressiveParams {
   int max_depth = 0;
   std::string structure = "hash-grid";
   SamplerKind sampler = SamplerKind::sobol;
+  LightChoice lights = LightChoice::by_need;
 };
 
 template <class Visitor>
@@ -93,6 +94,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");
   v.choice("sampler", p.sampler, "random numbers");
+  describe_lights(v, p.lights);
 }
 
 // Which camera paths a pixel sees: a new one in every iteration, or the same `fixed` ones in turn.
@@ -176,6 +178,7 @@ class ProgressivePasses {
     return points_.slot(pixel_index(pixel, context.resolution), iteration) * kinds();
   }
   Kernel kernel() const { return params_.kernel; }
+  LightChoice lights() const { return params_.lights; }
   // Null: photons are divided by whole discs.
   std::unique_ptr<DiscCoverage> make_coverage(const RenderContext& context) const;
 
@@ -204,6 +207,7 @@ class ProgressivePhotonMapping final : public Integrator {
       : passes_(params, points), make_policy_(std::move(make_policy)), expected_(std::move(expected)) {}
 
   void prepare(RenderContext& context) override {
+    context.choose_lights_by(passes_.lights());
     const auto timed = context.phases.measure("pilot");
     passes_.prepare(context);
     InitialRadii radii = passes_.pilot(context);

@@ -110,7 +110,7 @@ TEST(PathTracer, SameBitsAtAnyThreadCount) {
 TEST(PathTracer, PathsTogetherGiveTheBitsOfEachAlone) {
   const Scene scene = load_scene("builtin:cornell-spheres");
   const SceneNeeds needs = scene_needs(scene);
-  const LightSampler lights(scene);
+  LightSampler lights(scene);
   for (const char* layout : {"binary", "bvh16"}) {
     const auto rays = find_ray_structure("binned-sah", {}).make(scene, {{"layout", {std::string(layout), {}}}});
     PhaseTimes phases;

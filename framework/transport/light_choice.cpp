@@ -1,0 +1,206 @@
+// Which light is chosen: by power, all alike, or by a tree.
+#include "framework/transport/light_choice.h"
+
+#include "framework/transport/cumulative.h"
+#include "framework/transport/light_sampling.h"
+
+#include <limits>
+
+namespace etendue {
+
+namespace {
+
+// Lights at finite places from which on a tree pays (results/many-lights).
+constexpr std::size_t fewest_for_tree = 4;
+
+struct LuminousPower {
+  float area;    // of an area light, m^2
+  float radius;  // of the scene, m
+
+  float operator()(const AreaLight& l) const { return luminance(l.radiance) * pi * area * (l.two_sided ? 2 : 1); }
+  float operator()(const PointLight& l) const { return luminance(l.intensity) * 4 * pi; }
+  float operator()(const SpotLight& l) const {
+    return luminance(l.intensity) * 2 * pi * (1 - 0.5f * (l.cos_inner + l.cos_outer));
+  }
+  float operator()(const DirectionalLight& l) const { return luminance(l.irradiance) * pi * radius * radius; }
+  float operator()(const EnvironmentLight& l) const {
+    if (l.texels.empty()) return luminance(l.scale) * 4 * pi * pi * radius * radius;
+    double sum = 0, weight = 0;
+    for (int y = 0; y < l.size.y; ++y) {
+      const double sine = std::sin(pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(l.size.y));
+      for (int x = 0; x < l.size.x; ++x)
+        sum += sine * luminance(l.texels[static_cast<std::size_t>(y) * l.size.x + x] * l.scale);
+      weight += sine * l.size.x;
+    }
+    return static_cast<float>(sum / weight) * 4 * pi * pi * radius * radius;
+  }
+};
+
+// By which an image on a light changes how often the light is chosen: never to nothing, for the image's mean is an estimate.
+double image_share(const Rgb& mean) { return 0.01 + luminance(mean); }
+
+bool is_infinite(const Light& light) {
+  return std::holds_alternative<DirectionalLight>(light) || std::holds_alternative<EnvironmentLight>(light);
+}
+
+float to_number_below_one(double u) { return std::min(static_cast<float>(u), 0x1.fffffep-1f); }
+
+// What a tree knows of a light; nothing of those at infinity.
+struct AsEmitter {
+  const Scene& scene;
+  const AreaEmitter& emitter;
+
+  LightTree::Emitter operator()(const AreaLight& l) const {
+    LightTree::Emitter e;
+    e.bounds = scene.objects[0].geometry.primitive_bounds(l.primitive);
+    e.theta_emission = 0.5f * pi;
+    e.two_sided = l.two_sided;
+    // A round surface shows a quarter of its area on average.
+    const std::optional<vec3> normal = emitter.normal();
+    if (normal) {
+      e.axis = *normal;
+      e.theta_normals = 0;
+    }
+    e.intensity = luminance(l.radiance) * emitter.area() * (normal ? 1 : 0.25f);
+    if (l.texture != no_id) e.intensity *= static_cast<float>(image_share(emitter.mean_of_image()));
+    return e;
+  }
+  LightTree::Emitter operator()(const PointLight& l) const {
+    return {.bounds = {l.position, l.position}, .intensity = luminance(l.intensity)};
+  }
+  LightTree::Emitter operator()(const SpotLight& l) const {
+    const float inner = std::acos(l.cos_inner), outer = std::acos(l.cos_outer);
+    return {.bounds = {l.position, l.position},
+            .axis = l.direction,
+            .theta_normals = inner,
+            .theta_emission = outer - inner,
+            .intensity = luminance(l.intensity)};
+  }
+  LightTree::Emitter operator()(const DirectionalLight&) const { return {}; }
+  LightTree::Emitter operator()(const EnvironmentLight&) const { return {}; }
+};
+
+}  // namespace
+
+LightSampler::Table::Table(std::span<const double> weights) {
+  double total = 0, sum = 0;
+  for (const double w : weights) total += w;
+  const bool many = weights.size() > most_flat;
+  for (const double w : weights) {
+    const double share = w / total;
+    sum += share;
+    probability.push_back(static_cast<float>(share));
+    if (many)
+      finer.push_back(sum);
+    else
+      cumulative.push_back(static_cast<float>(sum));
+  }
+}
+
+std::size_t LightSampler::Table::choose(float& u, float salt) const {
+  if (probability.size() == 1) return 0;
+  if (finer.empty()) return pick(cumulative.data(), cumulative.size(), u);
+  double digits = with_more_digits(u, salt);
+  const std::size_t chosen = pick(finer.data(), finer.size(), digits);
+  u = to_number_below_one(digits);
+  return chosen;
+}
+
+LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
+  const Bounds bounds = scene.bounds();
+  if (!bounds.empty()) {
+    scene_centre_ = bounds.centre();
+    scene_radius_ = std::max(0.5f * glm::length(bounds.diagonal()), std::numeric_limits<float>::min());
+  }
+  std::vector<double> power;
+  double total = 0, finite_power = 0;
+  for (const Light& light : scene.lights) {
+    const auto* area_light = std::get_if<AreaLight>(&light);
+    emitters_.push_back(area_light ? AreaEmitter(scene, *area_light) : AreaEmitter());
+    power.push_back(std::visit(LuminousPower{emitters_.back().area(), scene_radius_}, light));
+    if (area_light && area_light->texture != no_id) power.back() *= image_share(emitters_.back().mean_of_image());
+    total += power.back();
+    if (is_infinite(light) || !(power.back() > 0)) continue;
+    finite_power += power.back();
+    ++finite_;
+  }
+  if (!(total > 0)) return;  // no light has power: as if there were none
+  power_ = Table(power);
+  finite_power_ = finite_power / total;
+  for (std::uint32_t i = 0; i < scene.lights.size(); ++i) {
+    if (is_infinite(scene.lights[i])) infinite_.push_back(i);
+    const auto* environment = std::get_if<EnvironmentLight>(&scene.lights[i]);
+    if (!environment) continue;
+    environments_.push_back(i);
+    const bool black = !(power[i] > 0);
+    distributions_.push_back(ImageDistribution(environment->texels.empty() || black ? EnvironmentLight{} : *environment));
+  }
+  gather_flat_lights();
+}
+
+void LightSampler::gather_flat_lights() {
+  if (scene_.lights.size() > most_flat) return;
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    const auto* light = std::get_if<AreaLight>(&scene_.lights[i]);
+    const TrianglePlane* plane = light ? emitters_[i].flat_triangle() : nullptr;
+    if (!plane) {
+      flat_.clear();
+      return;
+    }
+    flat_.push_back({*plane, light->radiance, emitters_[i].area(), power_.probability[i], light->two_sided ? 1.0f : 0.0f});
+  }
+}
+
+void LightSampler::choose_by(LightChoice choice) {
+  if (choice == LightChoice::by_need) choice = finite_ >= fewest_for_tree ? LightChoice::tree : LightChoice::power;
+  if (choice == LightChoice::tree && finite_ < 2) choice = LightChoice::power;  // among lights at infinity alone
+  choice_ = choice;
+  if (choice == LightChoice::tree && tree_.empty()) build_tree();
+  if (choice != LightChoice::uniform || empty() || !uniform_.probability.empty()) return;
+  std::vector<double> alike;
+  for (const float p : power_.probability) alike.push_back(p > 0 ? 1 : 0);
+  uniform_ = Table(alike);
+}
+
+void LightSampler::build_tree() {
+  std::vector<LightTree::Emitter> finite;
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i)
+    finite.push_back(std::visit(AsEmitter{scene_, emitters_[i]}, scene_.lights[i]));
+  tree_ = LightTree(finite);
+}
+
+LightSampler::Chosen LightSampler::choose_for(const vec3& position, vec2& u) const {
+  if (choice_ == LightChoice::tree) return choose_by_tree(position, u);
+  const std::size_t light = direct().choose(u.x, u.y);
+  return {light, direct().probability[light]};
+}
+
+// Lights at finite places together, and each one at infinity, have the shares of their power.
+LightSampler::Chosen LightSampler::choose_by_tree(const vec3& position, vec2& u) const {
+  double digits = with_more_digits(u.x, u.y);
+  if (infinite_.empty() || digits < finite_power_) {
+    digits /= finite_power_;
+    const LightTree::Chosen chosen = tree_.choose(position, digits);
+    u.x = to_number_below_one(digits);
+    return {chosen.light, static_cast<float>(finite_power_ * chosen.probability)};
+  }
+  digits -= finite_power_;
+  std::uint32_t light = infinite_.back();
+  for (const std::uint32_t i : infinite_) {
+    if (digits < power_.probability[i]) {
+      light = i;
+      break;
+    }
+    if (i != infinite_.back()) digits -= power_.probability[i];
+  }
+  const float probability = power_.probability[light];
+  u.x = to_number_below_one(digits / probability);
+  return {light, probability};
+}
+
+float LightSampler::choice_probability(const vec3& position, std::uint32_t light) const {
+  if (choice_ != LightChoice::tree || is_infinite(scene_.lights[light])) return direct().probability[light];
+  return static_cast<float>(finite_power_ * tree_.probability(position, light));
+}
+
+}  // namespace etendue

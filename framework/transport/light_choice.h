@@ -1,0 +1,19 @@
+// How next-event estimation chooses one of several lights: a parameter of every method that samples lights.
+#pragma once
+
+#include "framework/core/params.h"
+
+namespace etendue {
+
+// by_need: a tree where a scene has enough lights for it to pay, else by power.
+enum class LightChoice : std::uint8_t { by_need, power, uniform, tree };
+constexpr auto names_of(LightChoice) { return std::array{"auto", "power", "uniform", "tree"}; }
+
+template <class Visitor>
+void describe_lights(Visitor& v, LightChoice& lights) {
+  v.choice("lights", lights,
+           "how light samples choose among lights: by power, all alike, or by a tree over what each may send to the point; "
+           "auto: the tree from 4 finite lights on");
+}
+
+}  // namespace etendue
