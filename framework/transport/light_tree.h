@@ -52,25 +52,29 @@ class LightTree {
   double probability(const vec3& position, std::uint32_t light) const;
 
  private:
-  // 64 bytes; siblings lie beside each other.
+  static constexpr int width = 4;
+  // Up to four children, each property of all four beside each other, so that they are weighed together; of missing ones the
+  // intensity is 0.
   struct alignas(64) Node {
-    vec3 centre{0};
-    float radius = 0;  // metres, of a sphere about all lights
-    vec3 axis{0, 0, 1};
-    float cos_normals = -1, sin_normals = 0;
-    float least_cosine = -1;  // of theta' at which anything is emitted
-    float intensity = 0;
-    bool two_sided = false, is_leaf = true;
-    std::uint32_t first = 0;  // child of two; of a leaf, the light
+    float x[width]{}, y[width]{}, z[width]{};  // centre, metres
+    float radius[width]{};                     // of a sphere about all lights
+    float axis_x[width]{}, axis_y[width]{}, axis_z[width]{};
+    float cos_normals[width]{}, sin_normals[width]{};
+    float least_cosine[width]{};   // of theta' at which anything is emitted
+    float intensity[width]{};      // share of all lights'
+    float two_sided[width]{};      // 0 or 1
+    std::uint32_t child[width]{};  // a node, or the light of a leaf with the highest bit set
+  };
+  struct Weights {
+    float each[width];
+    double sum;
   };
   class Builder;
 
-  static double importance(const Node& node, const vec3& position);
-  // Of the first of two children; below 0 where neither is of any.
-  double share_of_first(std::uint32_t first, const vec3& position) const;
+  static Weights importance(const Node& node, const vec3& position);
 
   std::vector<Node> nodes_;            // the root first
-  std::vector<std::uint32_t> trails_;  // per light, from the root: a bit set where the second child holds it
+  std::vector<std::uint64_t> trails_;  // per light, from the root: which child holds it, in two bits
 };
 
 }  // namespace etendue
