@@ -98,30 +98,30 @@ TEST(Results, PathsThatExperimentsMeasureExist) {
 
 TEST(Results, AFigureChangedByHandIsFound) {
   const fs::path root = fs::temp_directory_path() / fmt::format("etendue-results-{}", getpid());
-  const fs::path folder = root / "results/first-light", log = folder / "runs.jsonl";
+  const fs::path folder = root / "results/photon-family", log = folder / "runs.jsonl";
   fs::create_directories(folder);
   fs::create_directories(root / "docs");
-  fs::copy_file(fs::path(project_folder) / "results/first-light/runs.jsonl", log);
+  fs::copy_file(fs::path(project_folder) / "results/photon-family/runs.jsonl", log);
   const auto write = [](const fs::path& path, const std::string& text) { write_whole_file(path.string(), text); };
   write(root / "README.md",
-        "<!--= first-light/final seeds [cornell-box, path, sah] -->7<!--/-->\n![](results/first-light/charts/"
+        "<!--= photon-family/final seeds [cornell-box, path] -->7<!--/-->\n![](results/photon-family/charts/"
         "error-time-cornell-box-relmse.svg)\n");
   const auto files = derived_files(root.string(), code_since_in_page(root.string()));
-  EXPECT_TRUE(files.at("README.md").starts_with("<!--= first-light/final seeds [cornell-box, path, sah] -->2<!--/-->\n"));
-  EXPECT_TRUE(files.contains("results/first-light/tables/final.md"));
-  EXPECT_TRUE(files.contains("results/first-light/charts/error-time-cornell-box-relmse.svg"));
-  EXPECT_FALSE(files.contains("results/first-light/charts/error-time-lambert-sphere-relmse.svg")) << "no document shows it";
-  EXPECT_NE(files.at("results/README.md").find("[first-light](first-light/tables/)"), std::string::npos);
+  EXPECT_TRUE(files.at("README.md").starts_with("<!--= photon-family/final seeds [cornell-box, path] -->3<!--/-->\n"));
+  EXPECT_TRUE(files.contains("results/photon-family/tables/final.md"));
+  EXPECT_TRUE(files.contains("results/photon-family/charts/error-time-cornell-box-relmse.svg"));
+  EXPECT_FALSE(files.contains("results/photon-family/charts/error-time-two-rooms-relmse.svg")) << "no document shows it";
+  EXPECT_NE(files.at("results/README.md").find("[photon-family](photon-family/tables/)"), std::string::npos);
   EXPECT_TRUE(files.at("results/README.md").ends_with(" | not known |\n")) << "no page said so before";
-  write(root / "docs/a.md", "![](../results/first-light/charts/none.svg)");
+  write(root / "docs/a.md", "![](../results/photon-family/charts/none.svg)");
   EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error);
   write(root / "docs/a.md", "<!--moved-->7<!--/moved-->.");
   const LogChanges changes{"before", commit_of(read_log(log.string())), 10, {}};
   write(folder / changes_file, to_text(changes));
   const auto with_changes = derived_files(root.string(), code_since_in_page(root.string()));
-  EXPECT_NE(with_changes.at("docs/a.md").find("| first-light | before |"), std::string::npos) << with_changes.at("docs/a.md");
+  EXPECT_NE(with_changes.at("docs/a.md").find("| photon-family | before |"), std::string::npos) << with_changes.at("docs/a.md");
   EXPECT_TRUE(with_changes.at("docs/a.md").ends_with("<!--/moved-->."));
-  EXPECT_NE(with_changes.at("results/first-light/changes.md").find(changes.sentence()), std::string::npos);
+  EXPECT_NE(with_changes.at("results/photon-family/changes.md").find(changes.sentence()), std::string::npos);
   write(folder / changes_file, to_text(LogChanges{"before", "another", 10, {}}));
   EXPECT_THROW(derived_files(root.string(), code_since_in_page(root.string())), Error) << "what moved up to another log";
   write(folder / changes_file, to_text(changes) + " ");
