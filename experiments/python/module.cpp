@@ -1,0 +1,335 @@
+// The Python module `etendue`: load a scene, render it, run an experiment, read its log, measure errors. Each function is one
+// call of the code behind the command of that name, and gives its values as NumPy arrays, dicts and lists; docs/python.md shows
+// them.
+//
+// Input that is refused raises etendue.Error (a ValueError) with the text that the command prints. Ctrl-C ends a render or a
+// run after the iteration it is in; an experiment that is run again goes on from there. Python's lock is released while light
+// is computed.
+#include "experiments/log/log.h"
+#include "experiments/report/report.h"
+#include "experiments/run/reference.h"
+#include "experiments/run/run.h"
+#include "framework/core/parallel.h"
+#include "framework/core/threads.h"
+#include "framework/core/units.h"
+#include "framework/image/metrics.h"
+#include "framework/io/image/exr.h"
+#include "framework/io/image/image_file.h"
+#include "framework/io/load_scene.h"
+
+#include <fmt/format.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <algorithm>
+
+namespace etendue {
+namespace {
+
+namespace py = pybind11;
+
+using Pixels = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// Height x width x 3, linear RGB, row 0 at the top, in the precision of EXR files.
+py::array_t<float> array_of(const Image& image) {
+  py::array_t<float> array({image.size.y, image.size.x, 3});
+  float* to = array.mutable_data();
+  for (const dvec3& pixel : image.pixels)
+    for (int channel = 0; channel < 3; ++channel) *to++ = static_cast<float>(pixel[channel]);
+  return array;
+}
+
+Image read_any(const std::string& path) {
+  if (path.ends_with(".exr")) return read_exr(path);
+  const RgbImage read = read_image(path);
+  Image image(read.size);
+  std::copy(read.texels.begin(), read.texels.end(), image.pixels.begin());
+  return image;
+}
+
+Image image_of(const char* argument, const py::object& value) {
+  if (py::isinstance<py::str>(value)) return read_any(value.cast<std::string>());
+  const auto array = Pixels::ensure(value);
+  if (!array) throw py::error_already_set();
+  if (array.ndim() != 3 || array.shape(2) != 3)
+    throw Error(Location{argument}, "expected an array of height x width x 3, or the path of an image");
+  Image image(ivec2(static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0))));
+  const double* from = array.data();
+  for (dvec3& pixel : image.pixels)
+    for (int channel = 0; channel < 3; ++channel) pixel[channel] = *from++;
+  return image;
+}
+
+py::object parsed(const std::string& json) { return py::module_::import("json").attr("loads")(json); }
+
+// "path", or {"name": "photon-map", "photons": "200k"} as a table of an experiment's file.
+Method method_of(const char* argument, const py::object& value) {
+  const Location where{argument};
+  Method method{"", {}, where};
+  if (py::isinstance<py::str>(value)) {
+    method.name = value.cast<std::string>();
+    return method;
+  }
+  if (!py::isinstance<py::dict>(value) || !value.contains("name"))
+    throw Error(where, "expected a name, or a dict of \"name\" and parameters");
+  for (const auto& [key, parameter] : value.cast<py::dict>()) {
+    const std::string name = py::str(key);
+    if (name == "name") {
+      method.name = py::str(parameter);
+    } else if (py::isinstance<py::bool_>(parameter)) {
+      method.params[name] = {parameter.cast<bool>(), where};
+    } else if (py::isinstance<py::int_>(parameter)) {
+      method.params[name] = {parameter.cast<std::int64_t>(), where};
+    } else if (py::isinstance<py::float_>(parameter)) {
+      method.params[name] = {parameter.cast<double>(), where};
+    } else {
+      method.params[name] = {std::string(py::str(parameter)), where};
+    }
+  }
+  return method;
+}
+
+int started_threads(const std::optional<int>& threads) {
+  if (threads && (*threads < 1 || *threads > 4096))
+    throw Error(Location{"threads"}, fmt::format("{} is out of range; expected 1 .. 4096", *threads));
+  return start_threads(threads.value_or(hardware_threads()));
+}
+
+// Thrown through a run when Python has taken an interrupt. No std::exception, which would count as the failure of a cell.
+struct Interrupted {};
+
+bool interrupted() {
+  const py::gil_scoped_acquire lock;
+  return PyErr_CheckSignals() != 0;
+}
+
+// A scene in memory, with what it is called and what it needs.
+struct LoadedScene {
+  LoadedScene(const std::string& scene_name, const SceneReading& reading)
+      : name(scene_name), scene(load_scene(scene_name, {"load"}, reading)), needs(scene_needs(scene)) {}
+
+  std::string name;
+  Scene scene;
+  SceneNeeds needs;
+};
+
+ivec2 resolution_of(const LoadedScene& scene, const std::optional<std::pair<int, int>>& size) {
+  if (!size) return scene.scene.resolution;
+  const auto [width, height] = *size;
+  if (std::min(width, height) < 1 || std::max(width, height) > 16384)
+    throw Error(Location{"resolution"}, fmt::format("({}, {}); expected width and height, each in 1 .. 16384", width, height));
+  return {width, height};
+}
+
+Budget budget_of(const std::optional<std::uint64_t>& samples, const py::object& time) {
+  Budget budget;
+  budget.checkpoints.linear = 1;
+  budget.samples = samples;
+  if (!time.is_none())
+    budget.time_s = py::isinstance<py::str>(time) ? parse_seconds(time.cast<std::string>()) : time.cast<double>();
+  if (budget.time_s && !(*budget.time_s > 0)) throw Error(Location{"time"}, "expected a time above zero");
+  if (budget.samples && *budget.samples == 0) throw Error(Location{"samples"}, "expected one at least");
+  if (!budget.samples && !budget.time_s) throw Error("render: expected samples or time");
+  return budget;
+}
+
+py::dict render(const LoadedScene& scene, const py::object& integrator_value, const py::object& accel_value,
+                const std::optional<std::uint64_t>& samples, const py::object& time, std::uint64_t seed,
+                const std::optional<std::pair<int, int>>& size, const std::optional<int>& thread_count) {
+  Method integrator = method_of("integrator", integrator_value);
+  Method accel = accel_value.is_none() ? default_accel() : method_of("accel", accel_value);
+  validate_integrator(integrator);
+  validate_accel(accel);
+  const Budget budget = budget_of(samples, time);
+  CellTask task{scene.scene, scene.needs, accel, integrator, seed, resolution_of(scene, size), budget};
+  task.threads = started_threads(thread_count);
+  task.stop = interrupted;
+  CellResult result;
+  {
+    const py::gil_scoped_release unlocked;
+    result = run_cell(task);
+  }
+  if (result.stopped) throw py::error_already_set();
+  CheckpointRecord& end = result.checkpoints.back();
+  end.cell = {scene.name, accel.label(), integrator.label(), seed};
+  py::dict rendered = parsed(to_json_line(end));
+  rendered["image"] = array_of(result.image);
+  rendered["image_hash"] = fmt::format("{:016x}", result.image_hash);
+  return rendered;
+}
+
+py::array_t<float> reference(const LoadedScene& scene, const std::optional<std::uint64_t>& samples,
+                             const std::optional<std::pair<int, int>>& size, const std::optional<int>& thread_count) {
+  ReferenceRequest request{scene.scene, scene.needs, scene.name, resolution_of(scene, size), {}};
+  if (samples) request.choice = {ReferenceChoice::Kind::samples, *samples, {}, {"samples"}};
+  request.threads = started_threads(thread_count);
+  Reference made;
+  {
+    const py::gil_scoped_release unlocked;
+    made = make_reference(request, ReferenceCache::standard(""));
+  }
+  if (!made.failure.empty()) throw Error(made.failure);
+  return array_of(made.rendered.image);
+}
+
+py::dict compare(const py::object& image_value, const py::object& reference_value) {
+  const Image image = image_of("image", image_value), truth = image_of("reference", reference_value);
+  if (image.size != truth.size)
+    throw Error(Location{"image"}, fmt::format("{} x {} pixels; expected {} x {} as in the reference", image.size.x,
+                                               image.size.y, truth.size.x, truth.size.y));
+  py::dict values;
+  for (const Metric& metric : metrics()) values[std::string(metric.name).c_str()] = metric.compute(image, truth);
+  return values;
+}
+
+class PythonObserver final : public RunObserver {
+ public:
+  explicit PythonObserver(py::object listener) : listener_(std::move(listener)) {}
+
+  void narrate(const std::string& line) override { tell(line); }
+  void status(const std::string&) override { check(); }
+  void cell_started(const CellName&, std::size_t, std::size_t) override { check(); }
+  void cell_progress(double, std::uint64_t, double) override { check(); }
+  void cell_finished(const CellRecord& cell, const CheckpointRecord*) override {
+    tell(cell.cell.key() + ": " + cell.status + (cell.error.empty() ? "" : ", " + cell.error));
+  }
+
+  std::optional<py::error_already_set> raised;  // by the listener, or an interrupt
+
+ private:
+  void check() {
+    if (interrupted()) stop();
+  }
+  void tell(const std::string& line) {
+    check();
+    if (listener_.is_none()) return;
+    const py::gil_scoped_acquire lock;
+    try {
+      listener_(line);
+    } catch (py::error_already_set& error) {
+      raised.emplace(std::move(error));
+      throw Interrupted{};
+    }
+  }
+  void stop() {
+    const py::gil_scoped_acquire lock;
+    raised.emplace();
+    throw Interrupted{};
+  }
+
+  py::object listener_;
+};
+
+py::dict run(const RunOptions& options, const py::object& listener) {
+  RunPlan plan = plan_run(options);
+  plan.threads = started_threads(plan.threads);
+  PythonObserver observer(listener);
+  RunSummary summary;
+  bool stopped = false;
+  {
+    const py::gil_scoped_release unlocked;
+    try {
+      summary = execute_run(plan, observer);
+    } catch (const Interrupted&) {
+      stopped = true;
+    }
+  }
+  if (stopped) throw py::error_already_set(std::move(*observer.raised));
+  py::dict told;
+  told["directory"] = plan.directory;
+  told["done"] = summary.done;
+  told["failed"] = summary.failed;
+  told["skipped"] = summary.skipped;
+  told["disagreements"] = summary.disagreements;
+  told["files"] = summary.report_files;
+  told["findings"] = summary.findings;
+  told["notes"] = summary.notes;
+  return told;
+}
+
+template <class Record>
+void add_lines(py::dict& log, const std::vector<Record>& records) {
+  py::list lines;
+  for (const Record& record : records) lines.append(parsed(to_json_line(record)));
+  log[Record::line_type] = lines;
+}
+
+py::dict read_logs(const std::vector<std::string>& directories) {
+  std::vector<RunLog> logs;
+  for (const std::string& directory : directories) logs.push_back(read_resolved_log(directory));
+  const RunLog log = logs.size() == 1 ? logs.front() : merge_logs(logs);
+  py::dict lines;
+  add_lines(lines, log.manifests);
+  add_lines(lines, log.plans);
+  add_lines(lines, log.scenes);
+  add_lines(lines, log.references);
+  add_lines(lines, log.structures);
+  add_lines(lines, log.checkpoints);
+  add_lines(lines, log.products);
+  add_lines(lines, log.cells);
+  for (const std::string& type : kind_record_types()) lines[type.c_str()] = py::list();
+  for (const auto& record : log.records) {
+    const py::dict line = parsed(record->line());
+    lines[line["type"]].cast<py::list>().append(line);
+  }
+  return lines;
+}
+
+std::vector<std::string> one_or_many(const py::object& value) {
+  if (py::isinstance<py::str>(value)) return {value.cast<std::string>()};
+  return value.cast<std::vector<std::string>>();
+}
+
+}  // namespace
+
+PYBIND11_MODULE(etendue, module) {
+  module.doc() = "A laboratory for photon mapping and radiance caching. docs/python.md shows each function.";
+  py::register_exception<Error>(module, "Error", PyExc_ValueError);
+
+  py::class_<LoadedScene>(module, "Scene", "A scene in memory, as `load` returns it.")
+      .def_readonly("name", &LoadedScene::name)
+      .def_property_readonly("hash", [](const LoadedScene& s) { return fmt::format("{:016x}", s.scene.hash()); })
+      .def_property_readonly("resolution",
+                             [](const LoadedScene& s) { return std::pair(s.scene.resolution.x, s.scene.resolution.y); })
+      .def_property_readonly("warnings", [](const LoadedScene& s) { return s.scene.warnings; })
+      .def("__repr__", [](const LoadedScene& s) { return fmt::format("<etendue.Scene {}>", s.name); });
+
+  using namespace pybind11::literals;
+  const py::object none = py::none();
+  module.def(
+      "load",
+      [](const std::string& name, bool approximate, bool confined) {
+        return std::make_unique<LoadedScene>(name, SceneReading{confined, approximate});
+      },
+      "Loads a built-in scene (\"builtin:NAME\") or a file.", "name"_a, py::kw_only(), "approximate"_a = false,
+      "confined"_a = false);
+  module.def(
+      "render", render,
+      "Renders: a dict with `image` (float32, height x width x 3, linear RGB) and the fields of a checkpoint (docs/log.md). "
+      "`integrator` and `accel`: a name, or a dict of \"name\" and parameters. `time`: seconds, or text such as \"30s\".",
+      "scene"_a, "integrator"_a = "path", py::kw_only(), "accel"_a = none, "samples"_a = none, "time"_a = none, "seed"_a = 1,
+      "resolution"_a = none, "threads"_a = none);
+  module.def("reference", reference, "What errors are measured against: the closed form, or a rendered image, which is kept.",
+             "scene"_a, py::kw_only(), "samples"_a = none, "resolution"_a = none, "threads"_a = none);
+  module.def("compare", compare, "Every metric of docs/metrics.md by name. Images are arrays or paths of image files.",
+             "image"_a, "reference"_a);
+  module.def(
+      "run",
+      [](const std::string& experiment, const std::vector<std::string>& overrides, const std::string& out,
+         const std::string& filter, const std::string& shard, const std::optional<int>& threads, bool fresh, bool quick,
+         const py::object& on_line) {
+        return run({experiment, overrides, out, filter, shard, threads, fresh, quick, {}}, on_line);
+      },
+      "Runs an experiment's file, or goes on with it: a dict of where it is, how many cells are done, and what to doubt. "
+      "`on_line` is called with each line of narration.",
+      "experiment"_a, py::kw_only(), "overrides"_a = std::vector<std::string>{}, "out"_a = "", "filter"_a = "", "shard"_a = "",
+      "threads"_a = none, "fresh"_a = false, "quick"_a = false, "on_line"_a = none);
+  module.def(
+      "read_log", [](const py::object& directories) { return read_logs(one_or_many(directories)); },
+      "The log of a directory, or of several shards: a list of dicts for each type of line (docs/log.md).", "directories"_a);
+  module.def(
+      "curves", [](const py::object& directories) { return curves_of(one_or_many(directories)); },
+      "The text of curves.csv (docs/log.md) for a directory, or for several shards.", "directories"_a);
+}
+
+}  // namespace etendue
