@@ -1,11 +1,14 @@
-// docs/methods.md has a section for each integrator, which names none but its parameters; docs/metrics.md has each metric.
+// docs/methods.md has a section for each integrator, which names none but its parameters; docs/metrics.md has each metric, and
+// docs/gallery.md a picture of each built-in scene.
 #include "framework/image/metrics.h"
+#include "framework/io/load_scene.h"
 #include "integrators/registry.h"
 #include "tests/places.h"
 #include "tests/unit/harness_process.h"
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <map>
 #include <set>
 #include <sstream>
@@ -68,6 +71,17 @@ TEST(MetricDocs, HaveARowForEachMetric) {
     if (line.starts_with("| `")) documented.insert(line.substr(3, line.find('`', 3) - 3));
   for (const Metric& metric : metrics()) present.emplace(metric.name);
   EXPECT_EQ(documented, present);
+}
+
+TEST(Gallery, ShowsEachBuiltInScene) {
+  const std::string page = document("gallery.md"), script = document("pictures.sh");
+  for (const BuiltinScene& scene : builtin_scenes()) {
+    const std::string picture = "images/gallery/" + scene.name + ".png";
+    EXPECT_NE(page.find("](" + picture + ")"), std::string::npos) << scene.name;
+    EXPECT_NE(page.find("`" + scene.name + "`: "), std::string::npos) << scene.name;
+    EXPECT_NE(script.find("\n" + scene.name + " "), std::string::npos) << scene.name;
+    EXPECT_TRUE(std::filesystem::exists(std::string(project_folder) + "docs/" + picture)) << picture;
+  }
 }
 
 }  // namespace
