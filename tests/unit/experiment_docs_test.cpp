@@ -37,6 +37,12 @@ Keys parsed_keys(const std::string& experiment) {
   return keys;
 }
 
+TEST(ExperimentDocs, TheTutorialsExperimentIsRead) {
+  const std::string page = read_text_file(std::string(project_folder) + "docs/tutorial.md"), fence = "```toml\n";
+  const std::size_t begin = page.find(fence) + fence.size();
+  EXPECT_EQ(config_error(page.substr(begin, page.find("```", begin) - begin)), "no error");
+}
+
 TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
   const std::string z = "zzzzzzzz = 1", base = "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\n",
                     path = "[[integrators]]\nname = \"path\"\n",
