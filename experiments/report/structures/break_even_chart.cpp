@@ -81,7 +81,7 @@ Figure break_even_figure(const ReportData& data, const SceneData& scene) {
     if (!(to > from)) continue;
     ChartSeries series{
         .key = fmt::format("choice{}", i), .label = structure_name(record) + since, .points = cost_line(record, from, to)};
-    series.style(i);
+    style_structure(series, data, record);
     const ChartPoint middle = series.points[series.points.size() / 2];
     chart.labels.push_back({middle.x, middle.y, structure_name(record)});
     chart.series.push_back(std::move(series));

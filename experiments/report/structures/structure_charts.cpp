@@ -34,10 +34,26 @@ std::vector<const StructureRecord*> comparable_structures(const ReportData& data
   return records;
 }
 
+std::vector<std::string> layouts_of(const ReportData& data) {
+  std::vector<std::string> layouts;
+  for (const StructureRecord& record : data.log->structures) index_in(layouts, record.layout);
+  return layouts;
+}
+
 }  // namespace
 
 std::string structure_name(const StructureRecord& record) {
   return record.layout.empty() || record.layout == "-" ? record.structure : record.structure + " " + record.layout;
+}
+
+void style_structure(ChartSeries& series, const ReportData& data, const StructureRecord& record) {
+  std::vector<std::string> names;
+  for (const StructureRecord& other : data.log->structures) index_in(names, other.structure);
+  std::vector<std::string> layouts = layouts_of(data);
+  const std::size_t name = index_in(names, record.structure), layout = index_in(layouts, record.layout);
+  series.colour = name % chart_colours;
+  series.dash = (layout + name / chart_colours) % chart_dashes;
+  series.marker = layout % chart_markers;
 }
 
 double ray_cost(const StructureRecord& record, RayKind kind) {
@@ -51,18 +67,17 @@ Figure structures_figure(const ReportData& data, const SceneData& scene) {
   const auto records = comparable_structures(data, scene, notes);
   if (records.size() < 2) return {};
   Chart chart{.x = {"build time [s]"}, .y = {"diffuse rays, one thread [ns per ray]"}};
-  std::vector<std::string> names, layouts;
   std::vector<dvec2> positions;
   std::map<std::string, ChartSeries> links;  // a grey line through the layouts of one structure
   for (const StructureRecord* record : records) {
     const dvec2 at = positions.emplace_back(std::max(record->build_s.median, 1e-6), ray_cost(*record));
-    chart.series.push_back({.key = record->structure,
-                            .label = record->structure,
-                            .detail = record->layout == "-" ? "" : record->layout,
-                            .colour = index_in(names, record->structure) % chart_colours,
-                            .marker = index_in(layouts, record->layout) % chart_markers,
-                            .draw = Draw::dots,
-                            .points = {{at.x, at.y}}});
+    ChartSeries& mark = chart.series.emplace_back();
+    mark = {.key = record->structure,
+            .label = record->structure,
+            .detail = record->layout == "-" ? "" : record->layout,
+            .draw = Draw::dots,
+            .points = {{at.x, at.y}}};
+    style_structure(mark, data, *record);
     links[record->structure].points.emplace_back(at.x, at.y);
   }
   for (auto& [name, link] : links) {
@@ -75,7 +90,7 @@ Figure structures_figure(const ReportData& data, const SceneData& scene) {
   chart.series.insert(chart.series.begin(), std::move(front));  // below the marks
   constexpr const char* shapes[chart_markers] = {"circles",    "squares", "triangles",  "diamonds", "triangles pointing down",
                                                  "plus signs", "crosses", "hourglasses"};
-  if (layouts.size() > 1) {
+  if (const std::vector<std::string> layouts = layouts_of(data); layouts.size() > 1) {
     std::string text = "Layouts:";
     for (std::size_t i = 0; i < layouts.size(); ++i)
       text +=

@@ -14,6 +14,8 @@ namespace etendue {
 
 // Names a structure with its layout: "binned-sah bvh16".
 std::string structure_name(const StructureRecord& record);
+// Colour says the structure, mark and dash its layout: the same in every chart of a log.
+void style_structure(ChartSeries& series, const ReportData& data, const StructureRecord& record);
 // What a ray costs, in nanoseconds; 0 where not measured.
 double ray_cost(const StructureRecord& record, RayKind kind = RayKind::diffuse);
 

@@ -71,11 +71,12 @@ Chart sweep_chart(const ReportData& data, const SweepScenes& scenes, const std::
   Chart chart;
   for (std::size_t i = 0; i < names.size(); ++i) {
     ChartSeries series{.key = fmt::format("s{}", i), .label = names[i]};
-    series.style(i);
     for (const auto& [value, scene] : scenes)
       for (const StructureRecord& record : data.log->structures)
-        if (record.scene == scene && structure_name(record) == names[i])
+        if (record.scene == scene && structure_name(record) == names[i]) {
+          style_structure(series, data, record);
           if (const Measured y = quantity(record); y.median > 0) series.points.emplace_back(value, y.median, y.low, y.high);
+        }
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   return chart;
