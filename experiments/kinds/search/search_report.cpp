@@ -186,6 +186,12 @@ Table search_leaders_table(const RunLog& log) {
   return table.take();
 }
 
+// What a figure's panels show, which may be one measure.
+std::string what_title(const SearchPlot& plot, bool one_measure) {
+  if (!one_measure) return "time and memory";
+  return plot.parameter > 0 ? "time of " + plot.measure : "build and memory";
+}
+
 // Charts over the count, the number of neighbours and the variation, and maps of which structure leads.
 std::vector<Figure> search_figures(const RunLog& log) {
   std::vector<Figure> figures;
@@ -207,9 +213,9 @@ std::vector<Figure> search_figures(const RunLog& log) {
     const bool over_neighbours = plot.abscissa == "neighbours";
     const std::string what = records || over_neighbours ? "" : "-" + (plot.parameter > 0 ? plot.measure : "build");
     put(fmt::format("{}{}-{}-{}", plot.kind, what, plot.abscissa, slug(plot.set)), plot.set,
-        over_count
-            ? plot.kind + " over their number"
-            : fmt::format("{} over the {}{}", plot.kind, over_neighbours ? "number asked for" : plot.abscissa, at_text(plot)),
+        over_count ? fmt::format("{} over the number of {}", what_title(plot, !what.empty()), plot.kind)
+                   : fmt::format("{} over the {}{}", what_title(plot, !what.empty()),
+                                 over_neighbours ? "number asked for" : plot.abscissa, at_text(plot)),
         chart_of(log, plot));
   }
   for (const std::vector<const SearchPlot*>& map : maps) {
@@ -221,8 +227,8 @@ std::vector<Figure> search_figures(const RunLog& log) {
   return figures;
 }
 
-// A sentence for each set of largest count and each measure.
-std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& log) {
+// Every structure's time at each set's largest count, a sentence for each measure.
+std::vector<std::pair<std::string, std::string>> search_orders(const RunLog& log) {
   std::vector<std::pair<std::string, std::string>> findings;
   for (const SearchPlot& plot : search_plots(log)) {
     if (plot.abscissa != "count" || plot.measure == "memory") continue;
@@ -236,6 +242,40 @@ std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& l
                           order[i].first < 10 * order[0].first ? 1 : 0);
     if (findings.empty() || findings.back().first != plot.set) findings.emplace_back(plot.set, "");
     findings.back().second += (findings.back().second.empty() ? "" : "; ") + text;
+  }
+  return findings;
+}
+
+// Who is fastest at each measure of a set, at its largest count: "within 1, 10, 50: hash-grid; within 500: bvh".
+std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& log) {
+  struct Lead {
+    std::string set, measure, structure, parameters;
+    double least, most;  // how many times slower the next one is
+  };
+  std::vector<Lead> leads;
+  std::map<std::string, std::string> counts;  // by set
+  for (const SearchPlot& plot : search_plots(log)) {
+    if (plot.abscissa != "count" || plot.measure == "memory") continue;
+    const double x = abscissas(plot).back();
+    const auto order = ranking(plot, x, false);
+    if (order.size() < 2) continue;
+    counts[plot.set] = fmt::format("{:g} {}", x, plot.kind);
+    const double ratio = order[1].first / order[0].first;
+    const auto same = [&](const Lead& lead) {
+      return lead.set == plot.set && lead.measure == plot.measure && lead.structure == order[0].second;
+    };
+    Lead& lead = find_or_add(leads, same, {plot.set, plot.measure, order[0].second, "", ratio, ratio});
+    if (plot.parameter > 0) lead.parameters += fmt::format("{}{:g}", lead.parameters.empty() ? " " : ", ", plot.parameter);
+    lead.least = std::min(lead.least, ratio);
+    lead.most = std::max(lead.most, ratio);
+  }
+  std::vector<std::pair<std::string, std::string>> findings;
+  for (const Lead& lead : leads) {
+    const bool first = findings.empty() || findings.back().first != lead.set;
+    if (first) findings.emplace_back(lead.set, "Fastest at " + counts[lead.set] + ". ");
+    const std::string least = fmt::format("{:.1f}", lead.least), most = fmt::format("{:.1f}", lead.most);
+    findings.back().second += fmt::format("{}{}{}: {} (the next is {}{} times slower)", first ? "" : "; ", lead.measure,
+                                          lead.parameters, lead.structure, least, least == most ? "" : "–" + most);
   }
   return findings;
 }
@@ -299,7 +339,7 @@ Table search_crossovers_table(const RunLog& log) {
 
 std::string search_summary(const RunLog& log) {
   std::string out;
-  for (const auto& [set, text] : search_findings(log)) {
+  for (const auto& [set, text] : search_orders(log)) {
     out += set + "\n";
     for (std::size_t begin = 0; begin < text.size();) {
       const std::size_t end = std::min(text.find("; ", begin), text.size());
