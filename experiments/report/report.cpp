@@ -253,7 +253,6 @@ LogAnswers answers_of(const std::string& directory) {
 }
 
 Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options) {
-  constexpr std::size_t image_budget_bytes = 24 << 20;
   for (const std::string& format : options.table_formats)
     if (!formatters.contains(format))
       throw Error(unknown_name("table format", format, std::vector<std::string>{"md", "csv", "tex"}));
@@ -280,16 +279,21 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   data.conflicts = conflicting_scenes(log, logs);
   data.findings = findings;
   PageContent content = content_of(data);
-  content.images = page_images(data, image_budget_bytes);
   for (const std::string& directory : directories) content.directories.push_back(shown_name(directory));
   content.experiments = find_experiments(log, directories);
 
+  content.answer = answer_in(data, content);
+  content.has_csv = std::ranges::count(options.table_formats, "csv") > 0;
+
   Output out(output.empty() ? fs::path(".") : fs::path(output));
+  ImagePlace place;
+  place.directory = output;
+  place.write_beside = [&](const std::string& name, const std::string& text) { out.write(name, text); };
+  content.images = page_images(data, place);
   for (const Table& table : content.tables)
     for (const std::string& format : options.table_formats)
       out.write("tables/" + table.name + "." + format, formatters.at(format)(table));
-  if (!data.finished().empty() && std::ranges::count(options.table_formats, "csv") > 0)
-    out.write("tables/curves.csv", curves_csv(data));
+  if (!data.finished().empty() && content.has_csv) out.write("tables/curves.csv", curves_csv(data));
   for (const Figure& figure : figures_of(data, content)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
   out.write("report.html", report_page(data, content));
   Report report = out.finish();

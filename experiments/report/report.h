@@ -37,7 +37,7 @@ LogAnswers answers_of(const std::string& directory);
 
 // `directories` hold runs.jsonl (and the images and references it names); several are merged. Cells that are not to be believed
 // count as failed. Writes tables/ (with curves.csv where that is a format of theirs), charts/ and report.html into `output`,
-// replacing what stood there.
+// replacing what stood there; and viewer/, pixels of images that would make the page too large.
 Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options = {});
 
 // The curves of the logs in `directories` (curves_csv.h), of cells as the logs alone have them. Throws Error.

@@ -305,13 +305,14 @@ std::optional<ArrivalMedian> arrival_of(const Configuration& configuration, cons
   return median_arrival(arrivals);
 }
 
-std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& metric) {
+std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& metric, bool with_sign) {
   std::vector<FrontPoint> points;
   std::vector<dvec2> positions;
   for (std::size_t c = 0; c < scene.configurations.size(); ++c)
-    for (const SeriesPoint& point : aggregate(scene.configurations[c], metric, Abscissa::time, false)) {
-      points.push_back({c, point.x, point.y.centre, false});
-      positions.emplace_back(point.x, point.y.centre);
+    for (const SeriesPoint& point : aggregate(scene.configurations[c], metric, Abscissa::time, with_sign)) {
+      const double error = with_sign ? std::abs(point.y.centre) : point.y.centre;
+      points.push_back({c, point.x, error, false});
+      positions.emplace_back(point.x, error);
     }
   for (const std::size_t i : pareto_front(positions)) points[i].on_front = true;
   return points;

@@ -128,13 +128,14 @@ std::optional<MeasuredRate> measured_rate(const Configuration& configuration, co
 // When the configuration's seeds reach the scene's target error.
 std::optional<ArrivalMedian> arrival_of(const Configuration& configuration, const std::string& metric, double target);
 
-// Every checkpoint of every configuration as (time, error), and which of them nothing beats.
+// Every checkpoint of every configuration as (time, error), and which of them nothing beats; of a metric with a sign the error
+// is the mean's magnitude.
 struct FrontPoint {
   std::size_t configuration = 0;
   double time_s = 0, error = 0;
   bool on_front = false;
 };
-std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& metric);
+std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& metric, bool with_sign = false);
 
 // `configuration` has the least error from `begin_s` on, until the next one has; curves are interpolated between checkpoints.
 struct LeadInterval {

@@ -58,6 +58,34 @@ std::string tex_group(const Table& table, std::size_t group, const std::string& 
       fmt::join(heads, " & "), body);
 }
 
+// The columns of a page's table with the group that folds each; what is in group 0 is always shown.
+struct Folds {
+  static constexpr std::size_t widest = 9, kept = 7;  // columns
+
+  explicit Folds(const Table& table) : titles(table.group_titles) {
+    const auto visible = visible_columns(table);
+    const bool cut = titles.empty() && visible.size() > widest;
+    for (std::size_t i = 0; i < visible.size(); ++i)
+      columns.emplace_back(visible[i], cut ? i >= kept : table.columns[visible[i]].group);
+    if (cut) titles.push_back(fmt::format("{} more columns", visible.size() - kept));
+    only_one = cut;
+  }
+  bool is_folded(std::size_t group) const { return group > 1 || only_one; }
+  std::string chips() const {
+    if (titles.empty()) return {};
+    std::string out = "<div class=\"chips\" role=\"group\" aria-label=\"Columns\">";
+    for (std::size_t g = 1; g < titles.size() + 1; ++g)
+      if (std::ranges::any_of(columns, [&](const auto& column) { return column.second == g; }))
+        out += fmt::format("<button type=\"button\" value=\"{}\" aria-pressed=\"{}\">{}</button>", g, !is_folded(g),
+                           escape_html(titles[g - 1]));
+    return out + "</div>";
+  }
+
+  std::vector<std::pair<std::size_t, std::size_t>> columns;  // of the table, group
+  std::vector<std::string> titles;                           // of groups 1, 2, …
+  bool only_one = false;
+};
+
 }  // namespace
 
 TableCell::TableCell(double value) : TableCell(value, format_figure(value)) {}
@@ -136,23 +164,36 @@ std::string to_tex(const Table& table) {
   return out;
 }
 
-std::string to_html(const Table& table) {
+std::string to_html(const Table& table, const std::string& csv) {
+  std::string classes = "table";
+  const Folds folds(table);
+  for (std::size_t g = 1; g < folds.titles.size() + 1; ++g)
+    if (folds.is_folded(g)) classes += fmt::format(" fold{}", g);
+  return fmt::format("<figure class=\"{}\" id=\"table-{}\">{}</figure>\n", classes, escape_html(table.name),
+                     table_html(table, csv));
+}
+
+std::string table_html(const Table& table, const std::string& csv) {
   check_shape(table);
-  std::string out = fmt::format("<figure class=\"table\" id=\"table-{}\"><figcaption>{}</figcaption>\n",
-                                escape_html(table.name), escape_html(table.title));
-  if (table.rows.empty()) return out + "<p class=\"none\">None.</p></figure>\n";
+  std::string out = fmt::format("<figcaption><span>{}</span>{}</figcaption>\n", escape_html(table.title),
+                                csv.empty() ? "" : fmt::format("<a href=\"{}\">CSV</a>", escape_html(csv)));
+  if (table.rows.empty()) return out + "<p class=\"none\">None.</p>";
+  const Folds folds(table);
+  out += folds.chips();
   out += "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>";
-  const auto columns = visible_columns(table);
-  for (const std::size_t c : columns)
-    out += fmt::format("<th scope=\"col\"{}><button type=\"button\">{}</button></th>",
-                       table.columns[c].right ? " class=\"num\"" : "", escape_html(table.columns[c].title));
+  bool names = true;  // the columns before the first figure
+  for (const auto& [c, group] : folds.columns) {
+    names = names && !table.columns[c].right;
+    out += fmt::format("<th scope=\"col\" class=\"g{}{}{}\"><button type=\"button\">{}</button></th>", group,
+                       table.columns[c].right ? " num" : "", names ? " names" : "", escape_html(table.columns[c].title));
+  }
   out += "</tr></thead><tbody>\n";
   for (const auto& row : table.rows) {
     out += "<tr>";
-    for (const std::size_t c : columns) {
+    for (const auto& [c, group] : folds.columns) {
       // Names stay on one line; only sentences wrap.
       const bool short_text = display_width(row[c].text) <= 40;
-      out += table.columns[c].right ? "<td class=\"num\"" : short_text ? "<td class=\"name\"" : "<td";
+      out += fmt::format("<td class=\"g{}{}\"", group, table.columns[c].right ? " num" : short_text ? " name" : "");
       if (row[c].order) out += fmt::format(" data-v=\"{}\"", *row[c].order);
       out += ">" + escape_html(row[c].text) + "</td>";
     }
@@ -164,7 +205,7 @@ std::string to_html(const Table& table) {
     for (const std::string& note : table.notes) out += "<li>" + escape_html(note) + "</li>";
     out += "</ul>";
   }
-  return out + "</figure>\n";
+  return out;
 }
 
 }  // namespace etendue

@@ -55,8 +55,11 @@ struct Table {
 
 std::string to_markdown(const Table& table);
 std::string to_csv(const Table& table);
-std::string to_tex(const Table& table);   // one `table` environment a group; needs \usepackage{booktabs}
-std::string to_html(const Table& table);  // all groups in one
+std::string to_tex(const Table& table);  // one `table` environment a group; needs \usepackage{booktabs}
+// All groups in one, all but the first folded; a table without groups that is wide folds what lies beyond its first columns.
+// `csv` is a link to the same for programs, "": none.
+std::string to_html(const Table& table, const std::string& csv = "");
+std::string table_html(const Table& table, const std::string& csv = "");  // what the <figure> of to_html holds
 // Writes the columns of group 0 and the chosen one without rules, for the end of a run. What is wider than 100 columns is made
 // narrower, step by step until it fits: headings take several lines, what is the same in all rows is said once above them
 // (columns, then parameters within a name), and names take several lines. What fits by none of these has a block for each row,

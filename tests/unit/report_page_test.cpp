@@ -1,3 +1,4 @@
+#include "experiments/report/page/half_image.h"
 #include "experiments/report/page/html.h"
 #include "experiments/report/report.h"
 #include "experiments/report/tables.h"
@@ -7,6 +8,8 @@
 #include "tests/unit/report_helpers.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 namespace etendue {
 namespace {
@@ -41,23 +44,23 @@ TEST(Page, HostileNamesStayText) {
   log.structures = {structure(hostile, hostile, hostile, 1, 1), structure(hostile, "b", "-", 2, 2)};
   const std::string page = page_of(log);
   EXPECT_EQ(page.find("<img src=x"), std::string::npos);
-  EXPECT_EQ(occurrences(page, "</script>"), 2u);  // its own: the images' data and the script
+  EXPECT_EQ(occurrences(page, "</script>"), occurrences(page, "<script"));
 }
 
 TEST(Page, HostileNamesOfImagesStayText) {
   PageContent content;
-  content.images.emplace_back().images.push_back({"</script>\"\\\n", "<!--", "", ""});
+  content.images.emplace_back().images.push_back({"</script>\"\\\n", "<!--"});
   const RunLog log = small_log();
   const std::string page = report_page(arrange(log), content);
-  EXPECT_EQ(occurrences(page, "</script>"), 2u);
+  EXPECT_EQ(occurrences(page, "</script>"), occurrences(page, "<script"));
   EXPECT_NE(page.find("\"\\u003c/script>\\\"\\\\\\n\""), std::string::npos);
 }
 
 TEST(Page, HoldsAVariantForEachMetricScaleAndAxis) {
   const std::string page = page_of(small_log());
-  EXPECT_EQ(occurrences(page, "<template data-variant=\"relmse|log|time\">"), 1u);
-  EXPECT_EQ(occurrences(page, "<template data-variant=\"bias|linear|iterations\">"), 1u);
-  EXPECT_EQ(occurrences(page, "<template data-variant=\"mse|linear\">"), 1u);  // the front
+  EXPECT_EQ(occurrences(page, "<script type=\"text/html\" data-variant=\"relmse|log|time\">"), 1u);
+  EXPECT_EQ(occurrences(page, "<script type=\"text/html\" data-variant=\"bias|linear|iterations\">"), 1u);
+  EXPECT_EQ(occurrences(page, "<script type=\"text/html\" data-variant=\"mse|linear\">"), 1u);  // the front
 }
 
 TEST(Page, BeyondItsBudgetLessUsefulChartsAreLeftOut) {
@@ -238,8 +241,9 @@ TEST_F(Report, ShowsImagesAndErrorMaps) {
   LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line()});
   EXPECT_TRUE(write_report({a}, out()).findings.empty());
   const std::string page = file_text(root_ / "out/report.html");
-  EXPECT_EQ(occurrences(page, "\"png\":\"iVBOR"), 3u);  // the reference and one for each integrator
-  EXPECT_EQ(occurrences(page, "\"err\":\"iVBOR"), 2u);
+  EXPECT_EQ(occurrences(page, " data-image=\""), 3u);  // the reference and one for each integrator
+  EXPECT_EQ(occurrences(page, "\"pixels\":{\"data\":\"e"), 3u);
+  EXPECT_EQ(occurrences(page, "\"exr\":\"../a/path1.exr\""), 1u);
   EXPECT_NE(page.find("seed 1, 128 iterations"), std::string::npos);
 }
 
@@ -295,7 +299,7 @@ TEST_F(Report, MissingShardsAndUnfinishedRunsAreFound) {
   EXPECT_NE(three[0].find("shard-1: the run has not finished"), std::string::npos) << three[0];
 }
 
-TEST_F(Report, ImagesShrinkToTheBudget) {
+TEST_F(Report, ImagesBeyondTheBudgetLieBesideThePage) {
   RunLog log = small_log();
   log.references[0].file = "ref.exr";
   for (CellRecord& cell : log.cells) cell.image = "image.exr";
@@ -306,10 +310,44 @@ TEST_F(Report, ImagesShrinkToTheBudget) {
   for (CellRecord& cell : resolved.cells) cell.image = a + "/" + cell.image;
   resolved.references[0].file = a + "/ref.exr";
   const ReportData data = arrange(resolved);
-  EXPECT_EQ(page_images(data, 100 << 20).at(0).shown, ivec2(300, 200));
-  const auto small = page_images(data, 5 * 128 * 128 * 3);
-  EXPECT_LE(std::max(small.at(0).shown.x, small.at(0).shown.y), 128);
-  EXPECT_NE(small.at(0).notes.at(0).find("of 300×200 pixels"), std::string::npos);
+  std::map<std::string, std::string> files;
+  ImagePlace place{.directory = a,
+                   .write_beside = [&](const std::string& name, const std::string& text) { files[name] = text; }};
+  const auto within = page_images(data, place);
+  EXPECT_TRUE(files.empty());
+  EXPECT_EQ(within.at(0).size, ivec2(300, 200));
+  EXPECT_EQ(within.at(0).images.at(1).exr, "image.exr");
+  place.budget_bytes = within.at(0).images.at(0).pixels.in_page.size();
+  const auto beside = page_images(data, place);
+  EXPECT_FALSE(beside.at(0).images.at(0).pixels.in_page.empty());
+  const PageImage& image = beside.at(0).images.at(1);
+  EXPECT_EQ(image.pixels.in_page, "");
+  ASSERT_TRUE(files.contains(image.pixels.file)) << image.pixels.file;
+  EXPECT_EQ(files[image.pixels.file],
+            "pixelData(\"" + image.pixels.file + "\", \"" + within.at(0).images.at(1).pixels.in_page + "\")\n");
+}
+
+TEST_F(Report, DifferencesThatHalfFloatsWouldLoseAreKept) {
+  RunLog log = small_log();
+  log.references[0].file = "ref.exr";
+  for (CellRecord& cell : log.cells) cell.image = cell.cell.integrator == "path" ? "near.exr" : "far.exr";
+  const std::string a = directory("a", log);
+  write_exr(a + "/ref.exr", flat(1));
+  write_exr(a + "/near.exr", flat(1 + 1e-5));
+  write_exr(a + "/far.exr", flat(1.5));
+  RunLog resolved = read_log(a + "/runs.jsonl");
+  for (CellRecord& cell : resolved.cells) cell.image = a + "/" + cell.image;
+  resolved.references[0].file = a + "/ref.exr";
+  const auto images = page_images(arrange(resolved), {}).at(0).images;
+  for (const PageImage& image : images) EXPECT_EQ(!image.difference.in_page.empty(), image.label == "path") << image.label;
+}
+
+TEST(HalfImage, RoundsToElevenBitsAndKeepsWhatIsBright) {
+  EXPECT_EQ(rounded_to_half(1, 1), 1);
+  EXPECT_EQ(rounded_to_half(3, 0.25), 3);
+  for (const double value : {0.001, 0.3, 7.7, 12345.0}) EXPECT_NEAR(rounded_to_half(value, 1), value, value / 2048);
+  EXPECT_EQ(rounded_to_half(1e9, 1), 65504);
+  EXPECT_EQ(rounded_to_half(1e9, 1 << 20), std::exp2(20) * rounded_to_half(1e9 / (1 << 20), 1));
 }
 
 TEST_F(Report, WhatIsNoExperimentIsAnError) {

@@ -22,7 +22,7 @@ struct Panels {
   bool by_structure = false;  // in each panel, colours distinguish structures
 };
 
-Panels arrange_panels(const ReportData& data, const SceneData& scene) {
+Panels arrange_panels(const ReportData& data, const SceneData& scene, Layout layout) {
   const std::vector<const Configuration*> all = scene.finished();
   if (all.empty()) return {};
   const bool by_structure = data.accels.size() > 1;
@@ -34,20 +34,20 @@ Panels arrange_panels(const ReportData& data, const SceneData& scene) {
     index_in(titles, group);
     groups[group].push_back(configuration);
   }
-  if (all.size() <= most_series_in_a_panel || groups.size() < 2 || groups.size() == all.size())
+  if (layout == Layout::overlay || all.size() <= most_series_in_a_panel || groups.size() < 2 || groups.size() == all.size())
     return {{all}, {""}, data.integrators.size() == 1 && by_structure};
   Panels panels{{}, titles, by_structure};
   for (const std::string& title : titles) panels.groups.push_back(groups[title]);
   return panels;
 }
 
-ChartSeries styled(const ReportData& data, const Panels& panels, const Configuration& configuration, std::size_t within) {
+ChartSeries styled(const ReportData& data, const Panels& panels, const Configuration& configuration) {
   const std::size_t i = configuration.integrator_index, a = configuration.accel_index;
   ChartSeries series;
   series.key = fmt::format("i{}a{}", i, a);
   series.label = short_label(data, configuration);
   const bool several = panels.groups.size() > 1;
-  series.style(panels.by_structure ? a : several ? within : i);
+  series.style(panels.by_structure ? a : i);
   if (panels.by_structure && several) {  // switched together in all panels, whose titles name the integrators
     series.key = fmt::format("a{}", a);
     series.label = configuration.short_accel;
@@ -175,13 +175,14 @@ void share_ranges(std::vector<Chart>& panels) {
 
 }  // namespace
 
-Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale) {
+Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale,
+                    Layout layout) {
   const bool over_time = abscissa == Abscissa::time, with_sign = data.is_signed(metric);
   const char* over = over_time ? "time" : "iterations";
   Figure figure{.name = fmt::format("error-{}-{}-{}", over, scene.file_stem, slug(metric)),
                 .scene = scene.name,
                 .title = fmt::format("{} over {}", metric, over)};
-  const Panels panels = arrange_panels(data, scene);
+  const Panels panels = arrange_panels(data, scene, layout);
   const bool with_others = scene.finished().size() <= most_context_series;
   bool zeros = false, any = false;
   for (std::size_t g = 0; g < panels.groups.size(); ++g) {
@@ -195,9 +196,9 @@ Figure error_figure(const ReportData& data, const SceneData& scene, const std::s
         for (const ChartPoint& point : points_of(*configuration, metric, abscissa, with_sign))
           line.points.emplace_back(point.x, point.y);
       }
-    for (std::size_t i = 0; i < panels.groups[g].size(); ++i) {
-      const Configuration& configuration = *panels.groups[g][i];
-      ChartSeries series = styled(data, panels, configuration, i);
+    for (const Configuration* member : panels.groups[g]) {
+      const Configuration& configuration = *member;
+      ChartSeries series = styled(data, panels, configuration);
       series.points = points_of(configuration, metric, abscissa, with_sign);
       for (const ChartPoint& point : series.points) zeros = zeros || (!with_sign && point.y <= 0);
       if (series.points.empty()) continue;
@@ -220,21 +221,24 @@ Figure error_figure(const ReportData& data, const SceneData& scene, const std::s
   return figure;
 }
 
+ChartSeries method_series(const ReportData& data, const Configuration& configuration) {
+  return styled(data, {{{}}, {""}, data.integrators.size() == 1 && data.accels.size() > 1}, configuration);
+}
+
 Figure front_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Scale scale) {
-  if (data.is_signed(metric)) return {};
+  const bool with_sign = data.is_signed(metric);
+  const std::string shown = with_sign ? "|" + metric + "|" : metric;
   std::map<std::size_t, std::vector<FrontPoint>> by_configuration;
   ChartSeries front{.key = "front", .label = "front: least error by then", .draw = ChartSeries::Draw::stairs};
-  for (const FrontPoint& point : front_points(scene, metric)) {
+  for (const FrontPoint& point : front_points(scene, metric, with_sign)) {
     by_configuration[point.configuration].push_back(point);
     if (point.on_front) front.points.emplace_back(point.time_s, point.error);
   }
   if (by_configuration.size() < 2) return {};
   std::ranges::sort(front.points, [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
-  Chart chart{.x = {axis_title(Abscissa::time), scale}, .y = {metric, scale}, .series = {std::move(front)}};  // below the marks
-  // One plot whatever the number: the question is about all configurations together.
-  const Panels one{{{}}, {""}, data.integrators.size() == 1 && data.accels.size() > 1};
+  Chart chart{.x = {axis_title(Abscissa::time), scale}, .y = {shown, scale}, .series = {std::move(front)}};  // below the marks
   for (const auto& [c, points] : by_configuration) {
-    ChartSeries pale = styled(data, one, scene.configurations[c], 0);
+    ChartSeries pale = method_series(data, scene.configurations[c]);
     pale.dash = 0;
     ChartSeries bold = pale;
     pale.draw = ChartSeries::Draw::faint;
@@ -253,7 +257,7 @@ Figure front_figure(const ReportData& data, const SceneData& scene, const std::s
   add_left_out(data, notes);
   return {fmt::format("front-{}-{}", scene.file_stem, slug(metric)),
           scene.name,
-          fmt::format("{} against time, and what nothing beats", metric),
+          fmt::format("{} against time, and what nothing beats", shown),
           {std::move(chart)},
           notes};
 }
@@ -267,7 +271,7 @@ std::vector<Figure> file_figures(const ReportData& data) {
     for (const std::string& metric : data.metrics) {
       add(error_figure(data, scene, metric, Abscissa::time, Scale::log));
       add(error_figure(data, scene, metric, Abscissa::iterations, Scale::log));
-      add(front_figure(data, scene, metric, Scale::log));
+      if (!data.is_signed(metric)) add(front_figure(data, scene, metric, Scale::log));
     }
   }
   return figures;

@@ -4,7 +4,8 @@
 //   error over iterations  where structures must coincide: they change only the time
 //   front                  every checkpoint of every configuration as (time, error) and what nothing beats
 //
-// Beyond ten series the error charts split into panels, one an integrator, the others' curves grey behind.
+// Beyond ten series the error charts that are kept as files split into panels, one an integrator, the others' curves grey
+// behind.
 #pragma once
 
 #include "experiments/report/charts/chart_svg.h"
@@ -25,13 +26,21 @@ struct Figure {
   bool empty() const { return panels.empty(); }
 };
 
+// All configurations in one plot, or beyond ten in panels, one an integrator.
+enum class Layout : std::uint8_t { panels, overlay };
+
 // `scale` is of the error axis and of time or iterations alike; a signed metric keeps its error axis linear.
-Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale);
+Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale,
+                    Layout layout = Layout::panels);
+// Of a signed metric, its magnitude.
 Figure front_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Scale scale);
 
 // Makes those that are kept as files: every metric, on log axes.
 std::vector<Figure> file_figures(const ReportData& data);
 
 std::string to_svg(const Figure& figure);
+
+// An empty series in the colour, dash and mark that a configuration has on the whole page.
+ChartSeries method_series(const ReportData& data, const Configuration& configuration);
 
 }  // namespace etendue

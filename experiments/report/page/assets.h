@@ -5,6 +5,7 @@
 
 namespace etendue {
 
-extern const std::string_view page_html, page_css, page_js, chart_css, chart_file_css;
+extern const std::string_view page_html, page_css, chart_css, chart_file_css;
+extern const std::string_view page_js, charts_js, tables_js, pixels_js, viewer_js, panes_js, start_js;  // in this order
 
 }  // namespace etendue

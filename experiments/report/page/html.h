@@ -20,7 +20,9 @@ struct PageContent {
   std::vector<SceneImages> images;
   std::vector<std::string> directories;                          // that the report was made of, as the reader types them
   std::vector<std::pair<std::string, std::string>> experiments;  // files that asked the question: name, text
-  std::size_t chart_budget_bytes = 24 << 20;                     // beyond it, charts of lesser use are left to charts/
+  std::string answer;                                            // to the experiment's question, in one sentence
+  bool has_csv = false;                                          // tables lie beside the page as tables/NAME.csv
+  std::size_t chart_budget_bytes = 7 << 20;                      // beyond it, charts of lesser use are left to charts/
 };
 
 std::string report_page(const ReportData& data, const PageContent& content);

@@ -1,5 +1,6 @@
 #include "experiments/report/page/images.h"
 
+#include "experiments/report/page/half_image.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/error.h"
 #include "framework/core/parallel.h"
@@ -14,17 +15,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
-#include <map>
-#include <tuple>
 
 namespace etendue {
 namespace {
 
-using Rgb = std::array<std::uint8_t, 3>;
+namespace fs = std::filesystem;
+using Bytes3 = std::array<std::uint8_t, 3>;
 
 // The viridis table has every sixteenth colour; others are linear between.
-Rgb viridis(double t) {
+Bytes3 viridis(double t) {
   constexpr std::array table{0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e,
                              0x1f988b, 0x22a884, 0x35b779, 0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725};
   const double position = std::clamp(t, 0.0, 1.0) * (table.size() - 1);
@@ -36,32 +37,24 @@ Rgb viridis(double t) {
   return {channel(16), channel(8), channel(0)};
 }
 
-ivec2 reduced_size(ivec2 size, int factor) { return (size + factor - 1) / factor; }
-
-// Averages factor x factor blocks, and at the right and lower edge what is left.
-template <class Value>
-std::vector<Value> reduced(const std::vector<Value>& pixels, ivec2 size, int factor) {
-  const ivec2 small = reduced_size(size, factor);
-  std::vector<Value> sums(static_cast<std::size_t>(small.x) * small.y, Value(0));
+// A tone-mapped PNG in base64, of blocks' averages, `longest` pixels long at most.
+std::string thumbnail(const Image& image, double white, int longest = 144) {
+  const ivec2 size = image.size;
+  const int factor = std::max(1, (std::max(size.x, size.y) + longest - 1) / longest);
+  const ivec2 small = (size + factor - 1) / factor;
+  std::vector<dvec3> sums(static_cast<std::size_t>(small.x) * small.y, dvec3(0));
   std::vector<int> counts(sums.size(), 0);
   for (int y = 0; y < size.y; ++y)
     for (int x = 0; x < size.x; ++x) {
       const std::size_t to = static_cast<std::size_t>(y / factor) * small.x + x / factor;
-      sums[to] += pixels[static_cast<std::size_t>(y) * size.x + x];
+      sums[to] += image.at(x, y);
       ++counts[to];
     }
-  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] /= static_cast<double>(counts[i]);
-  return sums;
-}
-
-// Makes a PNG in base64.
-template <class Value, class Colour>
-std::string encode(const std::vector<Value>& pixels, ivec2 size, const Colour& colour) {
   std::vector<std::uint8_t> bytes;
-  bytes.reserve(3 * pixels.size());
-  for (const Value& pixel : pixels)
-    for (const std::uint8_t byte : colour(pixel)) bytes.push_back(byte);
-  return base64(encode_png(bytes.data(), size));
+  bytes.reserve(3 * sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    for (int c = 0; c < 3; ++c) bytes.push_back(linear_to_srgb_byte(sums[i][c] / (counts[i] * white)));
+  return base64(encode_png(bytes.data(), small));
 }
 
 struct Source {
@@ -93,22 +86,12 @@ std::optional<Image> try_read(const std::string& path) {
 
 // White lies a quarter above the 98th percentile of the brightest channel: lamps in view do not darken the room, and an evenly
 // lit scene is light grey, not white.
-double exposure_for(const Image& image) {
+double white_of(const Image& image) {
   std::vector<double> values;
   values.reserve(image.pixels.size());
   for (const dvec3& p : image.pixels) values.push_back(std::max({p.x, p.y, p.z}));
   const double white = values.empty() ? 0 : 1.25 * quantile(values, 0.98);
-  return white > 0 ? 1 / white : 1;
-}
-
-// What the colours of error maps span: nearly all errors above zero, in two decades at least and six at most.
-std::pair<int, int> decades_of(const std::vector<std::vector<double>>& maps) {
-  std::vector<double> all;
-  for (const std::vector<double>& map : maps)
-    std::ranges::copy_if(map, std::back_inserter(all), [](double error) { return error > 0; });
-  const int high = all.empty() ? 0 : static_cast<int>(std::ceil(std::log10(quantile(all, 0.995))));
-  const int low = all.empty() ? -1 : static_cast<int>(std::floor(std::log10(quantile(all, 0.05))));
-  return {std::clamp(low, high - 6, high - 2), high};
+  return white > 0 ? white : 1;
 }
 
 std::string detail_of(const ReportData& data, const Source& source) {
@@ -120,101 +103,206 @@ std::string detail_of(const ReportData& data, const Source& source) {
   return text;
 }
 
-SceneImages images_of(const ReportData& data, const SceneData& scene, int longest_side) {
+// --- what the colours of maps span ---
+
+using ErrorOf = double (*)(double difference, double reference);
+const std::map<std::string, ErrorOf> map_kinds{
+    {"relative", [](double d, double r) { return d * d / (r * r + relmse_epsilon); }},
+    {"squared", [](double d, double) { return d * d; }},
+    {"absolute", [](double d, double) { return std::abs(d); }},
+    {"symmetric", [](double d, double r) { return d == 0 ? 0 : std::abs(d) / (std::abs(d + r) + std::abs(r)); }},
+    {"signed", [](double d, double) { return d; }}};
+
+// Collects errors of a kind over all images; of many pixels some.
+std::vector<double> sampled_errors(const std::vector<const Image*>& images, const Image& reference, ErrorOf error) {
+  constexpr std::size_t most = 20000;
+  const std::size_t stride = reference.pixels.size() / most + 1;
+  std::vector<double> errors;
+  for (const Image* image : images)
+    for (std::size_t i = 0; i < reference.pixels.size(); i += stride) {
+      const dvec3 x = image->pixels[i], r = reference.pixels[i];
+      errors.push_back((error(x.x - r.x, r.x) + error(x.y - r.y, r.y) + error(x.z - r.z, r.z)) / 3);
+    }
+  return errors;
+}
+
+// Spans nearly all errors above zero, in two decades at least and six at most.
+std::pair<double, double> decades_of(std::vector<double> errors) {
+  std::erase_if(errors, [](double error) { return !(error > 0); });
+  const double high = errors.empty() ? 0 : std::ceil(std::log10(quantile(errors, 0.995)));
+  const double low = errors.empty() ? -1 : std::floor(std::log10(quantile(errors, 0.05)));
+  return {std::clamp(low, high - 6, high - 2), high};
+}
+
+std::pair<double, double> symmetric_range(std::vector<double> errors) {
+  for (double& error : errors) error = std::abs(error);
+  const double most = errors.empty() ? 0 : quantile(errors, 0.97);
+  const double end = most > 0 ? round_up_nicely(most) : 1;
+  return {-end, end};
+}
+
+// --- pixels ---
+
+// Keeps what fits in the page, and the rest beside it.
+class PixelStore {
+ public:
+  explicit PixelStore(const ImagePlace& place) : place_(place) {}
+
+  PixelText store(std::string text, const std::string& name) {
+    if (used_ + text.size() <= place_.budget_bytes || !place_.write_beside) {
+      used_ += text.size();
+      return {std::move(text), {}};
+    }
+    const std::string file = "viewer/" + name + ".js";
+    place_.write_beside(file, fmt::format("pixelData(\"{}\", \"{}\")\n", file, text));
+    return {{}, file};
+  }
+  std::string link(const std::string& path) const {
+    return fs::path(path)
+        .lexically_relative(place_.directory.empty() ? fs::path() : fs::path(place_.directory).lexically_normal())
+        .generic_string();
+  }
+
+ private:
+  const ImagePlace& place_;
+  std::size_t used_ = 0;
+};
+
+std::vector<dvec3> differences(const Image& image, const Image& reference) {
+  std::vector<dvec3> result(image.pixels.size());
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = image.pixels[i] - reference.pixels[i];
+  return result;
+}
+
+// Half-floats of an image and its reference have a relative error of up to 2⁻¹¹ each, which shows where the two nearly agree.
+bool loses_difference(const Image& image, const Image& reference, double unit) {
+  double exact = 0, rounded = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      const double x = image.pixels[i][c], r = reference.pixels[i][c];
+      exact += map_kinds.at("relative")(x - r, r);
+      rounded += map_kinds.at("relative")(rounded_to_half(x, unit) - rounded_to_half(r, unit), r);
+    }
+  return !(std::abs(rounded - exact) <= 0.01 * exact);
+}
+
+// The power of two at or below `value`, which is positive.
+double power_of_two(double value) { return std::exp2(std::floor(std::log2(value))); }
+
+// A unit that makes the largest difference a half-float of some thousands.
+double difference_unit_of(const std::vector<dvec3>& values) {
+  double most = 0;
+  for (const dvec3& value : values) most = std::max({most, std::abs(value.x), std::abs(value.y), std::abs(value.z)});
+  return most > 0 && std::isfinite(most) ? power_of_two(most) / 4096 : 1;
+}
+
+// The images at checkpoints lie one below the other in one file.
+void add_frames(PageImage& image, const Source& source, const SceneImages& scene, const std::string& name, PixelStore& store) {
+  const auto& checkpoints = source.replicate->checkpoints;
+  const std::optional<Image> strip = try_read(source.replicate->cell->strip);
+  if (!strip || strip->size != ivec2(scene.size.x, scene.size.y * static_cast<int>(checkpoints.size()))) return;
+  const auto pixels = static_cast<std::ptrdiff_t>(scene.size.x) * scene.size.y;
+  for (std::size_t i = 0; i < checkpoints.size(); ++i) {
+    const auto first = strip->pixels.begin() + static_cast<std::ptrdiff_t>(i) * pixels;
+    image.frames.push_back({checkpoints[i]->time_s, store.store(encode_halves({first, first + pixels}, scene.size, scene.unit),
+                                                                fmt::format("{}-at-{}", name, i))});
+  }
+}
+
+SceneImages images_of(const ReportData& data, const SceneData& scene, PixelStore& store) {
   SceneImages result;
   result.scene = scene.name;
-  const std::optional<Image> reference = try_read(scene.reference != nullptr ? scene.reference->file : std::string());
+  const std::string reference_file = scene.reference != nullptr ? scene.reference->file : std::string();
+  const std::optional<Image> reference = try_read(reference_file);
   const std::vector<Source> sources = choose(scene);
   std::vector<std::optional<Image>> images(sources.size());
   parallel_for(sources.size(), 1, [&](std::size_t i) { images[i] = try_read(sources[i].replicate->cell->image); });
 
   const Image* guide = reference ? &*reference : nullptr;
   std::vector<std::string> missing;
+  std::vector<const Image*> shown;
   for (std::size_t i = 0; i < images.size(); ++i) {
     if (guide == nullptr && images[i]) guide = &*images[i];
-    if (images[i] && images[i]->size == guide->size) continue;
+    if (images[i] && images[i]->size == guide->size) {
+      shown.push_back(&*images[i]);
+      continue;
+    }
     missing.push_back(sources[i].configuration->shown_integrator);
     images[i].reset();
   }
   if (guide == nullptr) return result;
-  const ivec2 size = guide->size;
-  const int factor = std::max(1, (std::max(size.x, size.y) + longest_side - 1) / longest_side);
-  result.shown = reduced_size(size, factor);
+  result.size = guide->size;
+  result.white = white_of(*guide);
+  result.unit = power_of_two(result.white);
+  for (const auto& [kind, error] : map_kinds)
+    if (reference) {
+      std::vector<double> errors = sampled_errors(shown, *reference, error);
+      result.ranges[kind] = kind == "signed" ? symmetric_range(std::move(errors)) : decades_of(std::move(errors));
+    }
 
-  std::vector<std::vector<double>> errors(images.size());
-  for (std::size_t i = 0; i < images.size() && reference; ++i)
-    if (images[i]) errors[i] = reduced(relative_squared_errors(*images[i], *reference), size, factor);
-  std::tie(result.lowest_decade, result.highest_decade) = decades_of(errors);
-
-  const double exposure = exposure_for(*guide);
-  const auto picture = [&](const Image& image) {
-    return encode(reduced(image.pixels, size, factor), result.shown, [&](const dvec3& pixel) {
-      return Rgb{linear_to_srgb_byte(pixel.x * exposure), linear_to_srgb_byte(pixel.y * exposure),
-                 linear_to_srgb_byte(pixel.z * exposure)};
-    });
+  struct Encoded {
+    std::string thumbnail, pixels, difference;
+    double difference_unit = 1;
   };
-  const auto error_map = [&](const std::vector<double>& map) {
-    const double low = result.lowest_decade, span = result.highest_decade - low;
-    return encode(map, result.shown, [&](double e) { return viridis(e > 0 ? (std::log10(e) - low) / span : 0); });
-  };
-  if (reference) result.images.push_back({"reference", scene.reference->source, picture(*reference), ""});
-  std::vector<PageImage> encoded(images.size());
+  std::vector<Encoded> encoded(images.size());
   parallel_for(images.size(), 1, [&](std::size_t i) {
-    if (images[i])
-      encoded[i] = {sources[i].configuration->short_integrator, detail_of(data, sources[i]), picture(*images[i]),
-                    errors[i].empty() ? "" : error_map(errors[i]), find_value(sources[i].replicate->last()->metrics, "relmse")};
+    if (!images[i]) return;
+    encoded[i] = {thumbnail(*images[i], result.white), encode_halves(images[i]->pixels, result.size, result.unit), "", 1};
+    if (!reference || !loses_difference(*images[i], *reference, result.unit)) return;
+    const std::vector<dvec3> values = differences(*images[i], *reference);
+    encoded[i].difference_unit = difference_unit_of(values);
+    encoded[i].difference = encode_halves(values, result.size, encoded[i].difference_unit);
   });
-  for (PageImage& image : encoded)
-    if (!image.png.empty()) result.images.push_back(std::move(image));
+  const auto name = [&](std::size_t i) { return fmt::format("{}-{}", scene.file_stem, i); };
+  if (reference) {
+    PageImage& image = result.images.emplace_back(PageImage{"reference", scene.reference->source});
+    image.thumbnail = thumbnail(*reference, result.white);
+    image.pixels = store.store(encode_halves(reference->pixels, result.size, result.unit), scene.file_stem + "-reference");
+    image.exr = store.link(reference_file);
+  }
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (!images[i]) continue;
+    const auto& [configuration, replicate] = sources[i];
+    PageImage& image =
+        result.images.emplace_back(PageImage{configuration->short_integrator, detail_of(data, sources[i]), configuration});
+    image.thumbnail = std::move(encoded[i].thumbnail);
+    image.pixels = store.store(std::move(encoded[i].pixels), name(i));
+    if (!encoded[i].difference.empty())
+      image.difference = store.store(std::move(encoded[i].difference), name(i) + "-difference");
+    image.difference_unit = encoded[i].difference_unit;
+    image.exr = store.link(replicate->cell->image);
+    image.relmse = find_value(replicate->last()->metrics, "relmse");
+    add_frames(image, sources[i], result, name(i), store);
+  }
 
-  if (factor > 1)
-    result.notes.push_back(fmt::format("Shown at {}×{} of {}×{} pixels: blocks of {}×{} are averaged, which hides noise.",
-                                       result.shown.x, result.shown.y, size.x, size.y, factor, factor));
   if (data.accels.size() > 1) result.notes.push_back("One structure's image stands for all: structures change only the time.");
   if (!reference) result.notes.push_back("No image of the reference was kept, so there are no error maps.");
-  for (const std::string& name : missing)
-    result.notes.push_back(fmt::format("The image of {} is missing or of another size.", name));
-  result.notes.push_back(
-      fmt::format("White at 0 EV is {} W/(m² sr), 1.25 times the 98th percentile; what is brighter was clipped, so only "
-                  "darker parts can be exposed anew.",
-                  format_figure(1 / exposure)));
+  for (const std::string& absent : missing)
+    result.notes.push_back(fmt::format("The image of {} is missing or of another size.", absent));
+  result.notes.push_back(fmt::format(
+      "White at 0 EV is {} W/(m² sr), 1.25 times the 98th percentile. Pixels are half-floats, of 11 significant bits.",
+      format_figure(result.white)));
   return result;
 }
 
 }  // namespace
 
-std::vector<SceneImages> page_images(const ReportData& data, std::size_t budget_bytes) {
-  constexpr double bytes_per_pixel = 3.5;  // of noisy PNG in base64
-  constexpr std::array sides{1024, 768, 512, 384, 256, 192, 128, 96};
-  double pictures = 0;
-  for (const SceneData& scene : data.scenes) pictures += 1 + 2 * static_cast<double>(choose(scene).size());
-  const auto fits = [&](int side) {
-    return pictures * side * side * 0.75 * bytes_per_pixel <= static_cast<double>(budget_bytes);
-  };
-  const auto longest = std::find_if(sides.begin(), std::prev(sides.end()), fits);
+std::vector<SceneImages> page_images(const ReportData& data, const ImagePlace& place) {
+  PixelStore store(place);
   std::vector<SceneImages> result;
-  std::size_t used = 0, left_out = 0;
   for (const SceneData& scene : data.scenes) {
     if (choose(scene).empty()) continue;
-    if (used > budget_bytes) {
-      ++left_out;
-      continue;
-    }
-    SceneImages images = images_of(data, scene, *longest);
-    for (const PageImage& image : images.images) used += image.png.size() + image.error_png.size();
-    if (!images.images.empty()) result.push_back(std::move(images));
+    if (SceneImages images = images_of(data, scene, store); !images.images.empty()) result.push_back(std::move(images));
   }
-  if (left_out > 0 && !result.empty())
-    result.back().notes.push_back(fmt::format("Images of {} more scenes are left out to keep this page small.", left_out));
   return result;
 }
 
 std::string viridis_css(double t) { return fmt::format("#{:02x}", fmt::join(viridis(t), "")); }
 
-std::string viridis_stops() {
+std::vector<std::string> viridis_stops() {
   std::vector<std::string> stops;
   for (int i = 0; i <= 10; ++i) stops.push_back(viridis_css(i / 10.0));
-  return fmt::format("{}", fmt::join(stops, ","));
+  return stops;
 }
 
 }  // namespace etendue

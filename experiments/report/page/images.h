@@ -1,39 +1,67 @@
-// The images of a report's page: tone-mapped pictures and error maps as PNG.
+// The images of a report's page: half-floats at full size for its viewer, and thumbnails.
 #pragma once
 
 #include "experiments/report/report_data.h"
 #include "framework/core/vec.h"
 
 #include <cstddef>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace etendue {
 
+// What encode_halves (half_image.h) wrote: in the page, or in a file beside it. Both are empty where there is none.
+struct PixelText {
+  std::string in_page, file;
+};
+
+struct PageFrame {  // the image at a checkpoint
+  double time_s = 0;
+  PixelText pixels;
+};
+
 struct PageImage {
   std::string label, detail;
-  std::string png;                    // base64, sRGB
-  std::string error_png;              // base64; "" for the reference, and where there is none to compare with
-  std::optional<double> relmse = {};  // of the whole image, where it is known
+  const Configuration* configuration = nullptr;  // null: the reference
+  std::string thumbnail = {};                    // PNG in base64, sRGB
+  PixelText pixels = {};
+  // Image less reference, where half-floats of the two would lose it: in units of their own.
+  PixelText difference = {};
+  double difference_unit = 1;
+  std::string exr = {};                // a link to the file
+  std::optional<double> relmse = {};   // of the whole image, where it is known
+  std::vector<PageFrame> frames = {};  // where images of checkpoints were kept
 };
 
 struct SceneImages {
   std::string scene;
-  ivec2 shown{0};                             // pixels, after averaging
-  int lowest_decade = 0, highest_decade = 0;  // of the error maps' colours
-  std::vector<PageImage> images;              // the reference first, where its image was kept
+  ivec2 size{0};
+  double unit = 1;   // of the half-floats, a power of two
+  double white = 1;  // W/(m² sr), shown as white without exposure
+  // What the colours of the viewer's maps span (mapKinds in pixels.js): decades, and of signed errors these themselves.
+  std::map<std::string, std::pair<double, double>> ranges;
+  std::vector<PageImage> images;  // the reference first, where its image was kept
   std::vector<std::string> notes;
 };
 
+struct ImagePlace {
+  std::size_t budget_bytes = 12 << 20;  // of pixels in the page; beyond it they go to files beside it
+  std::string directory = {};           // of the page: links to images start from there
+  std::function<void(const std::string& name, const std::string& text)> write_beside = {};
+};
+
 // One image for each scene and integrator: the lowest seed's, of the first structure that kept one (structures change only the
-// time). Large images are averaged down until all of them together stay below about `budget_bytes` of page.
-std::vector<SceneImages> page_images(const ReportData& data, std::size_t budget_bytes);
+// time).
+std::vector<SceneImages> page_images(const ReportData& data, const ImagePlace& place);
 
 // Gives viridis ([Smith2015]) at t in [0, 1] as "#rrggbb"; it is perceptually uniform, and readable in grey and by the
 // colour-blind.
 std::string viridis_css(double t);
-// Gives its colours at every tenth, for a gradient of the page's style.
-std::string viridis_stops();
+// Gives its colours at every tenth.
+std::vector<std::string> viridis_stops();
 
 }  // namespace etendue
