@@ -189,7 +189,8 @@ Table search_leaders_table(const RunLog& log) {
 // What a figure's panels show, which may be one measure.
 std::string what_title(const SearchPlot& plot, bool one_measure) {
   if (!one_measure) return "time and memory";
-  return plot.parameter > 0 ? "time of " + plot.measure : "build and memory";
+  if (plot.parameter == 0 && plot.abscissa != "neighbours") return "build and memory";
+  return plot.measure == "within" ? "queries within a radius" : plot.measure + " neighbours";
 }
 
 // Charts over the count, the number of neighbours and the variation, and maps of which structure leads.
@@ -259,7 +260,7 @@ std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& l
     const double x = abscissas(plot).back();
     const auto order = ranking(plot, x, false);
     if (order.size() < 2) continue;
-    counts[plot.set] = fmt::format("{:g} {}", x, plot.kind);
+    counts[plot.set] = format_count(x) + " " + plot.kind;
     const double ratio = order[1].first / order[0].first;
     const auto same = [&](const Lead& lead) {
       return lead.set == plot.set && lead.measure == plot.measure && lead.structure == order[0].second;
@@ -274,8 +275,8 @@ std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& l
     const bool first = findings.empty() || findings.back().first != lead.set;
     if (first) findings.emplace_back(lead.set, "Fastest at " + counts[lead.set] + ". ");
     const std::string least = fmt::format("{:.1f}", lead.least), most = fmt::format("{:.1f}", lead.most);
-    findings.back().second += fmt::format("{}{}{}: {} (the next is {}{} times slower)", first ? "" : "; ", lead.measure,
-                                          lead.parameters, lead.structure, least, least == most ? "" : "–" + most);
+    findings.back().second += fmt::format("{}{}{}: {} (next: {}{}×)", first ? "" : "; ", lead.measure, lead.parameters,
+                                          lead.structure, least, least == most ? "" : "–" + most);
   }
   return findings;
 }

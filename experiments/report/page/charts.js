@@ -1,4 +1,4 @@
-// Charts are drawn beforehand, one variant for each metric, scale and axis, as text of <script>s that no browser runs; this script
+// Charts are drawn beforehand, one variant for each metric, scale and axis, as text of scripts that no browser runs; this one
 // swaps them, draws small multiples from them, switches series, and reads values from their data-p attributes.
 
 // --- which variant is shown ---

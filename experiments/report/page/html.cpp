@@ -72,10 +72,17 @@ Section findings(const ReportData& data, const PageContent& content) {
   for (const KindReport& part : content.parts)
     for (const auto& [subject, text] : part.findings)
       cards += fmt::format("<article class=\"card\"><h3>{}</h3><p>{}</p></article>\n", html(subject), html(text));
-  for (const std::string& warning : conclusions.warnings) warnings += "<li>" + html(warning) + "</li>\n";
+  constexpr std::size_t most_warnings = 6;  // in sight; the others are a click away
+  const bool folded = conclusions.warnings.size() > most_warnings + 1;
+  for (std::size_t i = 0; i < conclusions.warnings.size(); ++i) {
+    if (folded && i == most_warnings)
+      warnings += fmt::format("</ul><details><summary>{} more</summary><ul>\n", conclusions.warnings.size() - i);
+    warnings += "<li>" + html(conclusions.warnings[i]) + "</li>\n";
+  }
   if (!cards.empty()) section.body += "<div class=\"findings\">\n" + cards + "</div>\n";
   if (!warnings.empty())
-    section.body += fmt::format("<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n{}</ul></aside>\n", warnings);
+    section.body += fmt::format("<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n{}</ul>{}</aside>\n", warnings,
+                                folded ? "</details>" : "");
   return section;
 }
 
