@@ -21,6 +21,7 @@ try {
 const [etendue, chromium, directory] = process.argv.slice(2);
 const mostBytes = 20e6, mostMilliseconds = 2000;
 const state = page => page.evaluate(() => { const {left, right, zoom, x, y, kind, ev} = viewers.get(0); return {left, right, zoom, x, y, kind, ev}; });
+const ready = () => document.body.dataset.ready && all('.viewer').every(viewer => viewer.dataset.ready);
 const settled = page => page.evaluate(() => new Promise(done => setTimeout(done, 300)));
 const shown = (page, selector) => page.$eval(selector, element => element.textContent);
 
@@ -30,7 +31,7 @@ const checks = {
     let best = Infinity;  // of three: the machine may be busy
     for (let i = 0; i < 3 && best > mostMilliseconds; ++i) {
       await page.goto(url);
-      await page.waitForFunction(() => document.body.dataset.ready && all('.viewer').every(viewer => viewer.dataset.ready));
+      await page.waitForFunction(ready);
       best = Math.min(best, await page.evaluate(() => Number(document.body.dataset.ready)));
     }
     console.log('  ' + fs.statSync(file).size + ' bytes, interactive after ' + best + ' ms');
@@ -132,6 +133,29 @@ const checks = {
     }
   },
 
+  // As a page is that would be too large: the first scene's pixels go to files.
+  async 'pixels beside the page are read'(page, {file, url, out}) {
+    const whole = fs.readFileSync(file, 'utf8'), [, text] = /id="images">(.*?)<\/script>/s.exec(whole), images = JSON.parse(text);
+    fs.mkdirSync(path.join(out, 'viewer'), {recursive: true});
+    images.scenes[0].images.forEach((image, i) => {
+      const name = 'viewer/' + i + '.js';
+      fs.writeFileSync(path.join(out, name), 'pixelData("' + name + '", "' + image.pixels.data + '")\n');
+      image.pixels = {file: name};
+    });
+    fs.writeFileSync(path.join(out, 'beside.html'), whole.replace(text, () => JSON.stringify(images).replaceAll('<', '\\u003c')));
+    const picture = () => page.evaluate(async () => {
+      const viewer = viewers.get(0);
+      await viewer.set({left: 2, right: 0});
+      return viewer.panes.map(pane => pane.pixels.toDataURL());
+    });
+    const expected = await picture();
+    await page.goto(url.replace('report.html', 'beside.html'));
+    await page.waitForFunction(ready);
+    assert.deepEqual(await picture(), expected);
+    await page.goto(url);
+    await page.waitForFunction(ready);
+  },
+
   async 'the pointer reads values and errors'(page, {out}) {
     await page.evaluate(() => { const viewer = viewers.get(0); viewer.moveTo(0, 0, 1); return viewer.set({left: 1, right: 0}); });
     await page.$eval('.viewer canvas', canvas => canvas.scrollIntoView({block: 'center'}));
@@ -179,13 +203,13 @@ const checks = {
     const address = await page.evaluate(() => location.href);
     await page.goto('about:blank');
     await page.goto(address);
-    await page.waitForFunction(() => document.body.dataset.ready && all('.viewer').every(viewer => viewer.dataset.ready));
+    await page.waitForFunction(ready);
     const {left, ev, zoom, kind} = await state(page);
     assert.deepEqual([left, ev, zoom, kind], [3, 1.5, 3, 'signed'], address);
     assert.equal(await page.evaluate(() => viewers.get(0).crops.length), 1);
     await page.goto('about:blank');
     await page.goto(url);
-    await page.waitForFunction(() => document.body.dataset.ready && all('.viewer').every(viewer => viewer.dataset.ready));
+    await page.waitForFunction(ready);
   },
 
   async 'tables sort and fold'(page) {
