@@ -142,6 +142,7 @@ const checks = {
       fs.writeFileSync(path.join(out, name), 'pixelData("' + name + '", "' + image.pixels.data + '")\n');
       image.pixels = {file: name};
     });
+    images.scenes[1].images[1].frames = [0, 2].map(i => ({time: 0.1 + i, pixels: images.scenes[1].images[i].pixels}));
     fs.writeFileSync(path.join(out, 'beside.html'), whole.replace(text, () => JSON.stringify(images).replaceAll('<', '\\u003c')));
     const picture = () => page.evaluate(async () => {
       const viewer = viewers.get(0);
@@ -152,6 +153,16 @@ const checks = {
     await page.goto(url.replace('report.html', 'beside.html'));
     await page.waitForFunction(ready);
     assert.deepEqual(await picture(), expected);
+    const [reference, first, second, last] = await page.evaluate(async () => {
+      const viewer = viewers.get(1), looks = [];
+      for (const [left, frame] of [[0, 2], [1, 0], [1, 1], [1, 2]]) {
+        await viewer.set({left, frame});
+        looks.push(viewer.panes[0].pixels.toDataURL());
+      }
+      return looks;
+    });
+    assert.equal(first, reference, 'the image at the first checkpoint, which here is the reference');
+    assert(second !== first && last !== second && last !== first);
     await page.goto(url);
     await page.waitForFunction(ready);
   },

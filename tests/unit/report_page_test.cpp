@@ -342,6 +342,23 @@ TEST_F(Report, DifferencesThatHalfFloatsWouldLoseAreKept) {
   for (const PageImage& image : images) EXPECT_EQ(!image.difference.in_page.empty(), image.label == "path") << image.label;
 }
 
+TEST_F(Report, ImagesOfCheckpointsAreFrames) {
+  RunLog log = small_log();
+  const std::string a = directory("a", log);
+  write_exr(a + "/image.exr", flat(2));
+  write_exr(a + "/strip.exr", flat(2, ivec2(8, 6 * 8)));  // of eight checkpoints
+  write_exr(a + "/torn.exr", flat(2, ivec2(8, 6 * 7)));
+  for (CellRecord& cell : log.cells) {
+    cell.image = a + "/image.exr";
+    cell.strip = a + (cell.cell.integrator == "path" ? "/strip.exr" : "/torn.exr");
+  }
+  const std::vector<SceneImages> scenes = page_images(arrange(log), {});
+  for (const PageImage& image : scenes.at(0).images) {
+    ASSERT_EQ(image.frames.size(), image.label == "path" ? 8u : 0u) << image.label;
+    for (const PageFrame& frame : image.frames) EXPECT_EQ(frame.pixels.in_page, image.pixels.in_page);
+  }
+}
+
 TEST(HalfImage, RoundsToElevenBitsAndKeepsWhatIsBright) {
   EXPECT_EQ(rounded_to_half(1, 1), 1);
   EXPECT_EQ(rounded_to_half(3, 0.25), 3);

@@ -27,7 +27,8 @@ function drawMultiples(figure) {
   const keys = svg ? [...new Set(all('.series[data-key^=i]', svg).map(series => series.dataset.key))] : [];
   const several = new Set(keys.map(key => key.split('a')[0])).size > 1;
   const groupOf = key => several ? key.split('a')[0] : key, groups = [...new Set(keys.map(groupOf))];
-  if (groups.length < 2 || groups.length > mostMultiples) return;
+  const lines = svg ? all('.series[data-key^=i] > .line', svg) : [];  // of single points there is nothing to follow
+  if (groups.length < 2 || groups.length > mostMultiples || !lines.length) return;
   for (const group of groups) {
     const copy = svg.cloneNode(true), plot = copy.querySelector('svg.plot');
     const own = all('.series', copy).filter(series => groupOf(series.dataset.key) === group);

@@ -171,7 +171,10 @@ std::string report_page(const ReportData& data, const PageContent& content) {
       fmt::arg("style", page_css), fmt::arg("facts", facts(data, content)), fmt::arg("links", links),
       fmt::arg("findings", found.body.empty() ? "" : found.text()), fmt::arg("metrics", metric_options(variants)),
       fmt::arg("left_out", html(variants.note)), fmt::arg("sections", text), fmt::arg("images", images_json(content.images)),
-      fmt::arg("answer", content.answer.empty() ? "" : fmt::format("<p class=\"answer\">{}</p>\n", html(content.answer + "."))),
+      fmt::arg("answer", content.answer.empty()
+                             ? ""
+                             : fmt::format("<p class=\"answer\">{}</p>\n",
+                                           html(content.answer + (content.answer.ends_with('.') ? "" : ".")))),
       fmt::arg("gallery", gallery_html(data, content.images)), fmt::arg("script", fmt::format("{}", fmt::join(scripts, ""))));
 }
 
