@@ -17,6 +17,12 @@ class Pane {
     this.canvas.addEventListener('dblclick', () => viewer.moveTo(0, 0, 1));
   }
 
+  // Paints what the pane shows, unless it is painted already from the same.
+  show(from, paint) {
+    if (this.from && from.every((part, i) => part === this.from[i])) return;
+    this.from = from;
+    paint(this.pixels);
+  }
   resize() {
     const {width, height} = this.viewer.scene, across = this.canvas.clientWidth || 300;
     this.ratio = Math.min(devicePixelRatio || 1, 2);

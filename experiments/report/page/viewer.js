@@ -77,9 +77,14 @@ class Viewer {
       const [left, right, reference, mapped] = await Promise.all(wanted.map(image => image && this.load(image)));
       if (turn !== this.turn) return;
       this.now = {left, right, reference, mapped};
-      paintImage(this.panes[0].pixels, this.scene, left, this.table());
-      paintImage(this.panes[1].pixels, this.scene, right, this.table());
-      if (mapped && reference) paintMap(this.panes[2].pixels, this.scene, images[this.mapped], mapped, reference, this.kind);
+      const {scene, kind} = this, table = this.table();
+      for (const [i, pixels] of [left, right].entries())
+        this.panes[i].show([pixels, table], canvas => paintImage(canvas, scene, pixels, table));
+      this.draw();
+      await new Promise(later => setTimeout(later));  // a map takes longer than a flip should
+      if (turn !== this.turn) return;
+      if (mapped && reference)
+        this.panes[2].show([mapped, kind], canvas => paintMap(canvas, scene, images[this.mapped], mapped, reference, kind));
       parts.trouble.textContent = '';
       this.root.dataset.ready = 'true';
       this.draw();
