@@ -32,6 +32,7 @@ struct RenderCommand {
   std::vector<std::string> params, aovs;
   std::string output, save_cache, load_cache;  // paths
   bool json = false;
+  std::string preview;                         // "host:port" of tev
   SceneReading reading;
   double started = 0;  // when the process was, by now_s(): --time counts from there
 };

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -19,11 +20,6 @@
 namespace etendue {
 
 namespace {
-
-std::size_t terminal_width() {
-  winsize size{};
-  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-}
 
 // Any thread may be the one that is interrupted, by several interrupts at once.
 std::atomic<const char*> interrupt_message = "", exit_message = "";  // of the first interrupt, and of later ones
@@ -72,13 +68,27 @@ void Console::line(const std::string& text) {
 
 void Console::warning(const std::string& text) { line(coloured("warning: ", "33") + text); }
 
-void Console::status(const std::string& text) {
-  if (!interactive_ || (shown_ && now_s() - last_ < 0.1)) return;
+std::size_t Console::width() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+bool Console::is_due() { return interactive_ && !(shown_ && now_s() - last_ < 0.1); }
+
+void Console::draw(const std::string& text) {
   last_ = now_s();
   shown_ = true;
-  // Cut to the terminal, lest it wrap and leave lines behind. All of it is ASCII but names, which may be cut early.
-  std::fprintf(stderr, "\r%s\x1b[K", text.substr(0, terminal_width() - 1).c_str());
+  std::fprintf(stderr, "\r%s\x1b[K", text.c_str());
   std::fflush(stderr);
+}
+
+// The last column stays free: a terminal would wrap there, and leave lines behind.
+void Console::status(const std::string& text) {
+  if (is_due()) draw(fitted(text, width() - 1));
+}
+
+void Console::status(const std::vector<std::string>& parts, const std::string& name) {
+  if (is_due()) draw(status_line(parts, name, width() - 1));
 }
 
 void Console::clear_status() {
@@ -94,10 +104,27 @@ int available_threads(std::optional<int> asked, Console& console) {
   return threads;
 }
 
-std::string progress_bar(double share, int width) {
-  const int full = static_cast<int>(std::clamp(share, 0.0, 1.0) * width);
-  return "[" + std::string(static_cast<std::size_t>(full), '#') + std::string(static_cast<std::size_t>(width - full), ' ') +
-         "]";
+std::string time_left(double share, double elapsed_s) {
+  if (share < 0.002) return "";
+  const auto left = std::llround(elapsed_s * (1 - share) / share);
+  if (left < 60) return fmt::format("{} s left", left);
+  if (left < 3600) return fmt::format("{}:{:02} left", left / 60, left % 60);
+  return fmt::format("{}:{:02}:{:02} left", left / 3600, left / 60 % 60, left % 60);
+}
+
+std::string progress_bar(double share) {
+  constexpr std::size_t places = 10;
+  const auto full = static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * places);
+  return "[" + std::string(full, '#') + std::string(places - full, ' ') + "]";
+}
+
+std::vector<std::string> live_parts(const LiveFigures& figures) {
+  std::vector<std::string> parts;
+  if (figures.error && std::isfinite(*figures.error)) parts.push_back("relmse " + format_figure(*figures.error, 2));
+  if (figures.rays_per_s > 0) parts.push_back(format_figure(figures.rays_per_s / 1e6) + " Mrays/s");
+  if (figures.tests_per_ray) parts.push_back(format_figure(*figures.tests_per_ray) + " tests/ray");
+  if (figures.tests_saved) parts.push_back(fmt::format("{:.1f}% saved", std::min(99.9, 100 * *figures.tests_saved)));
+  return parts;
 }
 
 void ConsoleRunObserver::narrate(const std::string& line) { console_.line(line); }
@@ -108,18 +135,24 @@ void ConsoleRunObserver::cell_started(const CellName& cell, std::size_t position
   cell_ = cell;
   position_ = position;
   count_ = count;
+  figures_ = {};
   draw(0, "");
 }
 
 void ConsoleRunObserver::cell_progress(double share, std::uint64_t iterations, double time_s) {
-  draw(share, time_s > 0 ? fmt::format("{:.3g} iterations/s, ", static_cast<double>(iterations) / time_s) : "");
+  draw(share, time_s > 0 ? fmt::format("{:.3g} iterations/s", static_cast<double>(iterations) / time_s) : "");
 }
 
 void ConsoleRunObserver::draw(double share, const std::string& rate) {
   const double all = (static_cast<double>(position_) + share) / static_cast<double>(count_);
   const double elapsed = now_s() - first_start_;
-  const std::string left = all > 0.002 ? format_seconds(elapsed * (1 - all) / all) + " left" : "";
-  console_.status(fmt::format("{} {}/{} {}{}  {}", progress_bar(all, 24), position_ + 1, count_, rate, left, cell_.key()));
+  std::vector<std::string> parts;
+  if (Console::width() >= 100) parts.push_back(progress_bar(all));
+  parts.push_back(fmt::format("{}/{}", position_ + 1, count_));
+  parts.push_back(time_left(all, elapsed));
+  for (std::string& part : live_parts(figures_)) parts.push_back(std::move(part));
+  parts.push_back(rate);
+  console_.status(parts, cell_.key());
 }
 
 void ConsoleRunObserver::cell_finished(const CellRecord& cell, const CheckpointRecord* last) {

@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace etendue {
 
@@ -15,14 +16,20 @@ class Console {
 
   void line(const std::string& text);     // above the bar
   void warning(const std::string& text);  // the same, in yellow
-  // One line that replaces itself, at most ten times a second; nothing where stderr is no terminal.
+  // One line that replaces itself, at most ten times a second; nothing where stderr is no terminal. What is too wide for the
+  // terminal is shortened within its words.
   void status(const std::string& text);
+  // Of parts as many as fit, with what is left of the name behind them (report_text.h).
+  void status(const std::vector<std::string>& parts, const std::string& name = "");
   void clear_status();
 
   bool interactive() const { return interactive_; }
+  static std::size_t width();  // of the terminal, columns; 80 where it is unknown
   std::string red(const std::string& text) const { return coloured(text, "31"); }
 
  private:
+  bool is_due();
+  void draw(const std::string& text);
   std::string coloured(const std::string& text, const char* code) const;
 
   bool interactive_ = false, colour_ = false;
@@ -33,8 +40,10 @@ class Console {
 // Starts as many of these threads (default: the machine's) as the system lets this process have; says so where they are fewer.
 int available_threads(std::optional<int> asked, Console& console);
 
-// Draws "[#####     ]" of `width` places.
-std::string progress_bar(double share, int width);
+std::string progress_bar(double share);                 // "[####      ]"
+std::string time_left(double share, double elapsed_s);  // "12 s left", "2:05 left"; "" where too little is done to tell
+// "relmse 1.2e-3", "3.4 Mrays/s", "12 tests/ray", "98.7% saved", those that are known.
+std::vector<std::string> live_parts(const LiveFigures& figures);
 
 // A bar over all cells with rate and time left, and a line per cell where stderr is no terminal.
 class ConsoleRunObserver final : public RunObserver {
@@ -46,6 +55,8 @@ class ConsoleRunObserver final : public RunObserver {
   void cell_started(const CellName& cell, std::size_t position, std::size_t count) override;
   void cell_progress(double share, std::uint64_t iterations, double time_s) override;
   void cell_finished(const CellRecord& cell, const CheckpointRecord* last) override;
+  bool watches() const override { return console_.interactive(); }
+  void cell_live(const LiveFigures& figures) override { figures_ = figures; }
 
  private:
   void draw(double share, const std::string& rate);
@@ -54,6 +65,7 @@ class ConsoleRunObserver final : public RunObserver {
   CellName cell_;
   std::size_t position_ = 0, count_ = 0;
   double first_start_ = 0;
+  LiveFigures figures_;  // of this cell
 };
 
 // Ctrl-C (as SIGTERM) ends the process at once with status 130, after saying `message`. Nothing needs tidying up: only complete

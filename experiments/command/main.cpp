@@ -168,6 +168,8 @@ class CommandLine {
         ->type_name("NAME,...")
         ->allow_extra_args(false)
         ->delimiter(',');
+    text(c, "--preview", render_.preview, "HOST:PORT",
+         "show the image as it grows in the viewer tev, which listens on 127.0.0.1:14158; off the clock");
     text(c, "--save-cache", render_.save_cache, "FILE",
          "the cache as the last iteration left it (irradiance-cache, radiance-cache, photon-cache, "
          "hash-cache), for other views of the scene");

@@ -1,6 +1,7 @@
 // `etendue render`: one scene, one method, one image, through the same loop as every cell of an experiment.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
+#include "experiments/command/preview.h"
 #include "experiments/command/render_files.h"
 #include "experiments/log/json_line.h"
 #include "experiments/log/manifest.h"
@@ -18,6 +19,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <optional>
@@ -338,6 +340,9 @@ int render_command(const RenderCommand& command) {
   for (const std::string& warning : r.warnings) console.warning(warning);
   if (r.resolution == ivec2(0)) r.resolution = scene.resolution;
 
+  std::optional<Preview> preview;
+  if (!command.preview.empty()) preview.emplace(command.preview, r.output.empty() ? r.scene : r.output, r.resolution);
+
   // An error target needs the reference before, all else only afterwards, off the user's time.
   std::optional<Reference> reference;
   const auto find_reference = [&] {
@@ -349,11 +354,13 @@ int render_command(const RenderCommand& command) {
   const Effort effort = effort_of(budget);  // as typed: what is chosen by it does not depend on how long loading took
   if (!budget.error && budget.time_s) count_from_the_start(budget, command.started);
 
+  LiveFigures live;
   const auto progress = [&](std::uint64_t iterations, double time_s) {
-    const double share = budget.progress(iterations, time_s);
-    console.status(fmt::format("{} {} iterations, {:.3g}/s, {} left", progress_bar(share, 32), iterations,
-                               static_cast<double>(iterations) / time_s,
-                               format_seconds(time_s * (1 - share) / std::max(share, 1e-9))));
+    const double share = budget.progress(iterations, time_s, live.error);
+    std::vector<std::string> parts{fmt::format("{:.0f}%", std::floor(100 * share)), time_left(share, time_s)};
+    for (std::string& part : live_parts(live)) parts.push_back(std::move(part));
+    parts.push_back(counted(iterations, "iteration"));
+    console.status(parts);
   };
   const Image* target = reference ? &reference->rendered.image : nullptr;
   CellTask task{scene, needs, r.accel, r.integrator, r.seed, r.resolution, budget, r.threads, target, {}, {}, false, progress};
@@ -362,6 +369,8 @@ int render_command(const RenderCommand& command) {
       integrator.cache()->load(context, r.cache_to_load, Location{command.load_cache});
       r.cache_to_load = {};
     };
+  if (preview) task.preview = [&](const Film& film) { preview->update(film); };
+  if (console.interactive()) task.live = [&](const LiveFigures& figures) { live = figures; };
   task.confidence = r.states_error;
   task.effort = effort;
   task.finished = [&](Integrator& integrator, RenderContext& context, const CellResult& result) {
@@ -369,6 +378,7 @@ int render_command(const RenderCommand& command) {
     if (result.chosen) console.line(fmt::format("-i auto: {}: {}", result.chosen->label(), result.why));
     if (result.chosen_accel) console.line(fmt::format("--accel auto: {}: {}", result.chosen_accel->label(), result.accel_why));
     write_outputs(r, integrator, context, result);
+    if (preview) preview->finish(result.image);
   };
   task.stop = interrupted;
   note_interrupt("\ninterrupted: the image is written after this iteration; again to leave without it\n",
@@ -385,6 +395,7 @@ int render_command(const RenderCommand& command) {
   }
   fmt::print("{}", command.json ? to_json(r) + "\n" : to_lines(r));
   if (!r.result.out_of_reach.empty()) console.warning(r.result.out_of_reach);
+  if (preview && !preview->failure().empty()) console.warning(preview->failure());
   if (!r.result.fallback.empty()) console.warning(fmt::format("{}: {}", r.accel.name, r.result.fallback));
   warn_of_non_finite(r.result, console);
   if (const double spent = r.result.checkpoints.back().time_s; budget.time_s && spent > 1.1 * *budget.time_s)

@@ -41,10 +41,11 @@ std::string Budget::text() const {
   return text;
 }
 
-double Budget::progress(std::uint64_t iterations, double seconds) const {
+double Budget::progress(std::uint64_t iterations, double seconds, std::optional<double> relmse) const {
   double share = 0;
   if (samples) share = std::max(share, static_cast<double>(iterations) / static_cast<double>(*samples));
   if (time_s) share = std::max(share, seconds / *time_s);
+  if (error && relmse && *relmse > 0) share = std::max(share, *error / *relmse);
   return std::min(share, 1.0);
 }
 

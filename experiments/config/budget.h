@@ -26,8 +26,9 @@ struct Budget {
   CheckpointLadder checkpoints;
 
   std::string text() const;
-  // Share of the budget used up, in [0, 1].
-  double progress(std::uint64_t iterations, double time_s) const;
+  // Share of the budget used up, in [0, 1]; of an error target, where the error is known, as if it fell in proportion to the
+  // iterations, as that of unbiased methods does.
+  double progress(std::uint64_t iterations, double time_s, std::optional<double> relmse = {}) const;
 };
 
 // Decides when a cell ends and when it is measured. Times are those of the cell's own clock, which runs only while the method

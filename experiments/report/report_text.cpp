@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace etendue {
 namespace {
@@ -147,6 +148,57 @@ std::string shortened(std::string_view text, std::size_t width) {
   std::size_t end = 0;  // behind the first byte of what is cut
   for (std::size_t count = 0; count < width; ++end) count += !continues(text[end]);
   return std::string(text.substr(0, end - 1)) + "…";
+}
+
+std::string shortened_in_middle(std::string_view text, std::size_t width) {
+  const std::size_t length = display_width(text);
+  if (length <= width || width == 0) return std::string(text);
+  const auto behind = [&](std::size_t count) {  // so many code points
+    std::size_t end = 0;
+    for (; end < text.size(); ++end)
+      if (!continues(text[end]) && count-- == 0) break;
+    return end;
+  };
+  const std::size_t kept = width - 1, head = (kept + 1) / 2;
+  return fmt::format("{}…{}", text.substr(0, behind(head)), text.substr(behind(length - (kept - head))));
+}
+
+std::string fitted(std::string text, std::size_t width) {
+  constexpr std::size_t least = 12;  // of a word that is shortened
+  while (display_width(text) > width) {
+    std::size_t longest = 0, length = 0;
+    for (std::size_t begin = 0; begin < text.size();) {
+      const std::size_t end = std::min(text.find(' ', begin), text.size());
+      if (const std::size_t found = display_width(std::string_view(text).substr(begin, end - begin)); found > length)
+        std::tie(longest, length) = std::pair(begin, found);
+      begin = end + 1;
+    }
+    const std::size_t excess = display_width(text) - width;
+    if (length <= least) {
+      std::string whole = broken_lines(text, width).front();
+      return display_width(whole) <= width ? whole : shortened(whole, width);
+    }
+    const std::size_t end = std::min(text.find(' ', longest), text.size());
+    const std::size_t left = length > least + excess ? length - excess : least;
+    text.replace(longest, end - longest, shortened_in_middle(text.substr(longest, end - longest), left));
+  }
+  return text;
+}
+
+std::string status_line(std::span<const std::string> parts, std::string_view name, std::size_t width) {
+  constexpr std::size_t wide = 110, least_name = 24;  // where there is no such room, the figures come first
+  const std::size_t needed = name.empty() || width < wide ? 0 : std::min(display_width(name), least_name) + 2;
+  std::string line;
+  for (const std::string& part : parts) {
+    if (part.empty()) continue;
+    const std::size_t length = display_width(line) + (line.empty() ? 0 : 2) + display_width(part);
+    if (!line.empty() && length + needed > width) break;
+    line += (line.empty() ? "" : "  ") + part;
+  }
+  constexpr std::size_t fewest = 8;  // letters of a name that tell something
+  const std::size_t taken = display_width(line) + 2;
+  if (name.empty() || taken + fewest > width) return shortened(line, width);
+  return line + "  " + shortened_in_middle(name, width - taken);
 }
 
 std::vector<std::string> broken_lines(std::string_view text, std::size_t width, std::size_t indent) {

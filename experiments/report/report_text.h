@@ -27,6 +27,13 @@ std::size_t display_width(std::string_view text);
 std::string padded(std::string_view text, std::size_t width, bool right);
 // Keeps at most `width` code points, the last one an ellipsis where text was cut.
 std::string shortened(std::string_view text, std::size_t width);
+// Keeps at most `width` code points, an ellipsis in the middle where text was cut.
+std::string shortened_in_middle(std::string_view text, std::size_t width);
+// Fits a line into `width` code points: its longest words are shortened in their middle, names and paths that is, and numbers
+// stay whole; what is too long even so ends with the last word that fits.
+std::string fitted(std::string text, std::size_t width);
+// Joins parts by two spaces, the first ones that fit with what is left of `name`, shortened in its middle, behind them.
+std::string status_line(std::span<const std::string> parts, std::string_view name, std::size_t width);
 
 // Breaks lines of at most `width` code points where there are spaces to break at, each but the first `indent` deep; a word that
 // is longer keeps a line of its own.

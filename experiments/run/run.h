@@ -53,6 +53,9 @@ class RunObserver {
   virtual void status(const std::string& line) = 0;  // transient: the next one replaces it
   virtual void cell_started(const CellName& cell, std::size_t position, std::size_t count) = 0;  // position from 0
   virtual void cell_progress(double share, std::uint64_t iterations, double time_s) = 0;
+  // Does somebody look? Then cells tell what they do before each cell_progress.
+  virtual bool watches() const { return false; }
+  virtual void cell_live(const LiveFigures&) {}
   virtual void cell_finished(const CellRecord& cell, const CheckpointRecord* last) = 0;
 };
 

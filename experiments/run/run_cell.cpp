@@ -59,12 +59,16 @@ class CellRunner {
       result_.fallback = rays->fallback;
       lights.emplace(task_.scene);
     }
+    if (task_.live) {
+      sampled_.emplace(*rays);
+      window_.emplace(task_.scene);
+    }
     const auto& entry = find_integrator(task_.integrator.name, task_.integrator.where);
     const auto integrator = entry.make(task_.integrator.params);
     RenderContext context{
         task_.scene,
         task_.needs,
-        *rays,
+        sampled_ ? *sampled_ : *rays,
         *lights,
         task_.seed,
         task_.resolution,
@@ -108,11 +112,13 @@ class CellRunner {
   }
 
   void iterate(Integrator& integrator, RenderContext& context) {
+    mark_live();
     for (bool last = false; !last;) {
       const double before = clock_.wall_s();
       integrator.iteration(context, static_cast<std::uint32_t>(iterations_), film_);
       const double now = clock_.wall_s();
       ++iterations_;
+      mark_live();
       const bool done = schedule_.finished(iterations_, now, now - before);
       result_.stopped = !done && task_.stop && task_.stop();
       last = done || result_.stopped;
@@ -126,10 +132,27 @@ class CellRunner {
         result_.stopped = result_.stopped && !result_.reached_error;
       }
       if (last || due) checkpoint(integrator);
+      if (task_.live) task_.live(live_figures());
       if (task_.progress) task_.progress(iterations_, clock_.wall_s());
+      if (task_.preview) task_.preview(film_);
       told_s_ = now;
       clock_.start();
     }
+  }
+
+  void mark_live() {
+    if (window_) window_->mark(clock_.wall_s(), read_counters(), sampled_->work());
+  }
+
+  // The error is measured anew when that would take a twentieth of the time since.
+  LiveFigures live_figures() {
+    LiveFigures figures = window_->figures();
+    if (task_.reference && now_s() >= next_live_error_s_) {
+      const double took = seconds_of([&] { live_error_ = relmse(film_.mean(), *task_.reference); });
+      next_live_error_s_ = now_s() + 20 * took;
+    }
+    figures.error = live_error_;
+    return figures;
   }
 
   bool error_reached() const {
@@ -184,6 +207,10 @@ class CellRunner {
   CellResult result_;
   std::uint64_t iterations_ = 0;
   double told_s_ = 0;
+  std::optional<SampledRays> sampled_;  // these of a cell that is watched
+  std::optional<LiveWindow> window_;
+  std::optional<double> live_error_;
+  double next_live_error_s_ = 0;
 };
 
 }  // namespace

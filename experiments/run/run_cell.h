@@ -6,6 +6,7 @@
 #include "experiments/config/method.h"
 #include "experiments/config/regions.h"
 #include "experiments/log/log.h"
+#include "experiments/run/live.h"
 #include "framework/image/film.h"
 #include "framework/integrator.h"
 
@@ -40,6 +41,10 @@ struct CellTask {
   std::function<void(Integrator&, RenderContext&, const CellResult&)> finished = {};
   bool confidence = false;            // held against the reference: what the method takes its error to be
   std::optional<Effort> effort = {};  // what the method is told; empty: the budget
+  // Called before `progress`, off the clock. Where given, a sample of the rays is
+  // counted: about a percent of the time (docs/using.md).
+  std::function<void(const LiveFigures& figures)> live = {};
+  std::function<void(const Film& film)> preview = {};  // called with `progress`, off the clock
 };
 
 struct CellResult {

@@ -55,9 +55,9 @@ std::vector<std::string> nearest_names(std::string_view word, std::span<const st
     if (distance <= farthest) ranked.emplace_back(distance, name);
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  if (ranked.size() > most) ranked.resize(most);
   std::vector<std::string> nearest;
-  for (auto& [distance, name] : ranked) nearest.push_back(std::move(name));
+  for (auto& [distance, name] : ranked)  // each once, also where two lists have it
+    if (nearest.size() < most && std::ranges::find(nearest, name) == nearest.end()) nearest.push_back(std::move(name));
   return nearest;
 }
 

@@ -234,6 +234,7 @@ class Execution {
     const LoadedScene& loaded = *scenes_[cell.scene];
     if (!loaded.reference.failure.empty()) throw Error(loaded.reference.failure);
     const Budget& budget = config_.budget;
+    std::optional<double> error;  // as far as somebody watches it
     CellTask task{loaded.scene,
                   loaded.needs,
                   config_.accels[cell.accel],
@@ -247,9 +248,14 @@ class Execution {
                   loaded.regions,
                   wants_images(cell.name),
                   [&](std::uint64_t iterations, double time_s) {
-                    observer_.cell_progress(budget.progress(iterations, time_s), iterations, time_s);
+                    observer_.cell_progress(budget.progress(iterations, time_s, error), iterations, time_s);
                   }};
     task.confidence = config_.confidence && loaded.scene.closed_form.has_value();
+    if (observer_.watches())
+      task.live = [&](const LiveFigures& figures) {
+        error = figures.error;
+        observer_.cell_live(figures);
+      };
     return compute_(task);
   }
 
