@@ -2,6 +2,7 @@
 // failed or a gate tripped). Bad input is thrown as Error and becomes 2 in main.
 #pragma once
 
+#include "experiments/report/paper/comparison.h"
 #include "experiments/run/run.h"
 #include "framework/core/isa.h"
 
@@ -85,7 +86,10 @@ struct ReportCommand {
   std::vector<std::string> directories;
   std::string out;
   bool logs_only = false;
-  bool csv = false;  // print the curves and write nothing
+  bool csv = false;    // print the curves and write nothing
+  bool latex = false;  // charts for pgfplots as well
+  std::string figure;  // write this figure instead
+  ComparisonChoice comparison;
 };
 int report_command(const ReportCommand& command);
 
@@ -100,3 +104,4 @@ std::vector<Isa> isas_option(const std::string& option, const std::string& text)
 ivec2 resolution_option(const std::string& option, const std::string& text);       // "640x480"
 
 }  // namespace etendue
+Window window_option(const std::string& option, const std::string& text);          // "X,Y,WIDTH,HEIGHT"

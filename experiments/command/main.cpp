@@ -229,10 +229,27 @@ class CommandLine {
     c->add_flag("--json", convert_.json, "what was written, and what pbrt cannot say, as JSON");
     reading(c, convert_.reading);
     c = add("compare", "every metric of an image against a reference", [this] { return compare_command(compare_); });
-    c->add_option("IMAGE", compare_.image, ".exr; or .hdr, .pfm, .png, .jpg, .tga, .bmp")->required()->type_name("");
+    c->add_option("IMAGE", compare_.image, ".exr, .pfm or .hdr; or .png, .jpg, .tga or .bmp, whose numbers are taken for sRGB")
+        ->required()
+        ->type_name("");
     c->add_option("REFERENCE", compare_.reference, "of the same size")->required()->type_name("");
     text(c, "--difference", compare_.difference, "FILE.png",
          "where and how they differ: red is brighter than the reference, blue darker, full at a factor of two");
+    c->add_flag("--latex", report_.latex,
+                "charts for papers as well: latex/NAME.tex, which draws with pgfplots, and its points, NAME.dat");
+    text(c, "--figure", report_.figure, "FILE.png",
+         "instead: images of methods and reference side by side, with enlarged windows and their differences from the "
+         "reference, as PNG and as LaTeX beside it (FILE.tex)");
+    text(c, "--scene", report_.comparison.scene, "NAME", "with --figure; default: the first one");
+    repeated(c, "--method", report_.comparison.methods, "NAME",
+             "with --figure: as the report calls it, repeatable; default: all whose images were kept");
+    const auto crop = [this](const std::vector<std::string>& typed) {
+      for (const std::string& one : typed) report_.comparison.windows.push_back(window_option("--crop", one));
+    };
+    c->add_option_function<std::vector<std::string>>(
+         "--crop", crop, "with --figure: a window in pixels, repeatable; default: the two where errors are largest")
+        ->type_name("X,Y,W,H")
+        ->allow_extra_args(false);
     c->add_flag("--json", compare_.json, "as JSON");
     c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",
             [this] { return report_command(report_); });

@@ -65,4 +65,14 @@ ivec2 resolution_option(const std::string& option, const std::string& text) {
   throw Error(Location{option}, fmt::format("'{}'; expected WIDTHxHEIGHT such as 640x480, each in 1 .. 16384", text));
 }
 
+Window window_option(const std::string& option, const std::string& text) {
+  std::vector<int> numbers;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');)
+    if (const auto number = parse_whole<int>(part); number && *number >= 0 && *number <= 16384) numbers.push_back(*number);
+  if (numbers.size() != 4 || std::ranges::count(text, ',') != 3 || numbers[2] == 0 || numbers[3] == 0)
+    throw Error(Location{option}, fmt::format("'{}'; expected X,Y,WIDTH,HEIGHT in pixels, such as 40,60,32,32", text));
+  return {{numbers[0], numbers[1]}, {numbers[2], numbers[3]}};
+}
+
 }  // namespace etendue

@@ -3,6 +3,7 @@
 #include "experiments/kind.h"
 #include "experiments/log/products.h"
 #include "experiments/log/trust.h"
+#include "experiments/report/charts/chart_tex.h"
 #include "experiments/report/curves_csv.h"
 #include "experiments/report/declared.h"
 #include "experiments/report/page/html.h"
@@ -294,7 +295,12 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
     for (const std::string& format : options.table_formats)
       out.write("tables/" + table.name + "." + format, formatters.at(format)(table));
   if (!data.finished().empty() && content.has_csv) out.write("tables/curves.csv", curves_csv(data));
-  for (const Figure& figure : figures_of(data, content)) out.write("charts/" + figure.name + ".svg", to_svg(figure));
+  for (const Figure& figure : figures_of(data, content)) {
+    out.write("charts/" + figure.name + ".svg", to_svg(figure));
+    if (!options.latex) continue;
+    out.write("latex/" + figure.name + ".tex", to_pgfplots(figure, figure.name + ".dat"));
+    out.write("latex/" + figure.name + ".dat", pgfplots_data(figure));
+  }
   out.write("report.html", report_page(data, content));
   Report report = out.finish();
   report.findings = std::move(findings);

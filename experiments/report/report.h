@@ -13,6 +13,7 @@ namespace etendue {
 struct ReportOptions {
   std::vector<std::string> table_formats{"md", "csv", "tex"};
   bool check_files = true;  // hold images and references against the log; else nothing but the log is read
+  bool latex = false;       // write latex/ as well: charts that pgfplots draws
   bool of_a_run = false;    // by the run itself, which has looked at its scenes and knows of its shards
 };
 
