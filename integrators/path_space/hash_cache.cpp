@@ -57,6 +57,10 @@ struct TileWavefront {
   std::vector<std::uint32_t> last_events;  // of the pixels
 };
 
+// What a path does at a diffuse surface. Where it teaches, the event before has its value from the surface's cell, as if the
+// path ended there, and the path goes on for that cell's sake.
+enum class Onward { ends, teaches, follows };
+
 class HashCache final : public Integrator, public FileCache {
  public:
   explicit HashCache(const HashCacheParams& params) : params_(params) {}
@@ -101,10 +105,10 @@ class HashCache final : public Integrator, public FileCache {
             std::vector<Pixel>& pixels, TileWavefront& wave) const;
   void meet_light(const RenderContext& context, const HashedState& state, const Ray& ray, const SurfacePoint* point,
                   Pixel& pixel, TileWavefront& wave) const;
-  bool goes_on(const HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
-               Pixel& pixel) const;
-  void leave_diffuse(HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Pixel& pixel,
-                     TileWavefront& wave) const;
+  Onward onward(const HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+                Pixel& pixel) const;
+  void leave_diffuse(HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth, Onward onward,
+                     Pixel& pixel, TileWavefront& wave) const;
 
   HashCacheParams params_;
   int max_depth_ = 0;
@@ -151,21 +155,22 @@ void HashCache::meet_light(const RenderContext& context, const HashedState& stat
   }
 }
 
-// Whether a path follows a direction from a diffuse surface. If not, and the path is beyond its lookup, it ends with a cell's
-// value.
-bool HashCache::goes_on(const HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
-                        Pixel& pixel) const {
-  if (depth + 1 >= max_depth_ || is_black(state.throughput * albedo)) return false;
-  if (!state.asked || pixel.sampler.get_1d() < traced_on_) return true;
+// Beyond its lookup a path takes the value of a cell that has one.
+Onward HashCache::onward(const HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
+                         Pixel& pixel) const {
+  if (depth + 1 >= max_depth_ || is_black(state.throughput * albedo)) return Onward::ends;
+  if (!state.asked) return Onward::follows;
+  const bool goes_on = pixel.sampler.get_1d() < traced_on_;
   count(Counter::lookups);
   const auto mean = grid_->mean(position, normal, key_depth(depth));
-  if (mean) pixel.found += state.throughput * albedo * *mean;
-  return !mean;
+  if (!mean) return Onward::follows;
+  pixel.found += state.throughput * albedo * *mean;
+  return goes_on ? Onward::teaches : Onward::ends;
 }
 
 // The first such surface of a path is where the cache will be looked up, once the paths of this sample are added.
 void HashCache::leave_diffuse(HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
-                              Pixel& pixel, TileWavefront& wave) const {
+                              Onward onward, Pixel& pixel, TileWavefront& wave) const {
   if (!state.asked) {
     pixel.weight = state.throughput * albedo;
     pixel.position = position;
@@ -173,8 +178,8 @@ void HashCache::leave_diffuse(HashedState& state, const vec3& position, const ve
     pixel.u = pixel.sampler.get_2d();
     pixel.depth = key_depth(depth);
   }
-  wave.events.push_back(
-      {position, normal, key_depth(depth), state.last_event, state.asked ? state.throughput * albedo : Rgb(1)});
+  const Rgb carried = !state.asked ? Rgb(1) : onward == Onward::teaches ? Rgb(0) : state.throughput * albedo;
+  wave.events.push_back({position, normal, key_depth(depth), state.last_event, carried});
   state.last_event = static_cast<std::uint32_t>(wave.events.size() - 1);
   state.asked = true;
 }
@@ -190,20 +195,20 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
   const Bsdf bsdf(context.scene, point);
   const bool diffuse = bsdf.is_diffuse();
   const Rgb albedo = diffuse ? bsdf.diffuse_albedo() : Rgb(1);
-  const bool follows = !diffuse || goes_on(state, point.position, normal, albedo, depth, pixel);
+  const Onward next = diffuse ? onward(state, point.position, normal, albedo, depth, pixel) : Onward::follows;
   const int samples = diffuse && !state.asked ? params_.light_samples : 1;
   for (int i = 0; i < samples; ++i)
-    if (const auto light =
-            sample_direct_light(context, point, bsdf, wo, pixel.sampler, follows ? MisMode::power : MisMode::light))
+    if (const auto light = sample_direct_light(context, point, bsdf, wo, pixel.sampler,
+                                               next == Onward::follows ? MisMode::power : MisMode::light))
       wave.paths.gain(
           {state.asked ? &pixel.found : &pixel.radiance, state.throughput * light->radiance / static_cast<float>(samples)},
           light->shadow_ray);
-  if (!follows) return false;
+  if (next == Onward::ends) return false;
   // Roulette goes by the weight of this event's value in that of the event before, once there is one: the weight in the pixel
   // says nothing about that in the cell.
   float worth = max_component(state.throughput * albedo) * state.eta_scale;
   if (diffuse) {
-    leave_diffuse(state, point.position, normal, albedo, depth, pixel, wave);
+    leave_diffuse(state, point.position, normal, albedo, depth, next, pixel, wave);
     state.throughput = Rgb(1);
     state.eta_scale = 1;
   }

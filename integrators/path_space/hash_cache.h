@@ -4,16 +4,18 @@
 // Each camera path follows its lobes until it meets a diffuse surface. Direct light is sampled there. Indirect light is read
 // from the surface's cell (path_space_grid.h): a plane fitted to all values that paths have contributed to the cell, among them
 // this path's own, found by following one cosine-distributed direction. Where that direction meets another diffuse surface, the
-// path usually ends with the value that this surface's cell had before the current sample. A share of the paths, and those that
-// find no cell with enough values, are traced on, so that cells the camera does not see keep learning. Values exclude the
-// albedo, so textures stay sharp. Nothing must be set per scene: cells are sized by pixels, and shrink.
+// value ends with what this surface's cell had before the current sample, or goes on where the cell has seen too little. Values
+// exclude the albedo, so textures stay sharp. Nothing must be set per scene: cells are sized by pixels, and shrink.
 //
-// A path that ends with a cell inherits that cell's error, and so do all others that end there: with a share s traced on, the
-// n-th bounce rests on s^(n-1) of the paths. Where light is rare, the image as a whole and light of many bounces then have the
-// noise of few paths. So s = `trace_on` times the relative scatter of values about their cells' means (at least 1), taken over
+// A share s of the paths that end with a cell goes on from there, so that cells the camera does not see keep learning. What such
+// a path finds counts for the cells that it meets from then on, and no more for those before, which have taken the cell's value:
+// like temporal differences ([Dahm2017]), each cell learns from what it leads to, by values with the noise of one event.
+//
+// A path that ends with a cell inherits that cell's error, and so do all others that end there; the n-th bounce rests on
+// s^(n-1) of the paths. So s = `trace_on` times the relative scatter of values about their cells' means (at least 1), taken over
 // the whole scene: if each cell decided by its own values, paths would end with means that are too low and go on from those
 // that are too high. Roulette compares an event's value with the event before, not with the pixel, because the value counts in
-// full in its own cell. Light that a direction meets is weighted against the light sample at its origin, except where a path
+// full in its own cell. Light that a direction meets is weighted against the light sample at its origin, except where a value
 // ends with a cell and follows no direction.
 //
 // A cache can be saved and loaded. It then continues for any view of the scene as if its earlier samples had been the first of
