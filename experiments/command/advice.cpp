@@ -110,7 +110,7 @@ Advice advise(const Scene& scene, const SceneNeeds& needs, const Budget& budget,
     advice.build_s =
         seconds_of([&] { rays = find_ray_structure(advice.structure.name, {}).make(scene, advice.structure.params); });
     advice.structure_bytes = rays->stats().bytes;
-    const LightSampler lights(scene);
+    LightSampler lights(scene);
     PhaseTimes phases;
     RenderContext context{
         scene,

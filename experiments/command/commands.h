@@ -102,6 +102,6 @@ double duration_option(const std::string& option, const std::string& text);
 double number_option(const std::string& option, const std::string& text, double low, double high);
 std::vector<Isa> isas_option(const std::string& option, const std::string& text);  // "avx2,avx512"; of this machine
 ivec2 resolution_option(const std::string& option, const std::string& text);       // "640x480"
+Window window_option(const std::string& option, const std::string& text);          // "X,Y,WIDTH,HEIGHT"
 
 }  // namespace etendue
-Window window_option(const std::string& option, const std::string& text);          // "X,Y,WIDTH,HEIGHT"
