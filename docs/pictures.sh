@@ -42,6 +42,17 @@ hidden-occluder            128x128  sppm             64
 slit-light                 128x128  sppm             64
 thin-wall                  128x128  path             256
 black-surroundings         128x128  path             512
+many-lights                192x108  path             256
+many-lamps                 128x128  path             64
+sunlit-field               128x128  path             64
+sunlit-ball                128x128  path             64
+far-kerb                   128x128  path             64
+veiled-lamp                128x128  sppm             64
+glossy-furnace             128x128  path             64
+glossy-lamp                128x128  path             256
+coincident                 128x128  path             64
+slivers                    128x128  path             64
+overlap                    128x128  path             64
 cornell-spheres            144x144  light-trace      256   methods/light-trace
 cornell-spheres            144x144  ppm              128   methods/ppm
 water?camera=above         128x128  sppm             64    methods/water-above

@@ -48,12 +48,13 @@ struct WideShape {
   double tree_leaf;            // most primitives of a leaf of the binary tree it is collapsed from
 };
 
-// A pack of bvh16 holds 16 vertices: six triangles and more of a mesh, five that share none, and three of those that lie apart.
-WideShape shape_of(const std::string& layout, const Geometry& geometry) {
+// A pack of bvh16 holds 16 vertices: six triangles and more of a mesh, five that share none, and three of those that lie apart,
+// or two where reinsertion cut the tree to single ones first.
+WideShape shape_of(const std::string& layout, const Geometry& geometry, bool reinsertion = false) {
   if (layout == "bvh4") return {sizeof(WideNode<4>), sizeof(TrianglePack<4>), 3, 2.1, 1};
   if (layout == "bvh8") return {sizeof(WideNode<8>), sizeof(TrianglePack<8>), 5.5, 4, 2};
   const double vertices = static_cast<double>(geometry.positions.size()), triangles = primitives_of(geometry);
-  const double filled = is_scattered(geometry) ? 3.3 : vertices > 1.5 * triangles ? 4.2 : 5.6;
+  const double filled = is_scattered(geometry) ? (reinsertion ? 2.3 : 3.3) : vertices > 1.5 * triangles ? 4.2 : 5.6;
   return {sizeof(WideNode<16>), sizeof(SharedPack), 11, filled, 5};
 }
 
@@ -81,7 +82,7 @@ MemoryNeed bvh_need(const Geometry& geometry, const std::string& layout, int lea
   const bool binary = layout == "binary";
   if (builder.to_packs && !binary && leaf_size == 0 && !reinsertion && geometry.quadrics.empty())
     return to_packs_need(geometry, layout);
-  const WideShape wide = shape_of(layout, geometry);
+  const WideShape wide = shape_of(layout, geometry, reinsertion);
   const double tree_leaf = !binary ? (reinsertion ? 1 : wide.tree_leaf) : leaf_size > 0 ? leaf_size : 4;
   const double nodes = 2 * references / filling(tree_leaf, geometry);
   // Builders lay out two places per primitive and move the nodes together where leaves hold several.

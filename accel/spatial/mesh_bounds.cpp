@@ -39,10 +39,21 @@ RayStructureStats MeshBounds::stats() const {
 }
 
 RayEntry bounds_entry() {
-  return plain_entry<NoParams>(
+  RayEntry entry = plain_entry<NoParams>(
       "bounds", "a box around each mesh, and every primitive of those met",
       [](const NoParams&) { return [](const Object& object) { return MeshBounds(object); }; },
       [](const Geometry& geometry, const NoParams&) { return brute_need(geometry); }, leaf_of_instances);
+  // Each mesh has a box, and a pack that it may fill in part.
+  entry.need = [triangles = entry.need](const Scene& scene, const ParamMap& params) {
+    MemoryNeed need = triangles(scene, params);
+    std::uint64_t boxes = 0;
+    for (const Object& object : scene.objects)
+      boxes += (object.shapes.size() + 1) * (sizeof(Bounds) + sizeof(Leaves::Run) + sizeof(Leaves::Pack));
+    need.kept += boxes;
+    need.peak += 3 * boxes;
+    return need;
+  };
+  return entry;
 }
 
 }  // namespace etendue

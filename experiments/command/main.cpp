@@ -235,6 +235,14 @@ class CommandLine {
     c->add_option("REFERENCE", compare_.reference, "of the same size")->required()->type_name("");
     text(c, "--difference", compare_.difference, "FILE.png",
          "where and how they differ: red is brighter than the reference, blue darker, full at a factor of two");
+    c->add_flag("--json", compare_.json, "as JSON");
+    c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",
+            [this] { return report_command(report_); });
+    c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
+    text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
+    c->add_flag("--logs-only", report_.logs_only,
+                "believe the logs alone: no image, reference or scene is read and held against them");
+    c->add_flag("--csv", report_.csv, "print every metric of every checkpoint as CSV, from the logs alone, and write nothing");
     c->add_flag("--latex", report_.latex,
                 "charts for papers as well: latex/NAME.tex, which draws with pgfplots, and its points, NAME.dat");
     text(c, "--figure", report_.figure, "FILE.png",
@@ -250,14 +258,6 @@ class CommandLine {
          "--crop", crop, "with --figure: a window in pixels, repeatable; default: the two where errors are largest")
         ->type_name("X,Y,W,H")
         ->allow_extra_args(false);
-    c->add_flag("--json", compare_.json, "as JSON");
-    c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",
-            [this] { return report_command(report_); });
-    c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
-    text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
-    c->add_flag("--logs-only", report_.logs_only,
-                "believe the logs alone: no image, reference or scene is read and held against them");
-    c->add_flag("--csv", report_.csv, "print every metric of every checkpoint as CSV, from the logs alone, and write nothing");
     c = add("results", "the experiments behind results/ again: what moved since, then tables, charts and documents",
             [this] { return results_command(results_); });
     c->add_option("NAMES", results_.names, "of experiments/; default: all")->type_name("");

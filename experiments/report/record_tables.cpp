@@ -191,6 +191,7 @@ std::string summary_table(const RunLog& log) {
   stated.add(ratio_predictions(find_ratios(data)));
   if (!stated.rows.empty())
     out += "Predictions\n" + to_terminal(predictions_table(stated), 1) + "  " + predictions_finding(stated) + "\n\n";
+  if (!data.left_out_of_names.empty()) out += fmt::format("Left out of names: {}.\n", fmt::join(data.left_out_of_names, "; "));
   for (const std::string& warning : conclusions.warnings) out += "Note: " + warning + "\n";
   if (data.scenes.empty()) out += "The log holds no finished cell.\n";
   return out;

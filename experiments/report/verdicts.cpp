@@ -28,7 +28,7 @@ std::vector<Contender> contenders(const ReportData& data, const SceneData& scene
     if (configuration.replicates.empty()) continue;
     const auto estimate = estimate_at(configuration, data.main_metric(), scene.common_time_s);
     if (!estimate) {
-      absent.emplace(configuration.integrator_index, configuration.shown_integrator);
+      absent.emplace(configuration.integrator_index, configuration.short_integrator);
       continue;
     }
     const auto [entry, fresh] = best.try_emplace(configuration.integrator_index, Contender{&configuration, *estimate});
@@ -49,13 +49,13 @@ Finding accuracy(const ReportData& data, const SceneData& scene) {
   const std::string when = format_seconds(scene.common_time_s);
   if (ranked.empty()) return finding;
   const Contender& first = ranked.front();
-  finding.lead =
-      fmt::format("{} has {}{}", label(data, *first.configuration), ranked.size() > 1 ? "the least " : "", data.main_metric());
+  finding.lead = fmt::format("{} has {}{}", short_label(data, *first.configuration), ranked.size() > 1 ? "the least " : "",
+                             data.main_metric());
   std::string& text = finding.text;
   text = fmt::format(" at {}: {}, {}.", when, describe(first.error), counted(first.error.count, "seed"));
   if (ranked.size() > 1) {
     const Contender& next = ranked[1];
-    const std::string name = label(data, *next.configuration);
+    const std::string name = short_label(data, *next.configuration);
     const auto a = values_at(*next.configuration, data.main_metric(), scene.common_time_s);
     const auto b = values_at(*first.configuration, data.main_metric(), scene.common_time_s);
     if (const auto ratio = geometric_ratio(a, b)) {
@@ -79,7 +79,7 @@ std::string lead_text(const ReportData& data, const SceneData& scene) {
     const Configuration& configuration = scene.configurations[lead.configuration];
     if (configuration.integrator_index == leader) continue;  // another structure under the same method
     leader = configuration.integrator_index;
-    parts.push_back(fmt::format("{} from {}", configuration.shown_integrator, format_seconds(lead.begin_s)));
+    parts.push_back(fmt::format("{} from {}", configuration.short_integrator, format_seconds(lead.begin_s)));
   }
   return parts.size() < 2 ? std::string() : "Least error at each time: " + enumerate(parts, ", then ", 6) + ".";
 }
@@ -99,7 +99,7 @@ std::string target_text(const ReportData& data, const SceneData& scene) {
   std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return is_earlier(a.first.median, b.first.median); });
   std::vector<std::string> parts;
   for (const auto& [arrival, configuration] : sorted)
-    parts.push_back(fmt::format("{} {}", label(data, *configuration), describe(arrival)));
+    parts.push_back(fmt::format("{} {}", short_label(data, *configuration), describe(arrival)));
   return fmt::format("To {} {}: {}.", data.main_metric(), format_short(scene.target_error), enumerate(parts, "; ", 6));
 }
 

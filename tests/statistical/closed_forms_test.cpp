@@ -78,7 +78,7 @@ TEST(ClosedForms, OfGlowingRoomMatchesPathTracing) {
     const Image rendered = render(scene, "path", options).image, exact = integrate_closed_form(scene, options.resolution);
     EXPECT_LT(std::abs(bias(rendered, exact)), 1e-3) << name;
     for (std::size_t i = 0; i < exact.pixels.size(); ++i)
-      EXPECT_LT(glm::length(rendered.pixels[i] - exact.pixels[i]), 0.012 * glm::length(exact.pixels[i])) << name << " " << i;
+      EXPECT_LT(glm::length(rendered.pixels[i] - exact.pixels[i]), 0.018 * glm::length(exact.pixels[i])) << name << " " << i;
   }
 }
 

@@ -125,7 +125,7 @@ TEST(MethodLabels, AreInLegendsAndFindings) {
   EXPECT_EQ(conclude(data).scenes[0].findings[0].lead.find("photons, pass by pass"), 0u);
 }
 
-TEST(MethodNames, AreShortInChartsAlone) {
+TEST(MethodNames, AreShortInChartsAndFindingsButNotInTables) {
   RunLog log;
   log.manifests.push_back(manifest());
   add_cells(log, "room", {"ppm alpha=0.7 photons=1000"}, 1);
@@ -134,6 +134,9 @@ TEST(MethodNames, AreShortInChartsAlone) {
   const Figure figure = error_figure(data, data.scenes[0], "relmse", Abscissa::time, Scale::log);
   EXPECT_EQ(figure.panels[0].series[0].label, "photons=1000");
   EXPECT_EQ(figure.notes.back(), "Left out of names: ppm alpha=0.7.");
+  EXPECT_EQ(conclude(data).scenes.at(0).findings.at(0).lead.find("photons=1000 has the least"), 0u)
+      << conclude(data).scenes.at(0).findings.at(0).lead;
+  EXPECT_NE(summary_table(log).find("Left out of names: ppm alpha=0.7."), std::string::npos);
   EXPECT_EQ(final_table(data).rows[0][*column_of(final_table(data), "integrator")].text, "ppm alpha=0.7 photons=1000");
 }
 

@@ -80,6 +80,9 @@ Section findings(const ReportData& data, const PageContent& content) {
     warnings += "<li>" + html(conclusions.warnings[i]) + "</li>\n";
   }
   if (!cards.empty()) section.body += "<div class=\"findings\">\n" + cards + "</div>\n";
+  if (!conclusions.scenes.empty() && !data.left_out_of_names.empty())
+    section.body += fmt::format("<p class=\"note\">Left out of names: {}.</p>\n",
+                                html(fmt::format("{}", fmt::join(data.left_out_of_names, "; "))));
   if (!warnings.empty())
     section.body += fmt::format("<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n{}</ul>{}</aside>\n", warnings,
                                 folded ? "</details>" : "");
