@@ -44,8 +44,8 @@ thin-wall                  128x128  path             256
 black-surroundings         128x128  path             512
 many-lights                192x108  path             256
 many-lamps                 128x128  path             64
-sunlit-field               128x128  path             64
-sunlit-ball                128x128  path             64
+sunlit-field               128x128  sppm             64
+sunlit-ball                128x128  sppm             64
 far-kerb                   128x128  path             64
 veiled-lamp                128x128  sppm             64
 glossy-furnace             128x128  path             64
