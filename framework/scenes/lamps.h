@@ -30,7 +30,7 @@ void describe(Visitor& v, ManyLampsParams& p) {
 // What finds the lamp by chance, with directions in proportion to the cosine, does so with a chance of (radius / distance)^2
 // cos: the relative variance of n samples is (1 - p) / (n p).
 Scene make_veiled_lamp(const VeiledLampParams& params);
-// Lamps are chosen in proportion to their power: the relative variance of n samples is (lamps - 1) / n.
+// Where lamps are chosen in proportion to their power, the relative variance of n samples is (lamps - 1) / n.
 Scene make_many_lamps(const ManyLampsParams& params);
 
 }  // namespace etendue
