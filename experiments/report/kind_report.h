@@ -17,6 +17,7 @@ namespace etendue {
 struct FigureGroup {
   std::string heading = {};
   std::vector<Figure> figures = {};
+  std::string below = {};  // HTML
 };
 
 struct KindReport {

@@ -116,6 +116,19 @@ Sheet grid_of_plots(std::span<const Chart> panels) {
   return sheet;
 }
 
+// With its heading above, and notes below.
+std::string whole_sheet(const std::string& title, Sheet sheet, const std::vector<std::string>& notes) {
+  double y = sheet.bottom + 20;
+  for (const std::string& note : notes)
+    for (const std::string& line : broken_lines(note, static_cast<std::size_t>(std::max(20.0, (sheet.width - 32) / 5.75)))) {
+      sheet.body += fmt::format("<text class=\"note\" x=\"16\" y=\"{}\">{}</text>\n", px(y), escape_html(line));
+      y += 16;
+    }
+  const std::string heading =
+      fmt::format("<text class=\"heading\" x=\"16\" y=\"26\">{}</text>\n", escape_html(shortened(title, 100)));
+  return document(sheet.width, y - 2, title, heading + sheet.body);
+}
+
 }  // namespace
 
 std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels) {
@@ -144,16 +157,18 @@ std::string inline_svg(const Chart& chart, bool compact) {
 }
 
 std::string standalone_svg(const std::string& title, std::span<const Chart> panels, const std::vector<std::string>& notes) {
-  Sheet sheet = panels.size() == 1 ? single_plot(panels.front()) : grid_of_plots(panels);
-  double y = sheet.bottom + 20;
-  for (const std::string& note : notes)
-    for (const std::string& line : broken_lines(note, static_cast<std::size_t>(std::max(20.0, (sheet.width - 32) / 5.75)))) {
-      sheet.body += fmt::format("<text class=\"note\" x=\"16\" y=\"{}\">{}</text>\n", px(y), escape_html(line));
-      y += 16;
-    }
-  const std::string heading =
-      fmt::format("<text class=\"heading\" x=\"16\" y=\"26\">{}</text>\n", escape_html(shortened(title, 100)));
-  return document(sheet.width, y - 2, title, heading + sheet.body);
+  return whole_sheet(title, panels.size() == 1 ? single_plot(panels.front()) : grid_of_plots(panels), notes);
+}
+
+std::string standalone_svg(const std::string& title, const Drawing& drawing, const std::vector<std::string>& notes) {
+  return whole_sheet(
+      title, {fmt::format("<g transform=\"translate(0 40)\">{}</g>\n", drawing.svg), drawing.width, 40 + drawing.height},
+      notes);
+}
+
+std::string inline_svg(const Drawing& drawing, const std::string& title) {
+  return fmt::format("<svg class=\"drawing\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n{}</svg>\n",
+                     drawing.width, drawing.height, escape_html(title), drawing.svg);
 }
 
 std::string legend_swatch(const ChartSeries& series) {

@@ -68,6 +68,12 @@ struct Chart {
   std::vector<ChartLabel> labels = {};  // placed beside their points where there is room
 };
 
+// What is drawn otherwise than as a chart: elements of SVG within a box, in pixels.
+struct Drawing {
+  std::string svg;
+  double width = 0, height = 0;
+};
+
 // These are the ranges a chart takes by itself, with which panels can share axes.
 Interval natural_x_range(const Chart& chart);
 Interval natural_y_range(const Chart& chart);
@@ -75,8 +81,11 @@ Interval natural_y_range(const Chart& chart);
 // Draws the plot without legend, for a page; `compact` is for one of several panels. Text in it is escaped.
 std::string inline_svg(const Chart& chart, bool compact = false);
 
+std::string inline_svg(const Drawing& drawing, const std::string& title);
+
 // Draws a file of its own: title, panels (one, or several in a grid), legend, notes.
 std::string standalone_svg(const std::string& title, std::span<const Chart> panels, const std::vector<std::string>& notes);
+std::string standalone_svg(const std::string& title, const Drawing& drawing, const std::vector<std::string>& notes);
 
 // What a legend of these panels names: one series a key, in order, without those whose panel is theirs alone.
 std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels);

@@ -278,6 +278,7 @@ std::vector<Figure> file_figures(const ReportData& data) {
 }
 
 std::string to_svg(const Figure& figure) {
+  if (!figure.drawing.svg.empty()) return standalone_svg(figure.title, figure.drawing, figure.notes);
   const std::string of = figure.scene.empty() ? "" : figure.scene + ": ";
   return standalone_svg(of + figure.title, figure.panels, figure.notes);
 }

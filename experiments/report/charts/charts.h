@@ -22,8 +22,9 @@ struct Figure {
   std::string scene = {}, title = {};
   std::vector<Chart> panels = {};
   std::vector<std::string> notes = {};
+  Drawing drawing = {};  // in the place of panels
 
-  bool empty() const { return panels.empty(); }
+  bool empty() const { return panels.empty() && drawing.svg.empty(); }
 };
 
 // All configurations in one plot, or beyond ten in panels, one an integrator.

@@ -106,11 +106,12 @@ Section part_section(const KindReport& part) {
     if (!group.heading.empty()) section.body += fmt::format("<h3>{}</h3>", html(group.heading));
     section.body += "<div class=\"figures\">\n";
     for (Figure figure : group.figures) {
-      if (group.heading.empty()) figure.title = figure.scene + ", " + figure.title;
-      section.body += fmt::format("<figure class=\"chart{}\">{}{}</figure>\n", figure.panels.size() > 1 ? " wide" : "",
-                                  stage_html(figure), legend_html(figure));
+      if (group.heading.empty() && !figure.scene.empty()) figure.title = figure.scene + ", " + figure.title;
+      section.body += fmt::format("<figure class=\"chart{}\">{}{}</figure>\n",
+                                  figure.panels.size() > 1 || !figure.drawing.svg.empty() ? " wide" : "", stage_html(figure),
+                                  legend_html(figure));
     }
-    section.body += "</div>\n";
+    section.body += "</div>\n" + group.below;
   }
   return section;
 }
