@@ -19,7 +19,7 @@ struct RunCommand {
   bool dry_run = false;
 };
 int run_command(const RunCommand& command);
-// The catalogue of failures, experiments/stress.toml: `run` on it, wherever it is called from.
+// The failure map, experiments/stress.toml: `run` on it, wherever it is called from.
 int stress_command(RunCommand command);
 
 struct RenderCommand {

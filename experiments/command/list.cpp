@@ -91,7 +91,7 @@ std::vector<Section> list_sections() {
       {"policies", "policies: what becomes of a tree when its scene moves",
        entries_of(change_policies(), &ChangePolicyEntry::summary)},
       {"measurements", "measurements, of experiments on claims (and their scenes)", measurement_entries()},
-      {"figures", "figures of images, of the catalogue of failures", entries_of(stress_figures(), &StressFigure::text)}};
+      {"figures", "figures of images and structures, of the failure map", entries_of(stress_figures(), &StressFigure::text)}};
 }
 
 // What goes by that name, wherever it stands; false if nothing does.

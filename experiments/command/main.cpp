@@ -122,7 +122,7 @@ class CommandLine {
         add("run", "run an experiment: its cells, then tables, charts and a page", [this] { return run_command(run_); });
     c->add_option("EXPERIMENT", run_.options.experiment, "a .toml file")->required()->type_name("");
     add_run_options(c);
-    add_run_options(add("stress", "the failure catalogue: each method on the scene that breaks it, with verdicts",
+    add_run_options(add("stress", "the failure map: from where on each method fails along each hazard, with intervals",
                         [this] { return stress_command(run_); }));
   }
 

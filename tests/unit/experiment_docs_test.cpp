@@ -51,9 +51,9 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
                         "[[claims.measures]]\nname = \"duplicates\"\nscenes = [\"builtin:cornell-box\"]\n"
                         "expect = { bvh = [1, 1] }\n",
                     row =
-                        "budget = { samples = 1 }\n[[stress]]\nid = 1\nfailure = \"f\"\nsource = \"s\"\n"
-                        "scene = \"builtin:edge\"\nfigure = \"bias\"\nexpect = { fails = [1, 2], holds = [0, 0.5] }\n"
-                        "method = { name = \"path\" }\n";
+                        "integrators = [\"path\"]\nbudget = { samples = 1 }\n[[stress]]\nid = 1\nname = \"n\"\n"
+                        "failure = \"f\"\nsource = \"s\"\nscene = \"builtin:edge\"\nx = \"x\"\nrange = [1, 2]\n"
+                        "holds = { bias = [0, 0.5] }\n";
   const std::map<std::string, std::string> experiments{
       {"The file", base + z},
       {"budget", "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1, " + z + " }\n"},
@@ -74,7 +74,9 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
       {"claims.measures", claim + measure + z},
       {"timing", "timing = { " + z + " }\n" + claim + measure},
       {"stress", row + z},
-      {"stress.remedies", row + "[[stress.remedies]]\nname = \"n\"\nchange = {}\n" + z}};
+      {"stress.alternative", row + "alternative = { scene = \"builtin:edge\", methods = [\"path\"], " + z + " }\n"},
+      {"stress.remedies", row + "[[stress.remedies]]\nof = \"path\"\nname = \"n\"\nchange = {}\n" + z},
+      {"sweep", "sweep = { " + z + " }\n" + row}};
   const std::map<std::string, Keys> documented = documented_keys();
   for (const auto& [section, keys] : documented) EXPECT_TRUE(experiments.contains(section)) << section;
   for (const auto& [section, experiment] : experiments) {

@@ -5,79 +5,259 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+
 namespace etendue {
 
 namespace {
 
-// A table { name, parameters… }, or a name.
-Method read_one_method(const ConfigNode& node) {
-  if (!node.table() && !node.text()) wrong_type(node, "method", "a table { name, … }");
-  if (node.table())
-    for (const auto& [parameter, value] : *node.table())
-      if (value.array()) wrong_type(value, "method." + parameter, "a single value");
-  return read_integrators({ConfigNode::Array{node}, node.where, node.key_where}).front();
+bool has_variable(const std::string& text) {
+  return text.find(sweep_variable) != std::string::npos || text.find(sweep_rest) != std::string::npos;
+}
+
+// {x} in a table's texts, replaced; what was nothing else becomes a number.
+ConfigNode substituted(ConfigNode node, double x, bool whole) {
+  if (auto* table = std::get_if<ConfigNode::Table>(&node.value))
+    for (auto& [key, value] : *table) value = substituted(std::move(value), x, whole);
+  if (const std::string* text = node.text()) {
+    if (*text == sweep_variable) {
+      if (whole)
+        node.value = static_cast<std::int64_t>(x);
+      else
+        node.value = x;
+    } else if (has_variable(*text)) {
+      node.value = with_variable(*text, x);
+    }
+  }
+  return node;
+}
+
+// A method's table, where a name stands for it, too.
+ConfigNode table_of(const ConfigNode& method) {
+  if (const std::string* name = method.text()) {
+    ConfigNode table = method;
+    table.value = ConfigNode::Table{{"name", {*name, method.where, method.where}}};
+    return table;
+  }
+  if (!method.table()) wrong_type(method, "method", "a table { name, … }");
+  for (const auto& [parameter, value] : *method.table())
+    if (value.array()) wrong_type(value, "method." + parameter, "a single value");
+  return method;
 }
 
 // The parameters of `change` in the place of those of the method's table.
-Method changed_method(const ConfigNode& method, const ConfigNode& change) {
-  if (!change.table()) wrong_type(change, "change", "a table of parameters");
-  ConfigNode merged = method;
-  if (const std::string* name = method.text()) merged.value = ConfigNode::Table{{"name", {*name, method.where, method.where}}};
-  auto& table = std::get<ConfigNode::Table>(merged.value);
+ConfigNode changed(ConfigNode method, const ConfigNode& change, const std::string& owner) {
+  if (!change.table()) wrong_type(change, owner, "a table of parameters");
+  auto& table = std::get<ConfigNode::Table>(method.value);
   for (const auto& [key, value] : *change.table()) {
-    if (key == "name")
-      throw Error(value.key_where, "change: parameters alone; expected method = { name, … } for another method");
+    if (key == "name") throw Error(value.key_where, owner + ": parameters alone; expected another method to stand for itself");
     table.insert_or_assign(key, value);
   }
-  return read_one_method(merged);
+  return table_of(method);
 }
 
-StressTrial read_remedy(const ConfigNode& node, const ConfigNode& method) {
+std::map<std::string, const ConfigNode*> entries_of(const ConfigNode* node, const std::string& owner,
+                                                    const std::vector<std::string>& names) {
+  std::map<std::string, const ConfigNode*> entries;
+  if (!node) return entries;
+  if (!node->table()) wrong_type(*node, owner, "a table by methods' names");
+  TableReader reader(*node, owner);
+  for (const std::string& name : names)
+    if (const ConfigNode* entry = reader.find(name)) entries[name] = entry;
+  reader.finish();
+  return entries;
+}
+
+// The columns of the matrix.
+struct Columns {
+  std::vector<std::string> names;
+  std::map<std::string, ConfigNode> nodes;
+  std::map<std::string, std::uint64_t> samples;
+};
+
+void read_samples(const ConfigNode* node, const std::string& owner, Columns& columns) {
+  for (const auto& [name, entry] : entries_of(node, owner, columns.names))
+    columns.samples[name] = static_cast<std::uint64_t>(read_whole(*entry, owner + "." + name, 1, 1'000'000'000));
+}
+
+Columns read_columns(const ConfigNode& node, std::uint64_t samples) {
+  const std::vector<Method> methods = read_integrators(node, OwnLabels::allowed);
+  const std::vector<const ConfigNode*> elements = list_elements(node, "integrators", "an array of names or tables");
+  Columns columns;
+  for (const ConfigNode* element : elements) {
+    ConfigNode table = table_of(*element);
+    const ConfigNode* label = find_key(table, "label");
+    std::string name = *(label ? label : find_key(table, "name"))->text();
+    erase_own_labels(table);
+    if (columns.nodes.contains(name))
+      throw Error(element->where,
+                  fmt::format("integrators: '{}' stands there twice; expected a label = \"…\" for one of them", name));
+    columns.samples[name] = samples;
+    columns.nodes.emplace(name, std::move(table));
+    columns.names.push_back(std::move(name));
+  }
+  return columns;
+}
+
+std::optional<Expected> single_expectation(const ConfigNode* node, const std::string& owner) {
+  if (!node) return std::nullopt;
+  return read_expectations(*node, owner, {"threshold"}).at("threshold");
+}
+
+void check_scene(const StressHazard& hazard, const std::string& scene, const Location& where) {
+  if (!scene.starts_with(builtin_prefix)) return;
+  for (const double t : {0.0, 1.0}) check_builtin(with_variable(scene, hazard.range.at(t)), where);
+}
+
+// The same image by another scene, for methods that the first one would shut out.
+void read_alternative(TableReader& row, StressHazard& hazard, const Columns& columns) {
+  const ConfigNode* node = row.find("alternative");
+  if (!node) return;
+  TableReader reader(*node, "stress.alternative");
+  const std::string scene = reader.needed_text("scene");
+  check_scene(hazard, scene, reader.need("scene").where);
+  for (const std::string& name : read_names(reader.need("methods"), "stress.alternative.methods", "method", columns.names))
+    std::ranges::find(hazard.trials, name, &StressTrial::method)->scene = scene;
+  reader.finish();
+}
+
+// Both ends are made, so that a value out of range is an error of the file.
+void check_trial(const StressHazard& hazard, const StressTrial& trial) {
+  if (trial.inapplicable.empty())
+    for (const double t : {0.0, 1.0}) method_at(hazard, trial, hazard.range.at(t));
+}
+
+StressTrial read_remedy(const ConfigNode& node, const StressHazard& hazard) {
   TableReader row(node, "stress.remedies");
-  StressTrial trial{row.needed_text("name"), {}};
-  const auto *change = row.find("change"), *other = row.find("method");
-  if ((change != nullptr) == (other != nullptr))
-    throw Error(node.where, "stress.remedies: expected one of change = { … } and method = { name, … }");
-  trial.method = change ? changed_method(method, *change) : read_one_method(*other);
+  StressTrial trial{.method = row.needed_text("of"), .remedy = row.needed_text("name")};
+  const auto found =
+      std::ranges::find_if(hazard.trials, [&](const StressTrial& t) { return t.method == trial.method && t.remedy.empty(); });
+  if (found == hazard.trials.end() || !found->inapplicable.empty())
+    throw Error(row.need("of").where,
+                fmt::format("stress.remedies.of: '{}'; expected a method that hazard {} applies to", trial.method, hazard.id));
+  trial.scene = found->scene;
+  trial.node = changed(found->node, row.need("change"), "change");
+  trial.samples = found->samples;
+  row.whole("samples", trial.samples, 1, 1'000'000'000);
+  trial.expected = single_expectation(row.find("expect"), "stress.remedies.expect");
   row.finish();
   return trial;
 }
 
-void read_expected(TableReader& row, StressRow& stress) {
-  const ConfigNode& expect = row.need("expect");
-  const auto expected = read_expectations(expect, "stress.expect", {"fails", "holds"});
-  if (expected.size() != 2) throw Error(expect.where, "stress.expect: expected { fails = [low, high], holds = [low, high] }");
-  stress.fails = expected.at("fails");
-  stress.holds = expected.at("holds");
-  if (stress.fails.low <= stress.holds.high && stress.holds.low <= stress.fails.high)
-    throw Error(expect.where, fmt::format("stress: fails and holds of row {} overlap; expected intervals apart", stress.id));
+void read_range(TableReader& row, StressHazard& hazard) {
+  const ConfigNode& node = row.need("range");
+  const auto* ends = node.array();
+  if (!ends || ends->size() != 2) wrong_type(node, "stress.range", "[harmless, harmful]");
+  hazard.range.from = read_number((*ends)[0], "stress.range", 1e-12, 1e12);
+  hazard.range.to = read_number((*ends)[1], "stress.range", 1e-12, 1e12);
+  row.flag("whole", hazard.range.whole);
+  if (hazard.range.from == hazard.range.to) throw Error(node.where, "stress.range: expected two ends that differ");
 }
 
-StressRow read_row(const ConfigNode& node) {
-  for (const char* key : {"fails", "holds"}) refuse_old_key(node, key, fmt::format("expect = {{ {} = … }}", key));
-  TableReader row(node, "stress");
-  StressRow stress{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
-                   .failure = row.needed_text("failure"),
-                   .source = row.needed_text("source"),
-                   .scene = row.needed_text("scene")};
-  if (stress.scene.starts_with(builtin_prefix)) check_builtin(stress.scene, row.need("scene").where);
-  stress.figure = &find_stress_figure(row.needed_text("figure"), row.need("figure").where);
-  read_expected(row, stress);
-  row.whole("samples", stress.samples, 1, 1'000'000'000);
-  const ConfigNode& method = row.need("method");
-  stress.trials.push_back({"", read_one_method(method)});
+// Which figure is taken, and between what it is that of a sound method.
+void read_bound(TableReader& row, StressHazard& hazard) {
+  const ConfigNode& node = row.need("holds");
+  const auto bound = read_expectations(node, "stress.holds", entry_names(stress_figures()));
+  if (bound.size() != 1) throw Error(node.where, "stress.holds: expected one figure, { relmse = [0, 0.1] }");
+  hazard.figure = &find_stress_figure(bound.begin()->first, node.where);
+  hazard.holds = bound.begin()->second;
+}
+
+void read_structures(TableReader& row, const ConfigNode& structures, StressHazard& hazard) {
+  for (const Method& accel : read_accels(structures))
+    hazard.trials.push_back(
+        {.method = accel.label(), .scene = hazard.scene, .node = {accel.label(), accel.where, accel.where}});
+  std::vector<std::string> names;
+  for (const StressTrial& trial : hazard.trials) names.push_back(trial.method);
+  if (const ConfigNode* expect = row.find("expect"))
+    for (const auto& [name, expected] : read_expectations(*expect, "stress.expect", names))
+      std::ranges::find(hazard.trials, name, &StressTrial::method)->expected = expected;
+}
+
+void read_methods(TableReader& row, StressHazard& hazard, Columns columns) {
+  read_samples(row.find("samples"), "stress.samples", columns);
+  const auto settings = entries_of(row.find("settings"), "stress.settings", columns.names);
+  const auto inapplicable = entries_of(row.find("inapplicable"), "stress.inapplicable", columns.names);
+  std::map<std::string, Expected> expected;
+  if (const ConfigNode* expect = row.find("expect")) expected = read_expectations(*expect, "stress.expect", columns.names);
+  for (const std::string& name : columns.names) {
+    StressTrial trial{
+        .method = name, .scene = hazard.scene, .node = columns.nodes.at(name), .samples = columns.samples.at(name)};
+    if (const auto own = settings.find(name); own != settings.end())
+      trial.node = changed(std::move(trial.node), *own->second, "stress.settings." + name);
+    if (const auto why = inapplicable.find(name); why != inapplicable.end())
+      trial.inapplicable = read_text(*why->second, "stress.inapplicable." + name);
+    if (const auto of = expected.find(name); of != expected.end()) trial.expected = of->second;
+    check_trial(hazard, trial);
+    hazard.trials.push_back(std::move(trial));
+  }
+  read_alternative(row, hazard, columns);
   if (const ConfigNode* remedies = row.find("remedies"))
-    for (const ConfigNode& remedy : read_tables(*remedies, "stress.remedies"))
-      stress.trials.push_back(read_remedy(remedy, method));
+    for (const ConfigNode& remedy : read_tables(*remedies, "stress.remedies")) {
+      StressTrial trial = read_remedy(remedy, hazard);
+      check_trial(hazard, trial);
+      hazard.trials.push_back(std::move(trial));
+    }
+}
+
+StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
+  for (const char* key : {"method", "figure"}) refuse_old_key(node, key, "[[stress]] with range, holds and settings");
+  TableReader row(node, "stress");
+  StressHazard hazard{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
+                      .name = row.needed_text("name"),
+                      .failure = row.needed_text("failure"),
+                      .source = row.needed_text("source"),
+                      .scene = row.needed_text("scene"),
+                      .parameter = row.needed_text("x"),
+                      .unit = ""};
+  row.text("unit", hazard.unit);
+  read_range(row, hazard);
+  check_scene(hazard, hazard.scene, row.need("scene").where);
+  read_bound(row, hazard);
+  const ConfigNode* structures = row.find("structures");
+  if (hazard.of_structures() != (structures != nullptr))
+    throw Error(structures ? structures->key_where : row.need("holds").where,
+                fmt::format("stress: {} is a figure of {}; expected {} structures", hazard.figure->name,
+                            structures ? "images" : "structures", structures ? "no" : "a list of"));
+  if (structures)
+    read_structures(row, *structures, hazard);
+  else
+    read_methods(row, hazard, columns);
   row.finish();
-  return stress;
+  return hazard;
 }
 
 }  // namespace
 
-StressChoice read_stress(const ConfigNode& node) {
+std::string with_variable(std::string text, double x) {
+  for (const auto& [variable, value] : {std::pair<std::string, double>{sweep_variable, x}, {sweep_rest, 1 - x}}) {
+    const std::string number = fmt::format("{:.6g}", value);
+    for (std::size_t at = text.find(variable); at != std::string::npos; at = text.find(variable, at + number.size()))
+      text.replace(at, variable.size(), number);
+  }
+  return text;
+}
+
+Method method_at(const StressHazard& hazard, const StressTrial& trial, double x) {
+  const ConfigNode node = substituted(trial.node, x, hazard.range.whole);
+  const ConfigNode one{ConfigNode::Array{node}, node.where, node.key_where};
+  return (hazard.of_structures() ? read_accels(one) : read_integrators(one)).front();
+}
+
+StressChoice read_stress(const ConfigNode& hazards, const ConfigNode* sweep, const ConfigNode& integrators,
+                         std::uint64_t samples) {
   StressChoice choice;
-  choice.rows = read_rows<StressRow>(node, "stress", read_row);
+  Columns columns = read_columns(integrators, samples);
+  if (sweep) {
+    if (!sweep->table()) wrong_type(*sweep, "sweep", "a table { factor, samples }");
+    TableReader reader(*sweep, "sweep");
+    reader.number("factor", choice.factor, 1.01, 1e12);
+    read_samples(reader.find("samples"), "sweep.samples", columns);
+    reader.finish();
+  }
+  choice.hazards =
+      read_rows<StressHazard>(hazards, "stress", [&](const ConfigNode& node) { return read_hazard(node, columns); });
   return choice;
 }
 

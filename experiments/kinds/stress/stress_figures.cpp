@@ -1,6 +1,7 @@
 #include "experiments/kinds/stress/stress_figures.h"
 
 #include "experiments/kinds/rows.h"
+#include "experiments/kinds/stress/structure_hazard.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/check.h"
 #include "framework/image/metrics.h"
@@ -42,9 +43,14 @@ std::span<const StressFigure> stress_figures() {
        [](const Image& image, const Image& reference) { return ratio_quantile(image, reference, 0.5); }},
       {"brightest", "pixel over the reference, 99th percentile",
        [](const Image& image, const Image& reference) { return ratio_quantile(image, reference, 0.99); }},
-      {"blotches", "relative error of pixels, 95th percentile", [](const Image& image, const Image& reference) {
+      {"blotches", "relative error of pixels, 95th percentile",
+       [](const Image& image, const Image& reference) {
          return ratio_quantile(image, reference, 0.95, 1e-3, [](double ratio) { return std::abs(ratio - 1); });
-       }}};
+       }},
+      {"work", "nodes and primitives per ray, over those at the harmless end", nullptr,
+       [](const StructureHazard& measured) { return measured.work_per_ray(); }},
+      {"memory", "bytes per primitive, over those at the harmless end", nullptr,
+       [](const StructureHazard& measured) { return measured.bytes_per_primitive; }}};
   return all;
 }
 

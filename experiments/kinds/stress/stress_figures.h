@@ -11,9 +11,12 @@
 
 namespace etendue {
 
+struct StructureHazard;  // structure_hazard.h
+
 struct StressFigure {
   std::string name, text;
-  double (*compute)(const Image& image, const Image& reference);
+  double (*compute)(const Image& image, const Image& reference) = nullptr;
+  double (*of_structure)(const StructureHazard& measured) = nullptr;  // one of the two
 };
 
 std::span<const StressFigure> stress_figures();

@@ -1,37 +1,51 @@
-#include "experiments/kinds/claims/claim_fields.h"
+#include "experiments/config/config_keys.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/stress/stress_config.h"
+#include "experiments/kinds/stress/stress_record.h"
 #include "experiments/kinds/stress/stress_report.h"
-#include "experiments/kinds/timing.h"
+#include "experiments/kinds/stress/structure_hazard.h"
+#include "experiments/report/report_text.h"
 #include "experiments/run/reference.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/check.h"
+#include "framework/image/metrics.h"
 #include "framework/io/image/png.h"
 #include "framework/io/load_scene.h"
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 namespace etendue {
 
+void list_fields(auto& f, FieldsOf<StressPoint> auto& r) { FIELDS(t, x, values, bias, bias_error, peak); }
+
 void list_fields(auto& f, FieldsOf<StressRecord> auto& r) {
-  list_claim_fields(f, r);
-  f("methods", r.methods);
-  f("picture", r.picture);
-  f.stamp("picture", r.picture_stamp);
+  f("id", r.id);
+  f.cell(r.cell, "cell", "trial");
+  list_ending(f, r);
+  FIELDS(hazard, failure, source, parameter, unit);
+  f("from", r.range.from);
+  f("to", r.range.to);
+  f("whole", r.range.whole);
+  FIELDS(figure, figure_text);
   f.end("holds_low", r.holds.low, -endless);
   f.end("holds_high", r.holds.high, endless);
+  FIELDS(column, remedy, method, inapplicable, of_structure, is_expected);
+  MAYBE_FIELDS(expected_low, expected_high);
+  FIELDS(points, before, after, disagreements, picture);
+  f.stamp("picture", r.picture_stamp);
 }
 std::string StressRecord::line() const { return line_of(type, *this); }
 
 namespace {
 
 // Images side by side, exposed so that all but a hundredth of the first one's pixels are within the range of a screen.
-Image side_by_side(const std::vector<Image>& images) {
-  const ivec2 size = images.front().size;
+Image side_by_side(const std::vector<const Image*>& images) {
+  const ivec2 size = images.front()->size;
   std::vector<double> values;
-  for (const dvec3& pixel : images.front().pixels) values.push_back(std::max(pixel.x, std::max(pixel.y, pixel.z)));
+  for (const dvec3& pixel : images.front()->pixels) values.push_back(std::max(pixel.x, std::max(pixel.y, pixel.z)));
   const double bright = quantile(values, 0.99), exposure = bright > 0 ? 0.85 / bright : 1;
   constexpr int gap = 2;
   const int count = static_cast<int>(images.size());
@@ -40,101 +54,218 @@ Image side_by_side(const std::vector<Image>& images) {
   for (int i = 0; i < count; ++i)
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x)
-        strip.at(i * (size.x + gap) + x, y) = exposure * images[static_cast<std::size_t>(i)].at(x, y);
+        strip.at(i * (size.x + gap) + x, y) = exposure * images[static_cast<std::size_t>(i)]->at(x, y);
   return strip;
+}
+
+double brightest(const Image& image) {
+  double most = 0;
+  for (const dvec3& pixel : image.pixels) most = std::max({most, pixel.x, pixel.y, pixel.z});
+  return most;
+}
+
+// A scene of the lattice, with what methods are measured against there.
+struct StressPlace {
+  StressPlace(const std::string& scene_name, const RunPlan& plan, RunObserver& observer)
+      : scene(load_scene(scene_name, {plan.config.path}, plan.reading)),
+        needs(scene_needs(scene)),
+        resolution(plan.config.resolution.value_or(scene.resolution)) {
+    ReferenceChoice choice = plan.config.reference;
+    if (scene.closed_form) choice = {};
+    const Reference made = make_reference({scene, needs, scene_name, resolution, choice, plan.threads, &observer},
+                                          ReferenceCache::standard(plan.config.path));
+    if (!made.failure.empty()) throw Error(made.failure);
+    reference = made.rendered.image;
+  }
+
+  Scene scene;
+  SceneNeeds needs;
+  ivec2 resolution;
+  Image reference;
+};
+
+std::string render_command(const std::string& scene, const Method& method, std::uint64_t samples, std::uint64_t seed) {
+  std::string command = fmt::format("etendue render {} --integrator {}", shell_word(scene), method.name);
+  for (const auto& [key, value] : method.params) command += fmt::format(" -p {}", shell_word(key + "=" + to_text(value)));
+  return fmt::format("{} --spp {} --seed {}", command, samples, seed);
 }
 
 class StressWork final : public RecordWork {
  public:
-  StressWork(const RunPlan& plan, RunObserver& observer) : plan_(plan), observer_(observer) {}
+  StressWork(const RunPlan& plan, RunObserver& observer)
+      : plan_(plan), observer_(observer), choice_(choice_of<StressChoice>(plan.config)) {}
 
   std::optional<SceneState> scene(const Cell& cell) override {
-    const std::string& name = row_of(cell).scene;
-    return SceneState{name, name, load_scene(name, {plan_.config.path}).hash()};
+    return SceneState{cell.name.scene, cell.name.scene, load_scene(cell.name.scene, {plan_.config.path}).hash()};
   }
 
   std::unique_ptr<KindRecord> begin(const Cell& cell) override {
-    const StressRow& row = row_of(cell);
+    const StressHazard& hazard = choice_.hazards[cell.scene];
+    const StressTrial& trial = hazard.trials[cell.integrator];
     auto record = std::make_unique<StressRecord>();
-    record->id = row.id;
-    record->claim = row.failure;
-    record->source = row.source;
-    record->claimed = row.figure->text;
-    record->holds = row.holds;
-    for (const StressTrial& trial : row.trials) record->methods.push_back(trial.method.label());
+    record->id = hazard.id;
+    record->hazard = hazard.name;
+    record->failure = hazard.failure;
+    record->source = hazard.source;
+    record->parameter = hazard.parameter;
+    record->unit = hazard.unit;
+    record->range = hazard.range;
+    record->figure = hazard.figure->name;
+    record->figure_text = hazard.figure->text;
+    record->holds = hazard.holds;
+    record->column = trial.method;
+    record->remedy = trial.remedy;
+    record->inapplicable = trial.inapplicable;
+    record->of_structure = hazard.of_structures();
+    record->is_expected = trial.expected.has_value();
+    if (trial.expected && std::isfinite(trial.expected->low)) record->expected_low = trial.expected->low;
+    if (trial.expected && std::isfinite(trial.expected->high)) record->expected_high = trial.expected->high;
     return record;
   }
 
   void fill(const Cell& cell, KindRecord& filled, RunDirectory& directory, const Progress& progress) override {
     auto& record = static_cast<StressRecord&>(filled);
-    const StressRow& row = row_of(cell);
-    const Scene scene = load_scene(row.scene, {plan_.config.path}, plan_.reading);
-    const SceneNeeds needs = scene_needs(scene);
-    const ivec2 resolution = plan_.config.resolution.value_or(scene.resolution);
-    const Reference reference = make_reference({scene, needs, row.scene, resolution, {}, plan_.threads, &observer_},
-                                               ReferenceCache::standard(plan_.config.path));
-    if (!reference.failure.empty()) throw Error(reference.failure);
-    Budget budget = plan_.config.budget;
-    if (row.samples) budget.samples = row.samples;
-    budget.checkpoints.linear = 1;
-    const Method accel = default_accel();
-    std::vector<Image> images{reference.rendered.image};
-    const std::size_t seeds = plan_.config.seeds.size();
-    for (std::size_t t = 0; t < row.trials.size(); ++t) {
-      std::vector<double> values;
-      for (const std::uint64_t seed : plan_.config.seeds) {
-        const CellResult result =
-            run_cell({scene, needs, accel, row.trials[t].method, seed, resolution, budget, plan_.threads});
-        values.push_back(row.figure->compute(result.image, reference.rendered.image));
-        if (values.size() == 1) images.push_back(result.image);
-        const std::size_t done = t * seeds + values.size();
-        progress(static_cast<double>(done) / static_cast<double>(row.trials.size() * seeds), done);
-      }
-      const Expected& expected = t == 0 ? row.fails : row.holds;
-      record.figures.push_back(
-          {t == 0 ? "as it is" : row.trials[t].name, row.figure->text, FigureKind::plain, summarise(values), true, expected});
+    const StressHazard& hazard = choice_.hazards[cell.scene];
+    const StressTrial& trial = hazard.trials[cell.integrator];
+    if (!record.inapplicable.empty()) return;
+    record.method = method_at(hazard, trial, hazard.range.from).label();
+    std::map<double, StressPoint> measured;  // by x
+    std::map<double, Image> images;          // of the first seed
+    const auto curve = sweep(hazard.range, choice_.factor, hazard.holds, [&](double x) {
+      if (!measured.contains(x))
+        measured[x] =
+            hazard.of_structures() ? measure_structure(hazard, trial, x, record) : measure(hazard, trial, x, images[x]);
+      progress(std::min(0.99, static_cast<double>(measured.size()) / 10), measured.size());
+      return measured.at(x).values;
+    });
+    for (const SweepPoint& point : curve) {
+      record.points.push_back(measured.at(point.x));
+      record.points.back().t = point.t;
+      record.points.back().x = point.x;
     }
-    record.picture = fmt::format("pictures/{}.png", cell.name.integrator);
+    const Threshold threshold = threshold_of(curve, hazard.holds);
+    const double held = hazard.range.at(threshold.held), failed = hazard.range.at(threshold.failed);
+    record.before = command(hazard, trial, held);
+    if (held != failed) record.after = command(hazard, trial, failed);
+    if (hazard.of_structures()) return;
+    std::vector<const Image*> strip;
+    for (const double x : {held, failed}) {
+      if (!strip.empty() && held == failed) break;
+      strip.push_back(&place(hazard, trial, x).reference);
+      strip.push_back(&images.at(x));
+    }
+    record.picture = fmt::format("pictures/{}-{}.png", cell.name.accel, slug(cell.name.integrator));
     const std::filesystem::path picture = std::filesystem::path(directory.path()) / record.picture;
     make_folders(picture.parent_path().string());
-    record.picture_stamp = write_png(picture.string(), side_by_side(images));
+    record.picture_stamp = write_png(picture.string(), side_by_side(strip));
   }
 
+  std::uint64_t disagreements() const override { return disagreements_; }
+
  private:
-  const StressRow& row_of(const Cell& cell) const { return choice_of<StressChoice>(plan_.config).rows[cell.integrator]; }
+  std::string command(const StressHazard& hazard, const StressTrial& trial, double x) const {
+    const Method method = method_at(hazard, trial, x);
+    if (hazard.of_structures()) {
+      std::string structure = method.name;
+      for (const auto& [key, value] : method.params) structure += fmt::format(":{}={}", key, to_text(value));
+      return fmt::format("etendue accel {} --structures {}", shell_word(with_variable(trial.scene, x)), shell_word(structure));
+    }
+    return render_command(with_variable(trial.scene, x), method, trial.samples, plan_.config.seeds.front());
+  }
+
+  // Cells of a hazard follow each other, so only its places are kept.
+  const StressPlace& place(const StressHazard& hazard, const StressTrial& trial, double x) {
+    if (hazard.id != places_of_) places_.clear();
+    places_of_ = hazard.id;
+    const std::string name = with_variable(trial.scene, x);
+    const auto found = places_.find(name);
+    return found != places_.end() ? found->second : places_.try_emplace(name, name, plan_, observer_).first->second;
+  }
+
+  StressPoint measure(const StressHazard& hazard, const StressTrial& trial, double x, Image& first) {
+    const StressPlace& at = place(hazard, trial, x);
+    const Method method = method_at(hazard, trial, x), accel = default_accel();
+    Budget budget;
+    budget.samples = trial.samples;
+    budget.checkpoints.linear = 1;
+    StressPoint point;
+    std::vector<double> biases;
+    const double bright = brightest(at.reference);
+    for (const std::uint64_t seed : plan_.config.seeds) {
+      CellResult result = run_cell({at.scene, at.needs, accel, method, seed, at.resolution, budget, plan_.threads});
+      const double value = hazard.figure->compute(result.image, at.reference), off = bias(result.image, at.reference);
+      point.values.push_back(std::isfinite(value) ? value : 1e30);
+      biases.push_back(std::isfinite(off) ? off : 1e30);
+      if (bright > 0) point.peak = std::max(point.peak, std::min(1e30, brightest(result.image) / bright));
+      if (biases.size() == 1) first = std::move(result.image);
+    }
+    point.bias = mean(biases);
+    point.bias_error = sample_sd(biases) / std::sqrt(static_cast<double>(biases.size()));
+    return point;
+  }
+
+  // Over what the structure does at the harmless end, where a sweep begins. Counts over thousands of rays hardly depend on the
+  // seed: the first alone is asked.
+  StressPoint measure_structure(const StressHazard& hazard, const StressTrial& trial, double x, StressRecord& record) {
+    const Scene scene = load_scene(with_variable(trial.scene, x), {plan_.config.path}, plan_.reading);
+    const StructureHazard measured = measure_structure_hazard(scene, method_at(hazard, trial, x), plan_.config.seeds.front());
+    const double value = hazard.figure->of_structure(measured);
+    if (x == hazard.range.from) harmless_ = value;
+    record.disagreements += measured.wrong_answers;
+    disagreements_ += measured.wrong_answers;
+    StressPoint point;
+    point.values = {harmless_ > 0 ? value / harmless_ : 1};
+    return point;
+  }
 
   const RunPlan& plan_;
   RunObserver& observer_;
+  const StressChoice& choice_;
+  double harmless_ = 0;
+  std::uint64_t disagreements_ = 0;
+  std::map<std::string, StressPlace> places_;
+  int places_of_ = 0;
 };
 
 class StressKind final : public RecordKind<StressRecord, StressWork> {
  public:
-  StressKind() : RecordKind({"scenes", "accels"}) {}
+  StressKind() : RecordKind({"scenes", "accels"}, {"integrators", "reference"}) {}
 
   std::vector<std::string> keys() const override { return {"stress"}; }
+  std::vector<std::string> companions() const override { return {"sweep"}; }
   std::vector<std::string> measures() const override { return measured_code({"experiments/kinds/stress"}); }
-  std::string beside() const override { return "[[stress]], which names scenes and methods"; }
+  std::string beside() const override { return "[[stress]], which names scenes"; }
 
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
     const ConfigNode& rows = *find_key(root, "stress");
-    config.choice = std::make_shared<StressChoice>(read_stress(rows));
+    const ConfigNode* methods = find_key(root, "integrators");
+    if (!methods) throw Error(rows.key_where, "no integrators; expected integrators = [\"path\", …] beside [[stress]]");
     if (!config.budget.samples || config.budget.time_s || config.budget.error)
       throw Error(rows.key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
+    config.choice =
+        std::make_shared<StressChoice>(read_stress(rows, find_key(root, "sweep"), *methods, *config.budget.samples));
   }
 
-  std::vector<std::string> quick(const ConfigNode&) const override { return {"seeds=1", "resolution=[32, 32]"}; }
+  std::vector<std::string> quick(const ConfigNode&) const override { return {"seeds=2", "resolution=[16, 16]"}; }
 
-  // A cell's `integrator` is the row.
+  // A cell's `scene` is the hazard, its `integrator` the trial.
   std::vector<Cell> cells(const ExperimentConfig& config) const override {
-    const auto& rows = choice_of<StressChoice>(config).rows;
+    const auto& hazards = choice_of<StressChoice>(config).hazards;
     std::vector<Cell> cells;
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      cells.push_back({0, 0, i, {rows[i].scene, rows[i].figure->name, fmt::format("stress-{:02}", rows[i].id), 1}});
+    for (std::size_t i = 0; i < hazards.size(); ++i)
+      for (std::size_t t = 0; t < hazards[i].trials.size(); ++t) {
+        const StressTrial& trial = hazards[i].trials[t];
+        cells.push_back({i,
+                         0,
+                         t,
+                         {with_variable(trial.scene, hazards[i].range.from), fmt::format("stress-{:02}", hazards[i].id),
+                          trial.method + (trial.remedy.empty() ? "" : ": " + trial.remedy), 1}});
+      }
     return cells;
   }
 
   std::string effort(const ExperimentConfig& config) const override {
-    return fmt::format("a failing method and its remedies under {} seeds", config.seeds.size());
+    return fmt::format("a method along a hazard, about eight points under {} seeds", config.seeds.size());
   }
 
   KindReport report(const RunLog& log) const override { return stress_report(log); }

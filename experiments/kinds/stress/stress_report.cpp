@@ -1,25 +1,145 @@
 #include "experiments/kinds/stress/stress_report.h"
 
 #include "experiments/report/report_text.h"
-#include "framework/core/check.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
+#include <numeric>
 
 namespace etendue {
 
 namespace {
 
-double distance(double value, const Expected& interval) { return std::max({0.0, interval.low - value, value - interval.high}); }
+std::string name_of(const StressCell& cell) {
+  return cell.record->remedy.empty() ? cell.record->column : cell.record->column + ": " + cell.record->remedy;
+}
 
-constexpr const char* rule =
-    "Failures: the median over seeds, with its quartiles; the median is judged. As it is, a method is expected to fail: "
-    "refuted "
-    "says that it does not. With a remedy it is expected to hold: weaker says that the remedy brings the figure more than half "
-    "of the way.";
+std::vector<const StressCell*> matrix_cells(const StressMap& map, bool structures) {
+  std::vector<const StressCell*> cells;
+  for (const StressRow& row : map.rows)
+    if (row.record().of_structure == structures)
+      for (const StressCell& cell : row.cells) cells.push_back(&cell);
+  return cells;
+}
+
+// --- findings ---
+
+struct Held {
+  std::string column;
+  std::size_t to_the_end = 0, of = 0;
+  double share = 0;  // of the range, on the mean
+};
+
+std::vector<Held> held_by_column(const StressMap& map, bool structures) {
+  std::vector<Held> all;
+  for (const std::string& column : structures ? map.structure_columns : map.columns) {
+    Held held{.column = column};
+    for (const StressRow& row : map.rows) {
+      const StressCell* cell = row.record().of_structure == structures ? row.of(column) : nullptr;
+      if (!cell || !cell->threshold) continue;
+      ++held.of;
+      held.to_the_end += cell->threshold->holding == Holding::to_the_end;
+      held.share += cell->threshold->t;
+    }
+    if (held.of == 0) continue;
+    held.share /= static_cast<double>(held.of);
+    all.push_back(held);
+  }
+  std::ranges::stable_sort(all, [](const Held& a, const Held& b) { return a.share > b.share; });
+  return all;
+}
+
+std::string held_text(const Held& held) {
+  return fmt::format("{} ({:.0f} % of a range on the mean, {} of {} to the end)", held.column, 100 * held.share,
+                     held.to_the_end, held.of);
+}
+
+void add_widest(const StressMap& map, bool structures, KindReport& report) {
+  const std::vector<Held> held = held_by_column(map, structures);
+  if (held.size() < 2) return;
+  std::string text = fmt::format("{} holds widest", held_text(held.front()));
+  if (held.size() > 3) text += fmt::format(", then {} and {}", held_text(held[1]), held_text(held[2]));
+  report.findings.emplace_back(structures ? "Which structure holds widest" : "Which method holds widest",
+                               fmt::format("{}; {} holds least.", text, held_text(held.back())));
+}
+
+std::string broken_text(const StressRow& row) {
+  return fmt::format("{} breaks {} of {}", row.record().hazard, row.broken(),
+                     std::ranges::count_if(row.cells, [](const StressCell& c) { return c.threshold.has_value(); }));
+}
+
+void add_worst(const StressMap& map, KindReport& report) {
+  std::vector<const StressRow*> rows;
+  for (const StressRow& row : map.rows)
+    if (!row.record().of_structure) rows.push_back(&row);
+  if (rows.size() < 2) return;
+  std::ranges::stable_sort(rows, [](const auto* a, const auto* b) { return a->broken() > b->broken(); });
+  report.findings.emplace_back(
+      "Which hazard breaks most methods",
+      fmt::format("{}; {}; the mildest, {}.", broken_text(*rows[0]), broken_text(*rows[1]), broken_text(*rows.back())));
+}
+
+// How much of the room for a sound figure is used up at the harmful end: 1 is the bound.
+double used_margin(const StressCell& cell) {
+  const auto& [low, high, text] = cell.record->holds;
+  const double value = mean(cell.record->points.back().values);
+  if (!(low > 0 || low < 0) || std::isinf(low)) return value / high;
+  return std::isinf(high) ? low / value : std::abs(value - (low + high) / 2) / ((high - low) / 2);
+}
+
+void add_safest(const StressMap& map, KindReport& report) {
+  std::string text;
+  for (const StressRow& row : map.rows) {
+    if (row.record().of_structure) continue;
+    std::vector<const StressCell*> cells;
+    for (const StressCell& cell : row.cells)
+      if (cell.threshold) cells.push_back(&cell);
+    std::ranges::stable_sort(cells, {},
+                             [](const StressCell* cell) { return std::pair(-cell->threshold->t, used_margin(*cell)); });
+    if (cells.size() > 3) cells.resize(3);
+    std::string names;
+    for (const StressCell* cell : cells) names += (names.empty() ? "" : ", ") + cell->record->column;
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", row.record().hazard, names);
+  }
+  if (!text.empty()) report.findings.emplace_back("Three that hold longest", text + ".");
+}
+
+void add_calm(const StressMap& map, KindReport& report) {
+  std::vector<std::string> calm;
+  for (const StressCell* cell : matrix_cells(map, false))
+    if (const auto off = cell->calm_error())
+      calm.push_back(fmt::format("{} on {} ({:+.0f} %)", cell->record->column, cell->record->hazard, 100 * *off));
+  if (calm.empty()) return;
+  const std::size_t count = calm.size();
+  if (calm.size() > 6) calm.resize(6);
+  report.findings.emplace_back(
+      "Wrong, and calm",
+      fmt::format("At the harmful end {} are off by more than a tenth of the image's mean while their seeds agree on it to a "
+                  "fifth of that: {}{}.",
+                  counted(count, "cell"), fmt::join(calm, ", "), count > calm.size() ? ", …" : ""));
+}
+
+void add_mended(const std::vector<MendedCell>& cells, KindReport& report) {
+  if (cells.empty()) return;
+  const auto moved = std::ranges::count_if(cells, &MendedCell::helps);
+  const auto to_end =
+      std::ranges::count_if(cells, [](const MendedCell& c) { return c.with->threshold->holding == Holding::to_the_end; });
+  const auto best = std::ranges::max_element(cells, {}, &MendedCell::factor),
+             worst = std::ranges::min_element(cells, {}, &MendedCell::factor);
+  report.findings.emplace_back(
+      "What remedies move",
+      fmt::format(
+          "{} of {} remedies move the threshold towards harm, {} of them to the end of the range; the most: {} ({}, {}), the "
+          "least: {} ({}, {}).",
+          moved, cells.size(), to_end, best->with->record->remedy, best->with->record->hazard, best->text(),
+          worst->with->record->remedy, worst->with->record->hazard, worst->text()));
+}
+
+// --- the page ---
 
 std::string embedded_picture(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -27,108 +147,120 @@ std::string embedded_picture(const std::string& path) {
   return bytes.empty() ? std::string() : base64(bytes);
 }
 
-// The rows that are done, by id.
-std::vector<const StressRecord*> arrange_stress(const RunLog& log) {
-  std::vector<const StressRecord*> rows = done_records_of<StressRecord>(log);
-  std::ranges::stable_sort(rows, [](const auto* a, const auto* b) { return a->id < b->id; });
-  return rows;
+std::string cell_html(const StressCell& cell) {
+  const StressRecord& r = *cell.record;
+  std::string judged;
+  if (const auto prediction = judge_stress(cell))
+    judged = fmt::format("<p>Expected {}: <strong>{}</strong></p>", escape_html(prediction->expected_text()),
+                         verdict_name(*prediction->verdict));
+  std::string out =
+      fmt::format("<article class=\"card\" id=\"{}\"><h4>{}</h4><p><strong>{}</strong>{}</p>{}", escape_html(cell.anchor()),
+                  escape_html(name_of(cell)), escape_html(cell.verdict_text()),
+                  cell.interval_text().empty() ? "" : escape_html(fmt::format(" (95 %: {})", cell.interval_text())), judged);
+  const bool two = !r.after.empty();
+  if (const std::string png = embedded_picture(r.picture); !png.empty())
+    out += fmt::format(
+        "<figure><img style=\"width:100%;image-rendering:pixelated\" alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption "
+        "class=\"note\">{0}</figcaption></figure>",
+        two ? "before the threshold: reference, image | after it: reference, image" : "reference, image", png);
+  for (const std::string& command : {r.before, r.after})
+    if (!command.empty()) out += "<pre>" + escape_html(command) + "</pre>";
+  return out + "</article>\n";
 }
 
-std::string name_of(const JudgedPrediction& row) { return row.remedy.empty() ? "as it is" : row.remedy; }
+FigureGroup hazard_group(const StressRow& row) {
+  const StressRecord& r = row.record();
+  FigureGroup group{.heading = fmt::format("{}. {}", r.id, r.hazard), .figures = {curve_figure(row)}};
+  group.below = fmt::format(
+      "<p>{}. x: {}, {}. Sound: {}. <span class=\"note\">{}</span></p>\n<details><summary>The cells: images before and after "
+      "each threshold, "
+      "and commands that repeat them</summary><div class=\"findings\">\n",
+      escape_html(r.failure), escape_html(r.parameter), escape_html(range_of(r)), escape_html(bound_of(r)),
+      escape_html(r.source));
+  for (const auto* cells : {&row.cells, &row.remedies})
+    for (const StressCell& cell : *cells) group.below += cell_html(cell);
+  group.below += "</div></details>\n";
+  return group;
+}
 
-// "14 failures of methods as they come: 14 confirmed; with remedies: 12 confirmed, 9 weaker, 7 refuted."
-std::string answer_of(const Predictions& predictions) {
-  std::vector<Verdict> plain, remedied;
-  for (const JudgedPrediction& row : predictions.rows) (row.remedy.empty() ? plain : remedied).push_back(*row.verdict);
-  const std::string with = remedied.empty() ? "" : fmt::format("; with remedies: {}", count_verdicts(remedied));
-  return fmt::format("{} failures of methods as they come: {}{}.", plain.size(), count_verdicts(plain), with);
+Figure matrix_figure(const StressMap& map, bool structures) {
+  Figure figure{.name = structures ? "matrix-structures" : "matrix",
+                .title = structures ? "From where on ray structures fail" : "From where on methods fail"};
+  figure.drawing = draw_matrix(map, structures, true);
+  figure.notes = {threshold_rule};
+  return figure;
+}
+
+std::string answer_of(const StressMap& map, const Predictions& predictions) {
+  const std::vector<Held> held = held_by_column(map, false);
+  if (held.empty()) return {};
+  std::string text = fmt::format("{} holds widest of {}", held.front().column, counted(held.size(), "method"));
+  const auto worst =
+      std::ranges::max_element(map.rows, {}, [](const StressRow& row) { return row.record().of_structure ? 0 : row.broken(); });
+  text += "; " + broken_text(*worst);
+  std::vector<Verdict> verdicts;
+  for (const JudgedPrediction& row : predictions.rows) verdicts.push_back(*row.verdict);
+  return text + (verdicts.empty() ? "." : fmt::format("; predicted thresholds: {}.", count_verdicts(verdicts)));
 }
 
 }  // namespace
 
-std::vector<JudgedPrediction> judge_stress(const StressRecord& record) {
-  CHECK(!record.figures.empty());
-  const Expected& holds = record.holds;
-  const Expected& fails = record.figures.front().expected;
-  const double failing = record.figures.front().value.median;
-  std::vector<JudgedPrediction> rows;
-  for (std::size_t i = 0; i < record.figures.size(); ++i) {
-    const ClaimFigure& figure = record.figures[i];
-    const double value = figure.value.median;
-    JudgedPrediction& row = rows.emplace_back(JudgedPrediction{.id = record.id,
-                                                               .statement = record.claim,
-                                                               .scene = record.cell.scene,
-                                                               .method = record.methods.at(i),
-                                                               .remedy = i == 0 ? "" : figure.quantity,
-                                                               .quantity = figure.text,
-                                                               .source = record.source,
-                                                               .kind = figure.kind,
-                                                               .expected = figure.expected,
-                                                               .value = value,
-                                                               .interval = Interval{figure.value.low, figure.value.high}});
-    const double left = distance(value, holds) == 0 ? 0 : distance(value, holds) / distance(failing, holds);
-    row.verdict = i == 0 ? judge(value, {value, value}, fails, fails.low > holds.high ? holds.high : holds.low)
-                         : judge(left, {left, left}, {0, 0}, 0.5);
-  }
-  return rows;
-}
-
 KindReport stress_report(const RunLog& log) {
   if (records_of<StressRecord>(log).empty()) return {};
-  const std::vector<const StressRecord*> records = arrange_stress(log);
+  const StressMap map = arrange_stress(log);
   KindReport report{.id = "stress", .heading = "Where methods fail"};
-  if (!records.empty()) report.fact = counted(records.size(), "failure");
-  std::string& out = report.section;
-  out = fmt::format("<p class=\"note\">{} {}</p>\n<div class=\"findings\">\n", escape_html(rule), escape_html(verdict_rule));
-  for (const StressRecord* record : records) {
-    const std::vector<JudgedPrediction> rows = judge_stress(*record);
-    report.predictions.rows.insert(report.predictions.rows.end(), rows.begin(), rows.end());
-    out += fmt::format("<article class=\"card\"><h3>{}. {}</h3>", record->id, escape_html(record->claim));
-    std::string caption = "reference";
-    for (const JudgedPrediction& row : rows) caption += " | " + name_of(row);
-    if (const std::string png = embedded_picture(record->picture); !png.empty())
-      out += fmt::format(
-          "<figure><img style=\"width:100%\" alt=\"{0}\" "
-          "src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>",
-          escape_html(caption), png);
-    const JudgedPrediction sound{.scene = {}, .method = {}, .quantity = {}, .source = {}, .expected = record->holds};
-    out += fmt::format("<p class=\"note\">{}: {}; {}. Would hold: {}.</p><dl>", escape_html(record->cell.scene),
-                       escape_html(record->claimed), escape_html(record->source), sound.expected_text());
-    for (const JudgedPrediction& row : rows)
-      out += fmt::format("<dt>{}</dt><dd><strong>{}</strong>: {} <span class=\"note\">(expected {}; {})</span></dd>",
-                         escape_html(name_of(row)), verdict_name(*row.verdict), row.measured_text(), row.expected_text(),
-                         escape_html(row.method));
-    out += "</dl></article>\n";
+  if (map.rows.empty()) return report;
+  report.fact = fmt::format("{}, {}", counted(map.rows.size(), "hazard"),
+                            counted(map.columns.size() + map.structure_columns.size(), "method"));
+  for (const StressCell* cell : all_cells(map))
+    if (auto judged = judge_stress(*cell)) report.predictions.rows.push_back(std::move(*judged));
+  const std::vector<MendedCell> mended = mended_cells(map);
+  for (const bool structures : {false, true}) {
+    if ((structures ? map.structure_columns : map.columns).empty()) continue;
+    report.figures.push_back({"", {matrix_figure(map, structures)}});
+    report.tables.push_back(matrix_table(map, structures));
+    add_widest(map, structures, report);
   }
-  out += "</div>\n";
+  add_worst(map, report);
+  if (const std::string finding = predictions_finding(report.predictions); !finding.empty())
+    report.findings.emplace_back("What theory predicted", finding);
+  add_mended(mended, report);
+  add_calm(map, report);
+  add_safest(map, report);
+  report.tables.push_back(thresholds_table(map));
+  report.tables.push_back(remedies_table(mended));
+  for (const StressRow& row : map.rows) report.figures.push_back(hazard_group(row));
   for (const std::string& line : failed_cells<StressRecord>(log)) {
     report.predictions.notes.push_back(line);
-    out += "<p>" + escape_html(line) + "</p>\n";
+    report.section += "<p>" + escape_html(line) + "</p>\n";
   }
-  report.predictions.notes.insert(report.predictions.notes.begin(), rule);
-  report.answer = answer_of(report.predictions);
+  report.predictions.notes.insert(report.predictions.notes.begin(), threshold_rule);
+  report.answer = answer_of(map, report.predictions);
   return report;
 }
 
 std::string stress_summary(const RunLog& log) {
   std::string out;
-  for (const StressRecord* record : arrange_stress(log)) {
-    const std::vector<JudgedPrediction> rows = judge_stress(*record);
-    out += fmt::format("{:2}  {}  ({}: {})\n", record->id, record->claim, record->cell.scene, record->claimed);
+  const StressMap map = arrange_stress(log);
+  for (const StressRow& row : map.rows) {
+    const StressRecord& r = row.record();
+    out += fmt::format("{:2}  {}: {}, {}; sound: {}\n", r.id, r.hazard, r.parameter, range_of(r), bound_of(r));
     std::size_t widest = 16;
-    for (const JudgedPrediction& row : rows) widest = std::max(widest, display_width(name_of(row)));
-    for (const JudgedPrediction& row : rows) {
-      const std::string found =
-          fmt::format("{:<24} expected {:<14} {}", row.measured_text(), row.expected_text(), verdict_name(*row.verdict));
-      // A long name stands above its figures, so that a terminal's 100 columns hold both.
-      if (const std::string line = fmt::format("      {:<{}} {}\n", name_of(row), widest, found); display_width(line) <= 101)
-        out += line;
-      else
-        out += fmt::format("      {}\n        {}\n", name_of(row), found);
-    }
+    for (const auto* cells : {&row.cells, &row.remedies})
+      for (const StressCell& cell : *cells) widest = std::max(widest, std::min<std::size_t>(40, display_width(name_of(cell))));
+    for (const auto* cells : {&row.cells, &row.remedies})
+      for (const StressCell& cell : *cells) {
+        std::string line = fmt::format("      {:<{}} {}", name_of(cell), widest, cell.verdict_text());
+        if (!cell.interval_text().empty()) line += fmt::format(" ({})", cell.interval_text());
+        if (const auto judged = judge_stress(cell))
+          line += fmt::format("; expected {}: {}", judged->expected_text(), verdict_name(*judged->verdict));
+        out += line + "\n";
+      }
   }
-  if (out.empty()) out = "The log holds no finished row.\n";
+  if (out.empty()) out = "The log holds no finished cell.\n";
   for (const std::string& line : failed_cells<StressRecord>(log)) out += line + "\n";
+  const KindReport report = stress_report(log);
+  for (const auto& [subject, text] : report.findings) out += fmt::format("\n{}: {}\n", subject, text);
   return out;
 }
 

@@ -1,39 +1,76 @@
-// What a report says of methods on the scenes that break them. Two things are predicted of each scene, and the median over
-// seeds is judged:
-//
-//   as it is       the method fails, with a figure in the interval that the failure is expected to bring it to; no effect is
-//                  the nearest figure of a method that does not fail, so that "refuted" says that nothing fails
-//   with a remedy  it holds: nothing of the failure is left. No effect is that half of it is left, so that "weaker" says that
-//                  the remedy brings the figure more than half of the way
+// What a report says of a failure map: the matrix of hazards and methods as a figure and a table, thresholds with intervals
+// against what theory expects of them, remedies as factors by which thresholds moved, and a curve and images for each cell.
 #pragma once
 
-#include "experiments/kinds/claims/claim_record.h"
+#include "experiments/kinds/stress/stress_record.h"
 #include "experiments/report/kind_report.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace etendue {
 
-// A row of the catalogue of failures as it was measured. Its first figure is the failing method's, the others are those of its
-// remedies. The cell is (scene, figure, "stress-01", 1). `claim` is the failure in words, `claimed` what is measured of the
-// image.
-struct StressRecord final : ClaimRecord {
-  static constexpr const char* type = "stress";
+// A cell of the map, as the log has it. A record that failed or does not apply has no threshold.
+struct StressCell {
+  const StressRecord* record = nullptr;
+  std::optional<Threshold> threshold = {};
 
-  Expected holds;                    // the figure of a method that does not fail
-  std::vector<std::string> methods;  // of the figures
-  std::string picture;               // beside the log: the reference, then each method
-  FileStamp picture_stamp;
-
-  std::string line() const override;
-  File file() override { return {&picture, &picture_stamp}; }
+  double x() const { return record->range.at(threshold->t); }
+  Interval x_interval() const;         // an end is infinite or 0 where the range says no more
+  std::string threshold_text() const;  // "0.097", "holds", "fails", "–"
+  std::string interval_text() const;   // "0.09–0.1"; "" where there is none
+  std::string verdict_text() const;    // "fails from 0.097 m on"
+  std::string anchor() const;          // of the page
+  // How far the image's mean is off at the harmful end, where seeds agree on it to a fifth: wrong, and calm.
+  std::optional<double> calm_error() const;
 };
 
-// The first row is the method as it is, the others are those of its remedies. The record must be done (CHECK).
-std::vector<JudgedPrediction> judge_stress(const StressRecord& record);
+// The cells of a hazard, those of the matrix by column, then those of remedies.
+struct StressRow {
+  int id = 0;
+  std::vector<StressCell> cells, remedies;
 
-KindReport stress_report(const RunLog& log);    // its section has the pictures
+  const StressRecord& record() const { return *cells.front().record; }
+  const StressCell* of(const std::string& column) const;
+  std::size_t broken() const;  // methods that fail within the range
+};
+
+struct StressMap {
+  std::vector<std::string> columns, structure_columns;
+  std::vector<StressRow> rows;  // by id
+};
+
+StressMap arrange_stress(const RunLog& log);
+// Empty where nothing is expected.
+std::optional<JudgedPrediction> judge_stress(const StressCell& cell);
+
+std::vector<const StressCell*> all_cells(const StressMap& map);
+
+std::string range_of(const StressRecord& record);  // "0.2 → 0.01 m"
+std::string bound_of(const StressRecord& record);  // "relmse at most 0.1"
+extern const char* const threshold_rule;           // how thresholds are found, for people
+
+// A remedy beside what it mends.
+struct MendedCell {
+  const StressCell *without, *with;
+  Mended mended;
+
+  double factor() const { return mended.factor; }
+  bool helps() const { return mended.interval.low > 1 || (mended.at_least && mended.factor > 1); }
+  std::string text() const;  // "4.2×", "at least 12×"
+};
+std::vector<MendedCell> mended_cells(const StressMap& map);
+
+Table matrix_table(const StressMap& map, bool structures);
+Table thresholds_table(const StressMap& map);
+Table remedies_table(const std::vector<MendedCell>& cells);
+
+// The matrix, of methods or of structures; in a page its cells lead to what stands there of each.
+Drawing draw_matrix(const StressMap& map, bool structures, bool linked);
+Figure curve_figure(const StressRow& row);
+
+KindReport stress_report(const RunLog& log);
 std::string stress_summary(const RunLog& log);  // what `etendue stress` prints at its end
 
 }  // namespace etendue

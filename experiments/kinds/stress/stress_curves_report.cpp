@@ -1,0 +1,107 @@
+// Curves of a hazard: the figure against its parameter, a series for each method with a band over seeds, the bound of a sound
+// method, thresholds on it with their intervals, and those that theory expects.
+#include "experiments/kinds/stress/stress_report.h"
+#include "experiments/report/report_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+ChartSeries curve_of(const StressCell& cell, std::size_t index) {
+  const StressRecord& r = *cell.record;
+  ChartSeries series{.key = r.cell.integrator, .label = r.cell.integrator, .detail = r.method};
+  series.style(index);
+  for (const StressPoint& point : r.points) {
+    const auto [low, high] = std::ranges::minmax(point.values);
+    series.points.emplace_back(point.x, mean(point.values), low, high);
+  }
+  std::ranges::stable_sort(series.points, {}, &ChartPoint::x);
+  return series;
+}
+
+// A thin line in the series' colour, switched with it.
+ChartSeries guide_of(const ChartSeries& series, std::vector<ChartPoint> points) {
+  ChartSeries guide = series;
+  guide.label = guide.detail = "";
+  guide.draw = ChartSeries::Draw::guide;
+  guide.points = std::move(points);
+  return guide;
+}
+
+// The bound on whose side the curve leaves what is sound.
+double crossed_bound(const StressRecord& r) {
+  const double last = mean(r.points.back().values);
+  if (std::isinf(r.holds.high)) return r.holds.low;
+  if (std::isinf(r.holds.low)) return r.holds.high;
+  return last < r.holds.low ? r.holds.low : r.holds.high;
+}
+
+}  // namespace
+
+Figure curve_figure(const StressRow& row) {
+  const StressRecord& of = row.record();
+  Chart chart;
+  const bool rises = of.range.to > of.range.from;
+  chart.x.title =
+      fmt::format("{}{}: harm grows to the {}", of.parameter, of.unit.empty() ? "" : ", " + of.unit, rises ? "right" : "left");
+  chart.y.title = of.figure_text;
+  bool positive = true;
+  std::vector<double> levels;
+  std::size_t index = 0;
+  std::vector<ChartSeries> marks;
+  for (const auto* cells : {&row.cells, &row.remedies})
+    for (const StressCell& cell : *cells) {
+      if (!cell.threshold) continue;
+      ChartSeries series = curve_of(cell, index++);
+      for (const ChartPoint& point : series.points) {
+        positive = positive && point.low > 0;
+        levels.push_back(point.y);
+      }
+      const double bound = crossed_bound(*cell.record);
+      if (cell.threshold->holding == Holding::up_to) {
+        const Interval x = cell.x_interval();
+        const double low = std::max(x.low, std::min(of.range.from, of.range.to)),
+                     high = std::min(x.high, std::max(of.range.from, of.range.to));
+        marks.push_back(guide_of(series, {{low, bound}, {high, bound}}));
+        ChartSeries dot = guide_of(series, {{cell.x(), bound}});
+        dot.draw = ChartSeries::Draw::dots;
+        dot.label = series.label;
+        marks.push_back(std::move(dot));
+      }
+      chart.series.push_back(std::move(series));
+    }
+  chart.y.scale = positive ? Scale::log : Scale::linear;
+  if (levels.empty()) return {};
+  for (const double bound : {of.holds.low, of.holds.high})
+    if (std::isfinite(bound) && (!positive || bound > 0)) {
+      chart.series.push_back(
+          {.key = "bound",
+           .draw = ChartSeries::Draw::context,
+           .points = {{std::min(of.range.from, of.range.to), bound}, {std::max(of.range.from, of.range.to), bound}}});
+      levels.push_back(bound);
+    }
+  const auto [lowest, highest] = std::ranges::minmax(levels);
+  for (const auto* cells : {&row.cells, &row.remedies})
+    for (const StressCell& cell : *cells) {
+      if (!cell.threshold || !cell.record->is_expected) continue;
+      const auto series = std::ranges::find(chart.series, cell.record->cell.integrator, &ChartSeries::key);
+      for (const auto& end : {cell.record->expected_low, cell.record->expected_high})
+        if (end && *end > 0 && of.range.t_of(*end) >= 0 && of.range.t_of(*end) <= 1)
+          marks.push_back(guide_of(*series, {{*end, lowest}, {*end, highest}}));
+    }
+  chart.series.insert(chart.series.end(), std::make_move_iterator(marks.begin()), std::make_move_iterator(marks.end()));
+  return {.name = fmt::format("{}-{}", of.cell.accel, slug(of.hazard)),
+          .scene = of.hazard,
+          .title = fmt::format("{} against {}", of.figure, of.parameter),
+          .panels = {std::move(chart)},
+          .notes = {"Means over seeds; bands are their extremes. Grey: the bound of a sound method. Marks on it: thresholds "
+                    "with their 95 % "
+                    "intervals. Dotted uprights: the interval in which theory expects a method's threshold."}};
+}
+
+}  // namespace etendue

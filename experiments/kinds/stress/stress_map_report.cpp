@@ -1,0 +1,133 @@
+// The map that a log's cells make: thresholds, in words and judged.
+#include "experiments/kinds/stress/stress_report.h"
+#include "experiments/report/report_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+// Two digits: "0.097", "7000".
+std::string x_text(double x) { return fmt::format("{:g}", std::strtod(fmt::format("{:.2g}", x).c_str(), nullptr)); }
+
+}  // namespace
+
+Interval StressCell::x_interval() const {
+  const auto [low, high] = threshold->interval;
+  const bool rises = record->range.to > record->range.from;
+  const double first = low > 0 ? record->range.at(low) : rises ? 0 : endless;
+  const double last = high < 1 ? record->range.at(high) : rises ? endless : 0;
+  return {std::min(first, last), std::max(first, last)};
+}
+
+std::string StressCell::threshold_text() const {
+  if (!record->inapplicable.empty()) return "–";
+  if (!threshold) return "failed to run";
+  const char* mark = threshold->is_monotone ? "" : "†";
+  switch (threshold->holding) {
+    case Holding::to_the_end:
+      return "holds";
+    case Holding::nowhere:
+      return std::string("fails") + mark;
+    case Holding::up_to:
+      break;
+  }
+  return x_text(x()) + mark;
+}
+
+std::string StressCell::interval_text() const {
+  if (!threshold || threshold->holding != Holding::up_to) return "";
+  const Interval of = x_interval();
+  if (of.low == 0) return "below " + x_text(of.high);
+  if (std::isinf(of.high)) return "above " + x_text(of.low);
+  return x_text(of.low) + "–" + x_text(of.high);
+}
+
+std::string StressCell::verdict_text() const {
+  if (!record->inapplicable.empty()) return "does not apply: " + record->inapplicable;
+  if (!threshold) return "failed to run: " + record->error;
+  const std::string unit = record->unit.empty() ? "" : " " + record->unit;
+  const char* recovers = threshold->is_monotone ? "" : ", recovers beyond";
+  switch (threshold->holding) {
+    case Holding::to_the_end:
+      return "holds to the end";
+    case Holding::nowhere: {
+      const StressPoint& first = record->points.front();
+      const bool biased = std::abs(first.bias) > std::max(0.01, 3 * first.bias_error) && !record->of_structure;
+      return fmt::format("fails everywhere{}{}", biased ? fmt::format(": biased by {:+.1f} %", 100 * first.bias) : "",
+                         recovers);
+    }
+    case Holding::up_to:
+      break;
+  }
+  return fmt::format("fails from {}{} on{}", x_text(x()), unit, recovers);
+}
+
+std::string StressCell::anchor() const { return record->cell.accel + "-" + slug(record->cell.integrator); }
+
+std::optional<double> StressCell::calm_error() const {
+  if (!threshold || record->of_structure || record->points.empty()) return std::nullopt;
+  const StressPoint& last = record->points.back();
+  const double n = static_cast<double>(last.values.size());
+  if (n < 2 || std::abs(last.bias) < 0.1 || last.bias_error * std::sqrt(n) > std::abs(last.bias) / 5) return std::nullopt;
+  return last.bias;
+}
+
+const StressCell* StressRow::of(const std::string& column) const {
+  const auto found = std::ranges::find_if(cells, [&](const StressCell& cell) { return cell.record->column == column; });
+  return found == cells.end() ? nullptr : &*found;
+}
+
+std::size_t StressRow::broken() const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      cells, [](const StressCell& cell) { return cell.threshold && cell.threshold->holding != Holding::to_the_end; }));
+}
+
+StressMap arrange_stress(const RunLog& log) {
+  StressMap map;
+  for (const StressRecord* record : records_of<StressRecord>(log)) {
+    StressCell cell{record};
+    if (record->done() && !record->points.empty()) cell.threshold = threshold_of(record->curve(), record->holds);
+    StressRow& row = find_or_add(
+        map.rows, [&](const StressRow& r) { return r.id == record->id; }, StressRow{record->id, {}, {}});
+    if (!record->remedy.empty()) {
+      row.remedies.push_back(cell);
+      continue;
+    }
+    row.cells.push_back(cell);
+    auto& columns = record->of_structure ? map.structure_columns : map.columns;
+    find_or_add(
+        columns, [&](const std::string& column) { return column == record->column; }, record->column);
+  }
+  // A filter may leave remedies without what they mend.
+  std::erase_if(map.rows, [](const StressRow& row) { return row.cells.empty(); });
+  std::ranges::stable_sort(map.rows, {}, &StressRow::id);
+  return map;
+}
+
+std::optional<JudgedPrediction> judge_stress(const StressCell& cell) {
+  const StressRecord& r = *cell.record;
+  if (!r.is_expected || !cell.threshold) return std::nullopt;
+  JudgedPrediction row{.id = r.id,
+                       .statement = r.failure,
+                       .scene = r.cell.scene,
+                       .method = r.column,
+                       .remedy = r.remedy,
+                       .quantity = "threshold of " + r.parameter,
+                       .source = r.source,
+                       .expected = Expected{r.expected_low.value_or(-endless), r.expected_high.value_or(endless)}};
+  // One that holds to the end has its threshold beyond it, somewhere.
+  const bool rises = r.range.to > r.range.from, holds = cell.threshold->holding == Holding::to_the_end;
+  double value = cell.x();
+  if (cell.threshold->holding != Holding::up_to)
+    value = rises == holds ? std::max(r.range.from, r.range.to) * 1.000001 : std::min(r.range.from, r.range.to) * 0.999999;
+  row.measure(value, cell.x_interval(), std::nullopt);
+  if (cell.threshold->holding != Holding::up_to) row.marks = holds ? " (holds to the end)" : " (fails everywhere)";
+  return row;
+}
+
+}  // namespace etendue

@@ -1,0 +1,45 @@
+// A cell of the failure map as it was measured: a method along a hazard's parameter. The cell is (scene at the harmless end,
+// "stress-01", method or "method: remedy", 1).
+#pragma once
+
+#include "experiments/kinds/stress/stress_sweep.h"
+#include "experiments/log/log.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+// A point of the curve, with what else its images say.
+struct StressPoint : SweepPoint {
+  double bias = 0, bias_error = 0;  // relative error of the mean over seeds of the image's mean, and its standard error
+  double peak = 0;                  // brightest pixel of any seed over the reference's brightest
+};
+
+struct StressRecord final : KindRecord {
+  static constexpr const char* type = "stress";
+
+  int id = 0;
+  std::string hazard, failure, source, parameter, unit;
+  SweepRange range;
+  std::string figure, figure_text;
+  Expected holds;              // the figure of a method that does not fail
+  std::string column, remedy;  // the method's column of the matrix; what mends it: "" for the matrix' own cells
+  std::string method;          // with its parameters at the harmless end
+  std::string inapplicable;    // why nothing was measured; "": it was
+  bool of_structure = false;
+  std::optional<double> expected_low, expected_high;  // of the threshold, in x; infinite ends are left out
+  bool is_expected = false;
+  std::vector<StressPoint> points;  // ascending in t
+  std::string before, after;        // commands that repeat the points on both sides of the threshold
+  std::uint64_t disagreements = 0;  // wrong answers of a structure
+  std::string picture;              // beside the log: reference and image before, reference and image after
+  FileStamp picture_stamp;
+
+  std::vector<SweepPoint> curve() const { return {points.begin(), points.end()}; }
+  std::string line() const override;
+  File file() override { return {&picture, &picture_stamp}; }
+};
+
+}  // namespace etendue
