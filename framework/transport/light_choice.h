@@ -13,7 +13,7 @@ template <class Visitor>
 void describe_lights(Visitor& v, LightChoice& lights) {
   v.choice("lights", lights,
            "how light samples choose among lights: by power, all alike, or by a tree over what each may send to the point; "
-           "auto: the tree from 4 finite lights on");
+           "auto: the tree from 9 lights on that are not at infinity");
 }
 
 }  // namespace etendue
