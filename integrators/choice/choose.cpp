@@ -89,8 +89,8 @@ class Chooser {
   MethodChoice for_caustics() const {
     const std::string light = caustics();
     if (bias_ == BiasAllowed::none) return {"bdpt", {}, light + ", and bdpt is the unbiased method that finds most of it"};
-    if (found_.caustic_contrast >= sharp_caustics && bias_ == BiasAllowed::any && rays_ < rays_for_sharp &&
-        found_.photons_seen < few_photons)
+    if (found_.caustic_contrast >= sharp_caustics && bias_ == BiasAllowed::any && context_.effort.error == 0 &&
+        rays_ < rays_for_sharp && found_.photons_seen < few_photons)
       return {"irradiance-cache",
               {},
               light + ", and in so little time the photons that land there are spots: a cache leaves most of it out"};
