@@ -67,6 +67,7 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:two-rooms", 4, "hash-cache"},            // light through a door
       {"builtin:cornell-box", 1, "hash-cache"},          // no time for records
       {"builtin:cornell-box", 16, "irradiance-cache"}};
+  EXPECT_EQ(name_in("builtin:glass-caustic", {0, 0, 0.01}), "sppm");  // an error that a cache without the caustic never reaches
   for (const auto& [scene, seconds, method] : expected)
     EXPECT_EQ(name_in(scene, {seconds}), method) << scene << " in " << seconds;
 }
