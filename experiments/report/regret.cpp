@@ -97,7 +97,6 @@ std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>
       else
         ++loss.missing;
     }
-  std::erase_if(losses, [](const Loss& loss) { return loss.regrets.empty(); });
   std::ranges::stable_sort(losses, {}, &Loss::middle);
   return losses;
 }
@@ -169,10 +168,13 @@ KindReport regret_report(const ReportData& data) {
   report.tables = {contests_table(contests), losses_table(losses)};
   const auto chosen = std::ranges::find_if(losses, &Loss::chooses);
   const auto next = std::ranges::find_if(losses, [](const Loss& loss) { return !loss.chooses; });
-  report.answer = fmt::format("`{}` errs {:.2f} times as much as the best method at the median, {:.2f} times at worst",
-                              chosen->shown, chosen->middle(), chosen->worst());
+  const auto times = [](double regret) {
+    return std::isfinite(regret) ? fmt::format("{:.2f} times", regret) : "without limit (no image by then)";
+  };
+  report.answer = fmt::format("`{}` errs {} as much as the best method at the median, {} at worst", chosen->shown,
+                              times(chosen->middle()), times(chosen->worst()));
   if (next != losses.end())
-    report.answer += fmt::format("; always `{}`: {:.2f} and {:.2f} times", next->shown, next->middle(), next->worst());
+    report.answer += fmt::format("; always `{}`: {} and {}", next->shown, times(next->middle()), times(next->worst()));
   report.answer += ".";
   report.section = fmt::format("<p>{}</p>\n", escape_html(report.answer));
   report.figures = {{"By scene and time", {regret_figure(contests, losses)}}};

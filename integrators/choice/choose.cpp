@@ -124,16 +124,16 @@ class Chooser {
           "hash-cache", {}, "paths leave so little noise that the error of interpolating between records would outweigh it"};
     if (bias_ == BiasAllowed::vanishing)
       return {"hash-cache", {}, "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes"};
+    const std::string share = fill < rays_ ? percent(fill / rays_) : "more than all";
     if (fill > fill_share * rays_)
       return {"hash-cache",
               {},
-              fmt::format("about {:.0f} records would take {} of the budget before the first image", found_.records,
-                          percent(std::min(1.0, fill / rays_)))};
+              fmt::format("about {:.0f} records would take {} of the budget before the first image", found_.records, share)};
     return {
         "irradiance-cache",
         {},
         fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of the budget",
-                    found_.records, percent(fill / rays_))};
+                    found_.records, share)};
   }
 
   const RenderContext& context_;
