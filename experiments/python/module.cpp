@@ -50,8 +50,7 @@ Image read_any(const std::string& path) {
 Image image_of(const char* argument, const py::object& value) {
   if (py::isinstance<py::str>(value)) return read_any(value.cast<std::string>());
   const auto array = Pixels::ensure(value);
-  if (!array) throw py::error_already_set();
-  if (array.ndim() != 3 || array.shape(2) != 3)
+  if (!array || array.ndim() != 3 || array.shape(2) != 3)
     throw Error(Location{argument}, "expected an array of height x width x 3, or the path of an image");
   Image image(ivec2(static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0))));
   const double* from = array.data();

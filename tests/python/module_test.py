@@ -78,6 +78,8 @@ class Module(unittest.TestCase):
             etendue.compare(image, truth[:8, :8])
         with self.assertRaisesRegex(etendue.Error, "expected an array of height x width x 3"):
             etendue.compare(image[0], truth)
+        with self.assertRaisesRegex(etendue.Error, "expected an array of height x width x 3"):
+            etendue.compare({}, truth)
 
     def test_refuses_what_the_program_refuses(self):
         scene = etendue.load("builtin:furnace")
