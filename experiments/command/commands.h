@@ -32,8 +32,8 @@ struct RenderCommand {
   std::optional<ivec2> resolution;
   std::vector<std::string> params, aovs;
   std::string output, save_cache, load_cache;  // paths
-  bool json = false;
   std::string preview;                         // "host:port" of tev
+  bool json = false;
   SceneReading reading;
   double started = 0;  // when the process was, by now_s(): --time counts from there
 };
@@ -95,6 +95,8 @@ int report_command(const ReportCommand& command);
 
 // One list, or one name of any; "": all lists. `params`: with the parameters of each name.
 int list_command(const std::string& what, bool params);
+// The names in one of its lists; "": those of all, and of the lists.
+std::vector<std::string> listed_names(const std::string& list);
 
 // Typed values of the command line; they throw Error naming the option.
 std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high);

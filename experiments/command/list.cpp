@@ -109,6 +109,17 @@ bool list_name(const std::vector<Section>& sections, const std::string& name) {
 
 }  // namespace
 
+std::vector<std::string> listed_names(const std::string& list) {
+  std::vector<std::string> names;
+  for (const Section& section : list_sections()) {
+    if (list.empty()) names.push_back(section.name);
+    if (!list.empty() && list != section.name) continue;
+    for (const Entry& entry : section.entries)
+      if (entry.name.find_first_of(" ?") == std::string::npos) names.push_back(entry.name);  // others stand for many
+  }
+  return names;
+}
+
 int list_command(const std::string& what, bool params) {
   const std::vector<Section> sections = list_sections();
   std::vector<std::string> names;

@@ -1,26 +1,17 @@
-// The `etendue` program: its command line, and where errors become messages and exit statuses.
+// The `etendue` program: its command line.
 //
 //   0 done   1 a cell failed, a gate tripped or the machine did   2 bad usage, config or scene   130 interrupted
+#include "experiments/command/command_table.h"
 #include "experiments/command/commands.h"
+#include "experiments/command/guard.h"
 #include "experiments/log/manifest.h"
 #include "experiments/report/report_text.h"
-#include "framework/core/counters.h"
 #include "framework/core/memory.h"
-#include "framework/core/parallel.h"
-#include "framework/core/threads.h"
-#include "framework/core/units.h"
-#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <exception>
 #include <functional>
-#include <new>
 
 namespace etendue {
 
@@ -120,7 +111,9 @@ class CommandLine {
   void add_run() {
     CLI::App* c =
         add("run", "run an experiment: its cells, then tables, charts and a page", [this] { return run_command(run_); });
-    c->add_option("EXPERIMENT", run_.options.experiment, "a .toml file")->required()->type_name("");
+    c->add_option("EXPERIMENT", run_.options.experiment, "a .toml file, or the name of one in experiments/")
+        ->required()
+        ->type_name("");
     add_run_options(c);
     add_run_options(add("stress", "the failure map: from where on each method fails along each hazard, with intervals",
                         [this] { return stress_command(run_); }));
@@ -168,8 +161,6 @@ class CommandLine {
         ->type_name("NAME,...")
         ->allow_extra_args(false)
         ->delimiter(',');
-    text(c, "--preview", render_.preview, "HOST:PORT",
-         "show the image as it grows in the viewer tev, which listens on 127.0.0.1:14158; off the clock");
     text(c, "--save-cache", render_.save_cache, "FILE",
          "the cache as the last iteration left it (irradiance-cache, radiance-cache, photon-cache, "
          "hash-cache), for other views of the scene");
@@ -177,6 +168,8 @@ class CommandLine {
          "begin with a saved cache: its integrator and parameters, where not given; what it does not cover is added. The same "
          "view and seed with refine=false: the same image to the bit; with refine, and hash-cache always, it goes on where it "
          "stood. Refused if the scene (but for the camera), a parameter its records depend on, or the version differs");
+    text(c, "--preview", render_.preview, "HOST:PORT",
+         "show the image as it grows in the viewer tev, which listens on 127.0.0.1:14158; off the clock");
     c->add_flag("--json", render_.json, "figures as JSON on stdout");
     reading(c, render_.reading);
     threads(c, render_.threads, "default: all of the machine's");
@@ -275,7 +268,30 @@ class CommandLine {
          "scenes, integrators, accels, metrics, points, records, motions, policies, measurements or figures; or one name, "
          "such as sppm; default all")
         ->type_name("");
-    c->add_flag("--params", list_params_, "with each parameter: default, range and unit");
+    c->add_flag("--params,--all", list_params_, "with each parameter: default, range and unit");
+    c = add("completion", "a script that completes commands, options and names in a shell: source <(etendue completion bash)",
+            [this] { return completion_command(shell_, table()); });
+    c->add_option("SHELL", shell_, "bash or zsh")->required()->type_name("");
+    add("man", "the manual page: etendue man | man -l -", [this] { return man_command(table()); });
+  }
+
+  // The commands as completion and the manual page show them.
+  CommandTable table() const {
+    CommandTable table;
+    for (const CLI::App* command : app_.get_subcommands([](const CLI::App*) { return true; })) {
+      CommandRow row{command->get_name(), command->get_description(), {}};
+      for (const CLI::Option* option : command->get_options()) {
+        OptionRow of{{}, option->get_expected_max() == 0 ? "" : option->get_type_name(), option->get_description()};
+        for (const std::string& name : option->get_snames()) of.names.push_back("-" + name);
+        for (const std::string& name : option->get_lnames()) of.names.push_back("--" + name);
+        of.positional = of.names.empty() ? option->get_name() : "";
+        of.required = option->get_required();
+        of.many = option->get_expected_max() > 1;
+        row.options.push_back(std::move(of));
+      }
+      table.push_back(std::move(row));
+    }
+    return table;
   }
 
   // What no option took, with the nearest names.
@@ -312,50 +328,10 @@ class CommandLine {
   ResultsCommand results_;
   std::string list_;
   bool list_params_ = false;
+  std::string shell_;
   std::vector<Isa> isas_;
   std::function<int()> chosen_;
 };
-
-// Where an exception cannot pass: memory or a thread that is refused in the middle of a library.
-[[noreturn]] void end_cleanly() {
-  const auto end = [](const char* what) {
-    for (const char* part : {"error: ", what, "; expected a smaller scene, image or number of photons, or more memory\n"})
-      if (write(STDERR_FILENO, part, std::strlen(part)) < 0) break;
-    _exit(1);
-  };
-  try {
-    if (const auto current = std::current_exception()) std::rethrow_exception(current);
-  } catch (const std::bad_alloc&) {
-    end("out of memory");
-  } catch (const std::exception& e) {
-    end(e.what());
-  } catch (...) {
-  }
-  std::abort();  // a mistake of the program
-}
-
-int guarded_main(int argc, char** argv, double started) {
-  std::set_terminate(end_cleanly);
-  std::signal(SIGXFSZ, SIG_IGN);  // too large a file is an error of the write then
-  try {
-    start_threads(hardware_threads());  // before memory is taken
-    const int status = CommandLine(started).run(argc, argv);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::runtime_error("cannot write to the standard output");
-    return status;
-  } catch (const WriteError& e) {
-    std::fprintf(stderr, "error: %s\n", e.what());
-  } catch (const Error& e) {
-    std::fprintf(stderr, "error: %s\n", e.what());
-    return 2;
-  } catch (const std::bad_alloc&) {
-    const std::string taken = format_bytes(static_cast<double>(peak_memory_bytes()));
-    std::fprintf(stderr, "error: out of memory, with %s taken; expected a smaller scene, image or number of photons\n",
-                 taken.c_str());
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "error: %s\n", e.what());
-  }
-  return 1;
-}
 
 }  // namespace
 
@@ -364,5 +340,5 @@ int guarded_main(int argc, char** argv, double started) {
 int main(int argc, char** argv) {
   const double started = etendue::now_s();
   etendue::keep_freed_memory();
-  return etendue::guarded_main(argc, argv, started);
+  return etendue::guarded([&] { return etendue::CommandLine(started).run(argc, argv); });
 }

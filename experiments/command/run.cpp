@@ -6,10 +6,13 @@
 #include "experiments/report/report_text.h"
 #include "experiments/run/run_directory.h"
 #include "framework/core/units.h"
+#include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <filesystem>
 #include <map>
+#include <vector>
 
 namespace etendue {
 
@@ -57,22 +60,40 @@ void print_files(const std::vector<std::string>& files, Console& console) {
 
 }  // namespace
 
-int stress_command(RunCommand command) {
-  // It lies in the working directory, else in the source tree beside the program's build directory.
-  const std::filesystem::path name = "experiments/stress.toml";
+namespace {
+
+// The file of an experiment that is named alone ("first-light"): it lies in experiments/ of the working directory, of the
+// source tree beside the program's build directory, or of an installed program's share/etendue. Throws Error with the nearest
+// names.
+std::string find_experiment(const std::string& name) {
   std::error_code ignored;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);
-  for (const auto& candidate : {name, program.parent_path() / name, program.parent_path().parent_path() / name})
-    if (std::filesystem::is_regular_file(candidate, ignored)) {
-      command.options.experiment = candidate.string();
-      return run_command(command);
-    }
-  throw Error(Location{"stress"}, "no experiments/stress.toml here, nor beside the program; expected etendue's source tree");
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+  std::vector<std::string> names;
+  for (const std::filesystem::path& place :
+       {std::filesystem::path(), program, program.parent_path(), program.parent_path() / "share/etendue"}) {
+    const std::filesystem::path file = place / "experiments" / (name + ".toml");
+    if (std::filesystem::is_regular_file(file, ignored)) return file.string();
+    for (const auto& entry : std::filesystem::directory_iterator(place / "experiments", ignored))
+      if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  throw Error(Location{"run"},
+              unknown_name("experiment", name, names) + "; expected a .toml file, or the name of one in experiments/");
+}
+
+}  // namespace
+
+int stress_command(RunCommand command) {
+  command.options.experiment = find_experiment("stress");
+  return run_command(command);
 }
 
 int run_command(const RunCommand& command) {
   Console console;
-  RunPlan plan = plan_run(command.options);
+  RunOptions options = command.options;
+  if (!is_file(options.experiment) && options.experiment.find_first_of("./") == std::string::npos)
+    options.experiment = find_experiment(options.experiment);
+  RunPlan plan = plan_run(options);
   if (command.dry_run) {
     print_plan(plan, console);
     return 0;
