@@ -2,15 +2,18 @@
 #include "accel/bvh/dynamic/change_policy.h"
 #include "accel/registry.h"
 #include "experiments/command/commands.h"
+#include "experiments/command/console.h"
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/stress/stress_figures.h"
+#include "experiments/report/report_text.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
 #include "framework/scene/motion.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <vector>
 
 namespace etendue {
@@ -25,8 +28,10 @@ struct Entry {
 };
 using Entries = std::vector<Entry>;
 
+// Without parameters a name takes one line, also on a narrow terminal.
 void print_entry(const Entry& entry, bool params) {
-  fmt::print("  {:<34} {}\n", entry.name, entry.summary);
+  const std::string line = fmt::format("  {:<34} {}", entry.name, entry.summary);
+  fmt::print("{}\n", !params && isatty(STDOUT_FILENO) ? shortened(line, Console::width()) : line);
   if (!params) return;
   for (const Quantity& quantity : entry.quantities) fmt::print("      {:<24} {}\n", quantity.name, quantity.text);
   for (const ParamInfo& info : entry.params) {
@@ -134,7 +139,7 @@ int list_command(const std::string& what, bool params) {
     }
     found = true;
   }
-  if (left_out) fmt::print("\n`etendue list NAME` shows the parameters of one, `--params` those of all.\n");
+  if (left_out) fmt::print("\n`etendue list NAME` shows the parameters of one, `--all` those of all.\n");
   if (found || list_name(sections, what)) return 0;
   std::vector<std::string> all = names;
   for (const Section& section : sections)

@@ -3,6 +3,7 @@
 //   0 done   1 a cell failed, a gate tripped or the machine did   2 bad usage, config or scene   130 interrupted
 #include "experiments/command/command_table.h"
 #include "experiments/command/commands.h"
+#include "experiments/command/console.h"
 #include "experiments/command/guard.h"
 #include "experiments/log/manifest.h"
 #include "experiments/report/report_text.h"
@@ -10,6 +11,7 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <functional>
 
@@ -17,12 +19,26 @@ namespace etendue {
 
 namespace {
 
-// Help whose descriptions are wrapped beside their options.
+// Help whose descriptions are wrapped beside their options, within the terminal.
 class WrappedHelp : public CLI::Formatter {
  public:
   WrappedHelp() { column_width(36); }
   std::string make_option_desc(const CLI::Option* option) const override {
-    return fmt::format("{}", fmt::join(broken_lines(CLI::Formatter::make_option_desc(option), 84), "\n"));
+    return wrapped_beside(CLI::Formatter::make_option_desc(option));
+  }
+  std::string make_subcommand(const CLI::App* command) const override {
+    std::stringstream out;
+    CLI::detail::format_help(out, command->get_name(), wrapped_beside(command->get_description()), get_column_width());
+    return out.str();
+  }
+  std::string make_description(const CLI::App* command) const override {
+    return wrapped(CLI::Formatter::make_description(command), width());
+  }
+
+ private:
+  static std::size_t width() { return std::clamp<std::size_t>(Console::width(), 72, 120); }
+  std::string wrapped_beside(const std::string& text) const {
+    return fmt::format("{}", fmt::join(broken_lines(text, width() - get_column_width()), "\n"));
   }
 };
 
@@ -41,8 +57,14 @@ class CommandLine {
   }
 
   int run(int argc, char** argv) {
+    std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+    if (!words.empty() && words.front() == "help") {  // `help render` is `render --help`
+      words.erase(words.begin());
+      words.emplace_back("--help");
+    }
+    std::ranges::reverse(words);  // as the parser takes them
     try {
-      app_.parse(argc, argv);
+      app_.parse(words);
     } catch (const CLI::ParseError& e) {
       if (e.get_exit_code() == 0) return app_.exit(e);  // --help, --version
       const auto typed = app_.get_subcommands();        // as far as it came

@@ -4,6 +4,8 @@
 
 #include <pty.h>
 
+#include <sstream>
+
 namespace etendue {
 namespace {
 
@@ -98,6 +100,17 @@ TEST_F(AtTerminal, ARunFitsNarrowAndWideOnes) {
     }
     EXPECT_EQ(rays, columns >= 80) << text;
     EXPECT_EQ(name, columns >= 160) << text;
+  }
+}
+
+TEST_F(AtTerminal, ListsHaveALineANameAndHelpFits) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"list", "integrators"}, {"help"}, {"render", "--help"}, {"help", "report"}}) {
+    std::istringstream lines(shown(arguments, 80));
+    EXPECT_EQ(status_, 0);
+    int count = 0;
+    for (std::string line; std::getline(lines, line); ++count) EXPECT_LE(display_width(line), 81u) << line;  // with its \r
+    EXPECT_GT(count, 10);
   }
 }
 
