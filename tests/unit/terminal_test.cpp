@@ -4,6 +4,7 @@
 
 #include <pty.h>
 
+#include <cmath>
 #include <sstream>
 
 namespace etendue {
@@ -140,6 +141,17 @@ TEST_F(Mistakes, TimesOfOptionsAreThoseOfFiles) {
   EXPECT_EQ(run({"render", "builtin:furnace", "--time", "0.1", "--resolution", "8x8", "-o", "a.png"}).status, 0);
   EXPECT_NE(told({"render", "builtin:furnace", "--time", "1sec"}).find("units: s, ms, min, h"), std::string::npos);
   EXPECT_NE(told({"render", "builtin:furnace", "--time", "0"}).find("above zero"), std::string::npos);
+}
+
+// They would make an error small that is not.
+TEST_F(Mistakes, PixelsThatAreNotFiniteAreToldByCompare) {
+  const float pixels[6] = {1, 2, 3, NAN, 0, 0};
+  write_file("a.pfm", "PF\n2 1\n-1.0\n" + std::string(reinterpret_cast<const char*>(pixels), sizeof pixels));
+  const Outcome told = run({"compare", "a.pfm", "a.pfm"});
+  EXPECT_EQ(told.status, 0);
+  EXPECT_NE(told.err.find("warning: a.pfm: 1 of 2 pixels are not finite and count as 0, the first at (1, 0)"),
+            std::string::npos)
+      << told.err;
 }
 
 TEST_F(Mistakes, ListsAreShortUnlessAllIsAskedFor) {
