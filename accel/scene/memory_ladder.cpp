@@ -1,5 +1,6 @@
 // Which structures stand in for one that exceeds its memory budget.
 #include "accel/registry.h"
+#include "accel/scene/with_masks.h"
 
 #include <algorithm>
 
@@ -42,9 +43,9 @@ std::unique_ptr<RayQuery> RayEntry::make(const Scene& scene, const ParamMap& map
   describe(reader, budget);
   const auto has_primitives = [](const Object& object) { return object.geometry.primitive_count() > 0; };
   if (budget.memory == 0 || std::none_of(scene.objects.begin(), scene.objects.end(), has_primitives))
-    return build(scene, map, nullptr);
+    return with_masks(build(scene, map, nullptr), scene);
   const bool leaner = budget.over_memory == "leaner";
-  return build_within(budget, map.at("memory").where, scene.name, memory_rungs(*this, scene, map, leaner));
+  return with_masks(build_within(budget, map.at("memory").where, scene.name, memory_rungs(*this, scene, map, leaner)), scene);
 }
 
 }  // namespace etendue

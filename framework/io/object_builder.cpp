@@ -27,7 +27,8 @@ std::uint64_t ObjectBuilder::add(TriangleMesh mesh, const ShapeLook& look) {
                 .material = look.material,
                 .flip_normal = look.flip_normal,
                 .has_normals = !mesh.normals.empty(),
-                .has_uvs = !mesh.uvs.empty()};
+                .has_uvs = !mesh.uvs.empty(),
+                .mask = look.mask};
   append(object_.normals, mesh.normals, before, count);
   append(object_.uvs, mesh.uvs, before, count);
   if (before == 0) {
@@ -49,7 +50,8 @@ void ObjectBuilder::add(const Quadric& quadric, const ShapeLook& look) {
   part.shape = {.first_primitive = static_cast<std::uint32_t>(object_.geometry.quadrics.size()),
                 .primitive_count = 1,
                 .material = look.material,
-                .flip_normal = look.flip_normal};
+                .flip_normal = look.flip_normal,
+                .mask = look.mask};
   object_.geometry.quadrics.push_back(quadric);
   quadrics_.push_back(part);
 }

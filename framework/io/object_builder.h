@@ -23,6 +23,7 @@ struct ShapeLook {
     std::uint32_t texture = no_id;  // as of Emission
   };
   std::optional<Glow> glow;
+  std::uint32_t mask = no_id;  // as of Shape
 };
 
 class ObjectBuilder {

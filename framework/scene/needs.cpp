@@ -80,6 +80,7 @@ SceneNeeds scene_needs(const Scene& scene) {
   n.planes = !scene.planes.empty();
   n.light_choice = scene.lights.size() > 1;
   n.textures = !scene.textures.empty();
+  n.masks = scene.has_masks();
   n.thin_lens = scene.camera.lens_radius > 0;
   for (const Object& object : scene.objects) {
     n.quadrics |= !object.geometry.quadrics.empty();
@@ -102,6 +103,7 @@ std::vector<SceneNeeds::Line> SceneNeeds::lines(const Scene& scene) const {
       {"plane test", planes, count(scene.planes.size(), "infinite plane")},
       {"choice of lights", light_choice, count(scene.lights.size(), "light")},
       {"texture lookup", textures, count(scene.textures.size(), "texture")},
+      {"opacity test", masks, masks ? "a surface that lets rays through" : "all surfaces are opaque"},
       {"shading normals", shading_normals,
        shading_normals ? "meshes with vertex normals or relief" : "no mesh has vertex normals or relief"},
       {"environment lookup", environment, environment ? "a light at infinity" : "no light at infinity"},

@@ -4,6 +4,7 @@
 #include "framework/scene/recentre.h"
 #include "framework/scene/triangle_surface.h"
 
+#include <algorithm>
 #include <tuple>
 
 namespace etendue {
@@ -121,6 +122,25 @@ Bounds Scene::bounds() const {
   return all;
 }
 
+bool Scene::has_masks() const {
+  return std::ranges::any_of(objects, [](const Object& object) {
+    return std::ranges::any_of(object.shapes, [](const Shape& shape) { return shape.mask != no_id; });
+  });
+}
+
+float Scene::opacity_at(const Hit& hit) const {
+  if (hit.instance == plane_instance) return 1;
+  const Object& object = objects[instances[hit.instance].object];
+  const Shape& shape = object.shape(hit.primitive);
+  if (shape.mask == no_id) return 1;
+  vec2 uv = hit.uv;
+  if (shape.has_uvs) {
+    const uvec3 v = object.geometry.triangles[hit.primitive];
+    uv = (1 - hit.uv.x - hit.uv.y) * object.uvs[v.x] + hit.uv.x * object.uvs[v.y] + hit.uv.y * object.uvs[v.z];
+  }
+  return mean_component(evaluate(textures[shape.mask], uv));
+}
+
 std::uint64_t Scene::triangle_count() const {
   std::uint64_t count = 0;
   for (const Instance& instance : instances) count += objects[instance.object].geometry.triangles.size();
@@ -193,6 +213,7 @@ void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
       CHECK_EQ(shape.first_primitive, next);
       next += shape.primitive_count;
       CHECK_LT(shape.material, scene.materials.size());
+      CHECK(shape.mask == no_id || shape.mask < scene.textures.size());
       CHECK(!shape.has_normals || object.normals.size() == g.positions.size());
       CHECK(!shape.has_uvs || object.uvs.size() == g.positions.size());
       for (std::uint32_t r = 0; r < scene.reliefs.size(); ++r)

@@ -30,6 +30,7 @@ struct Shape {
 };
 
 struct Object {
+  std::uint32_t mask = no_id;    // index into Scene::textures: the share of rays that the surface stops; no_id: all of them
   Geometry geometry;
   std::vector<vec3> normals;            // per vertex, or empty when no shape has them
   std::vector<vec2> uvs;                // likewise
@@ -104,6 +105,7 @@ struct Scene {
 };
 
 // Fills shape_of where needed, checks indices (CHECK: a reader's mistake), and appends an AreaLight per primitive of emitting
+  bool has_masks() const;                // a shape lets some rays through
 // shapes, and moves a distant scene to the origin. Readers call it last.
 struct Emission {
   std::uint32_t shape;  // of object 0
@@ -111,6 +113,9 @@ struct Emission {
   bool two_sided;
   std::uint32_t texture = no_id;  // by which the radiance is multiplied; the shape then is a mesh with texture coordinates
 };
+  // The share of rays that the surface stops where this one met it. Below 0 it is none, above 1 all. What a structure of the
+  // scene answers has already been stopped (accel/scene/with_masks.h).
+  float opacity_at(const Hit& hit) const;
 void finish_scene(Scene& scene, const std::vector<Emission>& emissions);
 
 }  // namespace etendue

@@ -85,8 +85,10 @@ class Hasher {
     add_variants(object.geometry.quadrics);
     add_vector(object.normals);
     add_vector(object.uvs);
-    for (const Shape& s : object.shapes)
+    for (const Shape& s : object.shapes) {
       add(s.first_primitive, s.primitive_count, s.material, s.first_light, s.flip_normal, s.has_normals, s.has_uvs);
+      if (s.mask != no_id) add(s.mask);
+    }
   }
 
   void add_content(const Scene& scene) {

@@ -54,7 +54,7 @@ TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
     EXPECT_ERROR(read(shape), "s.xml:2:25: ") << type;
     EXPECT_TRUE(warns(approximated(shape), type)) << type;
   }
-  for (const char* type : {"coating", "mask"}) {
+  for (const char* type : {"coating", "roughcoating"}) {
     const std::string shape =
         "<shape type=\"rectangle\"><bsdf type=\"" + std::string(type) + "\"><bsdf type=\"diffuse\"/></bsdf></shape>";
     EXPECT_ERROR(read(shape), "s.xml:2:25: ") << type;
@@ -66,16 +66,28 @@ TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
                     "taken as nothing"));
 }
 
-TEST(MitsubaBsdfs, MasksCutHolesIntoMeshes) {
-  const std::string mask = R"(<bsdf type="mask"><bsdf type="diffuse"/><texture name="opacity" type="checkerboard">
-    <rgb name="color0" value="1"/><rgb name="color1" value="0"/></texture></bsdf>)";
-  EXPECT_ERROR(read("<shape type=\"rectangle\">" + mask + "</shape>"), "an opacity that varies is not supported");
-  const Geometry cut = approximated("<shape type=\"rectangle\">" + mask + "</shape>").objects[0].geometry;
-  double area = 0;
-  for (const uvec3& t : cut.triangles)
-    area += 0.5 * glm::length(glm::cross(cut.positions[t.y] - cut.positions[t.x], cut.positions[t.z] - cut.positions[t.x]));
-  EXPECT_NEAR(area, 2, 0.05) << "half of the rectangle";
-  EXPECT_TRUE(warns(approximated("<shape type=\"sphere\">" + mask + "</shape>"), "only meshes may have an opacity"));
+TEST(MitsubaBsdfs, MasksAreKeptWithTheShape) {
+  const auto mask = [](const std::string& opacity) {
+    return "<bsdf type=\"mask\"><bsdf type=\"diffuse\"/>" + opacity + "</bsdf>";
+  };
+  const std::string checks = R"(<texture name="opacity" type="checkerboard">
+    <rgb name="color0" value="1"/><rgb name="color1" value="0"/></texture>)";
+  for (const char* shape : {"rectangle", "sphere"}) {
+    const Scene scene = read("<shape type=\"" + std::string(shape) + "\">" + mask(checks) + "</shape>");
+    EXPECT_TRUE(std::holds_alternative<CheckerTexture>(scene.textures.at(scene.objects[0].shapes.at(0).mask))) << shape;
+  }
+  const Scene half = read("<shape type=\"sphere\">" + mask("<float name=\"opacity\" value=\"0.25\"/>") + "</shape>");
+  EXPECT_FLOAT_EQ(half.opacity_at({.t = 1, .uv = vec2(0.3f), .instance = 0, .primitive = 0}), 0.25f);
+  EXPECT_EQ(read(rectangle).opacity_at({.t = 1, .uv = vec2(0.3f), .instance = 0, .primitive = 0}), 1);
+  EXPECT_FALSE(read("<shape type=\"sphere\">" + mask("<float name=\"opacity\" value=\"1\"/>") + "</shape>").has_masks());
+  EXPECT_TRUE(
+      read("<shape type=\"sphere\">" + mask("<float name=\"opacity\" value=\"0\"/>") + "</shape>").objects[0].shapes.empty());
+  const std::string blend =
+      "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/><bsdf type=\"null\"/><bsdf "
+      "type=\"diffuse\"/></bsdf>";
+  EXPECT_FLOAT_EQ(read("<shape type=\"sphere\">" + blend + "</shape>").opacity_at({.t = 1, .instance = 0, .primitive = 0}), 0.25f);
+  EXPECT_ERROR(read("<shape type=\"sphere\"><emitter type=\"area\"/>" + mask(checks) + "</shape>"),
+               "a light that lets rays through");
 }
 
 TEST(MitsubaBsdfs, MasksTakeTheAlphaOfAnImage) {
@@ -90,10 +102,8 @@ TEST(MitsubaBsdfs, MasksTakeTheAlphaOfAnImage) {
         {}, {.approximate = true});
   };
   const auto is_left = [](const Scene& scene) {
-    const Geometry& g = scene.objects[0].geometry;
-    return std::all_of(g.triangles.begin(), g.triangles.end(), [&](const uvec3& t) {
-      return (g.positions[t.x].x + g.positions[t.y].x + g.positions[t.z].x) / 3 + scene.origin.x < 0.05f;
-    });
+    const Texture& mask = scene.textures.at(scene.objects[0].shapes.at(0).mask);
+    return evaluate(mask, {0.25f, 0.5f}).x == 1 && evaluate(mask, {0.75f, 0.5f}).x == 0;
   };
   EXPECT_TRUE(is_left(masked("")));
   EXPECT_TRUE(warns(masked(""), "Mitsuba takes the colours of 'leaf.tga'"));

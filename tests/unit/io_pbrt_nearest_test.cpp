@@ -40,8 +40,10 @@ TEST(PbrtNearest, UberIsWhicheverOfItsLobesItHas) {
       material_of<Dielectric>(uber + "\"rgb Kd\" [0 0 0] \"rgb Ks\" [0 0 0] \"rgb Kr\" [1 1 1] \"rgb Kt\" [.5 1 1]");
   EXPECT_EQ(glass.transmit_tint, Rgb(0.5f, 1, 1));
   EXPECT_ERROR(material_of<Dielectric>(uber + "\"rgb Kt\" [.5 1 1]"), "'Kt' beside Kd or Ks");
-  EXPECT_ERROR(world(uber + "\"rgb opacity\" [.5 .5 .5]"), "'opacity' below 1: surfaces are opaque; --approximate takes");
-  EXPECT_TRUE(approximated(uber + "\"float opacity\" .25 " + triangle).objects[0].shapes.empty());
+  const Hit hit{.t = 1, .uv = vec2(0.25f), .instance = 0, .primitive = 0};
+  EXPECT_EQ(world(uber + "\"rgb opacity\" [.5 .5 .5] " + triangle).opacity_at(hit), 0.5f);
+  EXPECT_TRUE(world(uber + "\"float opacity\" 0 " + triangle).objects[0].shapes.empty());
+  EXPECT_ERROR(world(uber + "\"rgb opacity\" [.25 .5 .75]"), "'opacity' of a colour: light of all colours passes alike");
 }
 
 TEST(PbrtNearest, MixturesOfDiffuseSurfacesAreExact) {

@@ -202,16 +202,41 @@ TEST(PbrtTextureFields, WhatDependsOnThePlaceIsBakedIntoAnAtlas) {
                "a texture that depends on the place");
 }
 
-TEST(PbrtTextureFields, OpacityCutsHoles) {
+TEST(PbrtTextureFields, AlphaIsAMaskOverUv) {
+  const std::string half = "Texture \"h\" \"float\" \"checkerboard\" \"float tex1\" 1 \"float tex2\" 0.25 ";
+  const std::string holed = plane.substr(0, plane.size() - 1) + " \"texture alpha\" \"h\" ";
+  const Hit hit{.t = 1, .uv = {0.3f, 0.1f}, .instance = 0, .primitive = 0};
+  const Scene scene = world(half + holed + holed);
+  EXPECT_EQ(scene.textures.size(), 1u) << "once for two shapes";
+  EXPECT_EQ(scene.objects[0].geometry.triangles.size(), 4u) << "nothing is cut";
+  const CheckerTexture& mask = std::get<CheckerTexture>(scene.textures[0]);
+  EXPECT_EQ(mask.odd, Rgb(0.25f));
+  EXPECT_EQ(std::get<CheckerTexture>(parse_pbrt("Film \"image\" WorldBegin " + half + holed, "s.pbrt").textures[0]).odd,
+            Rgb(1));
+  EXPECT_FLOAT_EQ(world("Shape \"sphere\" \"float alpha\" 0.75").opacity_at(hit), 0.75f);
+  EXPECT_FLOAT_EQ(world("Texture \"c\" \"float\" \"constant\" \"float value\" 0.75 Shape \"sphere\" \"texture alpha\" \"c\"")
+                .opacity_at(hit),
+            0.75f);
+  EXPECT_TRUE(world("Shape \"sphere\" \"float alpha\" 0").objects[0].shapes.empty());
+  EXPECT_FALSE(world("Shape \"sphere\" \"float alpha\" 1").has_masks());
+  // What is composed of textures is baked over the shape's (u, v).
+  const Scene composed = world(half + "Texture \"m\" \"float\" \"mix\" \"texture tex1\" \"h\" \"float tex2\" 0 " +
+                               plane.substr(0, plane.size() - 1) + " \"texture alpha\" \"m\" ");
+  EXPECT_TRUE(std::holds_alternative<ImageTexture>(composed.textures.at(0)));
+}
+
+// Where rays cannot be asked.
+TEST(PbrtTextureFields, OpacityOfLightsAndByThePlaceCutsHoles) {
   const std::string half = "Texture \"h\" \"float\" \"checkerboard\" \"float tex1\" 1 \"float tex2\" 0 ";
-  const std::string holed = plane.substr(0, plane.size() - 1) + " \"texture alpha\" \"h\"";
-  EXPECT_ERROR(world(half + holed), "'alpha' is not supported: surfaces are opaque; --approximate takes a hole");
+  const std::string holed = "AreaLightSource \"diffuse\" " + plane.substr(0, plane.size() - 1) + " \"texture alpha\" \"h\"";
+  EXPECT_ERROR(world(half + holed), "an opacity that varies, on a light");
   const Scene scene = approximated(half + holed);
   const Geometry& g = object_of(scene).geometry;
   double area = 0;
   for (const uvec3& t : g.triangles)
     area += 0.5 * glm::length(glm::cross(g.positions[t.y] - g.positions[t.x], g.positions[t.z] - g.positions[t.x]));
   EXPECT_NEAR(area, 2, 0.05) << "half of a square of side 2";
+  EXPECT_FALSE(scene.has_masks());
 }
 
 TEST(PbrtImages, PortableFloatMapsAreRead) {

@@ -194,7 +194,8 @@ TEST(Pbrt, UnreadParametersAreErrors) {
 
 TEST(Pbrt, UnsupportedThingsAreNamed) {
   EXPECT_ERROR(world("Shape \"nurbs\""), "s.pbrt:3:7: unknown shape 'nurbs'; available: trianglemesh plymesh");
-  EXPECT_ERROR(world("Shape \"sphere\" \"float alpha\" 0.5"), "s.pbrt:3:16: 'alpha' is not supported");
+  EXPECT_ERROR(world("AreaLightSource \"diffuse\" Shape \"sphere\" \"float alpha\" 0.5"), "a light that is half transparent");
+  EXPECT_ERROR(world("Shape \"sphere\" \"float shadowalpha\" 0.5"), "'shadowalpha' that is not 'alpha' is not supported");
   EXPECT_ERROR(world("Material \"subsurfac\""), "unknown material 'subsurfac'; did you mean 'subsurface'");
   EXPECT_ERROR(world("Material \"subsurface\""), "s.pbrt:3:10: material \"subsurface\" is not supported; --approximate takes");
   EXPECT_ERROR(world("LightSource \"goniometric\""), "LightSource \"goniometric\": lights have no image; --approximate takes");

@@ -75,4 +75,19 @@ void mend_attributes(TriangleMesh& mesh, const std::string& name) {
   }
 }
 
+void give_default_uvs(TriangleMesh& mesh) {
+  if (!mesh.uvs.empty()) return;
+  TriangleMesh apart{.positions = {}, .normals = {}, .uvs = {}, .triangles = {}, .warnings = std::move(mesh.warnings)};
+  for (const uvec3& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(apart.positions.size());
+    for (int i = 0; i < 3; ++i) {
+      apart.positions.push_back(mesh.positions[t[i]]);
+      if (!mesh.normals.empty()) apart.normals.push_back(mesh.normals[t[i]]);
+      apart.uvs.push_back(mesh.uv(t, i));
+    }
+    apart.triangles.push_back(first + uvec3(0, 1, 2));
+  }
+  mesh = std::move(apart);
+}
+
 }  // namespace etendue

@@ -22,6 +22,9 @@ struct TriangleMesh {
   }
 };
 
+// Gives each triangle the texture coordinates of pbrt and vertices of its own, where the mesh has none.
+void give_default_uvs(TriangleMesh& mesh);
+
 // Makes every normal unit. A zero or non-finite one becomes the area-weighted mean of the geometric normals around its vertex,
 // each turned to the side of the usable normals of its face. Where no normal is usable, `normals` becomes empty. Texture
 // coordinates that are not finite become 0. What was not finite is listed in the mesh's warnings, which `name` begins.

@@ -21,18 +21,21 @@ MitsubaReader::MaterialEntry MitsubaReader::mask(const Properties& of) {
   MaterialEntry entry = nested_bsdf(of);
   const XmlElement* element = of.element("opacity");
   const TextureValue value = element ? opacity(*element) : Rgb(0.5f);
-  if (const auto* varying = std::get_if<Texture>(&value)) {
-    approximate(of.where(), fmt::format("{}: an opacity that varies is not supported", of.title()),
-                "a hole where it is below a half, with edges to a fraction of a triangle");
-    entry.opacity = std::make_shared<const Texture>(*varying);
-    return entry;
-  }
-  const float constant = mean_component(std::get<Rgb>(value));
-  entry.invisible = entry.invisible || constant == 0;
-  if (constant != 0 && constant != 1)
-    approximate(of.where(), fmt::format("{}: an opacity other than 0 and 1 is not supported", of.title()),
-                "an opaque surface: what it would let through is hidden");
+  set_mask(of, value, entry);
   return entry;
+}
+
+void MitsubaReader::set_mask(const Properties& of, const TextureValue& opacity, MaterialEntry& entry) {
+  const auto* const varying = std::get_if<Texture>(&opacity);
+  const float constant = varying ? 0.5f : mean_component(std::get<Rgb>(opacity));
+  entry.invisible = entry.invisible || constant <= 0;
+  if (constant <= 0 || constant >= 1) return;
+  if (entry.mask != no_id)
+    approximate(of.where(), fmt::format("{}: a mask on a surface that has one already is not supported", of.title()),
+                "the outer one alone");
+  entry.mask = add_texture(varying ? *varying : ImageTexture{.size = {1, 1}, .texels = {Rgb(constant)}});
+  entry.textured = entry.textured || varying;
+  entry.scene_index.reset();
 }
 
 // Relief on a surface that has one is left as the outer one alone.
@@ -86,8 +89,13 @@ MitsubaReader::MaterialEntry MitsubaReader::blend(const Properties& of) {
   const auto *a = std::get_if<Diffuse>(&first.material), *b = std::get_if<Diffuse>(&second.material);
   first.scene_index.reset();
   second.scene_index.reset();
+  if (first.invisible != second.invisible) {  // light passes by the share of that which is no surface
+    MaterialEntry& seen = first.invisible ? second : first;
+    set_mask(of, Rgb(first.invisible ? weight : 1 - weight), seen);
+    return seen;
+  }
   if (a && b && a->reflectance.is_constant() && b->reflectance.is_constant() && !first.invisible && !second.invisible &&
-      !first.relief && !second.relief) {
+      !first.relief && !second.relief && first.mask == second.mask) {
     first.material = Diffuse{glm::mix(a->reflectance.constant, b->reflectance.constant, weight)};
     return first;
   }

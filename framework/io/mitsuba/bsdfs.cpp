@@ -86,10 +86,12 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"twosided", "the bsdf in it; of two different ones approximated by the first", &R::two_sided},
       {"null", "the shape is left out", &R::null_bsdf},
       {"mask",
-       "opacity 1 and 0 as they are; approximated: a hole where a texture, or its alpha channel, is below a half, and opaque "
-       "for other constants",
+       "as it is, any ray passes by the share that is not opaque; an image's alpha channel approximated for its colours; on "
+       "lights approximated by an opaque one",
        &R::mask},
-      {"blendbsdf", "two diffuse ones with constants mixed; others approximated by the one with more weight", &R::blend},
+      {"blendbsdf",
+       "two diffuse ones with constants mixed, one and null as a mask; others approximated by the one with more weight",
+       &R::blend},
       {"mixturebsdf", "approximated by the one with most weight", &R::mixture},
       {"bumpmap", "as it is, of meshes with texture coordinates; of others approximated by the bsdf in it", &R::bump},
       {"normalmap", "like bumpmap", &R::bump},

@@ -30,10 +30,10 @@ class MitsubaReader {
   struct MaterialEntry {
     Material material = Diffuse{Rgb(0.5f)};
     bool textured = false;
-    bool two_sided = false;                       // looks the same from both sides, as all opaque materials do here
-    bool invisible = false;                       // no surface at all
-    std::shared_ptr<const Texture> opacity = {};  // where parts of it are cut away
-    std::optional<Relief> relief = {};            // of its shading normals
+    bool two_sided = false;             // looks the same from both sides, as all opaque materials do here
+    bool invisible = false;             // no surface at all
+    std::uint32_t mask = no_id;         // as of Shape
+    std::optional<Relief> relief = {};  // of its shading normals
     std::optional<std::uint32_t> scene_index = {};
   };
   using TextureValue = std::variant<Rgb, Texture>;
@@ -178,6 +178,7 @@ class MitsubaReader {
   TextureValue opacity(const XmlElement& element);
   std::uint32_t add_texture(Texture texture);
   std::uint32_t image_of_light(Texture image, Rgb& radiance);
+  void set_mask(const Properties& of, const TextureValue& opacity, MaterialEntry& entry);
   TextureValue checkerboard(const Properties& of);
   TextureValue scaled(const Properties& of);
   TextureValue other_texture(const Properties& of);

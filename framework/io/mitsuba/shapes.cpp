@@ -1,6 +1,5 @@
 // Shapes, shapegroups and instances. Shapes are placed in their group's space when they are read.
 
-#include "framework/io/mesh/cut_away.h"
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/serialized.h"
@@ -81,13 +80,16 @@ std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& 
   const bool flip = of.boolean("flip_normals", false);
   if (entry.invisible && !glow) return std::nullopt;
   if (!entry.two_sided && one_sided_++ == 0) first_one_sided_ = of.where();
-  if (has_uvs || !entry.relief) return ShapeLook{scene_material(entry), flip, glow};
+  if (glow && entry.mask != no_id)
+    approximate(of.where(), fmt::format("{}: a light that lets rays through is not supported", of.title()), "an opaque one");
+  const std::uint32_t mask = glow ? no_id : entry.mask;
+  if (has_uvs || !entry.relief) return ShapeLook{scene_material(entry), flip, glow, mask};
   approximate(of.where(), fmt::format("{}: only meshes with texture coordinates may have relief", of.title()),
               "a smooth surface");
   MaterialEntry smooth = entry;
   smooth.relief.reset();
   smooth.scene_index.reset();
-  return ShapeLook{scene_material(smooth), flip, glow};
+  return ShapeLook{scene_material(smooth), flip, glow, mask};
 }
 
 // `outward`: the mesh is a solid's or a plane's own, whose side a mirroring transform does not change.
@@ -113,7 +115,6 @@ void MitsubaReader::place(TriangleMesh mesh, const Properties& of, Group& group,
   appearance->flip_normal ^= outward && t.swaps_handedness();
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(of.where(), warning);
-  if (entry.opacity) cut_away(mesh, [&](const vec2& uv, const vec3&) { return mean_component(evaluate(*entry.opacity, uv)); });
   const std::size_t triangles = mesh.triangles.size();
   left_out_.add(of.where().text() + ": " + name, triangles, group.parts[0].builder.add(std::move(mesh), *appearance));
 }
@@ -180,8 +181,6 @@ void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, con
   MaterialEntry& entry = materials_[material_of(of)];
   const auto appearance = look(of, group, entry, false);
   if (!appearance) return;
-  if (entry.opacity)
-    approximate(of.where(), fmt::format("{}: only meshes may have an opacity that varies", of.title()), "an opaque surface");
   std::optional<Quadric> placed;
   try {
     placed = placed_quadric(quadric, to_group, entry.textured && !appearance->glow);

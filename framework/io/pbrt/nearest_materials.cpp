@@ -133,12 +133,13 @@ Material PbrtReader::make_uber(const PbrtParams& params, MaterialEntry& entry) {
   const float alpha = isotropic_alpha(params, 0.1f, true);
   if (const auto name = params.texture("opacity")) {
     entry.opacity = field_operand(params, "opacity", Rgb(1), spectrum_textures_);
-    approximate(params.where("opacity"), "'opacity' that varies: surfaces are opaque",
-                "a hole where it is below a half: nothing is half transparent");
-  } else if (const Rgb opacity = colour(params, "opacity", Rgb(1), ColourUse::reflectance); opacity != Rgb(1)) {
-    approximate(params.where("opacity"), "'opacity' below 1: surfaces are opaque",
-                "none where it is below a half, else opaque: nothing is half transparent");
-    entry.invisible = mean_component(opacity) < 0.5f;
+  } else {
+    const Rgb opacity = colour(params, "opacity", Rgb(1), ColourUse::reflectance);
+    entry.constant_opacity = mean_component(opacity);
+    if (max_component(glm::abs(opacity - Rgb(entry.constant_opacity))) > 1e-5f)
+      approximate(params.where("opacity"), "'opacity' of a colour: light of all colours passes alike",
+                  "its mean: what shows through is not tinted");
+    entry.invisible = entry.constant_opacity == 0;
   }
   if (!is_black(refracted)) {
     const bool pure = strength == 0 && params.has("Kd") && !params.texture("Kd") &&
@@ -274,7 +275,7 @@ const PbrtReader::MaterialEntry& PbrtReader::named_entry(const PbrtParams& param
 // The reflectance of a diffuse surface, wherever it is kept.
 std::optional<Field> PbrtReader::diffuse_field(const MaterialEntry& entry) const {
   const auto* const diffuse = std::get_if<Diffuse>(&entry.material);
-  if (!diffuse || entry.invisible || entry.opacity || entry.relief) return std::nullopt;
+  if (!diffuse || entry.invisible || entry.opacity || entry.constant_opacity < 1 || entry.relief) return std::nullopt;
   if (entry.field) return entry.field;
   if (diffuse->reflectance.is_constant()) return constant_field(diffuse->reflectance.constant);
   return texture_field(scene_.textures[diffuse->reflectance.texture]);

@@ -81,7 +81,8 @@ class PbrtReader {
     Material material;
     bool textured = false;
     Field field = nullptr;                     // its reflectance, where that is to be baked for each shape
-    Field opacity = nullptr;                   // where parts of it are cut away
+    Field opacity = nullptr;                   // the share of rays that it stops, where that varies,
+    float constant_opacity = 1;                // or does not
     ReliefSource relief = {};                  // of its shading normals
     bool invisible = false;                    // the boundary of a medium
     std::optional<std::uint32_t> scene_index;  // once a shape uses it
@@ -92,6 +93,8 @@ class PbrtReader {
     std::optional<std::uint32_t> scene_index = {};  // once a surface uses it
     bool moved = false;                             // the value then lies in the scene
     std::optional<std::uint32_t> relief = {};       // in the scene, as heights
+    std::optional<std::uint32_t> mask = {};         // in the scene, as a shape's alpha
+    Field alpha = nullptr;                          // the field that is baked as such
   };
   using TextureMap = std::map<std::string, TextureEntry, std::less<>>;
 
@@ -182,13 +185,18 @@ class PbrtReader {
   void curve(const PbrtParams& params);
   void bilinear_mesh(const PbrtParams& params);
   void height_field(const PbrtParams& params);
-  bool read_opacity(const PbrtParams& params);
+  float constant_opacity(const PbrtParams& params);
+  // Of what varies. Both may change the mesh: holes are cut into it where rays cannot be asked, and it gets coordinates.
+  std::uint32_t add_mask(const PbrtParams& params, TriangleMesh& mesh, float constant);
+  Field opacity_field(const PbrtParams& params, TextureEntry* alpha);
+  TextureEntry* varying_alpha(const PbrtParams& params);
+  std::uint32_t constant_mask(float opacity);
   void place(TriangleMesh mesh, const PbrtParams& params, const std::string& name);
   void place(const Quadric& quadric, const SurfacePatch& patch, const PbrtParams& params);
   // `patch`: where the surface is at (u, v), in the shape's own space; empty of meshes.
   void place_patch(const SurfacePatch& patch, const PbrtParams& params);
   bool glows_by_image() const;
-  ShapeLook look(const PbrtParams& params, bool flip_normal, std::uint32_t material);
+  ShapeLook look(const PbrtParams& params, bool flip_normal, std::uint32_t material, std::uint32_t mask);
   std::uint32_t material_on(TriangleMesh& mesh, const PbrtParams& params);
   std::uint32_t baked_over_uv(const Field& field, Baked values, const TriangleMesh& mesh);
   std::uint32_t material_in_atlas(const MaterialEntry& entry, TriangleMesh& mesh, const PbrtParams& params);
@@ -295,6 +303,7 @@ class PbrtReader {
   std::vector<MaterialEntry> materials_{MaterialEntry{.material = Diffuse{Rgb(0.5f)}, .textured = false, .scene_index = {}}};
   std::map<std::string, std::uint32_t, std::less<>> named_materials_;
   TextureMap spectrum_textures_, float_textures_;
+  std::map<float, std::uint32_t> constant_masks_;  // in the scene, by opacity
   BakeBudget bake_budget_;
   struct BakedField {
     Field field;

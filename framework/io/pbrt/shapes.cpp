@@ -1,6 +1,5 @@
 // Shapes, objects and instances. Shapes are placed in their object's space when they are read.
 
-#include "framework/io/mesh/cut_away.h"
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/smf.h"
@@ -18,21 +17,6 @@ namespace etendue {
 
 namespace {
 
-// Those that a mesh without texture coordinates has: of each triangle (0, 0), (1, 0), (1, 1).
-TriangleMesh with_default_uvs(TriangleMesh mesh) {
-  TriangleMesh apart{.positions = {}, .normals = {}, .uvs = {}, .triangles = {}, .warnings = {}};
-  for (const uvec3& t : mesh.triangles) {
-    const auto first = static_cast<std::uint32_t>(apart.positions.size());
-    for (int i = 0; i < 3; ++i) {
-      apart.positions.push_back(mesh.positions[t[i]]);
-      if (!mesh.normals.empty()) apart.normals.push_back(mesh.normals[t[i]]);
-    }
-    apart.uvs.insert(apart.uvs.end(), {{0, 0}, {1, 0}, {1, 1}});
-    apart.triangles.push_back(first + uvec3(0, 1, 2));
-  }
-  return apart;
-}
-
 TexturedRgb textured(std::uint32_t texture) {
   TexturedRgb colour;
   colour.texture = texture;
@@ -44,10 +28,6 @@ TexturedRgb* reflectance_of(Material& material) {
   if (auto* diffuse = std::get_if<Diffuse>(&material)) return &diffuse->reflectance;
   if (auto* plastic = std::get_if<Plastic>(&material)) return &plastic->reflectance;
   return nullptr;
-}
-
-Opacity opacity_of(const Field& field) {
-  return [field](const vec2& uv, const vec3& position) { return mean_component(field->at({uv, position})); };
 }
 
 }  // namespace
@@ -126,25 +106,9 @@ void PbrtReader::mesh_file(PbrtLexer& lexer, const PbrtParams& params) {
   }
 }
 
-// False where nothing of the shape is to be seen. Constants decide here; what varies is cut away later.
-bool PbrtReader::read_opacity(const PbrtParams& params) {
-  if (materials_[attributes_.material].invisible) {
-    if (attributes_.glow)
-      approximate(params.where(), "a light without a material: light passes through it", "a black surface that emits");
-    return attributes_.glow.has_value();
-  }
-  if (params.texture("alpha")) return true;
-  const float alpha = params.number("alpha", 1, 0, 1);
-  if (alpha > 0 && alpha < 1)
-    approximate(params.where("alpha"), "'alpha' is not supported: surfaces are opaque", "1: nothing is half transparent");
-  if (params.has("shadowalpha") && (params.texture("shadowalpha") || params.number("shadowalpha", 1, 0, 1) != 1))
-    approximate(params.where("shadowalpha"), "'shadowalpha' is not supported", "that of the surface: shadows are full");
-  return alpha > 0;
-}
-
 bool PbrtReader::glows_by_image() const { return attributes_.glow && attributes_.glow->texture != no_id && !open_definition_; }
 
-ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal, std::uint32_t material) {
+ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal, std::uint32_t material, std::uint32_t mask) {
   auto glow = attributes_.glow;
   if (glow && open_definition_) {
     approximate(params.where(),
@@ -152,7 +116,7 @@ ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal, std::uint
                 "a surface without emission, as in pbrt");
     glow.reset();
   }
-  return {material, flip_normal, glow};
+  return {material, flip_normal, glow, mask};
 }
 
 // Over the mesh's range of (u, v); an image that another shape has already serves again.
@@ -201,7 +165,7 @@ std::uint32_t PbrtReader::material_on(TriangleMesh& mesh, const PbrtParams& para
     if (entry.field) *reflectance_of(plain) = within_unit(mean_of(entry.field));
     return add_material(plain, {});
   }
-  if ((entry.field || entry.relief || glows_by_image()) && mesh.uvs.empty()) mesh = with_default_uvs(std::move(mesh));
+  if (entry.field || entry.relief || glows_by_image()) give_default_uvs(mesh);
   if (!entry.field && !entry.relief.field) return scene_material(attributes_.material);
   Material material = entry.material;
   if (entry.field) *reflectance_of(material) = textured(baked_over_uv(entry.field, Baked::reflectance, mesh));
@@ -213,7 +177,8 @@ std::uint32_t PbrtReader::material_on(TriangleMesh& mesh, const PbrtParams& para
 }
 
 void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::string& name) {
-  if (!read_opacity(params)) return;
+  const float opacity = constant_opacity(params);
+  if (opacity == 0) return;
   const Transform& t = ctm();
   const bool reverse = attributes_.reverse_orientation;
   for (vec3& p : mesh.positions) {
@@ -224,19 +189,13 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   for (vec3& n : mesh.normals) n = reverse ? -t.normal(n) : t.normal(n);
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(params.where(), warning);
-  const MaterialEntry& entry = materials_[attributes_.material];
-  if (const auto alpha = params.texture("alpha")) {
-    approximate(params.where("alpha"), "'alpha' is not supported: surfaces are opaque",
-                "a hole where it is below a half, with edges to a fraction of a triangle");
-    cut_away(mesh, opacity_of(field_operand(params, "alpha", Rgb(1), float_textures_)));
-  }
-  if (entry.opacity) cut_away(mesh, opacity_of(entry.opacity));
+  const std::uint32_t mask = add_mask(params, mesh, opacity);
   if (mesh.triangles.empty()) return;
   const std::uint32_t material = material_on(mesh, params);
   const std::size_t triangles = mesh.triangles.size();
   Definition& definition = open_definition_ ? *open_definition_ : world_;
   const std::uint64_t invalid =
-      definition.parts[0].builder.add(std::move(mesh), look(params, reverse != t.swaps_handedness(), material));
+      definition.parts[0].builder.add(std::move(mesh), look(params, reverse != t.swaps_handedness(), material, mask));
   left_out_.add(params.where().text() + ": " + name, triangles, invalid);
 }
 
@@ -251,11 +210,13 @@ void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const 
   // pbrt's v runs up a sphere, ours down; mirrored, it is the same sphere.
   if (mirrored) t = t * Transform::scale({1, 1, -1});
   const bool glows = attributes_.glow && !open_definition_;
-  if (entry.field || entry.opacity || entry.relief || glows_by_image() || params.texture("alpha") ||
+  if (entry.field || entry.opacity || entry.relief || glows_by_image() || varying_alpha(params) ||
       (glows && !t.similarity_scale()))
     return place_patch(patch, params);
-  if (!read_opacity(params)) return;
-  const ShapeLook appearance = look(params, attributes_.reverse_orientation, scene_material(attributes_.material));
+  const float opacity = constant_opacity(params);
+  if (opacity == 0) return;
+  const ShapeLook appearance =
+      look(params, attributes_.reverse_orientation, scene_material(attributes_.material), constant_mask(opacity));
   Definition& definition = open_definition_ ? *open_definition_ : world_;
   std::optional<Quadric> placed;
   try {

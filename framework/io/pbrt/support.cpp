@@ -44,7 +44,7 @@ constexpr PbrtSupport supported[] = {
      "more straight on and less towards the edge"},
     {"Material", "uber",
      "plastic, warned: as bright as Kd, its coat reflecting its share straight on; with Kt alone glass; beside Kd or Ks "
-     "approximated: without the diffuse part; opacity approximated: a hole below a half"},
+     "approximated: without the diffuse part; opacity as it is where grey, else approximated: its mean"},
     {"Material", "substrate", "plastic, warned: as bright as Kd, its coat reflecting its share straight on"},
     {"Material", "mix", "of diffuse materials diffuse; of others approximated: the one with the larger share"},
     {"Material", "translucent", "approximated: its reflection alone; a rough sheet where it only transmits"},

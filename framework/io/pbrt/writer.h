@@ -24,6 +24,7 @@ class PbrtWriter {
     std::string material;
     bool flip_normal = false;
     const AreaLight* light = nullptr;  // null: does not emit
+    std::uint32_t mask = no_id;        // as of Shape
   };
 
   // writer.cpp
@@ -42,7 +43,8 @@ class PbrtWriter {
   // writer_looks.cpp
   std::string material_name(std::uint32_t material);  // defines it where it is not yet
   std::string colour_text(const char* name, const TexturedRgb& colour);
-  std::string texture_name(std::uint32_t texture);
+  std::string texture_name(std::uint32_t texture, const char* kind = "spectrum");
+  std::string mask_text(std::uint32_t mask);
   std::string image_file(const char* kind, ivec2 size, const std::vector<Rgb>& texels, bool floats);
   std::string material_text(const Diffuse& diffuse);
   std::string material_text(const Conductor& conductor);

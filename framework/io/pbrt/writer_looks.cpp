@@ -83,22 +83,34 @@ std::string PbrtWriter::wrap_text(const ImageTexture& image) {
   return "";
 }
 
-std::string PbrtWriter::texture_name(std::uint32_t texture) {
+std::string PbrtWriter::texture_name(std::uint32_t texture, const char* kind) {
   const auto [entry, is_new] = textures_.try_emplace(texture);
   if (!is_new) return entry->second;
   entry->second = fmt::format("texture-{}", textures_.size() - 1);
-  std::string text = "Texture " + in_quotes(entry->second) + " \"spectrum\" ";
+  const bool is_float = std::string_view(kind) == "float";
+  std::string text = "Texture " + in_quotes(entry->second) + " " + in_quotes(kind) + " ";
   if (const auto* image = std::get_if<ImageTexture>(&scene_.textures[texture])) {
-    text += "\"imagemap\" \"string filename\" " + image_file("texture", image->size, image->texels, false) +
+    text += "\"imagemap\" \"string filename\" " + image_file("texture", image->size, image->texels, is_float) +
             mapping_text(image->uv_scale, image->uv_offset) + wrap_text(*image);
     if (image->gain != 1) text += " \"float scale\" " + bracketed({image->gain});
   } else {
     const auto& checker = std::get<CheckerTexture>(scene_.textures[texture]);
-    text += "\"checkerboard\"" + rgb_text("tex1", checker.even) + rgb_text("tex2", checker.odd) +
+    const auto value = [&](const char* name, const Rgb& c) {
+      return is_float ? fmt::format(" \"float {}\" {}", name, bracketed({mean_component(c)})) : rgb_text(name, c);
+    };
+    text += "\"checkerboard\"" + value("tex1", checker.even) + value("tex2", checker.odd) +
             mapping_text(checker.uv_scale, checker.uv_offset);
   }
   looks_ += text + "\n";
   return entry->second;
+}
+
+// A mask of one value is a number.
+std::string PbrtWriter::mask_text(std::uint32_t mask) {
+  if (mask == no_id) return "";
+  if (const auto* image = std::get_if<ImageTexture>(&scene_.textures[mask]); image && image->size == ivec2(1))
+    return " \"float alpha\" " + bracketed({mean_component(image->gain * image->texels[0])});
+  return " \"texture alpha\" [ " + in_quotes(texture_name(mask, "float")) + " ]";
 }
 
 std::string PbrtWriter::colour_text(const char* name, const TexturedRgb& colour) {
@@ -138,12 +150,14 @@ std::string PbrtWriter::material_text(const Conductor& conductor) {
         "taken as metals of the same reflectance straight on");
     return material_text(plain_conductor(normal_reflectance(conductor), conductor.alpha));
   }
-  return "\"conductor\"" + rgb_text("eta", conductor.eta) + rgb_text("k", conductor.k) + roughness_text(conductor.alpha, conductor.distribution);
+  return "\"conductor\"" + rgb_text("eta", conductor.eta) + rgb_text("k", conductor.k) +
+         roughness_text(conductor.alpha, conductor.distribution);
 }
 
 std::string PbrtWriter::material_text(const Dielectric& dielectric) {
   const float eta = within(dielectric.eta, 0.1f, 10, "glass with an index");
-  const std::string surface = " \"float eta\" " + bracketed({eta}) + roughness_text(vec2(dielectric.alpha), dielectric.distribution);
+  const std::string surface =
+      " \"float eta\" " + bracketed({eta}) + roughness_text(vec2(dielectric.alpha), dielectric.distribution);
   if (dielectric.reflect_tint == Rgb(1) && dielectric.transmit_tint == Rgb(1)) return "\"dielectric\"" + surface;
   warn("tinted glass: pbrt-v4 has none; written as version 3's \"glass\"");
   return "\"glass\"" + rgb_text("Kr", dielectric.reflect_tint) + rgb_text("Kt", dielectric.transmit_tint) + surface;
@@ -151,7 +165,8 @@ std::string PbrtWriter::material_text(const Dielectric& dielectric) {
 
 std::string PbrtWriter::material_text(const Plastic& plastic) {
   return "\"coateddiffuse\"" + colour_text("reflectance", plastic.reflectance) + " \"float eta\" " +
-         bracketed({within(plastic.eta, 1.0001f, 10, "a coat with an index")}) + roughness_text(vec2(plastic.alpha), plastic.distribution);
+         bracketed({within(plastic.eta, 1.0001f, 10, "a coat with an index")}) +
+         roughness_text(vec2(plastic.alpha), plastic.distribution);
 }
 
 std::string PbrtWriter::material_name(std::uint32_t material) {

@@ -69,7 +69,7 @@ std::string disk_text(float radius, float inner_radius) {
 PbrtWriter::Look PbrtWriter::look_of(const Object& object, const Shape& shape) {
   const bool emits = &object == scene_.objects.data() && shape.first_light != no_id;
   const AreaLight* light = emits ? &std::get<AreaLight>(scene_.lights[shape.first_light]) : nullptr;
-  return {material_name(shape.material), shape.flip_normal, light && !is_black(light->radiance) ? light : nullptr};
+  return {material_name(shape.material), shape.flip_normal, light && !is_black(light->radiance) ? light : nullptr, shape.mask};
 }
 
 void PbrtWriter::add_shape(const std::string& placement, const std::string& shape, const Look& look) {
@@ -78,7 +78,7 @@ void PbrtWriter::add_shape(const std::string& placement, const std::string& shap
     shapes_ += "  AreaLightSource \"diffuse\"" + rgb_text("L", look.light->radiance) +
                (look.light->two_sided ? " \"bool twosided\" [ true ]\n" : "\n");
   if (look.flip_normal) shapes_ += "  ReverseOrientation\n";
-  shapes_ += "  " + shape + "\nAttributeEnd\n";
+  shapes_ += "  " + shape + mask_text(look.mask) + "\nAttributeEnd\n";
 }
 
 void PbrtWriter::add_object(const Object& object, const vec3& origin) {
@@ -90,7 +90,8 @@ void PbrtWriter::add_object(const Object& object, const vec3& origin) {
       continue;
     }
     for (std::uint32_t i = 0; i < shape.primitive_count; ++i)
-      add_quadric(object.geometry.quadric(shape.first_primitive + i), look, uses_uvs(scene_.materials[shape.material]), origin);
+      add_quadric(object.geometry.quadric(shape.first_primitive + i), look,
+                  uses_uvs(scene_.materials[shape.material]) || shape.mask != no_id, origin);
   }
 }
 
