@@ -80,6 +80,7 @@ struct CompareCommand {
   std::string image, reference, difference;
   bool json = false;
 };
+  std::vector<std::string> seeds;  // images as `image`, of other seeds
 int compare_command(const CompareCommand& command);
 
 struct ReportCommand {

@@ -250,6 +250,11 @@ class CommandLine {
     c->add_option("REFERENCE", compare_.reference, "of the same size")->required()->type_name("");
     text(c, "--difference", compare_.difference, "FILE.png",
          "where and how they differ: red is brighter than the reference, blue darker, full at a factor of two");
+    c->add_option(
+         "--seeds", compare_.seeds,
+         "further images like IMAGE, of other seeds: bias and noise apart, blocks, and a test of each pixel; exit 1 where "
+         "pixels differ by more than noise")
+        ->type_name("IMAGE...");
     c->add_flag("--json", compare_.json, "as JSON");
     c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",
             [this] { return report_command(report_); });
