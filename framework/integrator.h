@@ -1,6 +1,7 @@
 // The contract of an integrator, and the context it works in.
 #pragma once
 
+#include "framework/core/parallel.h"
 #include "framework/core/params.h"
 #include "framework/image/film.h"
 #include "framework/query.h"
@@ -62,6 +63,14 @@ struct RenderContext {
   std::function<std::unique_ptr<RecordQuery>(const std::string& name, const Bounds& bounds)> make_records;
   bool states_error = false;  // Cache::standard_error() will be called: keep what it needs
   Effort effort = {};
+  Tile window = {};  // the pixels that will be looked at; empty: all
+
+  // The part of a tile that will be looked at, which may be empty. For methods whose pixels do not depend on each other.
+  Tile seen(const Tile& tile) const {
+    if (window.end == ivec2(0)) return tile;
+    const ivec2 begin = glm::max(tile.begin, window.begin);
+    return {begin, glm::max(begin, glm::min(tile.end, window.end))};
+  }
 
   // How light samples choose among lights from now on; for `prepare`, of every method that takes any.
   void choose_lights_by(LightChoice choice) {

@@ -30,6 +30,8 @@ struct RenderCommand {
   std::optional<double> time_s, error;
   std::optional<int> threads;
   std::optional<ivec2> resolution;
+  std::vector<double> crop;  // x0, x1, y0, y1; empty: what the scene says
+  std::string camera;        // as of set_camera (view.h); empty: the scene's
   std::vector<std::string> params, aovs;
   std::string output, save_cache, load_cache;  // paths
   std::string preview;                         // "host:port" of tev
@@ -78,9 +80,9 @@ int results_command(const ResultsCommand& command);
 
 struct CompareCommand {
   std::string image, reference, difference;
+  std::vector<std::string> seeds;  // images as `image`, of other seeds
   bool json = false;
 };
-  std::vector<std::string> seeds;  // images as `image`, of other seeds
 int compare_command(const CompareCommand& command);
 
 struct ReportCommand {

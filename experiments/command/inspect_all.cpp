@@ -39,13 +39,13 @@ std::vector<std::string> scene_files_below(const std::string& folder) {
 Row inspect_one(const std::string& path, const std::string& folder, const SceneReading& reading) {
   Row row{fs::path(path).lexically_relative(folder).string(), "loads", "", 0};
   try {
-    row.warnings = load_scene(path, {"command line"}, {reading.confined, false}).warnings.size();
+    row.warnings = load_scene(path, {"command line"}, {.confined = reading.confined}).warnings.size();
     return row;
   } catch (const Error& e) {
     row.reason = e.what();
   }
   try {
-    row.warnings = load_scene(path, {"command line"}, {reading.confined, true}).warnings.size();
+    row.warnings = load_scene(path, {"command line"}, {.confined = reading.confined, .approximate = true}).warnings.size();
     row.outcome = "approximate";
   } catch (const Error& e) {
     row.outcome = "fails";

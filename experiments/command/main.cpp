@@ -118,6 +118,8 @@ class CommandLine {
                       "a file that a scene names outside its own folder is an error, not a warning");
     command->add_flag("--approximate", value.approximate,
                       "what a scene file holds and cannot be represented is approximated, with a warning each, not an error");
+    text(command, "--pixel-filter", value.pixel_filter, "NAME",
+         "box, triangle, gaussian, mitchell or sinc in the place of the scene's; a box keeps pixels apart");
   }
 
   void isa(CLI::App* command) {
@@ -197,6 +199,12 @@ class CommandLine {
     threads(c, render_.threads, "default: all of the machine's");
     isa(c);
     parsed(c, "--resolution", render_.resolution, resolution_option, "WxH", "default: the scene's");
+    c->add_option("--crop", render_.crop,
+                  "only that part of the image, to the same bits; shares of it, or pixels. Default: the scene's, else all")
+        ->expected(4)
+        ->type_name("X0 X1 Y0 Y1");
+    text(c, "--camera", render_.camera, "VIEW",
+         "a camera of the file by name, or \"EYE TARGET [UP] [FOV]\" such as \"0,1,4 0,1,0 40\": metres, degrees");
   }
 
   void add_accel() {

@@ -3,6 +3,7 @@
 #include "experiments/command/console.h"
 #include "experiments/command/preview.h"
 #include "experiments/command/render_files.h"
+#include "experiments/command/view.h"
 #include "experiments/log/json_line.h"
 #include "experiments/log/manifest.h"
 #include "experiments/report/record_overlay.h"
@@ -94,6 +95,12 @@ struct Rendered {
   std::string reference = {};         // what the metrics are measured against; "": none
   std::map<std::string, double> metrics = {};
   std::vector<std::string> warnings = {};  // of the scene's reader
+  std::string camera = {};                 // as typed
+  SceneReading reading = {};
+  Tile window = {};  // the pixels that are shown; empty: all
+
+  // Of an image as large as the whole.
+  Image shown(const Image& image) const { return window.end == ivec2(0) ? image : part_of(image, window.begin, window.end); }
 };
 
 // "b.exr" and "records" make "b.records.exr". What is no colour has no place in a PNG.
@@ -115,8 +122,8 @@ std::string to_json(const Rendered& r) {
       {"integrator", r.integrator.label()},
       {"accel", r.accel.label()},
       {"seed", r.seed},
-      {"width", r.resolution.x},
-      {"height", r.resolution.y},
+      {"width", r.result.image.size.x},
+      {"height", r.result.image.size.y},
       {"threads", r.threads},
       {"image", r.output},
       {"image_hash", fmt::format("{:016x}", r.result.image_hash)},
@@ -171,7 +178,8 @@ void write_image(const Rendered& r, const CellResult& result, const std::string&
   }
   auto attributes =
       recipe_attributes({r.scene, r.scene_hash, result.chosen.value_or(r.integrator), result.chosen_accel.value_or(r.accel),
-                         r.seed, r.resolution, result.checkpoints.back().iterations, r.budget, r.cache_hash, r.states_error},
+                         r.seed, r.resolution, result.checkpoints.back().iterations, r.budget, r.cache_hash, r.states_error,
+                         r.camera, r.reading.pixel_filter, r.window},
                         make_manifest("", "", r.threads));
   attributes["etendue_cell"] = CellName{r.scene, r.accel.label(), r.integrator.label(), r.seed}.key();
   if (!aov.empty()) attributes["etendue_aov"] = aov;
@@ -193,7 +201,9 @@ void write_outputs(const Rendered& r, Integrator& integrator, const RenderContex
   if (!r.command.save_cache.empty())
     attempt([&] { write_whole_file(r.command.save_cache, integrator.cache()->save(context)); });
   for (const std::string& aov : r.command.aovs)
-    attempt([&] { write_image(r, result, aov_path(r.output, aov), draw_aov(aov, integrator, context, result.image), aov); });
+    attempt([&] {
+      write_image(r, result, aov_path(r.output, aov), r.shown(draw_aov(aov, integrator, context, result.image)), aov);
+    });
   if (failure) std::rethrow_exception(failure);
 }
 
@@ -236,11 +246,17 @@ void warn_of_non_finite(const CellResult& result, Console& console) {
 
 // What the image to repeat was made of; of what is typed, nothing may say otherwise.
 void read_original(const RenderCommand& command, Rendered& r) {
-  const std::pair<const char*, bool> typed[] = {
-      {"-i", !command.integrator.empty()},    {"--accel", !command.accel.empty()},
-      {"--spp", command.spp.has_value()},     {"--time", command.time_s.has_value()},
-      {"--error", command.error.has_value()}, {"--seed", command.seed.has_value()},
-      {"-p", !command.params.empty()},        {"--resolution", command.resolution.has_value()}};
+  const std::pair<const char*, bool> typed[] = {{"-i", !command.integrator.empty()},
+                                                {"--accel", !command.accel.empty()},
+                                                {"--spp", command.spp.has_value()},
+                                                {"--time", command.time_s.has_value()},
+                                                {"--error", command.error.has_value()},
+                                                {"--seed", command.seed.has_value()},
+                                                {"-p", !command.params.empty()},
+                                                {"--resolution", command.resolution.has_value()},
+                                                {"--crop", !command.crop.empty()},
+                                                {"--camera", !command.camera.empty()},
+                                                {"--pixel-filter", !command.reading.pixel_filter.empty()}};
   for (const auto& [option, is_typed] : typed)
     if (is_typed)
       throw Error(Location{option},
@@ -250,9 +266,14 @@ void read_original(const RenderCommand& command, Rendered& r) {
   if (const auto aov = attributes.find("etendue_aov"); aov != attributes.end())
     throw Error(Location{command.from}, fmt::format("shows {}; expected the image itself", aov->second));
   r.recipe = read_recipe(attributes, command.from);
-  if (r.recipe->resolution != r.original.size)
-    throw Error(Location{command.from}, fmt::format("has {} x {} pixels, and says {} x {}", r.original.size.x,
-                                                    r.original.size.y, r.recipe->resolution.x, r.recipe->resolution.y));
+  const Tile& window = r.recipe->window;
+  const ivec2 size = window.end == ivec2(0) ? r.recipe->resolution : window.end - window.begin;
+  if (size != r.original.size)
+    throw Error(Location{command.from},
+                fmt::format("has {} x {} pixels, and says {} x {}", r.original.size.x, r.original.size.y, size.x, size.y));
+  r.window = window;
+  r.camera = r.recipe->camera;
+  r.reading.pixel_filter = r.recipe->pixel_filter;
   r.integrator = r.recipe->integrator;
   r.accel = r.recipe->accel;
   r.resolution = r.recipe->resolution;
@@ -274,6 +295,8 @@ void check_cache(const Rendered& r) {
 Budget read_options(const RenderCommand& command, Rendered& r) {
   if (command.scene.empty() && command.from.empty()) throw Error("SCENE is required; see `etendue render --help`");
   r.scene = command.scene;
+  r.reading = command.reading;
+  r.camera = command.camera;
   if (!command.from.empty()) read_original(command, r);
   read_parameters(command, r.integrator, r.accel);
   if (!command.load_cache.empty()) {
@@ -306,13 +329,25 @@ Scene load_original_scene(const Rendered& r) {
   std::error_code ignored;
   const bool is_beside = r.command.scene.empty() && !std::filesystem::exists(r.scene, ignored) &&
                          std::filesystem::is_regular_file(beside, ignored);
-  Scene scene = load_scene(is_beside ? beside.string() : r.scene, {"command line"}, r.command.reading);
+  Scene scene = load_scene(is_beside ? beside.string() : r.scene, {"command line"}, r.reading);
   if (const std::uint64_t hash = scene.hash(); hash != r.recipe->scene_hash)
     throw Error(Location{r.command.from},
                 fmt::format("was made of another scene than {} is now: hash {:016x}, and not {:016x}; expected the scene as it "
                             "was",
                             r.scene, r.recipe->scene_hash, hash));
   return scene;
+}
+
+// A file's own part gives way where the whole image is needed.
+void choose_window(const RenderCommand& command, const Scene& scene, Rendered& r) {
+  const bool draws_records = std::ranges::find(command.aovs, records_aov) != command.aovs.end();
+  const char* const needs_all = command.error ? "--error" : draws_records ? "--aov records" : nullptr;
+  if (command.crop.empty()) {
+    if (!needs_all) r.window = window_of(scene, r.resolution);
+    return;
+  }
+  if (needs_all) throw Error(Location{"--crop"}, fmt::format("{} takes the whole image; expected one of them", needs_all));
+  r.window = window_option(command.crop, r.resolution);
 }
 
 void warn_of_commit(const Rendered& r, Console& console) {
@@ -333,12 +368,14 @@ int render_command(const RenderCommand& command) {
   Budget budget = read_options(command, r);
   r.threads = available_threads(command.threads, console);
   warn_of_commit(r, console);
-  const Scene scene = r.recipe ? load_original_scene(r) : load_scene(r.scene, {"command line"}, command.reading);
+  Scene scene = r.recipe ? load_original_scene(r) : load_scene(r.scene, {"command line"}, r.reading);
   r.scene_hash = scene.hash();
+  if (!r.camera.empty()) set_camera(scene, r.camera);
   const SceneNeeds needs = scene_needs(scene);
   r.warnings = scene.warnings;
   for (const std::string& warning : r.warnings) console.warning(warning);
   if (r.resolution == ivec2(0)) r.resolution = scene.resolution;
+  if (!r.recipe) choose_window(command, scene, r);
 
   std::optional<Preview> preview;
   if (!command.preview.empty()) preview.emplace(command.preview, r.output.empty() ? r.scene : r.output, r.resolution);
@@ -373,6 +410,7 @@ int render_command(const RenderCommand& command) {
   if (console.interactive()) task.live = [&](const LiveFigures& figures) { live = figures; };
   task.confidence = r.states_error;
   task.effort = effort;
+  task.window = r.window;
   task.finished = [&](Integrator& integrator, RenderContext& context, const CellResult& result) {
     console.clear_status();
     if (result.chosen) console.line(fmt::format("-i auto: {}: {}", result.chosen->label(), result.why));
@@ -391,7 +429,7 @@ int render_command(const RenderCommand& command) {
   if (reference) {
     r.reference = reference->rendered.source;
     for (const Metric& metric : metrics())
-      r.metrics[std::string(metric.name)] = metric.compute(r.result.image, reference->rendered.image);
+      r.metrics[std::string(metric.name)] = metric.compute(r.result.image, r.shown(reference->rendered.image));
   }
   fmt::print("{}", command.json ? to_json(r) + "\n" : to_lines(r));
   if (!r.result.out_of_reach.empty()) console.warning(r.result.out_of_reach);

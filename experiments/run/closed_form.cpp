@@ -37,25 +37,42 @@ class PixelIntegral {
   PixelIntegral(const Scene& scene, ivec2 resolution)
       : scene_(scene), resolution_(resolution), lens_(scene.camera.lens_radius > 0 ? six_nodes : lens_centre) {}
 
-  // The mean over a square of the film.
-  dvec3 mean(const dvec2& corner, double side, int cuts) const {
+  // The light that counts for a pixel.
+  dvec3 operator()(ivec2 pixel) {
+    const dvec2 begin(pixel);
+    if (!scene_.filter) return mean(begin, dvec2(1), 0);
+    centre_ = begin + 0.5;
+    const dvec2 radius(scene_.filter->shape().radius), cells = glm::ceil(2.0 * radius), side = 2.0 * radius / cells;
+    dvec3 sum(0);
+    for (double y = 0; y < cells.y; ++y)
+      for (double x = 0; x < cells.x; ++x) sum += mean(centre_ - radius + side * dvec2(x, y), side, 0);
+    return side.x * side.y * sum;
+  }
+
+ private:
+  // The mean over a rectangle of the film.
+  dvec3 mean(const dvec2& corner, const dvec2& side, int cuts) const {
     const dvec3 coarse = quadrature(corner, side, four_nodes);
     const dvec3 fine = quadrature(corner, side, eight_nodes);
     const dvec3 difference = glm::abs(fine - coarse), limit = tolerance * glm::abs(fine);
     if (cuts == most_cuts || (difference.x <= limit.x && difference.y <= limit.y && difference.z <= limit.z)) return fine;
-    const double half = side / 2;
+    const dvec2 half = side / 2.0;
     dvec3 sum(0);
-    for (const dvec2& quarter : {dvec2(0, 0), dvec2(half, 0), dvec2(0, half), dvec2(half, half)})
+    for (const dvec2& quarter : {dvec2(0, 0), dvec2(half.x, 0), dvec2(0, half.y), half})
       sum += mean(corner + quarter, half, cuts + 1);
     return sum / 4.0;
   }
 
- private:
-  dvec3 quadrature(const dvec2& corner, double side, std::span<const Node> nodes) const {
+  dvec3 quadrature(const dvec2& corner, const dvec2& side, std::span<const Node> nodes) const {
     dvec3 sum(0);
     for (const Node& y : nodes)
-      for (const Node& x : nodes) sum += x.weight * y.weight * lens_mean(corner + side * dvec2(x.x, y.x));
+      for (const Node& x : nodes) sum += x.weight * y.weight * weighted(corner + side * dvec2(x.x, y.x));
     return sum;
+  }
+
+  dvec3 weighted(const dvec2& film) const {
+    if (!scene_.filter) return lens_mean(film);
+    return static_cast<double>(scene_.filter->density(vec2(film - centre_))) * lens_mean(film);
   }
 
   dvec3 lens_mean(const dvec2& film) const {
@@ -69,15 +86,15 @@ class PixelIntegral {
   const Scene& scene_;
   ivec2 resolution_;
   std::span<const Node> lens_;
+  dvec2 centre_{0};  // of the pixel, on the film
 };
 
 }  // namespace
 
 Image integrate_closed_form(const Scene& scene, ivec2 resolution) {
   CHECK(scene.closed_form.has_value());
-  const PixelIntegral integral(scene, resolution);
   Image image(resolution);
-  parallel_pixels(resolution, [&](ivec2 pixel) { image.at(pixel.x, pixel.y) = integral.mean(dvec2(pixel), 1, 0); });
+  parallel_pixels(resolution, [&](ivec2 pixel) { image.at(pixel.x, pixel.y) = PixelIntegral(scene, resolution)(pixel); });
   return image;
 }
 

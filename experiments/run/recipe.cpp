@@ -39,6 +39,20 @@ std::uint64_t whole(const std::string& text, int base, const Location& where) {
   throw Error(where, fmt::format("'{}' is no number; expected an image as `etendue` wrote it", text));
 }
 
+// "8x0 16x16": from and to, in pixels.
+Tile read_window(const std::string& text, ivec2 resolution, const Location& where) {
+  const std::vector<std::string> words = words_of(text);
+  std::vector<int> numbers;
+  for (const std::string& word : words)
+    for (const std::string_view part : {std::string_view(word).substr(0, word.find('x')),
+                                        std::string_view(word).substr(std::min(word.size(), word.find('x') + 1))})
+      numbers.push_back(static_cast<int>(std::min<std::uint64_t>(whole(std::string(part), 10, where), 65536)));
+  if (numbers.size() != 4 || !(numbers[0] < numbers[2] && numbers[1] < numbers[3]) || numbers[2] > resolution.x ||
+      numbers[3] > resolution.y)
+    throw Error(where, fmt::format("'{}'; expected two pixels such as 0x0 16x16, the second beyond the first", text));
+  return {{numbers[0], numbers[1]}, {numbers[2], numbers[3]}};
+}
+
 }  // namespace
 
 std::string resolved_integrator(const Method& integrator) {
@@ -71,6 +85,10 @@ std::map<std::string, std::string> recipe_attributes(const Recipe& recipe, Manif
       {"etendue_manifest", to_json_line(manifest)}};
   if (!recipe.cache.empty()) attributes["etendue_cache"] = recipe.cache;
   if (recipe.states_error) attributes["etendue_states_error"] = "true";
+  if (!recipe.camera.empty()) attributes["etendue_camera"] = recipe.camera;
+  if (!recipe.pixel_filter.empty()) attributes["etendue_pixel_filter"] = recipe.pixel_filter;
+  if (const auto& [begin, end] = recipe.window; end != ivec2(0))
+    attributes["etendue_window"] = fmt::format("{}x{} {}x{}", begin.x, begin.y, end.x, end.y);
   return attributes;
 }
 
@@ -100,6 +118,9 @@ Recipe read_recipe(const std::map<std::string, std::string>& attributes, const s
   recipe.commit = text("commit");
   if (attributes.contains("etendue_cache")) recipe.cache = text("cache");
   recipe.states_error = attributes.contains("etendue_states_error");
+  if (attributes.contains("etendue_camera")) recipe.camera = text("camera");
+  if (attributes.contains("etendue_pixel_filter")) recipe.pixel_filter = text("pixel_filter");
+  if (attributes.contains("etendue_window")) recipe.window = read_window(text("window"), recipe.resolution, at("window"));
   return recipe;
 }
 

@@ -5,11 +5,14 @@
 //   etendue_seed, etendue_resolution         "640x480"
 //   etendue_iterations, etendue_budget       how many it has, and what ended it
 //   etendue_version, etendue_commit, etendue_manifest
+//   etendue_camera, etendue_pixel_filter     where a render was told to take others than the scene's
+//   etendue_window                           "8x0 16x16": the pixels that an image shows of one of that resolution
 //   etendue_cache, etendue_states_error      where a render began with a saved cache (XXH3 of it), or its error was asked for
 #pragma once
 
 #include "experiments/config/method.h"
 #include "experiments/log/log.h"
+#include "framework/core/parallel.h"
 #include "framework/core/vec.h"
 
 #include <map>
@@ -29,7 +32,9 @@ struct Recipe {
   std::string budget;
   std::string cache = {};  // hash of the one it began with
   bool states_error = false;
-  std::string commit = {};  // of the program that made it; read_recipe fills it
+  std::string camera = {}, pixel_filter = {};  // as typed in the place of the scene's
+  Tile window = {};                            // the part of the image that it shows; empty: all
+  std::string commit = {};                     // of the program that made it; read_recipe fills it
 };
 
 // Writes the method with every parameter: "path max_depth=0 mis=power".

@@ -203,7 +203,7 @@ ReferenceRecord reference_record(const std::string& scene_name, const Scene& sce
           fmt::format("{:016x}", scene.hash()),
           rendered.source,
           file,
-          rendered.checks,
+          rendered.checks + (scene.filter ? "; pixels are filtered by a " + scene.filter->shape().text() : ""),
           rendered.mse_floor,
           rendered.image.size.x,
           rendered.image.size.y,

@@ -22,6 +22,8 @@ namespace fs = std::filesystem;
 std::string typed_options(const RunOptions& options) {
   std::string text = options.quick ? "--quick" : "";
   for (const std::string& assignment : options.overrides) text += (text.empty() ? "-o " : " -o ") + shell_word(assignment);
+  if (const std::string& filter = options.reading.pixel_filter; !filter.empty())
+    text += (text.empty() ? "--pixel-filter " : " --pixel-filter ") + shell_word(filter);
   return text;
 }
 

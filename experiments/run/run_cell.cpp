@@ -77,6 +77,7 @@ class CellRunner {
         [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }};
     context.states_error = task_.confidence;
     context.effort = effort();
+    context.window = task_.window;
     if (task_.before_prepare) task_.before_prepare(*integrator, context);
     integrator->prepare(context);
     if (const MethodChoice* choice = integrator->choice()) {
@@ -86,8 +87,9 @@ class CellRunner {
     iterate(*integrator, context);
     clock_.stop();
     result_.expectation = integrator->expectation();
-    result_.image_hash = film_.hash();
     result_.image = film_.mean();
+    if (const auto& [begin, end] = task_.window; end != ivec2(0)) result_.image = part_of(result_.image, begin, end);
+    result_.image_hash = hash_of(result_.image);
     result_.non_finite = film_.non_finite();
     if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, task_.integrator.name);
     if (task_.finished) task_.finished(*integrator, context, result_);

@@ -45,6 +45,7 @@ struct CellTask {
   // counted: about a percent of the time (docs/using.md).
   std::function<void(const LiveFigures& figures)> live = {};
   std::function<void(const Film& film)> preview = {};  // called with `progress`, off the clock
+  Tile window = {};  // the part of the image that is wanted, in pixels; empty: all. Metrics take the whole
 };
 
 struct CellResult {

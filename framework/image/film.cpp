@@ -5,13 +5,22 @@
 
 namespace etendue {
 
-void Film::add(ivec2 pixel, const Rgb& value, std::uint32_t iteration) {
+Image part_of(const Image& image, ivec2 begin, ivec2 end) {
+  Image part(end - begin);
+  for (int y = begin.y; y < end.y; ++y)
+    for (int x = begin.x; x < end.x; ++x) part.at(x - begin.x, y - begin.y) = image.at(x, y);
+  return part;
+}
+
+std::uint64_t hash_of(const Image& image) { return XXH3_64bits(image.pixels.data(), image.pixels.size() * sizeof(dvec3)); }
+
+void Film::add(ivec2 pixel, const Rgb& value, std::uint32_t iteration, double weight) {
   const std::size_t i = pixel_index(pixel, sum_.size);
   if (is_finite(value)) [[likely]]
-    sum_.pixels[i] += dvec3(value);
+    sum_.pixels[i] += weight * dvec3(value);
   else
     record_non_finite(pixel, iteration);
-  weight_[i] += 1;
+  weight_[i] += weight;
 }
 
 void Film::set(ivec2 pixel, const dvec3& value) {
@@ -23,13 +32,8 @@ void Film::set(ivec2 pixel, const dvec3& value) {
 Image Film::mean() const {
   Image image(sum_.size);
   for (std::size_t i = 0; i < weight_.size(); ++i)
-    if (weight_[i] > 0) image.pixels[i] = sum_.pixels[i] / weight_[i];
+    if (weight_[i] != 0) image.pixels[i] = sum_.pixels[i] / weight_[i];
   return image;
-}
-
-std::uint64_t Film::hash() const {
-  const Image image = mean();
-  return XXH3_64bits(image.pixels.data(), image.pixels.size() * sizeof(dvec3));
 }
 
 void Film::record_non_finite(ivec2 pixel, std::uint32_t iteration) {

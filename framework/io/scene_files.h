@@ -22,8 +22,9 @@
 namespace etendue {
 
 struct SceneReading {
-  bool confined = false;     // a file outside the scene's folder is an error
-  bool approximate = false;  // what has no exact equal here is approximated and told (approximations.h), not an error
+  bool confined = false;          // a file outside the scene's folder is an error
+  std::string pixel_filter = {};  // by name, in the place of the scene's; empty: that one
+  bool approximate = false;       // what has no exact equal here is approximated and told (approximations.h), not an error
 };
 
 // Every function throws Error, at the place that is given, where a file cannot be read.

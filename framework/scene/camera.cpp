@@ -22,7 +22,8 @@ float Camera::pdf(ivec2 resolution, const vec3& direction) const {
   return 1 / (pixel.x * pixel.y * cosine * cosine * cosine);
 }
 
-std::optional<Camera::Connection> Camera::connect(ivec2 resolution, const vec3& position, const vec2& lens) const {
+std::optional<Camera::Connection> Camera::connect(ivec2 resolution, const vec3& position, const vec2& lens,
+                                                  const vec2& beyond) const {
   const vec3 local = to_world.inverse().point(position);
   const vec3 origin = is_parallel()     ? vec3(vec2(local), 0)
                       : lens_radius > 0 ? vec3(lens_radius * sample_unit_disk(lens), 0)
@@ -34,8 +35,8 @@ std::optional<Camera::Connection> Camera::connect(ivec2 resolution, const vec3& 
   const vec2 on_plane = is_parallel() ? vec2(local) : (vec2(origin) + vec2(towards) * (focus / towards.z)) / focus;
   const vec2 extent = half_extent(resolution);
   const vec2 film = 0.5f * (vec2(on_plane.x, -on_plane.y) / extent + 1.0f) * vec2(resolution);
-  if (!(film.x >= 0 && film.y >= 0 && film.x < static_cast<float>(resolution.x) && film.y < static_cast<float>(resolution.y)))
-    return std::nullopt;
+  const vec2 end = vec2(resolution) + beyond;
+  if (!(film.x >= -beyond.x && film.y >= -beyond.y && film.x < end.x && film.y < end.y)) return std::nullopt;
   const vec2 pixel = 2.0f * extent / vec2(resolution);
   if (is_parallel()) return Connection{to_world.point(origin), film, 1 / (pixel.x * pixel.y)};
   const float distance_squared = length_squared(towards), cosine = towards.z / std::sqrt(distance_squared);

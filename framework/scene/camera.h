@@ -22,13 +22,15 @@ struct Camera {
   Ray ray(ivec2 resolution, const vec2& film, const vec2& lens) const;
 
   // A point seen from the lens, for light tracing: where it falls on the film and what a unit of radiance leaving it towards
-  // the lens, over its area, adds to that pixel's mean. Empty when it is behind the camera or outside the film.
+  // the lens, over its area, adds to that pixel's mean. Empty when it is behind the camera or outside the film, by more than
+  // `beyond` pixels.
   struct Connection {
     vec3 lens_point;   // world
     vec2 film;         // pixels
     float importance;  // 1 / (pixel area at distance 1 * cos^3 * distance^2), or 1 / pixel area: multiplies f cos(at the point)
   };
-  std::optional<Connection> connect(ivec2 resolution, const vec3& position, const vec2& lens) const;
+  std::optional<Connection> connect(ivec2 resolution, const vec3& position, const vec2& lens,
+                                    const vec2& beyond = vec2(0)) const;
 
   // Density over solid angle with which `ray` samples a unit direction through one point of the lens, when `film` is uniform
   // over the pixel that the direction falls on: 1 / (pixel area at distance 1 * cos^3). Of a parallel view it is the density

@@ -43,6 +43,7 @@ void recentre(Scene& scene) {
   for (InfinitePlane& plane : scene.planes) plane.point += by;
   for (Light& light : scene.lights) std::visit(MovedLight{by}, light);
   scene.camera.to_world = scene.camera.to_world.moved(by);
+  for (NamedCamera& named : scene.cameras) named.camera.to_world = named.camera.to_world.moved(by);
   if (!scene.closed_form) return;
   scene.closed_form->radiance = [radiance = std::move(scene.closed_form->radiance), by](Ray ray) {
     ray.origin -= by;

@@ -8,10 +8,13 @@
 #include "framework/scene/camera.h"
 #include "framework/scene/geometry.h"
 #include "framework/scene/light.h"
+#include "framework/scene/pixel_filter.h"
 #include "framework/scene/transform.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,10 +30,10 @@ struct Shape {
   bool has_normals = false, has_uvs = false;
   bool uses_uvs = false;         // has them, and its material, relief or emission depends on them; set by finish_scene
   std::uint32_t relief = no_id;  // index into Scene::reliefs; set by finish_scene
+  std::uint32_t mask = no_id;    // index into Scene::textures: the share of rays that the surface stops; no_id: all of them
 };
 
 struct Object {
-  std::uint32_t mask = no_id;    // index into Scene::textures: the share of rays that the surface stops; no_id: all of them
   Geometry geometry;
   std::vector<vec3> normals;            // per vertex, or empty when no shape has them
   std::vector<vec2> uvs;                // likewise
@@ -70,6 +73,12 @@ struct SurfacePoint {
   vec3 retreat{0};      // metres
 };
 
+struct NamedCamera {
+  std::string name;
+  Camera camera;
+  ivec2 resolution;
+};
+
 // The exact radiance along a camera ray, unlimited in depth; the harness averages it over each pixel.
 struct ClosedForm {
   std::string source;  // which fact, for the report
@@ -88,11 +97,15 @@ struct Scene {
   std::vector<Light> lights;
   Camera camera;
   ivec2 resolution{256, 256};
-  std::optional<int> max_depth;  // scattering events, where the file states it
+  std::vector<NamedCamera> cameras;           // all that the file has, where there are several: `camera` is one of them
+  std::optional<std::array<float, 4>> crop;   // x0, x1, y0, y1: the part that the file shows, in shares of the image
+  std::shared_ptr<const PixelFilter> filter;  // of the image; null: a box one pixel wide
+  std::optional<int> max_depth;               // scattering events, where the file states it
   std::optional<ClosedForm> closed_form;
   std::vector<std::string> warnings;  // of the reader: what was skipped, and why
 
   bool has_instances() const { return instances.size() > 1; }
+  bool has_masks() const;                // a shape lets some rays through
   Bounds bounds() const;                 // of everything but planes
   std::uint64_t triangle_count() const;  // of every instance
   std::uint64_t hash() const;            // of all that changes an image (XXH3)
@@ -100,12 +113,14 @@ struct Scene {
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const;
   // The shading normal with the relief of the triangle's shape, which has one.
   vec3 normal_of_relief(const Hit& hit, const vec3& normal, const vec3& shading_normal, const vec2& uv) const;
+  // The share of rays that the surface stops where this one met it. Below 0 it is none, above 1 all. What a structure of the
+  // scene answers has already been stopped (accel/scene/with_masks.h).
+  float opacity_at(const Hit& hit) const;
   // Begins to load what surface_at will read. The hit must be one.
   void prefetch_surface(const Hit& hit) const;
 };
 
 // Fills shape_of where needed, checks indices (CHECK: a reader's mistake), and appends an AreaLight per primitive of emitting
-  bool has_masks() const;                // a shape lets some rays through
 // shapes, and moves a distant scene to the origin. Readers call it last.
 struct Emission {
   std::uint32_t shape;  // of object 0
@@ -113,9 +128,6 @@ struct Emission {
   bool two_sided;
   std::uint32_t texture = no_id;  // by which the radiance is multiplied; the shape then is a mesh with texture coordinates
 };
-  // The share of rays that the surface stops where this one met it. Below 0 it is none, above 1 all. What a structure of the
-  // scene answers has already been stopped (accel/scene/with_masks.h).
-  float opacity_at(const Hit& hit) const;
 void finish_scene(Scene& scene, const std::vector<Emission>& emissions);
 
 }  // namespace etendue

@@ -130,6 +130,10 @@ std::uint64_t Scene::hash() const {
   h.add_transform(camera.to_world);
   h.add(camera.fov, camera.lens_radius, camera.focal_distance, resolution, max_depth.value_or(0));
   if (camera.is_parallel()) h.add(camera.half_width);
+  if (filter) {
+    const FilterShape& f = filter->shape();
+    h.add(f.kind, f.radius, f.sigma, f.b, f.c, f.tau);
+  }
   return h.digest();
 }
 

@@ -65,6 +65,12 @@ class Vcm final : public Integrator {
   LightPaths light_paths_;
   VcmMerges merges_;
   std::vector<dvec3> splats_;
+  // Where the filter is signed: of each pixel's camera paths, weighted, the weights, and the splats.
+  struct Signed {
+    dvec3 seen{0}, splats{0};
+    double weights = 0;
+  };
+  std::vector<Signed> signed_;
 };
 
 void Vcm::prepare(RenderContext& context) {
@@ -72,6 +78,7 @@ void Vcm::prepare(RenderContext& context) {
   settings_.max_depth = context.max_depth(params_.max_depth);
   const auto pixels = static_cast<std::uint32_t>(context.resolution.x * context.resolution.y);
   settings_.paths = params_.paths > 0 ? static_cast<std::uint32_t>(params_.paths) : pixels;
+  if (has_signed_filter(context)) signed_.assign(pixels, {});
   const Scene& scene = context.scene;
   specular_ = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return has_specular(m); });
   hidden_caustics_ = context.needs.caustic_map && std::any_of(scene.lights.begin(), scene.lights.end(), is_delta);
@@ -107,7 +114,8 @@ void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
     merges_.build(context, light_paths_, settings_, params_.structure);
   }
   const auto timed = context.phases.measure("trace");
-  parallel_tiles(context.resolution, tile_of_paths, [&](const Tile& tile) {
+  parallel_tiles(context.resolution, tile_of_paths, [&](const Tile& whole) {
+    const Tile tile = context.seen(whole);
     CameraPaths paths(context, settings_, light_paths_, merges_);
     std::array<Rgb, tile_of_paths * tile_of_paths> radiance{};
     auto value = radiance.begin();
@@ -115,8 +123,16 @@ void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
     paths.finish();
     value = radiance.begin();
     for_pixels(tile, [&](ivec2 pixel) {
-      const dvec3& splat = splats_[pixel_index(pixel, context.resolution)];
-      film.add(pixel, *value++ + Rgb(splat), index);
+      const std::size_t i = pixel_index(pixel, context.resolution);
+      const Rgb seen = *value++;
+      film.add(pixel, seen + Rgb(splats_[i]), index);
+      if (signed_.empty() || !is_finite(seen)) return;
+      Signed& so_far = signed_[i];
+      const double weight = sample_weight(context, pixel, index);
+      so_far.seen += weight * dvec3(seen);
+      so_far.weights += weight;
+      so_far.splats += splats_[i];
+      film.set(pixel, so_far.splats / (index + 1.0) + (so_far.weights != 0 ? so_far.seen / so_far.weights : dvec3(0)));
     });
   });
 }

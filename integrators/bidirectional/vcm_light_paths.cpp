@@ -19,12 +19,31 @@ class LightPaths::Tracer {
 
   // The splats that nothing blocks.
   void finish() {
-    for_unoccluded(context_, chunk_.lens_rays, [&](std::size_t i) { chunk_.splats.push_back(chunk_.candidates[i]); });
+    for_unoccluded(context_, chunk_.lens_rays, [&](std::size_t i) { add_splats(chunk_.candidates[i]); });
     chunk_.lens_rays.clear();
     chunk_.candidates.clear();
   }
 
  private:
+  // Light that falls on the film counts for each pixel whose filter reaches there.
+  void add_splats(const Candidate& candidate) {
+    const ivec2 size = context_.resolution;
+    const auto key = [&](int x, int y) { return static_cast<std::uint32_t>(y * size.x + x); };
+    const PixelFilter* const filter = context_.scene.filter.get();
+    if (filter == nullptr) {
+      const ivec2 pixel(candidate.film);
+      chunk_.splats.push_back({key(pixel.x, pixel.y), candidate.value});
+      return;
+    }
+    const vec2 radius = filter->shape().radius;
+    const ivec2 first = glm::max(ivec2(glm::floor(candidate.film - radius - 0.5f)), ivec2(0));
+    const ivec2 last = glm::min(ivec2(glm::ceil(candidate.film + radius - 0.5f)), size - 1);
+    for (int y = first.y; y <= last.y; ++y)
+      for (int x = first.x; x <= last.x; ++x)
+        if (const float density = filter->density(candidate.film - (vec2(x, y) + 0.5f)); density != 0)
+          chunk_.splats.push_back({key(x, y), density * candidate.value});
+  }
+
   void walk(Sampler& sampler) {
     const float u_light = context_.needs.light_choice ? sampler.get_1d() : 0;
     const vec2 u_position = sampler.get_2d();
@@ -79,7 +98,8 @@ class LightPaths::Tracer {
 
   void splat(const SubPath& path, const SurfacePoint& point, const Bsdf& bsdf, Sampler& sampler, int depth) {
     const vec2 lens = context_.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
-    const auto lens_point = context_.scene.camera.connect(context_.resolution, point.position, lens);
+    const vec2 beyond = context_.scene.filter ? context_.scene.filter->shape().radius : vec2(0);
+    const auto lens_point = context_.scene.camera.connect(context_.resolution, point.position, lens, beyond);
     if (!lens_point) return;
     const vec3 towards = lens_point->lens_point - point.position, wo = -path.ray.direction;
     const float distance = glm::length(towards);
@@ -100,9 +120,7 @@ class LightPaths::Tracer {
         weight *= mis_balance(pdf_camera_area / light_paths * path.mis.connected(settings_.mis_merge(), reverse), 0);
       }
     }
-    const ivec2 pixel(lens_point->film);
-    const auto key = static_cast<std::uint32_t>(pixel.y * context_.resolution.x + pixel.x);
-    chunk_.candidates.push_back({key, path.throughput * scattered * (lens_point->importance * weight)});
+    chunk_.candidates.push_back({lens_point->film, path.throughput * scattered * (lens_point->importance * weight)});
     chunk_.lens_rays.push_back(segment(ray_origin(point, wi), lens_point->lens_point));
   }
 

@@ -47,10 +47,15 @@ class LightPaths {
     std::uint32_t pixel;
     Rgb value;
   };
+  struct Candidate {
+    vec2 film;
+    Rgb value;
+  };
   struct Chunk {
     std::vector<LightVertex> vertices;
     std::vector<std::uint32_t> path_end;  // into vertices
-    std::vector<Splat> splats, candidates;
+    std::vector<Splat> splats;
+    std::vector<Candidate> candidates;
     std::vector<Ray> lens_rays;  // of the candidates
     std::vector<LightTrail> trails;
     std::vector<TrailVertex> trail;  // vertices of the trails

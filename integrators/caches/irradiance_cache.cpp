@@ -164,8 +164,9 @@ void IrradianceCache::camera_samples(const RenderContext& context, float next_ac
   static thread_local Wavefront<CameraPath> wave;  // for its memory
   wave.clear();
   for (CameraSample& sample : samples) {
-    const Ray ray = by_closed_form_ ? context.scene.camera.ray(context.resolution, vec2(sample.pixel) + 0.5f, vec2(0.5f))
-                                    : sample_camera_ray(context, sample.pixel, sample.sampler);
+    const Ray ray = by_closed_form_ && !context.scene.filter
+                        ? context.scene.camera.ray(context.resolution, vec2(sample.pixel) + 0.5f, vec2(0.5f))
+                        : sample_camera_ray(context, sample.pixel, sample.sampler);
     wave.start(CameraPath(sample), ray);
   }
   wave.run(context, 0, [&](CameraPath& path, Ray& ray, const SurfacePoint* point, int depth) {

@@ -43,7 +43,7 @@ void RecordCache::start(const RenderContext& context, const CacheSettings& setti
                         float extra_samples) {
   wanted_.assign(seen.size(), {});
   if (rough_) wanted_rough_.assign(seen.size(), {});
-  cached_ = CachedLight(context.resolution, context.states_error);
+  cached_ = CachedLight(context.resolution, context.states_error, 0, has_signed_filter(context));
   shares_ = SampleShares(context.resolution, extra_samples, progress_.refines ? standing_.first_round() : 0);
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), shares_levels());
 }
@@ -103,13 +103,15 @@ void RecordCache::iteration(RenderContext& context, std::uint32_t index, Film& f
     for_pixels(tile, [&](ivec2 pixel) {
       const auto key = pixel_index(pixel, context.resolution);
       Rgb sampled(0), cached(0);
-      float cached_error = 0;
+      float cached_error = 0, weights = 0;
       CachePoint wanted, wanted_rough;
       const std::uint32_t count = shares_.range(key).count;
       for (std::uint32_t i = 0; i < count; ++i, ++sample) {
         shares_.add(key, luminance(sample->sampled + sample->cached));
-        sampled += sample->sampled;
-        cached += sample->cached;
+        const float weight = sample_weight(context, pixel, sample->index);
+        sampled += weight * sample->sampled;
+        cached += weight * sample->cached;
+        weights += weight;
         cached_error += sample->cached_error;
         if (!wanted) wanted = sample->wanted;
         if (!wanted_rough) wanted_rough = sample->wanted_rough;
@@ -119,7 +121,7 @@ void RecordCache::iteration(RenderContext& context, std::uint32_t index, Film& f
         if (wanted) wanted_[key] = wanted;
         if (wanted_rough) wanted_rough_[key] = wanted_rough;
       }
-      cached_.add(film, pixel, share * sampled, share * cached, {share * cached_error});
+      cached_.add(film, pixel, share * sampled, share * cached, {share * cached_error}, share * weights);
     });
   });
   shares_.end_iteration();

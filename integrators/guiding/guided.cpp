@@ -23,7 +23,7 @@ class Guided final : public Integrator {
                                                         .stochastic = params_.spatial_filter == SpatialFilter::stochastic,
                                                         .learn_share = params_.fraction == BsdfFraction::learnt,
                                                         .bsdf_share = params_.bsdf_fraction});
-    blocks_.emplace(context.resolution, params_.combination);
+    blocks_.emplace(context.resolution, params_.combination, has_signed_filter(context));
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
@@ -72,7 +72,7 @@ void Guided::trace_tile(const RenderContext& context, const Tile& tile, std::uin
   auto path = paths.begin();
   for_pixels(tile, [&](ivec2 pixel) {
     film.add(pixel, path->radiance, index);  // counts what is not finite
-    blocks_->add(pixel, (path++)->radiance);
+    blocks_->add(pixel, (path++)->radiance, sample_weight(context, pixel, index));
   });
 }
 

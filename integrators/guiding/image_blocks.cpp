@@ -15,14 +15,20 @@ double luminance(const dvec3& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 *
 
 }  // namespace
 
-ImageBlocks::ImageBlocks(ivec2 resolution, BlockCombination combination)
+ImageBlocks::ImageBlocks(ivec2 resolution, BlockCombination combination, bool is_signed)
     : combination_(combination),
+      is_signed_(is_signed),
       size_(resolution),
       squares_((resolution + square_edge - 1) / square_edge),
       square_pixels_(static_cast<std::size_t>(squares_.x) * squares_.y, 0),
-      blocks_{{Image(resolution), {}, 0}},
-      second_moment_(blocks_[0].sum.pixels.size(), 0) {
+      second_moment_(static_cast<std::size_t>(resolution.x) * resolution.y, 0) {
+  begin_block();
   for (std::size_t i = 0; i < second_moment_.size(); ++i) ++square_pixels_[square_of(i)];
+}
+
+void ImageBlocks::begin_block() {
+  blocks_.push_back({Image(size_), {}, 0});
+  if (is_signed_) blocks_.back().weights.resize(second_moment_.size(), 0);
 }
 
 std::uint32_t ImageBlocks::block_of(std::uint32_t index) {
@@ -36,10 +42,11 @@ std::size_t ImageBlocks::square_of(std::size_t pixel) const {
   return pixel / width / square_edge * static_cast<std::size_t>(squares_.x) + pixel % width / square_edge;
 }
 
-void ImageBlocks::add(ivec2 pixel, const Rgb& value) {
-  if (!is_finite(value)) return;
+void ImageBlocks::add(ivec2 pixel, const Rgb& value, float weight) {
   const std::size_t i = pixel_index(pixel, size_);
-  blocks_.back().sum.pixels[i] += dvec3(value);
+  if (is_signed_) blocks_.back().weights[i] += weight;
+  if (!is_finite(value)) return;
+  blocks_.back().sum.pixels[i] += static_cast<double>(weight) * dvec3(value);
   const double y = luminance(dvec3(value));
   second_moment_[i] += y * y;
 }
@@ -94,10 +101,14 @@ void ImageBlocks::end_sample(std::uint32_t index, Film& film) {
     for (int x = 0; x < size_.x; ++x) {
       dvec3 sum(0);
       for (std::size_t b = 0; b < blocks_.size(); ++b) sum += weight[b] * blocks_[b].sum.at(x, y);
-      film.set({x, y}, sum / all);
+      if (is_signed_) {
+        all = 0;
+        for (std::size_t b = 0; b < blocks_.size(); ++b) all += weight[b] * blocks_[b].weights[pixel_index({x, y}, size_)];
+      }
+      film.set({x, y}, all != 0 ? sum / all : dvec3(0));
     }
   if (!begins_block(index + 1)) return;
-  blocks_.push_back({Image(size_), {}, 0});
+  begin_block();
   std::fill(second_moment_.begin(), second_moment_.end(), 0.0);
 }
 

@@ -17,7 +17,8 @@ constexpr auto names_of(BlockCombination) { return std::array{"inverse-variance"
 
 class ImageBlocks {
  public:
-  ImageBlocks(ivec2 resolution, BlockCombination combination);
+  // `is_signed`: samples have weights (pixel_filter.h).
+  ImageBlocks(ivec2 resolution, BlockCombination combination, bool is_signed = false);
 
   // Block that a sample belongs to, whether it is its first, and how many it has.
   static std::uint32_t block_of(std::uint32_t index);
@@ -25,7 +26,7 @@ class ImageBlocks {
   static std::uint32_t block_samples(std::uint32_t block) { return 2u << block; }
 
   // A sample of a pixel, in the running block. A pixel belongs to one thread at a time. What is not finite counts as 0.
-  void add(ivec2 pixel, const Rgb& value);
+  void add(ivec2 pixel, const Rgb& value, float weight = 1);
   // After a sample of every pixel: the image so far.
   void end_sample(std::uint32_t index, Film& film);
 
@@ -34,13 +35,16 @@ class ImageBlocks {
     Image sum;
     std::vector<double> variance;  // of one sample's luminance, mean over each square; empty where not known
     double samples = 0;
+    std::vector<double> weights = {};  // of each pixel's samples, their sum; empty where that is `samples`
   };
 
+  void begin_block();
   void measure_running();
   std::vector<double> weights() const;  // of the blocks' samples
   std::size_t square_of(std::size_t pixel) const;
 
   BlockCombination combination_;
+  bool is_signed_;
   ivec2 size_, squares_;
   std::vector<double> square_pixels_;  // how many pixels a square has
   std::vector<Block> blocks_;          // the last one is running

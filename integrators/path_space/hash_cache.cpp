@@ -73,7 +73,7 @@ class HashCache final : public Integrator, public FileCache {
     first_ = samples_;
     pixels_.resize(path_tile_count(size));
     values_.resize(pixels_.size());
-    cached_ = CachedLight(size, context.states_error, PathSpaceGrid::forgetting);
+    cached_ = CachedLight(size, context.states_error, PathSpaceGrid::forgetting, has_signed_filter(context));
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
@@ -276,7 +276,8 @@ void HashCache::add_tile(const RenderContext& context, std::size_t number, Film&
       cached = pixel.weight * grid_->smooth_mean(pixel.position, pixel.normal, pixel.depth, pixel.u).value_or(pixel.brought);
       if (context.states_error) error = grid_->error(pixel.position, pixel.normal, pixel.depth, pixel.u, pixel.weight);
     }
-    cached_.add(film, at, pixel.radiance, cached, error);
+    const float weight = sample_weight(context, at, samples_ - 1);
+    cached_.add(film, at, weight * pixel.radiance, weight * cached, error, weight);
   });
 }
 

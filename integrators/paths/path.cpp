@@ -13,7 +13,10 @@ namespace etendue {
 SamplerKind parse_sampler(const std::string& name) { return name == "sobol" ? SamplerKind::sobol : SamplerKind::independent; }
 
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler) {
-  const vec2 film = vec2(pixel) + sampler.get_2d();
+  vec2 jitter = sampler.get_2d();
+  if (const auto& filter = context.scene.filter)
+    jitter = filter->place(jitter, pixel_index(pixel, context.resolution), sampler.index);
+  const vec2 film = vec2(pixel) + jitter;
   const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
   return context.scene.camera.ray(context.resolution, film, lens);
 }
@@ -217,6 +220,8 @@ void camera_paths(const RenderContext& context, const Tile& tile, SamplerKind ki
                         .resolution = context.resolution,
                         .extent = camera.half_extent(context.resolution),
                         .thin_lens = context.needs.thin_lens,
+                        .filter = context.scene.filter.get(),
+                        .index = index,
                         .pixels = pixels,
                         .paths = paths.data()});
 }
@@ -234,12 +239,13 @@ class Path final : public Integrator {
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
     const auto timed = context.phases.measure("trace");
-    parallel_tiles(context.resolution, wave_side, [&](const Tile& tile) {
+    parallel_tiles(context.resolution, wave_side, [&](const Tile& whole) {
+      const Tile tile = context.seen(whole);
       static thread_local std::vector<PathSample> paths;
       camera_paths(context, tile, sampler_, index, paths);
       trace_paths(context, paths, 0, settings_, true);
       auto path = paths.begin();
-      for_pixels(tile, [&](ivec2 pixel) { film.add(pixel, (path++)->radiance, index); });
+      for_pixels(tile, [&](ivec2 pixel) { film.add(pixel, (path++)->radiance, index, sample_weight(context, pixel, index)); });
     });
   }
 

@@ -69,8 +69,16 @@ class PathEnd {
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
                  bool count_emission, const PathEnd* end = nullptr);
 
-// A camera ray for a pixel, jittered over it (and over the lens where it is open).
+// A camera ray for a pixel, its place drawn from the pixel's filter (and over the lens where it is open).
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);
+// What the sample `index` of a pixel counts: 1, or -1 where it fell on a negative part of the filter.
+inline float sample_weight(const RenderContext& context, ivec2 pixel, std::uint32_t index) {
+  const auto& filter = context.scene.filter;
+  return filter ? filter->weight(pixel_index(pixel, context.resolution), index) : 1.0f;
+}
+inline bool has_signed_filter(const RenderContext& context) {
+  return context.scene.filter && context.scene.filter->is_signed();
+}
 // The camera path of a pixel's sample `index`, before its first hit.
 PathSample camera_path(const RenderContext& context, ivec2 pixel, SamplerKind kind, std::uint32_t index);
 // Those of a tile, row by row.

@@ -60,6 +60,8 @@ struct CameraPaths {
   ivec2 resolution;
   vec2 extent;
   bool thin_lens;
+  const PixelFilter* filter;  // null: the pixel's box
+  std::uint32_t index;        // of the sample
   std::span<const ivec2> pixels;
   PathSample* paths;
 };
@@ -152,10 +154,23 @@ Mask<F> scatter(const PathEvents& events, const SurfaceOf<F>& point, const Place
   return alive;
 }
 
-// A ray through each pixel, jittered over it (and over the lens where it is open).
+// Places drawn from the filter, in the place of those drawn evenly from the pixel; lane by lane.
+template <class F>
+[[gnu::noinline]] void draw_from_filter(const CameraPaths& paths, const Vec2<F>& pixel, Vec2<F>& jitter) {
+  for (int i = 0; i < lane_count<F>; ++i) {
+    const auto row = static_cast<std::uint64_t>(lane(pixel.y, i)), column = static_cast<std::uint64_t>(lane(pixel.x, i));
+    const vec2 place = paths.filter->place({lane(jitter.x, i), lane(jitter.y, i)},
+                                           row * static_cast<std::uint64_t>(paths.resolution.x) + column, paths.index);
+    set_lane(jitter.x, i, place.x);
+    set_lane(jitter.y, i, place.y);
+  }
+}
+
+// A ray through each pixel, its place drawn from the filter (and over the lens where it is open).
 template <class F>
 RayLanes<F> sample_camera_rays(const CameraPaths& paths, const Vec2<F>& pixel, SamplerOf<F>& numbers) {
-  const Vec2<F> jitter = numbers.get_2d();
+  Vec2<F> jitter = numbers.get_2d();
+  if (paths.filter != nullptr) draw_from_filter<F>(paths, pixel, jitter);
   const Vec2<F> film(pixel.x + jitter.x, pixel.y + jitter.y);
   const Vec2<F> lens = paths.thin_lens ? numbers.get_2d() : Vec2<F>(0.5f, 0.5f);
   const CameraRayOf<F> ray(paths.camera, paths.resolution, paths.extent, film, lens);

@@ -49,11 +49,13 @@ void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {
 void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film& film) {
   if (params_.retrace && index > 0) trace_maps(context, index);
   const auto timed = context.phases.measure("gather");
-  parallel_pixels(context.resolution, [&](ivec2 pixel) {
-    const auto key = pixel_index(pixel, context.resolution);
-    CameraSample sample{key, index, Sampler(params_.sampler, context.seed, Stream::camera, key, index)};
-    const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
-    film.add(pixel, camera_radiance(context, ray, sample), index);
+  parallel_tiles(context.resolution, tile_size, [&](const Tile& tile) {
+    for_pixels(context.seen(tile), [&](ivec2 pixel) {
+      const auto key = pixel_index(pixel, context.resolution);
+      CameraSample sample{key, index, Sampler(params_.sampler, context.seed, Stream::camera, key, index)};
+      const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
+      film.add(pixel, camera_radiance(context, ray, sample), index, sample_weight(context, pixel, index));
+    });
   });
 }
 

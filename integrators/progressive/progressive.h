@@ -177,6 +177,10 @@ class ProgressivePasses {
   std::size_t first_state(const RenderContext& context, ivec2 pixel, std::uint32_t iteration) const {
     return points_.slot(pixel_index(pixel, context.resolution), iteration) * kinds();
   }
+  // What a pixel's path in this iteration counts (pixel_filter.h).
+  float weight(const RenderContext& context, ivec2 pixel, std::uint32_t iteration) const {
+    return sample_weight(context, pixel, points_.path(iteration));
+  }
   Kernel kernel() const { return params_.kernel; }
   LightChoice lights() const { return params_.lights; }
   // Null: photons are divided by whole discs.
@@ -215,6 +219,8 @@ class ProgressivePhotonMapping final : public Integrator {
     policy_ = std::make_unique<Policy>(make_policy_(std::move(radii)));
     coverage_ = passes_.make_coverage(context);
     if (coverage_) totals_.resize(passes_.states(context));
+    if (coverage_ && has_signed_filter(context))
+      weights_.resize(static_cast<std::size_t>(context.resolution.x) * context.resolution.y);
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
@@ -246,14 +252,19 @@ class ProgressivePhotonMapping final : public Integrator {
   // The pixel after `index` + 1 iterations.
   dvec3 corrected(const RenderContext& context, ivec2 pixel, std::uint32_t index, const Radiance& radiance) {
     const std::size_t mine = passes_.first_state(context, pixel, index);
-    if (is_finite(radiance.other)) totals_[mine].other += dvec3(radiance.other);
+    const double weight = passes_.weight(context, pixel, index);
+    if (is_finite(radiance.other)) totals_[mine].other += weight * dvec3(radiance.other);
     for (std::uint32_t kind = 0; kind < passes_.kinds(); ++kind)
-      if (is_finite(radiance.from_photons[kind])) totals_[mine + kind].from_photons += dvec3(radiance.from_photons[kind]);
+      if (is_finite(radiance.from_photons[kind]))
+        totals_[mine + kind].from_photons += weight * dvec3(radiance.from_photons[kind]);
     dvec3 sum(0);
     const std::size_t first = passes_.first_state(context, pixel, 0);
     for (std::size_t s = first; s < first + per_pixel() * passes_.kinds(); ++s)
       sum += totals_[s].other + totals_[s].from_photons * coverage_->correction(s);
-    return sum / (index + 1.0);
+    if (weights_.empty()) return sum / (index + 1.0);
+    double& weights = weights_[pixel_index(pixel, context.resolution)];
+    weights += weight;
+    return weights != 0 ? sum / weights : dvec3(0);
   }
 
   // A kernel's disc at one point, and what collects its photons.
@@ -299,7 +310,8 @@ class ProgressivePhotonMapping final : public Integrator {
       const std::size_t first = passes_.first_state(context, pixel, index);
       for (std::size_t kind = 0; kind < most_kinds; ++kind)
         if (of_pixel[kind].gathers) policy_->update(first + kind, index / per_pixel(), of_pixel[kind].observed);
-      film.add(pixel, radiance.other + radiance.from_photons[0] + radiance.from_photons[1], index);
+      film.add(pixel, radiance.other + radiance.from_photons[0] + radiance.from_photons[1], index,
+               passes_.weight(context, pixel, index));
       if (coverage_) film.set(pixel, corrected(context, pixel, index, radiance));
     });
   }
@@ -330,6 +342,7 @@ class ProgressivePhotonMapping final : public Integrator {
   std::unique_ptr<Policy> policy_;
   std::unique_ptr<DiscCoverage> coverage_;  // null: whole discs
   std::vector<Totals> totals_;              // by slot; empty without coverage
+  std::vector<double> weights_;             // of each pixel, summed up; empty where each is 1
   std::atomic<float> widest_reach_ = 0;     // of the last pass's gathers
 };
 

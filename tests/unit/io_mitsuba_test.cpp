@@ -78,6 +78,39 @@ TEST(MitsubaCamera, OthersAreRefusedOrApproximated) {
   EXPECT_ERROR(read("<sensor type=\"perspectiv\"/>"), "s.xml:2:15: unknown sensor 'perspectiv'; did you mean 'perspective'");
 }
 
+TEST(Mitsuba, FiltersAndCropsAreTheFilms) {
+  const auto film = [](const std::string& inside) {
+    return read(
+        "<sensor type=\"perspective\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/><integer "
+        "name=\"height\" value=\"100\"/>" +
+        inside + "</film></sensor>");
+  };
+  const auto filter = [&](const std::string& text) { return film("<rfilter " + text + "</rfilter>").filter->shape(); };
+  EXPECT_EQ(film("").filter->shape(), (FilterShape{.kind = FilterKind::gaussian, .radius = vec2(2), .sigma = 0.5f}));
+  EXPECT_EQ(film("<rfilter type=\"box\"/>").filter, nullptr);
+  EXPECT_EQ(filter("type=\"tent\">"), (FilterShape{.kind = FilterKind::triangle, .radius = vec2(1)}));
+  EXPECT_EQ(filter("type=\"gaussian\"><float name=\"stddev\" value=\"0.25\"/>").radius, vec2(1));
+  EXPECT_EQ(filter("type=\"catmullrom\">").c, 0.5f);
+  EXPECT_EQ(filter("type=\"lanczos\">").radius, vec2(3));
+  EXPECT_ERROR(film("<rfilter type=\"tend\"/>"), "unknown rfilter 'tend'; did you mean 'tent'");
+  const Scene cropped = film("<integer name=\"crop_offset_x\" value=\"50\"/><integer name=\"crop_width\" value=\"100\"/>");
+  EXPECT_EQ(cropped.crop, (std::array<float, 4>{0.25f, 0.75f, 0, 1}));
+  EXPECT_TRUE(warns(cropped, "`etendue render` shows the part in the crop window"));
+  EXPECT_FALSE(film("<integer name=\"crop_width\" value=\"200\"/>").crop.has_value());
+}
+
+TEST(Mitsuba, OtherSensorsHaveNamesAndKeepNoSceneFromLoading) {
+  const std::string second = "<sensor type=\"perspective\" id=\"above\"><float name=\"fov\" value=\"90\"/></sensor>";
+  const Scene scene = read(sensor + second + "<sensor type=\"spherical\"/>");
+  EXPECT_EQ(scene.resolution, ivec2(200, 100));
+  ASSERT_EQ(scene.cameras.size(), 2u);
+  EXPECT_EQ(scene.cameras[0].name, "sensor-1");
+  EXPECT_EQ(scene.cameras[1].name, "above");
+  EXPECT_EQ(scene.cameras[1].resolution, ivec2(768, 576));
+  EXPECT_EQ(scene.camera.fov, scene.cameras[0].camera.fov);
+  EXPECT_TRUE(warns(scene, "another sensor, which cannot be used"));
+}
+
 TEST(MitsubaIntegrator, DepthCountsEdges) {
   const auto depth = [](const std::string& type, const std::string& value) {
     return read("<integrator type=\"" + type + "\"><integer name=\"maxDepth\" value=\"" + value + "\"/></integrator>")

@@ -65,7 +65,20 @@ TEST(PbrtRendering, WhatWouldChangeTheImageIsTold) {
       warns(with("Integrator \"volpath\" \"bool regularize\" true"), "s.pbrt:2:22: Integrator: 'regularize' has no effect"));
   EXPECT_TRUE(warns(with("Integrator \"path\" \"integer pixelbounds\" [0 1 0 1]"), "'pixelbounds' has no effect"));
   EXPECT_TRUE(warns(with("Integrator \"ao\""), "s.pbrt:2:12: Integrator \"ao\" shows a part of the light in pbrt"));
-  EXPECT_TRUE(warns(with("PixelFilter \"mitchell\" \"float B\" 0.3"), "filtered with a box"));
+}
+
+TEST(PbrtRendering, FiltersAreThoseOfTheFilesVersion) {
+  const auto filter = [](const std::string& text) { return with(text).filter->shape(); };
+  EXPECT_EQ(with("PixelFilter \"box\"").filter, nullptr);
+  EXPECT_EQ(with("").filter, nullptr);
+  EXPECT_EQ(filter("PixelFilter \"box\" \"float xwidth\" 1 \"float ywidth\" 2"), (FilterShape{.radius = {1, 2}}));
+  EXPECT_EQ(filter("PixelFilter \"mitchell\" \"float B\" 0.25"),
+            (FilterShape{.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0.25f}));
+  EXPECT_EQ(filter("PixelFilter \"gaussian\"").radius, vec2(1.5f));
+  EXPECT_EQ(filter("PixelFilter \"gaussian\" Film \"image\"").radius, vec2(2)) << "of version 3";
+  EXPECT_FLOAT_EQ(filter("PixelFilter \"gaussian\" \"float alpha\" 8").sigma, 0.25f);
+  EXPECT_EQ(filter("PixelFilter \"sinc\" \"float tau\" 2").tau, 2);
+  EXPECT_ERROR(with("PixelFilter \"triangle\" \"float xradius\" 0"), "'xradius' is 0; expected 0.01 to 32");
 }
 
 TEST(PbrtRendering, DirectLightIsScatteredOnceWhereNothingIsSpecular) {

@@ -222,11 +222,14 @@ TEST(Pbrt, FilmAndCameraOptionsThatChangeTheImageAreChecked) {
   EXPECT_EQ(with(film + "\"float iso\" 200 \"float exposuretime\" 0.5 \"string sensor\" \"cie1931\"").resolution,
             ivec2(200, 100));
   EXPECT_ERROR(with(film + "\"string sensor\" \"canon_eos_5d\""), "only cie1931");
-  EXPECT_TRUE(warns(with(film + "\"float cropwindow\" [0 .5 0 1]"), "the whole image is rendered"));
-  EXPECT_TRUE(warns(with(film + "\"integer pixelbounds\" [0 100 0 50]"), "the whole image is rendered"));
+  const std::array<float, 4> left_half{0, 0.5f, 0, 1}, upper_left{0, 0.5f, 0, 0.5f};
+  EXPECT_EQ(with(film + "\"float cropwindow\" [0 .5 0 1]").crop, left_half);
+  EXPECT_EQ(with(film + "\"integer pixelbounds\" [0 100 0 50]").crop, upper_left);
+  EXPECT_TRUE(warns(with(film + "\"float cropwindow\" [0 .5 0 1]"), "`etendue render` shows that part"));
+  EXPECT_FALSE(with(film + "\"float cropwindow\" [0 1 0 1]").crop.has_value());
+  EXPECT_ERROR(with(film + "\"float cropwindow\" [.5 .5 0 1]"), "'cropwindow' is empty, or no part of the image");
   EXPECT_ERROR(with("Film \"rgb\" \"integer xresolution\" 0"), "'xresolution' is 0; expected 1 to 65536");
   EXPECT_TRUE(warns(with(film + "\"float maxcomponentvalue\" 10"), "clamping would bias"));
-  EXPECT_TRUE(warns(with("PixelFilter \"gaussian\" \"float xradius\" 2"), "filtered with a box"));
   EXPECT_TRUE(warns(with("Camera \"perspective\" \"float shutteropen\" 0.1"), "nothing moves"));
   EXPECT_TRUE(warns(with(""), "no Camera"));
   EXPECT_TRUE(warns(with(""), "no lights"));

@@ -192,6 +192,30 @@ TEST_F(PbrtWrite, TexturesKeepTheirTexels) {
   EXPECT_NE(all(again.warnings).find("mapname"), std::string::npos);
 }
 
+TEST_F(PbrtWrite, MasksFiltersAndCropsAreKept) {
+  Scene scene = load_scene("builtin:cornell-box", {});
+  scene.textures = {ImageTexture{.size = {1, 1}, .texels = {Rgb(0.3f)}},
+                    ImageTexture{.size = {2, 1}, .texels = {Rgb(0.1f), Rgb(0.9f)}, .gain = 1.5f},
+                    CheckerTexture{.even = Rgb(1), .odd = Rgb(0.25f), .uv_scale = {3, 2}, .uv_offset = {0.1f, 0}}};
+  std::uint32_t mask = 0;
+  for (Shape& shape : scene.objects[0].shapes)
+    if (shape.first_light == no_id && mask < 3) shape.mask = mask++;
+  scene.crop = std::array<float, 4>{0.25f, 1, 0, 0.5f};
+  for (const FilterShape& filter :
+       {FilterShape{.radius = {1, 0.5f}}, FilterShape{.kind = FilterKind::gaussian, .radius = vec2(1.7f), .sigma = 0.37f},
+        FilterShape{.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0.1f, .c = 0.7f},
+        FilterShape{.kind = FilterKind::sinc, .radius = vec2(3), .tau = 2.5f},
+        FilterShape{.kind = FilterKind::triangle, .radius = {2, 1}}}) {
+    scene.filter = make_pixel_filter(filter);
+    const Written again = twice_written(scene);
+    ASSERT_TRUE(again.scene.filter);
+    EXPECT_EQ(again.scene.filter->shape(), filter) << filter.text();
+    EXPECT_EQ(again.scene.crop, scene.crop);
+    EXPECT_TRUE(again.scene.has_masks());
+    EXPECT_EQ(image_of(again.scene), image_of(scene)) << filter.text();
+  }
+}
+
 TEST_F(PbrtWrite, WhatPbrtCannotSayIsTold) {
   SceneBuilder builder("s");
   builder.camera({0, 0, 5}, {0, 0, 0}, 40, {16, 16});

@@ -291,11 +291,16 @@ class Execution {
 
   std::map<std::string, std::string> attributes(const Cell& cell, const CellResult& result) const {
     const LoadedScene& loaded = *scenes_[cell.scene];
-    auto attributes = recipe_attributes(
-        {config_.scenes[cell.scene].path, loaded.scene.hash(), result.chosen.value_or(config_.integrators[cell.integrator]),
-         result.chosen_accel.value_or(config_.accels[cell.accel]), cell.name.seed, loaded.resolution,
-         result.checkpoints.back().iterations, config_.budget.text()},
-        manifest_);
+    Recipe recipe{config_.scenes[cell.scene].path,
+                  loaded.scene.hash(),
+                  result.chosen.value_or(config_.integrators[cell.integrator]),
+                  result.chosen_accel.value_or(config_.accels[cell.accel]),
+                  cell.name.seed,
+                  loaded.resolution,
+                  result.checkpoints.back().iterations,
+                  config_.budget.text()};
+    recipe.pixel_filter = plan_.reading.pixel_filter;
+    auto attributes = recipe_attributes(recipe, manifest_);
     attributes["etendue_cell"] = cell.name.key();
     attributes["etendue_experiment"] = config_.title;
     attributes["etendue_time_s"] = fmt::format("{}", result.checkpoints.back().time_s);

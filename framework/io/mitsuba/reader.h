@@ -100,6 +100,8 @@ class MitsubaReader {
 
   // sensor.cpp
   void sensor(const XmlElement& element);
+  void read_sensor(const XmlElement& element);
+  FilterShape filter_of(const Properties& of) const;
   void perspective(const Properties& of);
   void thin_lens(const Properties& of);
   void orthographic(const Properties& of);
@@ -176,9 +178,9 @@ class MitsubaReader {
   TextureValue bitmap(const Properties& of);
   TextureValue image_texture(const Properties& of, RgbImage image);
   TextureValue opacity(const XmlElement& element);
+  void set_mask(const Properties& of, const TextureValue& opacity, MaterialEntry& entry);
   std::uint32_t add_texture(Texture texture);
   std::uint32_t image_of_light(Texture image, Rgb& radiance);
-  void set_mask(const Properties& of, const TextureValue& opacity, MaterialEntry& entry);
   TextureValue checkerboard(const Properties& of);
   TextureValue scaled(const Properties& of);
   TextureValue other_texture(const Properties& of);

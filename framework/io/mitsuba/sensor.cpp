@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <tuple>
 
 namespace etendue {
 
@@ -22,12 +23,14 @@ bool is_one_of(std::span<const std::string_view> names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+FilterShape gaussian_filter(float sigma) { return {.kind = FilterKind::gaussian, .radius = vec2(4 * sigma), .sigma = sigma}; }
+
 }  // namespace
 
 std::span<const MitsubaReader::SensorType> MitsubaReader::sensor_types() {
   using R = MitsubaReader;
   static constexpr SensorType table[] = {
-      {"perspective", "fov and fov_axis, or focal_length; film size, crop approximated by the whole film", &R::perspective},
+      {"perspective", "fov and fov_axis, or focal_length; film size, rfilter, crop", &R::perspective},
       {"perspective_rdist", "the same, its distortion approximated by none", &R::perspective},
       {"thinlens", "the same with aperture_radius and focus_distance", &R::thin_lens},
       {"orthographic", "as it is", &R::orthographic},
@@ -41,14 +44,30 @@ std::span<const MitsubaReader::SensorType> MitsubaReader::sensor_types() {
   return table;
 }
 
+// The first sensor is the scene's camera. Others are there for whoever asks for them by name, and keep no scene from loading.
 void MitsubaReader::sensor(const XmlElement& element) {
+  const Camera camera = scene_.camera;
+  const auto [resolution, crop, filter] = std::tuple(scene_.resolution, scene_.crop, scene_.filter);
+  const bool is_first = !has_sensor_;
+  has_sensor_ = true;
+  try {
+    scene_.camera = {};
+    read_sensor(element);
+    const std::string id = element.value("id");
+    scene_.cameras.push_back(
+        {id.empty() ? fmt::format("sensor-{}", scene_.cameras.size() + 1) : id, scene_.camera, scene_.resolution});
+  } catch (const Error& e) {
+    if (is_first) throw;
+    warn(element.where(), std::string("another sensor, which cannot be used: ") + e.what());
+  }
+  if (is_first) return;
+  std::tie(scene_.resolution, scene_.crop, scene_.filter) = std::tie(resolution, crop, filter);
+  scene_.camera = camera;
+}
+
+void MitsubaReader::read_sensor(const XmlElement& element) {
   const Properties of = properties(element);
   const SensorType& type = find_type(sensor_types(), of);
-  if (has_sensor_) {
-    warn(element.where(), "another sensor: the first one is used");
-    return;
-  }
-  has_sensor_ = true;
   film(of);
   of.objects({"sampler"});
   leave_out_media(of);
@@ -148,28 +167,55 @@ void MitsubaReader::film(const Properties& sensor) {
   scene_.resolution = {768, 576};
   const auto films = sensor.objects({"film"});
   if (films.size() > 1) throw Error(films[1]->where(), "sensor: has two films; expected one");
-  bool is_unit_box = false;
+  FilterShape filter = gaussian_filter(0.5f);
   if (!films.empty()) {
     const Properties of = properties(*films[0]);
     scene_.resolution = {of.integer("width", 768, 1, 65536), of.integer("height", 576, 1, 65536)};
     crop(of);
-    for (const XmlElement* filter : of.objects({"rfilter"})) {
-      const Properties filtering = properties(*filter);
-      is_unit_box = filtering.type() == "box" && filtering.number("radius", 0.5f) == 0.5f;
-    }
+    for (const XmlElement* element : of.objects({"rfilter"})) filter = filter_of(properties(*element));
     of.ignore_all();  // file formats and the like
   }
-  if (!is_unit_box)
-    warn(films.empty() ? sensor.where() : films[0]->where(), "film: images are filtered with a box one pixel wide");
+  scene_.filter = make_pixel_filter(filter);
 }
 
+FilterShape MitsubaReader::filter_of(const Properties& of) const {
+  constexpr float least = 0.01f, most = 32;
+  const std::string type = of.type();
+  FilterShape shape;
+  if (type == "box") {
+    shape.radius = vec2(of.number("radius", 0.5f, least, most));
+  } else if (type == "tent") {
+    shape = {.kind = FilterKind::triangle, .radius = vec2(of.number("radius", 1, least, most))};
+  } else if (type == "gaussian") {
+    shape = gaussian_filter(of.number("stddev", 0.5f, least, most / 4));
+  } else if (type == "mitchell") {
+    shape = {.kind = FilterKind::mitchell,
+             .radius = vec2(2),
+             .b = of.number("B", 1.0f / 3, -10, 10),
+             .c = of.number("C", 1.0f / 3, -10, 10)};
+  } else if (type == "catmullrom") {
+    shape = {.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0, .c = 0.5f};
+  } else if (type == "lanczos") {
+    const auto lobes = static_cast<float>(of.integer("lobes", 3, 1, 32));
+    shape = {.kind = FilterKind::sinc, .radius = vec2(lobes), .tau = lobes};
+  } else {
+    throw Error(of.where(), fmt::format("film: {}", unknown_name("rfilter", type,
+                                                                 std::vector<std::string>{"box", "tent", "gaussian", "mitchell",
+                                                                                          "catmullrom", "lanczos"})));
+  }
+  return shape;
+}
+
+// In shares of the film, of which the file states a part in pixels.
 void MitsubaReader::crop(const Properties& of) {
   const ivec2 size = scene_.resolution;
-  const bool whole = of.integer("crop_offset_x", 0, 0, 65536) == 0 && of.integer("crop_offset_y", 0, 0, 65536) == 0 &&
-                     of.integer("crop_width", size.x, 1, 65536) == size.x &&
-                     of.integer("crop_height", size.y, 1, 65536) == size.y;
-  if (!whole)
-    approximate(of.where("crop_width"), fmt::format("{}: a crop window is not supported", of.title()), "the whole film");
+  const int x = of.integer("crop_offset_x", 0, 0, size.x - 1), y = of.integer("crop_offset_y", 0, 0, size.y - 1);
+  const int width = of.integer("crop_width", size.x - x, 1, size.x - x),
+            height = of.integer("crop_height", size.y - y, 1, size.y - y);
+  if (ivec2(width, height) == size) return;
+  const auto share = [](int pixel, int all) { return static_cast<float>(pixel) / static_cast<float>(all); };
+  scene_.crop = {share(x, size.x), share(x + width, size.x), share(y, size.y), share(y + height, size.y)};
+  warn(of.where("crop_width"), "film: `etendue render` shows the part in the crop window, experiments the whole image");
 }
 
 // Mitsuba counts the edges of a path: those of a path with one scattering event are two.

@@ -122,19 +122,35 @@ void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
                        params.integer("yresolution", otherwise.y, 1, 65536)};
 
   read_exposure(params);
-  const std::array<float, 4> whole{0, 1, 0, 1};
-  if (const auto crop = params.numbers("cropwindow");
-      !crop.empty() && !std::equal(crop.begin(), crop.end(), whole.begin(), whole.end()))
-    warn(params.where("cropwindow"), "'cropwindow': the whole image is rendered, of which it is a part");
-  const std::array<int, 4> pixels{0, scene_.resolution.x, 0, scene_.resolution.y};
-  if (const auto bounds = params.integers("pixelbounds");
-      !bounds.empty() && !std::equal(bounds.begin(), bounds.end(), pixels.begin(), pixels.end()))
-    warn(params.where("pixelbounds"), "'pixelbounds': the whole image is rendered, of which they are a part");
+  read_crop(params);
   for (const std::string_view clamp : {"maxcomponentvalue", "maxsampleluminance"})
     if (params.has(clamp)) warn(params.where(clamp), fmt::format("'{}' is not applied: clamping would bias the image", clamp));
   params.ignore({"filename", "diagonal", "savefp16", "maxcomponentvalue", "maxsampleluminance", "coordinatesystem", "lambdamin",
                  "lambdamax", "nbuckets"});
   params.finish();
+}
+
+// In shares of the image, or in pixels.
+void PbrtReader::read_crop(const PbrtParams& params) {
+  const vec2 size(scene_.resolution);
+  const auto take = [&](const char* name, const std::array<float, 4>& shares) {
+    const auto& [x0, x1, y0, y1] = shares;
+    if (!(x0 >= 0 && x0 < x1 && x1 <= 1 && y0 >= 0 && y0 < y1 && y1 <= 1))
+      params.fail(name, "is empty, or no part of the image; expected x from, x to, y from, y to");
+    if (shares == std::array<float, 4>{0, 1, 0, 1}) return;
+    scene_.crop = shares;
+    warn(params.where(name), fmt::format("'{}': `etendue render` shows that part, experiments the whole image", name));
+  };
+  if (const auto crop = params.numbers("cropwindow"); !crop.empty()) {
+    if (crop.size() != 4) params.fail("cropwindow", "expected four numbers: x from, x to, y from, y to");
+    take("cropwindow", {crop[0], crop[1], crop[2], crop[3]});
+  }
+  if (const auto bounds = params.integers("pixelbounds"); !bounds.empty()) {
+    if (bounds.size() != 4) params.fail("pixelbounds", "expected four numbers: x from, x to, y from, y to");
+    const auto share = [](int pixel, float of) { return static_cast<float>(pixel) / of; };
+    take("pixelbounds",
+         {share(bounds[0], size.x), share(bounds[1], size.x), share(bounds[2], size.y), share(bounds[3], size.y)});
+  }
 }
 
 // By what the film scales its image: light is scaled instead, which is the same.

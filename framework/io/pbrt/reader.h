@@ -164,6 +164,7 @@ class PbrtReader {
   void check_window(float aspect);
   void make_parallel(const vec2& middle, float half_width);
   void read_exposure(const PbrtParams& params);
+  void read_crop(const PbrtParams& params);
 
   // rendering.cpp
   void integrator(PbrtLexer& lexer, const Token& token);
@@ -299,11 +300,13 @@ class PbrtReader {
     std::string type;
   };
   std::optional<DirectOnly> direct_only_;  // where an integrator shows no other light
+  FilterShape filter_;
+  bool filter_by_version_ = false;  // its radius is that of a Gaussian in the file's version, which the film tells
   std::optional<CameraEntry> camera_;
+  std::map<float, std::uint32_t> constant_masks_;  // in the scene, by opacity
   std::vector<MaterialEntry> materials_{MaterialEntry{.material = Diffuse{Rgb(0.5f)}, .textured = false, .scene_index = {}}};
   std::map<std::string, std::uint32_t, std::less<>> named_materials_;
   TextureMap spectrum_textures_, float_textures_;
-  std::map<float, std::uint32_t> constant_masks_;  // in the scene, by opacity
   BakeBudget bake_budget_;
   struct BakedField {
     Field field;

@@ -149,14 +149,23 @@ void PbrtReader::pixel_filter(PbrtLexer& lexer, const Token& token) {
   const std::string type = expect_string(lexer, "PixelFilter");
   const Known& known = find_known(filters, "pixel filter", type, where);
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
-  bool is_unit_box = type == "box";
-  for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool) {
-    params.accept(name, kind);
-    if (is_unit_box) is_unit_box = params.number(name, 0.5f) == 0.5f;
-  });
+  for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool) { params.accept(name, kind); });
+  constexpr float least = 0.01f, most = 32;
+  FilterShape shape = named_filter(type);
+  filter_by_version_ = type == "gaussian";
+  for (const auto& [x, y] : {std::pair("xwidth", "ywidth"), std::pair("xradius", "yradius")}) {
+    filter_by_version_ = filter_by_version_ && !params.has(x) && !params.has(y);
+    shape.radius = {params.number(x, shape.radius.x, least, most), params.number(y, shape.radius.y, least, most)};
+  }
+  if (params.has("alpha")) shape.sigma = 1 / std::sqrt(2 * params.number("alpha", 2, 1e-4f, 1e4f));
+  if (type == "gaussian") shape.sigma = params.number("sigma", shape.sigma, 1e-2f, 100);
+  if (type == "mitchell") {
+    shape.b = params.number("B", shape.b, -10, 10);
+    shape.c = params.number("C", shape.c, -10, 10);
+  }
+  if (type == "sinc") shape.tau = params.number("tau", shape.tau, 0.1f, 100);
   params.finish();
-  if (!is_unit_box)
-    warn(params.where(), fmt::format("PixelFilter \"{}\": images are filtered with a box one pixel wide", type));
+  filter_ = shape;
 }
 
 }  // namespace etendue

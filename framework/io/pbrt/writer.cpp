@@ -126,12 +126,25 @@ void PbrtWriter::add_instances() {
   shapes_ += placed;
 }
 
+std::string PbrtWriter::filter_text() const {
+  const FilterShape filter = scene_.filter ? scene_.filter->shape() : FilterShape{};
+  const auto number = [](const char* name, float value) { return fmt::format(" \"float {}\" {}", name, bracketed({value})); };
+  std::string text = "PixelFilter " + in_quotes(names_of(filter.kind)[static_cast<std::size_t>(filter.kind)]) +
+                     number("xradius", filter.radius.x) + number("yradius", filter.radius.y);
+  if (filter.kind == FilterKind::gaussian) text += number("sigma", filter.sigma);
+  if (filter.kind == FilterKind::mitchell) text += number("B", filter.b) + number("C", filter.c);
+  if (filter.kind == FilterKind::sinc) text += number("tau", filter.tau);
+  return text + "\n";
+}
+
 PbrtText PbrtWriter::write() {
   std::string text = "# Written by etendue.\n";
   if (scene_.max_depth) text += fmt::format("Integrator \"path\" \"integer maxdepth\" [ {} ]\n", *scene_.max_depth);
-  text += "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\n";
+  text += filter_text();
   text += fmt::format("Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ]\n", scene_.resolution.x,
                       scene_.resolution.y);
+  if (const auto& crop = scene_.crop)
+    text.insert(text.size() - 1, " \"float cropwindow\" " + bracketed({(*crop)[0], (*crop)[1], (*crop)[2], (*crop)[3]}));
   text += camera_text() + "\nWorldBegin\n";
   for (const Light& light : scene_.lights) add_light(light);
   add_instances();

@@ -28,7 +28,7 @@ class PbrtWriter {
   };
 
   // writer.cpp
-  void add_options();
+  std::string filter_text() const;
   std::string camera_text();
   void add_instances();
 

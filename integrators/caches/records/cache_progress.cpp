@@ -69,7 +69,7 @@ void CachedLight::begin(std::uint32_t iteration, double weight) {
 }
 
 // The film averages equally, so it is given what makes its mean the weighted one.
-void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error) {
+void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error, double weight) {
   if (!is_finite(sampled + cached)) {
     film.add(pixel, sampled + cached, iteration_);  // which counts it
     return;
@@ -90,6 +90,15 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
   }
   const dvec3 mean_before = weights_before_ > 0 ? (t - 1) / weights_before_ * sum : dvec3(0);
   sum += weight_ * dvec3(cached);
+  if (!signed_.empty()) {
+    Signed& so_far = signed_[i];
+    so_far.sampled += dvec3(sampled);
+    so_far.of_sampled += weight;
+    so_far.of_cached += weight_ * weight;
+    const auto over = [](const dvec3& value, double by) { return by != 0 ? value / by : dvec3(0); };
+    film.set(pixel, over(so_far.sampled, so_far.of_sampled) + over(sum, so_far.of_cached));
+    return;
+  }
   film.add(pixel, sampled + Rgb(t / (weights_before_ + weight_) * sum - mean_before), iteration_);
 }
 

@@ -47,17 +47,20 @@ class CachedLight {
  public:
   // `states_error`: keeps what standard_error() takes. `forgetting`: in the noise of a pixel's answers of two iterations, of
   // weights v < w, the correlation is (v / w)^forgetting; 0 for records that stay what they are.
-  explicit CachedLight(ivec2 resolution = ivec2(0), bool states_error = false, double forgetting = 0)
+  // `is_signed`: the pixel filter is (framework/scene/pixel_filter.h).
+  explicit CachedLight(ivec2 resolution = ivec2(0), bool states_error = false, double forgetting = 0, bool is_signed = false)
       : resolution_(resolution),
         forgetting_(forgetting),
         sums_(static_cast<std::size_t>(resolution.x) * resolution.y, dvec3(0)) {
     if (states_error) scatter_.resize(sums_.size());
+    if (is_signed) signed_.resize(sums_.size());
   }
 
   void begin(std::uint32_t iteration, double weight);
   // To be called once per pixel and iteration, from any thread. `sampled` is the part that counts the same in every iteration;
   // `error` is that of `cached`.
-  void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error = {});
+  // `weight`: with a signed filter, what both parts have been multiplied by.
+  void add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error = {}, double weight = 1);
   // The standard error of the pixels' luminance, the same in all channels. The error of the sampled part falls with the number
   // of samples (with one sample it is unknown). The cached part comes from the same records in every iteration, or from ones
   // that have most of their values in common, so its noise is that of a sum of correlated answers; its bias is the mean over
@@ -72,8 +75,15 @@ class CachedLight {
     double bias = 0;               // weighted sum
   };
 
+  // Of one pixel where the filter is signed: its sampled part and the weights of both.
+  struct Signed {
+    dvec3 sampled{0};
+    double of_sampled = 0, of_cached = 0;
+  };
+
   ivec2 resolution_;
   double forgetting_;
+  std::vector<Signed> signed_;
   std::vector<dvec3> sums_;  // weighted
   std::vector<Scatter> scatter_;
   std::uint32_t iteration_ = 0;
