@@ -9,7 +9,8 @@ namespace etendue {
 
 namespace {
 
-// Where the lines are drawn comes from experiments/auto.toml: every method over every built-in scene.
+// Where the lines are drawn comes from six methods over 31 scenes at 48 x 48 to 256 x 256 pixels; experiments/auto.toml judges
+// them by all methods over all built-in scenes.
 constexpr double default_iterations = 64;
 constexpr double least_caustic_light = 0.003;  // of all light, above which it is looked at
 constexpr double rare_hits = 0.03;             // caustic hits over caustic light below which paths find too little of it
