@@ -44,7 +44,8 @@ Candidates candidates_for(const OptionRow& option) {
   if (is("--isa")) return {.names = {"sse", "avx2", "avx512"}};
   if (is("--aov")) return aovs();
   if (is("DIR") || option.value == "DIR") return {.endings = "/"};
-  if (!option.positional.empty() || option.value.starts_with("FILE") || option.value == "IMAGE") return {.endings = "*"};
+  if (!option.positional.empty() || option.value.starts_with("FILE") || option.value.starts_with("IMAGE"))
+    return {.endings = "*"};
   return {};
 }
 
