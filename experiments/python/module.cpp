@@ -298,7 +298,7 @@ PYBIND11_MODULE(etendue, module) {
   module.def(
       "load",
       [](const std::string& name, bool approximate, bool confined) {
-        return std::make_unique<LoadedScene>(name, SceneReading{confined, approximate});
+        return std::make_unique<LoadedScene>(name, SceneReading{.confined = confined, .approximate = approximate});
       },
       "Loads a built-in scene (\"builtin:NAME\") or a file.", "name"_a, py::kw_only(), "approximate"_a = false,
       "confined"_a = false);
