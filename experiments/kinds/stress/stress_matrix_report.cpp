@@ -77,7 +77,6 @@ std::string draw_legend(double y) {
                                              "fails everywhere"};
   for (std::size_t i = 0; i < texts.size(); ++i) entry(failing[i], texts[i]);
   entry(blank, "–  does not apply");
-  out += text_at(x, y + 11.5, "↗  a remedy moves it", "font-size:12px");
   return out;
 }
 

@@ -187,7 +187,7 @@ Figure matrix_figure(const StressMap& map, bool structures) {
   Figure figure{.name = structures ? "matrix-structures" : "matrix",
                 .title = structures ? "From where on ray structures fail" : "From where on methods fail"};
   figure.drawing = draw_matrix(map, structures, true);
-  figure.notes = {threshold_rule};
+  figure.notes = {threshold_rule, "↗ marks methods that a remedy moves towards harm (tables/remedies.md)."};
   return figure;
 }
 
