@@ -48,6 +48,26 @@ double crossing(std::span<const SweepPoint> points, const Expected& holds, std::
   return 1;
 }
 
+// The standard error of a point's mean, in the units of excess().
+double spread_of(const SweepPoint& point, const Expected& holds) {
+  const double m = mean(point.values), error = sample_sd(point.values) / std::sqrt(static_cast<double>(point.values.size()));
+  return std::abs(excess(m + error, holds) - excess(m - error, holds)) / 2;
+}
+
+bool is_quarter(const SweepPoint& point) { return std::abs(point.t * 4 - std::round(point.t * 4)) < 1e-9; }
+
+// By how much t may lie off, with 95 % for Student's distribution: the noise at the threshold over the slope of its quarter.
+double crossing_error(std::span<const SweepPoint> points, std::size_t failed, const Expected& holds,
+                      std::span<const std::size_t> seeds) {
+  std::size_t left = failed - 1, right = failed;
+  while (left > 0 && !is_quarter(points[left])) --left;
+  while (right + 1 < points.size() && !is_quarter(points[right])) ++right;
+  const double rise = mean_excess(points[right], holds, seeds) - mean_excess(points[left], holds, seeds);
+  const double slope = rise / (points[right].t - points[left].t);
+  const double noise = std::max(spread_of(points[failed - 1], holds), spread_of(points[failed], holds));
+  return slope > 0 ? student_t_quantile(0.975, static_cast<double>(seeds.size() - 1)) * noise / slope : 1;
+}
+
 std::vector<std::size_t> all_seeds(std::span<const SweepPoint> points) {
   std::vector<std::size_t> seeds(points.empty() ? 0 : points.front().values.size());
   std::iota(seeds.begin(), seeds.end(), std::size_t{0});
@@ -86,8 +106,10 @@ std::vector<SweepPoint> sweep(const SweepRange& range, double factor, const Expe
   if (failed > 0)
     for (int held = failed - quarter; failed - held > 1;) {
       const int middle = (held + failed) / 2;
-      // Counts of something come to a point where the next is the same.
-      if (range.at(static_cast<double>(held) / steps) == range.at(static_cast<double>(failed) / steps)) break;
+      // Between counts of something that follow each other lies none.
+      if (range.whole &&
+          std::abs(range.at(static_cast<double>(held) / steps) - range.at(static_cast<double>(failed) / steps)) <= 1)
+        break;
       (fails(middle) ? failed : held) = middle;
     }
   std::vector<SweepPoint> sorted;
@@ -114,9 +136,16 @@ Threshold threshold_of(std::span<const SweepPoint> points, const Expected& holds
   const auto found =
       bootstrap_interval(seeds.size(), [&](std::span<const std::size_t> of) { return crossing(points, holds, of); });
   if (!found) return threshold;
+  // A repetition has its own noise.
   const double wider = std::sqrt(2.0), t = threshold.t;
-  threshold.interval = {std::clamp(t - wider * (t - found->low), 0.0, threshold.held),
-                        std::clamp(t + wider * (found->high - t), threshold.failed, 1.0)};
+  double below = t - found->low, above = found->high - t;
+  if (threshold.holding == Holding::up_to) {
+    const double error = crossing_error(points, static_cast<std::size_t>(first - points.begin()), holds, seeds);
+    below = std::max(below, error);
+    above = std::max(above, error);
+  }
+  threshold.interval = {std::clamp(t - wider * below, 0.0, threshold.held),
+                        std::clamp(t + wider * above, threshold.failed, 1.0)};
   return threshold;
 }
 

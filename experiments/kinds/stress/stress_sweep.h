@@ -8,8 +8,9 @@
 //
 // The threshold lies between the last point that holds and the first that fails, where the mean crosses the bound, linear in t
 // (in the figure's logarithm where it is positive). Its interval is that in which 95 % of repetitions with as many other seeds
-// have theirs: the bootstrap's over seeds ([Efron1993] ch. 13), sqrt(2) times as wide about the threshold, as a repetition has
-// its own noise; and never narrower than the step.
+// have theirs: that of the bootstrap over seeds ([Efron1993] ch. 13), or of the noise at the threshold over the curve's slope
+// where that is wider, sqrt(2) times as wide about the threshold, as a repetition has its own noise; and never narrower than
+// the step.
 #pragma once
 
 #include "experiments/config/expected.h"
