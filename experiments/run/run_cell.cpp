@@ -104,7 +104,7 @@ class CellRunner {
     Method accel = task_.accel;
     if (accel.name != "auto" || accel.params.contains("rays")) return accel;
     const double pixels = static_cast<double>(task_.resolution.x) * task_.resolution.y;
-    constexpr PilotFindings usual{.path_error = 1, .rays_per_path = 6};  // no ray can be traced yet to find out
+    constexpr PilotFindings usual{.path_error = 10, .rays_per_path = 6};  // no ray can be traced yet to find out
     StructureChoice choice = choose_structure(task_.scene, pixels * rays_a_pixel(effort(), task_.resolution, usual));
     accel.name = choice.name;
     for (auto& [key, value] : choice.params) accel.params[key] = std::move(value);
