@@ -181,8 +181,10 @@ class Execution {
     directory_.append(lines);
   }
 
-  void warn_once(const std::string& warning) {
-    if (warned_.insert(warning).second) observer_.warn(warning);
+  void warn_once(const std::string& warning) { warn_once(warning, warning); }
+  // `of`: what the warning is about, where its figures differ from time to time.
+  void warn_once(const std::string& of, const std::string& warning) {
+    if (warned_.insert(of).second) observer_.warn(warning);
   }
 
   void run_one(const Cell& cell, std::size_t position) {
@@ -201,7 +203,8 @@ class Execution {
     }
     fill(record, result);
     if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", cell.name.scene, cell.name.accel, record.fallback));
-    if (!record.out_of_reach.empty()) warn_once(fmt::format("{}: {}", cell.name.scene, record.out_of_reach));
+    if (!record.out_of_reach.empty())
+      warn_once(cell.name.scene + " " + cell.name.integrator, fmt::format("{}: {}", cell.name.scene, record.out_of_reach));
     const StoredFile image = directory_.write_image(cell.name, result.image, attributes(cell, result));
     record.image = image.path;
     record.image_stamp = image.stamp;
