@@ -42,7 +42,7 @@ std::string StressCell::threshold_text() const {
 std::string StressCell::interval_text() const {
   if (!threshold || threshold->holding != Holding::up_to) return "";
   const Interval of = x_interval();
-  if (of.low == 0) return "below " + x_text(of.high);
+  if (of.low == 0) return std::isinf(of.high) ? "anywhere" : "below " + x_text(of.high);
   if (std::isinf(of.high)) return "above " + x_text(of.low);
   return x_text(of.low) + "–" + x_text(of.high);
 }
