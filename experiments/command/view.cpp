@@ -36,6 +36,7 @@ void look_at(Scene& scene, const std::string& text, const std::vector<vec3>& poi
   if (!view) throw Error(camera_option, fmt::format("'{}': eye and target coincide, or the view is along up", text));
   const bool mirrored = view->swaps_handedness() != scene.camera.to_world.swaps_handedness();
   const float angle = fov ? static_cast<float>(*fov) * pi / 180 : scene.camera.is_parallel() ? pi / 4 : scene.camera.fov;
+  scene.crop.reset();  // of the file's own view
   scene.camera = {.to_world = mirrored ? *view * Transform::scale({-1, 1, 1}) : *view, .fov = angle};
 }
 
@@ -62,6 +63,8 @@ void set_camera(Scene& scene, const std::string& text) {
     if (known.name != text) continue;
     scene.camera = known.camera;
     scene.resolution = known.resolution;
+    scene.crop = known.crop;
+    scene.filter = known.filter;
     return;
   }
   std::istringstream words(text);

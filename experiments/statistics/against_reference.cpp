@@ -89,7 +89,7 @@ AgainstReference hold_against(std::span<const Image> images, const Image& refere
       const double allowed = indifference * level + unseen * brightest_about(reference, at, c);
       const double excess = std::max(0.0, std::abs(difference) - allowed);
       const double t = excess > 0 ? excess / std::max(std::sqrt(m.variance / count), 1e-12 * level) : 0;
-      if (t > result.limit) ++result.failed;
+      if (t > result.limit || !std::isfinite(difference)) ++result.failed;
       if (t <= result.largest_t) continue;
       result.largest_t = t;
       result.largest_at = at;

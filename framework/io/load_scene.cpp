@@ -119,7 +119,10 @@ Scene load_scene(const std::string& name, const Location& where, const SceneRead
   Scene scene = name.starts_with(builtin_prefix) ? make_scene_of(builtin_scenes(), builtin_prefix, name, where)
                                                  : load_file(name, where, reading);
   scene.name = name;
-  if (!reading.pixel_filter.empty()) scene.filter = make_pixel_filter(named_filter(reading.pixel_filter));
+  if (!reading.pixel_filter.empty()) {
+    scene.filter = make_pixel_filter(named_filter(reading.pixel_filter));
+    for (NamedCamera& camera : scene.cameras) camera.filter = scene.filter;
+  }
   for (const std::string& warning : precision_warnings(scene)) scene.warnings.push_back(name + ": " + warning);
   return scene;
 }

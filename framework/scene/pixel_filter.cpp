@@ -94,9 +94,10 @@ PixelFilter::PixelFilter(const FilterShape& shape) : shape_(shape) {
   share_negative_ = negative / ((x.positive.mass + x.negative.mass) * (y.positive.mass + y.negative.mass));
 }
 
-// Every 1 / share_negative_-th sample of a pixel is negative; which one is the first differs from pixel to pixel.
+// Every 1 / share_negative_-th sample of a pixel is negative; which one is the first differs from pixel to pixel. Of the first
+// n samples less than half are, whatever n is, so that the sum of their weights is never 0.
 bool PixelFilter::is_negative(std::uint64_t pixel, std::uint32_t index) const {
-  const double start = to_unit_float(high_bits(hash_keys(pixel, 0x66696c746572)));
+  const double start = std::max(0.0, 1 - 2 * share_negative_) * to_unit_float(high_bits(hash_keys(pixel, 0x66696c746572)));
   const double before = start + index * share_negative_;
   return std::floor(before + share_negative_) > std::floor(before);
 }

@@ -77,6 +77,8 @@ struct NamedCamera {
   std::string name;
   Camera camera;
   ivec2 resolution;
+  std::optional<std::array<float, 4>> crop = {};   // as Scene::crop
+  std::shared_ptr<const PixelFilter> filter = {};  // as Scene::filter
 };
 
 // The exact radiance along a camera ray, unlimited in depth; the harness averages it over each pixel.

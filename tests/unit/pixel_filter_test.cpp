@@ -75,6 +75,16 @@ TEST(PixelFilter, NegativeSamplesAreSpreadEvenly) {
   EXPECT_FALSE(PixelFilter(shapes[2]).is_signed());
 }
 
+TEST(PixelFilter, WeightsOfTheFirstSamplesNeverCancel) {
+  for (const FilterShape& shape : shapes) {
+    const PixelFilter filter(shape);
+    for (std::uint64_t pixel = 0; pixel < 200; ++pixel) {
+      double sum = 0;
+      for (std::uint32_t i = 0; i < 40; ++i) EXPECT_GT(sum += filter.weight(pixel, i), 0) << i;
+    }
+  }
+}
+
 TEST(PixelFilter, UnknownNamesAreErrors) {
   try {
     named_filter("gausian");

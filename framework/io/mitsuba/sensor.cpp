@@ -54,8 +54,8 @@ void MitsubaReader::sensor(const XmlElement& element) {
     scene_.camera = {};
     read_sensor(element);
     const std::string id = element.value("id");
-    scene_.cameras.push_back(
-        {id.empty() ? fmt::format("sensor-{}", scene_.cameras.size() + 1) : id, scene_.camera, scene_.resolution});
+    scene_.cameras.push_back({id.empty() ? fmt::format("sensor-{}", scene_.cameras.size() + 1) : id, scene_.camera,
+                              scene_.resolution, scene_.crop, scene_.filter});
   } catch (const Error& e) {
     if (is_first) throw;
     warn(element.where(), std::string("another sensor, which cannot be used: ") + e.what());
