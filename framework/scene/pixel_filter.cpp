@@ -95,11 +95,13 @@ PixelFilter::PixelFilter(const FilterShape& shape) : shape_(shape) {
 }
 
 // Every 1 / share_negative_-th sample of a pixel is negative; which one is the first differs from pixel to pixel. Of the first
-// n samples less than half are, whatever n is, so that the sum of their weights is never 0.
+// n samples less than half are, so that the sum of their weights is never 0; from a few on this delays none.
 bool PixelFilter::is_negative(std::uint64_t pixel, std::uint32_t index) const {
-  const double start = std::max(0.0, 1 - 2 * share_negative_) * to_unit_float(high_bits(hash_keys(pixel, 0x66696c746572)));
-  const double before = start + index * share_negative_;
-  return std::floor(before + share_negative_) > std::floor(before);
+  const double start = to_unit_float(high_bits(hash_keys(pixel, 0x66696c746572)));
+  const auto count = [&](double n) {
+    return std::min(std::floor(start + n * share_negative_), std::floor(std::max(0.0, n - 1) / 2));
+  };
+  return count(index + 1.0) > count(index);
 }
 
 float PixelFilter::sample(const Axis& axis, const Part& part, float u) {
