@@ -173,6 +173,11 @@ TEST(PbrtTextureFields, WhatDependsOnUvIsBakedOverTheShapesRange) {
     nested += "Texture \"t" + std::to_string(i) + "\" \"color\" \"mix\" \"texture tex1\" \"t" + std::to_string(i - 1) +
               "\" \"texture tex2\" \"t" + std::to_string(i - 1) + "\"\n";
   EXPECT_ERROR(world(nested), "is composed of more than 64 textures");
+  const std::string halved = "Texture \"t\" \"color\" \"scale\" \"texture tex\" \"t\" \"rgb scale\" [.5 .5 .5]\n";
+  std::string scaled = "Texture \"t\" \"color\" \"uv\"\n";
+  expect_near(reflectance_at(world(scaled + halved + use + plane), {0.5f, 1.75f}), {0.25f, 0.375f, 0}, 1e-2f);
+  for (int i = 0; i < 64; ++i) scaled += halved;
+  EXPECT_ERROR(world(scaled), "is composed of more than 64 textures") << "by constants too, for every one nests calls deeper";
 }
 
 TEST(PbrtTextureFields, WhatDependsOnThePlaceIsBakedIntoAnAtlas) {

@@ -200,12 +200,10 @@ PbrtReader::TextureEntry PbrtReader::scaled_texture(const PbrtParams& params, Te
   }
   const TextureEntry& entry = *std::get<const TextureEntry*>(a);
   const Rgb* factor = std::get_if<Rgb>(&b);
-  if (!factor)
-    return {
-        combined_field(params, {field_of(entry), field_of(*std::get<const TextureEntry*>(b))},
-                       [](const TexturePlace& place, std::span<const Field> f) { return f[0]->at(place) * f[1]->at(place); })};
-  if (const Field* field = std::get_if<Field>(&entry.value))
-    return {mapped_field(*field, [by = *factor](const Rgb& value) { return by * value; })};
+  if (!factor || std::holds_alternative<Field>(entry.value))
+    return {combined_field(
+        params, {field_of(entry), factor ? constant_field(*factor) : field_of(*std::get<const TextureEntry*>(b))},
+        [](const TexturePlace& place, std::span<const Field> f) { return f[0]->at(place) * f[1]->at(place); })};
   const Texture& texture = entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value);
   return {std::visit(ScaleTexture{*factor}, texture), entry.file};
 }
