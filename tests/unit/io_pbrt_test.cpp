@@ -129,6 +129,10 @@ TEST(Pbrt, AttributeGivesWhatIsNotGiven) {
   const auto& quadrics = scene.objects[0].geometry.quadrics;
   for (int i = 0; i < 3; ++i) EXPECT_EQ(std::get<Sphere>(quadrics.at(i)).radius, i == 0 ? 4 : i == 1 ? 3 : 5);
   EXPECT_ERROR(world("Attribute \"shap\" \"float radius\" 1"), "unknown target of Attribute 'shap'; did you mean 'shape'");
+  std::string blocks = "Attribute \"shape\" \"float radius\" 3", ends;
+  for (int i = 0; i < 1024; ++i) blocks += "\nAttributeBegin", ends += " AttributeEnd";
+  EXPECT_EQ(std::get<Sphere>(world(blocks + " Shape \"sphere\"" + ends).objects[0].geometry.quadrics.at(0)).radius, 3);
+  EXPECT_ERROR(world(blocks + "\nAttributeBegin"), "s.pbrt:1028:1: blocks nest more than 1024 deep");
 }
 
 TEST(Pbrt, MediaAreLeftOutOnRequest) {

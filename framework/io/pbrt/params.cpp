@@ -249,10 +249,10 @@ void PbrtParams::ignore_all() const {
   for (const PbrtParam& param : params_) param.used = true;
 }
 
-void PbrtParams::add_defaults(const std::vector<PbrtParam>& defaults) {
-  for (const PbrtParam& param : defaults)
-    if (!has(param.name)) {
-      params_.push_back(param);
+void PbrtParams::add_defaults(const PbrtDefaults& defaults) {
+  for (const auto& param : defaults)
+    if (!has(param->name)) {
+      params_.push_back(*param);
       params_.back().used = true;  // one for another kind of shape is no mistake
     }
 }

@@ -6,6 +6,7 @@
 #include "framework/core/vec.h"
 #include "framework/io/pbrt/lexer.h"
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -20,6 +21,8 @@ struct PbrtParam {
   int line = 0, column = 0;
   mutable bool used = false;
 };
+// Those that an Attribute gives to what follows. Every block that opens keeps the list, and shares their values.
+using PbrtDefaults = std::vector<std::shared_ptr<const PbrtParam>>;
 
 // What a colour stands for, which says how spectra become RGB and which values are possible.
 enum class ColourUse : std::uint8_t { reflectance, index, light };
@@ -61,7 +64,7 @@ class PbrtParams {
   // Ignores all of them, for what is approximated without looking.
   void ignore_all() const;
   // Those that are not given, from an earlier Attribute.
-  void add_defaults(const std::vector<PbrtParam>& defaults);
+  void add_defaults(const PbrtDefaults& defaults);
   const std::vector<PbrtParam>& all() const { return params_; }
   void finish() const;
   [[noreturn]] void fail(std::string_view name, const std::string& what) const;

@@ -132,10 +132,10 @@ void PbrtReader::attribute(PbrtLexer& lexer, const Token& token) {
   if (std::find(targets.begin(), targets.end(), target) == targets.end())
     throw Error(where, unknown_name("target of Attribute", target, targets));
   const PbrtParams params(lexer, titled(token.text, target), lexer.where(token));
-  std::vector<PbrtParam>& defaults = attributes_.defaults[target];
+  PbrtDefaults& defaults = attributes_.defaults[target];
   for (const PbrtParam& param : params.all()) {
-    std::erase_if(defaults, [&](const PbrtParam& other) { return other.name == param.name; });
-    defaults.push_back(param);
+    std::erase_if(defaults, [&](const auto& other) { return other->name == param.name; });
+    defaults.push_back(std::make_shared<const PbrtParam>(param));
   }
 }
 
@@ -192,7 +192,11 @@ void PbrtReader::world_begin(PbrtLexer&, const Token& token) {
 
 void PbrtReader::world_end(PbrtLexer&, const Token&) { world_ended_ = true; }
 
-void PbrtReader::push(Block block, const Location& where) { stack_.push_back({block, attributes_, where}); }
+void PbrtReader::push(Block block, const Location& where) {
+  constexpr std::size_t most_nested = 1024;
+  if (stack_.size() == most_nested) throw Error(where, fmt::format("blocks nest more than {} deep", most_nested));
+  stack_.push_back({block, attributes_, where});
+}
 
 PbrtReader::Attributes PbrtReader::pop(Block block, std::string_view name, const Location& where) {
   constexpr std::string_view begins[] = {"AttributeBegin", "TransformBegin", "ObjectBegin"};

@@ -57,7 +57,7 @@ class PbrtReader {
   struct Attributes {
     Placement ctm;
     bool end_only = false;  // transforms are those of the end of motion, which nobody sees here
-    std::map<std::string, std::vector<PbrtParam>, std::less<>> defaults;  // of Attribute, by what they are for
+    std::map<std::string, PbrtDefaults, std::less<>> defaults;  // of Attribute, by what they are for
     bool reverse_orientation = false;
     std::uint32_t material = 0;  // index into materials_
     std::optional<ShapeLook::Glow> glow;
