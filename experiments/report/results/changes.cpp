@@ -111,7 +111,7 @@ std::vector<FigureChange> most_moved(const LogChanges& changes) {
   return sorted;
 }
 
-constexpr std::size_t page_rows = 50;  // rows of a page, which people read; the data has all
+constexpr std::size_t page_rows = 15;  // rows of a page, which people read; the data has all
 
 }  // namespace
 
@@ -172,7 +172,7 @@ std::string to_text(const LogChanges& changes) {
   std::string text = fmt::format("{}\t{}\t{}\t{}\n", first_word, changes.from, changes.to, changes.compared);
   for (const FigureChange& change : changes.moved) {
     text += fmt::format("{}\t{}\t{}", field(change.table), field(change.row), field(change.column));
-    for (const auto figure : change_figures) text += fmt::format("\t{:.5g}", change.*figure);
+    for (const auto figure : change_figures) text += fmt::format("\t{:.4g}", change.*figure);
     text += '\n';
   }
   return text + hash_text(text) + "\n";

@@ -49,7 +49,7 @@ std::string to_text(const LogChanges& changes);
 // Throws Error where the text of `file` is not as to_text wrote it.
 LogChanges read_changes(const std::string& file, std::string_view text);
 
-// The figures that moved by the largest factors, at most 50 of them, as a page of Markdown.
+// The figures that moved by the largest factors, at most 15 of them, as a page of Markdown.
 std::string changes_page(const LogChanges& changes);
 
 // A row for each experiment: how many figures moved, how many of them for the better or the worse, and which by the most.
