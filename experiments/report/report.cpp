@@ -224,6 +224,7 @@ std::vector<Figure> figures_of(const ReportData& data, const PageContent& conten
   std::vector<Figure> figures = file_figures(data);
   for (const KindReport& part : content.parts)
     for (const FigureGroup& group : part.figures) figures.insert(figures.end(), group.figures.begin(), group.figures.end());
+  std::erase_if(figures, [](const Figure& figure) { return figure.empty(); });  // where no cell is to be believed
   return figures;
 }
 

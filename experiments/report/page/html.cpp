@@ -106,6 +106,7 @@ Section part_section(const KindReport& part) {
     if (!group.heading.empty()) section.body += fmt::format("<h3>{}</h3>", html(group.heading));
     section.body += "<div class=\"figures\">\n";
     for (Figure figure : group.figures) {
+      if (figure.empty()) continue;
       if (group.heading.empty() && !figure.scene.empty()) figure.title = figure.scene + ", " + figure.title;
       section.body += fmt::format("<figure class=\"chart{}\">{}{}</figure>\n",
                                   figure.panels.size() > 1 || !figure.drawing.svg.empty() ? " wide" : "", stage_html(figure),
