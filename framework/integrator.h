@@ -122,13 +122,6 @@ class Cache {
   virtual void load(const RenderContext& context, std::string_view bytes, const Location& where) = 0;
 };
 
-// A method that another one chose to stand for it, and why: one sentence.
-struct MethodChoice {
-  std::string name;
-  ParamMap params;
-  std::string why;
-};
-
 // Calls come in order: prepare once, then iteration 0, 1, 2, ... Everything an integrator does depends on (scene, parameters,
 // seed, index) alone. It owns no clock and no budget.
 class Integrator {

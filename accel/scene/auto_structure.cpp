@@ -39,20 +39,20 @@ std::uint64_t primitives_of(const Scene& scene) {
 // The entry that stands for `auto` in a scene, and its parameters.
 std::pair<const RayEntry*, ParamMap> chosen_for(const Scene& scene, const ParamMap& map) {
   const auto params = read_params<Params>(map, "auto");
-  const StructureChoice choice = choose_structure(scene, params.rays > 0 ? params.rays : default_rays);
+  const MethodChoice choice = choose_structure(scene, params.rays > 0 ? params.rays : default_rays);
   return {&find_ray_structure(choice.name, {}), choice.params};
 }
 
 }  // namespace
 
-StructureChoice choose_structure(const Scene& scene, double rays) {
+MethodChoice choose_structure(const Scene& scene, double rays) {
   const auto primitives = static_cast<double>(primitives_of(scene));
   const Candidate* best = &candidates[1];
   const auto nanoseconds = [&](const Candidate& c) { return primitives * c.build_ns + rays * c.ray_ns; };
   if (primitives >= few_primitives)
     for (const Candidate& candidate : candidates)
       if (nanoseconds(candidate) < nanoseconds(*best)) best = &candidate;
-  StructureChoice choice{best->name, {{"layout", {std::string("auto"), {}}}}, ""};
+  MethodChoice choice{best->name, {{"layout", {std::string("auto"), {}}}}, ""};
   if (best->reinsertion > 0) choice.params["reinsertion"] = {std::int64_t{best->reinsertion}, {}};
   const std::string numbers = fmt::format("{:.3g} rays among {:.0f} primitives", rays, primitives);
   if (primitives < few_primitives)

@@ -11,14 +11,8 @@
 
 namespace etendue {
 
-struct StructureChoice {
-  std::string name;
-  ParamMap params;
-  std::string why;  // a sentence
-};
-
 // `rays`: how many will be traced.
-StructureChoice choose_structure(const Scene& scene, double rays);
+MethodChoice choose_structure(const Scene& scene, double rays);
 
 RayEntry auto_structure_entry();
 

@@ -103,9 +103,7 @@ Advice advise(const Scene& scene, const SceneNeeds& needs, const Budget& budget,
   const Effort effort = effort_of(budget);
   advice.budget = budget.text();
   with_threads(threads, [&] {
-    constexpr PilotFindings usual{.path_error = 10, .rays_per_path = 6};
-    const double pixels = static_cast<double>(scene.resolution.x) * scene.resolution.y;
-    advice.structure = choose_structure(scene, pixels * rays_a_pixel(effort, scene.resolution, usual));
+    advice.structure = structure_for(scene, scene.resolution, effort);
     std::unique_ptr<RayQuery> rays;
     advice.build_s =
         seconds_of([&] { rays = find_ray_structure(advice.structure.name, {}).make(scene, advice.structure.params); });

@@ -26,8 +26,7 @@ struct MeasuredNoise {
 struct Advice {
   std::string budget;
   PilotFindings findings;
-  MethodChoice method;
-  StructureChoice structure;
+  MethodChoice method, structure;
   double build_s = 0;  // of the structure
   std::uint64_t structure_bytes = 0;
   std::optional<MeasuredNoise> noise = {};  // empty: the two images are equal

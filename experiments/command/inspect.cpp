@@ -56,8 +56,7 @@ std::vector<Spared> measure_spared(const std::string& scene, const Bounds& bound
 
 // --- advice ---
 
-std::string method_text(const MethodChoice& choice) { return Method{choice.name, choice.params}.label(); }
-std::string structure_text(const StructureChoice& choice) { return Method{choice.name, choice.params}.label(); }
+std::string label_of(const MethodChoice& choice) { return Method{choice.name, choice.params}.label(); }
 
 constexpr double default_advice_s = 4;
 constexpr double told_errors[] = {1e-2, 1e-3, 1e-4};
@@ -65,9 +64,9 @@ constexpr double told_errors[] = {1e-2, 1e-3, 1e-4};
 Json advice_json(const Advice& advice, const InspectCommand& command) {
   const PilotFindings& f = advice.findings;
   Json json{{"budget", advice.budget},
-            {"method", method_text(advice.method)},
+            {"method", label_of(advice.method)},
             {"method_why", advice.method.why},
-            {"accel", structure_text(advice.structure)},
+            {"accel", label_of(advice.structure)},
             {"accel_why", advice.structure.why},
             {"accel_build_s", advice.build_s},
             {"accel_bytes", advice.structure_bytes},
@@ -102,9 +101,9 @@ Json advice_json(const Advice& advice, const InspectCommand& command) {
 std::string advice_lines(const Advice& advice, const InspectCommand& command) {
   std::string text = fmt::format("advice for {}\n", advice.budget);
   const auto add = [&](const char* what, const std::string& value) { text += fmt::format("  {:<14}{}\n", what, value); };
-  add("method", method_text(advice.method));
+  add("method", label_of(advice.method));
   add("", advice.method.why);
-  add("structure", fmt::format("{}, {} in {}", structure_text(advice.structure),
+  add("structure", fmt::format("{}, {} in {}", label_of(advice.structure),
                                format_bytes(static_cast<double>(advice.structure_bytes)), format_seconds(advice.build_s)));
   add("", advice.structure.why);
   if (const auto& noise = advice.noise) {

@@ -91,8 +91,8 @@ class CellRunner {
     if (const auto& [begin, end] = task_.window; end != ivec2(0)) result_.image = part_of(result_.image, begin, end);
     result_.image_hash = hash_of(result_.image);
     result_.non_finite = film_.non_finite();
-    if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, task_.integrator.name);
     if (task_.finished) task_.finished(*integrator, context, result_);
+    if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, task_.integrator.name);
     return std::move(result_);
   }
 
@@ -103,9 +103,7 @@ class CellRunner {
   Method structure() {
     Method accel = task_.accel;
     if (accel.name != "auto" || accel.params.contains("rays")) return accel;
-    const double pixels = static_cast<double>(task_.resolution.x) * task_.resolution.y;
-    constexpr PilotFindings usual{.path_error = 10, .rays_per_path = 6};  // no ray can be traced yet to find out
-    StructureChoice choice = choose_structure(task_.scene, pixels * rays_a_pixel(effort(), task_.resolution, usual));
+    MethodChoice choice = structure_for(task_.scene, task_.resolution, effort());
     accel.name = choice.name;
     for (auto& [key, value] : choice.params) accel.params[key] = std::move(value);
     result_.chosen_accel = accel;
@@ -216,6 +214,12 @@ class CellRunner {
 };
 
 }  // namespace
+
+MethodChoice structure_for(const Scene& scene, ivec2 resolution, const Effort& effort) {
+  constexpr PilotFindings usual{.path_error = 10, .rays_per_path = 6};  // no ray can be traced yet to find out
+  const double pixels = static_cast<double>(resolution.x) * resolution.y;
+  return choose_structure(scene, pixels * rays_a_pixel(effort, resolution, usual));
+}
 
 Effort effort_of(const Budget& budget) {
   return {budget.time_s.value_or(0), budget.samples.value_or(0), budget.error.value_or(0)};

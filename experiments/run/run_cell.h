@@ -41,8 +41,7 @@ struct CellTask {
   std::function<void(Integrator&, RenderContext&, const CellResult&)> finished = {};
   bool confidence = false;            // held against the reference: what the method takes its error to be
   std::optional<Effort> effort = {};  // what the method is told; empty: the budget
-  // Called before `progress`, off the clock. Where given, a sample of the rays is
-  // counted: about a percent of the time (docs/using.md).
+  // Called before `progress`, off the clock. Where given, one ray in 256 is counted.
   std::function<void(const LiveFigures& figures)> live = {};
   std::function<void(const Film& film)> preview = {};  // called with `progress`, off the clock
   Tile window = {};  // the part of the image that is wanted, in pixels; empty: all. Metrics take the whole
@@ -67,6 +66,8 @@ struct CellResult {
 
 // What a method is told of a budget.
 Effort effort_of(const Budget& budget);
+// The ray structure that suits the rays which an effort lets a method trace.
+MethodChoice structure_for(const Scene& scene, ivec2 resolution, const Effort& effort);
 
 // Throws an Error where an image of this size is too large: more pixels than there are keys for them, or more memory than is
 // free for its film and the copies of it that stand beside that in the end (of all of them: `copies` times 24 bytes a pixel).

@@ -35,6 +35,13 @@ struct ParamValue {
 
 using ParamMap = std::map<std::string, ParamValue>;  // ordered, so that a cell's name does not depend on typing order
 
+// The method or structure that `auto` chose to stand for it, and why: one sentence.
+struct MethodChoice {
+  std::string name;
+  ParamMap params;
+  std::string why;
+};
+
 std::string to_text(const ParamValue& value);
 // "7", "0.5", "true" become numbers and booleans, all else stays text (the command line's `-p key=value`).
 ParamValue parse_param_value(const std::string& text, const Location& where);
