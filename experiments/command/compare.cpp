@@ -6,13 +6,11 @@
 #include "experiments/report/report.h"
 #include "experiments/statistics/against_reference.h"
 #include "framework/image/metrics.h"
-#include "framework/io/image/exr.h"
 #include "framework/io/image/image_file.h"
 #include "framework/io/text.h"
 #include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
-#include <algorithm>
 #include <filesystem>
 #include <map>
 
@@ -20,23 +18,14 @@ namespace etendue {
 
 namespace {
 
-// Reads any image file as linear RGB; integers are taken for sRGB. `samples`: grows by those of a pixel, where an image of ours
-// says how many, else by one.
-Image read_any(const std::string& path, Console& console, std::uint64_t* samples = nullptr) {
+// Reads an image and tells what is wrong with it. `samples` grows by those of a pixel, where an image of ours says how many,
+// else by one.
+Image read_told(const std::string& path, Console& console, std::uint64_t& samples) {
+  std::vector<std::string> warnings;
   std::map<std::string, std::string> attributes;
-  if (path.ends_with(".exr")) {
-    Image image = read_exr(path, &attributes);
-    if (samples != nullptr) *samples += parse_whole<std::uint64_t>(attributes["etendue_iterations"], 10).value_or(1);
-    return image;
-  }
-  if (samples != nullptr) ++*samples;
-  const RgbImage read = read_image(path);
-  if (read.not_finite > 0)
-    console.warning(fmt::format("{}: {} of {} pixels are not finite and count as 0, the first at ({}, {})", path,
-                                read.not_finite, read.texels.size(), read.first_not_finite.front().x,
-                                read.first_not_finite.front().y));
-  Image image(read.size);
-  std::copy(read.texels.begin(), read.texels.end(), image.pixels.begin());
+  Image image = read_as_image(path, warnings, &attributes);
+  for (const std::string& warning : warnings) console.warning(warning);
+  samples += parse_whole<std::uint64_t>(attributes["etendue_iterations"], 10).value_or(1);
   return image;
 }
 
@@ -74,31 +63,29 @@ int compare_command(const CompareCommand& command) {
   if (!command.difference.empty() && !command.difference.ends_with(".png"))
     throw Error(Location{"--difference"}, fmt::format("'{}'; expected a file that ends in .png", command.difference));
   Console console;
-  std::uint64_t samples = 0;
-  const Image image = read_any(command.image, console, &samples), reference = read_any(command.reference, console);
-  require_size(command.image, image.size, command, reference.size);
-  Json json;
-  for (const Metric& metric : metrics()) {
-    const double value = metric.compute(image, reference);
-    json[std::string(metric.name)] = value;
-    if (!command.json) fmt::print("{:<15} {:.6g}\n", metric.name, value);
+  std::uint64_t samples = 0, of_reference = 0;
+  const Image reference = read_told(command.reference, console, of_reference);
+  std::vector<std::string> paths{command.image};
+  paths.insert(paths.end(), command.seeds.begin(), command.seeds.end());
+  std::vector<Image> images;  // all of them are read before anything is told
+  for (const std::string& path : paths) {
+    images.push_back(read_told(path, console, samples));
+    require_size(path, images.back().size, command, reference.size);
   }
+  Json json;
+  const auto tell = [&](std::string_view name, double value, int width) {
+    json[std::string(name)] = value;
+    if (!command.json) fmt::print("{:<{}} {:.6g}\n", name, width, value);
+  };
+  for (const Metric& metric : metrics()) tell(metric.name, metric.compute(images.front(), reference), 15);
   bool agrees = true;
   if (!command.seeds.empty()) {
-    std::vector<Image> images{image};
-    for (const std::string& path : command.seeds) {
-      images.push_back(read_any(path, console, &samples));
-      require_size(path, images.back().size, command, reference.size);
-    }
     const AgainstReference found = hold_against(images, reference, samples);
     agrees = found.agrees();
-    for (const auto& [name, value] : figures_of(found)) {
-      json[name] = value;
-      if (!command.json) fmt::print("{:<18} {:.6g}\n", name, value);
-    }
+    for (const auto& [name, value] : figures_of(found)) tell(name, value, 18);
   }
   if (command.json) fmt::print("{}\n", dump(json, 2));
-  if (!command.difference.empty()) write_difference(command.difference, image, reference);
+  if (!command.difference.empty()) write_difference(command.difference, images.front(), reference);
   return agrees ? 0 : 1;
 }
 

@@ -13,7 +13,6 @@
 #include "framework/core/threads.h"
 #include "framework/core/units.h"
 #include "framework/image/metrics.h"
-#include "framework/io/image/exr.h"
 #include "framework/io/image/image_file.h"
 #include "framework/io/load_scene.h"
 
@@ -39,16 +38,14 @@ py::array_t<float> array_of(const Image& image) {
   return array;
 }
 
-Image read_any(const std::string& path) {
-  if (path.ends_with(".exr")) return read_exr(path);
-  const RgbImage read = read_image(path);
-  Image image(read.size);
-  std::copy(read.texels.begin(), read.texels.end(), image.pixels.begin());
-  return image;
-}
-
 Image image_of(const char* argument, const py::object& value) {
-  if (py::isinstance<py::str>(value)) return read_any(value.cast<std::string>());
+  if (py::isinstance<py::str>(value)) {
+    std::vector<std::string> warnings;
+    Image image = read_as_image(value.cast<std::string>(), warnings);
+    for (const std::string& warning : warnings)
+      if (PyErr_WarnEx(PyExc_RuntimeWarning, warning.c_str(), 1) != 0) throw py::error_already_set();
+    return image;
+  }
   const auto array = Pixels::ensure(value);
   if (!array || array.ndim() != 3 || array.shape(2) != 3)
     throw Error(Location{argument}, "expected an array of height x width x 3, or the path of an image");

@@ -29,6 +29,9 @@
 #include <stb/stb_image_write.h>
 #pragma GCC diagnostic pop
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <string_view>
@@ -183,9 +186,7 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
     image = decode_exr(bytes, name);
   } else {
     try {
-      image = is_hdr(bytes)   ? decode_hdr(bytes)
-              : is_pfm(bytes) ? decode_pfm(bytes)
-                              : decode_stb(bytes, encoding);
+      image = is_hdr(bytes) ? decode_hdr(bytes) : is_pfm(bytes) ? decode_pfm(bytes) : decode_stb(bytes, encoding);
     } catch (const Error& e) {
       throw Error(fmt::format("cannot read '{}' as an image: {}", name, e.what()));
     }
@@ -201,6 +202,32 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
     for (int c = 0; c < 3; ++c)
       if (!std::isfinite(texel[c])) texel[c] = 0;
   }
+  return image;
+}
+
+Image read_as_image(const std::string& path, std::vector<std::string>& warnings,
+                    std::map<std::string, std::string>* attributes) {
+  const auto tell = [&](std::size_t count, std::size_t of, const char* consequence, ivec2 first) {
+    if (count > 0)
+      warnings.push_back(fmt::format("{}: {} of {} pixels are not finite{}, the first at ({}, {})", path, count, of,
+                                     consequence, first.x, first.y));
+  };
+  if (path.ends_with(".exr")) {
+    Image image = read_exr(path, attributes);
+    std::size_t count = 0, first = 0;
+    for (std::size_t i = image.pixels.size(); i-- > 0;)
+      if (!is_finite(Rgb(image.pixels[i]))) {
+        ++count;
+        first = i;
+      }
+    const auto width = static_cast<std::size_t>(image.size.x);
+    tell(count, image.pixels.size(), "", {first % width, first / width});
+    return image;
+  }
+  const RgbImage read = read_image(path);
+  tell(read.not_finite, read.texels.size(), " and count as 0", read.not_finite > 0 ? read.first_not_finite.front() : ivec2(0));
+  Image image(read.size);
+  std::copy(read.texels.begin(), read.texels.end(), image.pixels.begin());
   return image;
 }
 

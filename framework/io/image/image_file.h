@@ -4,10 +4,13 @@
 #include "framework/core/vec.h"
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace etendue {
+
+struct Image;  // framework/image/film.h
 
 // How the integers of an image file encode light. Files of floats (HDR, PFM, EXR) are always linear. Of `alpha` all three
 // components are the alpha channel of PNG and TGA, and 1 for what has none or is of another format.
@@ -28,6 +31,11 @@ struct RgbImage {
 // Throws Error; `name` names the image in messages.
 RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding = Encoding::srgb);
 RgbImage read_image(const std::string& path, Encoding encoding = Encoding::srgb);
+
+// Any of them as an image to measure: floats as they are, integers taken for sRGB. `warnings` grows by a sentence where pixels
+// are not finite: they stay so in EXR (a name that ends in .exr), and count as 0 in other files. `attributes`: of EXR.
+Image read_as_image(const std::string& path, std::vector<std::string>& warnings,
+                    std::map<std::string, std::string>* attributes = nullptr);
 
 // `rgb`: 3 bytes per pixel, rows from the top. The bytes of a PNG file.
 std::vector<std::uint8_t> encode_png(const std::uint8_t* rgb, ivec2 size);
