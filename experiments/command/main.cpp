@@ -60,6 +60,9 @@ class CommandLine {
     std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
     if (!words.empty() && words.front() == "help") {  // `help render` is `render --help`
       words.erase(words.begin());
+      const std::vector<std::string> known = command_names();
+      if (!words.empty() && std::ranges::find(known, words.front()) == known.end())
+        throw Error(unknown_name("command", words.front(), known));
       words.emplace_back("--help");
     }
     std::ranges::reverse(words);  // as the parser takes them
@@ -93,7 +96,10 @@ class CommandLine {
     command->add_option(name, values, help)->type_name(type)->allow_extra_args(false);
   }
   static void text(CLI::App* command, const char* name, std::string& value, const char* type, const char* help) {
-    command->add_option(name, value, help)->type_name(type);
+    command->add_option(name, value, help)->type_name(type)->check([](const std::string& typed) {
+      return typed.empty() ? std::string("nothing stands there; expected a value")
+                           : std::string();  // of an empty variable, say
+    });
   }
 
   // One that `parse(name, text)` makes of what is typed.
@@ -330,17 +336,21 @@ class CommandLine {
   }
 
   // What no option took, with the nearest names.
-  void refuse_unknown() const {
-    std::vector<std::string> commands;
-    const CLI::App* used = nullptr;
+  std::vector<std::string> command_names() const {
+    std::vector<std::string> names;
     for (const CLI::App* command : app_.get_subcommands([](const CLI::App*) { return true; }))
-      commands.push_back(command->get_name());
+      names.push_back(command->get_name());
+    return names;
+  }
+
+  void refuse_unknown() const {
+    const CLI::App* used = nullptr;
     if (const auto parsed = app_.get_subcommands(); !parsed.empty()) used = parsed.front();
     const CLI::App& owner = used ? *used : app_;
     const auto extras = owner.remaining();
     if (extras.empty()) return;
     const std::string word = extras.front().substr(0, extras.front().find('='));
-    if (!word.starts_with("-") && !used) throw Error(unknown_name("command", word, commands));
+    if (!word.starts_with("-") && !used) throw Error(unknown_name("command", word, command_names()));
     const std::string where = used ? used->get_name() : "etendue";
     if (!word.starts_with("-"))
       throw Error(Location{where}, fmt::format("unexpected '{}'; see `etendue {} --help`", word, where));

@@ -116,9 +116,9 @@ void Preview::send_all(std::string_view bytes) {
   }
 }
 
-void Preview::update(const Film& film) {
+void Preview::update(const std::function<Image()>& image) {
   if (socket_ < 0 || now_s() < next_s_) return;
-  const double took = seconds_of([&] { send_image(film.mean()); });
+  const double took = seconds_of([&] { send_image(image()); });
   next_s_ = now_s() + 20 * took;
 }
 

@@ -5,6 +5,7 @@
 
 #include "framework/image/film.h"
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -20,7 +21,7 @@ class Preview {
 
   // Sends the image so far, but so seldom that sending takes a twentieth of the time. A viewer that no longer takes it is left
   // alone from then on.
-  void update(const Film& film);
+  void update(const std::function<Image()>& image);
   void finish(const Image& image);                         // in any case
   const std::string& failure() const { return failure_; }  // why the viewer did not get all of it; "": it did
 

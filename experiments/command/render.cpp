@@ -99,7 +99,8 @@ struct Rendered {
   SceneReading reading = {};
   Tile window = {};  // the pixels that are shown; empty: all
 
-  // Of an image as large as the whole.
+  ivec2 size() const { return window.end == ivec2(0) ? resolution : window.end - window.begin; }  // of what is shown
+  // The part of an image as large as the whole that is shown.
   Image shown(const Image& image) const { return window.end == ivec2(0) ? image : part_of(image, window.begin, window.end); }
 };
 
@@ -266,12 +267,11 @@ void read_original(const RenderCommand& command, Rendered& r) {
   if (const auto aov = attributes.find("etendue_aov"); aov != attributes.end())
     throw Error(Location{command.from}, fmt::format("shows {}; expected the image itself", aov->second));
   r.recipe = read_recipe(attributes, command.from);
-  const Tile& window = r.recipe->window;
-  const ivec2 size = window.end == ivec2(0) ? r.recipe->resolution : window.end - window.begin;
-  if (size != r.original.size)
+  r.window = r.recipe->window;
+  r.resolution = r.recipe->resolution;
+  if (const ivec2 size = r.size(); size != r.original.size)
     throw Error(Location{command.from},
                 fmt::format("has {} x {} pixels, and says {} x {}", r.original.size.x, r.original.size.y, size.x, size.y));
-  r.window = window;
   r.camera = r.recipe->camera;
   r.reading.pixel_filter = r.recipe->pixel_filter;
   r.integrator = r.recipe->integrator;
@@ -338,18 +338,6 @@ Scene load_original_scene(const Rendered& r) {
   return scene;
 }
 
-// A file's own part gives way where the whole image is needed.
-void choose_window(const RenderCommand& command, const Scene& scene, Rendered& r) {
-  const bool draws_records = std::ranges::find(command.aovs, records_aov) != command.aovs.end();
-  const char* const needs_all = command.error ? "--error" : draws_records ? "--aov records" : nullptr;
-  if (command.crop.empty()) {
-    if (!needs_all) r.window = window_of(scene, r.resolution);
-    return;
-  }
-  if (needs_all) throw Error(Location{"--crop"}, fmt::format("{} takes the whole image; expected one of them", needs_all));
-  r.window = window_option(command.crop, r.resolution);
-}
-
 void warn_of_commit(const Rendered& r, Console& console) {
   const std::string commit = make_manifest("", "", r.threads).commit;
   if (r.recipe && r.recipe->commit != commit)
@@ -375,10 +363,17 @@ int render_command(const RenderCommand& command) {
   r.warnings = scene.warnings;
   for (const std::string& warning : r.warnings) console.warning(warning);
   if (r.resolution == ivec2(0)) r.resolution = scene.resolution;
-  if (!r.recipe) choose_window(command, scene, r);
+  if (!r.recipe) {
+    const bool draws_records = std::ranges::find(command.aovs, records_aov) != command.aovs.end();
+    r.window = choose_window(command.crop,
+                             command.error   ? "--error"
+                             : draws_records ? "--aov records"
+                                             : nullptr,
+                             scene, r.resolution);
+  }
 
   std::optional<Preview> preview;
-  if (!command.preview.empty()) preview.emplace(command.preview, r.output.empty() ? r.scene : r.output, r.resolution);
+  if (!command.preview.empty()) preview.emplace(command.preview, r.output.empty() ? r.scene : r.output, r.size());
 
   // An error target needs the reference before, all else only afterwards, off the user's time.
   std::optional<Reference> reference;
@@ -406,7 +401,7 @@ int render_command(const RenderCommand& command) {
       integrator.cache()->load(context, r.cache_to_load, Location{command.load_cache});
       r.cache_to_load = {};
     };
-  if (preview) task.preview = [&](const Film& film) { preview->update(film); };
+  if (preview) task.preview = [&](const Film& film) { preview->update([&] { return r.shown(film.mean()); }); };
   if (console.interactive()) task.live = [&](const LiveFigures& figures) { live = figures; };
   task.confidence = r.states_error;
   task.effort = effort;

@@ -84,15 +84,16 @@ void set_camera(Scene& scene, const std::string& text) {
   throw Error(camera_option, unknown_name("camera", text, names));
 }
 
-Tile window_option(const std::vector<double>& bounds, ivec2 resolution) {
-  if (bounds.size() != 4) throw Error(Location{"--crop"}, "expected four numbers, X0 X1 Y0 Y1");
-  return window_in_pixels({bounds[0], bounds[1], bounds[2], bounds[3]}, resolution, {"--crop"});
-}
-
-Tile window_of(const Scene& scene, ivec2 resolution) {
-  if (!scene.crop) return {};
-  const auto& [x0, x1, y0, y1] = *scene.crop;
-  return window_in_pixels({x0, x1, y0, y1}, resolution, {scene.name});
+Tile choose_window(const std::vector<double>& crop, const char* needs_all, const Scene& scene, ivec2 resolution) {
+  const Location option{"--crop"};
+  if (crop.empty()) {
+    if (needs_all || !scene.crop) return {};
+    const auto& [x0, x1, y0, y1] = *scene.crop;
+    return window_in_pixels({x0, x1, y0, y1}, resolution, {scene.name});
+  }
+  if (needs_all) throw Error(option, fmt::format("{} takes the whole image; expected one of them", needs_all));
+  if (crop.size() != 4) throw Error(option, "expected four numbers, X0 X1 Y0 Y1");
+  return window_in_pixels({crop[0], crop[1], crop[2], crop[3]}, resolution, option);
 }
 
 }  // namespace etendue

@@ -15,10 +15,9 @@ namespace etendue {
 // pinhole's, and mirrored where the file's is. Throws Error naming the option.
 void set_camera(Scene& scene, const std::string& text);
 
-// The pixels of a part of the image: x0, x1, y0, y1 in shares of it, or in pixels where one of them is above 1. Rounded up, as
-// in pbrt. Throws Error naming the option where it is no part.
-Tile window_option(const std::vector<double>& bounds, ivec2 resolution);
-// Of what a scene file states; empty (all) where that is nothing.
-Tile window_of(const Scene& scene, ivec2 resolution);
+// The pixels that are shown; empty: all. `crop` is what was typed: x0, x1, y0, y1 in shares of the image, or in pixels where
+// one of them is above 1, rounded up as in pbrt; where nothing was, the scene file's own part counts. `needs_all` names an
+// option that takes the whole image: the file's part then gives way, and a typed one is an Error, as is one that is no part.
+Tile choose_window(const std::vector<double>& crop, const char* needs_all, const Scene& scene, ivec2 resolution);
 
 }  // namespace etendue

@@ -133,6 +133,8 @@ TEST_F(Mistakes, NamesAreSuggestedOnce) {
   EXPECT_NE(told({"run", "frist"}).find("unknown experiment 'frist'; did you mean 'first'?"), std::string::npos);
   EXPECT_NE(told({"run"}).find("EXPERIMENT is required"), std::string::npos);
   EXPECT_NE(told({"completion", "bsh"}).find("did you mean 'bash' or 'zsh'?"), std::string::npos);
+  EXPECT_NE(told({"help", "rendr"}).find("unknown command 'rendr'; did you mean 'render'?"), std::string::npos);
+  EXPECT_NE(told({"render", "builtin:furnace", "--camera", ""}).find("--camera: nothing stands there"), std::string::npos);
   EXPECT_NE(told({"report", ".", "--crop", "1,2,3"}).find("expected X,Y,WIDTH,HEIGHT"), std::string::npos);
   EXPECT_NE(told({"report", ".", "--scene", "a"}).find("expected --figure"), std::string::npos);
 }
@@ -152,6 +154,14 @@ TEST_F(Mistakes, PixelsThatAreNotFiniteAreToldByCompare) {
   EXPECT_NE(told.err.find("warning: a.pfm: 1 of 2 pixels are not finite and count as 0, the first at (1, 0)"),
             std::string::npos)
       << told.err;
+}
+
+TEST_F(Mistakes, NothingIsComparedWhereOneSeedCannotBeRead) {
+  const float pixels[3] = {1, 2, 3};
+  write_file("a.pfm", "PF\n1 1\n-1.0\n" + std::string(reinterpret_cast<const char*>(pixels), sizeof pixels));
+  const Outcome told = run({"compare", "a.pfm", "a.pfm", "--seeds", "b.pfm"});
+  EXPECT_EQ(told.status, 2);
+  EXPECT_EQ(told.out, "");
 }
 
 TEST_F(Mistakes, ListsAreShortUnlessAllIsAskedFor) {
