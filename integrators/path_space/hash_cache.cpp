@@ -130,6 +130,8 @@ void HashCache::make_grid(const RenderContext& context) {
 }
 
 void HashCache::read(const RenderContext& context, ByteReader& body) {
+  if (has_signed_filter(context))
+    body.refuse("goes on in the middle of the samples, which a pixel filter with negative parts (mitchell, sinc) cannot");
   constexpr std::uint32_t most_samples = 1u << 30;  // so that adding iterations does not wrap
   if (body.take(samples_); samples_ > most_samples) body.refuse("more iterations than can be");
   make_grid(context);

@@ -20,7 +20,8 @@
 //
 // A cache can be saved and loaded. It then continues for any view of the scene as if its earlier samples had been the first of
 // this image, whose mean is over the new ones alone. The parameters that decide which cells answer (`enough`, `finest`) may
-// differ, and so may `light_samples`.
+// differ, and so may `light_samples`. With a pixel filter that has negative parts none is loaded: of samples in the middle of a
+// pixel's the weights may cancel (framework/scene/pixel_filter.h).
 //
 // Consistent: a cell blurs indirect light that is not linear within its size (and over normals that differ by some 20 degrees,
 // where it is larger than the radius of curvature), more where few paths come; this vanishes as cells shrink. Sampled light is
