@@ -84,10 +84,11 @@ struct StressPlace {
   Image reference;
 };
 
-std::string render_command(const std::string& scene, const Method& method, std::uint64_t samples, std::uint64_t seed) {
+std::string render_command(const std::string& scene, const Method& method, ivec2 resolution, std::uint64_t samples,
+                           std::uint64_t seed) {
   std::string command = fmt::format("etendue render {} --integrator {}", shell_word(scene), method.name);
   for (const auto& [key, value] : method.params) command += fmt::format(" -p {}", shell_word(key + "=" + to_text(value)));
-  return fmt::format("{} --spp {} --seed {}", command, samples, seed);
+  return fmt::format("{} --resolution {}x{} --spp {} --seed {}", command, resolution.x, resolution.y, samples, seed);
 }
 
 class StressWork final : public RecordWork {
@@ -163,14 +164,15 @@ class StressWork final : public RecordWork {
   std::uint64_t disagreements() const override { return disagreements_; }
 
  private:
-  std::string command(const StressHazard& hazard, const StressTrial& trial, double x) const {
+  std::string command(const StressHazard& hazard, const StressTrial& trial, double x) {
     const Method method = method_at(hazard, trial, x);
     if (hazard.of_structures()) {
       std::string structure = method.name;
       for (const auto& [key, value] : method.params) structure += fmt::format(":{}={}", key, to_text(value));
       return fmt::format("etendue accel {} --structures {}", shell_word(with_variable(trial.scene, x)), shell_word(structure));
     }
-    return render_command(with_variable(trial.scene, x), method, trial.samples, plan_.config.seeds.front());
+    return render_command(with_variable(trial.scene, x), method, place(hazard, trial, x).resolution, trial.samples,
+                          plan_.config.seeds.front());
   }
 
   // Cells of a hazard follow each other, so only its places are kept.
