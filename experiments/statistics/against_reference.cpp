@@ -49,7 +49,7 @@ void find_worst_block(std::span<const Image> images, const Image& reference, dou
     }
 }
 
-// Of the reference's channel, among a pixel and its neighbours.
+// The largest value of a channel of the reference among a pixel and its neighbours.
 double brightest_about(const Image& reference, ivec2 at, int channel) {
   double most = 0;
   for (int y = std::max(at.y - 1, 0); y <= std::min(at.y + 1, reference.size.y - 1); ++y)

@@ -85,7 +85,8 @@ TEST(MitsubaBsdfs, MasksAreKeptWithTheShape) {
   const std::string blend =
       "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/><bsdf type=\"null\"/><bsdf "
       "type=\"diffuse\"/></bsdf>";
-  EXPECT_FLOAT_EQ(read("<shape type=\"sphere\">" + blend + "</shape>").opacity_at({.t = 1, .instance = 0, .primitive = 0}), 0.25f);
+  EXPECT_FLOAT_EQ(read("<shape type=\"sphere\">" + blend + "</shape>").opacity_at({.t = 1, .instance = 0, .primitive = 0}),
+                  0.25f);
   EXPECT_ERROR(read("<shape type=\"sphere\"><emitter type=\"area\"/>" + mask(checks) + "</shape>"),
                "a light that lets rays through");
 }

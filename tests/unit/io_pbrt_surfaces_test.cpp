@@ -220,8 +220,8 @@ TEST(PbrtTextureFields, AlphaIsAMaskOverUv) {
             Rgb(1));
   EXPECT_FLOAT_EQ(world("Shape \"sphere\" \"float alpha\" 0.75").opacity_at(hit), 0.75f);
   EXPECT_FLOAT_EQ(world("Texture \"c\" \"float\" \"constant\" \"float value\" 0.75 Shape \"sphere\" \"texture alpha\" \"c\"")
-                .opacity_at(hit),
-            0.75f);
+                      .opacity_at(hit),
+                  0.75f);
   EXPECT_TRUE(world("Shape \"sphere\" \"float alpha\" 0").objects[0].shapes.empty());
   EXPECT_FALSE(world("Shape \"sphere\" \"float alpha\" 1").has_masks());
   // What is composed of textures is baked over the shape's (u, v).

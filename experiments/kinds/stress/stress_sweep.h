@@ -60,7 +60,7 @@ struct Mended {
   Interval interval = {1, 1};
   bool at_least = false, at_most = false;
 };
-// Both have the same seeds, which are resampled together.
+// The seeds of both are the same and are resampled together.
 Mended mended(std::span<const SweepPoint> without, std::span<const SweepPoint> with, const Expected& holds,
               const SweepRange& range);
 

@@ -116,7 +116,7 @@ Sheet grid_of_plots(std::span<const Chart> panels) {
   return sheet;
 }
 
-// With its heading above, and notes below.
+// The sheet has its heading above, and notes below.
 std::string whole_sheet(const std::string& title, Sheet sheet, const std::vector<std::string>& notes) {
   double y = sheet.bottom + 20;
   for (const std::string& note : notes)

@@ -33,7 +33,7 @@ enum class Layout : std::uint8_t { panels, overlay };
 // `scale` is of the error axis and of time or iterations alike; a signed metric keeps its error axis linear.
 Figure error_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Abscissa abscissa, Scale scale,
                     Layout layout = Layout::panels);
-// Of a signed metric, its magnitude.
+// A signed metric is drawn by its magnitude.
 Figure front_figure(const ReportData& data, const SceneData& scene, const std::string& metric, Scale scale);
 
 // Makes those that are kept as files: every metric, on log axes.

@@ -23,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* frame_hex[] = {"E69F00", "0072B2", "009E73", "CC79A7", "D55E00", "56B4E9"};
 constexpr Colour frame_colours[] = {{0xe6, 0x9f, 0x00}, {0x00, 0x72, 0xb2}, {0x00, 0x9e, 0x73},
                                     {0xcc, 0x79, 0xa7}, {0xd5, 0x5e, 0x00}, {0x56, 0xb4, 0xe9}};
 constexpr std::size_t most_windows = std::size(frame_colours);
@@ -201,8 +200,10 @@ std::string document(const std::vector<Column>& columns, const std::vector<Windo
       "% white is {:.4g} W/(m^2 sr)\n\\documentclass[border=2pt]{{standalone}}\n\\usepackage{{tikz}}\n\\begin{{document}}\n"
       "\\begin{{tikzpicture}}[x=1cm,y=-1cm,every node/.style={{inner sep=0,outer sep=0}},font=\\small]\n",
       1 / exposure);
-  for (std::size_t w = 0; w < windows.size(); ++w)
-    text += fmt::format("\\definecolor{{crop{}}}{{HTML}}{{{}}}\n", w, frame_hex[w]);
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    const auto& [red, green, blue] = frame_colours[w];
+    text += fmt::format("\\definecolor{{crop{}}}{{HTML}}{{{:02X}{:02X}{:02X}}}\n", w, red, green, blue);
+  }
   const auto picture = [&](double x, double y, double width, const std::string& part) {
     text += fmt::format("\\node[anchor=north west] at ({:.4f},{:.4f}) {{\\includegraphics[width={:.4f}cm]{{{}/{}.png}}}};\n", x,
                         y, width, parts, part);

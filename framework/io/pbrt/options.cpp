@@ -130,7 +130,7 @@ void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
   params.finish();
 }
 
-// In shares of the image, or in pixels.
+// The file states the part in shares of the image (cropwindow), or in pixels.
 void PbrtReader::read_crop(const PbrtParams& params) {
   const vec2 size(scene_.resolution);
   const auto take = [&](const char* name, const std::array<float, 4>& shares) {
