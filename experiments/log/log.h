@@ -74,7 +74,8 @@ struct SceneRecord {
   static constexpr const char* line_type = "scene";
 
   std::string scene, hash;
-  std::string file = {};  // relative to the log's directory; "": built in, or nowhere that another machine has
+  std::string file = {};          // relative to the log's directory; "": built in, or nowhere that another machine has
+  std::string pixel_filter = {};  // by name, in the place of the scene's; "": that one
 };
 
 struct ReferenceRecord {

@@ -41,7 +41,10 @@ void list_fields(auto& f, FieldsOf<PlanRecord> auto& r) {
   f.maybe("filter", r.filter);
 }
 
-void list_fields(auto& f, FieldsOf<SceneRecord> auto& r) { FIELDS(scene, hash, file); }
+void list_fields(auto& f, FieldsOf<SceneRecord> auto& r) {
+  FIELDS(scene, hash, file);
+  f.maybe("pixel_filter", r.pixel_filter);
+}
 
 void list_fields(auto& f, FieldsOf<ReferenceRecord> auto& r) {
   FIELDS(scene, scene_hash, source, file, mse_floor, width, height, checks);

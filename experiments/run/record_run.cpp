@@ -22,7 +22,8 @@ class RecordExecution {
   RunSummary run() {
     for (const Cell& cell : plan_.cells) work_.load(cell);
     for (const Cell& cell : plan_.cells)
-      if (const auto scene = work_.scene(cell)) directory_.note_scene(scene->name, scene->path, scene->hash);
+      if (const auto scene = work_.scene(cell))
+        directory_.note_scene(scene->name, scene->path, scene->hash, plan_.reading.pixel_filter);
     std::set<CellName> done;
     for (const auto& record : directory_.earlier().records) {
       if (!record->done() || !is_whole(*record)) continue;

@@ -138,8 +138,9 @@ void RunDirectory::finish() {
   finished_ = true;
 }
 
-void RunDirectory::note_scene(const std::string& scene, const std::string& path, std::uint64_t hash) {
-  const SceneRecord record{scene, fmt::format("{:016x}", hash), path_from(path_, path)};
+void RunDirectory::note_scene(const std::string& scene, const std::string& path, std::uint64_t hash,
+                              const std::string& pixel_filter) {
+  const SceneRecord record{scene, fmt::format("{:016x}", hash), path_from(path_, path), pixel_filter};
   const SceneRecord* known = earlier_.scene(scene);
   if (known != nullptr && to_json_line(*known) == to_json_line(record)) return;
   const std::string before = known == nullptr ? "" : known->hash;

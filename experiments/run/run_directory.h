@@ -38,7 +38,7 @@ class RunDirectory {
   const std::string& path() const { return path_; }
   const RunLog& earlier() const { return earlier_; }
   // Logs the scene as it is now. Where the log has it otherwise, what it holds of the scene is dropped, here and there.
-  void note_scene(const std::string& scene, const std::string& path, std::uint64_t hash);
+  void note_scene(const std::string& scene, const std::string& path, std::uint64_t hash, const std::string& pixel_filter);
   // Logs what the scene's cells are measured against from now on, if that is new. Where it is another than before, the cells
   // that were measured are dropped.
   void note_reference(const ReferenceRecord& record);

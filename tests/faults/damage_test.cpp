@@ -243,6 +243,15 @@ class ChangedScene : public FaultedRun {
   }
 };
 
+TEST_F(ChangedScene, AnotherFilterIsNoChangeOfItsFiles) {
+  ASSERT_EQ(run({"run", "mine.toml", "--threads", "1", "--pixel-filter", "gaussian"}).status, 0);
+  const Outcome report = run({"report", "out/mine"});
+  EXPECT_EQ(report.status, 0) << report.err;
+  const Outcome again = run_mine();
+  EXPECT_NE(again.err.find("scene.pbrt has changed since its cells were run"), std::string::npos) << again.err;
+  EXPECT_EQ(run({"report", "out/mine"}).status, 0);
+}
+
 TEST_F(ChangedScene, MeshTextureAndAlbedoAreNoticed) {
   ASSERT_EQ(run_mine().status, 0);
   write_file("mesh.ply", mesh("0.5"));

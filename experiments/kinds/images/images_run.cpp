@@ -128,7 +128,7 @@ class Execution {
     for (std::size_t s = 0; s < scenes_.size(); ++s) {
       if (!scenes_[s]) continue;
       const SceneChoice& choice = config_.scenes[s];
-      directory_.note_scene(choice.name, choice.path, scenes_[s]->scene.hash());
+      directory_.note_scene(choice.name, choice.path, scenes_[s]->scene.hash(), plan_.reading.pixel_filter);
     }
   }
 

@@ -97,7 +97,7 @@ class StressWork final : public RecordWork {
       : plan_(plan), observer_(observer), choice_(choice_of<StressChoice>(plan.config)) {}
 
   std::optional<SceneState> scene(const Cell& cell) override {
-    return SceneState{cell.name.scene, cell.name.scene, load_scene(cell.name.scene, {plan_.config.path}).hash()};
+    return SceneState{cell.name.scene, cell.name.scene, load_scene(cell.name.scene, {plan_.config.path}, plan_.reading).hash()};
   }
 
   std::unique_ptr<KindRecord> begin(const Cell& cell) override {
