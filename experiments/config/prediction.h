@@ -28,7 +28,6 @@
 #include "experiments/config/method.h"
 #include "experiments/config/regions.h"
 
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -47,7 +46,7 @@ struct Prediction {
   // What is fitted for an exponent.
   std::string metric = "mse", x = "iterations";
   bool across = false;  // the points are configurations
-  double from = 0, to = std::numeric_limits<double>::max();
+  double from = 0, to = endless;
   Model model = Model::power;
 
   bool is_ratio() const { return quantity == Quantity::ratio; }

@@ -92,7 +92,7 @@ class FieldsOut {
   }
   // An end of an interval, which has no key where it is infinite.
   void end(const char* key, const double& value, double) {
-    if (std::isfinite(value)) json[key] = value;
+    if (std::isfinite(value)) json[key] = logged(value);
   }
   void cell(const CellName& cell, const char* accel = "accel", const char* integrator = "integrator") {
     json["scene"] = cell.scene;
@@ -103,9 +103,9 @@ class FieldsOut {
   // A figure that was measured stands under its key, its quartiles beside it; one that was not has no keys.
   void measured(const std::string& key, const Measured& value) {
     if (value.median == 0) return;
-    json[key] = finite(value.median);
-    json[key + "_low"] = finite(value.low);
-    json[key + "_high"] = finite(value.high);
+    json[key] = logged(value.median);
+    json[key + "_low"] = logged(value.low);
+    json[key + "_high"] = logged(value.high);
   }
   // The size and the hash of the file that stands under `key`.
   void stamp(const std::string& key, const FileStamp& stamp) {
@@ -161,9 +161,9 @@ Json written(const T& value) {
     list_fields(fields, value);
     return std::move(fields.json);
   } else if constexpr (std::is_floating_point_v<T>) {
-    return finite(value);
+    return logged(value);
   } else if constexpr (std::is_same_v<T, dvec2>) {
-    return Json::array({finite(value.x), finite(value.y)});
+    return Json::array({logged(value.x), logged(value.y)});
   } else if constexpr (is_vector<T>) {
     Json array = Json::array();
     for (const auto& element : value) array.push_back(written(element));

@@ -4,7 +4,9 @@
 #include "experiments/log/json_fwd.h"
 #include "framework/core/check.h"
 
+#include <fmt/format.h>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -24,10 +26,11 @@ struct CheckedNumber<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_
   }
 };
 
-// JSON has no infinity and no NaN: a figure that is neither is the caller's duty.
-inline double finite(double x) {
+// A figure as logs keep it: to nine significant digits, more than anything that is measured has. JSON has no infinity and no
+// NaN: a figure that is neither is the caller's duty.
+inline double logged(double x) {
   CHECK(std::isfinite(x));
-  return x;
+  return std::strtod(fmt::format("{:.9g}", x).c_str(), nullptr);
 }
 
 // The text is on one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced.

@@ -239,8 +239,8 @@ Element& find_or_add(std::vector<Element>& elements, const Is& is, Element fresh
 std::shared_ptr<KindRecord> read_kind_record(const std::string& type, const Json& json);
 std::vector<std::string> kind_record_types();
 
-// The line of any of the records above, without the newline. Doubles keep all their digits; non-finite ones are an error of the
-// caller (CHECK).
+// The line of any of the records above, without the newline. Figures have nine significant digits; non-finite ones are an error
+// of the caller (CHECK).
 template <class Record>
 std::string to_json_line(const Record& record);
 // Reads the record of a line. A missing key or one of the wrong type throws nlohmann::json::exception; keys that were added to

@@ -111,7 +111,8 @@ void list_fields(auto& f, FieldsOf<Prediction> auto& r) {
   if (r.is_ratio()) return;
   FIELDS(metric, x);
   f.choice("points", r.across, points);
-  FIELDS(from, to);
+  f("from", r.from);
+  f.end("to", r.to, endless);
   f.choice("model", r.model, models);
 }
 
@@ -164,7 +165,7 @@ std::vector<LineFields> log_line_fields() {
 
 std::string finished_line(double took_s) {
   Json json{{"type", "finished"}};
-  if (took_s > 0) json["took_s"] = finite(took_s);
+  if (took_s > 0) json["took_s"] = logged(took_s);
   return dump(json);
 }
 

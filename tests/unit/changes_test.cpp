@@ -7,11 +7,11 @@ namespace etendue {
 namespace {
 
 struct Row {
-  const char* method;
+  std::string method;
   double value, low, high;
 };
 
-Table table_of(std::initializer_list<Row> rows) {
+Table table_of(const std::vector<Row>& rows) {
   Table table{"final", "Errors", {}, {}, {}, {}};
   table.columns = {
       {"method", "method", false}, {"relmse_mean", ""}, {"relmse_low", ""}, {"relmse_high", ""}, {"seeds", "seeds"}};
@@ -29,13 +29,30 @@ TEST(Changes, FiguresWhoseIntervalsDoNotMeetHaveMoved) {
   EXPECT_TRUE(changes[0].moved());
   EXPECT_FALSE(changes[1].moved());
   const LogChanges kept = changes_between("a1", then, "b2", now);
-  ASSERT_EQ(kept.moved.size(), 1u);
-  EXPECT_EQ(kept.moved[0].ratio(), 0.75);
+  EXPECT_EQ(kept.moved, 1u);
+  EXPECT_EQ(kept.better, 1u);
+  EXPECT_EQ(kept.worse, 0u);
+  ASSERT_EQ(kept.most.size(), 1u);
+  EXPECT_EQ(kept.most[0].ratio(), 0.75);
   EXPECT_EQ(kept.sentence(), "From a1 to b2. 2 figures with intervals were compared; those of 1 do not overlap.");
   const std::string page = changes_page(kept);
   EXPECT_NE(page.find("sppm"), std::string::npos) << page;
   EXPECT_NE(page.find("better"), std::string::npos) << page;
   EXPECT_NE(page.find(kept.sentence()), std::string::npos) << page;
+}
+
+TEST(Changes, ThoseByTheLargestFactorsAreKeptAndAllAreCounted) {
+  std::vector<Row> before, after;
+  for (int i = 0; i < 80; ++i) {
+    before.push_back({"method " + std::to_string(i), 1, 1, 1});
+    after.push_back({"method " + std::to_string(i), 2.0 + i, 2.0 + i, 2.0 + i});
+  }
+  const LogChanges kept = changes_between("a", std::vector{table_of(before)}, "b", std::vector{table_of(after)});
+  EXPECT_EQ(kept.moved, 80u);
+  EXPECT_EQ(kept.worse, 80u);
+  ASSERT_EQ(kept.most.size(), 50u);
+  EXPECT_EQ(kept.most[0].now, 81);
+  EXPECT_EQ(kept.most[49].now, 32);
 }
 
 TEST(Changes, RowsOfEqualNamesAreHeldAgainstEachOtherInOrder) {
@@ -48,16 +65,20 @@ TEST(Changes, RowsOfEqualNamesAreHeldAgainstEachOtherInOrder) {
 }
 
 TEST(Changes, AreKeptAsTextWhoseChecksumTellsWhatIsChangedByHand) {
-  LogChanges changes{"a1", "b2-dirty", 1234, {{"final", "room, path\tn=2", "mse_mean", 0.1, 1e-9, 0.05, 0.15, 1e-10, 2e-9}}};
+  LogChanges changes{
+      "a1", "b2-dirty", 1234, 7, 4, 3, {{"final", "room, path\tn=2", "mse_mean", 0.1, 1e-9, 0.05, 0.15, 1e-10, 2e-9}}};
   const std::string text = to_text(changes);
   const LogChanges read = read_changes("x", text);
   EXPECT_EQ(read.from, "a1");
   EXPECT_EQ(read.to, "b2-dirty");
   EXPECT_EQ(read.compared, 1234u);
-  ASSERT_EQ(read.moved.size(), 1u);
-  EXPECT_EQ(read.moved[0].row, "room, path n=2") << "a tab would end the field";
-  EXPECT_EQ(read.moved[0].then, 0.1);
-  EXPECT_EQ(read.moved[0].now_high, 2e-9);
+  EXPECT_EQ(read.moved, 7u);
+  EXPECT_EQ(read.better, 4u);
+  EXPECT_EQ(read.worse, 3u);
+  ASSERT_EQ(read.most.size(), 1u);
+  EXPECT_EQ(read.most[0].row, "room, path n=2") << "a tab would end the field";
+  EXPECT_EQ(read.most[0].then, 0.1);
+  EXPECT_EQ(read.most[0].now_high, 2e-9);
   EXPECT_EQ(to_text(read), text);
   std::string changed = text;
   changed[changed.find("0.1")] = '9';
@@ -80,9 +101,8 @@ TEST(Changes, WhatGotWorseIsToldByTheNameOfTheFigure) {
 }
 
 TEST(Changes, OfAllExperimentsStandInOneTable) {
-  const FigureChange slower{"structures", "room, sah", "mrays_per_s", 4, 2, 3.9, 4.1, 1.9, 2.1},
-      better{"final", "room, path", "mse", 2, 1.9, 1.99, 2.01, 1.8, 1.91}, sign{"final", "room", "bias", -1, 1, -1, -1, 1, 1};
-  const Table table = moved_table({{"a", {"1", "2", 10, {better, slower, sign}}}, {"b", {"1", "2", 7, {}}}});
+  const FigureChange slower{"structures", "room, sah", "mrays_per_s", 4, 2, 3.9, 4.1, 1.9, 2.1};
+  const Table table = moved_table({{"a", {"1", "2", 10, 3, 1, 1, {slower}}}, {"b", {"1", "2", 7, 0, 0, 0, {}}}});
   ASSERT_EQ(table.rows.size(), 2u);
   const auto cell = [&](std::size_t row, std::string_view key) { return table.rows[row][column_of(table, key).value()].raw; };
   EXPECT_EQ(cell(0, "experiment"), "a");

@@ -1,4 +1,4 @@
-// Cells of the failure map that defects of photon maps move: tests/mutation has them. Each is swept from the
+// Cells of the failure map that defects of photon maps and caches move: tests/mutation has them. Each is swept from the
 // experiment's own file, with fewer seeds and coarser steps.
 #include "experiments/kinds/stress/stress_report.h"
 #include "tests/places.h"
@@ -39,7 +39,9 @@ INSTANTIATE_TEST_SUITE_P(Cells, LongFailureMap,
                                            ExpectedCell{"stress-01", "photon-map: side test", Holding::to_the_end},
                                            ExpectedCell{"stress-02", "photon-map: visible domain", Holding::to_the_end},
                                            ExpectedCell{"stress-03", "photon-map", Holding::up_to, 0.2, 0.25},
-                                           ExpectedCell{"stress-06", "sppm", Holding::up_to, 0.25, 0.5}));
+                                           ExpectedCell{"stress-06", "sppm", Holding::up_to, 0.25, 0.5},
+                                           ExpectedCell{"stress-10", "irradiance-cache: neighbour clamping",
+                                                        Holding::to_the_end}));
 
 }  // namespace
 }  // namespace etendue

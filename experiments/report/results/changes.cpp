@@ -97,21 +97,8 @@ FigureChange read_change(const std::vector<std::string>& fields) {
   return change;
 }
 
-std::size_t count_of(const LogChanges& changes, bool worse) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(changes.moved, [&](const FigureChange& c) { return c.got_worse() == worse; }));
-}
-
-// Those with a ratio first, the farthest from 1 at their head; the others as they come.
-std::vector<FigureChange> most_moved(const LogChanges& changes) {
-  std::vector<FigureChange> sorted = changes.moved;
-  std::ranges::stable_sort(sorted, std::ranges::greater(), [](const FigureChange& change) {
-    return change.ratio() ? std::abs(std::log(*change.ratio())) : -1;
-  });
-  return sorted;
-}
-
-constexpr std::size_t page_rows = 15;  // rows of a page, which people read; the data has all
+constexpr std::size_t kept_rows = 50;
+constexpr std::size_t page_rows = 15;  // of a page, which people read
 
 }  // namespace
 
@@ -132,7 +119,7 @@ std::optional<bool> FigureChange::got_worse() const {
 
 std::string LogChanges::sentence() const {
   return fmt::format("From {} to {}. {} figures with intervals were compared; those of {} do not overlap.", from, to, compared,
-                     moved.size());
+                     moved);
 }
 
 std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<const Table> now) {
@@ -165,12 +152,22 @@ LogChanges changes_between(const std::string& from, std::span<const Table> then,
   std::vector<FigureChange> all = compare_tables(then, now);
   const std::size_t compared = all.size();
   std::erase_if(all, [](const FigureChange& change) { return !change.moved(); });
-  return {from, to, compared, std::move(all)};
+  const auto count = [&](bool worse) {
+    return static_cast<std::size_t>(std::ranges::count_if(all, [&](const FigureChange& c) { return c.got_worse() == worse; }));
+  };
+  LogChanges changes{from, to, compared, all.size(), count(false), count(true), std::move(all)};
+  // Those without a ratio come last, in their order.
+  std::ranges::stable_sort(changes.most, std::ranges::greater(), [](const FigureChange& change) {
+    return change.ratio() ? std::abs(std::log(*change.ratio())) : -1;
+  });
+  changes.most.resize(std::min(changes.most.size(), kept_rows));
+  return changes;
 }
 
 std::string to_text(const LogChanges& changes) {
-  std::string text = fmt::format("{}\t{}\t{}\t{}\n", first_word, changes.from, changes.to, changes.compared);
-  for (const FigureChange& change : changes.moved) {
+  std::string text = fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\n", first_word, changes.from, changes.to, changes.compared,
+                                 changes.moved, changes.better, changes.worse);
+  for (const FigureChange& change : changes.most) {
     text += fmt::format("{}\t{}\t{}", field(change.table), field(change.row), field(change.column));
     for (const auto figure : change_figures) text += fmt::format("\t{:.4g}", change.*figure);
     text += '\n';
@@ -187,18 +184,19 @@ LogChanges read_changes(const std::string& file, std::string_view text) {
   for (std::size_t begin = 0, next; begin < body.size(); begin = next + 1) {
     next = body.find('\n', begin);
     const std::vector<std::string> fields = fields_of(body.substr(begin, next - begin));
-    if (fields[0] == first_word && fields.size() == 4)
-      changes = {fields[1], fields[2], parse_whole<std::size_t>(fields[3]).value(), {}};
-    else
-      changes.moved.push_back(read_change(fields));
+    if (fields[0] != first_word) {
+      changes.most.push_back(read_change(fields));
+      continue;
+    }
+    const auto count = [&](std::size_t i) { return parse_whole<std::size_t>(fields.at(i)).value(); };
+    changes = {fields.at(1), fields.at(2), count(3), count(4), count(5), count(6), {}};
   }
   return changes;
 }
 
 std::string changes_page(const LogChanges& changes) {
-  std::vector<FigureChange> rows = most_moved(changes);
-  const bool is_cut = rows.size() > page_rows;
-  if (is_cut) rows.resize(page_rows);
+  std::vector<FigureChange> rows = changes.most;
+  rows.resize(std::min(rows.size(), page_rows));
   TableOf<FigureChange> table("changes", "What moved since the log before", rows);
   const auto interval = [](double FigureChange::*low, double FigureChange::*high) {
     return [=](const FigureChange& c) { return TableCell(format_interval(c.*low, c.*high)); };
@@ -216,8 +214,9 @@ std::string changes_page(const LogChanges& changes) {
   });
   Table result = table.take();
   result.notes.push_back(changes.sentence());
-  if (is_cut)
-    result.notes.push_back(fmt::format("These are the {} that moved by the largest factors; changes.tsv has all.", page_rows));
+  if (rows.size() < changes.moved)
+    result.notes.push_back(fmt::format("These are the {} that moved by the largest factors; changes.tsv has {}.", rows.size(),
+                                       changes.most.size()));
   return to_markdown(result);
 }
 
@@ -228,16 +227,16 @@ Table moved_table(const std::map<std::string, LogChanges>& experiments) {
   table.column("from", "from", [](const Row& row) { return row.second.from; });
   table.column("to", "to", [](const Row& row) { return row.second.to; });
   table.column("compared", "figures compared", [](const Row& row) { return row.second.compared; });
-  table.column("moved", "moved", [](const Row& row) { return row.second.moved.size(); });
-  table.column("better", "better", [](const Row& row) { return count_of(row.second, false); });
-  table.column("worse", "worse", [](const Row& row) { return count_of(row.second, true); });
+  table.column("moved", "moved", [](const Row& row) { return row.second.moved; });
+  table.column("better", "better", [](const Row& row) { return row.second.better; });
+  table.column("worse", "worse", [](const Row& row) { return row.second.worse; });
   table.column("most", "most", [](const Row& row) {
-    const std::vector<FigureChange> most = most_moved(row.second);
+    const std::vector<FigureChange>& most = row.second.most;
     const auto ratio = most.empty() ? std::nullopt : most.front().ratio();
     return ratio ? TableCell(*ratio, format_figure(*ratio) + "×") : TableCell();
   });
   table.column("of", "of", [](const Row& row) {
-    const std::vector<FigureChange> most = most_moved(row.second);
+    const std::vector<FigureChange>& most = row.second.most;
     if (most.empty() || !most.front().ratio()) return std::string();
     return fmt::format("{} of {} ({})", most.front().column, most.front().row, most.front().table);
   });

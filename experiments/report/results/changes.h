@@ -33,8 +33,8 @@ struct FigureChange {
 
 struct LogChanges {
   std::string from, to;  // the commits of the logs
-  std::size_t compared = 0;
-  std::vector<FigureChange> moved;
+  std::size_t compared = 0, moved = 0, better = 0, worse = 0;
+  std::vector<FigureChange> most;  // those that moved by the largest factors, the farthest first, at most 50
 
   std::string sentence() const;  // "From A to B. 12 figures with intervals were compared; those of 3 do not overlap."
 };
