@@ -171,10 +171,10 @@ KindReport regret_report(const ReportData& data) {
   const auto times = [](double regret) {
     return std::isfinite(regret) ? fmt::format("{:.2f} times", regret) : "without limit (no image by then)";
   };
-  report.answer = fmt::format("`{}` errs {} as much as the best method at the median, {} at worst", chosen->shown,
+  report.answer = fmt::format("{} errs {} as much as the best method at the median, {} at worst", chosen->shown,
                               times(chosen->middle()), times(chosen->worst()));
   if (next != losses.end())
-    report.answer += fmt::format("; always `{}`: {} and {}", next->shown, times(next->middle()), times(next->worst()));
+    report.answer += fmt::format("; always {}: {} and {}", next->shown, times(next->middle()), times(next->worst()));
   report.answer += ".";
   report.section = fmt::format("<p>{}</p>\n", escape_html(report.answer));
   report.figures = {{"By scene and time", {regret_figure(contests, losses)}}};
