@@ -424,7 +424,8 @@ int render_command(const RenderCommand& command) {
   if (reference) {
     r.reference = reference->rendered.source;
     for (const Metric& metric : metrics())
-      r.metrics[std::string(metric.name)] = metric.compute(r.result.image, r.shown(reference->rendered.image));
+      if (!metric.on_request())
+        r.metrics[std::string(metric.name)] = metric.compute(r.result.image, r.shown(reference->rendered.image));
   }
   fmt::print("{}", command.json ? to_json(r) + "\n" : to_lines(r));
   if (!r.result.out_of_reach.empty()) console.warning(r.result.out_of_reach);

@@ -51,8 +51,10 @@ void read_common(const ConfigNode& root, const fs::path& directory, ExperimentCo
   reader.whole("threads", config.threads, 1, 4096);
   if (const auto* n = reader.find("structures")) config.structures = read_structures(*n);
   std::vector<std::string> all_metrics;
-  for (const Metric& metric : metrics()) all_metrics.emplace_back(metric.name);
-  config.metrics = all_metrics;
+  for (const Metric& metric : metrics()) {
+    all_metrics.emplace_back(metric.name);
+    if (!metric.on_request()) config.metrics.emplace_back(metric.name);
+  }
   reader.names("metrics", config.metrics, "metric", all_metrics);
   reader.flag("confidence", config.confidence);
   config.table_formats = {"md", "csv", "tex"};

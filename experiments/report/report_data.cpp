@@ -18,7 +18,7 @@ namespace {
 // Metrics with relmse first, then as metrics.h orders them by importance, then whatever else was logged.
 std::vector<std::string> order_metrics(const std::set<std::string>& seen) {
   std::vector<std::string> ordered;
-  for (const char* name : {"relmse", "mse", "trimmed_relmse", "smape", "bias"})
+  for (const char* name : {"relmse", "mse", "trimmed_relmse", "smape", "flip", "bias"})
     if (seen.contains(name)) ordered.push_back(name);
   for (const std::string& name : seen)
     if (std::ranges::find(ordered, name) == ordered.end()) ordered.push_back(name);

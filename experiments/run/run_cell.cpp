@@ -30,17 +30,53 @@ void reset_peak_memory() {
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-// Measures an image's error by the metrics asked for. A value that is not finite (from an image full of overflow) is left out:
-// a log cannot hold it.
-std::map<std::string, double> measure(const Image& image, const Image& reference, const std::vector<std::string>& metrics) {
-  std::map<std::string, double> values;
-  for (const std::string& name : metrics) {
-    const Metric* metric = find_metric(name);
-    CHECK(metric != nullptr);
-    if (const double value = metric->compute(image, reference); std::isfinite(value)) values[name] = value;
-  }
-  return values;
+bool is_finite(const Image& image) {
+  return std::ranges::all_of(image.pixels, [](const dvec3& p) { return std::isfinite(p.x + p.y + p.z); });
 }
+
+// Measures an image's error by the metrics asked for, and that of parts of it. A value that is not finite (from an image full
+// of overflow) is left out: a log cannot hold it.
+class Measurement {
+ public:
+  Measurement(const Image& image, const Image& reference, const std::vector<std::string>& metrics)
+      : image_(image), reference_(reference) {
+    for (const std::string& name : metrics) {
+      const Metric* metric = find_metric(name);
+      CHECK(metric != nullptr);
+      metrics_.push_back(metric);
+      if (metric->errors && is_finite(image)) errors_[name] = metric->errors(image, reference);
+    }
+  }
+
+  std::map<std::string, double> of_image() const {
+    return values(image_, reference_, [](const std::vector<double>& errors) { return mean_of(errors); });
+  }
+  std::map<std::string, double> of(const Region& region) const {
+    return values(crop(image_, region), crop(reference_, region), [&](const std::vector<double>& errors) {
+      std::vector<double> within;
+      for (const std::size_t pixel : region.pixels) within.push_back(errors[pixel]);
+      return mean_of(within);
+    });
+  }
+
+ private:
+  template <class Mean>
+  std::map<std::string, double> values(const Image& image, const Image& reference, const Mean& mean) const {
+    std::map<std::string, double> found;
+    for (const Metric* metric : metrics_) {
+      const std::string name(metric->name);
+      const auto errors = errors_.find(name);
+      if (metric->errors && errors == errors_.end()) continue;
+      const double value = metric->errors ? mean(errors->second) : metric->compute(image, reference);
+      if (std::isfinite(value)) found[name] = value;
+    }
+    return found;
+  }
+
+  const Image &image_, &reference_;
+  std::vector<const Metric*> metrics_;
+  std::map<std::string, std::vector<double>> errors_;  // of each pixel, of metrics that have them
+};
 
 class CellRunner {
  public:
@@ -177,11 +213,11 @@ class CellRunner {
     record.non_finite = film_.non_finite_count();
     Image image = film_.mean();
     if (task_.reference) {
-      record.metrics = measure(image, *task_.reference, task_.metrics);
+      const Measurement measurement(image, *task_.reference, task_.metrics);
+      record.metrics = measurement.of_image();
       if (task_.confidence && integrator.cache())
         record.confidence = confidence_of(image, integrator.cache()->standard_error(), *task_.reference);
-      for (const Region& region : task_.regions)
-        record.regions[region.name] = measure(crop(image, region), crop(*task_.reference, region), task_.metrics);
+      for (const Region& region : task_.regions) record.regions[region.name] = measurement.of(region);
       if (!task_.regions.empty()) count_records(integrator, record);
     }
     if (task_.keep_images) result_.checkpoint_images.push_back(std::move(image));

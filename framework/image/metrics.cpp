@@ -1,6 +1,7 @@
 #include "framework/image/metrics.h"
 
 #include "framework/core/check.h"
+#include "framework/image/flip.h"
 
 #include <numeric>
 
@@ -64,6 +65,8 @@ double bias(const Image& image, const Image& reference) {
   return level == 0 ? difference : difference / level;
 }
 
+double flip(const Image& image, const Image& reference) { return mean_of(flip_errors(image, reference)); }
+
 const std::vector<Metric>& metrics() {
   static const std::vector<Metric> all{
       {"mse", "mean (x - r)^2", mse},
@@ -71,6 +74,7 @@ const std::vector<Metric>& metrics() {
       {"trimmed_relmse", "relmse without the worst 0.1 % of pixels", trimmed_relmse},
       {"smape", "mean |x - r| / (|x| + |r|)", smape},
       {"bias", "mean (x - r) / mean r, signed; absolute where the reference is black", bias},
+      {"flip", "mean HDR-FLIP, from 0 to 1; an experiment measures it where its metrics list it", flip, flip_errors},
   };
   return all;
 }
@@ -79,6 +83,13 @@ const Metric* find_metric(std::string_view name) {
   for (const Metric& metric : metrics())
     if (metric.name == name) return &metric;
   return nullptr;
+}
+
+double mean_of(const std::vector<double>& values) {
+  CHECK_GT(values.size(), 0u);
+  Sum sum;
+  for (const double value : values) sum.add(value);
+  return sum.value() / static_cast<double>(values.size());
 }
 
 std::vector<double> relative_squared_errors(const Image& image, const Image& reference) {

@@ -199,6 +199,37 @@ const checks = {
     assert.equal((await state(page)).kind, 'signed');
   },
 
+  // The last checkpoint logs the mean of what the map shows.
+  async 'a map of FLIP shows what was logged'(page, {out}) {
+    const lines = fs.readFileSync(path.join(out, 'runs.jsonl'), 'utf8').trim().split('\n').map(line => JSON.parse(line));
+    for (const number of [0, 1]) {
+      const {name, label, mean, least, most, options} = await page.evaluate(async number => {
+        const viewer = viewers.get(number), {scene} = viewer, image = scene.images[1], count = scene.width * scene.height;
+        await viewer.set({left: 1, right: 0, map: 'flip'});
+        const errors = Array.from({length: count}, (_, i) => errorAt(scene, image, viewer.now.mapped, viewer.now.reference, mapKinds.flip, i));
+        return {name: scene.name, label: image.label, mean: errors.reduce((sum, error) => sum + error) / count,
+          least: Math.min(...errors), most: Math.max(...errors), options: [...viewer.parts.kind.options].map(option => option.value)};
+      }, number);
+      assert(options.includes('flip') && options.includes('relative') && options.includes('signed'), options.join());
+      const logged = lines.filter(line => line.type === 'checkpoint' && line.scene === name && line.integrator === label && line.seed === 1).pop();
+      assert(Math.abs(mean - logged.metrics.flip) <= 1e-3 * mean + 1e-6, name + ': ' + mean + ' is ' + logged.metrics.flip);
+      assert(least >= 0 && most <= 1 && most > least, least + ' to ' + most);
+      const text = await page.evaluate(number => {
+        const viewer = viewers.get(number);
+        viewer.hover = {x: 20, y: 15};
+        viewer.readOut();
+        return viewer.parts.values.textContent + ' ' + viewer.parts.ticks.textContent + ' ' + viewer.parts.mapName.textContent;
+      }, number);
+      assert(/FLIP: 0?\.?\d/.test(text) && text.includes('0.25') && text.includes('FLIP of ' + label), text);
+      await page.evaluate(number => viewers.get(number).set({map: 'metric'}), number);
+    }
+    await page.select('.toolbar select', 'flip');
+    await settled(page);
+    assert.equal((await state(page)).kind, 'flip');
+    await page.select('.toolbar select', 'bias');
+    await settled(page);
+  },
+
   async 'crops cut every image, and the address keeps the view'(page, {url}) {
     await page.$eval('.viewer canvas', canvas => canvas.scrollIntoView({block: 'center'}));
     const box = await (await page.$('.viewer canvas')).boundingBox();

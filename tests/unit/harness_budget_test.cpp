@@ -2,6 +2,7 @@
 #include "experiments/config/budget.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/error.h"
+#include "framework/image/flip.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
 
@@ -118,6 +119,22 @@ TEST_F(RunCell, MetricsAreAgainstTheReference) {
   const CellResult again = run(samples(4), &result.image);
   EXPECT_EQ(again.checkpoints.back().metrics.at("relmse"), 0);
   EXPECT_GT(again.checkpoints.front().metrics.at("relmse"), 0);
+}
+
+// A region's share of a map of the whole image: what lies beside it is seen, too.
+TEST_F(RunCell, FlipIsMeasuredWhereItIsAskedFor) {
+  const Image reference = run(samples(64)).image;
+  EXPECT_FALSE(run(samples(1), &reference).checkpoints.back().metrics.contains("flip"));
+  const Budget budget = samples(1);
+  CellTask task{scene_, needs_, accel_, method_, 3, {8, 8}, budget, 1, &reference, {"relmse", "flip"}};
+  task.regions = {{"corner", {0, 1, 8}}};
+  const CellResult result = run_cell(task);
+  const CheckpointRecord& last = result.checkpoints.back();
+  const std::vector<double> errors = flip_errors(result.image, reference);
+  EXPECT_DOUBLE_EQ(last.metrics.at("flip"), mean_of(errors));
+  EXPECT_GT(last.metrics.at("flip"), 0);
+  EXPECT_DOUBLE_EQ(last.regions.at("corner").at("flip"), (errors[0] + errors[1] + errors[8]) / 3);
+  EXPECT_GT(last.regions.at("corner").at("relmse"), 0);
 }
 
 TEST_F(RunCell, ErrorTargetEndsTheCellEarly) {

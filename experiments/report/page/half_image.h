@@ -15,5 +15,7 @@ double rounded_to_half(double value, double unit);
 // units of `unit`, each row as differences of its neighbours' bits, all high bytes before all low ones, deflated (zlib), in
 // base64.
 std::string encode_halves(const std::vector<dvec3>& pixels, ivec2 size, double unit);
+// One plane of them, in units of 1.
+std::string encode_halves(const std::vector<double>& values, ivec2 size);
 
 }  // namespace etendue

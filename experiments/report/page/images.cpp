@@ -5,6 +5,7 @@
 #include "framework/core/error.h"
 #include "framework/core/parallel.h"
 #include "framework/core/units.h"
+#include "framework/image/flip.h"
 #include "framework/image/metrics.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/image/image_file.h"
@@ -143,6 +144,15 @@ std::pair<double, double> symmetric_range(std::vector<double> errors) {
 
 // --- pixels ---
 
+// Encodes FLIP of each pixel; empty where it has no value, because a pixel is not finite.
+std::string encode_flip(const Image& image, const Image& reference) {
+  try {
+    return encode_halves(flip_errors(image, reference), image.size);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
 // Keeps what fits in the page, and the rest beside it.
 class PixelStore {
  public:
@@ -196,16 +206,21 @@ double difference_unit_of(const std::vector<dvec3>& values) {
   return most > 0 && std::isfinite(most) ? power_of_two(most) / 4096 : 1;
 }
 
-// The images at checkpoints lie one below the other in one file.
-void add_frames(PageImage& image, const Source& source, const SceneImages& scene, const std::string& name, PixelStore& store) {
+// The images at checkpoints lie one below the other in one file. `perceived`: what FLIP takes for the truth; null: no FLIP.
+void add_frames(PageImage& image, const Source& source, const SceneImages& scene, const Image* perceived,
+                const std::string& name, PixelStore& store) {
   const auto& checkpoints = source.replicate->checkpoints;
   const std::optional<Image> strip = try_read(source.replicate->cell->strip);
   if (!strip || strip->size != ivec2(scene.size.x, scene.size.y * static_cast<int>(checkpoints.size()))) return;
   const auto pixels = static_cast<std::ptrdiff_t>(scene.size.x) * scene.size.y;
   for (std::size_t i = 0; i < checkpoints.size(); ++i) {
     const auto first = strip->pixels.begin() + static_cast<std::ptrdiff_t>(i) * pixels;
-    image.frames.push_back({checkpoints[i]->time_s, store.store(encode_halves({first, first + pixels}, scene.size, scene.unit),
-                                                                fmt::format("{}-at-{}", name, i))});
+    Image frame;
+    frame.size = scene.size;
+    frame.pixels.assign(first, first + pixels);
+    const std::string file = fmt::format("{}-at-{}", name, i);
+    image.frames.push_back({checkpoints[i]->time_s, store.store(encode_halves(frame.pixels, scene.size, scene.unit), file)});
+    if (perceived != nullptr) image.frames.back().flip = store.store(encode_flip(frame, *perceived), file + "-flip");
   }
 }
 
@@ -239,15 +254,19 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, PixelStore
       std::vector<double> errors = sampled_errors(shown, *reference, error);
       result.ranges[kind] = kind == "signed" ? symmetric_range(std::move(errors)) : decades_of(std::move(errors));
     }
+  const Image* perceived = reference && std::ranges::find(data.metrics, "flip") != data.metrics.end() ? &*reference : nullptr;
+  if (perceived != nullptr) result.ranges["flip"] = {0, 1};
 
   struct Encoded {
     std::string thumbnail, pixels, difference;
     double difference_unit = 1;
+    std::string flip = {};
   };
   std::vector<Encoded> encoded(images.size());
   parallel_for(images.size(), 1, [&](std::size_t i) {
     if (!images[i]) return;
     encoded[i] = {thumbnail(*images[i], result.white), encode_halves(images[i]->pixels, result.size, result.unit), "", 1};
+    if (perceived != nullptr) encoded[i].flip = encode_flip(*images[i], *perceived);
     if (!reference || !loses_difference(*images[i], *reference, result.unit)) return;
     const std::vector<dvec3> values = differences(*images[i], *reference);
     encoded[i].difference_unit = difference_unit_of(values);
@@ -270,9 +289,10 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, PixelStore
     if (!encoded[i].difference.empty())
       image.difference = store.store(std::move(encoded[i].difference), name(i) + "-difference");
     image.difference_unit = encoded[i].difference_unit;
+    if (!encoded[i].flip.empty()) image.flip = store.store(std::move(encoded[i].flip), name(i) + "-flip");
     image.exr = store.link(replicate->cell->image);
     image.relmse = find_value(replicate->last()->metrics, "relmse");
-    add_frames(image, sources[i], result, name(i), store);
+    add_frames(image, sources[i], result, perceived, name(i), store);
   }
 
   if (data.accels.size() > 1) result.notes.push_back("One structure's image stands for all: structures change only the time.");

@@ -22,6 +22,7 @@ struct PixelText {
 struct PageFrame {  // the image at a checkpoint
   double time_s = 0;
   PixelText pixels;
+  PixelText flip = {};  // as that of a PageImage
 };
 
 struct PageImage {
@@ -32,6 +33,7 @@ struct PageImage {
   // Image less reference, where half-floats of the two would lose it: in units of their own.
   PixelText difference = {};
   double difference_unit = 1;
+  PixelText flip = {};                 // FLIP of each pixel, where the experiment asks for that metric
   std::string exr = {};                // a link to the file
   std::optional<double> relmse = {};   // of the whole image, where it is known
   std::vector<PageFrame> frames = {};  // where images of checkpoints were kept

@@ -1,6 +1,6 @@
 // Pixels of the viewer: half-floats as the page or files beside it hold them, tone mapping, and maps of error.
 //
-// An image is 3 planes of half-floats, in units that are a power of two so that white lies near 1. Each row holds differences of
+// An image is 3 planes of half-floats (a map of FLIP, which takes C++ to compute, is one), in units that are a power of two so that white lies near 1. Each row holds differences of
 // neighbours' bits, all high bytes come before all low bytes, deflated, in base64 (encode_halves in half_image.cpp).
 
 const halfValues = new Float32Array(65536);
@@ -18,12 +18,12 @@ const dataOf = ({data, file}) => data !== undefined ? Promise.resolve(data) : ne
   document.head.append(make('script', {src: file, onerror: () => reject(new Error(file + ' is not beside this page'))}));
 });
 
-async function decodeHalves(source, width, height) {
+async function decodeHalves(source, width, height, planes = 3) {
   const text = atob(await dataOf(source)), packed = new Uint8Array(text.length);
   for (let i = 0; i < text.length; ++i) packed[i] = text.charCodeAt(i);
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
-  const count = 3 * width * height, result = new Uint16Array(count);
+  const count = planes * width * height, result = new Uint16Array(count);
   for (let i = 0; i < count; ++i) {
     const difference = bytes[i] << 8 | bytes[count + i];
     result[i] = i % width === 0 ? difference : result[i - 1] + difference;
@@ -62,21 +62,24 @@ function toneTable(tone, scale) {
   return table;
 }
 
-// --- maps of error: the mean over channels of what each one errs by; x: image, r: reference ---
+// --- maps of error: the mean over channels of what each one errs by; d: image less reference, r: reference ---
+// FLIP looks at a pixel's surroundings; its map is in the page where the experiment asks for that metric.
 const mapKinds = {
   relative: {label: 'relative squared error', of: (d, r, epsilon) => d * d / (r * r + epsilon)},
   squared: {label: 'squared error', of: d => d * d},
   absolute: {label: 'absolute error', of: d => Math.abs(d)},
   symmetric: {label: 'symmetric relative error', of: (d, r) => d === 0 ? 0 : Math.abs(d) / (Math.abs(d + r) + Math.abs(r))},
-  signed: {label: 'signed error', of: d => d, signed: true}
+  signed: {label: 'signed error', of: d => d, signed: true, even: true},
+  flip: {label: 'FLIP', even: true}
 };
-const kindOfMetric = metric => ({mse: 'squared', smape: 'symmetric', bias: 'signed'})[metric] ?? 'relative';
+const kindOfMetric = metric => ({mse: 'squared', smape: 'symmetric', bias: 'signed', flip: 'flip'})[metric] ?? 'relative';
 
 // How to read value and error of a pixel. Where halves of nearly equal images would lose their difference, it is held apart.
 const valueAt = (scene, pixels, i) => halfValues[pixels.x[i]] * scene.unit;
 const differenceAt = (scene, image, pixels, reference, i) => pixels.difference
   ? halfValues[pixels.difference[i]] * image.differenceUnit : (halfValues[pixels.x[i]] - halfValues[reference.x[i]]) * scene.unit;
 function errorAt(scene, image, pixels, reference, kind, pixel) {
+  if (!kind.of) return pixels.flip ? halfValues[pixels.flip[pixel]] : NaN;
   const plane = scene.width * scene.height;
   let sum = 0;
   for (let i = pixel; i < 3 * plane; i += plane)
@@ -105,8 +108,8 @@ function paintMap(canvas, scene, image, pixels, reference, kindName) {
   const kind = mapKinds[kindName], [low, high] = scene.ranges[kindName], {table} = kind.signed ? diverging : viridis;
   return paint(canvas, scene, (pixel, out, at) => {
     const error = errorAt(scene, image, pixels, reference, kind, pixel);
-    const t = kind.signed ? (error - low) / (high - low) : error > 0 ? (Math.log10(error) - low) / (high - low) : 0;
-    const from = 3 * Math.round(255 * clamp(t, 0, 1));
+    const t = kind.even ? (error - low) / (high - low) : error > 0 ? (Math.log10(error) - low) / (high - low) : 0;
+    const from = 3 * Math.round(255 * (clamp(t, 0, 1) || 0));
     for (let c = 0; c < 3; ++c) out[at + c] = table[from + c];
   });
 }

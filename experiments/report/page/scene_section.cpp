@@ -103,7 +103,11 @@ Json pixels_json(const PixelText& text) { return text.file.empty() ? Json{{"data
 
 Json image_json(const PageImage& image) {
   Json frames = Json::array();
-  for (const PageFrame& frame : image.frames) frames.push_back({{"time", frame.time_s}, {"pixels", pixels_json(frame.pixels)}});
+  const auto held = [](const PixelText& text) { return !text.in_page.empty() || !text.file.empty(); };
+  for (const PageFrame& frame : image.frames) {
+    frames.push_back({{"time", frame.time_s}, {"pixels", pixels_json(frame.pixels)}});
+    if (held(frame.flip)) frames.back()["flip"] = pixels_json(frame.flip);
+  }
   Json json = {{"label", image.label},
                {"detail", image.detail},
                {"isReference", image.configuration == nullptr},
@@ -111,7 +115,8 @@ Json image_json(const PageImage& image) {
                {"pixels", pixels_json(image.pixels)},
                {"exr", image.exr},
                {"frames", std::move(frames)}};
-  if (!image.difference.in_page.empty() || !image.difference.file.empty()) {
+  if (held(image.flip)) json["flip"] = pixels_json(image.flip);
+  if (held(image.difference)) {
     json["difference"] = pixels_json(image.difference);
     json["differenceUnit"] = image.difference_unit;
   }

@@ -41,7 +41,8 @@ class Viewer {
     if (!this.pixels.has(source)) {
       const {width, height} = this.scene;
       const parts = [source.pixels, source.difference].map(part => part && decodeHalves(part, width, height));
-      this.pixels.set(source, Promise.all(parts).then(([x, difference]) => ({x, difference})));
+      parts.push(source.flip && decodeHalves(source.flip, width, height, 1));
+      this.pixels.set(source, Promise.all(parts).then(([x, difference, flip]) => ({x, difference, flip})));
     }
     return this.pixels.get(source);
   }
@@ -100,9 +101,11 @@ class Viewer {
   }
   showScale() {
     const kind = mapKinds[this.kind], range = this.scene.ranges[this.kind];
+    if (!range) return;
     this.parts.colourbar.style.background = 'linear-gradient(to right,' + (kind.signed ? diverging : viridis).stops.join(',') + ')';
     const ticks = [];
     if (kind.signed) ticks.push('≤ ' + figure3(range[0]), '0', '≥ ' + figure3(range[1]));
+    else if (kind.even) ticks.push(...[0, 0.25, 0.5, 0.75, 1].map(t => figure3(range[0] + t * (range[1] - range[0]))));
     else for (let decade = range[0]; decade <= range[1]; ++decade)
       ticks.push((decade === range[0] ? '≤ ' : decade === range[1] ? '≥ ' : '') + '1e' + decade);
     this.parts.ticks.replaceChildren(...ticks.map(textContent => make('span', {textContent})));
@@ -157,7 +160,8 @@ class Viewer {
     const fill = (select, options) => { for (const [value, label] of options) select.add(new Option(label, value)); };
     for (const side of ['left', 'right']) fill(parts[side], scene.images.map((image, i) => [i, image.label]));
     fill(parts.tone, Object.entries(toneMaps).map(([name, {label}]) => [name, label]));
-    fill(parts.kind, [['metric', 'of the metric'], ...Object.entries(mapKinds).map(([name, {label}]) => [name, label])]);
+    const kinds = Object.entries(mapKinds).filter(([name]) => name in scene.ranges);
+    fill(parts.kind, [['metric', 'of the metric'], ...kinds.map(([name, {label}]) => [name, label])]);
     parts.kind.closest('label').hidden = !this.hasMaps;
     parts.time.closest('label').hidden = this.times.length < 2;
     parts.time.max = this.times.length;
@@ -242,7 +246,7 @@ class Viewer {
       this[name] = index(name, most);
     this.ev = clamp(numberIn(given.ev, 0), -10, 10);
     if (given.tone in toneMaps) this.tone = given.tone;
-    if (given.map in mapKinds) this.map = given.map;
+    if (given.map in this.scene.ranges) this.map = given.map;
     this.zoom = clamp(numberIn(given.zoom, 1), 1, 1e4);
     this.x = clamp(numberIn(given.x, this.x), 0, width);
     this.y = clamp(numberIn(given.y, this.y), 0, height);
