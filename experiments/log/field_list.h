@@ -39,6 +39,8 @@ std::string json_type() {
     return "object of " + json_type<typename T::mapped_type>();
   else if constexpr (std::is_same_v<T, dvec2>)
     return "array of number";
+  else if constexpr (std::is_same_v<T, ParameterValue>)
+    return "boolean, number or string";
   else if constexpr (std::is_same_v<T, bool>)
     return "boolean";
   else if constexpr (std::is_arithmetic_v<T>)

@@ -15,6 +15,7 @@
 #include "experiments/config/cell_name.h"
 #include "experiments/log/json_line.h"
 #include "experiments/log/measured.h"
+#include "experiments/log/parameters.h"
 #include "framework/core/vec.h"
 #include "framework/io/whole_file.h"
 
@@ -154,6 +155,24 @@ class FieldsIn {
   const Json& json_;
 };
 
+// JSON has no infinity, which stands there as text.
+inline Json written_parameter(const ParameterValue& value) {
+  return std::visit(
+      [](const auto& held) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(held)>, double>)
+          if (!std::isfinite(held)) return Json(to_text(ParamValue{held, {}}));
+        return Json(held);
+      },
+      value);
+}
+
+inline ParameterValue read_parameter(const Json& json) {
+  if (json.is_boolean()) return json.get<bool>();
+  if (json.is_number_integer()) return json.get<std::int64_t>();
+  if (json.is_number()) return json.get<double>();
+  return json.get<std::string>();
+}
+
 template <class T>
 Json written(const T& value) {
   if constexpr (HasFields<T>) {
@@ -164,6 +183,8 @@ Json written(const T& value) {
     return logged(value);
   } else if constexpr (std::is_same_v<T, dvec2>) {
     return Json::array({logged(value.x), logged(value.y)});
+  } else if constexpr (std::is_same_v<T, ParameterValue>) {
+    return written_parameter(value);
   } else if constexpr (is_vector<T>) {
     Json array = Json::array();
     for (const auto& element : value) array.push_back(written(element));
@@ -188,6 +209,8 @@ T read_value(const Json& json) {
     return read_value<typename T::value_type>(json);
   } else if constexpr (std::is_same_v<T, dvec2>) {
     return {json.at(0).get<double>(), json.at(1).get<double>()};
+  } else if constexpr (std::is_same_v<T, ParameterValue>) {
+    return read_parameter(json);
   } else if constexpr (is_vector<T>) {
     T values;
     for (const Json& element : json) values.push_back(read_value<typename T::value_type>(element));

@@ -77,6 +77,7 @@ void list_fields(auto& f, FieldsOf<CheckpointRecord> auto& r) {
 
 void list_fields(auto& f, FieldsOf<CellRecord> auto& r) {
   f.cell(r.cell);
+  MAYBE_FIELDS(parameters, accel_parameters);
   FIELDS(status, error, image, image_hash);
   list_declared_bias(f, r.bias);
   f("mse_exponent", r.mse_exponent);

@@ -12,35 +12,49 @@
 namespace etendue {
 namespace {
 
-using Parameters = std::map<std::string, std::string>;
+using Texts = std::map<std::string, std::string>;
 
-// "photon-map photons=200000" -> name: photon-map, photons: 200000.
-Parameters parameters_of(const std::string& label) {
-  Parameters parameters;
-  for (const std::string& word : words_of(label)) {
-    const std::size_t equals = word.find('=');
-    if (parameters.empty())
-      parameters["name"] = word;
-    else
-      parameters[word.substr(0, equals)] = equals == std::string::npos ? "" : word.substr(equals + 1);
+// An older log has parameters in the label alone: "photon-map photons=200000" -> name: photon-map, photons: 200000.
+Texts texts_of(const std::string& label, const Parameters& logged) {
+  const std::vector<std::string> words = words_of(label);
+  Texts texts;
+  if (!words.empty()) texts["name"] = words.front();
+  for (const auto& [name, value] : logged) texts[name] = to_text(ParamValue{value, {}});
+  if (!logged.empty()) return texts;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const std::size_t equals = words[i].find('=');
+    texts[words[i].substr(0, equals)] = equals == std::string::npos ? "" : words[i].substr(equals + 1);
   }
-  return parameters;
+  return texts;
 }
 
-// The columns of methods' names and parameters, "name" first.
-std::vector<std::string> keys_of(const std::vector<std::string>& labels) {
-  std::vector<std::string> keys{"name"};
-  for (const std::string& label : labels)
-    for (const auto& [key, value] : parameters_of(label)) index_in(keys, key);
-  return keys;
-}
+// Columns of the names and parameters of structures or integrators, "name" first.
+class MethodColumns {
+ public:
+  // `logged`: of a cell, the parameters of what `named` says of it.
+  MethodColumns(const RunLog& log, const std::vector<std::string>& labels, std::string CellName::*named,
+                Parameters CellRecord::*logged) {
+    for (const CellRecord& cell : log.cells)
+      texts_.insert_or_assign(cell.cell.*named, texts_of(cell.cell.*named, cell.*logged));
+    for (const std::string& label : labels)
+      for (const auto& [key, value] : texts_.try_emplace(label, texts_of(label, {})).first->second) index_in(keys_, key);
+  }
 
-std::string cells_of(const std::string& label, const std::vector<std::string>& keys) {
-  Parameters parameters = parameters_of(label);
-  std::string text;
-  for (const std::string& key : keys) text += "," + escape_csv(parameters[key]);
-  return text;
-}
+  std::string heading(const std::string& prefix) const {
+    std::string text;
+    for (const std::string& key : keys_) text += "," + prefix + "." + key;
+    return text;
+  }
+  std::string cells(const std::string& label) {
+    std::string text;
+    for (const std::string& key : keys_) text += "," + escape_csv(texts_[label][key]);
+    return text;
+  }
+
+ private:
+  std::map<std::string, Texts> texts_;  // by label
+  std::vector<std::string> keys_{"name"};
+};
 
 std::string experiment_name(const ManifestRecord& manifest) {
   return manifest.file.empty() ? manifest.title : std::filesystem::path(manifest.file).stem().string();
@@ -48,12 +62,12 @@ std::string experiment_name(const ManifestRecord& manifest) {
 
 class CurvesText {
  public:
-  explicit CurvesText(const ReportData& data) : accel_keys_(keys_of(data.accels)), integrator_keys_(keys_of(data.integrators)) {
+  explicit CurvesText(const ReportData& data)
+      : accels_(*data.log, data.accels, &CellName::accel, &CellRecord::accel_parameters),
+        integrators_(*data.log, data.integrators, &CellName::integrator, &CellRecord::parameters) {
     for (const ManifestRecord& manifest : data.log->manifests) experiments_[manifest.id] = experiment_name(manifest);
-    text_ = "experiment,scene,accel,integrator,seed,iterations,time_s,region,metric,value";
-    for (const std::string& key : accel_keys_) text_ += ",accel." + key;
-    for (const std::string& key : integrator_keys_) text_ += ",integrator." + key;
-    text_ += '\n';
+    text_ = "experiment,scene,accel,integrator,seed,iterations,time_s,region,metric,value" + accels_.heading("accel") +
+            integrators_.heading("integrator") + '\n';
     for (const Configuration* configuration : data.finished())
       for (const Replicate& replicate : configuration->replicates)
         for (const CheckpointRecord* checkpoint : replicate.checkpoints) add(*checkpoint);
@@ -67,7 +81,7 @@ class CurvesText {
     const std::string before =
         fmt::format("{},{},{},{},{},{},{}", escape_csv(experiments_[checkpoint.manifest]), escape_csv(cell.scene),
                     escape_csv(cell.accel), escape_csv(cell.integrator), cell.seed, checkpoint.iterations, checkpoint.time_s);
-    const std::string after = cells_of(cell.accel, accel_keys_) + cells_of(cell.integrator, integrator_keys_);
+    const std::string after = accels_.cells(cell.accel) + integrators_.cells(cell.integrator);
     const auto add_metrics = [&](const std::string& region, const std::map<std::string, double>& metrics) {
       for (const auto& [metric, value] : metrics)
         fmt::format_to(std::back_inserter(text_), "{},{},{},{}{}\n", before, escape_csv(region), metric, value, after);
@@ -76,7 +90,7 @@ class CurvesText {
     for (const auto& [region, metrics] : checkpoint.regions) add_metrics(region, metrics);
   }
 
-  std::vector<std::string> accel_keys_, integrator_keys_;
+  MethodColumns accels_, integrators_;
   std::map<std::string, std::string> experiments_;  // by manifest
   std::string text_;
 };

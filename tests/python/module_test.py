@@ -108,6 +108,7 @@ class Module(unittest.TestCase):
         ours, theirs = etendue.read_log("ours"), etendue.read_log(["theirs"])
         self.assertEqual([cell["image_hash"] for cell in ours["cell"]], [cell["image_hash"] for cell in theirs["cell"]])
         self.assertEqual(ours["cell"][-1]["integrator"], "photon-map photons=2000")
+        self.assertEqual(ours["cell"][-1]["parameters"], {"photons": 2000})
         self.assertEqual(ours["cell"][0]["declared_bias"], "unbiased")
         self.assertEqual(len(ours["checkpoint"]), sum(cell["checkpoints"] for cell in ours["cell"]))
         self.assertEqual(etendue.curves("ours"), call("report", "ours", "--csv").stdout)

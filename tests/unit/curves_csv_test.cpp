@@ -72,6 +72,25 @@ TEST(CurvesCsv, HasAColumnForEachParameter) {
   EXPECT_EQ(rows.back().at("integrator.alpha"), "");
 }
 
+// A name is cut at blanks, and what is logged beside it is not.
+TEST(CurvesCsv, TakesLoggedParametersRatherThanWordsOfNames) {
+  RunLog log;
+  log.manifests.push_back(manifest());
+  add_cells(log, "room", {"ppm policy=a b photons=1000", "sah leaf_size=4"}, 1);
+  for (CellRecord& cell : log.cells) {
+    cell.parameters = {{"policy", "a b"}, {"photons", std::int64_t{1000}}, {"alpha", 0.5}, {"gather", true}};
+    cell.accel_parameters = {{"leaf_size", std::int64_t{4}}};
+  }
+  const auto row = rows_of(curves_csv(arrange(log))).front();
+  EXPECT_EQ(row.at("integrator.name"), "ppm");
+  EXPECT_EQ(row.at("integrator.policy"), "a b");
+  EXPECT_EQ(row.at("integrator.photons"), "1000");
+  EXPECT_EQ(row.at("integrator.alpha"), "0.5");
+  EXPECT_EQ(row.at("integrator.gather"), "true");
+  EXPECT_EQ(row.at("accel.leaf_size"), "4");
+  EXPECT_FALSE(row.contains("integrator.b"));
+}
+
 TEST(CurvesCsv, LeavesOutCellsThatFailed) {
   RunLog log = small_log();
   log.cells.front().status = "failed";

@@ -1,4 +1,5 @@
 // runs.jsonl: what is written is read back, and a torn end is cut off.
+#include "experiments/log/json_line.h"
 #include "experiments/log/log.h"
 #include "experiments/run/run_directory.h"
 #include "framework/core/error.h"
@@ -40,6 +41,23 @@ CellRecord cell(std::uint64_t seed, const std::string& status = "done") {
           -1,
           0.02,
           "é"};
+}
+
+TEST(LogLines, ParametersHaveTheirTypes) {
+  CellRecord record = cell(1);
+  EXPECT_EQ(to_json_line(record).find("parameters"), std::string::npos) << "as in older logs";
+  record.parameters = {{"final_gather", true}, {"photons", std::int64_t{200000}}, {"alpha", 1.0}, {"policy", "knn \"a b\""}};
+  record.accel_parameters = {{"leaf_size", std::int64_t{-1}}};
+  const Json json = Json::parse(to_json_line(record));
+  EXPECT_EQ(json.at("parameters").dump(), R"({"alpha":1.0,"final_gather":true,"photons":200000,"policy":"knn \"a b\""})");
+  const auto read = read_record<CellRecord>(json);
+  EXPECT_EQ(read.parameters, record.parameters);
+  EXPECT_EQ(read.accel_parameters, record.accel_parameters);
+  for (const char* bad : {"null", "[1]", "18446744073709551615"}) {
+    Json wrong = json;
+    wrong["parameters"]["alpha"] = Json::parse(bad);
+    EXPECT_THROW(read_record<CellRecord>(wrong), Json::exception) << bad;
+  }
 }
 
 class Log : public ::testing::Test {

@@ -73,8 +73,11 @@ TEST_F(Run, WritesLogImagesAndReport) {
   EXPECT_EQ(written.cells.size(), 4u);
   EXPECT_EQ(written.references.size(), 2u);
   EXPECT_EQ(written.manifests.size(), 1u);
-  for (const CellRecord& cell : written.cells)
+  for (const CellRecord& cell : written.cells) {
     EXPECT_TRUE(std::filesystem::exists(directory_ / "out/small-quick" / cell.image));
+    const Parameters set{{"mis", "light"}};
+    EXPECT_EQ(cell.parameters, cell.cell.integrator == "path" ? Parameters{} : set);
+  }
   EXPECT_TRUE(std::filesystem::exists(directory_ / "out/small-quick/report.html"));
   EXPECT_NE(outcome.out.find("path"), std::string::npos) << "the table is on stdout";
   EXPECT_NE(outcome.err.find("[4/4]"), std::string::npos) << "a line per cell is on stderr";

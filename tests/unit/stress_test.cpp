@@ -241,7 +241,9 @@ TEST(StressRecord, LineIsReadBack) {
   StressRecord record = record_of("path", 2);
   record.is_expected = true;
   record.expected_low = 3;
+  record.parameters = {{"photons", std::int64_t{1000}}};
   const auto read = read_back<StressRecord>(record.line());
+  EXPECT_EQ(read.parameters, record.parameters);
   EXPECT_EQ(read.holds.low, -endless);
   EXPECT_FALSE(read.expected_high.has_value());
   EXPECT_EQ(read.line(), record.line());

@@ -16,7 +16,7 @@ namespace {
 
 const std::string base =
     "scenes = [\"builtin:cornell-box\"]\n"
-    "integrators = [\"path\", \"photon-map\", \"irradiance-cache\"]\n"
+    "integrators = [\"path\", { name = \"photon-map\", photons = \"2k\" }, \"irradiance-cache\"]\n"
     "resolution = [16, 16]\n"
     "throughput = { repetitions = 2, time = \"0.01s\" }\n";
 
@@ -47,10 +47,13 @@ TEST(Throughput, EveryInstructionSetIsMeasuredAndResumed) {
     EXPECT_EQ(record->sets.size(),
               std::ranges::count_if(isa_options, [](auto name) { return is_supported(isa_of_option(name)); }));
     EXPECT_EQ(record->image_hash.size(), 16u);
+    const bool is_photon_map = record->cell.integrator == "photon-map photons=2000";
+    const Parameters set{{"photons", std::int64_t{2000}}};
+    EXPECT_EQ(record->parameters, is_photon_map ? set : Parameters{});
     for (const Throughput& set : record->sets) {
       EXPECT_GT(set.samples_per_s.median, 0);
       EXPECT_GT(set.rays_per_s.median, set.samples_per_s.median);
-      EXPECT_EQ(set.photons_per_s.median > 0, record->cell.integrator.starts_with("photon-map"));
+      EXPECT_EQ(set.photons_per_s.median > 0, is_photon_map);
       EXPECT_EQ(set.records_per_s.median > 0, record->cell.integrator.starts_with("irradiance-cache"));
       double all = 0;
       for (const auto& [phase, share] : set.shares) all += share;

@@ -191,6 +191,8 @@ class Execution {
     observer_.cell_started(cell.name, position, pending_.size());
     CellRecord record;
     record.cell = cell.name;
+    record.parameters = parameters_of(config_.integrators[cell.integrator]);
+    record.accel_parameters = parameters_of(config_.accels[cell.accel]);
     CellResult result;
     const auto failure = failure_of([&] { result = compute(cell); });
     record.status = failure ? "failed" : "done";

@@ -32,7 +32,9 @@ void list_fields(auto& f, FieldsOf<StressRecord> auto& r) {
   FIELDS(figure, figure_text);
   f.end("holds_low", r.holds.low, -endless);
   f.end("holds_high", r.holds.high, endless);
-  FIELDS(column, remedy, method, inapplicable, of_structure, is_expected);
+  FIELDS(column, remedy, method);
+  f.maybe("parameters", r.parameters);
+  FIELDS(inapplicable, of_structure, is_expected);
   MAYBE_FIELDS(expected_low, expected_high);
   FIELDS(points, before, after, disagreements, picture);
   f.stamp("picture", r.picture_stamp);
@@ -129,7 +131,9 @@ class StressWork final : public RecordWork {
     const StressHazard& hazard = choice_.hazards[cell.scene];
     const StressTrial& trial = hazard.trials[cell.integrator];
     if (!record.inapplicable.empty()) return;
-    record.method = method_at(hazard, trial, hazard.range.from).label();
+    const Method harmless = method_at(hazard, trial, hazard.range.from);
+    record.method = harmless.label();
+    record.parameters = parameters_of(harmless);
     std::map<double, StressPoint> measured;  // by x
     std::map<double, Image> images;          // of the first seed
     const auto curve = sweep(hazard.range, choice_.factor, hazard.holds, [&](double x) {

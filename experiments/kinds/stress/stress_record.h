@@ -27,6 +27,7 @@ struct StressRecord final : KindRecord {
   Expected holds;              // the figure of a method that does not fail
   std::string column, remedy;  // the method's column of the matrix; what mends it: "" for the matrix' own cells
   std::string method;          // with its parameters at the harmless end
+  Parameters parameters = {};  // these by name; older logs have them in `method` alone
   std::string inapplicable;    // why nothing was measured; "": it was
   bool of_structure = false;
   std::optional<double> expected_low, expected_high;  // of the threshold, in x; infinite ends are left out

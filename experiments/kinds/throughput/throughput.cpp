@@ -32,6 +32,7 @@ void list_fields(auto& f, FieldsOf<Throughput> auto& r) {
 void list_fields(auto& f, FieldsOf<ThroughputRecord> auto& r) {
   f.cell(r.cell, "commit");
   list_ending(f, r);
+  f.maybe("parameters", r.parameters);
   FIELDS(image_hash, sets);
 }
 
@@ -86,6 +87,7 @@ class ThroughputWork final : public SceneWork {
 
   void fill(const Cell& cell, KindRecord& filled, RunDirectory&, const Progress& progress) override {
     auto& record = static_cast<ThroughputRecord&>(filled);
+    record.parameters = parameters_of(plan_.config.integrators[cell.integrator]);
     const SceneNeeds needs = scene_needs(*scene_of(cell));
     std::uint64_t iterations = 1;
     for (;;) {

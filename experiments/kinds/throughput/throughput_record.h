@@ -25,7 +25,8 @@ struct Throughput {
 struct ThroughputRecord final : KindRecord {
   static constexpr const char* type = "throughput";
 
-  std::string image_hash;  // the same with every instruction set
+  Parameters parameters = {};  // of the method; older logs have them in its name alone
+  std::string image_hash;      // the same with every instruction set
   std::vector<Throughput> sets;
 
   const std::string& commit() const { return cell.accel; }
