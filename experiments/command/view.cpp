@@ -37,6 +37,12 @@ void look_at(Scene& scene, const std::string& text, const std::vector<vec3>& poi
   const bool mirrored = view->swaps_handedness() != scene.camera.to_world.swaps_handedness();
   const float angle = fov ? static_cast<float>(*fov) * pi / 180 : scene.camera.is_parallel() ? pi / 4 : scene.camera.fov;
   scene.crop.reset();  // of the file's own view
+  if (scene.closed_form)
+    scene.warnings.push_back(
+        fmt::format("--camera: the closed form ({}) holds for the scene's own view; no error of this one is "
+                    "told, but by --error against a rendered reference",
+                    scene.closed_form->source));
+  scene.closed_form.reset();
   scene.camera = {.to_world = mirrored ? *view * Transform::scale({-1, 1, 1}) : *view, .fov = angle};
 }
 

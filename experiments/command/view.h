@@ -12,7 +12,8 @@ namespace etendue {
 
 // Gives the scene another camera: one of the file's by its name, which brings its resolution, or "EYE TARGET [UP] [FOV]" with
 // points as x,y,z in the file's coordinates and degrees across the shorter side of the image. A view that is typed is a
-// pinhole's, and mirrored where the file's is. Throws Error naming the option.
+// pinhole's, and mirrored where the file's is; a closed form, which holds for the scene's own view, is taken away with a
+// warning. Throws Error naming the option.
 void set_camera(Scene& scene, const std::string& text);
 
 // The pixels that are shown; empty: all. `crop` is what was typed: x0, x1, y0, y1 in shares of the image, or in pixels where

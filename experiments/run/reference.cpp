@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace etendue {
@@ -29,6 +30,12 @@ Method independent(const std::string& name, ParamMap params = {}) {
 Reference from_closed_form(const ReferenceRequest& request) {
   Image image;
   with_threads(request.threads, [&] { image = integrate_closed_form(request.scene, request.resolution); });
+  const auto undefined = std::ranges::count_if(image.pixels, [](const dvec3& p) { return !std::isfinite(p.x + p.y + p.z); });
+  if (undefined > 0)
+    return {{},
+            fmt::format("no reference of {}: its closed form has no finite value in {} of {} pixels; expected "
+                        "reference = {{ samples = N }}, or a view that it holds for",
+                        request.name, undefined, image.pixels.size())};
   return {{std::move(image), 0, 0, "closed form: " + request.scene.closed_form->source,
            "integrated over each pixel by Gauss-Legendre quadrature"},
           {}};

@@ -81,6 +81,16 @@ TEST(ClosedForm, IsIntegratedOverEachPixel) {
   EXPECT_NEAR(integrate_closed_form(scene, {5, 5}).at(2, 2).x, 0.75, 0.01);
 }
 
+TEST(ClosedForm, WithoutAFiniteValueIsNoReference) {
+  Scene scene = load_scene("builtin:lambert-sphere");
+  scene.closed_form = {"a root", [](const Ray& ray) { return dvec3(std::sqrt(static_cast<double>(ray.direction.x))); }};
+  const SceneNeeds needs = scene_needs(scene);
+  const Reference made = make_reference({scene, needs, "room", {4, 4}, {}}, ReferenceCache::standard(""));
+  EXPECT_NE(made.failure.find("no reference of room: its closed form has no finite value in"), std::string::npos)
+      << made.failure;
+  EXPECT_TRUE(made.rendered.image.pixels.empty());
+}
+
 class ReferenceFiles : public ::testing::Test {
  protected:
   void SetUp() override {

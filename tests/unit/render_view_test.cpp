@@ -91,6 +91,19 @@ TEST_F(RenderView, CamerasAreNamedOrTyped) {
   expect_refused("builtin:cornell-box", {"--camera", "1,2 3"}, "expected the name of a camera of the file");
 }
 
+// Seen from outside, the formula of a sphere's inside has no value.
+TEST_F(RenderView, AClosedFormIsOfTheScenesOwnViewAlone) {
+  const std::vector<std::string> small{"-i", "path", "--resolution", "8x8"};
+  EXPECT_NE(render("builtin:lambert-sphere", small).out.find("relmse"), std::string::npos);
+  std::vector<std::string> outside = small;
+  outside.insert(outside.end(), {"--camera", "0,0,-5 0,0,0 40"});
+  const Outcome told = render("builtin:lambert-sphere", outside);
+  EXPECT_EQ(told.status, 0) << told.err;
+  EXPECT_EQ(told.out.find("relmse"), std::string::npos) << told.out;
+  EXPECT_EQ(told.out.find("nan"), std::string::npos) << told.out;
+  EXPECT_NE(told.err.find("holds for the scene's own view"), std::string::npos) << told.err;
+}
+
 TEST_F(RenderView, FiltersGiveWayToTheOption) {
   write_file("s.pbrt",
              "PixelFilter \"gaussian\"\nFilm \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 16\n"
