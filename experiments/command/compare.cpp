@@ -43,10 +43,16 @@ void require_size(const std::string& path, ivec2 size, const CompareCommand& com
 std::vector<std::pair<std::string, double>> figures_of(const AgainstReference& found) {
   return {{"mean_ratio", found.ratio},
           {"mean_ratio_error", found.ratio_error},
+          {"mean_t", found.mean_t},
+          {"mean_limit_of_t", found.mean_limit},
           {"worst_block_ratio", found.worst.ratio},
           {"worst_block_error", found.worst.error},
           {"worst_block_column", found.worst.at.x},
           {"worst_block_row", found.worst.at.y},
+          {"blocks_tested", static_cast<double>(found.blocks)},
+          {"blocks_failed", static_cast<double>(found.blocks_failed)},
+          {"block_largest_t", found.largest_block_t},
+          {"block_limit_of_t", found.block_limit},
           {"relmse_of_bias", found.relmse_of_bias},
           {"relmse_of_noise", found.relmse_of_noise},
           {"pixels_tested", static_cast<double>(found.tests)},
@@ -55,6 +61,15 @@ std::vector<std::pair<std::string, double>> figures_of(const AgainstReference& f
           {"limit_of_t", found.limit},
           {"largest_t_column", found.largest_at.x},
           {"largest_t_row", found.largest_at.y}};
+}
+
+// What the exit status says, in words.
+std::string verdict_of(const AgainstReference& found) {
+  std::vector<std::string> failures;
+  if (!found.mean_agrees()) failures.push_back("the mean");
+  if (found.blocks_failed > 0) failures.push_back(fmt::format("{} of {} blocks", found.blocks_failed, found.blocks));
+  if (found.failed > 0) failures.push_back(fmt::format("{} of {} pixels' channels", found.failed, found.tests));
+  return failures.empty() ? "agrees" : fmt::format("differs: {}", fmt::join(failures, ", "));
 }
 
 }  // namespace
@@ -83,6 +98,8 @@ int compare_command(const CompareCommand& command) {
     const AgainstReference found = hold_against(images, reference, samples);
     agrees = found.agrees();
     for (const auto& [name, value] : figures_of(found)) tell(name, value, 18);
+    json["verdict"] = verdict_of(found);
+    if (!command.json) fmt::print("{:<18} {}\n", "verdict", verdict_of(found));
   }
   if (command.json) fmt::print("{}\n", dump(json, 2));
   if (!command.difference.empty()) write_difference(command.difference, images.front(), reference);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace etendue {
@@ -27,6 +28,13 @@ Moments moments(std::size_t count, const Value& value) {
   return m;
 }
 
+// What of a difference is not allowed, in units of its standard error; infinite where it is not a number.
+double excess_in_errors(double difference, double allowed, double error) {
+  if (!std::isfinite(difference)) return std::numeric_limits<double>::infinity();
+  const double excess = std::abs(difference) - allowed;
+  return excess > 0 ? excess / std::max(error, std::numeric_limits<double>::min()) : 0;
+}
+
 // The mean over a rectangle of pixels and the channels.
 double mean_over(const Image& image, ivec2 begin, ivec2 end) {
   double sum = 0;
@@ -35,18 +43,58 @@ double mean_over(const Image& image, ivec2 begin, ivec2 end) {
   return sum / (3.0 * (end.x - begin.x) * (end.y - begin.y));
 }
 
-void find_worst_block(std::span<const Image> images, const Image& reference, double level, AgainstReference& result) {
+// Calls body(place, begin, end) for each block that has a pixel.
+template <class Body>
+void for_blocks(ivec2 size, const Body& body) {
   for (int y = 0; y < reference_blocks; ++y)
     for (int x = 0; x < reference_blocks; ++x) {
-      const ivec2 begin = ivec2(x, y) * reference.size / reference_blocks,
-                  end = (ivec2(x, y) + 1) * reference.size / reference_blocks;
-      if (begin.x == end.x || begin.y == end.y) continue;
-      const double expected = mean_over(reference, begin, end);
-      if (!(expected > 1e-3 * level)) continue;
-      const Moments m = moments(images.size(), [&](std::size_t i) { return mean_over(images[i], begin, end) / expected; });
-      if (std::abs(m.mean - 1) < std::abs(result.worst.ratio - 1) && result.worst.ratio != 0) continue;
-      result.worst = {{x, y}, m.mean, std::sqrt(m.variance / static_cast<double>(images.size()))};
+      const ivec2 begin = ivec2(x, y) * size / reference_blocks, end = (ivec2(x, y) + 1) * size / reference_blocks;
+      if (begin.x < end.x && begin.y < end.y) body(ivec2(x, y), begin, end);
     }
+}
+
+void find_worst_block(std::span<const Image> images, const Image& reference, double level, AgainstReference& result) {
+  for_blocks(reference.size, [&](ivec2 at, ivec2 begin, ivec2 end) {
+    const double expected = mean_over(reference, begin, end);
+    if (!(expected > 1e-3 * level)) return;
+    const Moments m = moments(images.size(), [&](std::size_t i) { return mean_over(images[i], begin, end) / expected; });
+    if (std::abs(m.mean - 1) < std::abs(result.worst.ratio - 1) && result.worst.ratio != 0) return;
+    result.worst = {at, m.mean, std::sqrt(m.variance / static_cast<double>(images.size()))};
+  });
+}
+
+// Tests of means over rectangles of pixels.
+struct MeanTest {
+  std::span<const Image> images;
+  const Image& reference;
+  double level, indifference, samples;  // of the reference; of that; per pixel
+
+  // `each`: the level of this test.
+  double t(ivec2 begin, ivec2 end, double each) const {
+    const auto count = static_cast<double>(images.size());
+    const Moments m = moments(images.size(), [&](std::size_t i) { return mean_over(images[i], begin, end); });
+    double brightest = 0;
+    for (int y = begin.y; y < end.y; ++y)
+      for (int x = begin.x; x < end.x; ++x)
+        for (int c = 0; c < 3; ++c) brightest = std::max(brightest, reference.at(x, y)[c]);
+    const double drawn = samples * (end.x - begin.x) * (end.y - begin.y), unseen = std::min(1.0, std::log(1 / each) / drawn);
+    return excess_in_errors(m.mean - mean_over(reference, begin, end), indifference * level + unseen * brightest,
+                            std::max(std::sqrt(m.variance / count), 1e-12 * level));
+  }
+};
+
+void test_means(const MeanTest& test, double group_level, AgainstReference& result) {
+  const double freedom = static_cast<double>(test.images.size()) - 1;
+  result.mean_t = test.t(ivec2(0), test.reference.size, group_level);
+  result.mean_limit = student_t_quantile(1 - group_level / 2, freedom);
+  for_blocks(test.reference.size, [&](ivec2, ivec2, ivec2) { ++result.blocks; });
+  const double each = sidak_level(group_level, result.blocks);
+  result.block_limit = student_t_quantile(1 - each / 2, freedom);
+  for_blocks(test.reference.size, [&](ivec2, ivec2 begin, ivec2 end) {
+    const double t = test.t(begin, end, each);
+    if (t > result.block_limit) ++result.blocks_failed;
+    result.largest_block_t = std::max(result.largest_block_t, t);
+  });
 }
 
 // The largest value of a channel of the reference among a pixel and its neighbours.
@@ -73,8 +121,10 @@ AgainstReference hold_against(std::span<const Image> images, const Image& refere
   result.ratio = whole.mean;
   result.ratio_error = std::sqrt(whole.variance / count);
   find_worst_block(images, reference, level, result);
+  const double group_level = sidak_level(false_alarm_rate, 3);
+  test_means({images, reference, level, indifference, static_cast<double>(samples)}, group_level, result);
   result.tests = 3 * reference.pixels.size();
-  const double each = sidak_level(false_alarm_rate, result.tests);
+  const double each = sidak_level(group_level, result.tests);
   const double unseen = std::min(1.0, std::log(1 / each) / static_cast<double>(samples));
   result.limit = student_t_quantile(1 - each / 2, count - 1);
   for (std::size_t p = 0; p < reference.pixels.size(); ++p)
@@ -87,9 +137,8 @@ AgainstReference hold_against(std::span<const Image> images, const Image& refere
       result.relmse_of_noise += m.variance / scale;
       const ivec2 at{static_cast<int>(p) % reference.size.x, static_cast<int>(p) / reference.size.x};
       const double allowed = indifference * level + unseen * brightest_about(reference, at, c);
-      const double excess = std::max(0.0, std::abs(difference) - allowed);
-      const double t = excess > 0 ? excess / std::max(std::sqrt(m.variance / count), 1e-12 * level) : 0;
-      if (t > result.limit || !std::isfinite(difference)) ++result.failed;
+      const double t = excess_in_errors(difference, allowed, std::max(std::sqrt(m.variance / count), 1e-12 * level));
+      if (t > result.limit) ++result.failed;
       if (t <= result.largest_t) continue;
       result.largest_t = t;
       result.largest_at = at;
