@@ -69,7 +69,10 @@ std::string verdict_of(const AgainstReference& found) {
   if (!found.mean_agrees()) failures.push_back("the mean");
   if (found.blocks_failed > 0) failures.push_back(fmt::format("{} of {} blocks", found.blocks_failed, found.blocks));
   if (found.failed > 0) failures.push_back(fmt::format("{} of {} pixels' channels", found.failed, found.tests));
-  return failures.empty() ? "agrees" : fmt::format("differs: {}", fmt::join(failures, ", "));
+  if (failures.empty())
+    return fmt::format("agrees: a mean ratio off by {:.2g} or more would have differed",
+                       found.mean_limit * found.ratio_error + AgainstReference::usual_indifference);
+  return fmt::format("differs: {}", fmt::join(failures, ", "));
 }
 
 }  // namespace

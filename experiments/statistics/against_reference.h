@@ -23,6 +23,8 @@ namespace etendue {
 inline constexpr int reference_blocks = 8;  // along either side of the image
 
 struct AgainstReference {
+  static constexpr double usual_indifference = 1e-3;
+
   double ratio = 0, ratio_error = 0;  // of the images' mean to the reference's; its standard error
   double mean_t = 0, mean_limit = 0;  // what of the means' difference is not allowed, in standard errors; more is a failure
   struct Block {
@@ -44,6 +46,6 @@ struct AgainstReference {
 // At least two images, all of the reference's size (CHECK).
 // `samples`: per pixel, of all images together.
 AgainstReference hold_against(std::span<const Image> images, const Image& reference, std::uint64_t samples,
-                              double indifference = 1e-3);
+                              double indifference = AgainstReference::usual_indifference);
 
 }  // namespace etendue

@@ -147,6 +147,12 @@ TEST_F(RenderFiles, ImagesOfAnyKindAreComparedAndShown) {
     return ProgramTest::run({"compare", image, reference, "--difference", "difference.png"});
   };
   EXPECT_EQ(metrics("a.exr", "a.exr").out.find("mse             0\n"), 0u);
+  EXPECT_NE(metrics("a.exr", "a.exr").out.find("flip            0\n"), std::string::npos);
+  const Outcome seeds = ProgramTest::run({"compare", "a.exr", "a.exr", "--seeds", "a.exr"});
+  EXPECT_EQ(seeds.status, 0);
+  EXPECT_NE(seeds.out.find("verdict            agrees: a mean ratio off by 0.001 or more would have differed\n"),
+            std::string::npos)
+      << seeds.out;
   const Outcome mixed = metrics("a.png", "a.exr");
   EXPECT_EQ(mixed.status, 0) << mixed.err;
   EXPECT_EQ(read_text_file(directory_ / "difference.png").substr(1, 3), "PNG");
