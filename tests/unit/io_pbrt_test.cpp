@@ -2,6 +2,8 @@
 #include "framework/io/load_scene.h"
 #include "tests/unit/io_pbrt_helpers.h"
 
+#include <fmt/format.h>
+
 namespace etendue {
 namespace {
 
@@ -175,6 +177,17 @@ TEST(Pbrt, LexicalErrorsNameTheirPlace) {
   EXPECT_ERROR(world("AreaLightSource \"diffuse\" \"bool twosided\" maybe"), "expected true or false");
   EXPECT_ERROR(world("@"), "s.pbrt:3:1: expected a directive, a string or a number, found '@'");
   EXPECT_ERROR(world("Shape sphere"), "s.pbrt:3:7: Shape: expected a string, found 'sphere'");
+}
+
+// Each parameter is compared with each: 40,000 in one directive took minutes.
+TEST(Pbrt, EndlessParametersAreAnError) {
+  std::string many, again;
+  for (int i = 0; i < 1001; ++i) many += fmt::format(" \"float p{}\" 1", i), again += " \"float radius\" 2";
+  EXPECT_ERROR(world("Shape \"sphere\"" + many), "Shape \"sphere\": more than 1000 parameters");
+  EXPECT_EQ(std::get<Sphere>(world("Shape \"sphere\"" + again).objects[0].geometry.quadrics.at(0)).radius, 2);
+  const std::string half = many.substr(0, many.find(" \"float p1000\""));
+  EXPECT_ERROR(world("Attribute \"shape\"" + half + "\nAttribute \"shape\" \"float q\" 1"),
+               "s.pbrt:4:1: Attribute \"shape\": more than 1000 parameters for what follows");
 }
 
 TEST(Pbrt, LexerUnderstandsCommentsEscapesAndNumbers) {

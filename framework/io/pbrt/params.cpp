@@ -93,6 +93,8 @@ void PbrtParams::read(PbrtLexer& lexer) {
   read_values(lexer, param);
   if (std::erase_if(params_, [&](const PbrtParam& other) { return other.name == name; }) > 0)
     files_->warn(lexer.where(declaration), fmt::format("{}: '{}' is given twice; the last one counts", owner_, name));
+  if (params_.size() == most_params)
+    throw Error(lexer.where(declaration), fmt::format("{}: more than {} parameters", owner_, most_params));
   params_.push_back(std::move(param));
 }
 

@@ -21,6 +21,8 @@ struct PbrtParam {
   int line = 0, column = 0;
   mutable bool used = false;
 };
+// No directive has a tenth of as many. Each is compared with each, which would take minutes for a hundred thousand.
+inline constexpr std::size_t most_params = 1000;
 // Those that an Attribute gives to what follows. Every block that opens keeps the list, and shares their values.
 using PbrtDefaults = std::vector<std::shared_ptr<const PbrtParam>>;
 

@@ -135,6 +135,8 @@ void PbrtReader::attribute(PbrtLexer& lexer, const Token& token) {
   PbrtDefaults& defaults = attributes_.defaults[target];
   for (const PbrtParam& param : params.all()) {
     std::erase_if(defaults, [&](const auto& other) { return other->name == param.name; });
+    if (defaults.size() == most_params)
+      throw Error(params.where(), fmt::format("{}: more than {} parameters for what follows", params.owner(), most_params));
     defaults.push_back(std::make_shared<const PbrtParam>(param));
   }
 }
