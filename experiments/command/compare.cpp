@@ -39,12 +39,23 @@ void require_size(const std::string& path, ivec2 size, const CompareCommand& com
                                             command.reference));
 }
 
+// The reference, averaged over squares of pixels where it is so many times as wide and as high as the image.
+Image at_size_of(const Image& image, Image reference, const std::string& path, Console& console) {
+  const int factor = reference.size.x / image.size.x;
+  if (factor < 2 || reference.size != factor * image.size) return reference;
+  console.warning(fmt::format("{} is averaged over {} x {} pixels, to the size of the image", path, factor, factor));
+  return averaged(reference, factor);
+}
+
 // Figures of several seeds, by name.
 std::vector<std::pair<std::string, double>> figures_of(const AgainstReference& found) {
   return {{"mean_ratio", found.ratio},
           {"mean_ratio_error", found.ratio_error},
           {"mean_t", found.mean_t},
           {"mean_limit_of_t", found.mean_limit},
+          {"red_ratio", found.channel_ratio.x},
+          {"green_ratio", found.channel_ratio.y},
+          {"blue_ratio", found.channel_ratio.z},
           {"worst_block_ratio", found.worst.ratio},
           {"worst_block_error", found.worst.error},
           {"worst_block_column", found.worst.at.x},
@@ -82,14 +93,17 @@ int compare_command(const CompareCommand& command) {
     throw Error(Location{"--difference"}, fmt::format("'{}'; expected a file that ends in .png", command.difference));
   Console console;
   std::uint64_t samples = 0, of_reference = 0;
-  const Image reference = read_told(command.reference, console, of_reference);
+  Image reference = read_told(command.reference, console, of_reference);
   std::vector<std::string> paths{command.image};
   paths.insert(paths.end(), command.seeds.begin(), command.seeds.end());
   std::vector<Image> images;  // all of them are read before anything is told
   for (const std::string& path : paths) {
     images.push_back(read_told(path, console, samples));
+    if (images.size() == 1) reference = at_size_of(images[0], std::move(reference), command.reference, console);
     require_size(path, images.back().size, command, reference.size);
   }
+  if (const std::string_view how = turned_against(images.front(), reference); !how.empty())
+    console.warning(fmt::format("{} resembles {} {}", command.image, command.reference, how));
   Json json;
   const auto tell = [&](std::string_view name, double value, int width) {
     json[std::string(name)] = value;

@@ -261,7 +261,7 @@ class CommandLine {
     c->add_option("IMAGE", compare_.image, ".exr, .pfm or .hdr; or .png, .jpg, .tga or .bmp, whose numbers are taken for sRGB")
         ->required()
         ->type_name("");
-    c->add_option("REFERENCE", compare_.reference, "of the same size")->required()->type_name("");
+    c->add_option("REFERENCE", compare_.reference, "of the same size, or a whole number of times as wide and high")->required()->type_name("");
     text(c, "--difference", compare_.difference, "FILE.png",
          "where and how they differ: red is brighter than the reference, blue darker, full at a factor of two");
     c->add_option(

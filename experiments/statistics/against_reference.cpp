@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <vector>
 
 namespace etendue {
@@ -35,12 +36,27 @@ double excess_in_errors(double difference, double allowed, double error) {
   return excess > 0 ? excess / std::max(error, std::numeric_limits<double>::min()) : 0;
 }
 
-// The mean over a rectangle of pixels and the channels.
-double mean_over(const Image& image, ivec2 begin, ivec2 end) {
-  double sum = 0;
+// The mean over a rectangle of pixels.
+dvec3 colour_over(const Image& image, ivec2 begin, ivec2 end) {
+  dvec3 sum(0);
   for (int y = begin.y; y < end.y; ++y)
-    for (int x = begin.x; x < end.x; ++x) sum += image.at(x, y).x + image.at(x, y).y + image.at(x, y).z;
-  return sum / (3.0 * (end.x - begin.x) * (end.y - begin.y));
+    for (int x = begin.x; x < end.x; ++x) sum += image.at(x, y);
+  return sum / (static_cast<double>(end.x - begin.x) * (end.y - begin.y));
+}
+
+// The mean over the channels, too.
+double mean_over(const Image& image, ivec2 begin, ivec2 end) {
+  const dvec3 colour = colour_over(image, begin, end);
+  return (colour.x + colour.y + colour.z) / 3;
+}
+
+dvec3 channel_ratios(std::span<const Image> images, const Image& reference) {
+  const dvec3 expected = colour_over(reference, ivec2(0), reference.size);
+  dvec3 mean(0), ratio(1);
+  for (const Image& image : images) mean += colour_over(image, ivec2(0), image.size) / static_cast<double>(images.size());
+  for (int c = 0; c < 3; ++c)
+    if (mean[c] != expected[c]) ratio[c] = mean[c] / expected[c];
+  return ratio;
 }
 
 // Calls body(place, begin, end) for each block that has a pixel.
@@ -120,6 +136,7 @@ AgainstReference hold_against(std::span<const Image> images, const Image& refere
       moments(images.size(), [&](std::size_t i) { return mean_over(images[i], ivec2(0), reference.size) / level; });
   result.ratio = whole.mean;
   result.ratio_error = std::sqrt(whole.variance / count);
+  result.channel_ratio = channel_ratios(images, reference);
   find_worst_block(images, reference, level, result);
   const double group_level = sidak_level(false_alarm_rate, 3);
   test_means({images, reference, level, indifference, static_cast<double>(samples)}, group_level, result);
@@ -144,6 +161,43 @@ AgainstReference hold_against(std::span<const Image> images, const Image& refere
       result.largest_at = at;
     }
   return result;
+}
+
+Image averaged(const Image& image, int factor) {
+  CHECK(image.size == image.size / factor * factor);
+  Image mean(image.size / factor);
+  for (int y = 0; y < mean.size.y; ++y)
+    for (int x = 0; x < mean.size.x; ++x) mean.at(x, y) = colour_over(image, factor * ivec2(x, y), factor * ivec2(x + 1, y + 1));
+  return mean;
+}
+
+std::string_view turned_against(const Image& image, const Image& reference) {
+  constexpr double apart = 0.02;  // below it a difference is that of noise
+  const auto blocks = [](const Image& of) {
+    Image means{ivec2(reference_blocks)};
+    for (int y = 0; y < reference_blocks; ++y)
+      for (int x = 0; x < reference_blocks; ++x) {
+        const ivec2 begin = ivec2(x, y) * of.size / reference_blocks, end = ivec2(x + 1, y + 1) * of.size / reference_blocks;
+        if (begin.x < end.x && begin.y < end.y) means.at(x, y) = colour_over(of, begin, end);
+      }
+    return means;
+  };
+  const Image ours = blocks(image), theirs = blocks(reference);
+  Image turned = theirs;
+  const auto distance = [&](bool left_right, bool up_down) {
+    for (int y = 0; y < reference_blocks; ++y)
+      for (int x = 0; x < reference_blocks; ++x)
+        turned.at(x, y) = theirs.at(left_right ? reference_blocks - 1 - x : x, up_down ? reference_blocks - 1 - y : y);
+    return smape(ours, turned);
+  };
+  double least = distance(false, false) / 2;
+  if (least < apart / 2) return {};
+  std::string_view how;
+  for (const auto& [name, left_right, up_down] : {std::tuple{"mirrored left to right", true, false},
+                                                  {"upside down", false, true},
+                                                  {"turned by half", true, true}})
+    if (const double d = distance(left_right, up_down); d < least) least = d, how = name;
+  return how;
 }
 
 }  // namespace etendue

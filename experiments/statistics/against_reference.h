@@ -15,6 +15,8 @@
 
 #include "framework/image/film.h"
 
+#include <string_view>
+
 #include <cstdint>
 #include <span>
 
@@ -27,6 +29,7 @@ struct AgainstReference {
 
   double ratio = 0, ratio_error = 0;  // of the images' mean to the reference's; its standard error
   double mean_t = 0, mean_limit = 0;  // what of the means' difference is not allowed, in standard errors; more is a failure
+  dvec3 channel_ratio{0};             // the same of each channel; 1 where both are black
   struct Block {
     ivec2 at{0};  // among the 8 x 8
     double ratio = 0, error = 0;
@@ -47,5 +50,13 @@ struct AgainstReference {
 // `samples`: per pixel, of all images together.
 AgainstReference hold_against(std::span<const Image> images, const Image& reference, std::uint64_t samples,
                               double indifference = AgainstReference::usual_indifference);
+
+// The mean of each `factor` x `factor` pixels, of an image whose sides are multiples of it (CHECK).
+Image averaged(const Image& image, int factor);
+
+// How `image` lies where the reference resembles it turned or mirrored at least twice as closely as it is: "mirrored left to
+// right", "upside down", "turned by half"; empty where it lies as the reference does. By the means of 8 x 8 blocks, so that
+// noise hardly counts. Symmetric images tell nothing.
+std::string_view turned_against(const Image& image, const Image& reference);
 
 }  // namespace etendue

@@ -266,7 +266,7 @@ LightTree::Weights LightTree::importance(const Node& node, const vec3& position)
   const Four radius = load(node.radius), radius2 = radius * radius;
   const Four distance2 = x * x + y * y + z * z, over_distance = 1 / root(distance2);
   const Four along = (load(node.axis_x) * x + load(node.axis_y) * y + load(node.axis_z) * z) * over_distance;
-  const Four cos_axis = (load(node.two_sided) > 0) & (along < 0) ? -along : along, sin_sphere = radius * over_distance;
+  const Four cos_axis = ((load(node.two_sided) > 0) & (along < 0)) ? -along : along, sin_sphere = radius * over_distance;
   const Four sin_axis = root(1 - cos_axis * cos_axis), cos_sphere = root(1 - sin_sphere * sin_sphere);
   const Four cos_normals = load(node.cos_normals), sin_normals = load(node.sin_normals);
   const Four cos_beyond = cos_axis * cos_normals + sin_axis * sin_normals;  // of theta_w - theta_o

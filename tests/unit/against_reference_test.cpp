@@ -46,6 +46,7 @@ TEST(AgainstReference, WhatDiffersIsFound) {
   EXPECT_FALSE(found.agrees());
   EXPECT_GT(found.failed, found.tests / 6);
   EXPECT_NEAR(found.ratio, 1.25, 0.01);
+  EXPECT_NEAR(found.channel_ratio.y, 1.25, 0.02);
   EXPECT_NEAR(found.worst.ratio, 1.5, 0.03);
   EXPECT_LT(found.worst.at.x, reference_blocks / 2);
   EXPECT_NEAR(found.relmse_of_bias, 0.125 / 1.01, 2e-3);
@@ -103,6 +104,37 @@ TEST(AgainstReference, BlackAndNonFiniteImagesHaveAVerdict) {
   Image broken = even(1);
   broken.at(0, 0).x = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(hold_against(std::vector<Image>(3, broken), even(1), 64).agrees());
+}
+
+TEST(AgainstReference, ChannelsAreToldApart) {
+  Image image = even(1), reference = even(1);
+  for (dvec3& pixel : image.pixels) pixel = dvec3(1.5, 1, 0);
+  for (dvec3& pixel : reference.pixels) pixel.z = 0;
+  EXPECT_EQ(hold_against(std::vector<Image>(2, image), reference, 64).channel_ratio, dvec3(1.5, 1, 1));
+}
+
+TEST(AgainstReference, LargerReferencesAreAveraged) {
+  Image image(ivec2(4, 2));
+  for (int i = 0; i < 8; ++i) image.at(i % 4, i / 4) = dvec3(i);
+  const Image mean = averaged(image, 2);
+  EXPECT_EQ(mean.size, ivec2(2, 1));
+  EXPECT_EQ(mean.at(0, 0), dvec3(2.5));  // of 0, 1, 4 and 5
+  EXPECT_EQ(mean.at(1, 0), dvec3(4.5));
+}
+
+TEST(AgainstReference, TurnedImagesAreFound) {
+  Image slope(ivec2{side}), left_right = slope, up_down = slope, half = slope;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      const dvec3 value(1 + x + 0.3 * y);
+      slope.at(x, y) = left_right.at(side - 1 - x, y) = up_down.at(x, side - 1 - y) = half.at(side - 1 - x, side - 1 - y) = value;
+    }
+  EXPECT_EQ(turned_against(slope, slope), "");
+  EXPECT_EQ(turned_against(left_right, slope), "mirrored left to right");
+  EXPECT_EQ(turned_against(up_down, slope), "upside down");
+  EXPECT_EQ(turned_against(half, slope), "turned by half");
+  EXPECT_EQ(turned_against(noisy(1)[0], even(1)), "");
+  EXPECT_EQ(turned_against(noisy(1.5)[0], even(1)), "");
 }
 
 }  // namespace

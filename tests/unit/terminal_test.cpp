@@ -156,6 +156,26 @@ TEST_F(Mistakes, PixelsThatAreNotFiniteAreToldByCompare) {
       << told.err;
 }
 
+// Another renderer's image is often larger than what is rendered to look at it.
+TEST_F(Mistakes, LargerReferencesAreAveragedAndTurnedOnesAreTold) {
+  const auto image = [&](const std::string& name, int width, int height, const auto& value) {
+    std::string text = fmt::format("PF\n{} {}\n-1.0\n", width, height);  // rows from the bottom
+    for (int i = 0; i < width * height; ++i) {
+      const float pixel[3] = {value(i % width), 1, 1};
+      text.append(reinterpret_cast<const char*>(pixel), sizeof pixel);
+    }
+    write_file(name, text);
+  };
+  image("a.pfm", 8, 8, [](int x) { return static_cast<float>(x); });
+  image("b.pfm", 16, 16, [](int x) { return static_cast<float>(7 - x / 2); });
+  image("c.pfm", 16, 8, [](int x) { return static_cast<float>(x); });
+  const Outcome told = run({"compare", "a.pfm", "b.pfm", "--seeds", "a.pfm"});
+  EXPECT_NE(told.err.find("b.pfm is averaged over 2 x 2 pixels"), std::string::npos) << told.err;
+  EXPECT_NE(told.err.find("a.pfm resembles b.pfm mirrored left to right"), std::string::npos) << told.err;
+  EXPECT_NE(told.out.find("red_ratio          1\n"), std::string::npos) << told.out;
+  EXPECT_EQ(run({"compare", "a.pfm", "c.pfm"}).status, 2);
+}
+
 TEST_F(Mistakes, NothingIsComparedWhereOneSeedCannotBeRead) {
   const float pixels[3] = {1, 2, 3};
   write_file("a.pfm", "PF\n1 1\n-1.0\n" + std::string(reinterpret_cast<const char*>(pixels), sizeof pixels));
