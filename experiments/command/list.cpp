@@ -5,6 +5,7 @@
 #include "experiments/command/console.h"
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/measurement.h"
+#include "experiments/kinds/ledger/ledger_decisions.h"
 #include "experiments/kinds/stress/stress_figures.h"
 #include "experiments/report/report_text.h"
 #include "framework/image/metrics.h"
@@ -96,7 +97,11 @@ std::vector<Section> list_sections() {
       {"policies", "policies: what becomes of a tree when its scene moves",
        entries_of(change_policies(), &ChangePolicyEntry::summary)},
       {"measurements", "measurements, of experiments on claims (and their scenes)", measurement_entries()},
-      {"figures", "figures of images and structures, of the failure map", entries_of(stress_figures(), &StressFigure::text)}};
+      {"figures", "figures of images and structures, of the failure map", entries_of(stress_figures(), &StressFigure::text)},
+      {"decisions", "decisions that the program makes from a scene, of the ledger",
+       entries_of(ledger_decisions(), &LedgerDecision::text)},
+      {"edits", "changes of a scene that switch what no parameter does, of the ledger",
+       entries_of(ledger_edits(), &LedgerEdit::text)}};
 }
 
 // What goes by that name, wherever it stands; false if nothing does.

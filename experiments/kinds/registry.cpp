@@ -7,6 +7,7 @@ namespace etendue {
 const ExperimentKind& animation_kind();
 const ExperimentKind& claims_kind();
 const ExperimentKind& images_kind();
+const ExperimentKind& ledger_kind();
 const ExperimentKind& search_kind();
 const ExperimentKind& stress_kind();
 const ExperimentKind& throughput_kind();
@@ -14,8 +15,8 @@ const ExperimentKind& throughput_kind();
 namespace {
 
 std::vector<const ExperimentKind*>& kinds() {
-  static std::vector<const ExperimentKind*> kinds{&stress_kind(),    &claims_kind(),     &search_kind(),
-                                                  &animation_kind(), &throughput_kind(), &images_kind()};
+  static std::vector<const ExperimentKind*> kinds{&stress_kind(),     &claims_kind(), &search_kind(), &animation_kind(),
+                                                  &throughput_kind(), &ledger_kind(), &images_kind()};
   return kinds;
 }
 

@@ -18,7 +18,7 @@
 //   cell        the end of a cell: status "done" or "failed" (with error), how many checkpoints stand before it, hash of the
 //               image, files with size and hash, expectation
 //   others      the end of a cell of another kind of experiment, with all of its figures (experiments/kind.h): animation,
-//               claim, search, stress
+//               claim, search, stress, throughput, ledger
 //   finished    all that was to run did, in took_s seconds; whatever is logged later takes this back
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, after the files that they

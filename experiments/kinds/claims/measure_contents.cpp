@@ -6,6 +6,7 @@
 // it.
 #include "experiments/config/method.h"
 #include "experiments/kinds/claims/measurement.h"
+#include "experiments/kinds/second_level.h"
 #include "experiments/run/run_cell.h"
 
 #include <map>
@@ -57,15 +58,7 @@ void add_spheres(Scene& scene) {
 
 void add_plane(Scene& scene) { scene.planes.push_back({beneath(scene), {0, 1, 0}, 0}); }
 
-void add_instance(Scene& scene) {
-  Object object;
-  const float size = small_size(scene.bounds());
-  object.geometry.positions = {vec3(0), vec3(size, 0, 0), vec3(0, 0, size)};
-  object.geometry.triangles = {{0, 1, 2}};
-  object.shapes = {{.first_primitive = 0, .primitive_count = 1}};
-  scene.instances.push_back({static_cast<std::uint32_t>(scene.objects.size()), Transform::translate(beneath(scene))});
-  scene.objects.push_back(std::move(object));
-}
+void add_instance(Scene& scene) { scene = with_second_level(scene); }
 
 void add_light(Scene& scene) { scene.lights.push_back(PointLight{beneath(scene), Rgb(1e-6f)}); }
 

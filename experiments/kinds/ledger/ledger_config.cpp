@@ -1,0 +1,129 @@
+#include "experiments/kinds/ledger/ledger_config.h"
+
+#include "accel/registry.h"
+#include "experiments/kinds/rows.h"
+#include "framework/io/text.h"
+#include "integrators/registry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+// One method of a row, with what a table of parameters puts in the place of its own.
+class RowMethod {
+ public:
+  RowMethod(ConfigNode node, bool of_structure) : node_(std::move(node)), of_structure_(of_structure) {
+    if (node_.text()) {
+      ConfigNode name = node_;
+      node_.value = ConfigNode::Table{{"name", std::move(name)}};
+    }
+  }
+
+  Method with(const ConfigNode& parameters, const std::string& key) const {
+    if (!parameters.table()) wrong_type(parameters, key, "a table { parameters… }");
+    ConfigNode node = node_;
+    auto* table = std::get_if<ConfigNode::Table>(&node.value);
+    if (table == nullptr) return read(node);
+    for (const auto& [name, value] : *parameters.table()) (*table)[name] = value;
+    node.where = parameters.where;
+    return read(node);
+  }
+  Method read() const { return read(node_); }
+
+ private:
+  Method read(const ConfigNode& node) const {
+    const ConfigNode list{ConfigNode::Array{node}, node.where, node.key_where};
+    std::vector<Method> methods = of_structure_ ? read_accels(list) : read_integrators(list);
+    if (methods.size() != 1)
+      throw Error(node.where, fmt::format("ledger: {} methods; expected one, without arrays of values", methods.size()));
+    return std::move(methods.front());
+  }
+
+  ConfigNode node_;
+  bool of_structure_;
+};
+
+bool same_value(const std::string& a, const std::string& b) {
+  const auto x = parse_number(a), y = parse_number(b);
+  return a == b || (x && y && *x == *y);
+}
+
+// Whether two methods are one and the same once defaults are written out.
+bool same_method(const Method& a, const Method& b, const std::vector<ParamInfo>& params) {
+  const auto value = [](const Method& method, const ParamInfo& info) {
+    const auto found = method.params.find(info.name);
+    return found == method.params.end() ? info.default_value : to_text(found->second);
+  };
+  return a.name == b.name &&
+         std::ranges::all_of(params, [&](const ParamInfo& info) { return same_value(value(a, info), value(b, info)); });
+}
+
+void read_decision(TableReader& reader, const ConfigNode& node, LedgerRow& row) {
+  if (const ConfigNode* decided = reader.find("decided")) {
+    row.decision = &find_by_name(ledger_decisions(), "decision", read_text(*decided, "ledger.decided"), decided->where);
+    return;
+  }
+  const Method& own = row.of_structure ? row.accel : row.method;
+  const auto& params =
+      row.of_structure ? find_ray_structure(own.name, own.where).params : find_integrator(own.name, own.where).params;
+  row.always_on = same_method(own, *row.with, params);
+  if (row.always_on == same_method(own, *row.without, params))
+    throw Error(node.where, fmt::format("ledger: {} itself is {} of on = {{ … }} and off = {{ … }}; expected one of them, or "
+                                        "decided = the name of a decision",
+                                        own.label(), row.always_on ? "both" : "none"));
+}
+
+void read_switch(TableReader& reader, const ConfigNode& node, LedgerRow& row) {
+  const ConfigNode *method = reader.find("method"), *accel = reader.find("accel"), *edit = reader.find("edit");
+  if ((method != nullptr) + (accel != nullptr) + (edit != nullptr) > 1)
+    throw Error(node.where, "ledger: expected one of method, accel and edit");
+  if (edit != nullptr) {
+    row.edit = &find_by_name(ledger_edits(), "edit", read_text(*edit, "ledger.edit"), edit->where);
+    row.decision = &find_by_name(ledger_decisions(), "decision", row.edit->decision, edit->where);
+    return;
+  }
+  row.of_structure = accel != nullptr;
+  const ConfigNode path{std::string("path"), node.where, node.where};
+  const RowMethod own(accel != nullptr ? *accel : method != nullptr ? *method : path, row.of_structure);
+  (row.of_structure ? row.accel : row.method) = own.read();
+  row.with = own.with(reader.need("on"), "ledger.on");
+  row.without = own.with(reader.need("off"), "ledger.off");
+  if (row.with->label() == row.without->label())
+    throw Error(node.where, "ledger: on and off are the same; expected parameters that differ");
+  read_decision(reader, node, row);
+}
+
+LedgerRow read_row(const ConfigNode& node, std::uint64_t samples) {
+  if (!node.table()) wrong_type(node, "ledger", "tables { component, method, on, off, … }");
+  TableReader reader(node, "ledger");
+  LedgerRow row;
+  row.component = reader.needed_text("component");
+  row.method = {"path", {}, node.where};
+  row.accel = default_accel();
+  row.samples = samples;
+  read_switch(reader, node, row);
+  reader.whole("samples", row.samples, 1, 1'000'000);
+  reader.text("kept", row.kept);
+  reader.finish();
+  return row;
+}
+
+}  // namespace
+
+LedgerChoice read_ledger(const ConfigNode& ledger, std::uint64_t samples) {
+  LedgerChoice choice;
+  for (const ConfigNode& node : read_tables(ledger, "ledger")) {
+    LedgerRow row = read_row(node, samples);
+    for (const LedgerRow& other : choice.rows)
+      if (other.component == row.component && other.owner() == row.owner())
+        throw Error(node.where, fmt::format("ledger: '{}' of {} stands there twice", row.component, row.owner()));
+    choice.rows.push_back(std::move(row));
+  }
+  return choice;
+}
+
+}  // namespace etendue

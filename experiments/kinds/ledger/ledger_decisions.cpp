@@ -1,0 +1,69 @@
+#include "experiments/kinds/ledger/ledger_decisions.h"
+
+#include "experiments/kinds/second_level.h"
+#include "experiments/run/run_cell.h"
+#include "framework/transport/light_sampling.h"
+#include "integrators/photons/photons.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+namespace etendue {
+
+namespace {
+
+std::string reason(const DecisionPlace& place, const char* what) {
+  for (const SceneNeeds::Line& line : place.needs.lines(place.scene))
+    if (line.what == what) return line.why;
+  return "";
+}
+
+MadeDecision caustic_map(const DecisionPlace& place) {
+  constexpr float carry_below = 0.25f;  // by default of the methods that have the parameter
+  if (!place.needs.caustic_map && RoughMaterials(place.scene, carry_below).narrow_lobes())
+    return {true, "a lobe so narrow that photons follow it"};
+  return {place.needs.caustic_map, reason(place, "caustic photon map")};
+}
+
+MadeDecision light_tree(const DecisionPlace& place) {
+  LightSampler lights(place.scene);
+  lights.choose_by(LightChoice::by_need);
+  return {lights.choice() == LightChoice::tree, reason(place, "choice of lights")};
+}
+
+MadeDecision second_level(const DecisionPlace& place) { return {place.needs.two_levels, reason(place, "two-level structure")}; }
+
+MadeDecision large_passes(const DecisionPlace& place) {
+  if (place.needs.caustic_map) return {false, reason(place, "caustic photon map")};
+  return {!place.needs.glossy, reason(place, "glossy lobes")};
+}
+
+MadeDecision structure(const DecisionPlace& place, const char* name) {
+  const MethodChoice choice = structure_for(place.scene, place.resolution, {.iterations = place.samples});
+  return {choice.name == name, choice.why};
+}
+
+}  // namespace
+
+std::span<const LedgerDecision> ledger_decisions() {
+  static const std::array decisions{
+      LedgerDecision{"caustic-map", "whether photons of caustics have a map of their own", caustic_map},
+      LedgerDecision{"large-passes", "whether progressive passes have more photons, and gather more of them", large_passes},
+      LedgerDecision{"light-tree", "whether light samples choose lights by a tree", light_tree},
+      LedgerDecision{"optimised-tree", "whether the structure `auto` is an optimised tree",
+                     [](const DecisionPlace& place) { return structure(place, "sah"); }},
+      LedgerDecision{"second-level", "whether there is a tree over instances", second_level},
+      LedgerDecision{"sorted-tree", "whether the structure `auto` is a tree that is sorted, not weighed",
+                     [](const DecisionPlace& place) { return structure(place, "lbvh"); }},
+  };
+  return decisions;
+}
+
+std::span<const LedgerEdit> ledger_edits() {
+  static const std::array edits{LedgerEdit{"second-level", "an instance beneath the scene, or all instances written out",
+                                           "second-level", with_second_level, without_second_level}};
+  return edits;
+}
+
+}  // namespace etendue

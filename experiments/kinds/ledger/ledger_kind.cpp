@@ -1,0 +1,182 @@
+// The ledger: each component of the program switched off where it is on and on where it is off, one at a time, with the change
+// of error and of time.
+//
+// The program's own decision and its opposite are rendered by turns, seed by seed, with the same number of iterations and the
+// same seeds, on one thread; what counts is the time of the processor, so that other work on the machine matters little.
+#include "experiments/config/config_keys.h"
+#include "experiments/kinds/ledger/ledger_config.h"
+#include "experiments/kinds/ledger/ledger_record.h"
+#include "experiments/kinds/ledger/ledger_report.h"
+#include "experiments/kinds/record_kind.h"
+#include "experiments/run/reference.h"
+#include "experiments/run/run_cell.h"
+
+#include <fmt/format.h>
+
+namespace etendue {
+
+void list_fields(auto& f, FieldsOf<LedgerTrial> auto& r) {
+  FIELDS(seed, error, switched_error, cpu_s, switched_cpu_s, same_image);
+}
+
+void list_fields(auto& f, FieldsOf<LedgerRecord> auto& r) {
+  f.cell(r.cell, "method", "component");
+  list_ending(f, r);
+  FIELDS(on, why, switched);
+  MAYBE_FIELDS(kept, inapplicable);
+  FIELDS(reference, iterations, bias, mse_exponent, trials);
+}
+
+std::string LedgerRecord::line() const { return line_of(type, *this); }
+
+namespace {
+
+class LedgerWork final : public SceneWork {
+ public:
+  LedgerWork(const RunPlan& plan, RunObserver& observer)
+      : SceneWork(plan, observer), choice_(choice_of<LedgerChoice>(plan.config)) {}
+
+  std::unique_ptr<KindRecord> begin(const Cell& cell) override {
+    const LedgerRow& row = choice_.rows[cell.integrator];
+    const Place& at = place(cell);
+    auto record = std::make_unique<LedgerRecord>();
+    record->on = row.always_on;
+    record->why = row.always_on ? "by default" : "not by default";
+    if (row.decision != nullptr) {
+      MadeDecision made = row.decision->make({*scene_of(cell), at.needs, at.resolution, row.samples});
+      record->on = made.on;
+      record->why = std::move(made.why);
+    }
+    record->switched = row.edit != nullptr ? row.edit->name : (record->on ? *row.without : *row.with).label();
+    record->kept = row.kept;
+    record->iterations = row.samples;
+    return record;
+  }
+
+  void fill(const Cell& cell, KindRecord& filled, RunDirectory&, const Progress& progress) override {
+    auto& record = static_cast<LedgerRecord&>(filled);
+    const LedgerRow& row = choice_.rows[cell.integrator];
+    const Place& at = place(cell);
+    const Scene& scene = *scene_of(cell);
+    std::optional<Scene> edited;
+    if (row.edit != nullptr) {
+      edited = record.on ? row.edit->without(scene) : row.edit->with(scene);
+      if (!edited) {
+        record.inapplicable = "it cannot be taken out of a scene that holds quadrics";
+        return;
+      }
+    }
+    const Reference& reference = reference_of(cell);
+    record.reference = reference.rendered.source;
+    const SceneNeeds edited_needs = edited ? scene_needs(*edited) : at.needs;
+    const Method& switched = record.on || row.edit != nullptr ? row.without.value_or(row.method) : *row.with;
+    const auto render = [&](bool flip, std::uint64_t seed) {
+      Budget budget;
+      budget.samples = row.samples;
+      budget.checkpoints.linear = 1;
+      return run_cell({flip && edited ? *edited : scene,
+                       flip ? edited_needs : at.needs,
+                       flip && row.of_structure ? switched : row.accel,
+                       flip && !row.of_structure ? switched : row.method,
+                       seed,
+                       at.resolution,
+                       budget,
+                       1,
+                       &reference.rendered.image,
+                       {"relmse"}});
+    };
+    for (std::size_t i = 0; i < plan_.config.seeds.size(); ++i) {
+      const std::uint64_t seed = plan_.config.seeds[i];
+      const bool first = i % 2 == 1;  // which way goes first alternates, too
+      const CellResult a = render(first, seed), b = render(!first, seed);
+      const CellResult &own = first ? b : a, &other = first ? a : b;
+      record.bias = bias_name(own.expectation.bias);
+      record.mse_exponent = own.expectation.mse_exponent;
+      const CheckpointRecord &end = own.checkpoints.back(), &other_end = other.checkpoints.back();
+      record.trials.push_back({seed, end.metrics.at("relmse"), other_end.metrics.at("relmse"), end.cpu_s, other_end.cpu_s,
+                               own.image_hash == other.image_hash});
+      progress((static_cast<double>(i) + 1) / static_cast<double>(plan_.config.seeds.size()), record.iterations);
+    }
+  }
+
+ private:
+  struct Place {
+    SceneNeeds needs;
+    ivec2 resolution;
+  };
+
+  const Place& place(const Cell& cell) {
+    const auto found = places_.find(cell.scene);
+    if (found != places_.end()) return found->second;
+    const Scene& scene = *scene_of(cell);
+    return places_.try_emplace(cell.scene, scene_needs(scene), plan_.config.resolution.value_or(scene.resolution))
+        .first->second;
+  }
+
+  // Cells of a scene follow each other, so that one reference is kept.
+  const Reference& reference_of(const Cell& cell) {
+    if (!reference_ || reference_of_ != cell.scene) {
+      const Place& at = place(cell);
+      reference_ = make_reference({*scene_of(cell), at.needs, cell.name.scene, at.resolution,
+                                   plan_.config.reference.of_scene(cell.scene), plan_.threads, &observer_},
+                                  ReferenceCache::standard(plan_.config.path));
+      reference_of_ = cell.scene;
+    }
+    if (!reference_->failure.empty()) throw Error(reference_->failure);
+    return *reference_;
+  }
+
+  const LedgerChoice& choice_;
+  std::map<std::size_t, Place> places_;
+  std::optional<Reference> reference_;
+  std::size_t reference_of_ = 0;
+};
+
+class LedgerKind final : public RecordKind<LedgerRecord, LedgerWork> {
+ public:
+  LedgerKind() : RecordKind({"accels"}, {"reference"}) {}
+
+  std::vector<std::string> keys() const override { return {"ledger"}; }
+  std::vector<std::string> measures() const override { return measured_code({"experiments/kinds/ledger"}); }
+  std::string beside() const override { return "[[ledger]], whose rows name methods"; }
+  int threads(const RunPlan&) const override { return 1; }
+
+  void read(const ConfigNode& root, ExperimentConfig& config) const override {
+    const ConfigNode& rows = *find_key(root, "ledger");
+    require_scenes(config);
+    if (!config.budget.samples || config.budget.time_s || config.budget.error)
+      throw Error(rows.key_where, "ledger: expected budget = { samples = N } beside it, and no other limit");
+    const std::size_t files = config.reference.files.size();
+    if (config.reference.kind == ReferenceChoice::Kind::file && files != config.scenes.size())
+      throw Error(config.reference.where,
+                  fmt::format("reference: {} files for {} scenes; expected one a scene", files, config.scenes.size()));
+    config.choice = std::make_shared<LedgerChoice>(read_ledger(rows, *config.budget.samples));
+  }
+
+  std::vector<std::string> quick(const ConfigNode&) const override { return {"seeds=3", "resolution=[16, 16]"}; }
+
+  std::vector<Cell> cells(const ExperimentConfig& config) const override {
+    const auto& rows = choice_of<LedgerChoice>(config).rows;
+    std::vector<Cell> cells;
+    for (std::size_t s = 0; s < config.scenes.size(); ++s)
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        cells.push_back({s, 0, i, {config.scenes[s].name, rows[i].owner(), rows[i].component, 1}});
+    return cells;
+  }
+
+  std::string effort(const ExperimentConfig& config) const override {
+    return fmt::format("a component as it is and switched, under {} seeds", config.seeds.size());
+  }
+
+  KindReport report(const RunLog& log) const override { return ledger_report(log); }
+  std::string summary(const RunLog& log) const override { return ledger_summary(log); }
+};
+
+}  // namespace
+
+const ExperimentKind& ledger_kind() {
+  static const LedgerKind kind;
+  return kind;
+}
+
+}  // namespace etendue

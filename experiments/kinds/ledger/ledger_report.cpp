@@ -1,0 +1,242 @@
+#include "experiments/kinds/ledger/ledger_report.h"
+
+#include "experiments/kinds/ledger/ledger_verdict.h"
+#include "experiments/report/report_data.h"
+#include "experiments/report/report_text.h"
+#include "experiments/report/table_of.h"
+#include "experiments/report/verdicts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace etendue {
+
+namespace {
+
+struct Decision {
+  const LedgerRecord* record;
+  LedgerFigures figures;
+  LedgerVerdict verdict;
+
+  const std::string& component() const { return record->cell.integrator; }
+  const std::string& owner() const { return record->cell.accel; }
+  const std::string& scene() const { return record->cell.scene; }
+};
+
+std::vector<const LedgerRecord*> tried_records(const RunLog& log) {
+  std::vector<const LedgerRecord*> records = done_records_of<LedgerRecord>(log);
+  std::erase_if(records, [](const LedgerRecord* record) { return record->trials.empty(); });
+  return records;
+}
+
+std::vector<Decision> decisions_of(const RunLog& log) {
+  const std::vector<const LedgerRecord*> records = tried_records(log);
+  std::vector<Decision> decisions;
+  for (const LedgerRecord* record : records)
+    decisions.push_back({record, ledger_figures(*record), judge_decision(*record, records.size())});
+  return decisions;
+}
+
+// A component of one method over all scenes.
+struct Component {
+  std::vector<Decision> decisions;
+
+  const Decision& first() const { return decisions.front(); }
+  std::size_t count(LedgerVerdict verdict) const {
+    return static_cast<std::size_t>(std::ranges::count(decisions, verdict, &Decision::verdict));
+  }
+  std::vector<double> ratios(Estimate LedgerFigures::*figure) const {
+    std::vector<double> values;
+    for (const Decision& decision : decisions) values.push_back((decision.figures.*figure).centre);
+    return values;
+  }
+  std::string scenes(LedgerVerdict verdict) const {
+    std::vector<std::string> names;
+    for (const Decision& decision : decisions)
+      if (decision.verdict == verdict) names.push_back(slug(decision.scene()));
+    return fmt::format("{}", fmt::join(names, ", "));
+  }
+};
+
+std::vector<Component> components_of(const std::vector<Decision>& decisions) {
+  std::vector<Component> components;
+  for (const Decision& decision : decisions) {
+    const auto same = [&](const Component& component) {
+      return component.first().component() == decision.component() && component.first().owner() == decision.owner();
+    };
+    find_or_add(components, same, Component{}).decisions.push_back(decision);
+  }
+  return components;
+}
+
+std::string on_where(const Component& component) {
+  const auto on = std::ranges::count_if(component.decisions, [](const Decision& d) { return d.record->on; });
+  const auto all = static_cast<std::ptrdiff_t>(component.decisions.size());
+  return on == 0 ? "off" : on == all ? "on" : fmt::format("on in {} of {}", on, all);
+}
+
+TableCell median_and_ends(std::vector<double> values) {
+  const auto [least, most] = std::ranges::minmax(values);
+  return TableCell::interval(median(values), least, most);
+}
+
+Table components_table(const RunLog& log, const std::vector<Component>& components) {
+  TableOf<Component> table("ledger", "The ledger: components switched, one at a time", components);
+  table.column("component", "component", [](const Component& c) { return c.first().component(); });
+  table.column("method", "of", [](const Component& c) { return c.first().owner(); });
+  table.column("decided", "decided", on_where);
+  table.column("error", "error, switched over decided",
+               [](const Component& c) { return median_and_ends(c.ratios(&LedgerFigures::error)); });
+  table.column("time", "time", [](const Component& c) { return median_and_ends(c.ratios(&LedgerFigures::time)); });
+  table.column("same_images", "same images", [](const Component& c) {
+    return std::ranges::count_if(c.decisions, [](const Decision& d) { return d.figures.same_images; });
+  });
+  constexpr std::array keys{"earns", "nothing", "no_difference", "trade", "contradicted"};
+  constexpr std::array titles{"earns", "costs nothing", "no difference", "trade", "contradicted"};
+  for (std::size_t i = 0; i < ledger_verdict_count; ++i)
+    table.column(keys[i], titles[i], [i](const Component& c) { return c.count(static_cast<LedgerVerdict>(i)); });
+  table.column("contradicted_on", "contradicted on", [](const Component& c) { return c.scenes(LedgerVerdict::contradicted); });
+  table.column("kept", "why it stands", [](const Component& c) {
+    return c.count(LedgerVerdict::contradicted) > 0 ? c.first().record->kept : std::string();
+  });
+  table.note(
+      "Ratios: medians over scenes, with the least and the most; above 1 the decision of the program is the better. Counts are "
+      "of "
+      "scenes. Earns: switched, the image takes longer to the same error; contradicted: less time; a trade: of a biased "
+      "method, "
+      "one way errs less and the other takes less time; costs nothing: within 5 %; no difference: none beyond noise and 5 %. "
+      "Each "
+      "verdict is held to a level at which all of them together err in one of twenty logs.");
+  Table result = table.take();
+  for (std::string& line : failed_cells<LedgerRecord>(log)) result.notes.push_back(std::move(line));
+  return result;
+}
+
+TableCell ratio_cell(const Estimate& e) { return TableCell::interval(e.centre, e.interval.low, e.interval.high); }
+
+Table decisions_table(const std::vector<Decision>& decisions, const RunLog& log) {
+  TableOf<Decision> table("ledger-scenes", "Each decision, scene by scene", decisions);
+  table.column("component", "component", [](const Decision& d) { return d.component(); });
+  table.column("method", "of", [](const Decision& d) { return d.owner(); });
+  table.column("scene", "scene", [](const Decision& d) { return d.scene(); });
+  table.column("decided", "decided", [](const Decision& d) { return std::string(d.record->on ? "on" : "off"); });
+  table.column("why", "why", [](const Decision& d) { return d.record->why; });
+  table.column(
+      "switched", "", [](const Decision& d) { return d.record->switched; }, Audience::machines);
+  const auto ratio = [&](const std::string& key, const char* title, Estimate LedgerFigures::*figure) {
+    table.parts(title, {key, key + "_low", key + "_high"}, [figure](const Decision& d) -> std::vector<TableCell> {
+      const Estimate& e = d.figures.*figure;
+      return {ratio_cell(e), e.centre, e.interval.low, e.interval.high};
+    });
+  };
+  ratio("error", "error, switched over decided", &LedgerFigures::error);
+  ratio("time", "time", &LedgerFigures::time);
+  ratio("time_to_error", "time to error", &LedgerFigures::time_to_error);
+  table.column("same_image", "same image", [](const Decision& d) { return std::string(d.figures.same_images ? "yes" : "no"); });
+  table.column(
+      "seeds", "seeds", [](const Decision& d) { return d.record->trials.size(); }, Audience::machines);
+  table.column("verdict", "verdict", [](const Decision& d) { return std::string(verdict_name(d.verdict)); });
+  table.note(
+      "Geometric means over seeds with 95 % intervals: relMSE at equal iterations, and processor time on one thread. Time to "
+      "error: error^(-1 / e) times time, e the exponent at which the method's MSE falls with iterations.");
+  Table result = table.take();
+  for (const LedgerRecord* record : done_records_of<LedgerRecord>(log))
+    if (!record->inapplicable.empty())
+      result.notes.push_back(fmt::format("{} on {}: {}.", record->cell.integrator, record->cell.scene, record->inapplicable));
+  return result;
+}
+
+std::string count_text(const std::vector<Decision>& decisions) {
+  std::string text;
+  for (std::size_t i = 0; i < ledger_verdict_count; ++i) {
+    const auto verdict = static_cast<LedgerVerdict>(i);
+    const auto count = std::ranges::count(decisions, verdict, &Decision::verdict);
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, verdict_name(verdict));
+  }
+  return text;
+}
+
+// "caustic map of photon-map (edge, corner)" for each component that some scene contradicts; without scenes where that is long.
+std::string contradictions(const std::vector<Component>& components, bool with_scenes) {
+  std::string text;
+  for (const Component& c : components) {
+    const std::size_t count = c.count(LedgerVerdict::contradicted);
+    if (count == 0) continue;
+    text += fmt::format("{}{} of {} ({})", text.empty() ? "" : ", ", c.first().component(), words_of(c.first().owner()).front(),
+                        with_scenes ? c.scenes(LedgerVerdict::contradicted) : counted(count, "scene"));
+  }
+  return text;
+}
+
+std::string ledger_answer(const std::vector<Decision>& decisions, const std::vector<Component>& components) {
+  if (decisions.empty()) return {};
+  const std::string counts = fmt::format("{}: {}", counted(decisions.size(), "decision"), count_text(decisions));
+  if (contradictions(components, true).empty()) return counts + "; none is contradicted";
+  const std::string scenes = fmt::format("{}; contradicted: {}", counts, contradictions(components, true));
+  if (display_width(scenes) <= answer_width) return scenes;
+  return fmt::format("{}; contradicted: {}", counts, contradictions(components, false));
+}
+
+// A row for each component, a dot for each scene; the verdict is the colour.
+Chart ratios_chart(const std::vector<Component>& components, const char* title, Estimate LedgerFigures::*figure) {
+  Chart chart{.title = title};
+  chart.x = {fmt::format("{}, switched over decided", title), Scale::log, std::nullopt};
+  for (const Component& c : components)
+    chart.rows.push_back(fmt::format("{} ({})", c.first().component(), words_of(c.first().owner()).front()));
+  ChartSeries none{.draw = ChartSeries::Draw::context};
+  none.points = {{1, -0.5}, {1, static_cast<double>(components.size()) - 0.5}};
+  chart.series.push_back(std::move(none));
+  constexpr std::array<std::size_t, ledger_verdict_count> colours{2, 7, 1, 4, 5};
+  for (std::size_t v = 0; v < ledger_verdict_count; ++v) {
+    ChartSeries series;
+    series.style(v);
+    series.colour = colours[v];
+    series.key = series.label = verdict_name(static_cast<LedgerVerdict>(v));
+    series.draw = ChartSeries::Draw::dots;
+    for (std::size_t i = 0; i < components.size(); ++i)
+      for (const Decision& d : components[i].decisions)
+        if (d.verdict == static_cast<LedgerVerdict>(v))
+          series.points.emplace_back((d.figures.*figure).centre, static_cast<double>(i));
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+}  // namespace
+
+KindReport ledger_report(const RunLog& log) {
+  if (records_of<LedgerRecord>(log).empty()) return {};
+  const std::vector<Decision> decisions = decisions_of(log);
+  const std::vector<Component> components = components_of(decisions);
+  KindReport report{.fact = counted(decisions.size(), "decision"),
+                    .tables = {components_table(log, components), decisions_table(decisions, log)},
+                    .answer = ledger_answer(decisions, components),
+                    .id = "ledger",
+                    .heading = "The ledger"};
+  if (decisions.empty()) return report;
+  report.section = fmt::format("<p>{}.</p>\n", escape_html(report.answer));
+  Figure figure{.name = "ledger", .title = "Components switched, one at a time: a dot is a scene"};
+  figure.panels = {ratios_chart(components, "error", &LedgerFigures::error),
+                   ratios_chart(components, "time", &LedgerFigures::time)};
+  figure.notes.push_back("Right of 1 the program's decision is the better.");
+  report.figures.push_back({"", {std::move(figure)}});
+  for (const Component& c : components)
+    if (c.count(LedgerVerdict::contradicted) > 0)
+      report.findings.emplace_back(c.first().component(),
+                                   fmt::format("contradicted on {}", c.scenes(LedgerVerdict::contradicted)));
+  return report;
+}
+
+std::string ledger_summary(const RunLog& log) {
+  if (records_of<LedgerRecord>(log).empty()) return "The log holds no finished cell.\n";
+  const std::vector<Decision> decisions = decisions_of(log);
+  const std::vector<Component> components = components_of(decisions);
+  std::string out = to_terminal(components_table(log, components), 0);
+  if (!decisions.empty()) out += "\n" + ledger_answer(decisions, components) + ".\n";
+  return out;
+}
+
+}  // namespace etendue

@@ -1,0 +1,207 @@
+// The ledger: the verdict on a decision, what rows may say, and runs of components where a scene does and does not need them.
+#include "experiments/kind.h"
+#include "experiments/kinds/ledger/ledger_report.h"
+#include "experiments/kinds/ledger/ledger_verdict.h"
+#include "experiments/kinds/second_level.h"
+#include "experiments/run/run_cell.h"
+#include "framework/io/load_scene.h"
+#include "tests/unit/experiment_text.h"
+#include "tests/unit/silent_observer.h"
+
+#include <unistd.h>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+namespace etendue {
+namespace {
+
+// Eight seeds whose ratios of error and time scatter by 1 % about those given.
+LedgerRecord record_of(double error_ratio, double time_ratio, const std::string& bias = "unbiased", double exponent = -1) {
+  LedgerRecord record;
+  record.cell = {"builtin:box", "path", "part", 1};
+  record.status = "done";
+  record.bias = bias;
+  record.mse_exponent = exponent;
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    const double scatter = std::exp(i % 2 == 0 ? 0.01 : -0.01);
+    record.trials.push_back({i + 1, 1e-3, 1e-3 * error_ratio * scatter, 2, 2 * time_ratio * scatter, false});
+  }
+  return record;
+}
+
+TEST(LedgerVerdict, TimeToTheSameErrorDecides) {
+  EXPECT_EQ(judge_decision(record_of(1.5, 1), 500), LedgerVerdict::earns_its_time);
+  EXPECT_EQ(judge_decision(record_of(1, 1.3), 500), LedgerVerdict::earns_its_time);
+  EXPECT_EQ(judge_decision(record_of(2, 0.8), 500), LedgerVerdict::earns_its_time) << "it costs time and saves more";
+  EXPECT_EQ(judge_decision(record_of(1, 0.8), 500), LedgerVerdict::contradicted);
+  EXPECT_EQ(judge_decision(record_of(0.5, 1.2), 500), LedgerVerdict::contradicted);
+  EXPECT_EQ(judge_decision(record_of(1, 1.005), 500), LedgerVerdict::costs_nothing);
+}
+
+TEST(LedgerVerdict, NoiseAndFewSeedsDecideNothing) {
+  LedgerRecord noisy = record_of(1.3, 1);
+  for (std::size_t i = 0; i < noisy.trials.size(); ++i) noisy.trials[i].switched_error *= i % 2 == 0 ? 3 : 1.0 / 3;
+  EXPECT_EQ(judge_decision(noisy, 1), LedgerVerdict::no_difference);
+  LedgerRecord few = record_of(2, 2);
+  few.trials.resize(2);
+  EXPECT_EQ(judge_decision(few, 1), LedgerVerdict::no_difference);
+}
+
+TEST(LedgerVerdict, MoreDecisionsAskForMore) {
+  LedgerRecord record = record_of(1.1, 1);
+  for (std::size_t i = 0; i < record.trials.size(); ++i) record.trials[i].switched_error *= i % 4 < 2 ? 1.1 : 1 / 1.1;
+  EXPECT_EQ(judge_decision(record, 1), LedgerVerdict::earns_its_time);
+  EXPECT_EQ(judge_decision(record, 1000), LedgerVerdict::no_difference);
+}
+
+TEST(LedgerVerdict, BiasIsNotTradedForTime) {
+  EXPECT_EQ(judge_decision(record_of(4, 0.1, "biased"), 500), LedgerVerdict::trade);
+  EXPECT_EQ(judge_decision(record_of(0.25, 10, "biased"), 500), LedgerVerdict::trade);
+  EXPECT_EQ(judge_decision(record_of(0.5, 0.5, "biased"), 500), LedgerVerdict::contradicted) << "better in both";
+  EXPECT_EQ(judge_decision(record_of(1.5, 1, "biased"), 500), LedgerVerdict::earns_its_time);
+}
+
+TEST(LedgerVerdict, TheMethodsExponentTurnsErrorIntoTime) {
+  const LedgerRecord record = record_of(1.2, 0.8, "consistent", -0.5);
+  EXPECT_NEAR(ledger_figures(record).time_to_error.centre, 1.2 * 1.2 * 0.8, 1e-9);
+  EXPECT_EQ(judge_decision(record, 500), LedgerVerdict::earns_its_time);
+  EXPECT_EQ(judge_decision(record_of(1.2, 0.8), 500), LedgerVerdict::no_difference);
+}
+
+TEST(LedgerVerdict, ErrorsOfRoundingAreAlike) {
+  LedgerRecord record = record_of(1, 1);
+  for (LedgerTrial& trial : record.trials) {
+    trial.error = 0;
+    trial.switched_error = 1e-14;
+  }
+  EXPECT_EQ(ledger_figures(record).error.centre, 1);
+}
+
+TEST(LedgerReport, NamesWhatIsContradictedAndWhyItStands) {
+  RunLog log;
+  for (const auto& [scene, time] : {std::pair("builtin:a", 1.5), std::pair("builtin:b", 0.5)}) {
+    auto record = std::make_shared<LedgerRecord>(record_of(1, time));
+    record->cell.scene = scene;
+    record->kept = "it guards against leaks";
+    log.records.push_back(record);
+  }
+  const KindReport report = ledger_report(log);
+  EXPECT_EQ(report.answer, "2 decisions: 1 earns its time, 1 contradicted; contradicted: part of path (b)");
+  const Table& table = report.tables.at(0);
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0][*column_of(table, "contradicted_on")].text, "b");
+  EXPECT_EQ(table.rows[0][*column_of(table, "kept")].text, "it guards against leaks");
+  EXPECT_EQ(report.tables.at(1).rows.size(), 2u);
+}
+
+const std::string base = "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\nresolution = [8, 8]\nseeds = 2\n";
+const std::string row = "[[ledger]]\ncomponent = \"c\"\non = { mis = \"power\" }\noff = { mis = \"light\" }\n";
+
+TEST(LedgerConfig, MistakesAreErrorsAtTheirPlaces) {
+  EXPECT_EQ(config_error(base + row), "no error");
+  expect_error(base + replaced(row, "light", "balance2"), "x.toml:8:15", "balance");
+  expect_error(base + replaced(row, "power", "balance"), "x.toml:5:1", "itself is none of");
+  expect_error(base + replaced(row, "power", "light"), "x.toml:5:1", "differ");
+  expect_error(base + row + "decided = \"caustic\"\n", "x.toml:9:11", "caustic-map");
+  expect_error(base + row + "method = \"path\"\naccel = \"sah\"\n", "x.toml:5:1", "one of method, accel and edit");
+  expect_error(base + row + row, "x.toml:9:1", "twice");
+  expect_error(replaced(base, "samples = 1", "time = 1") + row, "x.toml:5:1", "samples = N");
+  expect_error("accels = [\"sah\"]\n" + base + row, "x.toml:1:1", "of no use beside [[ledger]]");
+}
+
+class LedgerRun : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(directory_); }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  // The records by component.
+  std::map<std::string, LedgerRecord> run(const std::string& text) {
+    std::ofstream(directory_ / "l.toml") << text;
+    RunOptions options;
+    options.experiment = (directory_ / "l.toml").string();
+    options.out = (directory_ / "out").string();
+    SilentObserver observer;
+    execute_run(plan_run(options), observer);
+    EXPECT_EQ(execute_run(plan_run(options), observer).done, 0u) << "all is resumed";
+    const RunLog log = read_log((directory_ / "out/runs.jsonl").string());
+    std::map<std::string, LedgerRecord> records;
+    for (const LedgerRecord* record : records_of<LedgerRecord>(log)) {
+      EXPECT_EQ(record->error, "");
+      records[record->cell.integrator] = *record;
+    }
+    return records;
+  }
+
+  const std::filesystem::path directory_ =
+      std::filesystem::temp_directory_path() / ("etendue-ledger-" + std::to_string(getpid()));
+};
+
+TEST_F(LedgerRun, WhatASceneDoesNotNeedChangesNoBit) {
+  const auto records = run(replaced(base, "cornell-box", "lambert-sphere") +
+                           "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000 }\n"
+                           "decided = \"caustic-map\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n"
+                           "[[ledger]]\ncomponent = \"tree\"\ndecided = \"light-tree\"\non = { lights = \"tree\" }\n"
+                           "off = { lights = \"power\" }\n"
+                           "[[ledger]]\ncomponent = \"level\"\nedit = \"second-level\"\n"
+                           "[[ledger]]\ncomponent = \"splits\"\naccel = \"binned-sah\"\non = { name = \"sbvh\" }\noff = {}\n");
+  ASSERT_EQ(records.size(), 4u);
+  for (const auto& [component, record] : records) {
+    EXPECT_FALSE(record.on) << component << ": " << record.why;
+    ASSERT_EQ(record.trials.size(), 2u);
+    for (const LedgerTrial& trial : record.trials) {
+      EXPECT_TRUE(trial.same_image) << component;
+      EXPECT_EQ(trial.error, trial.switched_error) << component;
+      EXPECT_GT(trial.cpu_s, 0);
+    }
+  }
+}
+
+TEST_F(LedgerRun, WhatASceneNeedsChangesItsImage) {
+  const auto records = run(replaced(base, "cornell-box", "water") + "reference = \"exact\"\n" +
+                           "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000 }\n"
+                           "decided = \"caustic-map\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n" +
+                           "[[ledger]]\ncomponent = \"gather\"\nmethod = { name = \"photon-map\", photons = 1000 }\n"
+                           "on = { final_gather = 4 }\noff = { final_gather = 0 }\n");
+  EXPECT_TRUE(records.at("map").on);
+  EXPECT_FALSE(records.at("gather").on);
+  for (const auto& [component, record] : records)
+    for (const LedgerTrial& trial : record.trials) EXPECT_FALSE(trial.same_image) << component;
+}
+
+TEST(SecondLevel, IsPutInAndTakenOut) {
+  const Scene scene = load_scene("builtin:mesh?triangles=1k", {"test"});
+  const Scene two = with_second_level(scene);
+  EXPECT_TRUE(two.has_instances());
+  const std::optional<Scene> one = without_second_level(two);
+  ASSERT_TRUE(one.has_value());
+  EXPECT_FALSE(one->has_instances());
+  EXPECT_EQ(one->triangle_count(), two.triangle_count());
+  EXPECT_EQ(one->objects[0].shape_of.size(), one->objects[0].geometry.primitive_count());
+  EXPECT_FALSE(without_second_level(with_second_level(load_scene("builtin:lambert-sphere", {"test"}))).has_value())
+      << "a sphere is no triangle";
+}
+
+// A mirrored, stretched instance keeps the outside of its surface.
+TEST(SecondLevel, InstancesWrittenOutLookAlike) {
+  Scene scene = load_scene("builtin:mesh?triangles=1k", {"test"});
+  Object object = scene.objects[0];
+  for (Shape& shape : object.shapes) shape.first_light = no_id;
+  scene.objects.push_back(object);
+  const Transform mirrored = Transform::translate({0, 0.1f, 0}) * Transform::scale({-0.5f, 0.4f, 0.5f});
+  scene.instances.push_back({1, mirrored});
+  const Scene flat = without_second_level(scene).value();
+  const SceneNeeds needs = scene_needs(scene), flat_needs = scene_needs(flat);
+  Budget budget;
+  budget.samples = 1;
+  budget.checkpoints.linear = 1;
+  const Method path{"path", {}};
+  const Image a = run_cell({scene, needs, default_accel(), path, 1, ivec2(16), budget}).image;
+  const Image b = run_cell({flat, flat_needs, default_accel(), path, 1, ivec2(16), budget}).image;
+  int different = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) different += glm::length(a.pixels[i] - b.pixels[i]) > 1e-3;
+  EXPECT_LE(different, 8) << "rounding may send a few paths elsewhere";
+}
+
+}  // namespace
+}  // namespace etendue
