@@ -72,6 +72,16 @@ std::vector<Component> components_of(const std::vector<Decision>& decisions) {
   return components;
 }
 
+std::string count_text(const std::vector<Decision>& decisions) {
+  std::string text;
+  for (std::size_t i = 0; i < ledger_verdict_count; ++i) {
+    const auto verdict = static_cast<LedgerVerdict>(i);
+    const auto count = std::ranges::count(decisions, verdict, &Decision::verdict);
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, verdict_name(verdict));
+  }
+  return text;
+}
+
 std::string on_where(const Component& component) {
   const auto on = std::ranges::count_if(component.decisions, [](const Decision& d) { return d.record->on; });
   const auto all = static_cast<std::ptrdiff_t>(component.decisions.size());
@@ -91,25 +101,27 @@ Table components_table(const RunLog& log, const std::vector<Component>& componen
   table.column("error", "error, switched over decided",
                [](const Component& c) { return median_and_ends(c.ratios(&LedgerFigures::error)); });
   table.column("time", "time", [](const Component& c) { return median_and_ends(c.ratios(&LedgerFigures::time)); });
-  table.column("same_images", "same images", [](const Component& c) {
-    return std::ranges::count_if(c.decisions, [](const Decision& d) { return d.figures.same_images; });
-  });
+  table.column(
+      "same_images", "",
+      [](const Component& c) {
+        return std::ranges::count_if(c.decisions, [](const Decision& d) { return d.figures.same_images; });
+      },
+      Audience::machines);
   constexpr std::array keys{"earns", "nothing", "no_difference", "trade", "contradicted"};
-  constexpr std::array titles{"earns", "costs nothing", "no difference", "trade", "contradicted"};
   for (std::size_t i = 0; i < ledger_verdict_count; ++i)
-    table.column(keys[i], titles[i], [i](const Component& c) { return c.count(static_cast<LedgerVerdict>(i)); });
-  table.column("contradicted_on", "contradicted on", [](const Component& c) { return c.scenes(LedgerVerdict::contradicted); });
-  table.column("kept", "why it stands", [](const Component& c) {
-    return c.count(LedgerVerdict::contradicted) > 0 ? c.first().record->kept : std::string();
+    table.column(
+        keys[i], "", [i](const Component& c) { return c.count(static_cast<LedgerVerdict>(i)); }, Audience::machines);
+  table.column(
+      "", "verdicts, of scenes", [](const Component& c) { return count_text(c.decisions); }, Audience::people);
+  table.column("contradicted_on", "contradicted on", [](const Component& c) {
+    const std::string kept = c.first().record->kept, scenes = c.scenes(LedgerVerdict::contradicted);
+    return scenes.empty() || kept.empty() ? scenes : fmt::format("{} (it stands: {})", scenes, kept);
   });
   table.note(
-      "Ratios: medians over scenes, with the least and the most; above 1 the decision of the program is the better. Counts are "
-      "of "
-      "scenes. Earns: switched, the image takes longer to the same error; contradicted: less time; a trade: of a biased "
-      "method, "
-      "one way errs less and the other takes less time; costs nothing: within 5 %; no difference: none beyond noise and 5 %. "
-      "Each "
-      "verdict is held to a level at which all of them together err in one of twenty logs.");
+      "Ratios: medians over scenes, with the least and the most; above 1 the program's decision is the better. Earns its time: "
+      "switched, the image takes longer to the same error; contradicted: less time; a trade: of a biased method, one way errs "
+      "less and the other takes less time; costs nothing: within 5 %; no difference: none beyond noise and 5 %. Verdicts are "
+      "held to a level at which all of them together err in one of twenty logs.");
   Table result = table.take();
   for (std::string& line : failed_cells<LedgerRecord>(log)) result.notes.push_back(std::move(line));
   return result;
@@ -147,16 +159,6 @@ Table decisions_table(const std::vector<Decision>& decisions, const RunLog& log)
     if (!record->inapplicable.empty())
       result.notes.push_back(fmt::format("{} on {}: {}.", record->cell.integrator, record->cell.scene, record->inapplicable));
   return result;
-}
-
-std::string count_text(const std::vector<Decision>& decisions) {
-  std::string text;
-  for (std::size_t i = 0; i < ledger_verdict_count; ++i) {
-    const auto verdict = static_cast<LedgerVerdict>(i);
-    const auto count = std::ranges::count(decisions, verdict, &Decision::verdict);
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, verdict_name(verdict));
-  }
-  return text;
 }
 
 // "caustic map of photon-map (edge, corner)" for each component that some scene contradicts; without scenes where that is long.
