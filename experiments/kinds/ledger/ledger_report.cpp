@@ -10,7 +10,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cctype>
 
 namespace etendue {
 
@@ -182,16 +182,22 @@ std::string ledger_answer(const std::vector<Decision>& decisions, const std::vec
   return fmt::format("{}; contradicted: {}", counts, contradictions(components, false));
 }
 
+// The component, and whose it is where several have it.
+std::string row_name(const Component& component, const std::vector<Component>& all) {
+  const std::string& name = component.first().component();
+  const auto same = std::ranges::count_if(all, [&](const Component& c) { return c.first().component() == name; });
+  return same == 1 ? name : fmt::format("{}, {}", name, words_of(component.first().owner()).front());
+}
+
 // A row for each component, a dot for each scene; the verdict is the colour.
-Chart ratios_chart(const std::vector<Component>& components, const char* title, Estimate LedgerFigures::*figure) {
-  Chart chart{.title = title};
-  chart.x = {fmt::format("{}, switched over decided", title), Scale::log, std::nullopt};
-  for (const Component& c : components)
-    chart.rows.push_back(fmt::format("{} ({})", c.first().component(), words_of(c.first().owner()).front()));
+Figure ratios_figure(const std::vector<Component>& components, const char* what, Estimate LedgerFigures::*figure) {
+  Chart chart;
+  chart.x = {fmt::format("{}, switched over decided", what), Scale::log, std::nullopt};
+  for (const Component& c : components) chart.rows.push_back(row_name(c, components));
   ChartSeries none{.draw = ChartSeries::Draw::context};
   none.points = {{1, -0.5}, {1, static_cast<double>(components.size()) - 0.5}};
   chart.series.push_back(std::move(none));
-  constexpr std::array<std::size_t, ledger_verdict_count> colours{2, 7, 1, 4, 5};
+  constexpr std::array<std::size_t, ledger_verdict_count> colours{2, 7, 5, 4, 1};
   for (std::size_t v = 0; v < ledger_verdict_count; ++v) {
     ChartSeries series;
     series.style(v);
@@ -204,7 +210,12 @@ Chart ratios_chart(const std::vector<Component>& components, const char* title, 
           series.points.emplace_back((d.figures.*figure).centre, static_cast<double>(i));
     chart.series.push_back(std::move(series));
   }
-  return chart;
+  Figure made{.name = fmt::format("ledger-{}", what),
+              .title = fmt::format("{} with a component switched: a dot is a scene", what)};
+  made.title.front() = static_cast<char>(std::toupper(made.title.front()));
+  made.panels = {std::move(chart)};
+  made.notes.push_back("Right of 1 the program's decision is the better.");
+  return made;
 }
 
 }  // namespace
@@ -220,11 +231,9 @@ KindReport ledger_report(const RunLog& log) {
                     .heading = "The ledger"};
   if (decisions.empty()) return report;
   report.section = fmt::format("<p>{}.</p>\n", escape_html(report.answer));
-  Figure figure{.name = "ledger", .title = "Components switched, one at a time: a dot is a scene"};
-  figure.panels = {ratios_chart(components, "error", &LedgerFigures::error),
-                   ratios_chart(components, "time", &LedgerFigures::time)};
-  figure.notes.push_back("Right of 1 the program's decision is the better.");
-  report.figures.push_back({"", {std::move(figure)}});
+  report.figures.push_back(
+      {"",
+       {ratios_figure(components, "error", &LedgerFigures::error), ratios_figure(components, "time", &LedgerFigures::time)}});
   for (const Component& c : components)
     if (c.count(LedgerVerdict::contradicted) > 0)
       report.findings.emplace_back(c.first().component(),
