@@ -7,6 +7,7 @@ namespace etendue {
 namespace {
 
 constexpr double least_share = 0.01;
+constexpr int most_passed = 8;  // sheets of glass above a surface that holds photons
 
 // x = (distance / r)^2 within which a share u of the kernel's integral lies.
 float kernel_quantile(Kernel kernel, float u) {
@@ -29,12 +30,19 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
   const float x = kernel_quantile(rules_.kernel, u.x), distance = radius * std::sqrt(x), angle = 2 * pi * u.y;
   const vec3 flat = distance * (std::cos(angle) * frame.tangent + std::sin(angle) * frame.bitangent);
   const float height = flatness * radius;
-  const Ray ray{.origin = at.position() + flat + height * normal, .direction = -normal, .t_max = 2 * height};
-  const Hit hit = trace(context, ray);
+  Ray ray{.origin = at.position() + flat + height * normal, .direction = -normal, .t_max = 2 * height};
+  Hit hit = trace(context, ray);
   if (!hit) return 0;
-  const SurfacePoint point = context.scene.surface_at(ray, hit);
+  SurfacePoint point = context.scene.surface_at(ray, hit);
+  for (int passed = 0; !rough_materials_.stores(point.material); ++passed) {
+    if (passed == most_passed || !std::holds_alternative<Dielectric>(context.scene.materials[point.material])) return 0;
+    ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
+    hit = trace(context, ray);
+    if (!hit) return 0;
+    point = context.scene.surface_at(ray, hit);
+  }
   const float facing = std::abs(glm::dot(point.normal, normal));
-  if (!rough_materials_.stores(point.material) || facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
+  if (facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
   // Behind a wall no photons count.
   if (!walls.none() && walls.may_hide(point.position, [&] { return ray.origin; }) &&
       !unoccluded(context, segment(at.origin(), ray.origin)))

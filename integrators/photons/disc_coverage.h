@@ -14,8 +14,9 @@
 // [Cochran1977]).
 //
 // Only photons within 0.2 r of the tangent plane count, and likewise only surfaces that probes meet within it, weighted by the
-// kernel at their distance over the cosine; of stacked surfaces a probe meets the upper one. Surfaces that hold no photons or
-// that the side test rejects do not count, nor what a wall hides from the point.
+// kernel at their distance over the cosine; of stacked surfaces a probe meets the upper one, but for smooth glass, which it
+// passes: photons lie beneath. Surfaces that hold no photons or that the side test rejects do not count, nor what a wall hides
+// from the point.
 //
 // The probes of a pixel are points of one low-discrepancy sequence: 16 in the first pass, then one per pass. Where part of the
 // disc was found missing there are four per pass, and two from the 64th pass on; where 32 probes found all of it, one in every

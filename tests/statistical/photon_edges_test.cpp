@@ -197,6 +197,16 @@ TEST(PhotonEdges, ProbesFindAWholeDiscInsideASphere) {
   for (const Kernel kernel : kernels) EXPECT_NEAR(probed_share(sphere, top, {0, 0, -1}, kernel, 0.3f), 1, 0.01);
 }
 
+// Half of the floor lies under a slab of glass, within what probes look at: photons lie there as well.
+TEST(PhotonEdges, ProbesFindTheSurfaceUnderGlass) {
+  SceneBuilder b("floor under glass");
+  const auto white = b.material(Diffuse{Rgb(1)}), glass = b.material(Dielectric{.eta = 1.5f});
+  b.mesh(quad({-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}), white);
+  b.mesh(box({0, -2, 0.02f}, {2, 2, 0.06f}), glass);
+  const SceneContext slab(b.finish());
+  for (const Kernel kernel : kernels) EXPECT_NEAR(probed_share(slab, origin, {0, 0, 1}, kernel, radius), 1, 1e-3);
+}
+
 TEST(PhotonEdges, ProbesDoNotCountWhatStoresNoPhotons) {
   // Half of the floor is a mirror.
   SceneBuilder b("half a mirror");
