@@ -46,7 +46,7 @@ class PhotonCache final : public RecordCache {
 void PhotonCache::prepare(RenderContext& context) {
   context.choose_lights_by(params_.lights);
   max_depth_ = context.max_depth(params_.max_depth);
-  maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_});
+  maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_, true});
   standing_.begin(context, params_.refine);
   map_pass_ = map_at(round_of(0));
   maps_.trace_global(context, map_pass_);

@@ -4,9 +4,10 @@
 // with C for a specular-like event:
 //
 //   direct      L R C* E           next-event estimation, one light sample
-//   caustic     L C+ R C* E        the caustic map: photons of its own, whose paths end at their first rough vertex
+//   caustic     L C+ R C* E        the caustic map: photons of its own, whose paths end at their first rough vertex; or, with
+//                                  final_gather = 0, the global map
 //   indirect    L (C|R)* R C* R C* E
-//                 final_gather = 0: the global map, which then holds indirect photons only
+//                 final_gather = 0: the global map, which then holds no direct photons
 //                 final_gather > 0: that many rays (integrators/photons/final_gather.h) through C* to the next rough vertex,
 //                 where the global map, which then holds direct, caustic and indirect photons, is gathered. They collect no
 //                 emission: a ray that ends on a light has found a path of the first two rows.

@@ -19,7 +19,9 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   use_ = use;
   rough_materials_ = std::make_unique<RoughMaterials>(context.scene, params_.carry_below);
   const bool caustics = context.needs.caustic_map || rough_materials_->narrow_lobes();
-  separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && caustics);
+  // A map that is seen directly shows caustics as well as one of their own does, in less time (experiments/ledger.toml).
+  const bool needed = caustics && (use.gather_rays > 0 || use.interpolated);
+  separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && needed);
   holds_caustics_ = caustics && !separate_caustics_;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
   photons_ = params_.photons;

@@ -1,8 +1,9 @@
 // The global photon map and the caustic map beside it, for all methods that keep whole maps ([Jensen1996]).
 //
-// The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a narrow rough lobe; without it the
-// global map holds the caustic photons too. The global map is seen directly, and then holds indirect photons only; or at the
-// ends of rays from the rough vertices that are seen, and then holds direct, caustic and indirect photons.
+// The caustic map exists where the scene needs it (SceneNeeds::caustic_map) or has a narrow rough lobe, and the global map is
+// not simply seen: it would show caustics as well. Without a caustic map the global one holds the caustic photons too. The
+// global map is seen directly, and then holds indirect photons only; or at the ends of rays from the rough vertices that are
+// seen, and then holds direct, caustic and indirect photons.
 //
 // With `photons` = 0 a pilot pass decides how many photons the global map has for gather rays. Where little of the light
 // reaches what is seen, gather rays would otherwise find only a few photons: their noise would be that of the whole image, and
@@ -56,7 +57,8 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
             "photons for each sample point that holds irradiance for gather rays; 0: they gather photons themselves");
   v.flag("follow_near", p.follow_near,
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
-  v.choice("caustic_map", p.caustic_map, "auto: where the scene needs it; off: one map for all");
+  v.choice("caustic_map", p.caustic_map,
+           "auto: where the scene needs it, and gather rays or records look up the other map; off: one for all");
   v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges, "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
@@ -70,6 +72,7 @@ struct PhotonMapsUse {
   int gather_rays = 0;  // from a rough vertex that is seen; 0: the global map is seen directly
   int max_depth = 64;
   SamplerKind sampler = SamplerKind::sobol;
+  bool interpolated = false;  // what the global map shows: records would blur its caustics
 };
 
 class PhotonMaps {

@@ -240,7 +240,8 @@ TEST(PhotonMapping, SameBitsAtAnyThreadCount) {
 TEST(PhotonMapping, EveryParameterChangesTheImage) {
   const Scene scene = load_scene("builtin:veach-mis");  // rough plates
   const Scene spheres = load_scene("builtin:cornell-spheres");
-  RenderOptions options = options_for(3000, 2, {{"caustic_photons", {std::int64_t{3000}, {}}}});
+  RenderOptions options =
+      options_for(3000, 2, {{"caustic_map", {std::string("on"), {}}}, {"caustic_photons", {std::int64_t{3000}, {}}}});
   const auto hash = [&](const Scene& s, const char* name, const ParamMap::mapped_type& value) {
     RenderOptions changed = options;
     changed.params[name] = value;
@@ -274,6 +275,23 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
   for (const char* structure : point_structure_names)
     EXPECT_EQ(hash(spheres, "structure", {std::string(structure), {}}), plain) << "structures answer alike";
   EXPECT_THROW(hash(spheres, "k", {std::int64_t{1}, {}}), Error);
+}
+
+TEST(PhotonMapping, CausticsHaveAMapOfTheirOwnWhereGatherRaysLookUpTheOther) {
+  const Scene spheres = load_scene("builtin:cornell-spheres"), box = load_scene("builtin:cornell-box");
+  const auto hash = [](const Scene& scene, const char* map, std::int64_t gather) {
+    return render(scene, "photon-map",
+                  options_for(3000, 1,
+                              {{"caustic_map", {std::string(map), {}}},
+                               {"caustic_photons", {std::int64_t{3000}, {}}},
+                               {"final_gather", {gather, {}}}}))
+        .hash;
+  };
+  EXPECT_EQ(hash(spheres, "auto", 0), hash(spheres, "off", 0)) << "one map is seen directly";
+  EXPECT_NE(hash(spheres, "auto", 0), hash(spheres, "on", 0));
+  EXPECT_EQ(hash(spheres, "auto", 2), hash(spheres, "on", 2));
+  EXPECT_NE(hash(spheres, "auto", 2), hash(spheres, "off", 2));
+  EXPECT_EQ(hash(box, "auto", 2), hash(box, "off", 2)) << "nothing makes caustics";
 }
 
 // Sorting what every look-up finds by distance would take most of the time.

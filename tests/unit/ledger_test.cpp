@@ -137,13 +137,14 @@ class LedgerRun : public ::testing::Test {
 };
 
 TEST_F(LedgerRun, WhatASceneDoesNotNeedChangesNoBit) {
-  const auto records = run(replaced(base, "cornell-box", "lambert-sphere") +
-                           "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000 }\n"
-                           "decided = \"caustic-map\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n"
-                           "[[ledger]]\ncomponent = \"tree\"\ndecided = \"light-tree\"\non = { lights = \"tree\" }\n"
-                           "off = { lights = \"power\" }\n"
-                           "[[ledger]]\ncomponent = \"level\"\nedit = \"second-level\"\n"
-                           "[[ledger]]\ncomponent = \"splits\"\naccel = \"binned-sah\"\non = { name = \"sbvh\" }\noff = {}\n");
+  const auto records =
+      run(replaced(base, "cornell-box", "lambert-sphere") +
+          "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000, final_gather = 1 }\n"
+          "decided = \"caustic-map\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n"
+          "[[ledger]]\ncomponent = \"tree\"\ndecided = \"light-tree\"\non = { lights = \"tree\" }\n"
+          "off = { lights = \"power\" }\n"
+          "[[ledger]]\ncomponent = \"level\"\nedit = \"second-level\"\n"
+          "[[ledger]]\ncomponent = \"splits\"\naccel = \"binned-sah\"\non = { name = \"sbvh\" }\noff = {}\n");
   ASSERT_EQ(records.size(), 4u);
   for (const auto& [component, record] : records) {
     EXPECT_FALSE(record.on) << component << ": " << record.why;
@@ -157,11 +158,12 @@ TEST_F(LedgerRun, WhatASceneDoesNotNeedChangesNoBit) {
 }
 
 TEST_F(LedgerRun, WhatASceneNeedsChangesItsImage) {
-  const auto records = run(replaced(base, "cornell-box", "water") +
-                           "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000 }\n"
-                           "decided = \"caustic-map\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n");
+  const auto records =
+      run(replaced(base, "cornell-box", "water") +
+          "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000, final_gather = 1 }\n"
+          "decided = \"caustic-map\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n");
   EXPECT_TRUE(records.at("map").on);
-  EXPECT_EQ(records.at("map").switched, "photon-map caustic_map=off photons=1000");
+  EXPECT_EQ(records.at("map").switched, "photon-map caustic_map=off final_gather=1 photons=1000");
   for (const LedgerTrial& trial : records.at("map").trials) EXPECT_FALSE(trial.same_image);
 }
 

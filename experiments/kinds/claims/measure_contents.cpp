@@ -119,8 +119,8 @@ const Content in_images[] = {
     {"normals", "path tracing, vertex normals over flat triangles", [](const SceneNeeds& n) { return n.shading_normals; },
      add_normals},
     {"lens", "path tracing, a lens over a pinhole", [](const SceneNeeds& n) { return n.thin_lens; }, add_lens},
-    {"specular", "photon map, a tiny mirror ball, hence a caustic map, over none",
-     [](const SceneNeeds& n) { return n.caustic_map; }, add_mirror, "photon-map"}};
+    {"specular", "photon cache, a tiny mirror ball, hence a caustic map, over none",
+     [](const SceneNeeds& n) { return n.caustic_map; }, add_mirror, "photon-cache"}};
 
 std::vector<const Content*> absent(std::span<const Content> contents, const SceneNeeds& needs) {
   std::vector<const Content*> kept;

@@ -48,7 +48,9 @@ MadeDecision structure(const DecisionPlace& place, const char* name) {
 
 std::span<const LedgerDecision> ledger_decisions() {
   static const std::array decisions{
-      LedgerDecision{"caustic-map", "whether photons of caustics have a map of their own", caustic_map},
+      LedgerDecision{"caustic-map",
+                     "whether photons of caustics have a map of their own, where gather rays or records look up the other",
+                     caustic_map},
       LedgerDecision{"large-passes", "whether progressive passes have more photons, and gather more of them", large_passes},
       LedgerDecision{"light-tree", "whether light samples choose lights by a tree", light_tree},
       LedgerDecision{"optimised-tree", "whether the structure `auto` is an optimised tree",
