@@ -50,7 +50,6 @@ constexpr auto names_of(PhotonFill) { return std::array{"gather", "density"}; }
 struct PhotonCacheParams : PhotonMapsParams, CacheParams {
   PhotonCacheParams() {
     photons = 0;
-    precompute = 16;
     follow_near = true;
     edges = Edges::hull;  // a disc's loss at edges darkens whole rooms
   }

@@ -31,7 +31,7 @@ struct PhotonMapsParams {
   int k = 50;
   float radius = 0;
   Kernel kernel = Kernel::epanechnikov;
-  int precompute = 0;
+  int precompute = 16;
   bool follow_near = false;
   CausticMap caustic_map = CausticMap::where_needed;
   float carry_below = 0.25f;
