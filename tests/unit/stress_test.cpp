@@ -49,6 +49,23 @@ TEST(Sweep, FindsThresholdsToTheFactorAskedFor) {
   EXPECT_NEAR(falling.at(threshold_of(points, {1, endless}).t), 3, 0.01);
 }
 
+// A figure that cannot be below 0 is not near that end of its interval, however small its bound.
+TEST(Sweep, InterpolatesInLogarithmsBelowSmallBounds) {
+  const SweepRange range{1, 64};
+  const Expected small{0, 0.05};
+  const auto points = sweep(range, 1.25, small, rising(2.7 / 0.05, 0.05, {1, 2, 3, 4}));
+  const Threshold found = threshold_of(points, small);
+  EXPECT_NEAR(range.at(found.t), 2.7, 0.15);
+  EXPECT_LT(range.at(found.interval.high) / range.at(found.interval.low), 1.6);
+  // A method without any error has a threshold, too, where it begins to have one.
+  const auto steps = sweep(range, 1.25, small, [](double x) {
+    return std::vector<double>{x > 6 ? 1.0 : 0.0, x > 6 ? 1.1 : 0.0};
+  });
+  const Threshold step = threshold_of(steps, small);
+  EXPECT_LE(range.at(step.held), 6);
+  EXPECT_GE(range.at(step.failed), 6);
+}
+
 TEST(Sweep, KnowsTheEndsOfItsRange) {
   const SweepRange range{1, 100};
   const Threshold never = threshold_of(sweep(range, 1.5, below_one, rising(1000, 0, {1})), below_one);

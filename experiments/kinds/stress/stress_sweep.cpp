@@ -16,11 +16,12 @@ namespace {
 
 constexpr int coarse_depth = 2;  // quarters
 
-// How far a figure lies beyond its bound: positive where it fails.
+// How far a figure lies beyond its bound: positive where it fails. A positive figure is infinitely far from a bound of 0.
 double excess(double value, const Expected& holds) {
   const auto beyond = [](double larger, double smaller) {
     if (!std::isfinite(larger) || !std::isfinite(smaller)) return larger > smaller ? 1e300 : -1e300;
-    return larger > 0 && smaller > 0 ? std::log(larger / smaller) : larger - smaller;
+    if (larger > 0 && smaller > 0) return std::log(larger / smaller);
+    return larger == 0 && smaller > 0 ? -1e300 : larger - smaller;
   };
   const double above = std::isfinite(holds.high) ? beyond(value, holds.high) : -1e300;
   const double below = std::isfinite(holds.low) ? beyond(holds.low, value) : -1e300;
