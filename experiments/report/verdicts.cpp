@@ -2,6 +2,7 @@
 
 #include "experiments/report/report_text.h"
 #include "experiments/report/structures/structure_figures.h"
+#include "experiments/statistics/rank_test.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -42,6 +43,14 @@ std::vector<Contender> contenders(const ReportData& data, const SceneData& scene
   return sorted;
 }
 
+// A/B, with a warning where ranks of so few seeds say little.
+std::string rank_text(std::span<const double> a, std::span<const double> b) {
+  std::string text = fmt::format("by ranks p = {}", format_figure(rank_test(a, b).p, 2));
+  const std::size_t least = std::min(a.size(), b.size());
+  if (least < enough_replicates) text += fmt::format(", of {} seeds where {} are due", least, enough_replicates);
+  return text;
+}
+
 Finding accuracy(const ReportData& data, const SceneData& scene) {
   Finding finding{"Accuracy", {}, {}};
   std::vector<std::string> late;
@@ -61,8 +70,9 @@ Finding accuracy(const ReportData& data, const SceneData& scene) {
     if (const auto ratio = geometric_ratio(a, b)) {
       const std::string times = fmt::format("{} times the error (95 % interval {}–{})", format_figure(ratio->value),
                                             format_figure(ratio->interval.low), format_figure(ratio->interval.high));
-      text += ratio->interval.low > 1 ? fmt::format(" Next comes {}, {}.", name, times)
-                                      : fmt::format(" These seeds do not tell it from {}: {}.", name, times);
+      const std::string ranks = rank_text(b, a);
+      text += ratio->interval.low > 1 ? fmt::format(" Next comes {}, {}; {}.", name, times, ranks)
+                                      : fmt::format(" These seeds do not tell it from {}: {}; {}.", name, times, ranks);
     } else if (first.error.centre > 0) {
       text += fmt::format(" Next comes {}, {} times the error; with so few seeds the order may be chance.", name,
                           format_figure(next.error.centre / first.error.centre));

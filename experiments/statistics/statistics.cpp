@@ -4,8 +4,10 @@
 #include "framework/core/rng.h"
 
 #include <algorithm>
+#include <boost/math/distributions/beta.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 namespace etendue {
@@ -68,6 +70,26 @@ double student_t_quantile(double p, double degrees) {
 
 double sidak_level(double level, std::size_t tests) {
   return tests < 2 ? level : -std::expm1(std::log1p(-level) / static_cast<double>(tests));
+}
+
+Interval share_interval(std::size_t count, std::size_t of) {
+  CHECK_LE(count, of);
+  using Beta = boost::math::beta_distribution<>;
+  const auto k = static_cast<double>(count), n = static_cast<double>(of);
+  return {count == 0 ? 0 : boost::math::quantile(Beta(k, n - k + 1), 0.025),
+          count == of ? 1 : boost::math::quantile(Beta(k + 1, n - k), 0.975)};
+}
+
+double tail_index(std::span<const double> values, double share) {
+  CHECK(!values.empty());
+  const auto count = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  if (count == 0 || count >= values.size()) return lightest_tail;
+  std::vector<double> sorted(values.begin(), values.end());
+  std::ranges::partial_sort(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(count + 1), std::greater<>());
+  if (sorted[count] <= 0) return 0;
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) sum += std::log(sorted[i] / sorted[count]);
+  return std::min(lightest_tail, static_cast<double>(count) / std::max(sum, 1e-300));
 }
 
 Estimate signed_estimate(std::span<const double> values, double confidence) {
@@ -228,6 +250,7 @@ ArrivalMedian median_arrival(std::span<const Arrival> arrivals) {
   result.count = sorted.size();
   result.arrived =
       static_cast<std::size_t>(std::ranges::count_if(sorted, [](const Arrival& a) { return a.kind != Arrival::Kind::never; }));
+  result.late = sorted[(95 * sorted.size() + 99) / 100 - 1];
   const std::size_t upper = sorted.size() / 2, lower = (sorted.size() - 1) / 2;
   result.median = sorted[upper];
   if (result.median.kind != Arrival::Kind::never) {

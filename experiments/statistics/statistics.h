@@ -34,6 +34,14 @@ double student_t_quantile(double p, double degrees);
 // The level each of `tests` two-sided tests is held to so that all of them together err with `level` ([Sidak1967]).
 double sidak_level(double level, std::size_t tests);
 
+// The 95 % interval of a share of which `count` of `of` were seen ([Clopper1934]): all of [0, 1] where of = 0.
+Interval share_interval(std::size_t count, std::size_t of);
+// The tail index of the largest `share` of the values ([Hill1975]): P(value > v) falls as v^-index there. Moments of that order
+// and above are infinite: below 2 a standard error says nothing, below 1 neither does a mean. Values must not be negative. At
+// most `lightest_tail`; 0 where no more than that share of the values is above 0, so that there is nothing but tail.
+inline constexpr double lightest_tail = 100;
+double tail_index(std::span<const double> values, double share);
+
 // How an interval around a centre was made, which depends on how many seeds there are.
 enum class Spread : std::uint8_t {
   none,     // one seed: no interval
@@ -108,9 +116,10 @@ struct Arrival {
 };
 Arrival time_to(const Curve& curve, double target);
 bool is_earlier(const Arrival& a, const Arrival& b);  // what never arrives is later than all else
-// The median of several arrivals: `never` sorts last, so it is a time only if more than half arrived.
+// The median of several arrivals, and the 95th percentile as an order statistic: the least by which 95 % had arrived, of fewer
+// than twenty the last. `never` sorts last, so the one is a time only if more than half arrived, the other if 95 % did.
 struct ArrivalMedian {
-  Arrival median;
+  Arrival median, late;
   std::size_t arrived = 0, count = 0;
 };
 ArrivalMedian median_arrival(std::span<const Arrival> arrivals);

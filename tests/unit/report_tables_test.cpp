@@ -162,6 +162,22 @@ TEST(Tables, WhatNeverArrivesIsCensoredNotDropped) {
   const std::string text = noisy[column(table, "target_relmse") + 1].text;
   EXPECT_EQ(text.substr(0, 2), "> ") << text;
   EXPECT_GT(*noisy[column(table, "target_relmse") + 1].order, *table.rows[1][column(table, "target_relmse") + 1].order);
+  EXPECT_EQ(noisy[column(table, "time_to_target_p95_censoring")].raw, "right");
+  EXPECT_EQ(table.rows[0][column(table, "time_to_target_p95_censoring")].raw, "none");
+}
+
+TEST(Tables, MethodsAreComparedWithTheFirstByRanks) {
+  const RunLog few = small_log();
+  const Table three = final_table(arrange(few));
+  EXPECT_EQ(three.rows[0][column(three, "rank_p")].raw, "") << "it is the first";
+  EXPECT_NEAR(*three.rows[1][column(three, "rank_p")].order, 0.1, 1e-9);
+  EXPECT_EQ(three.rows[1][column(three, "rank_p") - 1].text, "0.10 ‡") << "of three seeds nothing can be said";
+  RunLog many;
+  add_cells(many, "builtin:room", {"path", "sah", 0.1, 1, -1}, 9);
+  add_cells(many, "builtin:room", {"sppm", "sah", 0.1, 0.1, -2.0 / 3, 8, "consistent"}, 9);
+  const Table nine = final_table(arrange(many));
+  EXPECT_LT(*nine.rows[1][column(nine, "rank_p")].order, 1e-4);
+  EXPECT_EQ(nine.rows[1][column(nine, "rank_p") - 1].text.find("‡"), std::string::npos);
 }
 
 TEST(Tables, MarkdownColumnsAlignInATerminal) {

@@ -212,6 +212,41 @@ TEST(Arrival, MedianIsATimeOnlyIfMoreThanHalfArrived) {
   EXPECT_EQ(half.count, 4u);
 }
 
+TEST(Arrival, LateIsWhenNineteenOfTwentyHaveArrived) {
+  using Kind = Arrival::Kind;
+  std::vector<Arrival> arrivals;
+  for (int i = 1; i <= 4; ++i) arrivals.push_back({Kind::at, static_cast<double>(i)});
+  EXPECT_EQ(median_arrival(arrivals).late.time, 4) << "of few, the last";
+  for (int i = 5; i <= 19; ++i) arrivals.push_back({Kind::at, static_cast<double>(i)});
+  arrivals.push_back({Kind::never, 7});
+  EXPECT_EQ(median_arrival(arrivals).late.time, 19);
+  arrivals.push_back({Kind::never, 7});
+  EXPECT_EQ(median_arrival(arrivals).late.kind, Kind::never);
+}
+
+TEST(Statistics, SharesHaveIntervalsThatHoldThem) {
+  EXPECT_EQ(share_interval(0, 10).low, 0);
+  EXPECT_NEAR(share_interval(0, 10).high, 0.3085, 1e-4);  // 1 - 0.025^(1/10)
+  EXPECT_NEAR(share_interval(5, 10).low, 0.1871, 1e-4);
+  EXPECT_NEAR(share_interval(5, 10).high, 0.8129, 1e-4);
+  EXPECT_EQ(share_interval(10, 10).high, 1);
+}
+
+TEST(Statistics, TailIndexIsThatOfAPowerLaw) {
+  Pcg32 rng(5, 3);
+  for (const double index : {0.7, 1.5, 4.0}) {
+    std::vector<double> values(40000);
+    for (double& value : values) value = std::pow(1 - rng.next_float(), -1 / index);
+    EXPECT_NEAR(tail_index(values, 0.05), index, 0.1 * index);
+    for (double& value : values) value *= 1000;
+    EXPECT_NEAR(tail_index(values, 0.05), index, 0.1 * index) << "whatever the unit";
+  }
+  EXPECT_EQ(tail_index(std::vector<double>(100, 3.0), 0.05), lightest_tail);
+  std::vector<double> few(100, 0.0);
+  few[7] = 1e9;
+  EXPECT_EQ(tail_index(few, 0.05), 0) << "one pixel has all the light";
+}
+
 TEST(ParetoFront, HoldsWhatNothingBeats) {
   const std::vector<dvec2> points{{3, 1}, {1, 3}, {2, 2}, {2, 2}, {2.5, 2}, {4, 1}, {1, 5}};
   EXPECT_EQ(pareto_front(points), (std::vector<std::size_t>{1, 2, 0}));
