@@ -77,6 +77,7 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
       {"stress", row + z},
       {"stress.alternative", row + "alternative = { scene = \"builtin:edge\", methods = [\"path\"], " + z + " }\n"},
       {"stress.remedies", row + "[[stress.remedies]]\nof = \"path\"\nname = \"n\"\nchange = {}\n" + z},
+      {"stress.rows", row + "rows = { of = \"path\", y = \"y\", values = [1, 2], " + z + " }\n"},
       {"sweep", "sweep = { " + z + " }\n" + row}};
   const std::map<std::string, Keys> documented = documented_keys();
   for (const auto& [section, keys] : documented) EXPECT_TRUE(experiments.contains(section)) << section;

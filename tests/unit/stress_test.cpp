@@ -6,6 +6,7 @@
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/kind_records.h"
+#include "tests/unit/report_helpers.h"
 
 #include <gtest/gtest.h>
 
@@ -189,6 +190,41 @@ TEST(StressConfig, TheParameterMayBeAMethods) {
   EXPECT_NE(method_at(hazard, hazard.trials[2], 0.125).label().find("radius=0.125"), std::string::npos);
 }
 
+// The hazard with a second parameter: no remedies, one method, and {y} in its settings.
+const std::string two_parameters = replaced(
+    replaced(replaced(experiment.substr(0, experiment.find("[[stress.remedies]]")), "radius = 0.1", "radius = \"{y}\""),
+             "inapplicable = { path = \"it finds no sun through a veil\" }\n", ""),
+    "expect = { photon-map = [0.09, 0.1] }",
+    "rows = { of = \"photon-map\", y = \"radius\", unit = \"m\", values = [0.08, 0.1], expect = [0.0774, 0.0968] }");
+
+TEST(StressConfig, RowsAreSweepsAtValuesOfASecondParameter) {
+  const ExperimentConfig config = parse_experiment(two_parameters, "x.toml");
+  const auto& hazard = choice_of<StressChoice>(config).hazards[0];
+  ASSERT_EQ(hazard.trials.size(), 2u);
+  EXPECT_EQ(hazard.trials[0].y, 0.08);
+  EXPECT_EQ(hazard.trials[1].expected, (Expected{0.0968, 0.0968}));
+  EXPECT_NE(method_at(hazard, hazard.trials[0], 0.1).label().find("radius=0.08"), std::string::npos);
+  EXPECT_EQ(make_cells(config)[1].name.key(), "builtin:thin-plate?thickness=0.2 | stress-03 | photon-map: y=0.1 | seed=1");
+  // It may be a scene's, and a whole number where it is one.
+  const std::string many_lamps = replaced(replaced(two_parameters, "thin-plate?thickness={x}", "many-lamps?lamps={y}"),
+                                          "radius = \"{y}\"", "radius = \"{x}\", k = \"{y}\"");
+  const ExperimentConfig lamps = parse_experiment(replaced(many_lamps, "[0.08, 0.1]", "[3, 8]"), "x.toml");
+  const auto& many = choice_of<StressChoice>(lamps).hazards[0];
+  EXPECT_EQ(many.trials[1].scene, "builtin:many-lamps?lamps=8");
+  EXPECT_NE(method_at(many, many.trials[1], 0.1).label().find("k=8"), std::string::npos);
+}
+
+TEST(StressConfig, SlipsOfRowsAreErrorsAtTheirPlace) {
+  const auto slip = [](const std::string& from, const std::string& to) {
+    return config_error(replaced(two_parameters, from, to));
+  };
+  EXPECT_NE(slip("[0.08, 0.1]", "[0.1, 0.08]").find("ascend"), std::string::npos);
+  EXPECT_NE(slip("[0.08, 0.1]", "[0.1]").find("2 numbers"), std::string::npos);
+  EXPECT_NE(slip("[0.0774, 0.0968]", "[0.0774]").find("expect"), std::string::npos);
+  EXPECT_NE(slip("of = \"photon-map\"", "of = \"photon-mop\"").find("photon-map"), std::string::npos);
+  EXPECT_NE(slip("radius = \"{y}\"", "radius = 0.1").find("{y} stands nowhere"), std::string::npos);
+}
+
 TEST(StressConfig, SlipsAreErrorsAtTheirPlace) {
   const struct {
     std::string text, where, what;
@@ -219,9 +255,9 @@ TEST(StressExperiment, HasSixteenHazardsTenMethodsAndEightPredictions) {
   EXPECT_GE(hazards.size(), 16u);
   std::size_t expected = 0;
   for (const StressHazard& hazard : hazards) {
-    EXPECT_GE(hazard.trials.size(), hazard.of_structures() ? 4u : 10u) << hazard.id;
+    EXPECT_GE(hazard.trials.size(), hazard.of_structures() ? 4u : hazard.second.empty() ? 10u : 6u) << hazard.id;
     for (const StressTrial& trial : hazard.trials) {
-      expected += trial.expected.has_value();
+      expected += trial.expected.has_value() && !trial.y;
       if (trial.remedy.empty()) continue;
       const auto without = std::ranges::find(hazard.trials, trial.method, &StressTrial::method);
       EXPECT_NE(method_at(hazard, trial, hazard.range.from).label(), method_at(hazard, *without, hazard.range.from).label())
@@ -304,6 +340,51 @@ TEST(StressReport, MatrixHasARowForEachHazardAndAColumnForEachMethod) {
   ASSERT_EQ(remedies->rows.size(), 1u);
   EXPECT_NE(stress_summary(log).find("fails from 2 on"), std::string::npos) << stress_summary(log);
   EXPECT_NE(report.answer.find("breaks 1 of 2"), std::string::npos) << report.answer;
+}
+
+// A row of a heat map whose threshold is where x = 2 / y.
+StressRecord row_of(double y) {
+  StressRecord record = record_of("photon-map", 2);
+  record.cell.integrator = fmt::format("photon-map: y={:g}", y);
+  record.id = 2;
+  record.hazard = "two <of> them";
+  record.second = "radius";
+  record.second_unit = "m";
+  record.y = y;
+  record.is_expected = true;
+  record.expected_low = record.expected_high = 2 / y;
+  for (StressPoint& point : record.points)
+    for (double& value : point.values) value *= y;
+  return record;
+}
+
+TEST(StressReport, RowsMakeAHeatMapOutsideTheMatrix) {
+  RunLog log;
+  add_record(log, record_of("path", 2));
+  add_record(log, row_of(1));
+  add_record(log, row_of(0.5));
+  StressRecord& off = add_record(log, row_of(0.25));
+  off.expected_low = off.expected_high = 1.5;
+  const StressMap map = arrange_stress(log);
+  ASSERT_EQ(map.rows.size(), 1u);
+  ASSERT_EQ(map.grids.size(), 1u);
+  EXPECT_EQ(map.columns, (std::vector<std::string>{"path"}));
+  EXPECT_EQ(map.grids[0].cells[0].record->y, 0.25) << "rows ascend";
+  EXPECT_EQ(judge_stress(map.grids[0].cells[2])->verdict, Verdict::confirmed);
+  EXPECT_EQ(judge_stress(map.grids[0].cells[0])->verdict, Verdict::refuted);
+  EXPECT_NE(grid_finding(map.grids[0]).find("in 2 of 3 rows, not at radius = 0.25."), std::string::npos)
+      << grid_finding(map.grids[0]);
+  const Figure figure = grid_figure(map.grids[0]);
+  EXPECT_NE(figure.drawing.svg.find("stroke-dasharray"), std::string::npos) << "the predicted boundary";
+  EXPECT_TRUE(report_test::well_formed("<svg>" + figure.drawing.svg + "</svg>"));
+  const Table table = grid_table(map.grids[0]);
+  ASSERT_EQ(table.rows.size(), 3u);
+  EXPECT_EQ(table.rows[2][3].text, "2.00 ✗");
+  EXPECT_EQ(grid_points_table(map).rows.size(), 15u);
+  EXPECT_NE(stress_summary(log).find("photon-map, radius 0.25 m fails from 8 on"), std::string::npos) << stress_summary(log);
+  const auto read = read_back<StressRecord>(row_of(0.5).line());
+  EXPECT_EQ(read.y, 0.5);
+  EXPECT_EQ(read.line(), row_of(0.5).line());
 }
 
 class StressRun : public ProgramTest {};

@@ -6,29 +6,32 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <map>
 
 namespace etendue {
 
 namespace {
 
-bool has_variable(const std::string& text) {
-  return text.find(sweep_variable) != std::string::npos || text.find(sweep_rest) != std::string::npos;
+std::string replaced(std::string text, const std::string& variable, double value) {
+  const std::string number = fmt::format("{:.6g}", value);
+  for (std::size_t at = text.find(variable); at != std::string::npos; at = text.find(variable, at + number.size()))
+    text.replace(at, variable.size(), number);
+  return text;
 }
 
-// {x} in a table's texts, replaced; what was nothing else becomes a number.
-ConfigNode substituted(ConfigNode node, double x, bool whole) {
+// A variable in a table's texts, replaced; what was nothing else becomes a number.
+ConfigNode substituted(ConfigNode node, const std::string& variable, double value, bool whole) {
   if (auto* table = std::get_if<ConfigNode::Table>(&node.value))
-    for (auto& [key, value] : *table) value = substituted(std::move(value), x, whole);
+    for (auto& [key, entry] : *table) entry = substituted(std::move(entry), variable, value, whole);
   if (const std::string* text = node.text()) {
-    if (*text == sweep_variable) {
-      if (whole)
-        node.value = static_cast<std::int64_t>(x);
-      else
-        node.value = x;
-    } else if (has_variable(*text)) {
-      node.value = with_variable(*text, x);
-    }
+    if (*text != variable)
+      node.value = replaced(*text, variable, value);
+    else if (whole)
+      node.value = static_cast<std::int64_t>(value);
+    else
+      node.value = value;
   }
   return node;
 }
@@ -105,8 +108,9 @@ std::optional<Expected> single_expectation(const ConfigNode* node, const std::st
   return read_expectations(*node, owner, {"threshold"}).at("threshold");
 }
 
+// A scene that {y} stands in is checked for each value of it.
 void check_scene(const StressHazard& hazard, const std::string& scene, const Location& where) {
-  if (!scene.starts_with(builtin_prefix)) return;
+  if (!scene.starts_with(builtin_prefix) || scene.find(row_variable) != std::string::npos) return;
   for (const double t : {0.0, 1.0}) check_builtin(with_variable(scene, hazard.range.at(t)), where);
 }
 
@@ -201,6 +205,61 @@ void read_methods(TableReader& row, StressHazard& hazard, Columns columns) {
     }
 }
 
+std::vector<double> read_numbers(const ConfigNode& node, const std::string& key, std::size_t least) {
+  const auto* array = node.array();
+  if (!array || array->size() < least) wrong_type(node, key, fmt::format("an array of {} numbers or more", least));
+  std::vector<double> values;
+  for (const ConfigNode& value : *array) values.push_back(read_number(value, key, 1e-12, 1e12));
+  return values;
+}
+
+// The thresholds that theory expects, one for each value of y; empty: none.
+std::vector<double> read_boundary(TableReader& table, std::size_t rows) {
+  const ConfigNode* node = table.find("expect");
+  if (!node) return {};
+  std::vector<double> expected = read_numbers(*node, "stress.rows.expect", rows);
+  if (expected.size() != rows)
+    throw Error(node->where, fmt::format("stress.rows.expect: {} thresholds; expected one for each of {} values of y",
+                                         expected.size(), rows));
+  return expected;
+}
+
+// One method along x, for each value of a second parameter.
+void read_rows_of_map(TableReader& row, const ConfigNode& node, StressHazard& hazard, Columns columns) {
+  read_samples(row.find("samples"), "stress.samples", columns);
+  TableReader table(node, "stress.rows");
+  const std::string method = read_names({ConfigNode::Array{table.need("of")}, table.need("of").where, node.key_where},
+                                        "stress.rows.of", "method", columns.names)
+                                 .front();
+  hazard.second = table.needed_text("y");
+  table.text("unit", hazard.second_unit);
+  const std::vector<double> values = read_numbers(table.need("values"), "stress.rows.values", 2);
+  if (!std::ranges::is_sorted(values, std::less_equal<>()))
+    throw Error(table.need("values").where, "stress.rows.values: expected them to ascend");
+  const std::vector<double> expected = read_boundary(table, values.size());
+  table.finish();
+  ConfigNode method_node = columns.nodes.at(method);
+  const auto settings = entries_of(row.find("settings"), "stress.settings", {method});
+  if (!settings.empty()) method_node = changed(std::move(method_node), *settings.at(method), "stress.settings." + method);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    StressTrial trial{.method = method,
+                      .scene = replaced(hazard.scene, row_variable, values[i]),
+                      .node = substituted(method_node, row_variable, values[i], values[i] == std::round(values[i])),
+                      .samples = columns.samples.at(method),
+                      .y = values[i]};
+    if (!expected.empty()) trial.expected = Expected{expected[i], expected[i]};
+    check_scene(hazard, trial.scene, row.need("scene").where);
+    check_trial(hazard, trial);
+    hazard.trials.push_back(std::move(trial));
+  }
+  const auto differ = [&](double x) {
+    return hazard.trials[0].scene != hazard.trials[1].scene ||
+           method_at(hazard, hazard.trials[0], x).label() != method_at(hazard, hazard.trials[1], x).label();
+  };
+  if (!differ(hazard.range.from))
+    throw Error(node.key_where, "stress.rows: {y} stands nowhere; expected it in scene or in the method's settings");
+}
+
 StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
   for (const char* key : {"method", "figure"}) refuse_old_key(node, key, "[[stress]] with range, holds and settings");
   TableReader row(node, "stress");
@@ -220,8 +279,11 @@ StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
     throw Error(structures ? structures->key_where : row.need("holds").where,
                 fmt::format("stress: {} is a figure of {}; expected {} structures", hazard.figure->name,
                             structures ? "images" : "structures", structures ? "no" : "a list of"));
+  const ConfigNode* rows = structures ? nullptr : row.find("rows");
   if (structures)
     read_structures(row, *structures, hazard);
+  else if (rows)
+    read_rows_of_map(row, *rows, hazard, columns);
   else
     read_methods(row, hazard, columns);
   row.finish();
@@ -230,17 +292,12 @@ StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
 
 }  // namespace
 
-std::string with_variable(std::string text, double x) {
-  for (const auto& [variable, value] : {std::pair<std::string, double>{sweep_variable, x}, {sweep_rest, 1 - x}}) {
-    const std::string number = fmt::format("{:.6g}", value);
-    for (std::size_t at = text.find(variable); at != std::string::npos; at = text.find(variable, at + number.size()))
-      text.replace(at, variable.size(), number);
-  }
-  return text;
+std::string with_variable(const std::string& text, double x) {
+  return replaced(replaced(text, sweep_variable, x), sweep_rest, 1 - x);
 }
 
 Method method_at(const StressHazard& hazard, const StressTrial& trial, double x) {
-  const ConfigNode node = substituted(trial.node, x, hazard.range.whole);
+  const ConfigNode node = substituted(substituted(trial.node, sweep_variable, x, hazard.range.whole), sweep_rest, 1 - x, false);
   const ConfigNode one{ConfigNode::Array{node}, node.where, node.key_where};
   return (hazard.of_structures() ? read_accels(one) : read_integrators(one)).front();
 }

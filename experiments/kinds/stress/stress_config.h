@@ -1,6 +1,7 @@
 // The part of an experiment that sweeps methods along what breaks them: [[stress]], each a hazard, with remedies, [sweep] and
 // the columns of the matrix, `integrators` (docs/experiment-file.md has the keys). A cell is one (hazard, method) or (hazard,
-// remedy), with all of its points under all seeds.
+// remedy), with all of its points under all seeds. A hazard with [stress.rows] has a second parameter: one method is swept
+// along x for each value of y, and the cells are the rows of a heat map.
 #pragma once
 
 #include "experiments/config/config.h"
@@ -14,6 +15,8 @@ namespace etendue {
 
 // The texts that stand for the parameter, and for what it lacks of one, in a hazard's scenes and in parameters of methods.
 inline constexpr const char *sweep_variable = "{x}", *sweep_rest = "{1-x}";
+// The text that stands for the second parameter.
+inline constexpr const char* row_variable = "{y}";
 
 // A method on a hazard, or one with a remedy.
 struct StressTrial {
@@ -24,6 +27,7 @@ struct StressTrial {
   std::uint64_t samples = 1;              // iterations
   std::string inapplicable = {};          // why the hazard says nothing about it; "": it does
   std::optional<Expected> expected = {};  // the threshold, in x
+  std::optional<double> y = {};           // of a hazard with a second parameter, which `scene` and `node` have already
 };
 
 struct StressHazard {
@@ -33,6 +37,7 @@ struct StressHazard {
   SweepRange range = {};
   const StressFigure* figure = nullptr;
   Expected holds = {};
+  std::string second = {}, second_unit = {};  // what y is, and its unit; empty: there is none
   std::vector<StressTrial> trials = {};
 
   bool of_structures() const { return figure->of_structure != nullptr; }
@@ -47,7 +52,7 @@ struct StressChoice final : KindChoice {
 StressChoice read_stress(const ConfigNode& hazards, const ConfigNode* sweep, const ConfigNode& integrators,
                          std::uint64_t samples);
 
-std::string with_variable(std::string text, double x);  // {x} and {1-x} replaced
+std::string with_variable(const std::string& text, double x);  // {x} and {1-x} replaced
 Method method_at(const StressHazard& hazard, const StressTrial& trial, double x);
 
 }  // namespace etendue

@@ -33,14 +33,6 @@ ChartSeries guide_of(const ChartSeries& series, std::vector<ChartPoint> points) 
   return guide;
 }
 
-// The bound on whose side the curve leaves what is sound.
-double crossed_bound(const StressRecord& r) {
-  const double last = mean(r.points.back().values);
-  if (std::isinf(r.holds.high)) return r.holds.low;
-  if (std::isinf(r.holds.low)) return r.holds.high;
-  return last < r.holds.low ? r.holds.low : r.holds.high;
-}
-
 }  // namespace
 
 Figure curve_figure(const StressRow& row) {

@@ -35,7 +35,7 @@ void list_fields(auto& f, FieldsOf<StressRecord> auto& r) {
   FIELDS(column, remedy, method);
   f.maybe("parameters", r.parameters);
   FIELDS(inapplicable, of_structure, is_expected);
-  MAYBE_FIELDS(expected_low, expected_high);
+  MAYBE_FIELDS(expected_low, expected_high, second, second_unit, y);
   FIELDS(points, before, after, disagreements, picture);
   f.stamp("picture", r.picture_stamp);
 }
@@ -93,6 +93,11 @@ std::string render_command(const std::string& scene, const Method& method, ivec2
   return fmt::format("{} --resolution {}x{} --spp {} --seed {}", command, resolution.x, resolution.y, samples, seed);
 }
 
+std::string trial_name(const StressTrial& trial) {
+  if (trial.y) return fmt::format("{}: y={:g}", trial.method, *trial.y);
+  return trial.method + (trial.remedy.empty() ? "" : ": " + trial.remedy);
+}
+
 class StressWork final : public RecordWork {
  public:
   StressWork(const RunPlan& plan, RunObserver& observer)
@@ -120,6 +125,9 @@ class StressWork final : public RecordWork {
     record->remedy = trial.remedy;
     record->inapplicable = trial.inapplicable;
     record->of_structure = hazard.of_structures();
+    record->second = hazard.second;
+    record->second_unit = hazard.second_unit;
+    record->y = trial.y;
     record->is_expected = trial.expected.has_value();
     if (trial.expected && std::isfinite(trial.expected->low)) record->expected_low = trial.expected->low;
     if (trial.expected && std::isfinite(trial.expected->high)) record->expected_high = trial.expected->high;
@@ -265,7 +273,7 @@ class StressKind final : public RecordKind<StressRecord, StressWork> {
                          0,
                          t,
                          {with_variable(trial.scene, hazards[i].range.from), fmt::format("stress-{:02}", hazards[i].id),
-                          trial.method + (trial.remedy.empty() ? "" : ": " + trial.remedy), 1}});
+                          trial_name(trial), 1}});
       }
     return cells;
   }

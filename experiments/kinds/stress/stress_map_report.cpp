@@ -1,6 +1,7 @@
 // The map that a log's cells make: thresholds, in words and judged.
 #include "experiments/kinds/stress/stress_report.h"
 #include "experiments/report/report_text.h"
+#include "framework/core/units.h"
 
 #include <fmt/format.h>
 
@@ -9,12 +10,18 @@
 
 namespace etendue {
 
-namespace {
-
-// Two digits: "0.097", "7000".
 std::string x_text(double x) { return fmt::format("{:g}", std::strtod(fmt::format("{:.2g}", x).c_str(), nullptr)); }
 
-}  // namespace
+std::string y_text(double y) { return y < 1e4 ? fmt::format("{:g}", y) : format_count(y); }
+
+std::string with_unit(const std::string& text, const std::string& unit) { return unit.empty() ? text : text + " " + unit; }
+
+double crossed_bound(const StressRecord& r) {
+  const double last = mean(r.points.back().values);
+  if (std::isinf(r.holds.high)) return r.holds.low;
+  if (std::isinf(r.holds.low)) return r.holds.high;
+  return last < r.holds.low ? r.holds.low : r.holds.high;
+}
 
 Interval StressCell::x_interval() const {
   const auto [low, high] = threshold->interval;
@@ -67,6 +74,12 @@ std::string StressCell::verdict_text() const {
   return fmt::format("fails from {}{} on{}", x_text(x()), unit, recovers);
 }
 
+std::string StressCell::name() const {
+  const StressRecord& r = *record;
+  if (r.y) return fmt::format("{}, {} {}", r.column, r.second, with_unit(y_text(*r.y), r.second_unit));
+  return r.remedy.empty() ? r.column : r.column + ": " + r.remedy;
+}
+
 std::string StressCell::anchor() const { return record->cell.accel + "-" + slug(record->cell.integrator); }
 
 std::optional<double> StressCell::calm_error() const {
@@ -93,19 +106,23 @@ StressMap arrange_stress(const RunLog& log) {
     StressCell cell{record};
     if (record->done() && !record->points.empty()) cell.threshold = threshold_of(record->curve(), record->holds);
     StressRow& row = find_or_add(
-        map.rows, [&](const StressRow& r) { return r.id == record->id; }, StressRow{record->id, {}, {}});
+        record->y ? map.grids : map.rows, [&](const StressRow& r) { return r.id == record->id; },
+        StressRow{record->id, {}, {}});
     if (!record->remedy.empty()) {
       row.remedies.push_back(cell);
       continue;
     }
     row.cells.push_back(cell);
+    if (record->y) continue;
     auto& columns = record->of_structure ? map.structure_columns : map.columns;
     find_or_add(
         columns, [&](const std::string& column) { return column == record->column; }, record->column);
   }
   // A filter may leave remedies without what they mend.
   std::erase_if(map.rows, [](const StressRow& row) { return row.cells.empty(); });
-  std::ranges::stable_sort(map.rows, {}, &StressRow::id);
+  for (auto* rows : {&map.rows, &map.grids}) std::ranges::stable_sort(*rows, {}, &StressRow::id);
+  for (StressRow& grid : map.grids)
+    std::ranges::stable_sort(grid.cells, {}, [](const StressCell& cell) { return *cell.record->y; });
   return map;
 }
 

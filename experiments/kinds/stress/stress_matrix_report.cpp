@@ -32,17 +32,13 @@ Paint paint_of(const StressCell* cell) {
   return failing[std::min<std::size_t>(3, static_cast<std::size_t>(4 * early))];
 }
 
-std::string text_at(double x, double y, const std::string& text, const std::string& style) {
-  return fmt::format("<text x=\"{}\" y=\"{}\" style=\"{}\">{}</text>", px(x), px(y), style, escape_html(text));
-}
-
 // A name in at most two lines, broken behind a hyphen.
 std::string column_heading(const std::string& name, double middle) {
   const std::size_t hyphen = name.find('-');
   const std::string style = "font-size:12.5px;font-weight:600;text-anchor:middle";
-  if (hyphen == std::string::npos || name.size() < 9) return text_at(middle, header_height - 10, name, style);
-  return text_at(middle, header_height - 24, name.substr(0, hyphen + 1), style) +
-         text_at(middle, header_height - 10, name.substr(hyphen + 1), style);
+  if (hyphen == std::string::npos || name.size() < 9) return drawn_text(middle, header_height - 10, name, style);
+  return drawn_text(middle, header_height - 24, name.substr(0, hyphen + 1), style) +
+         drawn_text(middle, header_height - 10, name.substr(hyphen + 1), style);
 }
 
 std::string draw_cell(const StressCell* cell, bool is_mended, double x, double y, bool linked) {
@@ -54,8 +50,9 @@ std::string draw_cell(const StressCell* cell, bool is_mended, double x, double y
   const std::string ink = fmt::format("text-anchor:middle;fill:{};", paint.ink);
   const double middle = x + cell_width / 2;
   const bool number = !interval.empty();
-  out += text_at(middle, y + (number ? 19 : 26), text, ink + (number ? "font-size:14.5px;font-weight:600" : "font-size:13px"));
-  if (number) out += text_at(middle, y + 33, interval, ink + "font-size:10.5px");
+  out +=
+      drawn_text(middle, y + (number ? 19 : 26), text, ink + (number ? "font-size:14.5px;font-weight:600" : "font-size:13px"));
+  if (number) out += drawn_text(middle, y + 33, interval, ink + "font-size:10.5px");
   if (!cell) return out;
   out = fmt::format("<g><title>{}, {}: {}</title>{}</g>", escape_html(cell->record->hazard), escape_html(cell->record->column),
                     escape_html(cell->verdict_text()), out);
@@ -69,7 +66,7 @@ std::string draw_legend(double y) {
     out += fmt::format(
         "<rect x=\"{}\" y=\"{}\" width=\"22\" height=\"14\" rx=\"2\" style=\"fill:{};stroke:#9aa1a8;stroke-width:.6\"/>", px(x),
         px(y), paint.fill);
-    out += text_at(x + 28, y + 11.5, text, "font-size:12px");
+    out += drawn_text(x + 28, y + 11.5, text, "font-size:12px");
     x += 28 + text_width(text, 12) + 20;
   };
   entry(holding, "holds to the harmful end");
@@ -82,13 +79,17 @@ std::string draw_legend(double y) {
 
 }  // namespace
 
+std::string drawn_text(double x, double y, const std::string& text, const std::string& style) {
+  return fmt::format("<text x=\"{}\" y=\"{}\" style=\"{}\">{}</text>", px(x), px(y), style, escape_html(text));
+}
+
 Drawing draw_matrix(const StressMap& map, bool structures, bool linked) {
   const std::vector<std::string>& columns = structures ? map.structure_columns : map.columns;
   Drawing drawing;
   drawing.width = std::max(1060.0, margin + names_width + cell_width * static_cast<double>(columns.size()) + margin);
   std::string& out = drawing.svg;
   const auto left = [](std::size_t c) { return margin + names_width + cell_width * static_cast<double>(c); };
-  out += text_at(margin, header_height - 10, "hazard, and its parameter: harmless → harmful", "font-size:12px");
+  out += drawn_text(margin, header_height - 10, "hazard, and its parameter: harmless → harmful", "font-size:12px");
   for (std::size_t c = 0; c < columns.size(); ++c) out += column_heading(columns[c], left(c) + cell_width / 2);
   const std::vector<MendedCell> remedies = mended_cells(map);
   const auto is_mended = [&](const StressCell* cell) {
@@ -98,8 +99,8 @@ Drawing draw_matrix(const StressMap& map, bool structures, bool linked) {
   for (const StressRow& row : map.rows) {
     const StressRecord& r = row.record();
     if (r.of_structure != structures) continue;
-    out += text_at(margin, y + 18, shortened(fmt::format("{}. {}", r.id, r.hazard), 44), "font-size:14px;font-weight:600");
-    out += text_at(margin, y + 33, shortened(r.parameter + ", " + range_of(r), 56), "font-size:11px");
+    out += drawn_text(margin, y + 18, shortened(fmt::format("{}. {}", r.id, r.hazard), 44), "font-size:14px;font-weight:600");
+    out += drawn_text(margin, y + 33, shortened(r.parameter + ", " + range_of(r), 56), "font-size:11px");
     for (std::size_t c = 0; c < columns.size(); ++c)
       out += draw_cell(row.of(columns[c]), is_mended(row.of(columns[c])), left(c), y, linked);
     out += "\n";

@@ -24,11 +24,13 @@ struct StressRecord final : KindRecord {
   std::string hazard, failure, source, parameter, unit;
   SweepRange range;
   std::string figure, figure_text;
-  Expected holds;              // the figure of a method that does not fail
-  std::string column, remedy;  // the method's column of the matrix; what mends it: "" for the matrix' own cells
-  std::string method;          // with its parameters at the harmless end
-  Parameters parameters = {};  // these by name; older logs have them in `method` alone
-  std::string inapplicable;    // why nothing was measured; "": it was
+  Expected holds;                   // the figure of a method that does not fail
+  std::string column, remedy;       // the method's column of the matrix; what mends it: "" for the matrix' own cells
+  std::string method;               // with its parameters at the harmless end
+  Parameters parameters = {};       // these by name; older logs have them in `method` alone
+  std::string inapplicable;         // why nothing was measured; "": it was
+  std::string second, second_unit;  // what y is, of a row of a heat map, and its unit
+  std::optional<double> y;          // its value; empty: there is no second parameter
   bool of_structure = false;
   std::optional<double> expected_low, expected_high;  // of the threshold, in x; infinite ends are left out
   bool is_expected = false;

@@ -14,10 +14,6 @@ namespace etendue {
 
 namespace {
 
-std::string name_of(const StressCell& cell) {
-  return cell.record->remedy.empty() ? cell.record->column : cell.record->column + ": " + cell.record->remedy;
-}
-
 std::vector<const StressCell*> matrix_cells(const StressMap& map, bool structures) {
   std::vector<const StressCell*> cells;
   for (const StressRow& row : map.rows)
@@ -139,6 +135,16 @@ void add_mended(const std::vector<MendedCell>& cells, KindReport& report) {
           worst->with->record->remedy, worst->with->record->hazard, worst->text()));
 }
 
+void add_grids(const StressMap& map, KindReport& report) {
+  std::string text;
+  for (const StressRow& grid : map.grids) {
+    report.tables.push_back(grid_table(grid));
+    if (const std::string finding = grid_finding(grid); !finding.empty()) text += (text.empty() ? "" : " ") + finding;
+  }
+  report.tables.push_back(grid_points_table(map));
+  if (!text.empty()) report.findings.emplace_back("Where two parameters decide", text);
+}
+
 // --- the page ---
 
 std::string embedded_picture(const std::string& path) {
@@ -155,7 +161,7 @@ std::string cell_html(const StressCell& cell) {
                          verdict_name(*prediction->verdict));
   std::string out =
       fmt::format("<article class=\"card\" id=\"{}\"><h4>{}</h4><p><strong>{}</strong>{}</p>{}", escape_html(cell.anchor()),
-                  escape_html(name_of(cell)), escape_html(cell.verdict_text()),
+                  escape_html(cell.name()), escape_html(cell.verdict_text()),
                   cell.interval_text().empty() ? "" : escape_html(fmt::format(" (95 %: {})", cell.interval_text())), judged);
   const bool two = !r.after.empty();
   if (const std::string png = embedded_picture(r.picture); !png.empty())
@@ -170,7 +176,7 @@ std::string cell_html(const StressCell& cell) {
 
 FigureGroup hazard_group(const StressRow& row) {
   const StressRecord& r = row.record();
-  FigureGroup group{.heading = fmt::format("{}. {}", r.id, r.hazard), .figures = {curve_figure(row)}};
+  FigureGroup group{.heading = fmt::format("{}. {}", r.id, r.hazard), .figures = {r.y ? grid_figure(row) : curve_figure(row)}};
   group.below = fmt::format(
       "<p>{}. x: {}, {}. Sound: {}. <span class=\"note\">{}</span></p>\n<details><summary>The cells: images before and after "
       "each threshold, "
@@ -209,8 +215,8 @@ KindReport stress_report(const RunLog& log) {
   if (records_of<StressRecord>(log).empty()) return {};
   const StressMap map = arrange_stress(log);
   KindReport report{.id = "stress", .heading = "Where methods fail"};
-  if (map.rows.empty()) return report;
-  report.fact = fmt::format("{}, {}", counted(map.rows.size(), "hazard"),
+  if (map.rows.empty() && map.grids.empty()) return report;
+  report.fact = fmt::format("{}, {}", counted(map.rows.size() + map.grids.size(), "hazard"),
                             counted(map.columns.size() + map.structure_columns.size(), "method"));
   for (const StressCell* cell : all_cells(map))
     if (auto judged = judge_stress(*cell)) report.predictions.rows.push_back(std::move(*judged));
@@ -229,7 +235,9 @@ KindReport stress_report(const RunLog& log) {
   add_safest(map, report);
   report.tables.push_back(thresholds_table(map));
   report.tables.push_back(remedies_table(mended));
-  for (const StressRow& row : map.rows) report.figures.push_back(hazard_group(row));
+  add_grids(map, report);
+  for (const auto* rows : {&map.grids, &map.rows})
+    for (const StressRow& row : *rows) report.figures.push_back(hazard_group(row));
   for (const std::string& line : failed_cells<StressRecord>(log)) {
     report.predictions.notes.push_back(line);
     report.section += "<p>" + escape_html(line) + "</p>\n";
@@ -242,15 +250,19 @@ KindReport stress_report(const RunLog& log) {
 std::string stress_summary(const RunLog& log) {
   std::string out;
   const StressMap map = arrange_stress(log);
-  for (const StressRow& row : map.rows) {
+  std::vector<const StressRow*> rows;
+  for (const auto* of : {&map.rows, &map.grids})
+    for (const StressRow& row : *of) rows.push_back(&row);
+  for (const StressRow* shown : rows) {
+    const StressRow& row = *shown;
     const StressRecord& r = row.record();
     out += fmt::format("{:2}  {}: {}, {}; sound: {}\n", r.id, r.hazard, r.parameter, range_of(r), bound_of(r));
     std::size_t widest = 16;
     for (const auto* cells : {&row.cells, &row.remedies})
-      for (const StressCell& cell : *cells) widest = std::max(widest, std::min<std::size_t>(40, display_width(name_of(cell))));
+      for (const StressCell& cell : *cells) widest = std::max(widest, std::min<std::size_t>(40, display_width(cell.name())));
     for (const auto* cells : {&row.cells, &row.remedies})
       for (const StressCell& cell : *cells) {
-        std::string line = fmt::format("      {:<{}} {}", name_of(cell), widest, cell.verdict_text());
+        std::string line = fmt::format("      {:<{}} {}", cell.name(), widest, cell.verdict_text());
         if (!cell.interval_text().empty()) line += fmt::format(" ({})", cell.interval_text());
         if (const auto judged = judge_stress(cell))
           line += fmt::format("; expected {}: {}", judged->expected_text(), verdict_name(*judged->verdict));

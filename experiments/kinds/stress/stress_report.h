@@ -1,5 +1,6 @@
 // What a report says of a failure map: the matrix of hazards and methods as a figure and a table, thresholds with intervals
-// against what theory expects of them, remedies as factors by which thresholds moved, and a curve and images for each cell.
+// against what theory expects of them, remedies as factors by which thresholds moved, a curve and images for each cell, and
+// heat maps of hazards with two parameters.
 #pragma once
 
 #include "experiments/kinds/stress/stress_record.h"
@@ -22,6 +23,7 @@ struct StressCell {
   std::string interval_text() const;   // "0.09–0.1"; "" where there is none
   std::string verdict_text() const;    // "fails from 0.097 m on"
   std::string anchor() const;          // of the page
+  std::string name() const;            // "sppm", "sppm: side test", "sppm, radius of the kernel 0.1 m"
   // How far the image's mean is off at the harmful end, where seeds agree on it to a fifth: wrong, and calm.
   std::optional<double> calm_error() const;
 };
@@ -38,18 +40,24 @@ struct StressRow {
 
 struct StressMap {
   std::vector<std::string> columns, structure_columns;
-  std::vector<StressRow> rows;  // by id
+  std::vector<StressRow> rows;   // by id
+  std::vector<StressRow> grids;  // hazards with a second parameter, whose cells are the rows of a heat map, by ascending y
 };
 
 StressMap arrange_stress(const RunLog& log);
-// Empty where nothing is expected.
+// Empty where nothing is expected. Of a row of a heat map the expected threshold is confirmed where the measured interval holds
+// it.
 std::optional<JudgedPrediction> judge_stress(const StressCell& cell);
 
 std::vector<const StressCell*> all_cells(const StressMap& map);
 
 std::string range_of(const StressRecord& record);  // "0.2 → 0.01 m"
 std::string bound_of(const StressRecord& record);  // "relmse at most 0.1"
-extern const char* const threshold_rule;           // how thresholds are found, for people
+double crossed_bound(const StressRecord& record);  // the end on whose side the curve leaves what is sound
+std::string x_text(double x);                      // with two digits: "0.097", "7000"
+std::string y_text(double y);                      // as it was chosen: "0.0125", "400 k"
+std::string with_unit(const std::string& text, const std::string& unit);  // "0.097 m"
+extern const char* const threshold_rule;                                  // how thresholds are found, for people
 
 // A remedy beside what it mends.
 struct MendedCell {
@@ -66,9 +74,20 @@ Table matrix_table(const StressMap& map, bool structures);
 Table thresholds_table(const StressMap& map);
 Table remedies_table(const std::vector<MendedCell>& cells);
 
+// Of a heat map: its rows at the points that all of them have, with thresholds and what theory expects of them; and every
+// point of all maps.
+Table grid_table(const StressRow& grid);
+Table grid_points_table(const StressMap& map);
+// How many rows hold the threshold expected; "" where none is.
+std::string grid_finding(const StressRow& grid);
+
+// An element of SVG, its text escaped.
+std::string drawn_text(double x, double y, const std::string& text, const std::string& style);
+
 // The matrix, of methods or of structures; in a page its cells lead to what stands there of each.
 Drawing draw_matrix(const StressMap& map, bool structures, bool linked);
 Figure curve_figure(const StressRow& row);
+Figure grid_figure(const StressRow& grid);
 
 KindReport stress_report(const RunLog& log);
 std::string stress_summary(const RunLog& log);  // what `etendue stress` prints at its end

@@ -19,8 +19,6 @@ namespace {
 
 std::string figure_of(double x) { return format_figure(x, 2); }
 
-std::string with_unit(const std::string& text, const std::string& unit) { return unit.empty() ? text : text + " " + unit; }
-
 double value_at(const StressRecord& record, double t) {
   const auto nearest = std::ranges::min_element(record.points, {}, [&](const StressPoint& p) { return std::abs(p.t - t); });
   return mean(nearest->values);

@@ -167,8 +167,12 @@ std::string standalone_svg(const std::string& title, const Drawing& drawing, con
 }
 
 std::string inline_svg(const Drawing& drawing, const std::string& title) {
-  return fmt::format("<svg class=\"drawing\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n{}</svg>\n",
-                     drawing.width, drawing.height, escape_html(title), drawing.svg);
+  // A narrow one fits a phone as it is, and is not blown up to the page's width.
+  constexpr double narrow = 600;
+  const std::string style =
+      drawing.width > narrow ? "" : fmt::format(" style=\"min-width:0;max-width:{:.0f}px\"", 1.4 * drawing.width);
+  return fmt::format("<svg class=\"drawing\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\"{}>\n{}</svg>\n",
+                     drawing.width, drawing.height, escape_html(title), style, drawing.svg);
 }
 
 std::string legend_swatch(const ChartSeries& series) {
