@@ -140,6 +140,25 @@ TEST(StressFigures, AreWhatTheySay) {
   EXPECT_THROW(find_stress_figure("darker", {}), Error);
 }
 
+TEST(StressFigures, TailsAreOfNoiseNotOfBias) {
+  const Image reference = [] {
+    Image image({20, 10});
+    for (dvec3& pixel : image.pixels) pixel = dvec3(2);
+    return image;
+  }();
+  Image biased = reference, firefly = reference, black({20, 10});
+  for (std::size_t i = 0; i < 20; ++i) biased.pixels[i] = dvec3(100.0 * static_cast<double>(i + 1));
+  EXPECT_EQ(image_tails({biased, biased, biased}, reference)[0], lightest_tail) << "all seeds have it";
+  EXPECT_LT(image_tails({biased}, reference)[0], lightest_tail) << "one seed does not know";
+  firefly.pixels[150] = dvec3(2e6);
+  const std::vector<double> tails = image_tails({reference, firefly, reference}, reference);
+  EXPECT_EQ(tails[0], lightest_tail);
+  EXPECT_LT(tails[1], 1);
+  black.pixels[7] = dvec3(5);
+  EXPECT_EQ(image_tails({black, black}, reference)[0], 0) << "no light to tell from";
+  EXPECT_EQ(image_tails({reference}, Image({20, 10}))[0], 0) << "nor a reference";
+}
+
 const std::string experiment =
     "title = \"One hazard\"\n"
     "seeds = 2\n"
@@ -385,6 +404,40 @@ TEST(StressReport, RowsMakeAHeatMapOutsideTheMatrix) {
   const auto read = read_back<StressRecord>(row_of(0.5).line());
   EXPECT_EQ(read.y, 0.5);
   EXPECT_EQ(read.line(), row_of(0.5).line());
+}
+
+TEST(StressReport, HiddenTableCountsWhatIntervalsMiss) {
+  StressRecord record = record_of("path", 1);
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    StressPoint& point = record.points[i];
+    point.bias = i == 0 ? 0.5 : 4e-4;  // the first is off by more than its seeds say, the others within what counts as none
+    point.bias_error = i == 0 ? 0.1 : 0;
+    point.tails = {1.4, 1.5, 1.6};
+    point.sane_iterations = {4, 8, -16};
+    point.sane_s = {0.4, 0.8, -1.6};
+    point.beyond_stated = 0.25;
+  }
+  RunLog log;
+  add_record(log, record);
+  record.column = "bdpt";
+  for (StressPoint& point : record.points) point = {{point.t, point.x, point.values}, 0, 0, 0};
+  add_record(log, record);  // as lines older than these figures
+  const Table table = hidden_table(arrange_stress(log));
+  ASSERT_EQ(table.rows.size(), 2u);
+  const auto cell = [&](const char* key) { return table.rows[0][*column_of(table, key)]; };
+  EXPECT_EQ(*cell("tail_index").order, 1.5);
+  EXPECT_EQ(cell("missed").raw, "1");
+  EXPECT_EQ(cell("missed_of").raw, "5");
+  EXPECT_EQ(*cell("sane_iterations").order, 8);
+  EXPECT_EQ(cell("sane_s_arrived").raw, "2");
+  EXPECT_EQ(cell("beyond_stated").text, "25 %");
+  EXPECT_EQ(table.rows[1][*column_of(table, "sane_s")].raw, "");
+  EXPECT_EQ(read_back<StressRecord>(record.line()).line(), record.line());
+  const KindReport report = stress_report(log);
+  const auto found =
+      std::ranges::find(report.findings, std::string("What a mean hides"), [](const auto& f) { return f.first; });
+  ASSERT_NE(found, report.findings.end());
+  EXPECT_NE(found->second.find("1 of 2 cells have a tail index below 2"), std::string::npos) << found->second;
 }
 
 class StressRun : public ProgramTest {};

@@ -8,6 +8,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 namespace etendue {
 
@@ -18,6 +19,11 @@ struct StressFigure {
   double (*compute)(const Image& image, const Image& reference) = nullptr;
   double (*of_structure)(const StructureHazard& measured) = nullptr;  // one of the two
 };
+
+// The tail index of the noise of each image of a method, one a seed (statistics.h): of the brightest twentieth of its pixels,
+// less those of the other seeds on the mean (of one seed: less the reference's), over the reference's, and 1. What all seeds
+// have in common, a bias, is not taken for a tail. 0 where fewer than one pixel in twenty has any light.
+std::vector<double> image_tails(const std::vector<Image>& images, const Image& reference);
 
 std::span<const StressFigure> stress_figures();
 const StressFigure& find_stress_figure(const std::string& name, const Location& where);  // throws Error

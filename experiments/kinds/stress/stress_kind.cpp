@@ -19,7 +19,10 @@
 
 namespace etendue {
 
-void list_fields(auto& f, FieldsOf<StressPoint> auto& r) { FIELDS(t, x, values, bias, bias_error, peak); }
+void list_fields(auto& f, FieldsOf<StressPoint> auto& r) {
+  FIELDS(t, x, values, bias, bias_error, peak);
+  MAYBE_FIELDS(tails, sane_iterations, sane_s, beyond_stated);
+}
 
 void list_fields(auto& f, FieldsOf<StressRecord> auto& r) {
   f("id", r.id);
@@ -91,6 +94,17 @@ std::string render_command(const std::string& scene, const Method& method, ivec2
   std::string command = fmt::format("etendue render {} --integrator {}", shell_word(scene), method.name);
   for (const auto& [key, value] : method.params) command += fmt::format(" -p {}", shell_word(key + "=" + to_text(value)));
   return fmt::format("{} --resolution {}x{} --spp {} --seed {}", command, resolution.x, resolution.y, samples, seed);
+}
+
+void note_first_sane(const CellResult& result, StressPoint& point) {
+  const auto found = std::ranges::find_if(result.checkpoints, [](const CheckpointRecord& c) {
+    const auto relmse = c.metrics.find("relmse");
+    return relmse != c.metrics.end() && relmse->second < sane_relmse;
+  });
+  const bool any = found != result.checkpoints.end();
+  const CheckpointRecord& at = any ? *found : result.checkpoints.back();
+  point.sane_iterations.push_back((any ? 1 : -1) * static_cast<double>(at.iterations));
+  point.sane_s.push_back((any ? 1 : -1) * at.time_s);
 }
 
 std::string trial_name(const StressTrial& trial) {
@@ -201,18 +215,28 @@ class StressWork final : public RecordWork {
     const Method method = method_at(hazard, trial, x), accel = default_accel();
     Budget budget;
     budget.samples = trial.samples;
-    budget.checkpoints.linear = 1;
     StressPoint point;
-    std::vector<double> biases;
+    std::vector<double> biases, beyond;
+    std::vector<Image> images;
     const double bright = brightest(at.reference);
     for (const std::uint64_t seed : plan_.config.seeds) {
-      CellResult result = run_cell({at.scene, at.needs, accel, method, seed, at.resolution, budget, plan_.threads});
+      CellTask task{at.scene, at.needs, accel, method, seed, at.resolution, budget, plan_.threads};
+      task.reference = &at.reference;
+      task.metrics = {"relmse"};
+      task.confidence = true;
+      CellResult result = run_cell(task);
+      note_first_sane(result, point);
+      if (const auto& stated = result.checkpoints.back().confidence; !stated.empty())
+        beyond.push_back(1 - stated.at("within_2"));
       const double value = hazard.figure->compute(result.image, at.reference), off = bias(result.image, at.reference);
       point.values.push_back(std::isfinite(value) ? value : 1e30);
       biases.push_back(std::isfinite(off) ? off : 1e30);
       if (bright > 0) point.peak = std::max(point.peak, std::min(1e30, brightest(result.image) / bright));
-      if (biases.size() == 1) first = std::move(result.image);
+      images.push_back(std::move(result.image));
     }
+    point.tails = image_tails(images, at.reference);
+    first = std::move(images.front());
+    if (!beyond.empty()) point.beyond_stated = mean(beyond);
     point.bias = mean(biases);
     point.bias_error = sample_sd(biases) / std::sqrt(static_cast<double>(biases.size()));
     return point;

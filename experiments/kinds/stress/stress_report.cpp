@@ -235,6 +235,7 @@ KindReport stress_report(const RunLog& log) {
   add_safest(map, report);
   report.tables.push_back(thresholds_table(map));
   report.tables.push_back(remedies_table(mended));
+  add_hidden(map, report);
   add_grids(map, report);
   for (const auto* rows : {&map.grids, &map.rows})
     for (const StressRow& row : *rows) report.figures.push_back(hazard_group(row));

@@ -74,6 +74,10 @@ Table matrix_table(const StressMap& map, bool structures);
 Table thresholds_table(const StressMap& map);
 Table remedies_table(const std::vector<MendedCell>& cells);
 
+// By cell of the matrix: tails, coverage, and the time to the first sane image; and what that comes to.
+Table hidden_table(const StressMap& map);
+void add_hidden(const StressMap& map, KindReport& report);
+
 // Of a heat map: its rows at the points that all of them have, with thresholds and what theory expects of them; and every
 // point of all maps.
 Table grid_table(const StressRow& grid);
