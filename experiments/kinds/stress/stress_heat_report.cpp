@@ -117,7 +117,8 @@ class HeatMap {
                    end = i + 1 < r.points.size() ? border(i, i + 1) : px_of(r.range.to);
       const double value = mean(r.points[i].values);
       out += fmt::format(
-          "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:{}\"><title>{} {}, {}: {} {}</title></rect>",
+          "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:{}\" shape-rendering=\"crispEdges\"><title>{} {}, "
+          "{}: {} {}</title></rect>",
           px(std::min(begin, end)), px(above), px(std::abs(end - begin)), px(below - above), palette_.of(value),
           escape_html(r.parameter), with_unit(format_figure(r.points[i].x), r.unit), escape_html(cell.name()),
           escape_html(r.figure), format_figure(value));
@@ -199,8 +200,9 @@ class HeatMap {
       const double t = (i + 0.5) / steps;
       const double value = palette_.scale == Scale::log ? range.low * std::pow(range.high / range.low, t)
                                                         : range.low + t * (range.high - range.low);
-      out += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"10\" style=\"fill:{}\"/>",
-                         px(left + plot_width * i / steps), px(y), px(plot_width / steps + 0.6), palette_.of(value));
+      out +=
+          fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"10\" style=\"fill:{}\" shape-rendering=\"crispEdges\"/>",
+                      px(left + plot_width * i / steps), px(y), px(plot_width / steps + 0.6), palette_.of(value));
     }
     for (const Tick& tick : ticks(range, palette_.scale, 5))
       if (!tick.label.empty())
@@ -209,6 +211,8 @@ class HeatMap {
     out += drawn_text(left, y + 42, fmt::format("{}; sound: {}", r.figure_text, bound_of(r)), "font-size:12.5px");
     double x = left;
     const auto entry = [&](const std::string& text, const char* ink, const char* style) {
+      // On the map's own ground, for pages may be dark.
+      out += fmt::format("<path d=\"M{} {}h30\" style=\"stroke:#f4fafd;stroke-width:12\"/>", px(x - 2), px(y + 57));
       out += fmt::format("<path d=\"M{} {}h26\" style=\"stroke:{};stroke-width:2.2;{}\"/>", px(x), px(y + 57), ink, style);
       out += drawn_text(x + 32, y + 61, text, "font-size:12.5px");
       x += 32 + text_width(text, 12.5) + 20;

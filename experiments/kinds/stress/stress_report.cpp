@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <numeric>
+#include <set>
 
 namespace etendue {
 
@@ -216,8 +217,9 @@ KindReport stress_report(const RunLog& log) {
   const StressMap map = arrange_stress(log);
   KindReport report{.id = "stress", .heading = "Where methods fail"};
   if (map.rows.empty() && map.grids.empty()) return report;
-  report.fact = fmt::format("{}, {}", counted(map.rows.size() + map.grids.size(), "hazard"),
-                            counted(map.columns.size() + map.structure_columns.size(), "method"));
+  std::set<std::string> methods;
+  for (const StressRecord* record : records_of<StressRecord>(log)) methods.insert(record->column);
+  report.fact = fmt::format("{}, {}", counted(map.rows.size() + map.grids.size(), "hazard"), counted(methods.size(), "method"));
   for (const StressCell* cell : all_cells(map))
     if (auto judged = judge_stress(*cell)) report.predictions.rows.push_back(std::move(*judged));
   const std::vector<MendedCell> mended = mended_cells(map);
