@@ -1,4 +1,4 @@
-// The only file that includes CGAL: it takes 10 s and much memory to compile.
+// CGAL takes 10 s and much memory to compile: this file and collapse.cpp alone include it.
 #include "accel/thirdparty/cgal.h"
 
 #include "accel/kernels/queries.h"

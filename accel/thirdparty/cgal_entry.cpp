@@ -1,6 +1,7 @@
-// The registry's row of CGAL; where CGAL was not found, the row says so.
+// The registry's row of CGAL; where CGAL was not found, the row says so, and so does the edge collapse.
 #include "accel/plain_entry.h"
 #include "accel/thirdparty/cgal.h"
+#include "accel/thirdparty/collapse.h"
 #include "framework/core/error.h"
 
 namespace etendue {
@@ -24,5 +25,11 @@ RayEntry cgal_entry() {
   return entry;
 #endif
 }
+
+#ifndef ETENDUE_HAS_CGAL
+std::vector<CoarseMesh> collapse_edges(std::span<const vec3>, std::span<const uvec3>, std::span<const double>) {
+  throw Error("meshes cannot be made coarser: this build was made without CGAL");
+}
+#endif
 
 }  // namespace etendue

@@ -15,6 +15,7 @@
 
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -48,6 +49,10 @@ void expect_slab_agrees(const VariantTree& tree, const PackedNodes& packed, cons
                                                                                          what + ", unordered");
   expect_traversals_agree<TraversalOptions{TraversalForm::iterative, false, false}, Slab>(tree, packed, linked, brute, rays,
                                                                                           what + ", unpruned");
+}
+
+bool cgal_is_available() {
+  return std::ranges::any_of(ray_structures(), [](const RayEntry& entry) { return entry.name == "cgal" && entry.available; });
 }
 
 TEST(ClaimVariants, TraversalsFindWhatBruteForceFinds) {
@@ -108,6 +113,25 @@ TEST(ClaimVariants, MeasurementsAgreeAndGiveEveryQuantityOnce) {
       }
       EXPECT_EQ(names.size(), measurement.quantities.size()) << measurement.name;
     }
+}
+
+// Contacts apart, a mesh of which little is left gives nearly the same image; no figure is missing.
+TEST(ClaimVariants, CoarserMeshesAddLittleError) {
+  if (!cgal_is_available()) GTEST_SKIP() << "this build is without CGAL";
+  const Measurement& measurement = find_measurement("coarse-indirect", {});
+  MeasureResult result;
+  with_threads(1, [&] { result = measurement.run({"builtin:mesh?triangles=4k", 8, 1}); });
+  std::set<std::string> names;
+  for (const auto& [name, value] : result.figures) {
+    EXPECT_TRUE(std::isfinite(value.median)) << name;
+    names.insert(name);
+    if (name.starts_with("error_near")) {
+      EXPECT_LT(value.median, 0.01) << name;
+    }
+  }
+  for (const Quantity& quantity : measurement.quantities)  // without a gain nothing is earned
+    EXPECT_TRUE(names.contains(quantity.name) || quantity.name.starts_with("earned")) << quantity.name;
+  EXPECT_THROW(measurement.run({"builtin:cornell-spheres", 8, 1}), Error);
 }
 
 // What a scene has it is not spared; what is added to it changes no ray's answer.

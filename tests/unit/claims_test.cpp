@@ -98,7 +98,7 @@ TEST(ClaimsExperiment, HoldsEveryClaimOnce) {
 
 TEST(ClaimsExperiment, UsesEveryMeasurement) {
   std::set<const Measurement*> used;
-  for (const char* file : {"claims.toml", "contents.toml"}) {
+  for (const char* file : {"claims.toml", "contents.toml", "coarse-geometry.toml"}) {
     const ExperimentConfig config = load_config(std::string(project_folder) + "experiments/" + file);
     for (const Claim& claim : choice_of<ClaimsChoice>(config).rows)
       for (const ClaimMeasure& measure : claim.measures) used.insert(measure.measurement);

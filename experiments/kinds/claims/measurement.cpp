@@ -80,7 +80,7 @@ std::span<const Measurement> measurements() {
     std::vector<Measurement> rows;
     for (const auto& group :
          {builder_measurements(), traversal_measurements(), change_measurements(), space_measurements(), object_measurements(),
-          image_measurements(), task_measurements(), sampling_measurements(), content_measurements()})
+          image_measurements(), task_measurements(), sampling_measurements(), content_measurements(), coarse_measurements()})
       rows.insert(rows.end(), group.begin(), group.end());
     return rows;
   }();

@@ -137,6 +137,7 @@ std::vector<Measurement> image_measurements();      // whole images: seconds
 std::vector<Measurement> task_measurements();       // images cut into tasks
 std::vector<Measurement> sampling_measurements();   // directions, caches
 std::vector<Measurement> content_measurements();    // what a scene is spared that lacks a thing
+std::vector<Measurement> coarse_measurements();     // what indirect rays gain from coarser meshes
 
 // --- works ---
 
