@@ -128,7 +128,7 @@ class CellRunner {
     result_.image_hash = hash_of(result_.image);
     result_.non_finite = film_.non_finite();
     if (task_.finished) task_.finished(*integrator, context, result_);
-    if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, task_.integrator.name);
+    if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, task_.integrator.name, task_.integrator.params);
     return std::move(result_);
   }
 

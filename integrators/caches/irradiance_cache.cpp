@@ -49,6 +49,7 @@ class IrradianceCache final : public RecordCache {
     Rgb throughput{1};
     float eta_scale = 1, pdf_bsdf = 0, distance = 0;
     bool count_emission = true, only_emission = false;
+    CausticChain chain;
 
     explicit CameraPath(CameraSample& s) : sample(&s), found_light(&s.sampled), met_light(&s.sampled) {}
   };
@@ -64,6 +65,7 @@ class IrradianceCache final : public RecordCache {
 
   IrradianceCacheParams params_;
   std::optional<RoughExtension> extension_;
+  std::unique_ptr<CausticLight> caustics_;  // null: paths meet lights behind specular surfaces by chance
   bool by_closed_form_ = false;
   int cached_below_ = 0;  // events before a point at which light is cached
   Rgb kept_{1};           // share of a record's light that a limit of one event less would leave
@@ -71,13 +73,14 @@ class IrradianceCache final : public RecordCache {
 
 void IrradianceCache::prepare(RenderContext& context) {
   context.choose_lights_by(params_.lights);
-  const auto timed = context.phases.measure("initial_pass");
+  std::optional<PhaseTimes::Scope> timed(std::in_place, context.phases, "initial_pass");
   max_depth_ = context.max_depth(params_.max_depth);
   // Direct light takes one scattering event, indirect light two at least.
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
   CacheSettings settings = cache_settings(params_, params_.structure);
   by_closed_form_ = params_.fill == RecordFill::closed_form;
-  if (by_closed_form_ || params_.fill == RecordFill::exact_values) fill_by_closed_form(context, settings);
+  const bool holds_all = by_closed_form_ || params_.fill == RecordFill::exact_values;
+  if (holds_all) fill_by_closed_form(context, settings);
   if (params_.refine && params_.records == 0) settings.overlap = CacheProgress::overlap;
   if (params_.records > 0 || by_closed_form_) settings.stretch = gap_stretch;
   // Loaded records keep the spacings of their own accuracy if it was found for a number of records, or if no new records will
@@ -89,14 +92,21 @@ void IrradianceCache::prepare(RenderContext& context) {
   settings.overture = params_.overture;
   standing_.begin(context, params_.refine);
   std::vector<CachePoint> seen = seen_points(context, cached_below_, nullptr);
-  const bool by_records = params_.fill == RecordFill::records;
-  if (by_records) kept_ = kept_below_limit(context, settings, seen, paths_to(max_depth_), params_.cache_direct);
   if (rough_) rough_->prepare(context, cached_below_, shares_levels());
   if (rough_ && !rough_->active()) rough_.reset();
+  timed.reset();
+  if (!holds_all)
+    caustics_ = CausticLight::where_wanted(context, params_, max_depth_, sampler_, rough_ ? rough_->narrowest() : infinity);
+  if (caustics_) caustics_->trace(context, round_of(0));
+  timed.emplace(context.phases, "initial_pass");
+  const bool by_records = params_.fill == RecordFill::records;
+  if (by_records)
+    kept_ = kept_below_limit(context, settings, seen, paths_to(max_depth_), params_.cache_direct, caustics_.get());
   start(context, settings, std::move(seen), by_closed_form_ ? 0 : params_.extra_samples);
   radiance_ = [this, by_records, &context](std::span<PathSample> paths, int depth) {
     const TerminateInCache end(context.scene, *cache_, depth - 1, params_.cache_direct, kept_);
-    trace_paths(context, paths, depth, paths_to(max_depth_), params_.cache_direct, by_records ? &end : nullptr);
+    trace_paths(context, paths, depth, paths_to(max_depth_), params_.cache_direct, by_records ? &end : nullptr,
+                caustics_.get());
   };
   fill_before(context);
 }
@@ -108,6 +118,8 @@ void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSet
                             context.scene.name));
   if (!params_.cache_direct)
     throw Error(fmt::format("irradiance-cache: fill = {} holds all light; expected cache_direct = true", fill));
+  if (params_.caustic_map == CausticMap::on)
+    throw Error(fmt::format("irradiance-cache: fill = {} holds all light; caustic_map = on would count caustics twice", fill));
   settings.at_point = [&context](const CachePoint& point, int) { return closed_form_irradiance(context, point); };
   settings.judges_by_rays = !by_closed_form_;
   if (settings.judges_by_rays) return;
@@ -127,6 +139,7 @@ FileCache::Identity IrradianceCache::identity() const {
 }
 
 void IrradianceCache::refine(RenderContext& context, std::uint32_t index) {
+  if (caustics_ && index > 0) caustics_->trace(context, round_of(index));
   if (!params_.refine) return;
   const auto timed = context.phases.measure("initial_pass");
   const std::uint32_t stage = stage_of(index);
@@ -178,7 +191,8 @@ void IrradianceCache::camera_samples(const RenderContext& context, float next_ac
 bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, CameraPath& path, Ray& ray,
                            const SurfacePoint* met, int depth, Wavefront<CameraPath>& wave) const {
   CameraSample& out = *path.sample;
-  if (path.count_emission) *path.met_light += path.throughput * emitted_with_mis(context, ray, met, path.pdf_bsdf);
+  if (path.count_emission && !path.chain.holds_emission())
+    *path.met_light += path.throughput * emitted_with_mis(context, ray, met, path.pdf_bsdf);
   if (met == nullptr || depth >= max_depth_ || path.only_emission) return false;
 
   const SurfacePoint& point = *met;
@@ -190,6 +204,8 @@ bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, Ca
   const MisMode mode = !cached ? MisMode::power : params_.cache_direct ? MisMode::bsdf : MisMode::light;
   if (const auto light = sample_direct_light(context, point, bsdf, wo, out.sampler, mode))
     wave.gain({path.found_light, path.throughput * light->radiance}, light->shadow_ray);
+  if (caustics_ && caustics_->gathers_at(point.material))
+    *path.found_light += path.throughput * caustics_->reflected(context, point, bsdf, wo, depth);
   path.met_light = path.found_light;
   const Visit visit{point, bsdf, wo, depth, path.distance, path.throughput};
   const bool found = cached && depth < cached_below_ && add_irradiance(context, visit, next_accuracy, out);
@@ -208,6 +224,7 @@ bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, Ca
   if (rough_misses) path.found_light = &out.cached;
   // A cached surface has had all of its direct light from the light sample, or none.
   path.count_emission = !cached || scattered.specular || params_.cache_direct;
+  path.chain.leave(caustics_.get(), point.material, scattered.specular, scattered.pdf_solid_angle);
   path.throughput *= scattered.weight;
   if (scattered.transmitted) path.eta_scale *= scattered.eta * scattered.eta;
   path.pdf_bsdf = cached ? 0 : scattered.pdf_solid_angle;

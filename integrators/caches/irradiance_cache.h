@@ -30,18 +30,23 @@
 // Where the limit is above 16 all depths share them, and a path seen through c specular-like events may be c events too long;
 // where records answer for records, light may be so too.
 //
+// Where the scene needs it, caustics come from a map of photons that is new in every iteration (caustic_light.h): camera paths
+// and the paths that fill records gather it wherever they meet a diffuse or rough surface, and records hold all else. Records
+// of the exact answer hold caustics too, and there is no map.
+//
 // Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
 #pragma once
 
 #include "framework/structure_names.h"
 #include "integrators/caches/record_cache.h"
+#include "integrators/photons/caustic_light.h"
 
 namespace etendue {
 
 enum class RecordFill : std::uint8_t { records, paths, closed_form, exact_values };
 constexpr auto names_of(RecordFill) { return std::array{"records", "paths", "closed-form", "exact-values"}; }
 
-struct IrradianceCacheParams : CacheParams {
+struct IrradianceCacheParams : CacheParams, CausticParams {
   IrradianceCacheParams() { samples = 768; }
   int records = 0;
   bool overture = true;
@@ -62,6 +67,7 @@ void describe(Visitor& v, IrradianceCacheParams& p) {
            "what gives a hemisphere's light its further bounces; closed-form: no hemispheres, records hold the exact answer; "
            "exact-values: that too, but hemispheres say how far they serve");
   v.flag("cache_direct", p.cache_direct, "records hold direct light too, as far as rays can find it; no light samples there");
+  describe_caustics(v, p);
   v.choice("structure", p.structure, record_structure_names, "what finds the records");
 }
 

@@ -10,6 +10,7 @@ IntegratorEntry radiance_cache_entry() {
       [](const RadianceCacheParams& p) {
         IrradianceCacheParams diffuse;
         static_cast<RecordParams&>(diffuse) = p;
+        static_cast<CausticParams&>(diffuse) = p;
         diffuse.gradients = p.gradients ? Gradients::both : Gradients::none;
         diffuse.structure = p.structure;
         RoughCacheSettings rough{record_settings(p, p.structure), p.order, p.left_out, p.lobe_samples, p.gradients};

@@ -17,10 +17,11 @@
 
 #include "framework/structure_names.h"
 #include "integrators/caches/record_cache.h"
+#include "integrators/photons/caustic_light.h"
 
 namespace etendue {
 
-struct RadianceCacheParams : RecordParams {
+struct RadianceCacheParams : RecordParams, CausticParams {
   RadianceCacheParams() { samples = 512; }
   int order = 5;
   float left_out = 0.025f;
@@ -37,6 +38,7 @@ void describe(Visitor& v, RadianceCacheParams& p) {
            "share of a lobe's amplitude beyond its bands; narrower ones are followed");
   v.integer("lobe_samples", p.lobe_samples, 1, 65536, "directions", "that project a rough lobe, per camera sample");
   v.flag("gradients", p.gradients, "records are extrapolated by their gradients");
+  describe_caustics(v, p);
   v.choice("structure", p.structure, record_structure_names, "what finds the records");
 }
 

@@ -41,6 +41,7 @@ float lobe_square(float alpha, int order) {
 
 void RoughCache::choose_orders(const Scene& scene) {
   order_ = 0;
+  narrowest_ = infinity;
   orders_.clear();
   lobe_squares_.clear();
   for (const Material& material : scene.materials) {
@@ -50,6 +51,7 @@ void RoughCache::choose_orders(const Scene& scene) {
     orders_.push_back(order <= settings_.highest_order ? order : 0);
     lobe_squares_.push_back(lobe_square(alpha, orders_.back()));
     order_ = std::max(order_, orders_.back());
+    if (orders_.back() > 0) narrowest_ = std::min(narrowest_, alpha);
   }
 }
 

@@ -48,6 +48,8 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
   void resume(const RenderContext& context, float accuracy, std::uint64_t key_salt, bool refine);
 
   bool answers(std::uint32_t material) const { return orders_[material] > 0; }
+  // The least roughness of a material that it answers for; infinity where there is none.
+  float narrowest() const { return narrowest_; }
 
   struct Reflected {
     Rgb radiance;
@@ -67,7 +69,8 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
                             std::uint32_t pass) const override;
 
   RoughCacheSettings settings_;
-  int order_ = 0;                            // of the records: the highest that a material needs
+  int order_ = 0;  // of the records: the highest that a material needs
+  float narrowest_ = infinity;
   std::vector<int> orders_;                  // by material; 0: not cached
   std::vector<float> lobe_squares_;          // by material: sum of the squares of its lobe's even coefficients, of unit weight
   float max_spacing_ = 0;                    // metres

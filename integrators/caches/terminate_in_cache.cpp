@@ -23,7 +23,7 @@ std::optional<Rgb> TerminateInCache::reflected(const SurfacePoint& point, const 
 }
 
 Rgb kept_below_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen,
-                     const PathSettings& paths, bool cache_direct) {
+                     const PathSettings& paths, bool cache_direct, const PathCaustics* caustics) {
   constexpr std::size_t points = 64;
   if (paths.max_depth > shared_above) return Rgb(1);
   std::vector<std::uint64_t> pixels;
@@ -38,7 +38,7 @@ Rgb kept_below_limit(const RenderContext& context, const CacheSettings& settings
     PathSettings limited = paths;
     limited.max_depth -= static_cast<int>(i % 2);
     const auto radiance = [&](std::span<PathSample> samples, int depth) {
-      trace_paths(context, samples, depth, limited, cache_direct);
+      trace_paths(context, samples, depth, limited, cache_direct, nullptr, caustics);
     };
     const IrradianceEstimate e = sample_hemisphere(context, settings, seen[pixel], 1, hash_keys(pixel, 2u), 0, radiance);
     (i % 2 == 0 ? whole : less)[i / 2] = dvec3(e.irradiance);

@@ -30,6 +30,6 @@ class TerminateInCache final : public PathEnd {
 // The share of the irradiance at the points `seen` that a depth limit of one event less than paths.max_depth would leave, per
 // channel in [0, 1]; by path tracing from at most 64 of the points, with the same random numbers for both limits.
 Rgb kept_below_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen,
-                     const PathSettings& paths, bool cache_direct);
+                     const PathSettings& paths, bool cache_direct, const PathCaustics* caustics);
 
 }  // namespace etendue

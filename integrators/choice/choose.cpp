@@ -1,5 +1,7 @@
 #include "integrators/choice/choose.h"
 
+#include "integrators/photons/photon_maps.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -92,15 +94,21 @@ class Chooser {
     if (bias_ == BiasAllowed::none) return {"bdpt", {}, light + ", and bdpt is the unbiased method that finds most of it"};
     if (found_.caustic_contrast >= sharp_caustics && bias_ == BiasAllowed::any && context_.effort.error == 0 &&
         rays_ < rays_for_sharp && found_.photons_seen < few_photons)
-      return {"irradiance-cache",
-              {},
-              light + ", and in so little time the photons that land there are spots: a cache leaves most of it out"};
+      return cache("irradiance-cache",
+                   light + ", and in so little time the photons that land there are spots: a cache leaves most of it out");
     if (found_.caustic_contrast >= sharp_caustics)
       return {"sppm", {}, light + ", and it is sharp, so that the photons' radii must shrink"};
     if (bias_ == BiasAllowed::any && found_.caustic_contrast < even_caustics && found_.caustic_light < minor_caustics &&
         rays_ >= many_rays)
       return {"photon-cache", {}, light + ", it is even, and there is time for a map and records"};
     return {"cppm", {}, light + ", and it is even enough for radii that shrink only where a test asks for it"};
+  }
+
+  // Where paths find the light behind specular surfaces, or have no time for it, photons of their own for it do not pay.
+  MethodChoice cache(const std::string& name, std::string why) const {
+    ParamMap params;
+    if (context_.needs.caustic_map) params["caustic_map"] = {std::string(name_of(CausticMap::off)), {}};
+    return {name, std::move(params), std::move(why)};
   }
 
   MethodChoice for_indirect_light() const {
@@ -111,30 +119,26 @@ class Chooser {
     if (found_.caustic_light >= mostly_caustic && rays_ >= rays_for_paths)
       return {"path", {}, "paths find the light behind specular surfaces easily, and there is time enough for them"};
     if (hidden >= hidden_light && found_.caustic_light < mostly_caustic)
-      return {"hash-cache",
-              {},
-              "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid "
-              "learn it soonest"};
+      return cache("hash-cache",
+                   "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid "
+                   "learn it soonest");
     if (found_.photons_seen < rare_photons)
-      return {"hash-cache",
-              {},
-              "hardly any of the light that is emitted gets into view, and paths that share it through a hash grid learn it "
-              "soonest"};
+      return cache("hash-cache",
+                   "hardly any of the light that is emitted gets into view, and paths that share it through a hash grid learn "
+                   "it soonest");
     if (found_.path_error < little_noise)
-      return {
-          "hash-cache", {}, "paths leave so little noise that the error of interpolating between records would outweigh it"};
+      return cache("hash-cache",
+                   "paths leave so little noise that the error of interpolating between records would outweigh it");
     if (bias_ == BiasAllowed::vanishing)
-      return {"hash-cache", {}, "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes"};
+      return cache("hash-cache", "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes");
     const std::string share = fill < rays_ ? percent(fill / rays_) : "more than all";
     if (fill > fill_share * rays_)
-      return {"hash-cache",
-              {},
-              fmt::format("about {:.0f} records would take {} of the budget before the first image", found_.records, share)};
-    return {
-        "irradiance-cache",
-        {},
-        fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of the budget",
-                    found_.records, share)};
+      return cache("hash-cache", fmt::format("about {:.0f} records would take {} of the budget before the first image",
+                                             found_.records, share));
+    return cache("irradiance-cache",
+                 fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of "
+                             "the budget",
+                             found_.records, share));
   }
 
   const RenderContext& context_;
@@ -158,9 +162,13 @@ MethodChoice choose_method(const RenderContext& context, const PilotFindings& fi
   return Chooser(context, findings, bias).choose();
 }
 
-std::string light_out_of_reach(const RenderContext& context, const std::string& method) {
-  constexpr std::array by_chance{"path", "irradiance-cache", "radiance-cache", "hash-cache", "guided"};
-  if (!context.needs.caustic_map || std::ranges::find(by_chance, method) == by_chance.end()) return "";
+std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
+  constexpr std::array by_chance{"path", "guided"};
+  constexpr std::array by_map{"irradiance-cache", "radiance-cache", "hash-cache"};
+  const auto is_among = [&](const auto& names) { return std::ranges::find(names, method) != names.end(); };
+  const auto map = params.find("caustic_map");
+  const bool without = is_among(by_map) && map != params.end() && to_text(map->second) == name_of(CausticMap::off);
+  if (!context.needs.caustic_map || !(is_among(by_chance) || without)) return "";
   return Chooser(context, run_pilot(context), BiasAllowed::any).out_of_reach(method);
 }
 

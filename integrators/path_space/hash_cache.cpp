@@ -48,6 +48,7 @@ struct HashedState {
   Rgb throughput{1};  // to the camera; once the cache is asked, to the last event
   float eta_scale = 1, pdf_bsdf = 0;
   bool asked = false, from_diffuse = false;
+  CausticChain chain = {};
   std::uint32_t last_event = none;
 };
 
@@ -71,6 +72,7 @@ class HashCache final : public Integrator, public FileCache {
     const ivec2 size = context.resolution;
     if (!grid_) make_grid(context);
     first_ = samples_;
+    caustics_ = CausticLight::where_wanted(context, params_, max_depth_, params_.sampler);
     pixels_.resize(path_tile_count(size));
     values_.resize(pixels_.size());
     cached_ = CachedLight(size, context.states_error, PathSpaceGrid::forgetting, has_signed_filter(context));
@@ -83,7 +85,8 @@ class HashCache final : public Integrator, public FileCache {
   Image standard_error() const override { return cached_.standard_error(); }
 
   Expectation expectation() const override {
-    return {Bias::consistent, -2.0 / 3, 0.03, "indirect light blurred within cells, which shrink [Binder2018]"};
+    return {Bias::consistent, -2.0 / 3, 0.03,
+            "indirect light blurred within cells, caustics within kernels, which shrink [Binder2018, Knaus2011]"};
   }
 
  private:
@@ -114,6 +117,7 @@ class HashCache final : public Integrator, public FileCache {
   int max_depth_ = 0;
   float traced_on_ = 0;  // of paths where they could end, in this iteration
   std::optional<PathSpaceGrid> grid_;
+  std::unique_ptr<CausticLight> caustics_;        // null: paths meet lights behind specular surfaces by chance
   std::uint32_t samples_ = 0, first_ = 0;         // per pixel, that the grid knows; of them from a file
   std::vector<std::vector<Pixel>> pixels_;        // per tile
   std::vector<std::vector<CachedValue>> values_;  // likewise
@@ -142,7 +146,8 @@ void HashCache::read(const RenderContext& context, ByteReader& body) {
 // of that surface, which is not part of the event's value.
 void HashCache::meet_light(const RenderContext& context, const HashedState& state, const Ray& ray, const SurfacePoint* point,
                            Pixel& pixel, TileWavefront& wave) const {
-  const Rgb met = state.throughput * emitted_with_mis(context, ray, point, state.pdf_bsdf);
+  const Rgb met =
+      state.chain.holds_emission() ? Rgb(0) : state.throughput * emitted_with_mis(context, ray, point, state.pdf_bsdf);
   if (!state.from_diffuse) {
     (state.asked ? pixel.found : pixel.radiance) += met;
     return;
@@ -198,13 +203,15 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
   const bool diffuse = bsdf.is_diffuse();
   const Rgb albedo = diffuse ? bsdf.diffuse_albedo() : Rgb(1);
   const Onward next = diffuse ? onward(state, point.position, normal, albedo, depth, pixel) : Onward::follows;
+  Rgb& found = state.asked ? pixel.found : pixel.radiance;
+  if (caustics_ && caustics_->gathers_at(point.material))
+    found += state.throughput * caustics_->reflected(context, point, bsdf, wo, depth);
   const int samples = diffuse && !state.asked ? params_.light_samples : 1;
-  for (int i = 0; i < samples; ++i)
-    if (const auto light = sample_direct_light(context, point, bsdf, wo, pixel.sampler,
-                                               next == Onward::follows ? MisMode::power : MisMode::light))
-      wave.paths.gain(
-          {state.asked ? &pixel.found : &pixel.radiance, state.throughput * light->radiance / static_cast<float>(samples)},
-          light->shadow_ray);
+  for (int i = 0; i < samples; ++i) {
+    const MisMode mode = next == Onward::follows ? MisMode::power : MisMode::light;
+    if (const auto light = sample_direct_light(context, point, bsdf, wo, pixel.sampler, mode))
+      wave.paths.gain({&found, state.throughput * light->radiance / static_cast<float>(samples)}, light->shadow_ray);
+  }
   if (next == Onward::ends) return false;
   // Roulette goes by the weight of this event's value in that of the event before, once there is one: the weight in the pixel
   // says nothing about that in the cell.
@@ -217,6 +224,7 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
   const float u_lobe = pixel.sampler.get_1d();
   const BsdfSample scattered = bsdf.sample(wo, u_lobe, pixel.sampler.get_2d());
   if (!scattered) return false;
+  state.chain.leave(caustics_.get(), point.material, scattered.specular, scattered.pdf_solid_angle);
   // A diffuse surface's albedo is counted already.
   if (!diffuse) {
     state.throughput *= scattered.weight;
@@ -285,6 +293,7 @@ void HashCache::add_tile(const RenderContext& context, std::size_t number, Film&
 
 void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& film) {
   const std::uint32_t sample = first_ + index;
+  if (caustics_) caustics_->trace(context, sample);
   grid_->begin(sample);
   traced_on_ = params_.trace_on * std::max(1.0f, grid_->scatter());
   {

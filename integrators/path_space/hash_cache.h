@@ -7,21 +7,24 @@
 // value ends with what this surface's cell had before the current sample, or goes on where the cell has seen too little. Values
 // exclude the albedo, so textures stay sharp. Nothing must be set per scene: cells are sized by pixels, and shrink.
 //
-// A share s of the paths that end with a cell goes on from there, so that cells the camera does not see keep learning. What such
-// a path finds counts for the cells that it meets from then on, and no more for those before, which have taken the cell's value:
-// like temporal differences ([Dahm2017]), each cell learns from what it leads to, by values with the noise of one event.
+// A share s of the paths that end with a cell goes on from there, so that cells the camera does not see keep learning. What
+// such a path finds counts for the cells that it meets from then on, and no more for those before, which have taken the cell's
+// value: like temporal differences ([Dahm2017]), each cell learns from what it leads to, by values with the noise of one event.
 //
 // A path that ends with a cell inherits that cell's error, and so do all others that end there; the n-th bounce rests on
-// s^(n-1) of the paths. So s = `trace_on` times the relative scatter of values about their cells' means (at least 1), taken over
-// the whole scene: if each cell decided by its own values, paths would end with means that are too low and go on from those
-// that are too high. Roulette compares an event's value with the event before, not with the pixel, because the value counts in
-// full in its own cell. Light that a direction meets is weighted against the light sample at its origin, except where a value
-// ends with a cell and follows no direction.
+// s^(n-1) of the paths. So s = `trace_on` times the relative scatter of values about their cells' means (at least 1), taken
+// over the whole scene: if each cell decided by its own values, paths would end with means that are too low and go on from
+// those that are too high. Roulette compares an event's value with the event before, not with the pixel, because the value
+// counts in full in its own cell. Light that a direction meets is weighted against the light sample at its origin, except where
+// a value ends with a cell and follows no direction.
 //
 // A cache can be saved and loaded. It then continues for any view of the scene as if its earlier samples had been the first of
 // this image, whose mean is over the new ones alone. The parameters that decide which cells answer (`enough`, `finest`) may
 // differ, and so may `light_samples`. With a pixel filter that has negative parts none is loaded: of samples in the middle of a
 // pixel's the weights may cancel (framework/scene/pixel_filter.h).
+//
+// Where the scene needs it, caustics come from a map of photons that is new in every iteration (caustic_light.h): paths gather
+// it wherever they meet a diffuse or rough surface, and cells hold all else.
 //
 // Consistent: a cell blurs indirect light that is not linear within its size (and over normals that differ by some 20 degrees,
 // where it is larger than the radius of curvature), more where few paths come; this vanishes as cells shrink. Sampled light is
@@ -33,13 +36,13 @@
 // lookup).
 #pragma once
 
-#include "framework/integrator.h"
+#include "integrators/photons/caustic_light.h"
 
 #include <string>
 
 namespace etendue {
 
-struct HashCacheParams {
+struct HashCacheParams : CausticParams {
   int max_depth = 0;
   int roulette_depth = 5;
   int light_samples = 2;
@@ -62,6 +65,7 @@ void describe(Visitor& v, HashCacheParams& p) {
            "share of paths that go on where they could end with a cell, times the scatter of all values over cells' means "
            "where that is "
            "above 1");
+  describe_caustics(v, p);
   v.choice("sampler", p.sampler, "random numbers");
   describe_lights(v, p.lights);
 }

@@ -62,7 +62,7 @@ namespace {
 class PathWave {
  public:
   void trace(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
-             bool count_emission, const PathEnd* end);
+             bool count_emission, const PathEnd* end, const PathCaustics* caustics);
 
  private:
   // What becomes of the paths after `depth` events. `first`: before their first hits; `counts`: emission counts.
@@ -70,8 +70,18 @@ class PathWave {
     const RenderContext& context;
     const PathSettings& settings;
     const PathEnd* end;
+    const PathCaustics* caustics;
     int depth;
     bool first, counts;
+
+    bool gathers_at(std::uint32_t material) const { return caustics != nullptr && caustics->gathers_at(material); }
+    // A path meets something: does emission count there?
+    bool counts_for(const PathState& state) const {
+      if (caustics == nullptr || first) return counts;
+      PathSample& path = *state.path;
+      if (state.pdf_bsdf > 0) path.in_core = path.gathered != no_id && caustics->leaves(path.gathered, state.pdf_bsdf);
+      return state.pdf_bsdf > 0 || path.in_core;
+    }
   };
   // Runs of a wave: surfaces that are worked out in lanes as they are met, others, and those where paths end.
   enum Kind : std::uint32_t { in_lanes, placed, ended, kinds };
@@ -96,7 +106,7 @@ class PathWave {
 };
 
 void PathWave::trace(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
-                     bool count_emission, const PathEnd* end) {
+                     bool count_emission, const PathEnd* end, const PathCaustics* caustics) {
   count_ = paths.size();
   grow(states_, rays_);
   for (std::size_t i = 0; i < count_; ++i) {
@@ -104,7 +114,7 @@ void PathWave::trace(const RenderContext& context, std::span<PathSample> paths, 
     rays_[i] = paths[i].ray;
   }
   for (const int first = depth; count_ > 0; ++depth) {
-    const Event event{context, settings, end, depth, depth == first, count_emission || depth > first};
+    const Event event{context, settings, end, caustics, depth, depth == first, count_emission || depth > first};
     grow(next_states_, next_rays_, shadow_rays_, hits_, points_, gains_);
     etendue::trace(context, std::span(rays_).first(count_), std::span(hits_).first(count_));
     sort(event);
@@ -115,7 +125,7 @@ void PathWave::trace(const RenderContext& context, std::span<PathSample> paths, 
 // Into runs of one material. Surfaces that nothing but the run asks about are worked out there.
 void PathWave::sort(const Event& event) {
   static constexpr std::size_t prefetched = 4;  // hits ahead: as long as memory takes
-  const auto& [context, settings, end, depth, first, counts] = event;
+  const auto& [context, settings, end, caustics, depth, first, counts] = event;
   const Scene& scene = context.scene;
   const Object& world = scene.objects[0];
   runs_.reset(kinds * scene.materials.size());
@@ -125,13 +135,16 @@ void PathWave::sort(const Event& event) {
     const PathState& state = states_[i];
     const Hit& hit = hits_[i];
     PathSample& path = *state.path;
+    const bool counted = event.counts_for(state);
     if (first) path.first_distance = hit ? hit.t : infinity;
     if (!hit) {
-      if (counts) path.radiance += emitted_with_mis(context, rays_[i], nullptr, state.pdf_bsdf, state.throughput, settings.mis);
+      if (counted)
+        path.radiance += emitted_with_mis(context, rays_[i], nullptr, state.pdf_bsdf, state.throughput, settings.mis);
     } else if (hit.instance == 0 && world.geometry.is_triangle(hit.primitive)) {
       const Shape& shape = world.shape(hit.primitive);
       const bool asked = depth >= settings.max_depth || (counts && shape.first_light != no_id) ||
-                         (end && std::holds_alternative<Diffuse>(scene.materials[shape.material]));
+                         (end && std::holds_alternative<Diffuse>(scene.materials[shape.material])) ||
+                         event.gathers_at(shape.material);
       if (asked)
         to_place_.push_back(static_cast<std::uint32_t>(i));
       else
@@ -147,14 +160,19 @@ void PathWave::sort(const Event& event) {
 
 // A path at a surface that is worked out.
 void PathWave::arrive(const Event& event, std::uint32_t i) {
-  const auto& [context, settings, end, depth, first, counts] = event;
+  const auto& [context, settings, end, caustics, depth, first, counts] = event;
   const PathState& state = states_[i];
   const SurfacePoint& point = points_[i];
   PathSample& path = *state.path;
   if (first) path.first_normal = point.normal;
-  if (counts && point.light != no_id)
+  if (point.light != no_id && event.counts_for(state))
     path.radiance += emitted_with_mis(context, rays_[i], &point, state.pdf_bsdf, state.throughput, settings.mis);
   if (depth >= settings.max_depth) return;
+  if (event.gathers_at(point.material)) {
+    path.gathered = point.material;
+    const Bsdf bsdf(context.scene, point);
+    path.radiance += state.throughput * caustics->reflected(context, point, bsdf, -rays_[i].direction, depth);
+  }
   std::optional<Rgb> reflected;
   if (const auto* diffuse = std::get_if<Diffuse>(&context.scene.materials[point.material]); diffuse && end)
     reflected = end->reflected(point, *diffuse, -rays_[i].direction, depth);
@@ -163,7 +181,7 @@ void PathWave::arrive(const Event& event, std::uint32_t i) {
 }
 
 void PathWave::meet(const Event& event) {
-  const auto& [context, settings, end, depth, first, counts] = event;
+  const auto& [context, settings, end, caustics, depth, first, counts] = event;
   PathEvents events{.scene = context.scene,
                     .lights = context.lights,
                     .material = nullptr,
@@ -200,9 +218,9 @@ void PathWave::meet(const Event& event) {
 }  // namespace
 
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
-                 bool count_emission, const PathEnd* end) {
+                 bool count_emission, const PathEnd* end, const PathCaustics* caustics) {
   static thread_local PathWave wave;
-  wave.trace(context, paths, depth, settings, count_emission, end);
+  wave.trace(context, paths, depth, settings, count_emission, end, caustics);
 }
 
 void camera_paths(const RenderContext& context, const Tile& tile, SamplerKind kind, std::uint32_t index,

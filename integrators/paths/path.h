@@ -50,6 +50,8 @@ struct PathSample {
   float first_distance = infinity;   // to the first hit, in lengths of the ray's direction
   vec3 first_normal{0};              // geometric, there
   float first_photon_footprint = 0;  // area per photon at the first hit, where the radiance is made of photons; else 0
+  std::uint32_t gathered = no_id;    // material of the last surface at which PathCaustics gathered; none: where it began
+  bool in_core = false;              // the path left that one in a direction in which caustics are the path's own
 };
 
 // Where paths may end early: at diffuse surfaces whose indirect light something else knows.
@@ -63,11 +65,24 @@ class PathEnd {
   MisMode direct = MisMode::light;
 };
 
+// Light by way of specular surfaces that something else knows, a caustic map: paths gather it where they meet other surfaces,
+// and count no emission that they meet beyond specular ones, but for directions that are left to them.
+class PathCaustics {
+ public:
+  virtual ~PathCaustics() = default;
+  virtual bool gathers_at(std::uint32_t material) const = 0;
+  // Is light from a direction of this BSDF density (1/sr) left to paths?
+  virtual bool leaves(std::uint32_t material, float pdf_bsdf) const = 0;
+  // What a surface of such a material reflects of the rest towards wo, with `depth` scattering events before that one.
+  virtual Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                        int depth) const = 0;
+};
+
 // Traces paths together, event by event, so that their rays are traced in batches; each gives the same result as alone. They
 // already have `depth` scattering events behind them. With `count_emission` false, light that a first hit (or the environment a
 // first ray escapes to) emits is left out: the caller has sampled it.
 void trace_paths(const RenderContext& context, std::span<PathSample> paths, int depth, const PathSettings& settings,
-                 bool count_emission, const PathEnd* end = nullptr);
+                 bool count_emission, const PathEnd* end = nullptr, const PathCaustics* caustics = nullptr);
 
 // A camera ray for a pixel, its place drawn from the pixel's filter (and over the lens where it is open).
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);

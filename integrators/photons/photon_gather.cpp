@@ -4,18 +4,25 @@
 #include "framework/core/parallel.h"
 #include "integrators/photons/kernel_domain.h"
 
+#include <algorithm>
 #include <optional>
 
 namespace etendue {
 
-KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float radius, Neighbours& out) {
+KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float radius, Neighbours& out, float share) {
   if (k == 0) {
-    query.within(position, radius, out);
-    return {out.size(), radius * radius};
+    const float inner = radius * std::sqrt(share);
+    query.within(position, inner, out);
+    return {out.size(), inner * inner};
   }
   query.nearest(position, static_cast<std::size_t>(k), radius, out);
-  if (out.size() < static_cast<std::size_t>(k)) return {out.size(), radius * radius};
-  return {out.size() - 1, out.back().distance_squared};
+  KernelDisc disc{out.size(), radius * radius};
+  if (out.size() >= static_cast<std::size_t>(k)) disc = {out.size() - 1, out.back().distance_squared};
+  if (share == 1) return disc;
+  disc.radius_squared *= share;
+  const auto inside = [&](const Neighbour& n) { return n.distance_squared < disc.radius_squared; };
+  disc.count = static_cast<std::size_t>(std::ranges::partition_point(out, inside) - out.begin());  // the nearest come first
+  return disc;
 }
 
 void PhotonMap::build(Photons photons, std::unique_ptr<PointQuery> query, const GatherOptions& options) {
@@ -75,9 +82,9 @@ GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, co
 }
 
 Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
-                        PhotonHistory histories, int max_scatterings) const {
+                        PhotonHistory histories, int max_scatterings, float tail_density) const {
   if (max_scatterings < 0 || !(held_ & histories)) return Rgb(0);
-  return estimate(context, GatherPoint(point, bsdf, wo, histories, max_scatterings));
+  return estimate(context, GatherPoint(point, bsdf, wo, histories, max_scatterings, tail_density));
 }
 
 PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const GatherPoint& at) const {
@@ -85,7 +92,7 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   static thread_local Neighbours neighbours;
   // Fewer than k in all: those within the radius, which need not be brought into order.
   const bool whole = static_cast<std::size_t>(options_.k) > photons_.size();
-  const KernelDisc disc = find_disc(*query_, at.position(), whole ? 0 : options_.k, radius_, neighbours);
+  const KernelDisc disc = find_disc(*query_, at.position(), whole ? 0 : options_.k, radius_, neighbours, options_.share);
   count(Counter::photons_gathered, disc.count);
   const float radius = std::sqrt(disc.radius_squared);
   const float photon_footprint = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;

@@ -34,6 +34,7 @@ struct GatherOptions {
   bool side_test = true;  // refuse photons that arrived on another side than the one that is looked at, or past a wall
   float largest_radius = infinity;  // metres; bounds a radius that is found from the photons' density
   Edges edges = Edges::disc;
+  float share = 1;  // of the disc so found, about the same middle, which photons must lie in to count
 };
 
 // Photons under a kernel: the first `count` of the neighbours, over a disc of squared radius `radius_squared`.
@@ -45,8 +46,10 @@ struct KernelDisc {
   float per_area() const { return radius_squared > 0 ? inv_pi / radius_squared : 0; }
 };
 
-// k nearest within `radius` (k > 0), or all within `radius`. `out` is the caller's buffer.
-KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float radius, Neighbours& out);
+// k nearest within `radius` (k > 0), or all within `radius`. `out` is the caller's buffer. With a `share` below 1 only those in
+// the disc's inner part of that area: at even density they are as many of the disc's photons on the mean, so that this is
+// unbiased where the whole disc is.
+KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float radius, Neighbours& out, float share = 1);
 
 // A point that photons are gathered at: which of them count there, and what it reflects of each towards wo.
 class GatherPoint {
@@ -141,7 +144,7 @@ class PhotonMap {
   // Radiance towards wo that photons of the given histories, with at most `max_scatterings` events behind them, make the
   // surface reflect.
   Rgb radiance(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
-               PhotonHistory histories, int max_scatterings) const;
+               PhotonHistory histories, int max_scatterings, float tail_density = infinity) const;
   // The same, of the photons that count at the point.
   Rgb estimate(const RenderContext& context, const GatherPoint& at) const { return measure(context, at).radiance; }
   Estimate measure(const RenderContext& context, const GatherPoint& at) const;

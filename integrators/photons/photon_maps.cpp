@@ -85,9 +85,9 @@ Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) 
   return trace_photons(context, *rough_materials_, pass);
 }
 
-void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges) {
+void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share) {
   map.build(std::move(photons), context.make_points(params_.structure),
-            {params_.k, params_.radius, params_.kernel, params_.side_test, largest_radius_, edges});
+            {params_.k, params_.radius, params_.kernel, params_.side_test, largest_radius_, edges, share});
   if (!params_.side_test) return;
   walls_ = wall_grid(context.scene, map.radius(), walls_);
   map.set_walls(walls_);
@@ -109,19 +109,19 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
     irradiance_ = std::make_unique<PhotonIrradiance>(context, global_, sample_points, context.make_points(params_.structure));
 }
 
-void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass) {
+void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, float share) {
   if (!separate_caustics_) return;
   Photons photons =
       trace(context, pass_of(params_.caustic_photons, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
-  build(context, caustic_, std::move(photons), params_.edges == Edges::hull ? Edges::disc : params_.edges);
+  build(context, caustic_, std::move(photons), params_.edges == Edges::hull ? Edges::disc : params_.edges, share);
 }
 
 Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
-                         int max_scatterings) const {
-  if (separate_caustics_) return caustic_.radiance(context, point, bsdf, wo, photon_caustic, max_scatterings);
+                         int max_scatterings, float tail_density) const {
+  if (separate_caustics_) return caustic_.radiance(context, point, bsdf, wo, photon_caustic, max_scatterings, tail_density);
   if (use_.gather_rays == 0) return Rgb(0);
-  return global_.radiance(context, point, bsdf, wo, photon_caustic, max_scatterings);
+  return global_.radiance(context, point, bsdf, wo, photon_caustic, max_scatterings, tail_density);
 }
 
 }  // namespace etendue

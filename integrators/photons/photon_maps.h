@@ -84,13 +84,15 @@ class PhotonMaps {
   void prepare(const RenderContext& context, const PhotonMapsUse& use);
   // Maps of different passes are independent.
   void trace_global(RenderContext& context, std::uint32_t pass);
-  void trace_caustics(RenderContext& context, std::uint32_t pass);  // nothing where there is no caustic map
+  // Nothing where there is no caustic map. `share`: of the disc that the k nearest photons reach, which alone counts.
+  void trace_caustics(RenderContext& context, std::uint32_t pass, float share = 1);
 
   const RoughMaterials& rough_materials() const { return *rough_materials_; }
   const PhotonMap& global() const { return global_; }
-  // Caustics at a rough vertex, apart from those that are part of `seen_directly`.
-  Rgb caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
-               int max_scatterings) const;
+  // Caustics at a rough vertex, apart from those that are part of `seen_directly`; of directions of a BSDF density below
+  // `tail_density`.
+  Rgb caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int max_scatterings,
+               float tail_density = infinity) const;
   // The global map's light where it is seen directly.
   Rgb seen_directly(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                     int max_scatterings) const {
@@ -106,7 +108,7 @@ class PhotonMaps {
   void mark_seen(const RenderContext& context);
   PhotonPass pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep, const VisibleRegion* visible) const;
   Photons trace(const RenderContext& context, const PhotonPass& pass) const;
-  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges);
+  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share = 1);
 
   PhotonMapsParams params_;
   PhotonMapsUse use_;

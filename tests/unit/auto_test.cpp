@@ -98,14 +98,20 @@ TEST(AutoEffort, IsCountedInRays) {
 }
 
 TEST(LightOutOfReach, IsToldOfMethodsThatFindItByChance) {
-  const auto told = [](const std::string& scene, const std::string& method) {
+  const auto told = [](const std::string& scene, const std::string& method, const char* caustic_map = nullptr) {
     SceneContext stage(load_scene(scene), {64, 64}, 1);
+    ParamMap params;
+    if (caustic_map) params["caustic_map"] = {std::string(caustic_map), {}};
     std::string text;
-    with_threads(2, [&] { text = light_out_of_reach(stage.context, method); });
+    with_threads(2, [&] { text = light_out_of_reach(stage.context, method, params); });
     return text;
   };
   EXPECT_NE(told("builtin:water", "path").find("path leaves it out; cppm brings it"), std::string::npos);
-  EXPECT_NE(told("builtin:glass-caustic", "hash-cache").find("hash-cache leaves it noisy; sppm brings it"), std::string::npos);
+  for (const char* cache : {"irradiance-cache", "radiance-cache", "hash-cache"}) {
+    EXPECT_EQ(told("builtin:glass-caustic", cache), "");
+    EXPECT_EQ(told("builtin:glass-caustic", cache, "on"), "");
+    EXPECT_NE(told("builtin:glass-caustic", cache, "off").find("leaves it noisy; sppm brings it"), std::string::npos) << cache;
+  }
   EXPECT_EQ(told("builtin:water", "cppm"), "");
   EXPECT_EQ(told("builtin:thin-wall", "path"), "");    // a mirror in which paths find the light
   EXPECT_EQ(told("builtin:cornell-box", "path"), "");  // nothing specular

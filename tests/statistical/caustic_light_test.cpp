@@ -1,0 +1,129 @@
+// Caches that take caustics from a map of photons: against closed forms and other methods, and nothing counted twice.
+#include "experiments/run/closed_form.h"
+#include "tests/block_agreement.h"
+#include "tests/image_checks.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::params_of;
+using testing::render;
+using testing::RenderOptions;
+
+constexpr const char* caches[] = {"irradiance-cache", "radiance-cache", "hash-cache"};
+constexpr int seeds = 3;
+
+RenderOptions options_for(const std::string& method, std::uint32_t iterations, const char* caustic_map = "auto") {
+  RenderOptions options;
+  options.iterations = iterations;
+  options.params = params_of({{"caustic_map", caustic_map}});
+  if (method != "hash-cache") options.params["samples"] = {std::int64_t{64}, {}};
+  return options;
+}
+
+// The mean over seeds is within its noise and `allowed` of the closed form, and the method declares no less.
+void expect_exact_mean(const char* scene_name, const char* method, std::uint32_t iterations, double allowed) {
+  const Scene scene = load_scene(scene_name);
+  ASSERT_TRUE(scene.closed_form) << scene_name;
+  const RenderOptions options = options_for(method, iterations);
+  const auto b = testing::bias_over_seeds(scene, method, options, seeds, integrate_closed_form(scene, options.resolution));
+  EXPECT_LT(std::abs(b.mean), 8 * b.deviation + allowed)
+      << scene_name << " " << method << ": " << b.mean << " +- " << b.deviation;
+  EXPECT_LE(allowed, b.bound) << scene_name << " " << method;
+}
+
+// No shadow ray gets through a veil, and no path from the camera meets a sun: all of the light is the map's.
+TEST(CausticLight, ThroughAVeilIsThatOfTheClosedForm) {
+  for (const char* method : caches) {
+    for (const char* scene : {"builtin:sunlit-field", "builtin:sunlit-ball", "builtin:thin-plate"})
+      expect_exact_mean(scene, method, 4, 0.015);
+    expect_exact_mean("builtin:edge", method, 4, 0.025);  // kernels lose light at borders, less with every iteration
+  }
+}
+
+// Of lights by way of a specular surface, seen by way of one; of a lamp that no path finds; of a mirror that is nearly a
+// delta lobe, and of a rough one.
+TEST(CausticLight, SeenBySpecularSurfacesIsThatOfTheClosedForm) {
+  for (const char* method : caches) {
+    for (const char* scene : {"builtin:water?camera=above", "builtin:mirror?view=both", "builtin:veiled-lamp?radius=0.0005",
+                              "builtin:veiled-lamp?seen=through,radius=0.3", "builtin:glossy-furnace?alpha=0.05",
+                              "builtin:glossy-furnace?alpha=0.5"})
+      expect_exact_mean(scene, method, 4, 0.015);
+  }
+}
+
+// Glass, mirror and walls between which light goes on: the image is that of path tracing, which has no map.
+TEST(CausticLight, IsCountedOnce) {
+  testing::expect_agreement(load_scene("builtin:cornell-spheres"), {.resolution = {24, 24}, .block = 12, .comparisons = 3},
+                            {"path", {}, 64, 0},
+                            {{"hash-cache", {}, 16, 0.02}, {"irradiance-cache", params_of({{"samples", "128"}}), 8, 0.03}});
+}
+
+TEST(LongCausticLight, IsCountedOnceHoweverRecordsAreFilled) {
+  testing::expect_agreement(load_scene("builtin:cornell-spheres"), {.resolution = {24, 24}, .block = 12, .comparisons = 3},
+                            {"path", {}, 256, 0},
+                            {{"hash-cache", {}, 64, 0.02},
+                             {"irradiance-cache", params_of({{"samples", "256"}}), 32, 0.03},
+                             {"irradiance-cache", params_of({{"samples", "256"}, {"fill", "paths"}}), 32, 0.03},
+                             {"irradiance-cache", params_of({{"samples", "256"}, {"cache_direct", "true"}}), 32, 0.03},
+                             {"radiance-cache", params_of({{"samples", "256"}}), 32, 0.03}});
+}
+
+TEST(LongCausticLight, OfASharpCausticIsThatOfProgressivePhotons) {
+  const Scene scene = load_scene("builtin:glass-caustic");
+  testing::expect_agreement(scene, {.resolution = {24, 24}, .block = 12, .comparisons = 3}, {"sppm", {}, 64, 0.03},
+                            {{"hash-cache", {}, 64, 0.06}, {"irradiance-cache", params_of({{"samples", "128"}}), 32, 0.06}});
+}
+
+// Where nothing is specular there is no map, and a map that is asked for stays empty: the bits are the same.
+TEST(CausticLight, CostsNothingWhereNothingIsSpecular) {
+  for (const char* method : caches) {
+    const Scene scene = load_scene("builtin:cornell-box");
+    const std::uint64_t plain = render(scene, method, options_for(method, 2, "off")).hash;
+    EXPECT_EQ(render(scene, method, options_for(method, 2)).hash, plain) << method;
+    EXPECT_EQ(render(scene, method, options_for(method, 2, "on")).hash, plain) << method;
+  }
+}
+
+TEST(CausticLight, IsTheSameAtAnyThreadCount) {
+  const Scene scene = load_scene("builtin:glass-caustic");
+  for (const char* method : caches) {
+    const RenderOptions options = options_for(method, 2);
+    testing::expect_same_bits_at_any_thread_count(scene, method, options);
+    const std::uint64_t plain = render(scene, method, options).hash;
+    RenderOptions changed = options;
+    changed.params["caustic_photons"] = {std::int64_t{5000}, {}};
+    EXPECT_NE(render(scene, method, changed).hash, plain) << method;
+    EXPECT_NE(render(scene, method, options_for(method, 2, "off")).hash, plain) << method;
+  }
+}
+
+// What kernels lose at a border falls as they shrink.
+TEST(CausticLight, LosesLessAtBordersWithEveryIteration) {
+  const Scene scene = load_scene("builtin:edge");
+  const Image exact = integrate_closed_form(scene, {32, 32});
+  const auto lost = [&](std::uint32_t iterations) {
+    return -testing::bias_over_seeds(scene, "hash-cache", options_for("hash-cache", iterations), 3, exact).mean;
+  };
+  const double first = lost(4), last = lost(128);
+  EXPECT_GT(last, 0);
+  EXPECT_LT(last, 0.5 * first);
+}
+
+TEST(CausticLight, IsNotCountedBesideExactRecords) {
+  const Scene scene = load_scene("builtin:broad-light");
+  RenderOptions options = options_for("irradiance-cache", 1, "on");
+  options.params["fill"] = {std::string("exact-values"), {}};
+  options.params["cache_direct"] = {true, {}};
+  EXPECT_THROW(render(scene, "irradiance-cache", options), Error);
+  const auto hash_with = [&](const char* caustic_map) {
+    options.params["caustic_map"] = {std::string(caustic_map), {}};
+    return render(scene, "irradiance-cache", options).hash;
+  };
+  EXPECT_EQ(hash_with("auto"), hash_with("off"));
+}
+
+}  // namespace
+}  // namespace etendue
