@@ -35,6 +35,7 @@ double ratio_quantile(
 
 std::vector<double> image_tails(const std::vector<Image>& images, const Image& reference) {
   constexpr double share = 0.05;
+  if (images.size() < 2) return {};
   double largest = 0;
   for (const dvec3& pixel : reference.pixels) largest = std::max(largest, brightness(pixel));
   std::vector<double> tails;
@@ -43,12 +44,9 @@ std::vector<double> image_tails(const std::vector<Image>& images, const Image& r
     for (std::size_t i = 0; i < reference.pixels.size(); ++i) {
       const double truth = brightness(reference.pixels[i]), own = brightness(image.pixels[i]);
       if (!(truth > 0 && truth >= 1e-3 * largest)) continue;
-      double expected = truth;
-      if (images.size() > 1) {
-        expected = -own;
-        for (const Image& other : images) expected += brightness(other.pixels[i]);
-        expected /= static_cast<double>(images.size() - 1);
-      }
+      double expected = -own;
+      for (const Image& other : images) expected += brightness(other.pixels[i]);
+      expected /= static_cast<double>(images.size() - 1);
       const double ratio = 1 + (own - expected) / truth;
       light.push_back(own > 0 ? 1 : 0);
       noise.push_back(std::isfinite(ratio) ? std::max(0.0, ratio) : 1e30);

@@ -119,7 +119,7 @@ class HeatMap {
       out += fmt::format(
           "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:{}\" shape-rendering=\"crispEdges\"><title>{} {}, "
           "{}: {} {}</title></rect>",
-          px(std::min(begin, end)), px(above), px(std::abs(end - begin)), px(below - above), palette_.of(value),
+          px(std::min(begin, end)), px(above), px(std::abs(end - begin) + seam), px(below - above + seam), palette_.of(value),
           escape_html(r.parameter), with_unit(format_figure(r.points[i].x), r.unit), escape_html(cell.name()),
           escape_html(r.figure), format_figure(value));
       out += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"1.4\" style=\"fill:#000;fill-opacity:.3\"/>",
@@ -222,7 +222,7 @@ class HeatMap {
     return out;
   }
 
-  static constexpr double left = 74, top = 14, plot_width = 440, row_height = 34, width = 532;
+  static constexpr double left = 74, top = 14, seam = 0.6, plot_width = 440, row_height = 34, width = 532;
 
   const StressRow& grid_;
   Palette palette_;

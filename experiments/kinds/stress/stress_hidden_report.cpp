@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace etendue {
 
@@ -20,7 +21,8 @@ constexpr double indifference = 5e-4;
 
 // Of a share: as it was seen, and where it may lie.
 struct Share {
-  std::size_t count = 0, of = 0;
+  std::size_t count = 0, of = 0;  // of > 0
+  double seen() const { return static_cast<double>(count) / static_cast<double>(of); }
   Interval interval() const { return share_interval(count, of); }
   std::string text() const {
     const auto [low, high] = interval();
@@ -62,8 +64,7 @@ std::vector<TableCell> missed_cells(const StressCell& cell) {
   const Share share = missed(cell);
   if (share.of == 0) return {};
   const auto [low, high] = share.interval();
-  const double seen = static_cast<double>(share.count) / static_cast<double>(share.of);
-  return {{seen, share.text()}, share.count, share.of, low, high};
+  return {{share.seen(), share.text()}, share.count, share.of, low, high};
 }
 
 std::vector<TableCell> sane_cells(const std::vector<double>& values, std::string (*format)(double)) {
@@ -83,6 +84,25 @@ std::vector<StressCell> measured_cells(const StressMap& map) {
     for (const StressCell& cell : row.cells)
       if (cell.threshold && !cell.record->of_structure) cells.push_back(cell);
   return cells;
+}
+
+// By method over all points, the most first: "sppm 46 % (27–67)".
+std::string shares_missed(const std::vector<StressCell>& cells) {
+  std::vector<std::pair<std::string, Share>> by_method;
+  for (const StressCell& cell : cells) {
+    const Share share = missed(cell);
+    if (share.of == 0) continue;
+    const auto same = [&](const auto& entry) { return entry.first == cell.record->column; };
+    Share& sum = find_or_add(by_method, same, std::pair{cell.record->column, Share{}}).second;
+    sum.count += share.count;
+    sum.of += share.of;
+  }
+  std::ranges::stable_sort(by_method, std::greater<>(), [](const auto& entry) { return entry.second.seen(); });
+  std::string text;
+  for (const auto& [method, share] : by_method)
+    text += fmt::format("{}{} {:.0f} % ({:.0f}–{:.0f})", text.empty() ? "" : ", ", method, 100 * share.seen(),
+                        100 * share.interval().low, 100 * share.interval().high);
+  return text;
 }
 
 }  // namespace
@@ -124,37 +144,25 @@ Table hidden_table(const StressMap& map) {
 
 void add_hidden(const StressMap& map, KindReport& report) {
   const std::vector<StressCell> cells = measured_cells(map);
-  if (std::ranges::none_of(cells, [](const StressCell& c) { return !harmful_end(c).tails.empty(); })) return;
+  const auto count = [&](const auto& is) { return static_cast<std::size_t>(std::ranges::count_if(cells, is)); };
+  if (count([](const StressCell& c) { return !harmful_end(c).sane_s.empty(); }) == 0) return;
   report.tables.push_back(hidden_table(map));
-  std::size_t heavy = 0, never = 0;
-  std::vector<std::pair<std::string, Share>> by_method;
-  for (const StressCell& cell : cells) {
-    const StressPoint& end = harmful_end(cell);
-    heavy += !end.tails.empty() && mean(end.tails) < 2;
-    never += !end.sane_s.empty() && std::ranges::all_of(end.sane_s, [](double s) { return s < 0; });
-    const Share share = missed(cell);
-    Share& of = find_or_add(
-                    by_method, [&](const auto& entry) { return entry.first == cell.record->column; },
-                    std::pair{cell.record->column, Share{}})
-                    .second;
-    of.count += share.count;
-    of.of += share.of;
-  }
-  const auto missing = [](const auto& entry) {
-    return static_cast<double>(entry.second.count) / static_cast<double>(std::max<std::size_t>(1, entry.second.of));
-  };
-  std::ranges::stable_sort(by_method, [&](const auto& a, const auto& b) { return missing(a) > missing(b); });
-  std::string shares;
-  for (const auto& entry : by_method)
-    if (entry.second.of > 0)
-      shares += fmt::format("{}{} {:.0f} %", shares.empty() ? "" : ", ", entry.first, 100 * missing(entry));
-  std::string text = fmt::format(
-      "At the harmful end {} of {} have a tail index below 2, so that their standard error says nothing, and {} never came "
-      "to a sane image.",
-      heavy, counted(cells.size(), "cell"), never);
-  if (!shares.empty())
+  const std::size_t never = count([](const StressCell& c) {
+    const std::vector<double>& times = harmful_end(c).sane_s;
+    return !times.empty() && std::ranges::all_of(times, [](double s) { return s < 0; });
+  });
+  std::string text =
+      fmt::format("At the harmful end {} of {} never came to a sane image", never, counted(cells.size(), "cell"));
+  if (count([](const StressCell& c) { return !harmful_end(c).tails.empty(); }) > 0)
+    text +=
+        fmt::format(", and the tail index is below 2 in {}, whose standard error says nothing",
+                    count([](const StressCell& c) { return !harmful_end(c).tails.empty() && mean(harmful_end(c).tails) < 2; }));
+  text += ".";
+  if (const std::string shares = shares_missed(cells); !shares.empty())
     text += fmt::format(
-        " Over all points the 95 % interval of the seeds' means misses the reference's by {}; 5 % would be due.", shares);
+        " Over all points the 95 % interval of the seeds' means misses the reference's by {} (in brackets 95 % intervals); 5 % "
+        "would be due.",
+        shares);
   report.findings.emplace_back("What a mean hides", text);
 }
 
