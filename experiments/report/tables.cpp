@@ -72,7 +72,7 @@ void compare_with_first(const ReportData& data, const SceneData& scene, std::spa
   const std::vector<double> first = errors(rows[0]);
   for (FinalRow& row : rows.subspan(1)) {
     const std::vector<double> own = errors(row);
-    if (own.empty() || first.empty()) continue;
+    if (!row.error || own.empty()) continue;
     row.rank = rank_test(first, own);
     row.has_few = std::min(first.size(), own.size()) < enough_replicates;
   }
@@ -137,7 +137,7 @@ Cells late_time_to_target(const FinalRow& row) {
 
 Cells compared(const FinalRow& row) {
   if (!row.rank) return {};
-  const std::string text = format_figure(row.rank->p, 2) + (row.has_few ? " ‡" : "");
+  const std::string text = fmt::format("{:.2g}", row.rank->p) + (row.has_few ? " ‡" : "");
   return {{row.rank->p, text}, row.rank->p, row.rank->share};
 }
 

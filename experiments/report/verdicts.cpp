@@ -45,7 +45,7 @@ std::vector<Contender> contenders(const ReportData& data, const SceneData& scene
 
 // A/B, with a warning where ranks of so few seeds say little.
 std::string rank_text(std::span<const double> a, std::span<const double> b) {
-  std::string text = fmt::format("by ranks p = {}", format_figure(rank_test(a, b).p, 2));
+  std::string text = fmt::format("by ranks p = {:.2g}", rank_test(a, b).p);
   const std::size_t least = std::min(a.size(), b.size());
   if (least < enough_replicates) text += fmt::format(", of {} seeds where {} are due", least, enough_replicates);
   return text;

@@ -171,7 +171,7 @@ TEST(Tables, MethodsAreComparedWithTheFirstByRanks) {
   const Table three = final_table(arrange(few));
   EXPECT_EQ(three.rows[0][column(three, "rank_p")].raw, "") << "it is the first";
   EXPECT_NEAR(*three.rows[1][column(three, "rank_p")].order, 0.1, 1e-9);
-  EXPECT_EQ(three.rows[1][column(three, "rank_p") - 1].text, "0.10 ‡") << "of three seeds nothing can be said";
+  EXPECT_EQ(three.rows[1][column(three, "rank_p") - 1].text, "0.1 ‡") << "of three seeds nothing can be said";
   RunLog many;
   add_cells(many, "builtin:room", {"path", "sah", 0.1, 1, -1}, 9);
   add_cells(many, "builtin:room", {"sppm", "sah", 0.1, 0.1, -2.0 / 3, 8, "consistent"}, 9);

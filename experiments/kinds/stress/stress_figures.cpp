@@ -48,7 +48,7 @@ std::vector<double> image_tails(const std::vector<Image>& images, const Image& r
       for (const Image& other : images) expected += brightness(other.pixels[i]);
       expected /= static_cast<double>(images.size() - 1);
       const double ratio = 1 + (own - expected) / truth;
-      light.push_back(own > 0 ? 1 : 0);
+      light.push_back(own >= 1e-3 * truth ? 1 : 0);
       noise.push_back(std::isfinite(ratio) ? std::max(0.0, ratio) : 1e30);
     }
     const bool is_lit = !noise.empty() && tail_index(light, share) > 0;

@@ -22,7 +22,8 @@ struct StressFigure {
 
 // The tail index of the noise of each image of a method, one a seed (statistics.h): of the brightest twentieth of its pixels,
 // less the mean of the other seeds', over the reference's, and 1. What all seeds have in common, a bias, is not taken for a
-// tail; of a single seed it cannot be told, and there is none. 0 where fewer than one pixel in twenty has any light.
+// tail; of a single seed it cannot be told, and there is none. 0 where fewer than one pixel in twenty has a thousandth of its
+// light.
 std::vector<double> image_tails(const std::vector<Image>& images, const Image& reference);
 
 std::span<const StressFigure> stress_figures();
