@@ -209,6 +209,10 @@ TEST(MitsubaTextures, AreMappedAsMitsubaMapsThem) {
   expect_near(texture_at(mirrored, {0.5f, 0.25f}), Rgb(0));
   expect_near(texture_at(mirrored, {0.5f, 1.25f}), Rgb(1));
   expect_near(texture_at(mirrored, {0.5f, 1.75f}), Rgb(0));
+  const Scene nearest = textured("<string name=\"filter_type\" value=\"nearest\"/>");
+  expect_near(texture_at(nearest, {0.5f, 0.45f}), Rgb(0));
+  expect_near(texture_at(nearest, {0.5f, 0.55f}), Rgb(1));
+  EXPECT_FALSE(warns(nearest, "interpolated"));
   const Scene moved = textured("<transform name=\"to_uv\"><translate y=\"0.5\"/></transform>");
   expect_near(texture_at(moved, {0.5f, 0.25f}), Rgb(1));
   EXPECT_ERROR(textured("<string name=\"wrap_mode\" value=\"one\"/>"), "'wrap_mode' is 'one'; expected repeat, mirror");

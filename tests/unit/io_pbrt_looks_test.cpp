@@ -198,6 +198,23 @@ TEST(PbrtTextures, ImagesStandUprightOverV) {
       directory.path("s.pbrt"));
   EXPECT_EQ(evaluate(scene.textures.at(0), {0.5f, 0.75f}), Rgb(1, 0, 0));
   EXPECT_EQ(evaluate(scene.textures.at(0), {0.5f, 0.25f}), Rgb(0, 0, 1));
+  EXPECT_EQ(evaluate(scene.textures.at(0), {0.5f, 0.5f}), Rgb(0.5f, 0, 0.5f));
+}
+
+TEST(PbrtTextures, PointSampledImagesHaveEdgesBetweenTexels) {
+  const TestDirectory directory;
+  directory.write("a.png", png_bytes({255, 0, 0, 0, 0, 255}, {1, 2}));
+  directory.write("b.png", png_bytes(std::vector<std::uint8_t>(std::size_t{3} * 128 * 64, 255), {128, 64}));
+  const auto textured = [&](const std::string& file) {
+    return parse_pbrt("WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"" + file +
+                          "\" \"string filter\" \"point\" Material \"diffuse\" \"texture reflectance\" \"t\" " + triangle,
+                      directory.path("s.pbrt"));
+  };
+  const Scene scene = textured("a.png");
+  EXPECT_EQ(evaluate(scene.textures.at(0), {0.5f, 0.54f}), Rgb(1, 0, 0));
+  EXPECT_EQ(evaluate(scene.textures.at(0), {0.5f, 0.46f}), Rgb(0, 0, 1));
+  EXPECT_FALSE(warns(scene, "interpolated"));
+  EXPECT_TRUE(warns(textured("b.png"), "interpolated over 1/11 of a texel at the edges of each"));
 }
 
 // An albedo above 1 makes light out of nothing; under a coat, whose reflections inside are summed, it made NaN.

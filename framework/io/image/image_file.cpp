@@ -32,6 +32,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <string_view>
@@ -203,6 +204,22 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
       if (!std::isfinite(texel[c])) texel[c] = 0;
   }
   return image;
+}
+
+int repeat_texels(RgbImage& image) {
+  constexpr double most_texels = 1 << 20;
+  const double affordable = std::sqrt(most_texels / (static_cast<double>(image.size.x) * image.size.y));
+  const int times = static_cast<int>(std::clamp(affordable, 1.0, 16.0));
+  if (times == 1) return 1;
+  std::vector<Rgb> texels;
+  texels.reserve(image.texels.size() * static_cast<std::size_t>(times) * times);
+  const ivec2 size = times * image.size;
+  for (int y = 0; y < size.y; ++y)
+    for (int x = 0; x < size.x; ++x)
+      texels.push_back(image.texels[static_cast<std::size_t>(y / times) * image.size.x + x / times]);
+  image.size = size;
+  image.texels = std::move(texels);
+  return times;
 }
 
 Image read_as_image(const std::string& path, std::vector<std::string>& warnings,

@@ -51,8 +51,9 @@ std::span<const MitsubaReader::TextureType> MitsubaReader::texture_types() {
   using R = MitsubaReader;
   static constexpr TextureType table[] = {
       {"bitmap",
-       "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, gamma 1 or floats; interpolated; wrap_mode one approximated by "
-       "clamp",
+       "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, gamma 1 or floats; filter_type nearest blurs over 1/16 of a "
+       "texel, "
+       "warned: more where there are over 4096; wrap_mode one approximated by clamp",
        &R::bitmap},
       {"checkerboard", "color0, color1, to_uv (or uscale, uoffset ...)", &R::checkerboard},
       {"scale", "a texture times a constant", &R::scaled},
@@ -111,7 +112,8 @@ MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
 
 MitsubaReader::TextureValue MitsubaReader::image_texture(const Properties& of, RgbImage image) {
   if (of.string("filter_type", "bilinear") == "nearest")
-    warn(of.where("filter_type"), "images are interpolated between texels");
+    if (const int times = repeat_texels(image); times < 16)
+      warn(of.where("filter_type"), fmt::format("interpolated over 1/{} of a texel at the edges of each", times));
   const UvMap map = uv_map(of);
   of.ignore({"max_anisotropy", "cache", "format", "accel", "cache_id"});
   ImageTexture texture{.size = image.size,

@@ -142,7 +142,6 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
   const std::string file = params.string("filename", "");
   if (file.empty()) params.fail("filename", "is missing");
   const Wrap wrap = read_wrap(params);
-  if (params.string("filter", "bilinear") == "point") warn(params.where("filter"), "images are interpolated between texels");
   params.ignore({"trilinear", "maxanisotropy"});
   ImageTexture texture{.size = {},
                        .texels = {},
@@ -154,6 +153,9 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
   const Encoding encoding = read_encoding(params);
   RgbImage image = files_.image(file, *lexer.file(), params.where("filename"), encoding);
   warn_of_not_finite(image, params.where("filename"), file);
+  if (params.string("filter", "bilinear") == "point")
+    if (const int times = repeat_texels(image); times < 16)
+      warn(params.where("filter"), fmt::format("interpolated over 1/{} of a texel at the edges of each", times));
   texture.size = image.size;
   texture.texels = std::move(image.texels);
   if (params.boolean("invert", false)) {
