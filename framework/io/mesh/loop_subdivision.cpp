@@ -1,6 +1,7 @@
 #include "framework/io/mesh/loop_subdivision.h"
 
 #include "framework/core/error.h"
+#include "framework/core/fuzzing.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +13,7 @@ namespace etendue {
 
 namespace {
 
-constexpr std::size_t most_triangles = std::size_t{1} << 26;
+constexpr std::size_t most_triangles = unless_fuzzed(std::size_t{1} << 26, std::size_t{1} << 10);
 
 struct Edge {
   std::uint32_t low = 0, high = 0;     // the vertices at its ends

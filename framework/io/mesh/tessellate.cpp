@@ -1,5 +1,6 @@
 #include "framework/io/mesh/tessellate.h"
 
+#include "framework/core/fuzzing.h"
 #include "framework/core/sampling.h"
 
 #include <algorithm>
@@ -41,7 +42,10 @@ bool is_thin(const CurveSegment& curve) {
 
 }  // namespace
 
-int arc_segments(float radians) { return std::clamp(static_cast<int>(std::ceil(200 * radians / (2 * pi))), 3, 200); }
+int arc_segments(float radians) {
+  constexpr int turn = unless_fuzzed(200, 8);
+  return std::clamp(static_cast<int>(std::ceil(turn * radians / (2 * pi))), 3, turn);
+}
 
 SurfacePatch revolved(float radians, int rows, std::function<vec2(float)> profile, std::function<vec2(float)> slope) {
   const auto at = [=](float u, float v) {
@@ -89,7 +93,7 @@ SurfacePatch tube_along(const CurveSegment& curve) {
     const vec3 normal = std::cos(angle) * x + std::sin(angle) * y;
     return PatchPoint{on.position + radius * normal, normal};
   };
-  return is_thin(curve) ? SurfacePatch{at, 12, 4} : SurfacePatch{at, 48, 32};
+  return is_thin(curve) ? SurfacePatch{at, 12, 4} : SurfacePatch{at, unless_fuzzed(48, 6), unless_fuzzed(32, 4)};
 }
 
 SurfacePatch strip_along(const CurveSegment& curve, const vec3& normal_at_start, const vec3& normal_at_end) {

@@ -1,5 +1,6 @@
 // Shapes that become meshes: subdivision surfaces, curves, bilinear patches and height fields.
 
+#include "framework/core/fuzzing.h"
 #include "framework/io/mesh/loop_subdivision.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/text.h"
@@ -102,7 +103,8 @@ void PbrtReader::bilinear_mesh(const PbrtParams& params) {
     const vec3 e = p[indices[k + 3]] - p[indices[k]], normal = glm::cross(p[indices[k + 1]] - p[indices[k]], e);
     const float off = std::abs(glm::dot(normal, p[indices[k + 2]] - p[indices[k]]));
     const bool flat = off <= 1e-5f * glm::length(normal) * glm::length(e);
-    TriangleMesh patch = tessellate({at, flat ? 1 : 16, flat ? 1 : 16});
+    const int cells = flat ? 1 : unless_fuzzed(16, 3);
+    TriangleMesh patch = tessellate({at, cells, cells});
     if (!uv.empty())
       for (vec2& place : patch.uvs) place = corner(uv, place.x, place.y);
     append(mesh, patch);

@@ -1,5 +1,6 @@
 #include "framework/io/pbrt/texture_bake.h"
 
+#include "framework/core/fuzzing.h"
 #include "framework/core/memory.h"
 #include "framework/core/parallel.h"
 
@@ -90,7 +91,8 @@ Rgb within_unit(Rgb value) {
 
 int BakeBudget::side(int wanted) {
   constexpr std::uint64_t fine = std::uint64_t{1} << 25, coarse = std::uint64_t{1} << 26;
-  const int side = texels_ < fine ? wanted : texels_ < coarse ? std::min(wanted, 256) : 32;
+  wanted = std::min(wanted, unless_fuzzed(4096, 8));
+  const int side = texels_ < fine ? wanted : texels_ < coarse ? std::min(wanted, 256) : std::min(wanted, 32);
   texels_ += static_cast<std::uint64_t>(side) * side;
   return side;
 }
