@@ -103,6 +103,11 @@ TEST(SceneFiles, FilesOutsideTheFolderAreToldOrRefused) {
     EXPECT_ERROR(load_scene(scene(file), {}, confined),
                  "s.pbrt:3:17: '" + file + "' lies outside the folder of the scene; --confined allows only");
   }
+  directory.write("outside/grey.spd", "400 0.3\n700 0.3\n");
+  const std::string spectrum = directory.write("scene/spectrum.pbrt", before +
+                                                                          "Material \"diffuse\" \"spectrum reflectance\" "
+                                                                          "\"../outside/grey.spd\"\n");
+  EXPECT_TRUE(warns(read_pbrt(spectrum), "spectrum.pbrt:3:20: '../outside/grey.spd' lies outside"));
   EXPECT_ERROR(read_pbrt(scene("../outside/absent.ply"), confined), "lies outside") << "nor is it said what exists there";
 
   std::string many = before;

@@ -78,7 +78,10 @@ std::vector<std::string> spectrum_names(ColourUse use) {
 }  // namespace
 
 Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
+  const bool is_file = param.strings.size() == 1 && param.numbers.empty() && param.strings[0].ends_with(".spd");
+  const SceneFiles::File file = is_file ? files_->read(param.strings[0], *file_, where(param.name)) : SceneFiles::File{};
   try {
+    if (is_file) return to_rgb(parse_spectrum(file.bytes, file.path), use);
     if (param.strings.empty()) return to_rgb(from_pairs(param.numbers), use);
     if (param.strings.size() != 1 || !param.numbers.empty()) throw Error("expected one name, or pairs of wavelength and value");
     const std::string& name = param.strings[0];
@@ -89,10 +92,6 @@ Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
       return blackbody_rgb(*kelvin);
     }
     if (const auto metal = metal_spectrum(name); metal && use == ColourUse::index) return *metal;
-    if (name.ends_with(".spd")) {
-      const SceneFiles::File file = files_->read(name, *file_, {});
-      return to_rgb(parse_spectrum(file.bytes, file.path), use);
-    }
     throw Error(unknown_name("spectrum", name, spectrum_names(use)));
   } catch (const Error& e) {
     throw Error(where(param.name), fmt::format("{}: '{}': {}", owner_, param.name, e.what()));
