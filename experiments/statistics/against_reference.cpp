@@ -167,7 +167,8 @@ Image averaged(const Image& image, int factor) {
   CHECK(image.size == image.size / factor * factor);
   Image mean(image.size / factor);
   for (int y = 0; y < mean.size.y; ++y)
-    for (int x = 0; x < mean.size.x; ++x) mean.at(x, y) = colour_over(image, factor * ivec2(x, y), factor * ivec2(x + 1, y + 1));
+    for (int x = 0; x < mean.size.x; ++x)
+      mean.at(x, y) = colour_over(image, factor * ivec2(x, y), factor * ivec2(x + 1, y + 1));
   return mean;
 }
 
@@ -193,9 +194,8 @@ std::string_view turned_against(const Image& image, const Image& reference) {
   double least = distance(false, false) / 2;
   if (least < apart / 2) return {};
   std::string_view how;
-  for (const auto& [name, left_right, up_down] : {std::tuple{"mirrored left to right", true, false},
-                                                  {"upside down", false, true},
-                                                  {"turned by half", true, true}})
+  for (const auto& [name, left_right, up_down] :
+       {std::tuple{"mirrored left to right", true, false}, {"upside down", false, true}, {"turned by half", true, true}})
     if (const double d = distance(left_right, up_down); d < least) least = d, how = name;
   return how;
 }

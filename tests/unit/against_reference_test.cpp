@@ -127,7 +127,8 @@ TEST(AgainstReference, TurnedImagesAreFound) {
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) {
       const dvec3 value(1 + x + 0.3 * y);
-      slope.at(x, y) = left_right.at(side - 1 - x, y) = up_down.at(x, side - 1 - y) = half.at(side - 1 - x, side - 1 - y) = value;
+      slope.at(x, y) = left_right.at(side - 1 - x, y) = up_down.at(x, side - 1 - y) = half.at(side - 1 - x, side - 1 - y) =
+          value;
     }
   EXPECT_EQ(turned_against(slope, slope), "");
   EXPECT_EQ(turned_against(left_right, slope), "mirrored left to right");
