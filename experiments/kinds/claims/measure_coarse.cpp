@@ -36,9 +36,9 @@ struct MeasuredMethod {
   const char *name, *text, *label;
 };
 constexpr MeasuredMethod methods[] = {{"path", "path tracing", "path"},
-                                      {"irradiance_cache", "filling an irradiance cache", "irradiance-cache"},
-                                      {"photon_map", "photon map of 4 photons a pixel", "photon-map"},
-                                      {"final_gather", "the same with 16 gather rays", "photon-map final_gather=16"}};
+                                      {"irradiance_cache", "irradiance cache", "irradiance-cache"},
+                                      {"photon_map", "photon map", "photon-map"},
+                                      {"final_gather", "photon map with 16 gather rays", "photon-map final_gather=16"}};
 
 std::string work_name(const MeasuredMethod& method, int level, bool near) {
   return fmt::format("{} {}{}", method.name, level, near ? " near" : "");
@@ -322,17 +322,16 @@ std::vector<Quantity> coarse_quantities() {
   for (const MeasuredMethod& method : methods)
     for (const bool near : {false, true})
       for (const int level : levels)
-        quantities.push_back({gain_name(method, level, near), FigureKind::factor,
-                              fmt::format("{}, the full mesh over 1/{}{}", method.text, level, kept(near))});
+        quantities.push_back(
+            {gain_name(method, level, near), FigureKind::factor, fmt::format("{}, 1/{}{}", method.text, level, kept(near))});
   for (const bool near : {false, true})
     for (const int level : levels)
-      quantities.push_back({error_name(level, near), FigureKind::plain,
-                            fmt::format("squared error that 1/{} adds{}, over the image's square", level, kept(near))});
-  quantities.push_back({"collapse", FigureKind::time, "making the levels"});
+      quantities.push_back(
+          {error_name(level, near), FigureKind::plain, fmt::format("squared error that 1/{} adds{}", level, kept(near))});
+  quantities.push_back({"collapse", FigureKind::time, "collapse to all levels"});
   for (const MeasuredMethod& method : methods)
-    quantities.push_back(
-        {earned_name(method), FigureKind::time,
-         fmt::format("{}, how long full renders take to earn that on the best level with contacts", method.text)});
+    quantities.push_back({earned_name(method), FigureKind::time,
+                          fmt::format("{}, full renders until that is earned, with contacts", method.text)});
   return quantities;
 }
 
