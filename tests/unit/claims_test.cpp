@@ -186,5 +186,20 @@ TEST_F(ClaimsRun, WritesLogTablesAndPageAndResumes) {
   EXPECT_EQ(read_text_file(directory_ / "out/two/tables/claims.md"), table) << "from the log alone";
 }
 
+TEST_F(ClaimsRun, ReadsSceneFilesAsTheCommandSays) {
+  write_file("rough.pbrt",
+             "WorldBegin\nMaterial \"matte\" \"float sigma\" 20\n"
+             "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]\n");
+  write_file(
+      "rough.toml",
+      "title = \"One claim\"\n[[claims]]\nid = 1\nclaim = \"nodes\"\nsource = \"notes\"\nclaimed = \"64\"\n"
+      "[[claims.measures]]\nname = \"node-arithmetic\"\nscenes = [\"rough.pbrt\"]\nexpect = { node_bytes = [64, 64] }\n");
+  const Outcome exact = run({"run", "rough.toml", "--threads", "1"});
+  EXPECT_EQ(exact.status, 2) << exact.err;
+  EXPECT_NE(exact.err.find("--approximate"), std::string::npos) << exact.err;
+  const Outcome approximate = run({"run", "rough.toml", "--threads", "1", "--approximate"});
+  EXPECT_EQ(approximate.status, 0) << approximate.err;
+}
+
 }  // namespace
 }  // namespace etendue

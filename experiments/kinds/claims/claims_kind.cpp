@@ -30,7 +30,7 @@ class ClaimsWork final : public RecordWork {
   std::optional<SceneState> scene(const Cell& cell) override {
     const std::string& name = measure_of(cell).scenes[cell.scene];
     if (!is_file(name)) return std::nullopt;
-    return SceneState{name, name, load_claim_scene(name).hash()};
+    return SceneState{name, name, load_claim_scene(name, reading_).hash()};
   }
 
   std::unique_ptr<KindRecord> begin(const Cell& cell) override {
