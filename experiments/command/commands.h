@@ -104,6 +104,7 @@ std::vector<std::string> listed_names(const std::string& list);
 // Typed values of the command line; they throw Error naming the option.
 std::int64_t whole_option(const std::string& option, const std::string& text, std::int64_t low, std::int64_t high);
 double duration_option(const std::string& option, const std::string& text);
+std::uint64_t bytes_option(const std::string& option, const std::string& text);
 double number_option(const std::string& option, const std::string& text, double low, double high);
 std::vector<Isa> isas_option(const std::string& option, const std::string& text);  // "avx2,avx512"; of this machine
 ivec2 resolution_option(const std::string& option, const std::string& text);       // "640x480"

@@ -4,9 +4,12 @@
 #include "experiments/command/console.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/log/json_line.h"
+#include "experiments/report/report_text.h"
+#include "experiments/run/memory_forecast.h"
 #include "framework/core/units.h"
 #include "framework/io/load_scene.h"
 #include "framework/scene/needs.h"
+#include "integrators/registry.h"
 
 #include <fmt/format.h>
 
@@ -122,6 +125,41 @@ std::string advice_lines(const Advice& advice, const InspectCommand& command) {
   return text;
 }
 
+// --- memory ---
+
+// What is foreseen at the scene's resolution, in the default structure and with the methods' default settings: the parts of
+// path tracing, which all of them have, and the sum with each method.
+struct ForeseenMemory {
+  MemoryForecast common;
+  std::vector<std::pair<std::string, double>> methods;  // bytes in all
+};
+
+ForeseenMemory foresee_memory(const Scene& scene, const SceneNeeds& needs) {
+  const auto with = [&](const std::string& method) {
+    return forecast_memory(scene, needs, default_accel(), {method, {}}, scene.resolution);
+  };
+  ForeseenMemory foreseen{with("path"), {}};
+  for (const IntegratorEntry& entry : integrators()) foreseen.methods.emplace_back(entry.name, with(entry.name).bytes());
+  return foreseen;
+}
+
+std::string memory_lines(const ForeseenMemory& foreseen) {
+  std::vector<std::string> sums;
+  for (const auto& [method, bytes] : foreseen.methods) sums.push_back(fmt::format("{} {}", method, format_bytes(bytes)));
+  std::string text = "memory (predicted, default settings)\n";
+  const std::string all = fmt::format("{}; in all: {}", foreseen.common.text(), fmt::join(sums, ", "));
+  for (const std::string& line : broken_lines(all, 100)) text += "  " + line + "\n";
+  return text;
+}
+
+Json memory_json(const ForeseenMemory& foreseen) {
+  Json json;
+  for (const MemoryPart& part : foreseen.common.parts)
+    if (part.bytes > 0) json["parts"].push_back({{"what", part.name}, {"bytes", part.bytes}});
+  for (const auto& [method, bytes] : foreseen.methods) json["methods"][method] = bytes;
+  return json;
+}
+
 Json vector_json(const vec3& v) { return Json::array({v.x, v.y, v.z}); }
 
 Bounds bounds_in_file(const Scene& scene) {
@@ -151,6 +189,7 @@ Json to_json(const std::string& name, const Scene& scene, const SceneNeeds& need
   json["needs"] = Json::array();
   for (const auto& line : needs.lines(scene))
     json["needs"].push_back({{"what", line.what}, {"needed", line.needed}, {"why", line.why}});
+  json["memory"] = memory_json(foresee_memory(scene, needs));
   for (const Spared& s : spared)
     json["spared"].push_back(
         {{"what", s.name}, {"factor", s.factor.median}, {"low", s.factor.low}, {"high", s.factor.high}, {"of", s.text}});
@@ -184,6 +223,7 @@ std::string to_lines(const std::string& name, const Scene& scene, const SceneNee
   text += "needs\n";
   for (const auto& line : needs.lines(scene))
     text += fmt::format("  {:<4}{:<20} {}\n", line.needed ? "yes" : "no", line.what, line.why);
+  text += memory_lines(foresee_memory(scene, needs));
   if (!spared.empty()) text += "spared (CPU time with it over without; median and quartiles)\n";
   for (const Spared& s : spared)
     text +=

@@ -79,6 +79,7 @@ class CommandLine {
       return 2;
     }
     if (!isas_.empty()) choose_isa(isas_.front());
+    set_memory_limit(memory_);
     return chosen_();
   }
 
@@ -128,6 +129,11 @@ class CommandLine {
          "box, triangle, gaussian, mitchell or sinc in the place of the scene's; a box keeps pixels apart");
   }
 
+  void memory(CLI::App* command) {
+    parsed(command, "--memory", memory_, bytes_option, "2GiB",
+           "the whole program takes no more: what would is refused before it is built, what grows beyond it fails");
+  }
+
   void isa(CLI::App* command) {
     const auto one = [](const char* option, const std::string& typed) {
       const std::vector<Isa> isas = isas_option(option, typed);
@@ -156,6 +162,7 @@ class CommandLine {
     c->add_flag("--fresh", run_.options.fresh, "delete what an earlier run left there");
     threads(c, run_.options.threads, "default: the experiment's, else all of the machine's");
     isa(c);
+    memory(c);
     c->add_flag("--quick", run_.options.quick, "a small version: what the file's [quick] table says");
     c->add_flag("--dry-run", run_.dry_run, "list the cells and run nothing");
     reading(c, run_.options.reading);
@@ -204,6 +211,7 @@ class CommandLine {
     reading(c, render_.reading);
     threads(c, render_.threads, "default: all of the machine's");
     isa(c);
+    memory(c);
     parsed(c, "--resolution", render_.resolution, resolution_option, "WxH", "default: the scene's");
     c->add_option("--crop", render_.crop,
                   "only that part of the image, to the same bits; shares of it, or pixels. Default: the scene's, else all")
@@ -375,6 +383,7 @@ class CommandLine {
   bool list_params_ = false;
   std::string shell_;
   std::vector<Isa> isas_;
+  std::uint64_t memory_ = 0;  // bytes; 0: no limit
   std::function<int()> chosen_;
 };
 

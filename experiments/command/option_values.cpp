@@ -36,6 +36,12 @@ double duration_option(const std::string& option, const std::string& text) {
   return value;
 }
 
+std::uint64_t bytes_option(const std::string& option, const std::string& text) {
+  const std::int64_t value = parsed(option, text, parse_bytes);
+  if (value <= 0) throw Error(Location{option}, fmt::format("{}; expected a size above zero", text));
+  return static_cast<std::uint64_t>(value);
+}
+
 double number_option(const std::string& option, const std::string& text, double low, double high) {
   const std::optional<double> value = parse_number(text);
   if (!value) throw Error(Location{option}, fmt::format("'{}' is no number; expected one such as 0.01", text));

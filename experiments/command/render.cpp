@@ -9,6 +9,7 @@
 #include "experiments/report/record_overlay.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/surface_images.h"
+#include "experiments/run/memory_forecast.h"
 #include "experiments/run/recipe.h"
 #include "experiments/run/reference.h"
 #include "experiments/run/run_cell.h"
@@ -375,6 +376,7 @@ int render_command(const RenderCommand& command) {
   std::optional<Preview> preview;
   if (!command.preview.empty()) preview.emplace(command.preview, r.output.empty() ? r.scene : r.output, r.size());
 
+  refuse_over_memory(forecast_memory(scene, needs, r.accel, r.integrator, r.resolution), r.scene);
   // An error target needs the reference before, all else only afterwards, off the user's time.
   std::optional<Reference> reference;
   const auto find_reference = [&] {

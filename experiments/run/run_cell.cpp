@@ -3,6 +3,7 @@
 #include "accel/registry.h"
 #include "accel/scene/auto_structure.h"
 #include "experiments/report/declared.h"
+#include "experiments/run/memory_forecast.h"
 #include "framework/core/check.h"
 #include "framework/core/counters.h"
 #include "framework/core/memory.h"
@@ -116,6 +117,7 @@ class CellRunner {
     context.window = task_.window;
     if (task_.before_prepare) task_.before_prepare(*integrator, context);
     integrator->prepare(context);
+    fail_over_memory(iterations_);
     if (const MethodChoice* choice = integrator->choice()) {
       result_.chosen = Method{choice->name, choice->params};
       result_.why = choice->why;
@@ -154,6 +156,7 @@ class CellRunner {
       integrator.iteration(context, static_cast<std::uint32_t>(iterations_), film_);
       const double now = clock_.wall_s();
       ++iterations_;
+      fail_over_memory(iterations_);
       mark_live();
       const bool done = schedule_.finished(iterations_, now, now - before);
       result_.stopped = !done && task_.stop && task_.stop();

@@ -35,6 +35,8 @@ std::optional<std::uint64_t> number_in(const std::string& file) {
 
 std::uint64_t left_of(std::uint64_t limit, std::uint64_t taken) { return limit > taken ? limit - taken : 0; }
 
+std::uint64_t limit_of_process = 0;
+
 std::uint64_t left_in_system() {
   const auto available = entry("/proc/meminfo", "MemAvailable:"), swap = entry("/proc/meminfo", "SwapFree:");
   return available ? 1024 * (*available + swap.value_or(0)) : unlimited;
@@ -85,9 +87,21 @@ void release_freed_memory() {
 #endif
 }
 
+void set_memory_limit(std::uint64_t bytes) { limit_of_process = bytes; }
+
+std::uint64_t memory_limit() { return limit_of_process; }
+
+std::uint64_t resident_memory_bytes() {
+  release_freed_memory();
+  std::ifstream in("/proc/self/statm");
+  std::uint64_t all = 0, resident = 0;
+  return in >> all >> resident ? resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
 std::uint64_t available_memory_bytes() {
   release_freed_memory();
-  return std::min({left_in_system(), left_in_address_space(), left_in_control_group()});
+  const std::uint64_t own = limit_of_process == 0 ? unlimited : left_of(limit_of_process, resident_memory_bytes());
+  return std::min({left_in_system(), left_in_address_space(), left_in_control_group(), own});
 }
 
 void require_memory(double bytes, const Location& where, const std::string& what, const std::string& expectation) {

@@ -15,8 +15,15 @@ void keep_freed_memory();
 // Gives back what is kept.
 void release_freed_memory();
 
-// Bytes this process may still take: the least of what the system has (swap included), its control group (version 2) and its
-// limit on address space (ulimit -v) leave, once freed memory is released. Linux; elsewhere, and where nothing is known, 2^63.
+// The most that this process may have in memory; 0, as it begins: no limit of its own.
+void set_memory_limit(std::uint64_t bytes);
+std::uint64_t memory_limit();
+// What it has in memory now, once freed memory is released. Linux; elsewhere 0.
+std::uint64_t resident_memory_bytes();
+
+// Bytes this process may still take: the least of what the system has (swap included), its control group (version 2), its
+// limit on address space (ulimit -v) and that of its own leave, once freed memory is released. Linux; elsewhere, and where
+// nothing is known, 2^63.
 std::uint64_t available_memory_bytes();
 
 // Throws an Error at `where`, "`what` needs about 20 GiB, and 3.1 GiB are free; expected `expectation`", where that is more

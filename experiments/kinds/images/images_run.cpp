@@ -4,6 +4,7 @@
 #include "experiments/log/products.h"
 #include "experiments/log/trust.h"
 #include "experiments/report/report.h"
+#include "experiments/run/memory_forecast.h"
 #include "experiments/run/recipe.h"
 #include "experiments/run/reference.h"
 #include "experiments/run/run_directory.h"
@@ -125,6 +126,11 @@ class Execution {
       loaded->regions = make_regions(config_.regions, choice.name, loaded->resolution);
       scenes_[s] = std::move(loaded);
     }
+    for (const Cell& cell : plan_.cells)
+      if (const auto& loaded = scenes_[cell.scene])
+        refuse_over_memory(forecast_memory(loaded->scene, loaded->needs, config_.accels[cell.accel],
+                                           config_.integrators[cell.integrator], loaded->resolution),
+                           cell.name.key());
     for (std::size_t s = 0; s < scenes_.size(); ++s) {
       if (!scenes_[s]) continue;
       const SceneChoice& choice = config_.scenes[s];

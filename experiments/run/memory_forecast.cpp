@@ -1,0 +1,71 @@
+#include "experiments/run/memory_forecast.h"
+
+#include "accel/registry.h"
+#include "framework/core/counters.h"
+#include "framework/core/memory.h"
+#include "framework/core/units.h"
+#include "integrators/method_memory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace etendue {
+
+double MemoryForecast::bytes() const {
+  double sum = 0;
+  for (const MemoryPart& part : parts) sum += part.bytes;
+  return sum;
+}
+
+std::string MemoryForecast::text() const {
+  std::string text;
+  for (const MemoryPart& part : parts)
+    if (part.bytes > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", part.name, format_bytes(part.bytes));
+  return text;
+}
+
+MemoryForecast forecast_memory(const Scene& scene, const SceneNeeds& needs, const Method& accel, const Method& integrator,
+                               ivec2 resolution) {
+  constexpr double bytes_a_pixel = 80;  // of sums with weights, their mean and its copy
+  const double pixels = static_cast<double>(resolution.x) * resolution.y;
+  const MethodMemory method = method_memory(integrator.name, integrator.params, needs, resolution);
+  ParamMap params = accel.params;
+  params.erase("memory");
+  params.erase("over_memory");
+  const MemoryNeed need = find_ray_structure(accel.name, accel.where).need(scene, params);
+  const double image = bytes_a_pixel * pixels, later = image + method.photons + method.pixels;
+  const double structure = std::max(static_cast<double>(need.kept), static_cast<double>(need.peak) - later);
+  const std::string fewer_pixels = "a smaller --resolution";
+  return {{{"program and scene", static_cast<double>(resident_memory_bytes())},
+           {"structure", structure, accel.name == "brute" ? "" : "a leaner structure (-p accel.layout=bvh16)"},
+           {"image", image, fewer_pixels},
+           {"photons", method.photons, fmt::format("fewer photons than {}", format_count(method.photon_count))},
+           {"what " + integrator.name + " keeps of pixels", method.pixels, fewer_pixels}}};
+}
+
+void refuse_over_memory(const MemoryForecast& forecast, const std::string& what) {
+  const std::uint64_t limit = memory_limit();
+  if (limit == 0 || forecast.bytes() <= static_cast<double>(limit)) return;
+  const MemoryPart* largest = nullptr;
+  for (const MemoryPart& part : forecast.parts)
+    if (!part.leaner.empty() && (largest == nullptr || part.bytes > largest->bytes)) largest = &part;
+  throw Error(Location{"--memory"},
+              fmt::format("{} needs about {} ({}), and {} are allowed; expected {}, or more memory", what,
+                          format_bytes(forecast.bytes()), forecast.text(), format_bytes(static_cast<double>(limit)),
+                          largest != nullptr && largest->bytes > 0 ? largest->leaner : "a smaller scene"));
+}
+
+void fail_over_memory(std::uint64_t iterations) {
+  const std::uint64_t limit = memory_limit();
+  if (limit == 0) return;
+  const std::uint64_t taken = peak_memory_bytes();
+  if (taken <= limit) return;
+  throw std::runtime_error(
+      fmt::format("--memory: {} were taken after {} iterations, and {} are allowed: more was found than "
+                  "had been foreseen, and nothing of it is left out to save memory",
+                  format_bytes(static_cast<double>(taken)), iterations, format_bytes(static_cast<double>(limit))));
+}
+
+}  // namespace etendue

@@ -1,0 +1,89 @@
+#include "integrators/method_memory.h"
+
+#include "integrators/registry.h"
+
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+constexpr double bytes_a_photon = 165;  // emitted
+
+// What each pixel takes.
+double bytes_a_pixel(const std::string& method) {
+  if (method == "path") return 0;
+  if (method == "photon-map") return 0;
+  if (method == "light-trace") return 230;
+  if (method == "bdpt") return 760;
+  if (method == "vcm") return 1250;
+  if (method == "ppm") return 300;
+  if (method == "guided") return 300;
+  if (method == "hash-cache") return 700;
+  if (method.ends_with("-cache")) return 350;
+  return 60;  // sppm and its kind
+}
+
+class Parameters {
+ public:
+  Parameters(const IntegratorEntry& entry, const ParamMap& given) : entry_(entry), given_(given) {}
+
+  bool has(const std::string& name) const {
+    return std::ranges::any_of(entry_.params, [&](const ParamInfo& info) { return info.name == name; });
+  }
+  std::string text(const std::string& name) const {
+    if (const auto found = given_.find(name); found != given_.end()) return to_text(found->second);
+    for (const ParamInfo& info : entry_.params)
+      if (info.name == name) return info.default_value;
+    return "";
+  }
+  // 0 where there is none.
+  double number(const std::string& name) const {
+    const ParamValue value = parse_param_value(text(name), {});
+    if (const auto* whole = std::get_if<std::int64_t>(&value.value)) return static_cast<double>(*whole);
+    if (const auto* real = std::get_if<double>(&value.value)) return *real;
+    return 0;
+  }
+
+ private:
+  const IntegratorEntry& entry_;
+  const ParamMap& given_;
+};
+
+// Emitted for the maps that stand at a time, where a number is not given as the methods choose it.
+double photons_of(const std::string& method, const Parameters& parameters, const SceneNeeds& needs, double pixels) {
+  double photons = parameters.number("photons");
+  if (photons == 0 && parameters.has("photons_per_pixel")) {
+    const double given = parameters.number("photons_per_pixel");
+    const bool many = method == "sppm" && !needs.glossy && !needs.caustic_map;
+    photons = std::max(20000.0, pixels * (given > 0 ? given : many ? 2.5 : 1));
+  } else if (photons == 0 && parameters.has("photons")) {
+    photons = method == "photon-cache" ? std::clamp(32 * pixels, 200000.0, 600000.0) : 200000;
+  }
+  const std::string map = parameters.text("caustic_map");
+  if (map == "on" || (map == "auto" && needs.caustic_map)) {
+    const double caustic = parameters.number("caustic_photons");
+    photons += caustic > 0 ? caustic : std::max(20000.0, 3 * pixels);
+  }
+  return photons;
+}
+
+}  // namespace
+
+MethodMemory method_memory(const std::string& integrator, const ParamMap& params, const SceneNeeds& needs, ivec2 resolution) {
+  const double pixels = static_cast<double>(resolution.x) * resolution.y;
+  MethodMemory memory;
+  if (integrator == "auto") {
+    for (const char* chosen : {"sppm", "photon-cache", "hash-cache", "irradiance-cache", "bdpt"}) {
+      const MethodMemory one = method_memory(chosen, {}, needs, resolution);
+      if (one.photons + one.pixels > memory.photons + memory.pixels) memory = one;
+    }
+    return memory;
+  }
+  memory.photon_count = photons_of(integrator, {find_integrator(integrator, {}), params}, needs, pixels);
+  memory.photons = bytes_a_photon * memory.photon_count;
+  memory.pixels = bytes_a_pixel(integrator) * pixels;
+  return memory;
+}
+
+}  // namespace etendue
