@@ -8,7 +8,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double bytes_a_photon = 165;  // emitted
+constexpr double bytes_a_photon = 200;  // emitted, of which 0.9 to 2 are stored
 
 // What each pixel takes.
 double bytes_a_pixel(const std::string& method) {
@@ -55,8 +55,8 @@ double photons_of(const std::string& method, const Parameters& parameters, const
   double photons = parameters.number("photons");
   if (photons == 0 && parameters.has("photons_per_pixel")) {
     const double given = parameters.number("photons_per_pixel");
-    const bool many = method == "sppm" && !needs.glossy && !needs.caustic_map;
-    photons = std::max(20000.0, pixels * (given > 0 ? given : many ? 2.5 : 1));
+    const bool diffuse = !needs.glossy && !needs.caustic_map;
+    photons = std::max(20000.0, pixels * (given > 0 ? given : diffuse ? 2.5 : 1));
   } else if (photons == 0 && parameters.has("photons")) {
     photons = method == "photon-cache" ? std::clamp(32 * pixels, 200000.0, 600000.0) : 200000;
   }

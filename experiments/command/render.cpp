@@ -376,7 +376,7 @@ int render_command(const RenderCommand& command) {
   std::optional<Preview> preview;
   if (!command.preview.empty()) preview.emplace(command.preview, r.output.empty() ? r.scene : r.output, r.size());
 
-  refuse_over_memory(forecast_memory(scene, needs, r.accel, r.integrator, r.resolution), r.scene);
+  refuse_over_memory(r.scene, scene, needs, r.accel, r.integrator, r.resolution);
   // An error target needs the reference before, all else only afterwards, off the user's time.
   std::optional<Reference> reference;
   const auto find_reference = [&] {

@@ -45,9 +45,12 @@ MemoryForecast forecast_memory(const Scene& scene, const SceneNeeds& needs, cons
            {"what " + integrator.name + " keeps of pixels", method.pixels, fewer_pixels}}};
 }
 
-void refuse_over_memory(const MemoryForecast& forecast, const std::string& what) {
+void refuse_over_memory(const std::string& what, const Scene& scene, const SceneNeeds& needs, const Method& accel,
+                        const Method& integrator, ivec2 resolution) {
   const std::uint64_t limit = memory_limit();
-  if (limit == 0 || forecast.bytes() <= static_cast<double>(limit)) return;
+  if (limit == 0) return;
+  const MemoryForecast forecast = forecast_memory(scene, needs, accel, integrator, resolution);
+  if (forecast.bytes() <= static_cast<double>(limit)) return;
   const MemoryPart* largest = nullptr;
   for (const MemoryPart& part : forecast.parts)
     if (!part.leaner.empty() && (largest == nullptr || part.bytes > largest->bytes)) largest = &part;

@@ -38,7 +38,8 @@ MemoryForecast forecast_memory(const Scene& scene, const SceneNeeds& needs, cons
                                ivec2 resolution);
 
 // Throws Error where there is a limit and the forecast is beyond it. `what`: the cell, for the message.
-void refuse_over_memory(const MemoryForecast& forecast, const std::string& what);
+void refuse_over_memory(const std::string& what, const Scene& scene, const SceneNeeds& needs, const Method& accel,
+                        const Method& integrator, ivec2 resolution);
 // Throws std::runtime_error where there is a limit and this process has been beyond it, after so many iterations of a cell.
 void fail_over_memory(std::uint64_t iterations);
 

@@ -128,9 +128,8 @@ class Execution {
     }
     for (const Cell& cell : plan_.cells)
       if (const auto& loaded = scenes_[cell.scene])
-        refuse_over_memory(forecast_memory(loaded->scene, loaded->needs, config_.accels[cell.accel],
-                                           config_.integrators[cell.integrator], loaded->resolution),
-                           cell.name.key());
+        refuse_over_memory(cell.name.key(), loaded->scene, loaded->needs, config_.accels[cell.accel],
+                           config_.integrators[cell.integrator], loaded->resolution);
     for (std::size_t s = 0; s < scenes_.size(); ++s) {
       if (!scenes_[s]) continue;
       const SceneChoice& choice = config_.scenes[s];
