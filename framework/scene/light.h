@@ -50,4 +50,9 @@ struct EnvironmentLight {
 
 using Light = std::variant<AreaLight, PointLight, SpotLight, DirectionalLight, EnvironmentLight>;
 
+// Is it of a point or of one direction, so that no ray can meet it?
+inline bool is_delta(const Light& light) {
+  return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
+}
+
 }  // namespace etendue

@@ -17,10 +17,6 @@ constexpr int tile_of_paths = 8;
 constexpr int pilot_grid = 32;
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
 
-bool is_delta(const Light& light) {
-  return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
-}
-
 // The first surface with a lobe to merge at that a camera ray meets, through delta lobes.
 std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
   const auto key = pixel_index(pixel, context.resolution);

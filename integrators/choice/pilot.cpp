@@ -70,7 +70,9 @@ struct Seen {
 class Vertices {
  public:
   Vertices(const RenderContext& small, ivec2 real_resolution)
-      : small_(small), rough_(small.scene, narrow_lobes), groups_(vertex_samples, Image(small.resolution)) {
+      : small_(small),
+        rough_(small.scene, followed_below(small, narrow_lobes)),
+        groups_(vertex_samples, Image(small.resolution)) {
     seen_.resize(groups_[0].pixels.size());
     const Camera& camera = small.scene.camera;
     const vec2 pixel = 2.0f * camera.half_extent(real_resolution) / vec2(real_resolution);

@@ -17,11 +17,6 @@ int photons_for(const CausticParams& params, ivec2 resolution) {
   return static_cast<int>(std::clamp(wanted, double{fewest_photons}, 2e9));
 }
 
-// Is it a light that no ray can meet?
-bool is_unseen(const Light& light) {
-  return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
-}
-
 }  // namespace
 
 std::unique_ptr<CausticLight> CausticLight::where_wanted(const RenderContext& context, const CausticParams& params,
@@ -38,7 +33,7 @@ std::unique_ptr<CausticLight> CausticLight::where_wanted(const RenderContext& co
   maps.carry_below = 0;  // all but delta lobes are gathered at
   std::unique_ptr<CausticLight> light(new CausticLight(maps, max_depth));
   light->maps_.prepare(context, {0, max_depth, sampler});
-  if (std::ranges::none_of(context.scene.lights, is_unseen)) light->lobes_.emplace(context.scene, narrow, LobeTails::gathered);
+  if (std::ranges::none_of(context.scene.lights, is_delta)) light->lobes_.emplace(context.scene, narrow, LobeTails::gathered);
   return light;
 }
 

@@ -59,7 +59,9 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
   v.choice("caustic_map", p.caustic_map,
            "auto: where the scene needs it, and gather rays or records look up the other map; off: one for all");
-  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha", "rough lobes narrower than this are followed, not gathered");
+  v.number(
+      "carry_below", p.carry_below, 0, 1, "GGX alpha",
+      "rough lobes narrower than this are followed, not gathered; none where caustics of points, spots or directions fall");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges, "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
   v.choice("emission", p.emission,

@@ -153,6 +153,10 @@ RoughMaterials::RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_
   }
 }
 
+float followed_below(const RenderContext& context, float carry_below) {
+  return context.needs.caustic_map && std::ranges::any_of(context.scene.lights, is_delta) ? 0 : carry_below;
+}
+
 Photons trace_photons(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   if (context.lights.empty() || pass.count == 0 || pass.max_scatterings < 0) return {};
   Photons photons = pass.emission == PhotonEmission::importance   ? trace_by_importance(context, rough_materials, pass)

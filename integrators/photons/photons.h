@@ -127,6 +127,10 @@ class RoughMaterials {
   float tail_density_;
 };
 
+// GGX alpha below which rough lobes are followed: `carry_below`, but 0 where the caustics of lights that no ray can meet may
+// fall on them. Those are found by photons alone.
+float followed_below(const RenderContext& context, float carry_below);
+
 enum class PhotonEmission : std::uint8_t { power, importance, visibility };
 constexpr auto names_of(PhotonEmission) { return std::array{"power", "importance", "visibility"}; }
 

@@ -19,7 +19,8 @@ ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoi
 
 void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
-  rough_materials_ = std::make_unique<RoughMaterials>(context.scene, params_.carry_below, params_.lobe_tails);
+  rough_materials_ =
+      std::make_unique<RoughMaterials>(context.scene, followed_below(context, params_.carry_below), params_.lobe_tails);
   const bool diffuse = !context.needs.caustic_map && !context.needs.glossy;
   if (params_.photons_per_pixel == 0) params_.photons_per_pixel = diffuse ? 2.5f : 1;
   if (params_.neighbours == 0) params_.neighbours = diffuse ? 50 : 20;

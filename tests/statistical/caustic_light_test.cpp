@@ -54,6 +54,23 @@ TEST(CausticLight, SeenBySpecularSurfacesIsThatOfTheClosedForm) {
   }
 }
 
+// No ray meets the sun behind the pane, so that what follows the narrow lobe does not find its light: photons are gathered.
+TEST(CausticLight, OfTheSunFallsOnNarrowRoughCoats) {
+  const auto coated = [](const char* name) {
+    Scene scene = load_scene(name);
+    for (Material& material : scene.materials)
+      if (std::holds_alternative<Diffuse>(material)) material = Plastic{.reflectance = Rgb(0.5f), .alpha = 0.1f};
+    scene.closed_form = {};
+    return scene;
+  };
+  const Image expected = render(coated("builtin:sunlit-field?veil=false"), "path", {.params = {}, .iterations = 4}).image;
+  for (const char* method : {"sppm", "photon-map", "photon-cache", "cppm", "vcm", "hash-cache", "irradiance-cache"}) {
+    const auto b =
+        testing::bias_over_seeds(coated("builtin:sunlit-field"), method, {.params = {}, .iterations = 16}, seeds, expected);
+    EXPECT_LT(std::abs(b.mean), 8 * b.deviation + 0.02) << method << ": " << b.mean << " +- " << b.deviation;
+  }
+}
+
 // Glass, mirror and walls between which light goes on: the image is that of path tracing, which has no map.
 TEST(CausticLight, IsCountedOnce) {
   testing::expect_agreement(load_scene("builtin:cornell-spheres"), {.resolution = {24, 24}, .block = 12, .comparisons = 3},
