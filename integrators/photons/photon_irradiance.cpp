@@ -3,19 +3,20 @@
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
 
+#include <thread>
+
 namespace etendue {
 
 PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap& map, const Photons& sample_points,
-                                   std::unique_ptr<PointQuery> query)
+                                   std::unique_ptr<PointQuery> query, Computed computed)
     : query_(std::move(query)),
       map_(map),
       position_(sample_points.size()),
       normal_(sample_points.size()),
       direction_(sample_points.size()),
-      irradiance_(sample_points.size()),
-      radius_(sample_points.size()),
-      photon_footprint_(sample_points.size()),
-      flown_(sample_points.size()) {
+      flown_(sample_points.size()),
+      estimate_(sample_points.size()),
+      state_(std::make_unique<std::atomic<State>[]>(sample_points.size())) {
   for (const std::uint16_t scatterings : map.photons().scatterings) longest_ = std::max<int>(longest_, scatterings);
   const std::vector<std::uint32_t> order = along_curve(sample_points.position);
   parallel_for(sample_points.size(), 256, [&](std::size_t i) {
@@ -23,14 +24,30 @@ PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap
     normal_[i] = glm::normalize(sample_points.side[order[i]].normal());
     direction_[i] = sample_points.direction[order[i]];
     flown_[i] = sample_points.flown[order[i]];
-    // On the photon's own way, which is free, and no farther off than kernels tell.
-    const vec3 origin = position_[i] + std::min(0.01f * map.radius(), 0.5f * flown_[i]) * direction_[i];
-    const PhotonMap::Estimate found = map.measure(context, GatherPoint::irradiance(position_[i], normal_[i], origin));
-    irradiance_[i] = found.radiance;
-    radius_[i] = found.radius;
-    photon_footprint_[i] = found.photon_footprint;
+    if (computed == Computed::beforehand) estimate(context, static_cast<std::uint32_t>(i));
   });
   query_->build(position_);
+}
+
+const PhotonMap::Estimate& PhotonIrradiance::estimate(const RenderContext& context, std::uint32_t id) const {
+  std::atomic<State>& state = state_[id];
+  while (state.load(std::memory_order_acquire) != known) {
+    State now = unknown;
+    if (!state.compare_exchange_strong(now, under_way, std::memory_order_acquire)) {
+      if (now == under_way) std::this_thread::yield();
+      continue;
+    }
+    try {
+      // On the photon's own way, which is free, and no farther off than kernels tell.
+      const vec3 origin = position_[id] + std::min(0.01f * map_.radius(), 0.5f * flown_[id]) * direction_[id];
+      estimate_[id] = map_.measure(context, GatherPoint::irradiance(position_[id], normal_[id], origin));
+    } catch (...) {
+      state.store(unknown, std::memory_order_release);  // who waits for it tries by itself
+      throw;
+    }
+    state.store(known, std::memory_order_release);
+  }
+  return estimate_[id];
 }
 
 std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const RenderContext& context, const vec3& position,
@@ -48,8 +65,10 @@ std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const RenderContext&
   for (const std::size_t k : {1, 8}) {
     query_->nearest(position, k, reach, nearest);
     for (const Neighbour& n : nearest)
-      if (glm::dot(normal_[n.id], normal) > 0.9f && sees(n))
-        return Found{irradiance_[n.id], std::max(radius_[n.id], std::sqrt(n.distance_squared)), photon_footprint_[n.id]};
+      if (glm::dot(normal_[n.id], normal) > 0.9f && sees(n)) {
+        const PhotonMap::Estimate& found = estimate(context, n.id);
+        return Found{found.radiance, std::max(found.radius, std::sqrt(n.distance_squared)), found.photon_footprint};
+      }
     if (nearest.size() < k) break;
   }
   return std::nullopt;

@@ -1,6 +1,6 @@
-// Irradiance computed beforehand at sample points where photons landed, so that a gather ray looks up one value instead of k
-// photons
-// ([Christensen1999]).
+// Irradiance computed once at each of many sample points where photons landed, so that a gather ray looks up one value instead
+// of k photons ([Christensen1999]): beforehand at all of them; or, where most may never be asked for, when a ray first asks.
+// The values are the same; beforehand they are computed in an order that is kinder to the processor's caches.
 //
 // The sample points are where photons of another pass landed, on the side they came from. (Photons of the map itself would not
 // do: each would answer where others are far, and the irradiance there is too bright if that photon is counted, by 2.6 % on a
@@ -13,15 +13,19 @@
 
 #include "integrators/photons/photon_gather.h"
 
+#include <atomic>
+#include <memory>
 #include <optional>
 
 namespace etendue {
 
 class PhotonIrradiance {
  public:
-  // Computes the irradiance from a map's photons at `sample_points`, photons that are independent of them.
+  enum class Computed : std::uint8_t { beforehand, when_asked_for };
+
+  // Of a map's photons at `sample_points`, photons that are independent of them.
   PhotonIrradiance(const RenderContext& context, const PhotonMap& map, const Photons& sample_points,
-                   std::unique_ptr<PointQuery> query);
+                   std::unique_ptr<PointQuery> query, Computed computed);
 
   struct Found {
     Rgb irradiance;          // W/m^2
@@ -34,11 +38,17 @@ class PhotonIrradiance {
   int longest() const { return longest_; }
 
  private:
+  enum State : std::uint8_t { unknown, under_way, known };
+
+  // What the photons about a sample point say; computes it if no thread has.
+  const PhotonMap::Estimate& estimate(const RenderContext& context, std::uint32_t id) const;
+
   std::unique_ptr<PointQuery> query_;
   const PhotonMap& map_;
   std::vector<vec3> position_, normal_, direction_;
-  std::vector<Rgb> irradiance_;
-  std::vector<float> radius_, photon_footprint_, flown_;
+  std::vector<float> flown_;
+  mutable std::vector<PhotonMap::Estimate> estimate_;
+  mutable std::unique_ptr<std::atomic<State>[]> state_;  // of each estimate
   int longest_ = 0;
 };
 

@@ -53,7 +53,9 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   });
   std::erase(radii, 0.0f);
   if (radii.empty()) return fewest_photons;
-  return static_cast<int>(std::clamp(photons_for(median(radii)), double{fewest_photons}, most));
+  const double enough = photons_for(median(radii));
+  mostly_unseen_ = enough > most;
+  return static_cast<int>(std::clamp(enough, double{fewest_photons}, most));
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {
@@ -106,7 +108,9 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
   const auto timed = context.phases.measure("build");
   build(context, global_, std::move(photons), params_.edges);
   if (precomputes)
-    irradiance_ = std::make_unique<PhotonIrradiance>(context, global_, sample_points, context.make_points(params_.structure));
+    irradiance_ = std::make_unique<PhotonIrradiance>(
+        context, global_, sample_points, context.make_points(params_.structure),
+        mostly_unseen_ ? PhotonIrradiance::Computed::when_asked_for : PhotonIrradiance::Computed::beforehand);
 }
 
 void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, float share) {

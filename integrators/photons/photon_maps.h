@@ -114,7 +114,8 @@ class PhotonMaps {
 
   PhotonMapsParams params_;
   PhotonMapsUse use_;
-  int photons_ = 0;  // of the global map
+  int photons_ = 0;             // of the global map
+  bool mostly_unseen_ = false;  // by default: more would be needed for enough to land on what is seen
   bool separate_caustics_ = false;
   bool holds_caustics_ = false;             // the global map, to be seen directly
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly

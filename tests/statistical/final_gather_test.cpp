@@ -1,5 +1,6 @@
 // Final gathering: directions from photons, and irradiance computed beforehand.
 #include "integrators/photons/final_gather.h"
+#include "framework/core/parallel.h"
 #include "framework/scene/builder.h"
 #include "integrators/paths/path.h"
 #include "integrators/photons/incident_directions.h"
@@ -9,6 +10,8 @@
 #include "tests/white_plane.h"
 
 #include <gtest/gtest.h>
+
+#include <atomic>
 
 namespace etendue {
 namespace {
@@ -141,6 +144,32 @@ TEST(FinalGathering, PrecomputedIrradianceKeepsTheImage) {
     EXPECT_NEAR(relative_difference(fast, plain), 0, 0.01) << every;
     EXPECT_LT(relmse(fast, plain), 2e-3) << every;
   }
+}
+
+// Many threads ask for the same few values at once.
+TEST(FinalGathering, IrradianceIsTheSameBeforehandAndWhenAskedFor) {
+  const SceneContext box(load_scene("builtin:cornell-box"));
+  const RoughMaterials rough_materials(box.scene, 0.25f);
+  const auto structure = [] { return find_point_structure("kd-tree", {}).make(); };
+  PhotonMap map;
+  map.build(trace_photons(box.context, rough_materials, {.count = 20000, .key = 1, .max_scatterings = 20}), structure(),
+            {.k = 50});
+  const Photons points = trace_photons(box.context, rough_materials, {.count = 200, .key = 2, .max_scatterings = 20});
+  using Computed = PhotonIrradiance::Computed;
+  const PhotonIrradiance early(box.context, map, points, structure(), Computed::beforehand);
+  const PhotonIrradiance late(box.context, map, points, structure(), Computed::when_asked_for);
+  std::atomic<int> different{0}, found{0};
+  parallel_for(map.photons().size(), 16, [&](std::size_t i) {
+    const vec3 at = map.photons().position[i], normal = glm::normalize(map.photons().side[i].normal());
+    const auto a = early.at(box.context, at, normal, at + 1e-3f * normal),
+               b = late.at(box.context, at, normal, at + 1e-3f * normal);
+    found += a ? 1 : 0;
+    different +=
+        a.has_value() != b.has_value() ||
+        (a && (a->irradiance != b->irradiance || a->resolution != b->resolution || a->photon_footprint != b->photon_footprint));
+  });
+  EXPECT_GT(found, 1000);
+  EXPECT_EQ(different, 0);
 }
 
 TEST(FinalGathering, PrecomputedIrradianceIsUnbiasedInEvenLight) {
