@@ -55,8 +55,7 @@ double photons_of(const std::string& method, const Parameters& parameters, const
   double photons = parameters.number("photons");
   if (photons == 0 && parameters.has("photons_per_pixel")) {
     const double given = parameters.number("photons_per_pixel");
-    const bool diffuse = !needs.glossy && !needs.caustic_map;
-    photons = std::max(20000.0, pixels * (given > 0 ? given : diffuse ? 2.5 : 1));
+    photons = std::max(20000.0, pixels * (given > 0 ? given : needs.caustic_map ? 1 : 2.5));
   } else if (photons == 0 && parameters.has("photons")) {
     photons = method == "photon-cache" ? std::clamp(32 * pixels, 200000.0, 600000.0) : 200000;
   }

@@ -21,9 +21,9 @@ void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
   rough_materials_ =
       std::make_unique<RoughMaterials>(context.scene, followed_below(context, params_.carry_below), params_.lobe_tails);
-  const bool diffuse = !context.needs.caustic_map && !context.needs.glossy;
-  if (params_.photons_per_pixel == 0) params_.photons_per_pixel = diffuse ? 2.5f : 1;
-  if (params_.neighbours == 0) params_.neighbours = diffuse ? 50 : 20;
+  const bool caustics = context.needs.caustic_map;
+  if (params_.photons_per_pixel == 0) params_.photons_per_pixel = caustics ? 1 : 2.5f;
+  if (params_.neighbours == 0) params_.neighbours = caustics ? 20 : 50;
   if (params_.photons == 0) {
     const double wanted = static_cast<double>(params_.photons_per_pixel) * context.resolution.x * context.resolution.y;
     params_.photons = static_cast<int>(std::clamp(std::round(wanted), 2e4, 2e9));

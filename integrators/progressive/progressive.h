@@ -25,8 +25,8 @@
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
 // paths, and noise that does not come from photons (edges, reflections in glass) falls as fast as theirs. `photons_per_pixel`
-// and `neighbours` = 0 depend on the scene: where all surfaces that light reaches are diffuse, camera paths have little noise,
-// so a pass has more photons and somewhat wider kernels.
+// and `neighbours` = 0 depend on the scene: where light reaches no specular surface there are no caustics to blur, so a pass
+// has more photons and somewhat wider kernels.
 //
 // Consistent as long as the policy's radius vanishes. At finite radii: blur and, with edges = "disc", loss within r of edges
 // (half of the photons' share at the edge itself).
@@ -74,11 +74,10 @@ struct ProgressiveParams {
 template <class Visitor>
 void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.integer("photons", p.photons, 0, 2000000000, "photons", "emitted per iteration; 0: by photons_per_pixel, at least 20000");
-  v.number(
-      "photons_per_pixel", p.photons_per_pixel, 0, 1000, "photons",
-      "of the image, emitted per iteration where photons = 0; 0: 2.5 where surfaces that light reaches are diffuse, else 1");
+  v.number("photons_per_pixel", p.photons_per_pixel, 0, 1000, "photons",
+           "of the image, emitted per iteration where photons = 0; 0: 1 where light reaches a specular surface, else 2.5");
   v.integer("neighbours", p.neighbours, 0, 1000000, "photons",
-            "of one iteration within the first radius; 0: 50 where surfaces that light reaches are diffuse, else 20");
+            "of one iteration within the first radius; 0: 20 where light reaches a specular surface, else 50");
   v.number("radius", p.radius, 0, 1e12, "m", "first radius of every pixel; 0: from the density of the photons");
   v.choice("direct", p.direct, "direct light by sampling lights, or by photons like all else");
   v.choice("kernel", p.kernel, "density kernel, normalised");

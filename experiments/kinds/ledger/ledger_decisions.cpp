@@ -35,8 +35,7 @@ MadeDecision light_tree(const DecisionPlace& place) {
 MadeDecision second_level(const DecisionPlace& place) { return {place.needs.two_levels, reason(place, "two-level structure")}; }
 
 MadeDecision large_passes(const DecisionPlace& place) {
-  if (place.needs.caustic_map) return {false, reason(place, "caustic photon map")};
-  return {!place.needs.glossy, reason(place, "glossy lobes")};
+  return {!place.needs.caustic_map, reason(place, "caustic photon map")};
 }
 
 MadeDecision structure(const DecisionPlace& place, const char* name) {
