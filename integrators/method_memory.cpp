@@ -62,7 +62,8 @@ double photons_of(const std::string& method, const Parameters& parameters, const
   const std::string map = parameters.text("caustic_map");
   if (map == "on" || (map == "auto" && needs.caustic_map)) {
     const double caustic = parameters.number("caustic_photons");
-    photons += 0.5 * (caustic > 0 ? caustic : std::max(20000.0, 3 * pixels));  // most of them miss what is specular
+    const double usual = method.starts_with("photon-") ? 200000 : std::max(20000.0, 3 * pixels);
+    photons += 0.5 * (caustic > 0 ? caustic : usual);  // most of them miss what is specular
   }
   return photons;
 }

@@ -20,10 +20,11 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   rough_materials_ = std::make_unique<RoughMaterials>(context.scene, followed_below(context, params_.carry_below));
   const bool caustics = context.needs.caustic_map || rough_materials_->narrow_lobes();
   // A map that is seen directly shows caustics as well as one of their own does, in less time (experiments/ledger.toml).
-  const bool needed = caustics && (use.gather_rays > 0 || use.interpolated);
+  const bool needed = caustics && (use.gather_rays > 0 || use.interpolated || params_.caustic_photons > 0);
   separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && needed);
   holds_caustics_ = caustics && !separate_caustics_;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
+  caustic_photons_ = params_.caustic_photons > 0 ? params_.caustic_photons : fewest_photons;
   photons_ = params_.photons;
   if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
   if (params_.emission != PhotonEmission::power) mark_seen(context);
@@ -65,7 +66,7 @@ void PhotonMaps::mark_seen(const RenderContext& context) {
   // fiftieth of the scene.
   const float whole = 0.02f * glm::length(context.scene.bounds().diagonal());
   const double area = seen_area(context, *rough_materials_, options);
-  const double photons = 0.5 * std::min(photons_, separate_caustics_ ? params_.caustic_photons : photons_);
+  const double photons = 0.5 * std::min(photons_, separate_caustics_ ? caustic_photons_ : photons_);
   const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
   const bool gathers = use_.gather_rays > 0;
   const float reach = params_.radius > 0 ? params_.radius
@@ -116,7 +117,7 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
 void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, float share) {
   if (!separate_caustics_) return;
   Photons photons =
-      trace(context, pass_of(params_.caustic_photons, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
+      trace(context, pass_of(caustic_photons_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
   build(context, caustic_, std::move(photons), params_.edges == Edges::hull ? Edges::disc : params_.edges, share);
 }

@@ -27,7 +27,7 @@ constexpr auto names_of(CausticMap) { return std::array{"auto", "on", "off"}; }
 
 struct PhotonMapsParams {
   int photons = 200000;
-  int caustic_photons = 200000;
+  int caustic_photons = 0;
   int k = 50;
   float radius = 0;
   Kernel kernel = Kernel::epanechnikov;
@@ -46,7 +46,8 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.integer(
       "photons", p.photons, 0, 2000000000, "photons",
       "emitted for the global map; 0: 200,000, for gather rays up to tenfold and 32 a pixel where few land on what is seen");
-  v.integer("caustic_photons", p.caustic_photons, 1, 2000000000, "photons", "emitted for the caustic map, where there is one");
+  v.integer("caustic_photons", p.caustic_photons, 0, 2000000000, "photons",
+            "emitted for the caustic map, where there is one; 0: 200,000");
   v.integer(
       "k", p.k, 0, 1000000, "photons",
       "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "
@@ -58,7 +59,8 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.flag("follow_near", p.follow_near,
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
   v.choice("caustic_map", p.caustic_map,
-           "auto: where the scene needs it, and gather rays or records look up the other map; off: one for all");
+           "auto: where the scene needs it, and gather rays or records look up the other map or caustic_photons is given; off: "
+           "one for all");
   v.number(
       "carry_below", p.carry_below, 0, 1, "GGX alpha",
       "rough lobes narrower than this are followed, not gathered; none where caustics of points, spots or directions fall");
@@ -115,6 +117,7 @@ class PhotonMaps {
   PhotonMapsParams params_;
   PhotonMapsUse use_;
   int photons_ = 0;             // of the global map
+  int caustic_photons_ = 0;     // of the caustic map, where there is one
   bool mostly_unseen_ = false;  // by default: more would be needed for enough to land on what is seen
   bool separate_caustics_ = false;
   bool holds_caustics_ = false;             // the global map, to be seen directly

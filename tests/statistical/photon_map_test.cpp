@@ -279,15 +279,16 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
 
 TEST(PhotonMapping, CausticsHaveAMapOfTheirOwnWhereGatherRaysLookUpTheOther) {
   const Scene spheres = load_scene("builtin:cornell-spheres"), box = load_scene("builtin:cornell-box");
-  const auto hash = [](const Scene& scene, const char* map, std::int64_t gather) {
+  const auto hash = [](const Scene& scene, const char* map, std::int64_t gather, std::int64_t photons = 0) {
     return render(scene, "photon-map",
                   options_for(3000, 1,
                               {{"caustic_map", {std::string(map), {}}},
-                               {"caustic_photons", {std::int64_t{3000}, {}}},
+                               {"caustic_photons", {photons, {}}},
                                {"final_gather", {gather, {}}}}))
         .hash;
   };
   EXPECT_EQ(hash(spheres, "auto", 0), hash(spheres, "off", 0)) << "one map is seen directly";
+  EXPECT_EQ(hash(spheres, "auto", 0, 3000), hash(spheres, "on", 0, 3000)) << "who gives it photons wants one";
   EXPECT_NE(hash(spheres, "auto", 0), hash(spheres, "on", 0));
   EXPECT_EQ(hash(spheres, "auto", 2), hash(spheres, "on", 2));
   EXPECT_NE(hash(spheres, "auto", 2), hash(spheres, "off", 2));

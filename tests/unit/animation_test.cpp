@@ -79,7 +79,7 @@ TEST(AnimationRecord, LineIsReadBack) {
   record.primitives = 12;
   record.rays = {5, 6};
   record.changed = {0, 0.1};
-  record.rebuilt_sah_cost = {10, 1.0 / 3};
+  record.rebuilt_sah_cost = {10, 0.333333333};
   record.policies = {{"refit", {0.1, 0.2}, {0.3, 0.4}, {10, 11}, {1, 0}, 2}};
   const std::string line = record.line();
   EXPECT_EQ(line.find('\n'), std::string::npos);

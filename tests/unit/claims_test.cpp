@@ -118,7 +118,7 @@ ClaimRecord sample_record() {
   record.source = "s";
   record.claimed = "2x";
   record.reading = "r";
-  record.figures = {figure(FigureKind::factor, {1.1, 1.05, 1.0 / 3 + 1}, 1, endless),
+  record.figures = {figure(FigureKind::factor, {1.1, 1.05, 1.33333333}, 1, endless),
                     figure(FigureKind::time, {0.1, 0.1, 0.2}, 0.08, 0.125)};
   record.figures.push_back({"beside", "beside", FigureKind::plain, {3, 3, 3}});
   record.remarks = {"one", "two"};

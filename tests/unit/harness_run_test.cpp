@@ -6,7 +6,9 @@
 #include "tests/unit/run_results.h"
 #include "tests/unit/silent_observer.h"
 
+#include <fmt/format.h>
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <sstream>
 
@@ -36,6 +38,7 @@ class Run : public ProgramTest {
 
   // Squared bias and variance of the images in the table of results: a line for each configuration, ordered by name, since the
   // table's order is that of errors at equal time.
+  // To six digits: logs keep nine, and images more.
   std::string split_columns(const std::string& out) {
     std::istringstream lines(read_text_file(directory_ / out / "tables/final.csv"));
     std::vector<std::size_t> wanted{0, 1, 2};  // scene, integrator, structure
@@ -47,7 +50,12 @@ class Run : public ProgramTest {
       for (std::size_t i = 0; rows.empty() && i < row.size(); ++i)
         if (row[i].starts_with("bias_squared") || row[i] == "image_variance") wanted.push_back(i);
       std::string text;
-      for (const std::size_t i : wanted) text += i < row.size() && !row[i].empty() ? row[i] + " " : "– ";
+      for (const std::size_t i : wanted) {
+        const std::string cell = i < row.size() ? row[i] : "";
+        char* end = nullptr;
+        const double number = std::strtod(cell.c_str(), &end);
+        text += cell.empty() ? "– " : *end == 0 ? fmt::format("{:.6g} ", number) : cell + " ";
+      }
       rows.insert(text + '\n');
     }
     return std::accumulate(rows.begin(), rows.end(), std::string());
