@@ -206,13 +206,16 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
   return image;
 }
 
-int repeat_texels(RgbImage& image) {
+int repeat_texels(RgbImage& image, const Location& where) {
   constexpr double most_texels = 1 << 20;
   const double affordable = std::sqrt(most_texels / (static_cast<double>(image.size.x) * image.size.y));
   const int times = static_cast<int>(std::clamp(affordable, 1.0, 16.0));
   if (times == 1) return 1;
+  const std::size_t count = image.texels.size() * static_cast<std::size_t>(times) * times;
+  require_memory(static_cast<double>(count * sizeof(Rgb)), where, "an image whose texels are repeated",
+                 "fewer of them, or interpolated ones");
   std::vector<Rgb> texels;
-  texels.reserve(image.texels.size() * static_cast<std::size_t>(times) * times);
+  texels.reserve(count);
   const ivec2 size = times * image.size;
   for (int y = 0; y < size.y; ++y)
     for (int x = 0; x < size.x; ++x)

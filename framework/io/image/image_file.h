@@ -1,6 +1,7 @@
 // Image files as textures and environments read them.
 #pragma once
 
+#include "framework/core/error.h"
 #include "framework/core/vec.h"
 
 #include <cstdint>
@@ -34,7 +35,8 @@ RgbImage read_image(const std::string& path, Encoding encoding = Encoding::srgb)
 
 // Repeats each texel of an image that is not to be interpolated between texels, so that interpolation acts on 1/16 of one, or
 // as little as 2^20 texels in all allow. Returns how often: 1 where the image is too large to be repeated.
-int repeat_texels(RgbImage& image);
+// Throws Error at `where` when the memory that is free does not hold them.
+int repeat_texels(RgbImage& image, const Location& where);
 
 // Any of them as an image to measure: floats as they are, integers taken for sRGB. `warnings` grows by a sentence where pixels
 // are not finite: they stay so in EXR (a name that ends in .exr), and count as 0 in other files. `attributes`: of EXR.

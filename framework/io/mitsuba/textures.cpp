@@ -112,7 +112,7 @@ MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
 
 MitsubaReader::TextureValue MitsubaReader::image_texture(const Properties& of, RgbImage image) {
   if (of.string("filter_type", "bilinear") == "nearest")
-    if (const int times = repeat_texels(image); times < 16)
+    if (const int times = repeat_texels(image, of.where("filter_type")); times < 16)
       warn(of.where("filter_type"), fmt::format("interpolated over 1/{} of a texel at the edges of each", times));
   const UvMap map = uv_map(of);
   of.ignore({"max_anisotropy", "cache", "format", "accel", "cache_id"});

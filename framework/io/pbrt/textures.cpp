@@ -154,7 +154,7 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
   RgbImage image = files_.image(file, *lexer.file(), params.where("filename"), encoding);
   warn_of_not_finite(image, params.where("filename"), file);
   if (params.string("filter", "bilinear") == "point")
-    if (const int times = repeat_texels(image); times < 16)
+    if (const int times = repeat_texels(image, params.where("filter")); times < 16)
       warn(params.where("filter"), fmt::format("interpolated over 1/{} of a texel at the edges of each", times));
   texture.size = image.size;
   texture.texels = std::move(image.texels);
