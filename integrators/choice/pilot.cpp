@@ -71,7 +71,7 @@ class Vertices {
  public:
   Vertices(const RenderContext& small, ivec2 real_resolution)
       : small_(small),
-        rough_(small.scene, followed_below(small, narrow_lobes)),
+        rough_(small.scene, narrow_lobes, LobeTails::followed, gathers_coats(small)),
         groups_(vertex_samples, Image(small.resolution)) {
     seen_.resize(groups_[0].pixels.size());
     const Camera& camera = small.scene.camera;

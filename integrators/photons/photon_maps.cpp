@@ -17,7 +17,8 @@ PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method
 
 void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use) {
   use_ = use;
-  rough_materials_ = std::make_unique<RoughMaterials>(context.scene, followed_below(context, params_.carry_below));
+  rough_materials_ =
+      std::make_unique<RoughMaterials>(context.scene, params_.carry_below, LobeTails::followed, gathers_coats(context));
   const bool caustics = context.needs.caustic_map || rough_materials_->narrow_lobes();
   // A map that is seen directly shows caustics as well as one of their own does, in less time (experiments/ledger.toml).
   const bool needed = caustics && (use.gather_rays > 0 || use.interpolated || params_.caustic_photons > 0);

@@ -61,9 +61,9 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.choice("caustic_map", p.caustic_map,
            "auto: where the scene needs it, and gather rays or records look up the other map or caustic_photons is given; off: "
            "one for all");
-  v.number(
-      "carry_below", p.carry_below, 0, 1, "GGX alpha",
-      "rough lobes narrower than this are followed, not gathered; none where caustics of points, spots or directions fall");
+  v.number("carry_below", p.carry_below, 0, 1, "GGX alpha",
+           "rough lobes narrower than this are followed, not gathered; but for coats on which caustics of points, spots or "
+           "directions fall");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges, "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
   v.choice("emission", p.emission,

@@ -141,10 +141,11 @@ std::vector<std::uint32_t> along_curve(std::span<const vec3> points) {
 }
 
 // GGX has 1 / (pi alpha^2) for its peak; reflection spreads it over four times the solid angle.
-RoughMaterials::RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_tails)
+RoughMaterials::RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_tails, bool gathers_coats)
     : tail_density_(1 / (4 * pi * square(std::max(narrow, 1e-6f)))) {
   for (const Material& material : scene.materials) {
-    const bool narrow_rough = has_non_specular(material) && std::visit(NarrowestAlpha{}, material) < narrow;
+    const bool coat = gathers_coats && std::holds_alternative<Plastic>(material);
+    const bool narrow_rough = !coat && has_non_specular(material) && std::visit(NarrowestAlpha{}, material) < narrow;
     narrow_lobes_ |= narrow_rough;
     kinds_.push_back(!has_non_specular(material)         ? Kind::specular_like
                      : !narrow_rough                     ? Kind::rough
@@ -153,8 +154,8 @@ RoughMaterials::RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_
   }
 }
 
-float followed_below(const RenderContext& context, float carry_below) {
-  return context.needs.caustic_map && std::ranges::any_of(context.scene.lights, is_delta) ? 0 : carry_below;
+bool gathers_coats(const RenderContext& context) {
+  return context.needs.caustic_map && std::ranges::any_of(context.scene.lights, is_delta);
 }
 
 Photons trace_photons(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {

@@ -109,7 +109,7 @@ constexpr auto names_of(LobeTails) { return std::array{"followed", "gathered"}; 
 // Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe is specular-like.
 class RoughMaterials {
  public:
-  RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_tails = LobeTails::followed);
+  RoughMaterials(const Scene& scene, float narrow, LobeTails lobe_tails = LobeTails::followed, bool gathers_coats = false);
   bool operator()(std::uint32_t material) const { return kinds_[material] == Kind::rough; }
   // Does the material have a narrow rough lobe, whose tails are gathered?
   bool has_tails(std::uint32_t material) const { return kinds_[material] == Kind::tails; }
@@ -127,9 +127,9 @@ class RoughMaterials {
   float tail_density_;
 };
 
-// GGX alpha below which rough lobes are followed: `carry_below`, but 0 where the caustics of lights that no ray can meet may
-// fall on them. Those are found by photons alone.
-float followed_below(const RenderContext& context, float carry_below);
+// Are plastics gathered at, however narrow their coats? Where the caustics of lights that no ray can meet may fall on them:
+// those on the diffuse base are found by photons alone.
+bool gathers_coats(const RenderContext& context);
 
 enum class PhotonEmission : std::uint8_t { power, importance, visibility };
 constexpr auto names_of(PhotonEmission) { return std::array{"power", "importance", "visibility"}; }

@@ -20,7 +20,7 @@ ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoi
 void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
   rough_materials_ =
-      std::make_unique<RoughMaterials>(context.scene, followed_below(context, params_.carry_below), params_.lobe_tails);
+      std::make_unique<RoughMaterials>(context.scene, params_.carry_below, params_.lobe_tails, gathers_coats(context));
   const bool caustics = context.needs.caustic_map;
   if (params_.photons_per_pixel == 0) params_.photons_per_pixel = caustics ? 1 : 2.5f;
   if (params_.neighbours == 0) params_.neighbours = caustics ? 20 : 50;

@@ -71,6 +71,16 @@ TEST(CausticLight, OfTheSunFallsOnNarrowRoughCoats) {
   }
 }
 
+// A metal has no diffuse base: its lobe is followed, where gathering would be many times as noisy.
+TEST(CausticLight, OfTheSunLeavesNarrowMetalsFollowed) {
+  Scene scene = load_scene("builtin:sunlit-field");
+  for (Material& material : scene.materials)
+    if (std::holds_alternative<Diffuse>(material)) material = Conductor{.alpha = vec2(0.05f)};
+  scene.closed_form = {};
+  const Image image = render(scene, "photon-map", {.params = {}, .iterations = 1}).image;
+  EXPECT_EQ(relmse(image, Image(image.size)), 0);
+}
+
 // Glass, mirror and walls between which light goes on: the image is that of path tracing, which has no map.
 TEST(CausticLight, IsCountedOnce) {
   testing::expect_agreement(load_scene("builtin:cornell-spheres"), {.resolution = {24, 24}, .block = 12, .comparisons = 3},

@@ -3,7 +3,7 @@
 #include "experiments/kinds/second_level.h"
 #include "experiments/run/run_cell.h"
 #include "framework/transport/light_sampling.h"
-#include "integrators/photons/photons.h"
+#include "integrators/photons/photon_maps.h"
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ std::string reason(const DecisionPlace& place, const char* what) {
 }
 
 MadeDecision caustic_map(const DecisionPlace& place) {
-  constexpr float carry_below = 0.25f;  // by default of the methods that have the parameter
+  const float carry_below = PhotonMapsParams{}.carry_below;
   if (!place.needs.caustic_map && RoughMaterials(place.scene, carry_below).narrow_lobes())
     return {true, "a lobe so narrow that photons follow it"};
   return {place.needs.caustic_map, reason(place, "caustic photon map")};

@@ -23,7 +23,7 @@ Estimate ratio_estimate(const std::vector<double>& logs, double confidence) {
 
 bool above(const Estimate& e) { return e.spread == Spread::t95 && e.interval.low > 1 && e.centre >= worth; }
 bool below(const Estimate& e) { return e.spread == Spread::t95 && e.interval.high < 1 && e.centre <= 1 / worth; }
-bool little(const Estimate& e) { return e.interval.low >= 1 / worth && e.interval.high <= worth; }
+bool little(const Estimate& e) { return e.spread == Spread::t95 && e.interval.low >= 1 / worth && e.interval.high <= worth; }
 
 }  // namespace
 
