@@ -10,6 +10,7 @@
 #include "framework/io/text.h"
 #include "framework/io/whole_file.h"
 
+#include <cmath>
 #include <fmt/format.h>
 #include <filesystem>
 #include <map>
@@ -53,6 +54,7 @@ std::vector<std::pair<std::string, double>> figures_of(const AgainstReference& f
           {"mean_ratio_error", found.ratio_error},
           {"mean_t", found.mean_t},
           {"mean_limit_of_t", found.mean_limit},
+          {"mean_allowed", found.mean_allowed},
           {"red_ratio", found.channel_ratio.x},
           {"green_ratio", found.channel_ratio.y},
           {"blue_ratio", found.channel_ratio.z},
@@ -80,9 +82,10 @@ std::string verdict_of(const AgainstReference& found) {
   if (!found.mean_agrees()) failures.push_back("the mean");
   if (found.blocks_failed > 0) failures.push_back(fmt::format("{} of {} blocks", found.blocks_failed, found.blocks));
   if (found.failed > 0) failures.push_back(fmt::format("{} of {} pixels' channels", found.failed, found.tests));
+  const double least = found.mean_limit * found.ratio_error + found.mean_allowed;
   if (failures.empty())
-    return fmt::format("agrees: a mean ratio off by {:.2g} or more would have differed",
-                       found.mean_limit * found.ratio_error + AgainstReference::usual_indifference);
+    return std::isfinite(least) ? fmt::format("agrees: a mean ratio off by {:.2g} or more would have differed", least)
+                                : "agrees";
   return fmt::format("differs: {}", fmt::join(failures, ", "));
 }
 

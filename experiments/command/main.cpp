@@ -269,13 +269,15 @@ class CommandLine {
     c->add_option("IMAGE", compare_.image, ".exr, .pfm or .hdr; or .png, .jpg, .tga or .bmp, whose numbers are taken for sRGB")
         ->required()
         ->type_name("");
-    c->add_option("REFERENCE", compare_.reference, "of the same size, or a whole number of times as wide and high")->required()->type_name("");
+    c->add_option("REFERENCE", compare_.reference, "of the same size, or a whole number of times as wide and high")
+        ->required()
+        ->type_name("");
     text(c, "--difference", compare_.difference, "FILE.png",
          "where and how they differ: red is brighter than the reference, blue darker, full at a factor of two");
     c->add_option(
          "--seeds", compare_.seeds,
-         "further images like IMAGE, of other seeds: bias and noise apart, blocks, and a test of each pixel; exit 1 where "
-         "pixels differ by more than noise")
+         "further images like IMAGE, of other seeds: bias and noise apart, tests of the mean, of blocks and of each pixel; "
+         "exit 1 where one fails")
         ->type_name("IMAGE...");
     c->add_flag("--json", compare_.json, "as JSON");
     c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",

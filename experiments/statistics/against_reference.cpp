@@ -85,16 +85,19 @@ struct MeanTest {
   const Image& reference;
   double level, indifference, samples;  // of the reference; of that; per pixel
 
-  // `each`: the level of this test.
-  double t(ivec2 begin, ivec2 end, double each) const {
-    const auto count = static_cast<double>(images.size());
-    const Moments m = moments(images.size(), [&](std::size_t i) { return mean_over(images[i], begin, end); });
+  // `each`: the level of this test. What no sample may have shown is allowed.
+  double allowed(ivec2 begin, ivec2 end, double each) const {
     double brightest = 0;
     for (int y = begin.y; y < end.y; ++y)
       for (int x = begin.x; x < end.x; ++x)
         for (int c = 0; c < 3; ++c) brightest = std::max(brightest, reference.at(x, y)[c]);
     const double drawn = samples * (end.x - begin.x) * (end.y - begin.y), unseen = std::min(1.0, std::log(1 / each) / drawn);
-    return excess_in_errors(m.mean - mean_over(reference, begin, end), indifference * level + unseen * brightest,
+    return indifference * level + unseen * brightest;
+  }
+  double t(ivec2 begin, ivec2 end, double each) const {
+    const auto count = static_cast<double>(images.size());
+    const Moments m = moments(images.size(), [&](std::size_t i) { return mean_over(images[i], begin, end); });
+    return excess_in_errors(m.mean - mean_over(reference, begin, end), allowed(begin, end, each),
                             std::max(std::sqrt(m.variance / count), 1e-12 * level));
   }
 };
@@ -103,6 +106,7 @@ void test_means(const MeanTest& test, double group_level, AgainstReference& resu
   const double freedom = static_cast<double>(test.images.size()) - 1;
   result.mean_t = test.t(ivec2(0), test.reference.size, group_level);
   result.mean_limit = student_t_quantile(1 - group_level / 2, freedom);
+  if (test.level > 0) result.mean_allowed = test.allowed(ivec2(0), test.reference.size, group_level) / test.level;
   for_blocks(test.reference.size, [&](ivec2, ivec2, ivec2) { ++result.blocks; });
   const double each = sidak_level(group_level, result.blocks);
   result.block_limit = student_t_quantile(1 - each / 2, freedom);

@@ -28,8 +28,9 @@ struct AgainstReference {
   static constexpr double usual_indifference = 1e-3;
 
   double ratio = 0, ratio_error = 0;  // of the images' mean to the reference's; its standard error
-  double mean_t = 0, mean_limit = 0;  // what of the means' difference is not allowed, in standard errors; more is a failure
-  dvec3 channel_ratio{0};             // the same of each channel; 1 where both are black
+  double mean_allowed = 0;            // what that ratio may be off by, its error apart
+  double mean_t = 0, mean_limit = 0;  // the means' difference beyond that, in standard errors; above mean_limit it fails
+  dvec3 channel_ratio{0};             // of each channel's mean; 1 where both are black
   struct Block {
     ivec2 at{0};  // among the 8 x 8
     double ratio = 0, error = 0;

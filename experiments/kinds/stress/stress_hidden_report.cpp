@@ -124,7 +124,8 @@ Table hidden_table(const StressMap& map) {
   table.parts("samples", {"sane_iterations", "sane_iterations_censoring", "sane_iterations_arrived"},
               [](const StressCell& c) { return sane_cells(harmful_end(c).sane_iterations, format_short); });
   table.note(
-      "All but the middle columns are measured at the harmful end. Tail index: Hill's, of the twentieth of the pixels that are "
+      "All but 'mean outside its interval' are measured at the harmful end. Tail index: Hill's, of the twentieth of the pixels "
+      "that are "
       "brightest beside the other seeds', over the reference's; mean over seeds with its 95 % Student interval. Below 2 the "
       "variance is infinite and a standard error says nothing; 0: fewer than one pixel in twenty has a thousandth of its "
       "light. "
