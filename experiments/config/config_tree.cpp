@@ -276,7 +276,7 @@ TableReader::TableReader(const ConfigNode& node, std::string owner) : node_(node
 }
 
 const ConfigNode* TableReader::find(const std::string& key) {
-  known_.push_back(key);
+  if (std::ranges::find(known_, key) == known_.end()) known_.push_back(key);
   return find_key(node_, key);
 }
 

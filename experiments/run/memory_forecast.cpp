@@ -37,9 +37,10 @@ MemoryForecast forecast_memory(const Scene& scene, const SceneNeeds& needs, cons
   const MemoryNeed need = find_ray_structure(accel.name, accel.where).need(scene, params);
   const double image = bytes_a_pixel * pixels, later = image + method.photons + method.pixels;
   const double structure = std::max(static_cast<double>(need.kept), static_cast<double>(need.peak) - later);
-  const std::string fewer_pixels = "a smaller --resolution";
+  const std::string fewer_pixels = "fewer pixels";
   return {{{"program and scene", static_cast<double>(resident_memory_bytes())},
-           {"structure", structure, accel.name == "brute" ? "" : "a leaner structure (-p accel.layout=bvh16)"},
+           {"structure", structure,
+            accel.name == "brute" ? "" : "a structure that takes less (`etendue accel SCENE` shows what each takes)"},
            {"image", image, fewer_pixels},
            {"photons", method.photons, fmt::format("fewer photons than {}", format_count(method.photon_count))},
            {"what " + integrator.name + " keeps of pixels", method.pixels, fewer_pixels}}};
@@ -54,6 +55,7 @@ void refuse_over_memory(const std::string& what, const Scene& scene, const Scene
   const MemoryPart* largest = nullptr;
   for (const MemoryPart& part : forecast.parts)
     if (!part.leaner.empty() && (largest == nullptr || part.bytes > largest->bytes)) largest = &part;
+  if (forecast.parts[0].bytes > static_cast<double>(limit)) largest = nullptr;
   throw Error(Location{"--memory"},
               fmt::format("{} needs about {} ({}), and {} are allowed; expected {}, or more memory", what,
                           format_bytes(forecast.bytes()), forecast.text(), format_bytes(static_cast<double>(limit)),
@@ -66,9 +68,11 @@ void fail_over_memory(std::uint64_t iterations) {
   const std::uint64_t taken = peak_memory_bytes();
   if (taken <= limit) return;
   throw std::runtime_error(
-      fmt::format("--memory: {} were taken after {} iterations, and {} are allowed: more was found than "
-                  "had been foreseen, and nothing of it is left out to save memory",
-                  format_bytes(static_cast<double>(taken)), iterations, format_bytes(static_cast<double>(limit))));
+      fmt::format("--memory: {} were taken {}, and {} are allowed: more was needed than foreseen, and no image is changed to "
+                  "save memory",
+                  format_bytes(static_cast<double>(taken)),
+                  iterations == 0 ? "in preparation" : fmt::format("after {} iterations", iterations),
+                  format_bytes(static_cast<double>(limit))));
 }
 
 }  // namespace etendue

@@ -274,8 +274,8 @@ void require_room_for_image(const std::string& scene, ivec2 resolution, int copi
 }
 
 CellResult run_cell(const CellTask& task) {
-  require_room_for_image(task.scene.name, task.resolution, 2);
   refuse_over_memory(task.scene.name, task.scene, task.needs, task.accel, task.integrator, task.resolution);
+  require_room_for_image(task.scene.name, task.resolution, 2);
   CellResult result;
   with_threads(task.threads, [&] { result = CellRunner(task).run(); });
   return result;

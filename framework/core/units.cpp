@@ -62,9 +62,10 @@ std::int64_t parse_count(std::string_view text) {
 
 std::int64_t parse_bytes(std::string_view text) {
   return to_whole(
-      parse_with_unit(text,
-                      {{"B", 1}, {"KB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"KiB", 0x1p10}, {"MiB", 0x1p20}, {"GiB", 0x1p30}},
-                      "size", "512MiB"),
+      parse_with_unit(
+          text,
+          {{"B", 1}, {"kB", 1e3}, {"KB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"KiB", 0x1p10}, {"MiB", 0x1p20}, {"GiB", 0x1p30}},
+          "size", "512MiB"),
       text);
 }
 

@@ -132,7 +132,7 @@ void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSet
 FileCache::Identity IrradianceCache::identity() const {
   // With a given number of records, `accuracy` is where the search for it began, so it must agree.
   const std::string_view free_accuracy = params_.records > 0 ? "structure" : "accuracy";
-  Identity own{"irradiance-cache", {}, {free_accuracy, "extra_samples", "lobe_samples", "refine", "structure"}};
+  Identity own{"irradiance-cache", {}, {free_accuracy, "caustic_photons", "extra_samples", "lobe_samples", "refine", "structure"}};
   own.params = extension_ ? extension_->params : param_texts(params_);
   if (extension_) own.integrator = extension_->integrator;
   return own;

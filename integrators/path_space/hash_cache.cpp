@@ -91,7 +91,9 @@ class HashCache final : public Integrator, public FileCache {
 
  private:
   // Format 2: sums in which older values weigh less; 3: their squared weights too.
-  Identity identity() const override { return {"hash-cache", param_texts(params_), {"enough", "finest", "light_samples"}, 3}; }
+  Identity identity() const override {
+    return {"hash-cache", param_texts(params_), {"caustic_photons", "enough", "finest", "light_samples"}, 3};
+  }
   void write(ByteWriter& body) const override {
     CHECK(grid_.has_value());
     body.add(samples_);

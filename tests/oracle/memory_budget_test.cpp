@@ -116,7 +116,7 @@ TEST(MemoryBudget, TextsThatAreNoSizesAreErrorsThatSayWhatIsExpected) {
   const Scene scene = scene_of(closed_sphere(4, 8));
   const RayEntry& sah = find_ray_structure("sah", {});
   EXPECT_EQ(error_of([&] { sah.make(scene, budget("512Mib")); }),
-            "memory.toml:3:7: sah: memory: unknown unit in '512Mib': expected a size such as \"512MiB\" (units: B, KB, MB, GB, "
+            "memory.toml:3:7: sah: memory: unknown unit in '512Mib': expected a size such as \"512MiB\" (units: B, kB, KB, MB, GB, "
             "KiB, MiB, GiB)");
   EXPECT_EQ(error_of([&] {
               sah.make(scene, {{"memory", {std::int64_t{512}, {"memory.toml", 3, 7}}}});

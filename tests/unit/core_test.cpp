@@ -32,7 +32,7 @@ TEST(Units, BadInputNamesTheUnits) {
             "unknown unit in '60sec': expected a time such as \"60s\" (units: s, ms, min, h)");
   for (const char* text : {"", "s", "-1s", "nan", "1e400", "inf s", "1e308h"}) EXPECT_THROW(parse_seconds(text), Error) << text;
   EXPECT_EQ(error_of([] { parse_bytes("512Mb"); }),
-            "unknown unit in '512Mb': expected a size such as \"512MiB\" (units: B, KB, MB, GB, KiB, MiB, GiB)");
+            "unknown unit in '512Mb': expected a size such as \"512MiB\" (units: B, kB, KB, MB, GB, KiB, MiB, GiB)");
   EXPECT_THROW(parse_bytes("512"), Error);
   EXPECT_THROW(parse_count("1.5"), Error);
   EXPECT_THROW(parse_count("1e30"), Error);

@@ -104,6 +104,7 @@ TEST(LedgerConfig, MistakesAreErrorsAtTheirPlaces) {
   expect_error(base + replaced(row, "power", "light"), "x.toml:5:1", "differ");
   expect_error(base + row + "decided = \"caustic\"\n", "x.toml:9:11", "caustic-map");
   expect_error(base + row + "method = \"path\"\naccel = \"sah\"\n", "x.toml:5:1", "one of method, accel and edit");
+  expect_error(base + replaced(row, "power", "balance") + "decide = \"caustic-map\"\n", "x.toml:9:1", "decided");
   expect_error(base + row + row, "x.toml:9:1", "twice");
   expect_error(replaced(base, "samples = 1", "time = 1") + row, "x.toml:5:3", "samples = N");
   expect_error("accels = [\"sah\"]\n" + base + row, "x.toml:1:1", "of no use beside [[ledger]]");

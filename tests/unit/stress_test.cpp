@@ -242,6 +242,8 @@ TEST(StressConfig, SlipsOfRowsAreErrorsAtTheirPlace) {
   EXPECT_NE(slip("[0.0774, 0.0968]", "[0.0774]").find("expect"), std::string::npos);
   EXPECT_NE(slip("of = \"photon-map\"", "of = \"photon-mop\"").find("photon-map"), std::string::npos);
   EXPECT_NE(slip("radius = \"{y}\"", "radius = 0.1").find("{y} stands nowhere"), std::string::npos);
+  EXPECT_NE(slip("rows = { of", "samples = { path = 3 }\nrows = { of").find("path"), std::string::npos) << "it is of no use";
+  EXPECT_NE(config_error(with("thickness={x}", "thickness={y}")).find("expected [stress.rows] beside it"), std::string::npos);
 }
 
 TEST(StressConfig, SlipsAreErrorsAtTheirPlace) {

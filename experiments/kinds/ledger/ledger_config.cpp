@@ -70,6 +70,7 @@ void read_decision(TableReader& reader, const ConfigNode& node, LedgerRow& row) 
   const Method& own = row.of_structure ? row.accel : row.method;
   const auto& params =
       row.of_structure ? find_ray_structure(own.name, own.where).params : find_integrator(own.name, own.where).params;
+  reader.finish();  // a misspelt key is told as one
   row.always_on = same_method(own, *row.with, params);
   if (row.always_on == same_method(own, *row.without, params))
     throw Error(node.where, fmt::format("ledger: {} itself is {} of on = {{ … }} and off = {{ … }}; expected one of them, or "
@@ -105,9 +106,9 @@ LedgerRow read_row(const ConfigNode& node, std::uint64_t samples) {
   row.method = {"path", {}, node.where};
   row.accel = default_accel();
   row.samples = samples;
-  read_switch(reader, node, row);
   reader.whole("samples", row.samples, 1, 1'000'000);
   reader.text("kept", row.kept);
+  read_switch(reader, node, row);
   reader.finish();
   return row;
 }

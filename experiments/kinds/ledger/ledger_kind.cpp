@@ -12,6 +12,7 @@
 #include "experiments/run/run_cell.h"
 
 #include <fmt/format.h>
+#include <stdexcept>
 
 namespace etendue {
 
@@ -93,6 +94,9 @@ class LedgerWork final : public SceneWork {
       record.bias = bias_name(own.expectation.bias);
       record.mse_exponent = own.expectation.mse_exponent;
       const CheckpointRecord &end = own.checkpoints.back(), &other_end = other.checkpoints.back();
+      for (const CheckpointRecord* checkpoint : {&end, &other_end})
+        if (!checkpoint->metrics.contains("relmse"))
+          throw std::runtime_error(fmt::format("the relMSE of seed {} is not finite", seed));
       record.trials.push_back({seed, end.metrics.at("relmse"), other_end.metrics.at("relmse"), end.cpu_s, other_end.cpu_s,
                                own.image_hash == other.image_hash});
       progress((static_cast<double>(i) + 1) / static_cast<double>(plan_.config.seeds.size()), record.iterations);

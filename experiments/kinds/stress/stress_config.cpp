@@ -226,11 +226,13 @@ std::vector<double> read_boundary(TableReader& table, std::size_t rows) {
 
 // One method along x, for each value of a second parameter.
 void read_rows_of_map(TableReader& row, const ConfigNode& node, StressHazard& hazard, Columns columns) {
-  read_samples(row.find("samples"), "stress.samples", columns);
   TableReader table(node, "stress.rows");
-  const std::string method = read_names({ConfigNode::Array{table.need("of")}, table.need("of").where, node.key_where},
-                                        "stress.rows.of", "method", columns.names)
-                                 .front();
+  const ConfigNode& of = table.need("of");
+  const std::string method =
+      read_names({ConfigNode::Array{of}, of.where, node.key_where}, "stress.rows.of", "method", columns.names).front();
+  const ConfigNode* samples = row.find("samples");
+  entries_of(samples, "stress.samples", {method});  // no other method has any here
+  read_samples(samples, "stress.samples", columns);
   hazard.second = table.needed_text("y");
   table.text("unit", hazard.second_unit);
   const std::vector<double> values = read_numbers(table.need("values"), "stress.rows.values", 2);
@@ -272,17 +274,20 @@ StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
                       .unit = ""};
   row.text("unit", hazard.unit);
   read_range(row, hazard);
-  check_scene(hazard, hazard.scene, row.need("scene").where);
+  const ConfigNode *rows = row.find("rows"), &scene = row.need("scene");
+  if (!rows && hazard.scene.find(row_variable) != std::string::npos)
+    throw Error(scene.where,
+                fmt::format("stress: {} stands in scene = '{}'; expected [stress.rows] beside it", row_variable, hazard.scene));
+  check_scene(hazard, hazard.scene, scene.where);
   read_bound(row, hazard);
   const ConfigNode* structures = row.find("structures");
   if (hazard.of_structures() != (structures != nullptr))
     throw Error(structures ? structures->key_where : row.need("holds").where,
                 fmt::format("stress: {} is a figure of {}; expected {} structures", hazard.figure->name,
                             structures ? "images" : "structures", structures ? "no" : "a list of"));
-  const ConfigNode* rows = structures ? nullptr : row.find("rows");
   if (structures)
     read_structures(row, *structures, hazard);
-  else if (rows)
+  else if (rows != nullptr)
     read_rows_of_map(row, *rows, hazard, columns);
   else
     read_methods(row, hazard, columns);
