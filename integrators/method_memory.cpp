@@ -16,7 +16,7 @@ double bytes_a_pixel(const std::string& method) {
   if (method == "photon-map") return 0;
   if (method == "light-trace") return 230;
   if (method == "bdpt") return 760;
-  if (method == "vcm") return 1250;
+  if (method == "vcm") return 1050;
   if (method == "ppm") return 300;
   if (method == "guided") return 300;
   if (method == "hash-cache") return 700;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 namespace etendue {
 namespace {
@@ -17,6 +18,9 @@ std::string markdown_group(const Table& table, std::size_t group) {
     widths.push_back(std::max<std::size_t>(3, display_width(escape_markdown(table.columns[c].title))));
     for (const auto& row : table.rows) widths.back() = std::max(widths.back(), display_width(escape_markdown(row[c].text)));
   }
+  // Padding helps where a line fits on a wide screen.
+  constexpr std::size_t screen = 200;
+  if (std::accumulate(widths.begin(), widths.end(), 3 * widths.size()) > screen) std::ranges::fill(widths, std::size_t{3});
   std::string out;
   const auto add_line = [&](const auto& text) {
     out += "|";

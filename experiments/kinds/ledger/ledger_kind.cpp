@@ -12,20 +12,53 @@
 #include "experiments/run/run_cell.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <stdexcept>
 
 namespace etendue {
 
-void list_fields(auto& f, FieldsOf<LedgerTrial> auto& r) {
-  FIELDS(seed, error, switched_error, cpu_s, switched_cpu_s, same_image);
+namespace {
+
+// Of each figure of the trials an array, in the order of the seeds; of the images that are the same, their seeds.
+struct TrialColumns {
+  std::vector<std::uint64_t> seeds, same_images;
+  std::vector<double> errors, switched_errors, cpu_s, switched_cpu_s;
+};
+void list_columns(auto& f, auto& r) {
+  FIELDS(seeds, errors, switched_errors, cpu_s, switched_cpu_s);
+  f.maybe("same_images", r.same_images);
 }
+void list_trials(auto& f, const std::vector<LedgerTrial>& trials) {
+  TrialColumns columns;
+  for (const LedgerTrial& trial : trials) {
+    columns.seeds.push_back(trial.seed);
+    columns.errors.push_back(trial.error);
+    columns.switched_errors.push_back(trial.switched_error);
+    columns.cpu_s.push_back(trial.cpu_s);
+    columns.switched_cpu_s.push_back(trial.switched_cpu_s);
+    if (trial.same_image) columns.same_images.push_back(trial.seed);
+  }
+  list_columns(f, columns);
+}
+void list_trials(FieldsIn& f, std::vector<LedgerTrial>& trials) {
+  TrialColumns columns;
+  list_columns(f, columns);
+  for (std::size_t i = 0; i < columns.seeds.size(); ++i) {
+    const std::uint64_t seed = columns.seeds[i];
+    trials.push_back({seed, columns.errors.at(i), columns.switched_errors.at(i), columns.cpu_s.at(i),
+                      columns.switched_cpu_s.at(i), std::ranges::find(columns.same_images, seed) != columns.same_images.end()});
+  }
+}
+
+}  // namespace
 
 void list_fields(auto& f, FieldsOf<LedgerRecord> auto& r) {
   f.cell(r.cell, "method", "component");
   list_ending(f, r);
   FIELDS(on, why, switched);
   MAYBE_FIELDS(kept, inapplicable);
-  FIELDS(reference, iterations, bias, mse_exponent, trials);
+  FIELDS(reference, iterations, bias, mse_exponent);
+  list_trials(f, r.trials);
 }
 
 std::string LedgerRecord::line() const { return line_of(type, *this); }

@@ -179,7 +179,11 @@ std::string ledger_answer(const std::vector<Decision>& decisions, const std::vec
   if (contradictions(components, true).empty()) return counts + "; none is contradicted";
   const std::string scenes = fmt::format("{}; contradicted: {}", counts, contradictions(components, true));
   if (display_width(scenes) <= answer_width) return scenes;
-  return fmt::format("{}; contradicted: {}", counts, contradictions(components, false));
+  const std::string named = fmt::format("{}; contradicted: {}", counts, contradictions(components, false));
+  if (display_width(named) <= answer_width) return named;
+  const auto some =
+      std::ranges::count_if(components, [](const Component& c) { return c.count(LedgerVerdict::contradicted) > 0; });
+  return fmt::format("{}, in {} of {} components", counts, some, components.size());
 }
 
 // The component, and whose it is where several have it.
