@@ -194,7 +194,7 @@ Figure matrix_figure(const StressMap& map, bool structures) {
   Figure figure{.name = structures ? "matrix-structures" : "matrix",
                 .title = structures ? "From where on ray structures fail" : "From where on methods fail"};
   figure.drawing = draw_matrix(map, structures, true);
-  figure.notes = {threshold_rule, "↗ marks methods that a remedy moves towards harm (tables/remedies.md)."};
+  figure.notes = {threshold_rule, "↗ marks failures that a remedy defers or ends (tables/remedies.md)."};
   return figure;
 }
 
