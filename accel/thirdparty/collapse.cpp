@@ -37,8 +37,6 @@ std::vector<std::uint32_t> joined(std::span<const vec3> positions) {
   return first;
 }
 
-bool is_finite(const vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-
 struct Collapsing {
   Mesh mesh;
   std::vector<uvec3> kept;  // triangles that do not fit into a manifold

@@ -125,7 +125,7 @@ std::string censored(const Arrival& arrival) {
   return mark + format_seconds(arrival.time);
 }
 
-// Of a single seed it is the median.
+// The time by which 95 % of the seeds arrived has cells only where there are two: one seed has its median alone.
 Cells late_time_to_target(const FinalRow& row) {
   constexpr const char* censorings[] = {"none", "left", "right"};
   if (!row.arrival || row.arrival->count < 2) return {};

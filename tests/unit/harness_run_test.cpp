@@ -38,7 +38,7 @@ class Run : public ProgramTest {
 
   // Squared bias and variance of the images in the table of results: a line for each configuration, ordered by name, since the
   // table's order is that of errors at equal time.
-  // To six digits: logs keep nine, and images more.
+  // The figures have six digits here: logs keep nine, and images more.
   std::string split_columns(const std::string& out) {
     std::istringstream lines(read_text_file(directory_ / out / "tables/final.csv"));
     std::vector<std::size_t> wanted{0, 1, 2};  // scene, integrator, structure

@@ -31,7 +31,7 @@ struct LedgerFigures {
 // Errors below 1e-10 are rounding and count as that. At least one trial (CHECK).
 LedgerFigures ledger_figures(const LedgerRecord& record, double confidence = 0.95);
 
-// Of one among `decisions`.
+// The verdict of one decision, where `decisions` of them are judged together.
 LedgerVerdict judge_decision(const LedgerRecord& record, std::size_t decisions);
 
 }  // namespace etendue

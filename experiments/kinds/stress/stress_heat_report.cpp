@@ -30,7 +30,7 @@ constexpr std::array<Colour, 2> sound_colours{{{244, 250, 253}, {190, 221, 238}}
 constexpr std::array<Colour, 5> failing_colours{
     {{255, 240, 178}, {253, 208, 113}, {247, 154, 59}, {207, 90, 18}, {110, 32, 2}}};
 
-// Of colours that lie evenly from 0 to 1.
+// The colour at `t` among colours that lie evenly from 0 to 1.
 std::string mixed(std::span<const Colour> colours, double t) {
   const double at = std::clamp(t, 0.0, 1.0) * static_cast<double>(colours.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), colours.size() - 2);

@@ -19,7 +19,7 @@ namespace {
 // What single precision and the bound on a path's length leave of a mean that is right.
 constexpr double indifference = 5e-4;
 
-// Of a share: as it was seen, and where it may lie.
+// A share has what was seen of it, and where it may lie.
 struct Share {
   std::size_t count = 0, of = 0;  // of > 0
   double seen() const { return static_cast<double>(count) / static_cast<double>(of); }
@@ -86,7 +86,7 @@ std::vector<StressCell> measured_cells(const StressMap& map) {
   return cells;
 }
 
-// By method over all points, the most first: "sppm 46 % (27–67)".
+// Lists methods by their share over all points, the most first: "sppm 46 % (27–67)".
 std::string shares_missed(const std::vector<StressCell>& cells) {
   std::vector<std::pair<std::string, Share>> by_method;
   for (const StressCell& cell : cells) {

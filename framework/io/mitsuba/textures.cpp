@@ -51,9 +51,8 @@ std::span<const MitsubaReader::TextureType> MitsubaReader::texture_types() {
   using R = MitsubaReader;
   static constexpr TextureType table[] = {
       {"bitmap",
-       "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, gamma 1 or floats; filter_type nearest blurs over 1/16 of a "
-       "texel, "
-       "warned: more where there are over 4096; wrap_mode one approximated by clamp",
+       "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, gamma 1 or floats; filter_type nearest interpolates over 1/16 "
+       "of a texel at its edges, over more (warned) in images above 4096 texels; wrap_mode one approximated by clamp",
        &R::bitmap},
       {"checkerboard", "color0, color1, to_uv (or uscale, uoffset ...)", &R::checkerboard},
       {"scale", "a texture times a constant", &R::scaled},

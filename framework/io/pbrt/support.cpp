@@ -62,9 +62,8 @@ constexpr PbrtSupport supported[] = {
 
     {"Texture", "constant", "as it is"},
     {"Texture", "imagemap",
-     "PNG, JPEG, TGA, HDR, PFM, EXR; over (u, v) as it is, by other mappings baked by its place; filter point blurs over 1/16 "
-     "of "
-     "a texel, warned: more where there are over 4096"},
+     "PNG, JPEG, TGA, HDR, PFM, EXR; over (u, v) as it is, by other mappings baked by its place; filter point "
+     "interpolates over 1/16 of a texel at its edges, over more (warned) in images above 4096 texels"},
     {"Texture", "checkerboard", "of two colours over (u, v) as it is; else baked"},
     {"Texture", "scale", "by a constant as it is; else baked"},
     {"Texture", "mix", "of constants as it is; else baked"},
