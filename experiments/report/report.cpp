@@ -298,7 +298,7 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   if (!data.finished().empty() && content.has_csv) out.write("tables/curves.csv", curves_csv(data));
   for (const Figure& figure : figures_of(data, content)) {
     out.write("charts/" + figure.name + ".svg", to_svg(figure));
-    if (!options.latex) continue;
+    if (!options.latex || figure.panels.empty()) continue;  // a drawing is no chart of pgfplots
     out.write("latex/" + figure.name + ".tex", to_pgfplots(figure, figure.name + ".dat"));
     out.write("latex/" + figure.name + ".dat", pgfplots_data(figure));
   }

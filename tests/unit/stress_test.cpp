@@ -460,6 +460,9 @@ TEST_F(StressRun, WritesMatrixPicturesAndPageAndResumes) {
   const Outcome again = run({"run", "one.toml", "--threads", "1"});
   EXPECT_NE(again.err.find("4 of 4 cells are done already"), std::string::npos) << again.err;
   EXPECT_EQ(read_text_file(directory_ / "out/one/tables/thresholds.md"), table);
+  const Outcome report = run({"report", "out/one", "--latex"});
+  EXPECT_EQ(report.status, 0) << report.err;
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "out/one/latex/matrix.tex"));  // which is drawn, not charted
 }
 
 }  // namespace
