@@ -10,6 +10,12 @@
 
 namespace etendue {
 
+struct ClaimStatement {
+  int id = 0;
+  std::string claim, source, claimed;
+  std::string reading = {};  // how the claim's words became intervals, and what else a reader must know
+};
+
 struct ClaimFigure {
   std::string quantity, text;
   FigureKind kind = FigureKind::factor;
@@ -19,12 +25,9 @@ struct ClaimFigure {
 };
 
 // The cell is (scene, measurement, "claim-01", seed).
-struct ClaimRecord : KindRecord {
+struct ClaimRecord final : KindRecord, ClaimStatement {
   static constexpr const char* type = "claim";
 
-  int id = 0;
-  std::string claim, source, claimed;
-  std::string reading;  // how the claim's words became intervals, and what else a reader must know
   std::vector<ClaimFigure> figures;
   std::vector<std::string> remarks;
   std::uint64_t disagreements = 0;

@@ -32,10 +32,10 @@ ClaimMeasure read_measure(const ConfigNode& node) {
 
 Claim read_claim(const ConfigNode& node) {
   TableReader row(node, "claims");
-  Claim claim{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
-              .claim = row.needed_text("claim"),
-              .source = row.needed_text("source"),
-              .claimed = row.needed_text("claimed")};
+  Claim claim{{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
+               .claim = row.needed_text("claim"),
+               .source = row.needed_text("source"),
+               .claimed = row.needed_text("claimed")}};
   row.text("reading", claim.reading);
   bool judged = false;
   for (const ConfigNode& measure : read_tables(row.need("measures"), "claims.measures")) {

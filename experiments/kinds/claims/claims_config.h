@@ -3,6 +3,7 @@
 #pragma once
 
 #include "experiments/config/config.h"
+#include "experiments/kinds/claims/claim_record.h"
 #include "experiments/kinds/claims/measurement.h"
 
 #include <map>
@@ -16,9 +17,7 @@ struct ClaimMeasure {
   bool large = false;
 };
 
-struct Claim {
-  int id = 0;
-  std::string claim, source, claimed, reading = {};
+struct Claim : ClaimStatement {
   std::vector<ClaimMeasure> measures = {};
 };
 

@@ -1,8 +1,8 @@
-#include "experiments/kinds/claims/claim_fields.h"
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/claims_config.h"
 #include "experiments/kinds/claims/claims_report.h"
 #include "experiments/kinds/record_kind.h"
+#include "experiments/log/fields.h"
 #include "framework/core/parallel.h"
 #include "framework/io/whole_file.h"
 
@@ -10,7 +10,27 @@
 
 namespace etendue {
 
-void list_fields(auto& f, FieldsOf<ClaimRecord> auto& r) { list_claim_fields(f, r); }
+inline constexpr const char* figure_kinds[] = {"factor", "time", "plain", "share", "exponent"};
+
+void list_fields(auto& f, FieldsOf<ClaimFigure> auto& r) {
+  FIELDS(quantity, text);
+  f.choice("kind", r.kind, figure_kinds);
+  f("median", r.value.median);
+  f("low", r.value.low);
+  f("high", r.value.high);
+  f("judged", r.judged);
+  if (!r.judged) return;
+  f.end("expected_low", r.expected.low, -endless);
+  f.end("expected_high", r.expected.high, endless);
+}
+
+void list_fields(auto& f, FieldsOf<ClaimRecord> auto& r) {
+  f("id", r.id);
+  f.cell(r.cell, "measure", "cell");
+  list_ending(f, r);
+  FIELDS(claim, source, claimed, reading, figures, remarks, disagreements);
+}
+
 std::string ClaimRecord::line() const { return line_of(type, *this); }
 
 namespace {
@@ -34,13 +54,8 @@ class ClaimsWork final : public RecordWork {
   }
 
   std::unique_ptr<KindRecord> begin(const Cell& cell) override {
-    const Claim& claim = choice_.rows[cell.integrator];
     auto record = std::make_unique<ClaimRecord>();
-    record->id = claim.id;
-    record->claim = claim.claim;
-    record->source = claim.source;
-    record->claimed = claim.claimed;
-    record->reading = claim.reading;
+    static_cast<ClaimStatement&>(*record) = choice_.rows[cell.integrator];
     return record;
   }
 

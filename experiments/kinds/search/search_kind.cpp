@@ -7,9 +7,7 @@
 namespace etendue {
 
 void list_fields(auto& f, FieldsOf<SearchFigure> auto& r) {
-  f("structure", r.structure);
-  f("measure", r.measure);
-  f("parameter", r.parameter);
+  FIELDS(structure, measure, parameter);
   f("value", r.value.median);
   f("low", r.value.low);
   f("high", r.value.high);
@@ -19,14 +17,7 @@ void list_fields(auto& f, FieldsOf<SearchFigure> auto& r) {
 void list_fields(auto& f, FieldsOf<SearchRecord> auto& r) {
   f.cell(r.cell, "accel", "size");
   list_ending(f, r);
-  f("kind", r.kind);
-  f("set", r.set);
-  f("varies", r.varies);
-  f("variation", r.variation);
-  f("count", r.count);
-  f("checked", r.checked);
-  f("disagreements", r.disagreements);
-  f("figures", r.figures);
+  FIELDS(kind, set, varies, variation, count, checked, disagreements, figures);
 }
 
 std::string SearchRecord::line() const { return line_of(type, *this); }

@@ -265,13 +265,13 @@ void read_rows_of_map(TableReader& row, const ConfigNode& node, StressHazard& ha
 StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
   for (const char* key : {"method", "figure"}) refuse_old_key(node, key, "[[stress]] with range, holds and settings");
   TableReader row(node, "stress");
-  StressHazard hazard{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
-                      .name = row.needed_text("name"),
-                      .failure = row.needed_text("failure"),
-                      .source = row.needed_text("source"),
-                      .scene = row.needed_text("scene"),
-                      .parameter = row.needed_text("x"),
-                      .unit = ""};
+  StressHazard hazard{{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
+                       .hazard = row.needed_text("name"),
+                       .failure = row.needed_text("failure"),
+                       .source = row.needed_text("source"),
+                       .parameter = row.needed_text("x"),
+                       .unit = ""},
+                      row.needed_text("scene")};
   row.text("unit", hazard.unit);
   read_range(row, hazard);
   const ConfigNode *rows = row.find("rows"), &scene = row.need("scene");

@@ -7,7 +7,7 @@
 #include "experiments/config/config.h"
 #include "experiments/config/method.h"
 #include "experiments/kinds/stress/stress_figures.h"
-#include "experiments/kinds/stress/stress_sweep.h"
+#include "experiments/kinds/stress/stress_record.h"
 
 #include <optional>
 
@@ -30,14 +30,9 @@ struct StressTrial {
   std::optional<double> y = {};           // of a hazard with a second parameter, which `scene` and `node` have already
 };
 
-struct StressHazard {
-  int id = 0;
-  std::string name, failure, source, scene;  // name: of the matrix' row; scene: with {x}
-  std::string parameter, unit;               // what x is, and its unit ("": a ratio or a number)
-  SweepRange range = {};
+struct StressHazard : HazardText {
+  std::string scene;  // with {x}
   const StressFigure* figure = nullptr;
-  Expected holds = {};
-  std::string second = {}, second_unit = {};  // what y is, and its unit; empty: there is none
   std::vector<StressTrial> trials = {};
 
   bool of_structures() const { return figure->of_structure != nullptr; }

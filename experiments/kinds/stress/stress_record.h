@@ -27,20 +27,25 @@ struct StressPoint : SweepPoint {
 // about 1.
 inline constexpr double sane_relmse = 0.25;
 
-struct StressRecord final : KindRecord {
+// What records say of their hazard.
+struct HazardText {
+  int id = 0;
+  std::string hazard, failure, source;        // hazard: the name of the matrix' row
+  std::string parameter, unit;                // what x is, and its unit ("": a ratio or a number)
+  std::string second = {}, second_unit = {};  // what y is, of a heat map, and its unit; empty: there is none
+  SweepRange range = {};
+  Expected holds = {};  // the figure of a method that does not fail
+};
+
+struct StressRecord final : KindRecord, HazardText {
   static constexpr const char* type = "stress";
 
-  int id = 0;
-  std::string hazard, failure, source, parameter, unit;
-  SweepRange range;
   std::string figure, figure_text;
-  Expected holds;                   // the figure of a method that does not fail
-  std::string column, remedy;       // the method's column of the matrix; what mends it: "" for the matrix' own cells
-  std::string method;               // with its parameters at the harmless end
-  Parameters parameters = {};       // these by name; older logs have them in `method` alone
-  std::string inapplicable;         // why nothing was measured; "": it was
-  std::string second, second_unit;  // what y is, of a row of a heat map, and its unit
-  std::optional<double> y;          // its value; empty: there is no second parameter
+  std::string column, remedy;  // the method's column of the matrix; what mends it: "" for the matrix' own cells
+  std::string method;          // with its parameters at the harmless end
+  Parameters parameters = {};  // these by name; older logs have them in `method` alone
+  std::string inapplicable;    // why nothing was measured; "": it was
+  std::optional<double> y;     // its value; empty: there is no second parameter
   bool of_structure = false;
   std::optional<double> expected_low, expected_high;  // of the threshold, in x; infinite ends are left out
   bool is_expected = false;
