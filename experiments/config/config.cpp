@@ -1,7 +1,6 @@
 #include "experiments/config/config.h"
 
 #include "experiments/config/config_keys.h"
-#include "experiments/config/expected.h"
 #include "experiments/kind.h"
 #include "framework/image/metrics.h"
 
@@ -43,8 +42,6 @@ void refuse_keys(const ConfigNode& root, const ExperimentKind& kind) {
 
 // What any experiment may say. All other keys are read by kinds.
 void read_common(const ConfigNode& root, const fs::path& directory, ExperimentConfig& config) {
-  refuse_old_key(root, "rates", "[[predictions]] with expect = { exponent = … }");
-  refuse_old_key(root, "ratios", "[[predictions]] with over, and expect = { ratio = … }");
   TableReader reader(root, "experiment");
   reader.text("title", config.title);
   if (const auto* n = reader.find("resolution")) config.resolution = read_resolution(*n);

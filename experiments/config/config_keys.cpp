@@ -92,8 +92,7 @@ ReferenceChoice read_reference(const ConfigNode* node, const fs::path& directory
     const std::vector<std::string> names{"auto", "exact"};
     throw Error(node->where, unknown_name("reference", *text, names) + "; or { samples = N } or { file = \"ref.exr\" }");
   }
-  if (!node->table()) wrong_type(*node, "reference", "\"auto\", \"exact\", { samples = N } or { file = \"ref.exr\" }");
-  TableReader reader(*node, "reference");
+  TableReader reader(*node, "reference", "\"auto\", \"exact\", { samples = N } or { file = \"ref.exr\" }");
   const auto* samples = reader.find("samples");
   const auto* file = reader.find("file");
   reader.finish();
@@ -123,8 +122,7 @@ ivec2 read_resolution(const ConfigNode& node) {
 
 std::optional<StructureTiming> read_structures(const ConfigNode& node) {
   if (const auto* wanted = std::get_if<bool>(&node.value)) return *wanted ? std::optional(StructureTiming{}) : std::nullopt;
-  if (!node.table()) wrong_type(node, "structures", "true, false or { resolution = N, repetitions = N, … }");
-  TableReader reader(node, "structures");
+  TableReader reader(node, "structures", "true, false or { resolution = N, repetitions = N, … }");
   StructureTiming timing;
   reader.whole("resolution", timing.resolution, 8, 8192);
   reader.whole("repetitions", timing.repetitions, 1, 1000);

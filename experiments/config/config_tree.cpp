@@ -271,8 +271,9 @@ const ConfigNode::Array& read_tables(const ConfigNode& node, const std::string& 
   return *node.array();
 }
 
-TableReader::TableReader(const ConfigNode& node, std::string owner) : node_(node), owner_(std::move(owner)) {
-  if (!node.table()) wrong_type(node, owner_, "a table");
+TableReader::TableReader(const ConfigNode& node, std::string owner, const std::string& expected)
+    : node_(node), owner_(std::move(owner)) {
+  if (!node.table()) wrong_type(node, owner_, expected);
 }
 
 const ConfigNode* TableReader::find(const std::string& key) {

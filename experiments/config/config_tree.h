@@ -71,8 +71,8 @@ const ConfigNode::Array& read_tables(const ConfigNode& node, const std::string& 
 // Reads one table key by key; `finish` throws on the first key that was not read.
 class TableReader {
  public:
-  // `owner` names the table in messages: "experiment", "budget".
-  TableReader(const ConfigNode& node, std::string owner);
+  // `owner` names the table in messages: "experiment", "budget"; what is no table is told what was `expected`.
+  TableReader(const ConfigNode& node, std::string owner, const std::string& expected = "a table");
 
   const ConfigNode* find(const std::string& key);  // nullptr where absent
   const ConfigNode& need(const std::string& key);  // throws where absent

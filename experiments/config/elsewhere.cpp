@@ -10,8 +10,7 @@ namespace etendue {
 namespace {
 
 ElsewhereFigure read_figure(const ConfigNode& node) {
-  if (!node.table()) wrong_type(node, "elsewhere", "tables { scene, program, method, time, error, … }");
-  TableReader reader(node, "elsewhere");
+  TableReader reader(node, "elsewhere", "tables { scene, program, method, time, error, … }");
   ElsewhereFigure figure;
   figure.scene = reader.needed_text("scene");
   figure.program = reader.needed_text("program");

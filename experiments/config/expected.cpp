@@ -38,8 +38,7 @@ Expected read_expected(const ConfigNode& node, const std::string& key) {
 
 std::map<std::string, Expected> read_expectations(const ConfigNode& node, const std::string& owner,
                                                   const std::vector<std::string>& quantities) {
-  if (!node.table()) wrong_type(node, owner, fmt::format("a table {{ {} = value or [low, high] }}", quantities.front()));
-  TableReader reader(node, owner);
+  TableReader reader(node, owner, fmt::format("a table {{ {} = value or [low, high] }}", quantities.front()));
   std::map<std::string, Expected> expectations;
   for (const std::string& quantity : quantities)
     if (const ConfigNode* expected = reader.find(quantity))
@@ -48,11 +47,6 @@ std::map<std::string, Expected> read_expectations(const ConfigNode& node, const 
   if (expectations.empty())
     throw Error(node.where, fmt::format("{}: empty; expected one of {}", owner, fmt::join(quantities, ", ")));
   return expectations;
-}
-
-void refuse_old_key(const ConfigNode& table, const std::string& key, const std::string& spelling) {
-  if (const ConfigNode* found = table.table() ? find_key(table, key) : nullptr)
-    throw Error(found->key_where, fmt::format("{}: spelt otherwise by now; expected {}", key, spelling));
 }
 
 }  // namespace etendue

@@ -29,7 +29,4 @@ inline constexpr double endless = std::numeric_limits<double>::infinity();
 std::map<std::string, Expected> read_expectations(const ConfigNode& node, const std::string& owner,
                                                   const std::vector<std::string>& quantities);
 
-// Throws where the table has a key that is spelt otherwise by now, and names the new spelling.
-void refuse_old_key(const ConfigNode& table, const std::string& key, const std::string& spelling);
-
 }  // namespace etendue

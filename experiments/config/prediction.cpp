@@ -87,10 +87,7 @@ void read_fit(TableReader& reader, Prediction& prediction) {
 }
 
 Prediction read_prediction(const ConfigNode& node, const PredictionContext& context) {
-  if (!node.table()) wrong_type(node, "predictions", "tables { method, expect, … }");
-  refuse_old_key(node, "exponent", "expect = { exponent = … }");
-  refuse_old_key(node, "expected", "expect = { ratio = … }");
-  TableReader reader(node, "predictions");
+  TableReader reader(node, "predictions", "tables { method, expect, … }");
   Prediction prediction;
   const ConfigNode& method = reader.need("method");
   read_place(reader, context, prediction);

@@ -35,8 +35,7 @@ std::vector<dvec2> read_outline(const ConfigNode& node, const ConfigNode* from, 
 }
 
 RegionChoice read_region(const ConfigNode& node, const std::vector<std::string>& scenes) {
-  if (!node.table()) wrong_type(node, "regions", "tables { name, from, to }");
-  TableReader reader(node, "regions");
+  TableReader reader(node, "regions", "tables { name, from, to }");
   RegionChoice region;
   region.where = node.where;
   const auto *name = reader.find("name"), *scene = reader.find("scene");

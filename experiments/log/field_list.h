@@ -63,10 +63,6 @@ class FieldLister {
     add(key, value, true);
   }
   template <class T>
-  void later(const std::string& key, T& value, const T&) {
-    add(key, value, false);
-  }
-  template <class T>
   void choice(const std::string& key, T&, std::span<const char* const>) {
     fields.push_back({key, "string"});
   }

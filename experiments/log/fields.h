@@ -81,11 +81,6 @@ class FieldsOut {
       (*this)(key, value);
     }
   }
-  // A field that every line has, but for those older than it.
-  template <class T>
-  void later(const char* key, const T& value, const T&) {
-    (*this)(key, value);
-  }
   // An enumerator or a flag by its name.
   template <class T>
   void choice(const char* key, const T& value, std::span<const char* const> names) {
@@ -126,12 +121,8 @@ class FieldsIn {
   }
   template <class T>
   void maybe(const char* key, T& value) {
-    later(key, value, T{});
-  }
-  template <class T>
-  void later(const char* key, T& value, const T& otherwise) {
     const auto found = json_.find(key);
-    value = found == json_.end() ? otherwise : read_value<T>(*found);
+    value = found == json_.end() ? T{} : read_value<T>(*found);
   }
   template <class T>
   void choice(const char* key, T& value, std::span<const char* const> names) {

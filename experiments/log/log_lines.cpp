@@ -53,14 +53,8 @@ void list_fields(auto& f, FieldsOf<ReferenceRecord> auto& r) {
 }
 
 void list_fields(auto& f, FieldsOf<StructureRecord> auto& r) {
-  FIELDS(scene, structure, layout, manifest, triangles, bytes, nodes, depth);
-  f.later("threads", r.threads, 1);
-  f("sah_cost", r.sah_cost);
-  f.later("epo_cost", r.epo_cost, 0.0);
-  f.later("epo_triangles", r.epo_triangles, std::uint64_t{0});
-  FIELDS(nodes_per_ray, primitives_per_ray);
-  f.later("checked", r.checked, std::uint64_t{0});
-  f("disagreements", r.disagreements);
+  FIELDS(scene, structure, layout, manifest, triangles, bytes, nodes, depth, threads, sah_cost, epo_cost, epo_triangles);
+  FIELDS(nodes_per_ray, primitives_per_ray, checked, disagreements);
   MAYBE_FIELDS(note, fallback);
   f.measured("build_s", r.build_s);
   f.measured("parallel_build_s", r.parallel_build_s);
@@ -80,9 +74,7 @@ void list_fields(auto& f, FieldsOf<CellRecord> auto& r) {
   MAYBE_FIELDS(parameters, accel_parameters);
   FIELDS(status, error, image, image_hash);
   list_declared_bias(f, r.bias);
-  f("mse_exponent", r.mse_exponent);
-  f.later("bias_bound", r.bias_bound, 0.0);
-  f("note", r.note);
+  FIELDS(mse_exponent, bias_bound, note);
   MAYBE_FIELDS(fallback, chosen, why, chosen_accel, accel_why, out_of_reach);
   f.stamp("image", r.image_stamp);
   f.maybe("strip", r.strip);

@@ -150,7 +150,6 @@ Table manifest_table(const ReportData& data) {
     add("cpu", m.cpu);
     add("threads", fmt::format("{}", m.threads));
     add("experiment hash", m.experiment_hash);
-    if (m.isa.empty()) continue;  // a log from before these were noted
     add("processor", fmt::format("{} family {} model {} stepping {}", m.cpu_vendor, m.cpu_family, m.cpu_model, m.cpu_stepping));
     add("instruction set", m.isa);
     add("cores", fmt::format("{}", m.cores));

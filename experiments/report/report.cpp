@@ -24,7 +24,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <set>
 #include <sstream>
 
 namespace etendue {
@@ -79,23 +78,13 @@ std::string shown_name(const std::string& directory) {
   return path.is_absolute() ? path.filename().string() : path.string();
 }
 
-// Finds experiments in the log, and those that lie beside older logs.
-std::vector<std::pair<std::string, std::string>> find_experiments(const RunLog& log,
-                                                                  const std::vector<std::string>& directories) {
-  constexpr std::uintmax_t largest = 64 << 10;
+// The experiments that the log holds, each text once.
+std::vector<std::pair<std::string, std::string>> find_experiments(const RunLog& log) {
   std::vector<std::pair<std::string, std::string>> found;
-  const auto add = [&](const std::string& name, const std::string& text) {
-    const auto same = [&](const auto& other) { return other.second == text; };
-    if (std::ranges::none_of(found, same)) found.emplace_back(name, text);
-  };
-  for (const ManifestRecord& manifest : log.manifests)
-    if (!manifest.experiment.empty()) add(manifest.file.empty() ? nameless_experiment : manifest.file, manifest.experiment);
-  for (const std::string& directory : directories) {
-    std::set<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(directory))
-      if (entry.is_regular_file() && entry.path().extension() == ".toml" && entry.file_size() <= largest)
-        files.insert(entry.path());
-    for (const fs::path& file : files) add(file.filename().string(), read_file(file.string()));
+  for (const ManifestRecord& manifest : log.manifests) {
+    const auto same = [&](const auto& other) { return other.second == manifest.experiment; };
+    if (!manifest.experiment.empty() && std::ranges::none_of(found, same))
+      found.emplace_back(manifest.file.empty() ? nameless_experiment : manifest.file, manifest.experiment);
   }
   return found;
 }
@@ -282,7 +271,7 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   data.findings = findings;
   PageContent content = content_of(data);
   for (const std::string& directory : directories) content.directories.push_back(shown_name(directory));
-  content.experiments = find_experiments(log, directories);
+  content.experiments = find_experiments(log);
 
   content.answer = answer_in(data, content);
   content.has_csv = std::ranges::count(options.table_formats, "csv") > 0;

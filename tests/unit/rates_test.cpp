@@ -96,13 +96,6 @@ TEST(Rates, SlipsAreErrorsAtTheirPlace) {
   expect_error("scenes = [\"builtin:mesh\"]\n[dynamic]\n[[predictions]]\nx = \"time\"\n", "x.toml:3:3", "of no use");
 }
 
-TEST(Rates, OldSpellingsNameTheNewOne) {
-  expect_error(with("[[predictions]]", "[[rates]]"), "x.toml:9:3", "[[predictions]] with expect = { exponent");
-  expect_error(with("[[predictions]]", "[[ratios]]"), "x.toml:9:3", "[[predictions]] with over");
-  expect_error(with("expect = { exponent = \"-2/3\" }", "exponent = \"-2/3\""), "x.toml:13:1", "expect = { exponent");
-  expect_error(with("expect = { exponent = \"-2/3\" }", "expected = 2"), "x.toml:13:1", "expect = { ratio");
-}
-
 TEST(Rates, LawsDoNotChangeTheExperimentsHashRegionsDo) {
   const std::string hash = parse_experiment(base, "x.toml").hash;
   EXPECT_EQ(parse_experiment(with("from = 4", "from = 8"), "x.toml").hash, hash);

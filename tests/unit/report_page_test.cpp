@@ -372,7 +372,7 @@ TEST_F(Report, WhatIsNoExperimentIsAnError) {
   EXPECT_THROW(write_report({directory("a", small_log())}, out(), {{"xlsx"}}), Error);
 }
 
-TEST_F(Report, QuotesTheExperimentThatAsked) {
+TEST_F(Report, NamesTheCommitsThatRan) {
   const std::string a = directory("a", small_log());
   LogWriter((fs::path(a) / "runs.jsonl").string()).append({to_json_line([] {
     ManifestRecord changed = manifest();
@@ -380,13 +380,10 @@ TEST_F(Report, QuotesTheExperimentThatAsked) {
     changed.commit = "def-dirty";
     return changed;
   }())});
-  std::ofstream(a + "/caustics.toml") << "title = \"<why>\"\n";
   write_report({a}, out());
   const std::string page = file_text(root_ / "out/report.html");
-  EXPECT_NE(page.find("./etendue run caustics.toml --threads 2"), std::string::npos);
   EXPECT_NE(page.find("git checkout abc\n"), std::string::npos);
   EXPECT_NE(page.find("git checkout def  # and changes"), std::string::npos);
-  EXPECT_NE(page.find("title = &quot;&lt;why&gt;&quot;"), std::string::npos);
 }
 
 TEST_F(Report, NamesTheExperimentThatTheLogHolds) {

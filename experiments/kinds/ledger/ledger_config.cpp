@@ -99,8 +99,7 @@ void read_switch(TableReader& reader, const ConfigNode& node, LedgerRow& row) {
 }
 
 LedgerRow read_row(const ConfigNode& node, std::uint64_t samples) {
-  if (!node.table()) wrong_type(node, "ledger", "tables { component, method, on, off, … }");
-  TableReader reader(node, "ledger");
+  TableReader reader(node, "ledger", "tables { component, method, on, off, … }");
   LedgerRow row;
   row.component = reader.needed_text("component");
   row.method = {"path", {}, node.where};

@@ -35,8 +35,7 @@ void read_ascending(TableReader& reader, const std::string& owner, const char* k
 
 SearchChoice read_search(const ConfigNode& node, bool records) {
   const std::string owner = records ? "records" : "points";
-  if (!node.table()) wrong_type(node, owner, "a table { structures, counts, … }");
-  TableReader reader(node, owner);
+  TableReader reader(node, owner, "a table { structures, counts, … }");
   SearchChoice choice;
   choice.records = records;
   const std::vector<std::string> all = records ? entry_names(record_structures()) : entry_names(point_structures());

@@ -64,8 +64,7 @@ std::map<std::string, const ConfigNode*> entries_of(const ConfigNode* node, cons
                                                     const std::vector<std::string>& names) {
   std::map<std::string, const ConfigNode*> entries;
   if (!node) return entries;
-  if (!node->table()) wrong_type(*node, owner, "a table by methods' names");
-  TableReader reader(*node, owner);
+  TableReader reader(*node, owner, "a table by methods' names");
   for (const std::string& name : names)
     if (const ConfigNode* entry = reader.find(name)) entries[name] = entry;
   reader.finish();
@@ -263,7 +262,6 @@ void read_rows_of_map(TableReader& row, const ConfigNode& node, StressHazard& ha
 }
 
 StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
-  for (const char* key : {"method", "figure"}) refuse_old_key(node, key, "[[stress]] with range, holds and settings");
   TableReader row(node, "stress");
   StressHazard hazard{{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
                        .hazard = row.needed_text("name"),
@@ -312,8 +310,7 @@ StressChoice read_stress(const ConfigNode& hazards, const ConfigNode* sweep, con
   StressChoice choice;
   Columns columns = read_columns(integrators, samples);
   if (sweep) {
-    if (!sweep->table()) wrong_type(*sweep, "sweep", "a table { factor, samples }");
-    TableReader reader(*sweep, "sweep");
+    TableReader reader(*sweep, "sweep", "a table { factor, samples }");
     reader.number("factor", choice.factor, 1.01, 1e12);
     read_samples(reader.find("samples"), "sweep.samples", columns);
     reader.finish();

@@ -119,22 +119,21 @@ Section part_section(const KindReport& part) {
 
 // --- how to reproduce ---
 
-std::string command_of(const ManifestRecord& m, const PageContent& content) {
+std::string command_of(const ManifestRecord& m) {
   constexpr std::string_view dirty = "-dirty";  // there is no such commit to check out
   const bool changed = m.commit.ends_with(dirty);
   std::string out;
   if (!m.commit.empty())
     out = fmt::format("git checkout {}{}\n", m.commit.substr(0, m.commit.size() - (changed ? dirty.size() : 0)),
                       changed ? "  # and changes that were not committed" : "");
-  const bool beside = m.experiment.empty() && content.experiments.size() == 1;
-  const std::string file = !m.file.empty() ? m.file : beside ? content.experiments.front().first : nameless_experiment;
+  const std::string file = m.file.empty() ? nameless_experiment : m.file;
   return out + fmt::format("./etendue run {}{} --threads {}{}\n", shell_word(file), m.options.empty() ? "" : " " + m.options,
                            m.threads, m.file.empty() && !m.experiment.empty() ? "  # its text is below" : "");
 }
 
 Section reproduction(const ReportData& data, const PageContent& content) {
   std::set<std::string> commands;
-  for (const ManifestRecord& manifest : data.log->manifests) commands.insert(command_of(manifest, content));
+  for (const ManifestRecord& manifest : data.log->manifests) commands.insert(command_of(manifest));
   std::string report = "./etendue report";
   for (const std::string& directory : content.directories) report += " " + shell_word(directory);
   Section section{"reproduce", "How to reproduce", ""};

@@ -46,9 +46,8 @@ void add_shown_charts(std::set<std::string>& charts, const std::string& text) {
   }
 }
 
-// "AMD EPYC, family 25, model 17"; what older logs do not say is left out.
+// "AMD EPYC, family 25, model 17".
 std::string processor_text(const ManifestRecord& manifest) {
-  if (manifest.isa.empty()) return manifest.cpu;
   return fmt::format("{}, family {}, model {}", manifest.cpu, manifest.cpu_family, manifest.cpu_model);
 }
 
