@@ -46,12 +46,20 @@ class ExperimentKind {
   virtual std::shared_ptr<KindRecord> read_record(const Json&) const { return nullptr; }
   virtual std::vector<Field> record_fields() const;  // default: none
   virtual KindReport report(const RunLog&) const { return {}; }
-  virtual std::string summary(const RunLog& log) const;  // what `etendue run` prints at its end; default: all tables
+  virtual std::string summary(
+      const RunLog& log) const;  // what `etendue run` prints at its end, "" without cells; default: all tables
 };
 
 // Kinds come in the order in which they are looked for; the last, of images, is what an experiment is without any of their
 // keys.
 const std::vector<const ExperimentKind*>& experiment_kinds();
+
+// The only one of its kind.
+template <class Kind>
+const ExperimentKind& the_kind() {
+  static const Kind kind;
+  return kind;
+}
 
 // Adds one that comes from elsewhere, which is looked for before the others.
 void add_experiment_kind(const ExperimentKind& kind);

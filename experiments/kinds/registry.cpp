@@ -32,7 +32,7 @@ std::string ExperimentKind::summary(const RunLog& log) const {
   std::string out;
   for (const Table& table : report(log).tables)
     if (!table.rows.empty() || !table.notes.empty()) out += to_terminal(table, 0);
-  return out.empty() ? "The log holds no finished cell.\n" : out;
+  return out;
 }
 
 const ExperimentKind& kind_of(const ConfigNode& root) {

@@ -105,11 +105,13 @@ void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& obse
 }
 
 void report_run(const RunPlan& plan, RunSummary& summary) {
-  Report report = write_report({plan.directory}, plan.directory, {.table_formats = plan.config.table_formats, .of_a_run = true});
+  Report report =
+      write_report({plan.directory}, plan.directory, {.table_formats = plan.config.table_formats, .of_a_run = true});
   summary.report_files = std::move(report.files);
   summary.findings = std::move(report.findings);
   summary.notes = std::move(report.notes);
   summary.table = plan.config.kind->summary(read_resolved_log(plan.directory));
+  if (summary.table.empty()) summary.table = "The log holds no finished cell.\n";
 }
 
 std::optional<std::string> failure_of(const std::function<void()>& work) {

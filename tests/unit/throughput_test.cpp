@@ -1,7 +1,6 @@
 // Experiments on throughput: what they log, and what a log of several commits shows.
 #include "experiments/kind.h"
 #include "experiments/kinds/throughput/throughput_record.h"
-#include "experiments/kinds/throughput/throughput_report.h"
 #include "framework/core/isa.h"
 #include "tests/unit/experiment_text.h"
 #include "tests/unit/silent_observer.h"

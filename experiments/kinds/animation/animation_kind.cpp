@@ -73,9 +73,6 @@ class AnimationKind final : public RecordKind<AnimationRecord, AnimationWork> {
 
 }  // namespace
 
-const ExperimentKind& animation_kind() {
-  static const AnimationKind kind;
-  return kind;
-}
+const ExperimentKind& animation_kind() { return the_kind<AnimationKind>(); }
 
 }  // namespace etendue

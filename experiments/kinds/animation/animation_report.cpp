@@ -231,7 +231,6 @@ std::string animation_finding(const AnimationData& animation) {
 
 std::string animation_summary(const RunLog& log) {
   Table table = animations_table(log);
-  if (table.rows.empty() && table.notes.empty()) return "The log holds no finished cell.\n";
   std::string out = table.rows.empty() ? "" : to_terminal(table, 1) + "\n" + to_terminal(table, 2) + "\n";
   for (const AnimationData& animation : arrange_animations(log))
     out += fmt::format("{}: {}\n", animation.name, animation_finding(animation));

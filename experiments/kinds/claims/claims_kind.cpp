@@ -144,9 +144,6 @@ class ClaimsKind final : public RecordKind<ClaimRecord, ClaimsWork> {
 
 }  // namespace
 
-const ExperimentKind& claims_kind() {
-  static const ClaimsKind kind;
-  return kind;
-}
+const ExperimentKind& claims_kind() { return the_kind<ClaimsKind>(); }
 
 }  // namespace etendue

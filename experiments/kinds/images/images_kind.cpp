@@ -57,9 +57,6 @@ class ImagesKind final : public ExperimentKind {
 
 }  // namespace
 
-const ExperimentKind& images_kind() {
-  static const ImagesKind kind;
-  return kind;
-}
+const ExperimentKind& images_kind() { return the_kind<ImagesKind>(); }
 
 }  // namespace etendue

@@ -6,7 +6,6 @@
 #include "experiments/config/config_keys.h"
 #include "experiments/kinds/ledger/ledger_config.h"
 #include "experiments/kinds/ledger/ledger_record.h"
-#include "experiments/kinds/ledger/ledger_report.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/run/reference.h"
 #include "experiments/run/run_cell.h"
@@ -211,9 +210,6 @@ class LedgerKind final : public RecordKind<LedgerRecord, LedgerWork> {
 
 }  // namespace
 
-const ExperimentKind& ledger_kind() {
-  static const LedgerKind kind;
-  return kind;
-}
+const ExperimentKind& ledger_kind() { return the_kind<LedgerKind>(); }
 
 }  // namespace etendue

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "experiments/log/log.h"
+#include "experiments/report/kind_report.h"
 
 #include <cstdint>
 #include <string>
@@ -34,5 +35,9 @@ struct LedgerRecord final : KindRecord {
 
   std::string line() const override;
 };
+
+// Tables and chart: each component over all scenes, and each decision with its verdict.
+KindReport ledger_report(const RunLog& log);
+std::string ledger_summary(const RunLog& log);
 
 }  // namespace etendue

@@ -1,5 +1,3 @@
-#include "experiments/kinds/ledger/ledger_report.h"
-
 #include "experiments/kinds/ledger/ledger_verdict.h"
 #include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"
@@ -246,7 +244,7 @@ KindReport ledger_report(const RunLog& log) {
 }
 
 std::string ledger_summary(const RunLog& log) {
-  if (records_of<LedgerRecord>(log).empty()) return "The log holds no finished cell.\n";
+  if (records_of<LedgerRecord>(log).empty()) return {};
   const std::vector<Decision> decisions = decisions_of(log);
   const std::vector<Component> components = components_of(decisions);
   std::string out = to_terminal(components_table(log, components), 0);

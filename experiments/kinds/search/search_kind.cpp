@@ -102,9 +102,6 @@ class SearchKind final : public RecordKind<SearchRecord, SearchWork> {
 
 }  // namespace
 
-const ExperimentKind& search_kind() {
-  static const SearchKind kind;
-  return kind;
-}
+const ExperimentKind& search_kind() { return the_kind<SearchKind>(); }
 
 }  // namespace etendue

@@ -351,7 +351,7 @@ std::string search_summary(const RunLog& log) {
   const Table crossings = search_crossovers_table(log);
   if (!crossings.rows.empty()) out += to_terminal(crossings, 0);
   for (const std::string& note : failed_cells<SearchRecord>(log)) out += note + "\n";
-  return out.empty() ? "The log holds no finished cell.\n" : out;
+  return out;
 }
 
 KindReport search_report(const RunLog& log) {

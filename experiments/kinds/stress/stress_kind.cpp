@@ -303,9 +303,6 @@ class StressKind final : public RecordKind<StressRecord, StressWork> {
 
 }  // namespace
 
-const ExperimentKind& stress_kind() {
-  static const StressKind kind;
-  return kind;
-}
+const ExperimentKind& stress_kind() { return the_kind<StressKind>(); }
 
 }  // namespace etendue

@@ -45,7 +45,7 @@ struct StressRecord final : KindRecord, HazardText {
   std::string method;          // with its parameters at the harmless end
   Parameters parameters = {};  // these by name; older logs have them in `method` alone
   std::string inapplicable;    // why nothing was measured; "": it was
-  std::optional<double> y;     // its value; empty: there is no second parameter
+  std::optional<double> y;     // of a row of a heat map; empty: there is no second parameter
   bool of_structure = false;
   std::optional<double> expected_low, expected_high;  // of the threshold, in x; infinite ends are left out
   bool is_expected = false;

@@ -8,7 +8,6 @@
 #include "experiments/config/config_keys.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/throughput/throughput_record.h"
-#include "experiments/kinds/throughput/throughput_report.h"
 #include "experiments/kinds/timing.h"
 #include "experiments/log/manifest.h"
 #include "experiments/run/run_cell.h"
@@ -144,8 +143,7 @@ class ThroughputKind final : public RecordKind<ThroughputRecord, ThroughputWork>
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
     auto choice = std::make_shared<ThroughputChoice>();
     const ConfigNode& table = *find_key(root, "throughput");
-    if (!table.table()) wrong_type(table, "throughput", "a table { isa, repetitions, time }");
-    TableReader reader(table, "throughput");
+    TableReader reader(table, "throughput", "a table { isa, repetitions, time }");
     const std::vector<std::string> all(std::begin(isa_options), std::end(isa_options));
     std::vector<std::string> isas = all;
     reader.names("isa", isas, "instruction set", all);
@@ -187,9 +185,6 @@ class ThroughputKind final : public RecordKind<ThroughputRecord, ThroughputWork>
 
 }  // namespace
 
-const ExperimentKind& throughput_kind() {
-  static const ThroughputKind kind;
-  return kind;
-}
+const ExperimentKind& throughput_kind() { return the_kind<ThroughputKind>(); }
 
 }  // namespace etendue

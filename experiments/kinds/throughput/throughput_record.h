@@ -2,6 +2,7 @@
 #pragma once
 
 #include "experiments/log/log.h"
+#include "experiments/report/kind_report.h"
 
 #include <cstdint>
 #include <map>
@@ -32,5 +33,9 @@ struct ThroughputRecord final : KindRecord {
   const std::string& commit() const { return cell.accel; }
   std::string line() const override;
 };
+
+// Tables and charts: the newest commit's figures, and what each commit before it had.
+KindReport throughput_report(const RunLog& log);
+std::string throughput_summary(const RunLog& log);
 
 }  // namespace etendue

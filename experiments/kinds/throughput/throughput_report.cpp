@@ -1,5 +1,3 @@
-#include "experiments/kinds/throughput/throughput_report.h"
-
 #include "experiments/kinds/throughput/throughput_record.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
@@ -210,7 +208,7 @@ KindReport throughput_report(const RunLog& log) {
 }
 
 std::string throughput_summary(const RunLog& log) {
-  if (records_of<ThroughputRecord>(log).empty()) return "The log holds no finished cell.\n";
+  if (records_of<ThroughputRecord>(log).empty()) return {};
   const Table table = newest_table(log);
   return to_terminal(table, 1) + "\n" + to_terminal(table, 2);
 }
