@@ -45,6 +45,12 @@ class TableOf {
     for (std::size_t i = 0; i < records_.size(); ++i) table_.rows[i].emplace_back(std::invoke(show, records_[i]));
   }
 
+  // A column for programs alone.
+  template <class Show>
+  void data(std::string key, const Show& show) {
+    column(std::move(key), "", show, Audience::machines);
+  }
+
   // A column for readers and one for programs by each key. show(record) gives their cells in this order, or none.
   template <class Show>
   void parts(std::string title, const std::vector<std::string>& keys, const Show& show) {
@@ -62,7 +68,11 @@ class TableOf {
     if (!records_.empty()) table_.notes.push_back(std::move(text));
   }
 
-  Table take() { return std::move(table_); }
+  // With further notes, which stand there without rows as well.
+  Table take(const std::vector<std::string>& notes = {}) {
+    table_.notes.insert(table_.notes.end(), notes.begin(), notes.end());
+    return std::move(table_);
+  }
 
  private:
   std::vector<Record> records_;

@@ -176,9 +176,7 @@ Table animations_table(const RunLog& log) {
       "a "
       "share of the primitives. SAH cost: relative to a tree built anew. At last: over the last tenth of the frames; tracing "
       "relative to the policy that rebuilds. Disagreements: hits that differ from those of a tree built anew.");
-  Table result = table.take();
-  for (std::string& line : failed_cells<AnimationRecord>(log)) result.notes.push_back(std::move(line));
-  return result;
+  return table.take(failed_cells<AnimationRecord>(log));
 }
 
 std::vector<Figure> animation_figures(const AnimationData& animation) {

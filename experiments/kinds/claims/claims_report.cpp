@@ -150,9 +150,7 @@ Table claims_table(const RunLog& log) {
   table.column("depends_on", "depends on", &ClaimFindings::on_what);
   table.column("remarks", "remarks", remarks_of);
   table.note(fmt::format("{} Depends: figures or scenes differ, as said behind it.", verdict_rule));
-  Table result = table.take();
-  for (std::string& line : failed_cells<ClaimRecord>(log)) result.notes.push_back(std::move(line));
-  return result;
+  return table.take(failed_cells<ClaimRecord>(log));
 }
 
 KindReport claims_report(const RunLog& log) {

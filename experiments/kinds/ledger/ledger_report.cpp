@@ -99,16 +99,12 @@ Table components_table(const RunLog& log, const std::vector<Component>& componen
   table.column("error", "error, switched over decided",
                [](const Component& c) { return median_and_ends(c.ratios(&LedgerFigures::error)); });
   table.column("time", "time", [](const Component& c) { return median_and_ends(c.ratios(&LedgerFigures::time)); });
-  table.column(
-      "same_images", "",
-      [](const Component& c) {
-        return std::ranges::count_if(c.decisions, [](const Decision& d) { return d.figures.same_images; });
-      },
-      Audience::machines);
+  table.data("same_images", [](const Component& c) {
+    return std::ranges::count_if(c.decisions, [](const Decision& d) { return d.figures.same_images; });
+  });
   constexpr std::array keys{"earns", "nothing", "no_difference", "trade", "contradicted"};
   for (std::size_t i = 0; i < ledger_verdict_count; ++i)
-    table.column(
-        keys[i], "", [i](const Component& c) { return c.count(static_cast<LedgerVerdict>(i)); }, Audience::machines);
+    table.data(keys[i], [i](const Component& c) { return c.count(static_cast<LedgerVerdict>(i)); });
   table.column(
       "", "verdicts, of scenes", [](const Component& c) { return count_text(c.decisions); }, Audience::people);
   table.column("contradicted_on", "contradicted on", [](const Component& c) {
@@ -120,9 +116,7 @@ Table components_table(const RunLog& log, const std::vector<Component>& componen
       "switched, the image takes longer to the same error; contradicted: less time; a trade: of a biased method, one way errs "
       "less and the other takes less time; costs nothing: within 5 %; no difference: none beyond noise and 5 %. Verdicts are "
       "held to a level at which all of them together err in one of twenty logs.");
-  Table result = table.take();
-  for (std::string& line : failed_cells<LedgerRecord>(log)) result.notes.push_back(std::move(line));
-  return result;
+  return table.take(failed_cells<LedgerRecord>(log));
 }
 
 TableCell ratio_cell(const Estimate& e) { return TableCell::interval(e.centre, e.interval.low, e.interval.high); }
@@ -134,8 +128,7 @@ Table decisions_table(const std::vector<Decision>& decisions, const RunLog& log)
   table.column("scene", "scene", [](const Decision& d) { return d.scene(); });
   table.column("decided", "decided", [](const Decision& d) { return std::string(d.record->on ? "on" : "off"); });
   table.column("why", "why", [](const Decision& d) { return d.record->why; });
-  table.column(
-      "switched", "", [](const Decision& d) { return d.record->switched; }, Audience::machines);
+  table.data("switched", [](const Decision& d) { return d.record->switched; });
   const auto ratio = [&](const std::string& key, const char* title, Estimate LedgerFigures::*figure) {
     table.parts(title, {key, key + "_low", key + "_high"}, [figure](const Decision& d) -> std::vector<TableCell> {
       const Estimate& e = d.figures.*figure;
@@ -146,8 +139,7 @@ Table decisions_table(const std::vector<Decision>& decisions, const RunLog& log)
   ratio("time", "time", &LedgerFigures::time);
   ratio("time_to_error", "time to error", &LedgerFigures::time_to_error);
   table.column("same_image", "same image", [](const Decision& d) { return std::string(d.figures.same_images ? "yes" : "no"); });
-  table.column(
-      "seeds", "seeds", [](const Decision& d) { return d.record->trials.size(); }, Audience::machines);
+  table.data("seeds", [](const Decision& d) { return d.record->trials.size(); });
   table.column("verdict", "verdict", [](const Decision& d) { return std::string(verdict_name(d.verdict)); });
   table.note(
       "Geometric means over seeds with 95 % intervals: relMSE at equal iterations, and processor time on one thread. Time to "

@@ -228,14 +228,27 @@ std::vector<Figure> search_figures(const RunLog& log) {
   return figures;
 }
 
+// The structures that took part in one measure of a set at its largest count, the fastest first.
+struct LargestCount {
+  SearchPlot plot;
+  double x;
+  std::vector<std::pair<double, std::string>> order;  // two at least
+};
+
+std::vector<LargestCount> at_largest_counts(const RunLog& log) {
+  std::vector<LargestCount> all;
+  for (SearchPlot& plot : search_plots(log)) {
+    if (plot.abscissa != "count" || plot.measure == "memory") continue;
+    const double x = abscissas(plot).back();
+    if (auto order = ranking(plot, x, false); order.size() > 1) all.push_back({std::move(plot), x, std::move(order)});
+  }
+  return all;
+}
+
 // Every structure's time at each set's largest count, a sentence for each measure.
 std::vector<std::pair<std::string, std::string>> search_orders(const RunLog& log) {
   std::vector<std::pair<std::string, std::string>> findings;
-  for (const SearchPlot& plot : search_plots(log)) {
-    if (plot.abscissa != "count" || plot.measure == "memory") continue;
-    const double x = abscissas(plot).back();
-    const auto order = ranking(plot, x, false);
-    if (order.size() < 2) continue;
+  for (const auto& [plot, x, order] : at_largest_counts(log)) {
     std::string text = fmt::format("{} at {:g} {}: {} {}", measure_name(plot.measure, plot.parameter), x, plot.kind,
                                    order[0].second, value_text(plot.measure, order[0].first));
     for (std::size_t i = 1; i < order.size(); ++i)
@@ -255,15 +268,12 @@ std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& l
   };
   std::vector<Lead> leads;
   std::map<std::string, std::string> counts;  // by set
-  for (const SearchPlot& plot : search_plots(log)) {
-    if (plot.abscissa != "count" || plot.measure == "memory") continue;
-    const double x = abscissas(plot).back();
-    const auto order = ranking(plot, x, false);
-    if (order.size() < 2) continue;
+  for (const LargestCount& at : at_largest_counts(log)) {
+    const auto& [plot, x, order] = at;
     counts[plot.set] = format_count(x) + " " + plot.kind;
     const double ratio = order[1].first / order[0].first;
     const auto same = [&](const Lead& lead) {
-      return lead.set == plot.set && lead.measure == plot.measure && lead.structure == order[0].second;
+      return lead.set == at.plot.set && lead.measure == at.plot.measure && lead.structure == at.order[0].second;
     };
     Lead& lead = find_or_add(leads, same, {plot.set, plot.measure, order[0].second, "", ratio, ratio});
     if (plot.parameter > 0) lead.parameters += fmt::format("{}{:g}", lead.parameters.empty() ? " " : ", ", plot.parameter);
@@ -285,10 +295,7 @@ std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& l
 std::string search_answer(const RunLog& log) {
   using Wins = std::vector<std::pair<std::string, std::size_t>>;  // of structures
   std::vector<std::pair<std::string, Wins>> measures;
-  for (const SearchPlot& plot : search_plots(log)) {
-    if (plot.abscissa != "count" || plot.measure == "memory") continue;
-    const auto order = ranking(plot, abscissas(plot).back(), false);
-    if (order.size() < 2) continue;
+  for (const auto& [plot, x, order] : at_largest_counts(log)) {
     const auto named = [](const std::string& name) { return [&name](const auto& entry) { return entry.first == name; }; };
     Wins& wins = find_or_add(measures, named(plot.measure), {plot.measure, {}}).second;
     ++find_or_add(wins, named(order[0].second), {order[0].second, 0}).second;

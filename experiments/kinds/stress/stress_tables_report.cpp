@@ -92,16 +92,11 @@ Table thresholds_table(const StressMap& map) {
   table.column("remedy", "remedy", [](Cell c) { return c->record->remedy; });
   table.column("holds", "sound where", [](Cell c) { return bound_of(*c->record); });
   table.column("verdict", "verdict", [](Cell c) { return c->verdict_text(); });
-  table.column(
-      "threshold", "x",
-      [](Cell c) {
-        return c->threshold && c->threshold->holding == Holding::up_to ? TableCell(c->x(), figure_of(c->x())) : TableCell();
-      },
-      Audience::machines);
-  table.column(
-      "threshold_low", "", [&](Cell c) { return end(c, &Interval::low); }, Audience::machines);
-  table.column(
-      "threshold_high", "", [&](Cell c) { return end(c, &Interval::high); }, Audience::machines);
+  table.data("threshold", [](Cell c) {
+    return c->threshold && c->threshold->holding == Holding::up_to ? TableCell(c->x(), figure_of(c->x())) : TableCell();
+  });
+  table.data("threshold_low", [&](Cell c) { return end(c, &Interval::low); });
+  table.data("threshold_high", [&](Cell c) { return end(c, &Interval::high); });
   table.column("interval", "95 %", [](Cell c) { return c->interval_text(); });
   table.column("share", "holds along", [](Cell c) { return held_share(*c); });
   table.column("first", "figure at the harmless end",
@@ -111,8 +106,7 @@ Table thresholds_table(const StressMap& map) {
   table.column("peak", "brightest pixel there", [](Cell c) {
     return c->threshold && !c->record->of_structure ? TableCell(c->record->points.back().peak) : TableCell();
   });
-  table.column(
-      "method_at", "", [](Cell c) { return c->record->method; }, Audience::machines);
+  table.data("method_at", [](Cell c) { return c->record->method; });
   table.note(threshold_rule);
   table.note("Brightest pixel: of any seed at the harmful end, over the reference's brightest.");
   return table.take();
@@ -139,10 +133,8 @@ Table remedies_table(const std::vector<MendedCell>& cells) {
   table.column("without", "without", [](const MendedCell& c) { return c.without->verdict_text(); });
   table.column("with", "with", [](const MendedCell& c) { return c.with->verdict_text(); });
   table.column("factor", "threshold moved by", [](const MendedCell& c) { return TableCell(c.factor(), c.text()); });
-  table.column(
-      "factor_low", "", [](const MendedCell& c) { return c.mended.interval.low; }, Audience::machines);
-  table.column(
-      "factor_high", "", [](const MendedCell& c) { return c.mended.interval.high; }, Audience::machines);
+  table.data("factor_low", [](const MendedCell& c) { return c.mended.interval.low; });
+  table.data("factor_high", [](const MendedCell& c) { return c.mended.interval.high; });
   table.column(
       "interval", "95 %", [](const MendedCell& c) { return format_interval(c.mended.interval.low, c.mended.interval.high); },
       Audience::people);

@@ -10,6 +10,7 @@
 #include "experiments/kinds/throughput/throughput_record.h"
 #include "experiments/kinds/timing.h"
 #include "experiments/log/manifest.h"
+#include "experiments/report/report_data.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/isa.h"
 #include "framework/scene/needs.h"
@@ -53,14 +54,8 @@ struct Repetitions {
   double time_s = 0;
 
   void add(const CheckpointRecord& end, double pixels) {
-    const auto counted = [&](const char* name) {
-      const auto found = end.counters.find(name);
-      return found == end.counters.end() ? 0.0 : static_cast<double>(found->second);
-    };
-    const auto phase = [&](const char* name) {
-      const auto found = end.phases_s.find(name);
-      return found == end.phases_s.end() ? 0.0 : found->second;
-    };
+    const auto counted = [&](const char* name) { return static_cast<double>(find_value(end.counters, name).value_or(0)); };
+    const auto phase = [&](const char* name) { return find_value(end.phases_s, name).value_or(0); };
     samples.push_back(pixels * static_cast<double>(end.iterations) / end.time_s);
     rays.push_back((counted("rays") + counted("shadow_rays")) / end.time_s);
     if (phase("emit") > 0) photons.push_back(counted("photons_emitted") / phase("emit"));

@@ -1,4 +1,5 @@
 #include "experiments/kinds/throughput/throughput_record.h"
+#include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
 #include "framework/core/isa.h"
@@ -23,17 +24,15 @@ struct Row {
 
 std::vector<Row> rows_of(const RunLog& log) {
   std::vector<Row> rows;
-  for (const ThroughputRecord* record : records_of<ThroughputRecord>(log))
-    if (record->done())
-      for (const Throughput& figures : record->sets) rows.push_back({record, &figures});
+  for (const ThroughputRecord* record : done_records_of<ThroughputRecord>(log))
+    for (const Throughput& figures : record->sets) rows.push_back({record, &figures});
   return rows;
 }
 
 // They stand in the order in which they ran, the newest last.
 std::vector<std::string> commits_of(const RunLog& log) {
   std::vector<std::string> commits;
-  for (const ThroughputRecord* record : records_of<ThroughputRecord>(log))
-    if (std::find(commits.begin(), commits.end(), record->commit()) == commits.end()) commits.push_back(record->commit());
+  for (const ThroughputRecord* record : records_of<ThroughputRecord>(log)) index_in(commits, record->commit());
   return commits;
 }
 
@@ -93,14 +92,12 @@ Table newest_table(const RunLog& log) {
   table.column("scene", "scene", [](const Row& r) { return r.record->cell.scene; });
   table.column("integrator", "method", [](const Row& r) { return r.record->cell.integrator; });
   table.column("isa", "with", &Row::isa);
-  table.column(
-      "commit", "commit", [](const Row& r) { return r.record->commit(); }, Audience::machines);
+  table.data("commit", [](const Row& r) { return r.record->commit(); });
   table.group("Rates");
   const auto column = [&](const std::string& key, const char* title, Measured Throughput::*figure) {
     table.column(key, title, [=](const Row& r) { return rate(r.figures->*figure); });
     const auto end = [&](const char* suffix, double Measured::*part) {
-      table.column(
-          key + suffix, "", [=](const Row& r) { return TableCell((r.figures->*figure).*part); }, Audience::machines);
+      table.data(key + suffix, [=](const Row& r) { return TableCell((r.figures->*figure).*part); });
     };
     end("_low", &Measured::low);
     end("_high", &Measured::high);
@@ -121,16 +118,13 @@ Table newest_table(const RunLog& log) {
       "Medians of repetitions by turns, of the newest commit. Samples: of the camera, in the time of the whole render but for "
       "reading the scene; rays: of all kinds, likewise; photons: emitted, in the time of emission; records: of caches, in that "
       "of the initial pass. Over first: camera samples a second over those of the first commit in the log.");
-  Table result = table.take();
-  for (std::string& line : failed_cells<ThroughputRecord>(log)) result.notes.push_back(std::move(line));
-  return result;
+  return table.take(failed_cells<ThroughputRecord>(log));
 }
 
 std::vector<std::string> names_of(const std::vector<Row>& rows, const std::string& scene, std::string (*name)(const Row&)) {
   std::vector<std::string> names;
   for (const Row& row : rows)
-    if (row.record->cell.scene == scene && std::find(names.begin(), names.end(), name(row)) == names.end())
-      names.push_back(name(row));
+    if (row.record->cell.scene == scene) index_in(names, name(row));
   return names;
 }
 
@@ -191,14 +185,13 @@ Figure history_figure(const std::vector<Row>& rows, const std::string& scene, co
 KindReport throughput_report(const RunLog& log) {
   if (records_of<ThroughputRecord>(log).empty()) return {};
   const std::vector<std::string> commits = commits_of(log);
-  KindReport report{.fact = fmt::format("{} {}", commits.size(), commits.size() == 1 ? "commit" : "commits"),
+  KindReport report{.fact = counted(commits.size(), "commit"),
                     .tables = {newest_table(log)},
                     .answer = throughput_answer(log),
                     .id = "throughput",
                     .heading = "Throughput"};
   std::vector<std::string> scenes;
-  for (const ThroughputRecord* record : records_of<ThroughputRecord>(log))
-    if (std::find(scenes.begin(), scenes.end(), record->cell.scene) == scenes.end()) scenes.push_back(record->cell.scene);
+  for (const ThroughputRecord* record : records_of<ThroughputRecord>(log)) index_in(scenes, record->cell.scene);
   const std::vector<Row> rows = rows_of(log);
   for (const std::string& scene : scenes) {
     report.figures.push_back({scene, {methods_figure(rows, scene)}});
