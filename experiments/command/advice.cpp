@@ -1,6 +1,7 @@
 #include "experiments/command/advice.h"
 
 #include "experiments/config/method.h"
+#include "experiments/kinds/structures/stage.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/parallel.h"
 #include "framework/core/units.h"
@@ -108,18 +109,8 @@ Advice advise(const Scene& scene, const SceneNeeds& needs, const Budget& budget,
     advice.build_s =
         seconds_of([&] { rays = find_ray_structure(advice.structure.name, {}).make(scene, advice.structure.params); });
     advice.structure_bytes = rays->stats().bytes;
-    LightSampler lights(scene);
-    PhaseTimes phases;
-    RenderContext context{
-        scene,
-        needs,
-        *rays,
-        lights,
-        1,
-        scene.resolution,
-        phases,
-        [](const std::string& name) { return find_point_structure(name, {}).make(); },
-        [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }};
+    Stage stage(scene, *rays, scene.resolution, 1);
+    RenderContext& context = stage.context();
     context.effort = effort;
     advice.findings = run_pilot(context);
     advice.method = choose_method(context, advice.findings);

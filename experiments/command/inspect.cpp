@@ -62,7 +62,11 @@ std::vector<Spared> measure_spared(const std::string& scene, const Bounds& bound
 std::string label_of(const MethodChoice& choice) { return Method{choice.name, choice.params}.label(); }
 
 constexpr double default_advice_s = 4;
-constexpr double told_errors[] = {1e-2, 1e-3, 1e-4};
+
+// The relMSE whose times are told.
+std::vector<double> told_errors(const InspectCommand& command) {
+  return command.error ? std::vector{*command.error} : std::vector{1e-2, 1e-3, 1e-4};
+}
 
 Json advice_json(const Advice& advice, const InspectCommand& command) {
   const PilotFindings& f = advice.findings;
@@ -94,9 +98,8 @@ Json advice_json(const Advice& advice, const InspectCommand& command) {
                      {"iterations", noise->iterations},
                      {"prepare_s", noise->prepare_s},
                      {"iteration_s", noise->iteration_s}};
-    std::vector<double> errors(std::begin(told_errors), std::end(told_errors));
-    if (command.error) errors = {*command.error};
-    for (const double error : errors) json["expected"].push_back({{"relmse", error}, {"time_s", noise->seconds_to(error)}});
+    for (const double error : told_errors(command))
+      json["expected"].push_back({{"relmse", error}, {"time_s", noise->seconds_to(error)}});
   }
   return json;
 }
@@ -111,9 +114,7 @@ std::string advice_lines(const Advice& advice, const InspectCommand& command) {
   add("", advice.structure.why);
   if (const auto& noise = advice.noise) {
     std::string times;
-    std::vector<double> errors(std::begin(told_errors), std::end(told_errors));
-    if (command.error) errors = {*command.error};
-    for (const double error : errors)
+    for (const double error : told_errors(command))
       times += fmt::format("{}relmse {:g} after about {}", times.empty() ? "" : ", ", error,
                            format_seconds(noise->seconds_to(error)));
     add("time", times);

@@ -91,6 +91,10 @@ class CommandLine {
     return command;
   }
 
+  // What stands without an option.
+  static void positional(CLI::App* command, const char* name, auto& value, const char* help, bool required = true) {
+    command->add_option(name, value, help)->required(required)->type_name("");
+  }
   // One value each time it is given, so that what follows is not swallowed.
   static void repeated(CLI::App* command, const char* name, std::vector<std::string>& values, const char* type,
                        const char* help) {
@@ -120,6 +124,8 @@ class CommandLine {
     whole(command, "--threads", value, 1, 4096, "N", help);
   }
 
+  static double relmse_option(const char* option, const std::string& typed) { return number_option(option, typed, 1e-12, 1e6); }
+
   static void reading(CLI::App* command, SceneReading& value) {
     command->add_flag("--confined", value.confined,
                       "a file that a scene names outside its own folder is an error, not a warning");
@@ -147,9 +153,7 @@ class CommandLine {
   void add_run() {
     CLI::App* c =
         add("run", "run an experiment: its cells, then tables, charts and a page", [this] { return run_command(run_); });
-    c->add_option("EXPERIMENT", run_.options.experiment, "a .toml file, or the name of one in experiments/")
-        ->required()
-        ->type_name("");
+    positional(c, "EXPERIMENT", run_.options.experiment, "a .toml file, or the name of one in experiments/");
     add_run_options(c);
     add_run_options(add("stress", "the failure map: from where on each method fails along each hazard, with intervals",
                         [this] { return stress_command(run_); }));
@@ -174,8 +178,8 @@ class CommandLine {
 
   void add_render() {
     CLI::App* c = add("render", "render one image", [this] { return render_command(render_); });
-    c->add_option("SCENE", render_.scene, "builtin:NAME, .pbrt, .xml, .obj, .ply or .smf; with --from, where it lies now")
-        ->type_name("");
+    positional(c, "SCENE", render_.scene, "builtin:NAME, .pbrt, .xml, .obj, .ply or .smf; with --from, where it lies now",
+               false);
     text(c, "--from", render_.from, "IMAGE",
          "an .exr that render or run wrote: repeat it to the same bits, from what its attributes say. Refused if the scene has "
          "changed; exit 1 if the bits differ");
@@ -185,8 +189,7 @@ class CommandLine {
     whole(c, "--spp", render_.spp, 1, 4'000'000'000, "N", "iterations: samples per pixel, photon passes; default 64");
     parsed(c, "--time", render_.time_s, duration_option, "30s",
            "the image is there by then, preparation included (a longer preparation is finished first)");
-    const auto error = [](const char* option, const std::string& typed) { return number_option(option, typed, 1e-12, 1e6); };
-    parsed(c, "--error", render_.error, error, "0.01", "until relmse is that small (within --time, default 10min)");
+    parsed(c, "--error", render_.error, relmse_option, "0.01", "until relmse is that small (within --time, default 10min)");
     whole(c, "--seed", render_.seed, 0, INT64_MAX, "N", "default 1");
     repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");
     text(c, "-o", render_.output, "FILE", ".exr or .png; default: named after scene and integrator, none with --json");
@@ -225,7 +228,7 @@ class CommandLine {
     CLI::App* c =
         add("accel", "every ray structure on one scene: agreement, build time, memory, SAH and EPO cost, Mrays/s, work per ray",
             [this] { return accel_command(accel_); });
-    c->add_option("SCENE", accel_.scenes, "builtin:NAME or files")->required()->type_name("");
+    positional(c, "SCENE", accel_.scenes, "builtin:NAME or files");
     c->add_flag("--json", accel_.json, "one JSON object a line");
     reading(c, accel_.reading);
     text(c, "--structures", accel_.structures, "A,B:key=value", "default: all that are built in");
@@ -243,35 +246,28 @@ class CommandLine {
 
   void add_small_commands() {
     CLI::App* c = add("inspect", "what a scene holds and what it needs", [this] { return inspect_command(inspect_); });
-    c->add_option("SCENE", inspect_.scene, "builtin:NAME, a file, or with --all a folder")->required()->type_name("");
+    positional(c, "SCENE", inspect_.scene, "builtin:NAME, a file, or with --all a folder");
     c->add_flag("--measure", inspect_.measure,
                 "time what the scene is spared: the same scene with each thing that it lacks, over without (some seconds)");
     c->add_flag("--pilot", inspect_.pilot,
                 "trace a pilot: which method and structure `auto` chooses and why, time, memory and hazards (a second or two)");
     parsed(c, "--time", inspect_.time_s, duration_option, "4s", "with --pilot: the budget to choose for");
-    const auto error = [](const char* option, const std::string& typed) { return number_option(option, typed, 1e-12, 1e6); };
-    parsed(c, "--error", inspect_.error, error, "0.01", "with --pilot: the relmse to choose for");
-    whole(c, "--threads", inspect_.threads, 1, 4096, "N", "with --pilot; default: the machine's");
+    parsed(c, "--error", inspect_.error, relmse_option, "0.01", "with --pilot: the relmse to choose for");
+    threads(c, inspect_.threads, "with --pilot; default: the machine's");
     c->add_flag("--json", inspect_.json, "as JSON");
     c->add_flag("--all", inspect_.all,
                 "SCENE is a folder: for every scene file below it, whether it loads, needs --approximate or fails, and why");
     reading(c, inspect_.reading);
     c = add("convert", "a scene of any kind as a pbrt file, with its meshes (PLY) and images beside it",
             [this] { return convert_command(convert_); });
-    c->add_option("SCENE", convert_.scene, "builtin:NAME, .pbrt, .xml, .obj, .ply or .smf")->required()->type_name("");
-    c->add_option("OUT", convert_.output,
-                  "NAME.pbrt; files go to NAME-files beside it and replace those of the same names there")
-        ->required()
-        ->type_name("");
+    positional(c, "SCENE", convert_.scene, "builtin:NAME, .pbrt, .xml, .obj, .ply or .smf");
+    positional(c, "OUT", convert_.output,
+               "NAME.pbrt; files go to NAME-files beside it and replace those of the same names there");
     c->add_flag("--json", convert_.json, "what was written, and what pbrt cannot say, as JSON");
     reading(c, convert_.reading);
     c = add("compare", "every metric of an image against a reference", [this] { return compare_command(compare_); });
-    c->add_option("IMAGE", compare_.image, ".exr, .pfm or .hdr; or .png, .jpg, .tga or .bmp, whose numbers are taken for sRGB")
-        ->required()
-        ->type_name("");
-    c->add_option("REFERENCE", compare_.reference, "of the same size, or a whole number of times as wide and high")
-        ->required()
-        ->type_name("");
+    positional(c, "IMAGE", compare_.image, ".exr, .pfm or .hdr; or .png, .jpg, .tga or .bmp, whose numbers are taken for sRGB");
+    positional(c, "REFERENCE", compare_.reference, "of the same size, or a whole number of times as wide and high");
     text(c, "--difference", compare_.difference, "FILE.png",
          "where and how they differ: red is brighter than the reference, blue darker, full at a factor of two");
     c->add_option(
@@ -282,7 +278,7 @@ class CommandLine {
     c->add_flag("--json", compare_.json, "as JSON");
     c = add("report", "tables, charts and report.html again, from logs alone; several directories are merged",
             [this] { return report_command(report_); });
-    c->add_option("DIR", report_.directories, "what `etendue run` wrote")->required()->type_name("");
+    positional(c, "DIR", report_.directories, "what `etendue run` wrote");
     text(c, "--out", report_.out, "DIR", "default: the one DIR itself, of several out/merged");
     c->add_flag("--logs-only", report_.logs_only,
                 "believe the logs alone: no image, reference or scene is read and held against them");
@@ -304,7 +300,7 @@ class CommandLine {
         ->allow_extra_args(false);
     c = add("results", "the experiments behind results/ again: what moved since, then tables, charts and documents",
             [this] { return results_command(results_); });
-    c->add_option("NAMES", results_.names, "of experiments/; default: all")->type_name("");
+    positional(c, "NAMES", results_.names, "of experiments/; default: all", false);
     c->add_flag("--dry-run", results_.dry_run, "list them with the time their last logs took, and run nothing");
     CLI::Option* derive = c->add_flag("--derive", results_.derive,
                                       "run nothing: write tables, charts, pages and quoted figures again from the logs");
@@ -314,15 +310,15 @@ class CommandLine {
     repeated(c, "-o", results_.overrides, "KEY=VALUE", "put a value in the place of the file's, repeatable");
     text(c, "--shard", results_.shard, "I/N", "only part I (0 .. N-1) of N of each; what they found is left in out/results/");
     c = add("list", "every scene, method, structure and metric", [this] { return list_command(list_, list_params_); });
-    c->add_option(
-         "WHAT", list_,
-         "scenes, integrators, accels, metrics, points, records, motions, policies, measurements or figures; or one name, "
-         "such as sppm; default all")
-        ->type_name("");
+    positional(
+        c, "WHAT", list_,
+        "scenes, integrators, accels, metrics, points, records, motions, policies, measurements or figures; or one name, "
+        "such as sppm; default all",
+        false);
     c->add_flag("--params,--all", list_params_, "with each parameter: default, range and unit");
     c = add("completion", "a script that completes commands, options and names in a shell: source <(etendue completion bash)",
             [this] { return completion_command(shell_, table()); });
-    c->add_option("SHELL", shell_, "bash or zsh")->required()->type_name("");
+    positional(c, "SHELL", shell_, "bash or zsh");
     add("man", "the manual page: etendue man | man -l -", [this] { return man_command(table()); });
   }
 

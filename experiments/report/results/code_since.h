@@ -7,8 +7,8 @@
 
 namespace etendue {
 
-// The standard output of a program that is looked up in PATH and runs without a shell; nullopt where it cannot be started or
-// fails. What it says on standard error is dropped.
+// The standard output of a program that is looked up in PATH; nullopt where it cannot be started or fails. What it says on
+// standard error is dropped.
 std::optional<std::string> output_of(const std::vector<std::string>& command);
 
 // "unchanged", or "2 commits, the last of 2026-11-24": those after `commit` that touch the paths, which may be git's pathspecs
