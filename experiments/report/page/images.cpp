@@ -1,6 +1,7 @@
 #include "experiments/report/page/images.h"
 
 #include "experiments/report/page/half_image.h"
+#include "experiments/report/paper/comparison.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/error.h"
 #include "framework/core/parallel.h"
@@ -23,10 +24,9 @@ namespace etendue {
 namespace {
 
 namespace fs = std::filesystem;
-using Bytes3 = std::array<std::uint8_t, 3>;
 
 // The viridis table has every sixteenth colour; others are linear between.
-Bytes3 viridis(double t) {
+Colour viridis(double t) {
   constexpr std::array table{0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e,
                              0x1f988b, 0x22a884, 0x35b779, 0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725};
   const double position = std::clamp(t, 0.0, 1.0) * (table.size() - 1);
@@ -58,25 +58,6 @@ std::string thumbnail(const Image& image, double white, int longest = 144) {
   return base64(encode_png(bytes.data(), small));
 }
 
-struct Source {
-  const Configuration* configuration;
-  const Replicate* replicate;
-};
-
-// Chooses the image to show for each integrator of a scene.
-std::vector<Source> choose(const SceneData& scene) {
-  std::map<std::size_t, Source> chosen;
-  for (const Configuration& configuration : scene.configurations)
-    for (const Replicate& replicate : configuration.replicates)
-      if (!replicate.cell->image.empty()) {
-        chosen.try_emplace(configuration.integrator_index, Source{&configuration, &replicate});
-        break;
-      }
-  std::vector<Source> result;
-  for (const auto& [index, source] : chosen) result.push_back(source);
-  return result;
-}
-
 std::optional<Image> try_read(const std::string& path) {
   try {
     return path.empty() ? std::nullopt : std::optional(read_exr(path));
@@ -85,17 +66,7 @@ std::optional<Image> try_read(const std::string& path) {
   }
 }
 
-// White lies a quarter above the 98th percentile of the brightest channel: lamps in view do not darken the room, and an evenly
-// lit scene is light grey, not white.
-double white_of(const Image& image) {
-  std::vector<double> values;
-  values.reserve(image.pixels.size());
-  for (const dvec3& p : image.pixels) values.push_back(std::max({p.x, p.y, p.z}));
-  const double white = values.empty() ? 0 : 1.25 * quantile(values, 0.98);
-  return white > 0 ? white : 1;
-}
-
-std::string detail_of(const ReportData& data, const Source& source) {
+std::string detail_of(const ReportData& data, const KeptImage& source) {
   const CheckpointRecord& last = *source.replicate->last();
   std::string text = fmt::format("seed {}, {}, {}", source.replicate->seed, counted(last.iterations, "iteration"),
                                  format_seconds(last.time_s));
@@ -207,7 +178,7 @@ double difference_unit_of(const std::vector<dvec3>& values) {
 }
 
 // The images at checkpoints lie one below the other in one file. `perceived`: what FLIP takes for the truth; null: no FLIP.
-void add_frames(PageImage& image, const Source& source, const SceneImages& scene, const Image* perceived,
+void add_frames(PageImage& image, const KeptImage& source, const SceneImages& scene, const Image* perceived,
                 const std::string& name, PixelStore& store) {
   const auto& checkpoints = source.replicate->checkpoints;
   const std::optional<Image> strip = try_read(source.replicate->cell->strip);
@@ -229,7 +200,7 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, PixelStore
   result.scene = scene.name;
   const std::string reference_file = scene.reference != nullptr ? scene.reference->file : std::string();
   const std::optional<Image> reference = try_read(reference_file);
-  const std::vector<Source> sources = choose(scene);
+  const std::vector<KeptImage> sources = kept_images(scene);
   std::vector<std::optional<Image>> images(sources.size());
   parallel_for(sources.size(), 1, [&](std::size_t i) { images[i] = try_read(sources[i].replicate->cell->image); });
 
@@ -311,7 +282,7 @@ std::vector<SceneImages> page_images(const ReportData& data, const ImagePlace& p
   PixelStore store(place);
   std::vector<SceneImages> result;
   for (const SceneData& scene : data.scenes) {
-    if (choose(scene).empty()) continue;
+    if (kept_images(scene).empty()) continue;
     if (SceneImages images = images_of(data, scene, store); !images.images.empty()) result.push_back(std::move(images));
   }
   return result;

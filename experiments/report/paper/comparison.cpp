@@ -15,7 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
+#include <map>
 
 namespace etendue {
 
@@ -35,33 +35,16 @@ struct Column {
 
 // --- what is shown ---
 
-bool has_images(const SceneData& scene) {
-  return std::ranges::any_of(scene.configurations, [](const Configuration& configuration) {
-    return std::ranges::any_of(configuration.replicates, [](const Replicate& r) { return !r.cell->image.empty(); });
-  });
-}
-
 const SceneData& find_scene(const ReportData& data, const std::string& name) {
   std::vector<std::string> names;
   for (const SceneData& scene : data.scenes) {
-    if (!has_images(scene)) continue;
+    if (kept_images(scene).empty()) continue;
     if (name.empty() || name == scene.name || name == slug(scene.name)) return scene;
     names.push_back(slug(scene.name));
   }
   if (names.empty())
     throw Error(Location{"--figure"}, "no image is kept there; expected the directory of a run, with its images");
   throw Error(Location{"--scene"}, unknown_name("scene", name, names));
-}
-
-// Of each integrator the lowest seed's image, of the first structure that kept one.
-std::vector<std::pair<const Configuration*, const Replicate*>> kept_images(const SceneData& scene) {
-  std::vector<std::pair<const Configuration*, const Replicate*>> kept;
-  for (const Configuration& configuration : scene.configurations)
-    for (const Replicate& replicate : configuration.replicates) {
-      const auto same = [&](const auto& other) { return other.first->integrator == configuration.integrator; };
-      if (!replicate.cell->image.empty() && std::ranges::none_of(kept, same)) kept.emplace_back(&configuration, &replicate);
-    }
-  return kept;
 }
 
 Column column_of(const Configuration& configuration, const Replicate& replicate) {
@@ -73,19 +56,19 @@ Column column_of(const Configuration& configuration, const Replicate& replicate)
 }
 
 std::vector<Column> columns_of(const SceneData& scene, const std::vector<std::string>& methods) {
-  const auto kept = kept_images(scene);
+  const std::vector<KeptImage> kept = kept_images(scene);
   std::vector<Column> columns;
   if (methods.empty())
     for (const auto& [configuration, replicate] : kept) columns.push_back(column_of(*configuration, *replicate));
   for (const std::string& method : methods) {
     std::vector<std::string> names;
     const auto found = std::ranges::find_if(kept, [&](const auto& other) {
-      const Configuration& c = *other.first;
+      const Configuration& c = *other.configuration;
       names.push_back(c.short_integrator);
       return method == c.integrator || method == c.shown_integrator || method == c.short_integrator;
     });
     if (found == kept.end()) throw Error(Location{"--method"}, unknown_name("method", method, names));
-    columns.push_back(column_of(*found->first, *found->second));
+    columns.push_back(column_of(*found->configuration, *found->replicate));
   }
   if (scene.reference != nullptr && !scene.reference->file.empty() && is_file(scene.reference->file))
     columns.push_back({"reference", "", read_exr(scene.reference->file), true});
@@ -236,6 +219,17 @@ std::string document(const std::vector<Column>& columns, const std::vector<Windo
 
 }  // namespace
 
+std::vector<KeptImage> kept_images(const SceneData& scene) {
+  std::map<std::size_t, KeptImage> kept;
+  for (const Configuration& configuration : scene.configurations)
+    for (const Replicate& replicate : configuration.replicates)
+      if (!replicate.cell->image.empty())
+        kept.try_emplace(configuration.integrator_index, KeptImage{&configuration, &replicate});
+  std::vector<KeptImage> result;
+  for (const auto& [index, image] : kept) result.push_back(image);
+  return result;
+}
+
 Comparison write_comparison(const std::vector<std::string>& directories, const std::string& file,
                             const ComparisonChoice& choice) {
   Comparison written;
@@ -250,7 +244,7 @@ Comparison write_comparison(const std::vector<std::string>& directories, const s
   const std::vector<Window> windows = choice.windows.empty() ? worst_windows(columns) : choice.windows;
   const ivec2 size = columns.front().image.size;
   check_windows(windows, size);
-  const double exposure = paper_exposure(columns.back().image);
+  const double exposure = 1 / white_of(columns.back().image);
 
   const fs::path png(file), parts = fs::path(png).replace_extension("") += "-parts";
   const auto write = [&](const fs::path& path, const std::string& text) {

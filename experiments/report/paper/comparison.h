@@ -9,6 +9,17 @@
 
 namespace etendue {
 
+struct Configuration;
+struct Replicate;
+struct SceneData;
+
+struct KeptImage {
+  const Configuration* configuration;
+  const Replicate* replicate;
+};
+// Of each integrator the lowest seed's image, of the first structure that kept one.
+std::vector<KeptImage> kept_images(const SceneData& scene);
+
 struct ComparisonChoice {
   std::string scene;                 // a scene's name; "": the first of which images were kept
   std::vector<std::string> methods;  // names or labels, in the figure's order; none: all whose image was kept

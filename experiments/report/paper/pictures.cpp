@@ -54,11 +54,11 @@ Colour difference_colour(const dvec3& image, const dvec3& reference) {
   return {steps < 0 ? fading : std::uint8_t{255}, fading, steps > 0 ? fading : std::uint8_t{255}};
 }
 
-double paper_exposure(const Image& image) {
+double white_of(const Image& image) {
   std::vector<double> values;
   for (const dvec3& p : image.pixels) values.push_back(std::max({p.x, p.y, p.z}));
   const double white = values.empty() ? 0 : 1.25 * quantile(values, 0.98);
-  return white > 0 ? 1 / white : 1;
+  return white > 0 ? white : 1;
 }
 
 void Canvas::set(ivec2 pixel, const Colour& colour) {

@@ -21,8 +21,9 @@ struct Window {
 // a factor of two; white where they are alike, grey where a value is not finite. Below 1e-3 all counts as dark.
 Colour difference_colour(const dvec3& image, const dvec3& reference);
 
-// The factor that puts white a quarter above the 98th percentile of the brightest channel.
-double paper_exposure(const Image& image);
+// White lies a quarter above the 98th percentile of the brightest channel: lamps in view do not darken the room, and an evenly
+// lit scene is light grey, not white.
+double white_of(const Image& image);
 
 // A picture that is drawn on; white at first.
 class Canvas {
