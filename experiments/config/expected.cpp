@@ -3,7 +3,6 @@
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
-#include <cmath>
 
 namespace etendue {
 

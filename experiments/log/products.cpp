@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <numeric>
 #include <optional>
-#include <tuple>
 
 namespace etendue {
 

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
-#include <vector>
 
 namespace etendue {
 

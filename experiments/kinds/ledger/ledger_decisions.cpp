@@ -5,8 +5,6 @@
 #include "framework/transport/light_sampling.h"
 #include "integrators/photons/photon_maps.h"
 
-#include <fmt/format.h>
-
 #include <array>
 
 namespace etendue {
