@@ -111,11 +111,7 @@ ConfigNode& array_element(ConfigNode& node, const std::string& part, const Locat
 // The node one step down, made where it is absent, so that `budget.time=5s` works without a budget.
 ConfigNode& descend(ConfigNode& node, const std::string& part, const Location& origin) {
   if (std::holds_alternative<ConfigNode::Array>(node.value)) return array_element(node, part, origin);
-  // A method named by its text alone becomes a table when it gets a parameter.
-  if (const auto* name = node.text()) {
-    ConfigNode entry{*name, node.where, node.where};
-    node.value = ConfigNode::Table{{"name", std::move(entry)}};
-  }
+  make_table(node);
   auto* table = std::get_if<ConfigNode::Table>(&node.value);
   if (!table) throw Error(origin, fmt::format("'{}' goes into {}; expected a table or an array there", part, type_name(node)));
   const auto [found, inserted] = table->try_emplace(part);
@@ -170,6 +166,13 @@ void apply_override(ConfigNode& root, const std::string& assignment) {
   forget_positions(value);
   node->value = std::move(value.value);
   node->where = node->key_where = origin;
+}
+
+void make_table(ConfigNode& method) {
+  if (const auto* name = method.text()) {
+    ConfigNode entry{*name, method.where, method.where};
+    method.value = ConfigNode::Table{{"name", std::move(entry)}};
+  }
 }
 
 std::string canonical_text(const ConfigNode& node) {

@@ -36,6 +36,9 @@ std::string read_config_text(const std::string& path);
 // ("integrators.path.mis=bsdf"). The value is read as TOML; what is not TOML is text.
 void apply_override(ConfigNode& root, const std::string& assignment);
 
+// Makes a table of a method named by its text alone, so that it can get parameters.
+void make_table(ConfigNode& method);
+
 // The values alone, in one order and one spelling: equal text means an equal experiment.
 std::string canonical_text(const ConfigNode& node);
 

@@ -165,6 +165,27 @@ std::vector<Method> read_accels(const ConfigNode& node, OwnLabels own_labels) {
   return all_accels(node.where);
 }
 
+ConfigNode method_table(ConfigNode method) {
+  make_table(method);
+  if (!method.table()) wrong_type(method, "method", "a table { name, … }");
+  for (const auto& [parameter, value] : *method.table())
+    if (value.array()) wrong_type(value, "method." + parameter, "a single value");
+  return method;
+}
+
+ConfigNode method_table(ConfigNode method, const ConfigNode& changes, const std::string& owner) {
+  if (!changes.table()) wrong_type(changes, owner, "a table { parameters… }");
+  make_table(method);
+  if (auto* table = std::get_if<ConfigNode::Table>(&method.value))
+    for (const auto& [key, value] : *changes.table()) table->insert_or_assign(key, value);
+  return method_table(std::move(method));
+}
+
+Method read_method(const ConfigNode& table, bool of_structure) {
+  const ConfigNode one{ConfigNode::Array{table}, table.where, table.key_where};
+  return (of_structure ? read_accels(one) : read_integrators(one)).front();
+}
+
 void erase_own_labels(ConfigNode& node) {
   if (auto* array = std::get_if<ConfigNode::Array>(&node.value)) std::ranges::for_each(*array, erase_own_labels);
   if (auto* table = std::get_if<ConfigNode::Table>(&node.value)) table->erase(label_key);

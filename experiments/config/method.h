@@ -39,6 +39,10 @@ enum class OwnLabels : bool { refused, allowed };
 // Names, tables { name, parameters… } (arrays of values: every combination), or an array; each label once. "all": all_accels.
 std::vector<Method> read_integrators(const ConfigNode& node, OwnLabels own_labels = OwnLabels::refused);
 std::vector<Method> read_accels(const ConfigNode& node, OwnLabels own_labels = OwnLabels::refused);
+// One method's table, where a name stands for it, too; and with the entries of `changes` in the place of its own.
+ConfigNode method_table(ConfigNode method);
+ConfigNode method_table(ConfigNode method, const ConfigNode& changes, const std::string& owner);
+Method read_method(const ConfigNode& table, bool of_structure);
 // Motions and policies of change are read likewise, under the keys `dynamic.motions` and `dynamic.policies`.
 std::vector<Method> read_motions(const ConfigNode& node);
 std::vector<Method> read_policies(const ConfigNode& node);

@@ -13,40 +13,6 @@ namespace etendue {
 
 namespace {
 
-// One method of a row, with what a table of parameters puts in the place of its own.
-class RowMethod {
- public:
-  RowMethod(ConfigNode node, bool of_structure) : node_(std::move(node)), of_structure_(of_structure) {
-    if (node_.text()) {
-      ConfigNode name = node_;
-      node_.value = ConfigNode::Table{{"name", std::move(name)}};
-    }
-  }
-
-  Method with(const ConfigNode& parameters, const std::string& key) const {
-    if (!parameters.table()) wrong_type(parameters, key, "a table { parameters… }");
-    ConfigNode node = node_;
-    auto* table = std::get_if<ConfigNode::Table>(&node.value);
-    if (table == nullptr) return read(node);
-    for (const auto& [name, value] : *parameters.table()) (*table)[name] = value;
-    node.where = parameters.where;
-    return read(node);
-  }
-  Method read() const { return read(node_); }
-
- private:
-  Method read(const ConfigNode& node) const {
-    const ConfigNode list{ConfigNode::Array{node}, node.where, node.key_where};
-    std::vector<Method> methods = of_structure_ ? read_accels(list) : read_integrators(list);
-    if (methods.size() != 1)
-      throw Error(node.where, fmt::format("ledger: {} methods; expected one, without arrays of values", methods.size()));
-    return std::move(methods.front());
-  }
-
-  ConfigNode node_;
-  bool of_structure_;
-};
-
 bool same_value(const std::string& a, const std::string& b) {
   const auto x = parse_number(a), y = parse_number(b);
   return a == b || (x && y && *x == *y);
@@ -89,10 +55,13 @@ void read_switch(TableReader& reader, const ConfigNode& node, LedgerRow& row) {
   }
   row.of_structure = accel != nullptr;
   const ConfigNode path{std::string("path"), node.where, node.where};
-  const RowMethod own(accel != nullptr ? *accel : method != nullptr ? *method : path, row.of_structure);
-  (row.of_structure ? row.accel : row.method) = own.read();
-  row.with = own.with(reader.need("on"), "ledger.on");
-  row.without = own.with(reader.need("off"), "ledger.off");
+  const ConfigNode own = method_table(accel != nullptr ? *accel : method != nullptr ? *method : path);
+  const auto with = [&](const std::string& key) {
+    return read_method(method_table(own, reader.need(key), "ledger." + key), row.of_structure);
+  };
+  (row.of_structure ? row.accel : row.method) = read_method(own, row.of_structure);
+  row.with = with("on");
+  row.without = with("off");
   if (row.with->label() == row.without->label())
     throw Error(node.where, "ledger: on and off are the same; expected parameters that differ");
   read_decision(reader, node, row);

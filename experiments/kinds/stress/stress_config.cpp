@@ -36,28 +36,12 @@ ConfigNode substituted(ConfigNode node, const std::string& variable, double valu
   return node;
 }
 
-// A method's table, where a name stands for it, too.
-ConfigNode table_of(const ConfigNode& method) {
-  if (const std::string* name = method.text()) {
-    ConfigNode table = method;
-    table.value = ConfigNode::Table{{"name", {*name, method.where, method.where}}};
-    return table;
-  }
-  if (!method.table()) wrong_type(method, "method", "a table { name, … }");
-  for (const auto& [parameter, value] : *method.table())
-    if (value.array()) wrong_type(value, "method." + parameter, "a single value");
-  return method;
-}
-
-// The parameters of `change` in the place of those of the method's table.
+// A method's table with the parameters of `change` in the place of its own.
 ConfigNode changed(ConfigNode method, const ConfigNode& change, const std::string& owner) {
-  if (!change.table()) wrong_type(change, owner, "a table of parameters");
-  auto& table = std::get<ConfigNode::Table>(method.value);
-  for (const auto& [key, value] : *change.table()) {
-    if (key == "name") throw Error(value.key_where, owner + ": parameters alone; expected another method to stand for itself");
-    table.insert_or_assign(key, value);
-  }
-  return table_of(method);
+  ConfigNode table = method_table(std::move(method), change, owner);
+  if (const ConfigNode* name = find_key(change, "name"))
+    throw Error(name->key_where, owner + ": parameters alone; expected another method to stand for itself");
+  return table;
 }
 
 std::map<std::string, const ConfigNode*> entries_of(const ConfigNode* node, const std::string& owner,
@@ -88,7 +72,7 @@ Columns read_columns(const ConfigNode& node, std::uint64_t samples) {
   const std::vector<const ConfigNode*> elements = list_elements(node, "integrators", "an array of names or tables");
   Columns columns;
   for (const ConfigNode* element : elements) {
-    ConfigNode table = table_of(*element);
+    ConfigNode table = method_table(*element);
     const ConfigNode* label = find_key(table, "label");
     std::string name = *(label ? label : find_key(table, "name"))->text();
     erase_own_labels(table);
@@ -301,8 +285,7 @@ std::string with_variable(const std::string& text, double x) {
 
 Method method_at(const StressHazard& hazard, const StressTrial& trial, double x) {
   const ConfigNode node = substituted(substituted(trial.node, sweep_variable, x, hazard.range.whole), sweep_rest, 1 - x, false);
-  const ConfigNode one{ConfigNode::Array{node}, node.where, node.key_where};
-  return (hazard.of_structures() ? read_accels(one) : read_integrators(one)).front();
+  return read_method(node, hazard.of_structures());
 }
 
 StressChoice read_stress(const ConfigNode& hazards, const ConfigNode* sweep, const ConfigNode& integrators,
