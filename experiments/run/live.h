@@ -6,7 +6,6 @@
 #include "framework/query.h"
 #include "framework/scene/scene.h"
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <deque>

@@ -13,7 +13,6 @@
 #include "experiments/kinds/ledger/ledger_record.h"
 #include "experiments/statistics/statistics.h"
 
-#include <optional>
 #include <string_view>
 
 namespace etendue {

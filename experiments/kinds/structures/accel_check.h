@@ -5,7 +5,6 @@
 #include "accel/exact/exact.h"
 #include "experiments/log/ray_kind.h"
 
-#include <functional>
 #include <span>
 #include <string>
 

@@ -11,7 +11,6 @@
 #include "experiments/report/charts/chart_svg.h"
 #include "experiments/report/report_data.h"
 
-#include <optional>
 #include <string>
 #include <vector>
 
