@@ -46,8 +46,7 @@ class ExperimentKind {
   virtual std::shared_ptr<KindRecord> read_record(const Json&) const { return nullptr; }
   virtual std::vector<Field> record_fields() const;  // default: none
   virtual KindReport report(const RunLog&) const { return {}; }
-  virtual std::string summary(
-      const RunLog& log) const;  // what `etendue run` prints at its end, "" without cells; default: all tables
+  virtual std::string summary(const RunLog& log) const;  // what `etendue run` prints at its end, or ""; default: all tables
 };
 
 // Kinds come in the order in which they are looked for; the last, of images, is what an experiment is without any of their

@@ -105,8 +105,7 @@ void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& obse
 }
 
 void report_run(const RunPlan& plan, RunSummary& summary) {
-  Report report =
-      write_report({plan.directory}, plan.directory, {.table_formats = plan.config.table_formats, .of_a_run = true});
+  Report report = write_report({plan.directory}, plan.directory, {.table_formats = plan.config.table_formats, .of_a_run = true});
   summary.report_files = std::move(report.files);
   summary.findings = std::move(report.findings);
   summary.notes = std::move(report.notes);

@@ -10,7 +10,7 @@
 
 namespace etendue {
 
-inline constexpr const char* figure_kinds[] = {"factor", "time", "plain", "share", "exponent"};
+constexpr const char* figure_kinds[] = {"factor", "time", "plain", "share", "exponent"};
 
 void list_fields(auto& f, FieldsOf<ClaimFigure> auto& r) {
   FIELDS(quantity, text);
