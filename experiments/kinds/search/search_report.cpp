@@ -188,7 +188,7 @@ Table search_leaders_table(const RunLog& log) {
 
 // What a figure's panels show, which may be one measure.
 std::string what_title(const SearchPlot& plot, bool one_measure) {
-  if (!one_measure) return "time and memory";
+  if (!one_measure) return plot.abscissa == "neighbours" ? "queries" : "time and memory";
   if (plot.parameter == 0 && plot.abscissa != "neighbours") return "build and memory";
   return plot.measure == "within" ? "queries within a radius" : plot.measure + " neighbours";
 }

@@ -100,7 +100,8 @@ Drawing draw_matrix(const StressMap& map, bool structures, bool linked) {
     const StressRecord& r = row.record();
     if (r.of_structure != structures) continue;
     out += drawn_text(margin, y + 18, shortened(fmt::format("{}. {}", r.id, r.hazard), 44), "font-size:14px;font-weight:600");
-    out += drawn_text(margin, y + 33, shortened(r.parameter + ", " + range_of(r), 56), "font-size:11px");
+    const std::string parameter = r.parameter + ", " + range_of(r);
+    out += drawn_text(margin, y + 33, shortened(parameter, 66), display_width(parameter) > 56 ? "font-size:9.5px" : "font-size:11px");
     for (std::size_t c = 0; c < columns.size(); ++c)
       out += draw_cell(row.of(columns[c]), is_mended(row.of(columns[c])), left(c), y, linked);
     out += "\n";

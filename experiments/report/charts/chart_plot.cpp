@@ -240,7 +240,7 @@ std::string Plot::labels() const {
   for (const ChartLabel& label : chart_.labels) {
     const dvec2 at = place(label.x, label.y);
     if (at.y < box_.top) continue;
-    const std::string text = shortened(label.text, 40);
+    const std::string text = shortened(label.text, 64);
     const double width = text_width(text, small_font), height = small_font + 2;
     const auto meets = [](const std::vector<PixelBox>& others, const PixelBox& box) {
       return std::ranges::any_of(others, [&](const PixelBox& other) { return other.overlaps(box); });

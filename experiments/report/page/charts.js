@@ -36,6 +36,9 @@ function drawMultiples(figure) {
     copy.removeAttribute('tabindex');
     copy.setAttribute('aria-label', name + ': ' + svg.getAttribute('aria-label'));
     for (const text of all('.axis-title, .label, .leader', copy)) text.remove();
+    // There is room for decades alone, where two of them are named.
+    const ticks = all('text[text-anchor=middle]', copy), within = ticks.filter(tick => /^(0\.0*)?[25](0*|·.*)$/.test(tick.textContent));
+    if (ticks.length > within.length + 1 && !ticks.some(tick => tick.textContent === '0')) for (const tick of within) tick.remove();
     for (const series of all('.series', copy)) {
       if (own.includes(series)) continue;
       series.setAttribute('class', 'context');

@@ -64,18 +64,29 @@ struct EqualTimeRow {
   double size = 0;
 };
 
+std::optional<Estimate> final_estimate(const Configuration& configuration, const std::string& metric, bool with_sign) {
+  const std::vector<double> values = final_values(configuration, metric);
+  if (values.empty()) return std::nullopt;
+  return with_sign ? signed_estimate(values) : geometric_estimate(values);
+}
+
 Table equal_time_table(const ReportData& data, const SceneData& scene, const std::string& metric) {
   std::vector<EqualTimeRow> rows;
+  for (const Configuration* configuration : scene.finished())
+    rows.push_back({configuration, estimate_at(*configuration, metric, scene.common_time_s, data.is_signed(metric))});
+  std::string when = "after " + format_seconds(scene.common_time_s);
+  // Cells of a few iterations may end before others have a first image.
+  if (std::ranges::count_if(rows, [](const EqualTimeRow& row) { return row.error.has_value(); }) < 2) {
+    when = "at each cell's end";
+    for (EqualTimeRow& row : rows) row.error = final_estimate(*row.configuration, metric, data.is_signed(metric));
+  }
   double least = std::numeric_limits<double>::infinity();
-  for (const Configuration* configuration : scene.finished()) {
-    EqualTimeRow& row = rows.emplace_back(
-        EqualTimeRow{configuration, estimate_at(*configuration, metric, scene.common_time_s, data.is_signed(metric))});
+  for (EqualTimeRow& row : rows) {
     row.size = row.error ? std::abs(row.error->centre) : std::numeric_limits<double>::infinity();
     least = std::min(least, row.size);
   }
   std::ranges::stable_sort(rows, {}, &EqualTimeRow::size);
-  TableOf<EqualTimeRow> table("equal-time-" + scene.file_stem,
-                              fmt::format("{} after {}", metric, format_seconds(scene.common_time_s)), std::move(rows));
+  TableOf<EqualTimeRow> table("equal-time-" + scene.file_stem, fmt::format("{} {}", metric, when), std::move(rows));
   table.column("method", "method", [&](const EqualTimeRow& row) { return short_label(data, *row.configuration); });
   table.column(metric, metric, [](const EqualTimeRow& row) {
     if (!row.error) return TableCell();
