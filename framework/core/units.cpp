@@ -71,8 +71,9 @@ std::int64_t parse_bytes(std::string_view text) {
 
 std::string format_seconds(double seconds) {
   if (seconds < 60) {
-    if (seconds >= 1) return fmt::format("{:.3g} s", seconds);
-    if (seconds >= 1e-3) return fmt::format("{:.3g} ms", seconds * 1e3);
+    // What three digits round to a thousand is one of the next unit.
+    if (seconds >= 0.9995) return fmt::format("{:.3g} s", seconds);
+    if (seconds >= 0.9995e-3) return fmt::format("{:.3g} ms", seconds * 1e3);
     return fmt::format("{:.3g} us", seconds * 1e6);
   }
   const auto whole = static_cast<long long>(std::llround(seconds));

@@ -81,6 +81,11 @@ TEST(ReportText, Base64MatchesTheVectorsOfRfc4648) {
 }
 
 TEST(ReportText, NoBytesAreZeroBytes) { EXPECT_EQ(format_bytes(0), "0 B"); }
+TEST(ReportText, TimesAreToldInTheUnitThatTheyRoundTo) {
+  EXPECT_EQ(format_seconds(0.9996), "1 s");
+  EXPECT_EQ(format_seconds(0.9994), "999 ms");
+  EXPECT_EQ(format_seconds(0.00099961), "1 ms");
+}
 
 TEST(ReportText, LongLinesAreWrappedAtSpaces) {
   EXPECT_EQ(wrapped("  a bb ccc dddd\n\nx", 9), "  a bb\n    ccc\n    dddd\n\nx\n");
