@@ -56,8 +56,9 @@ std::string tex_group(const Table& table, std::size_t group, const std::string& 
     body += fmt::format("    {} \\\\\n", fmt::join(cells, " & "));
   }
   return fmt::format(
-      "\\begin{{table}}\n  \\centering\\small\n  \\caption{{{}}}\n  \\label{{tab:{}}}\n  \\begin{{tabular}}{{{}}}\n    "
-      "\\toprule\n    {} \\\\\n    \\midrule\n{}    \\bottomrule\n  \\end{{tabular}}\n\\end{{table}}\n",
+      "\\begin{{table}}\n  \\centering\\small\n  \\caption{{{}}}\n  \\label{{tab:{}}}\n"
+      "  \\begin{{adjustbox}}{{max width=\\linewidth}}\n  \\begin{{tabular}}{{{}}}\n    "
+      "\\toprule\n    {} \\\\\n    \\midrule\n{}    \\bottomrule\n  \\end{{tabular}}\n  \\end{{adjustbox}}\n\\end{{table}}\n",
       escape_tex(title), group == all_groups ? table.name : fmt::format("{}-{}", table.name, group), spec,
       fmt::join(heads, " & "), body);
 }
@@ -152,7 +153,7 @@ std::string to_csv(const Table& table) {
 
 std::string to_tex(const Table& table) {
   check_shape(table);
-  std::string out = "% needs \\usepackage{booktabs}\n";
+  std::string out = "% needs \\usepackage{booktabs,adjustbox}\n";
   if (table.rows.empty()) return out + "% " + table.title + ": none.\n";
   if (table.group_titles.empty()) {
     out += tex_group(table, all_groups, table.title);

@@ -113,11 +113,12 @@ TEST_F(LongPaper, LatexCompiles) {
     if (entry.path().extension() == ".tex" && ++charts <= 3) compile("out/e/latex", entry.path().stem().string());
   EXPECT_GT(charts, 0);
   std::string tables =
-      "\\documentclass{article}\n\\usepackage[landscape]{geometry}\n\\usepackage{booktabs}\n\\begin{document}\n";
+      "\\documentclass{article}\n\\usepackage{booktabs,adjustbox}\n\\begin{document}\n";
   for (const auto& entry : std::filesystem::directory_iterator(directory_ / "out/e/tables"))
     if (entry.path().extension() == ".tex") tables += "\\input{" + entry.path().stem().string() + "}\n";
   write_file("out/e/tables/all.tex", tables + "\\end{document}\n");
   compile("out/e/tables", "all");
+  EXPECT_EQ(read_text_file(directory_ / "out/e/tables/latex.txt").find("Overfull"), std::string::npos) << "a table is cut off";
 }
 
 }  // namespace
