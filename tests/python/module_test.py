@@ -1,6 +1,6 @@
 """The Python module gives what the program gives: images to the bit, errors to the word, logs to the field.
 
-etendue-python module_test.py PROGRAM PROJECT. Exit status 77: NumPy is not installed.
+etendue-python module_test.py PROGRAM PROJECT, or any Python that finds the module. Exit status 77: NumPy is not installed.
 """
 import contextlib
 import io
