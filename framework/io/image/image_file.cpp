@@ -3,6 +3,7 @@
 #include "framework/core/check.h"
 #include "framework/core/memory.h"
 #include "framework/io/image/exr.h"
+#include "framework/io/image/gamma.h"
 #include "framework/io/image/hdr.h"
 #include "framework/io/image/pfm.h"
 #include "framework/io/text.h"
@@ -179,6 +180,8 @@ bool is_exr(std::string_view bytes) { return bytes.starts_with("\x76\x2f\x31\x01
 
 }  // namespace
 
+bool holds_floats(std::string_view bytes) { return is_hdr(bytes) || is_pfm(bytes) || is_exr(bytes); }
+
 RgbImage read_image(const std::string& path, Encoding encoding) { return decode_image(read_file(path), path, encoding); }
 
 RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding) {
@@ -192,8 +195,7 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
       throw Error(fmt::format("cannot read '{}' as an image: {}", name, e.what()));
     }
   }
-  if (encoding == Encoding::alpha && (is_hdr(bytes) || is_pfm(bytes) || is_exr(bytes)))
-    image.texels.assign(image.texels.size(), Rgb(1));
+  if (encoding == Encoding::alpha && holds_floats(bytes)) image.texels.assign(image.texels.size(), Rgb(1));
   for (std::size_t i = 0; i < image.texels.size(); ++i) {
     Rgb& texel = image.texels[i];
     if (is_finite(texel)) [[likely]]
@@ -204,6 +206,10 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
       if (!std::isfinite(texel[c])) texel[c] = 0;
   }
   return image;
+}
+
+void decode_gamma(RgbImage& image, float gamma) {
+  for (Rgb& texel : image.texels) texel = glm::pow(glm::max(texel, Rgb(0)), Rgb(gamma));
 }
 
 int repeat_texels(RgbImage& image, const Location& where) {

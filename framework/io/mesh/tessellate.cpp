@@ -47,6 +47,11 @@ int arc_segments(float radians) {
   return std::clamp(static_cast<int>(std::ceil(turn * radians / (2 * pi))), 3, turn);
 }
 
+vec2 from_pole(float theta) {
+  const float sine = std::sin(theta);
+  return {std::abs(sine) < 1e-6f ? 0 : sine, std::cos(theta)};
+}
+
 SurfacePatch revolved(float radians, int rows, std::function<vec2(float)> profile, std::function<vec2(float)> slope) {
   const auto at = [=](float u, float v) {
     const float c = std::cos(u * radians), s = std::sin(u * radians);

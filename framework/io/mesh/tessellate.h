@@ -23,6 +23,9 @@ struct SurfacePatch {
 // The cells that an arc takes.
 int arc_segments(float radians);
 
+// Sine and cosine of an angle from the +z axis, the sine exactly 0 at the poles, where cells then have no area.
+vec2 from_pole(float theta);
+
 // A surface of revolution about z: `profile(v)` gives radius and height, `slope(v)` their derivatives; u = 0 lies over +x.
 SurfacePatch revolved(float radians, int rows, std::function<vec2(float)> profile, std::function<vec2(float)> slope);
 

@@ -93,7 +93,7 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
        "two diffuse ones with constants mixed, one and null as a mask; others approximated by the one with more weight",
        &R::blend},
       {"mixturebsdf", "approximated by the one with most weight", &R::mixture},
-      {"bumpmap", "as it is, of meshes with texture coordinates; of others approximated by the bsdf in it", &R::bump},
+      {"bumpmap", "as it is; of meshes without texture coordinates approximated by the bsdf in it", &R::bump},
       {"normalmap", "like bumpmap", &R::bump},
       {"roughdiffuse", "alpha 0 as it is; others approximated by diffuse", &R::rough_diffuse},
       {"thindielectric", "approximated by what it lets through straight on; its reflections are lost", &R::thin_dielectric},
@@ -103,7 +103,8 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"ward", "approximated like phong", &R::ward},
       {"principled", "approximated: metal, glass or roughplastic, whichever has most weight", &R::principled},
       {"principledthin", "approximated like principled", &R::principled},
-      {"difftrans", "approximated: grey diffuse of 0.5", &R::other_bsdf},
+      {"difftrans", "approximated: a very rough interface without refraction, which reflects a little",
+       &R::diffuse_transmitter},
       {"hair", "approximated: grey diffuse of 0.5", &R::other_bsdf},
       {"hk", "approximated: grey diffuse of 0.5", &R::other_bsdf},
       {"irawan", "approximated: grey diffuse of 0.5", &R::other_bsdf},
@@ -143,7 +144,10 @@ MitsubaReader::MaterialEntry& MitsubaReader::nested_bsdf(const Properties& of, s
 // Version 0's shapes without a bsdf are diffuse too.
 std::uint32_t MitsubaReader::material_of(const Properties& shape) {
   const auto found = shape.objects({"bsdf"});
-  if (found.size() > 1)
+  if (found.size() > 1 && shape.type() == "obj")
+    approximate(found[1]->where(), fmt::format("{}: has a bsdf for each material that its file names", shape.title()),
+                "the first on all of it");
+  else if (found.size() > 1)
     throw Error(found[1]->where(), fmt::format("{}: has {} bsdfs; expected one", shape.title(), found.size()));
   if (!found.empty()) return bsdf(*found[0]);
   materials_.emplace_back();
@@ -260,9 +264,11 @@ void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
   }
   metal.ideal = name == "none";
   if (metal.ideal) return;
+  // Most are there by another measurement as well.
+  const std::string plain = name.ends_with("_palik") ? name.substr(0, name.size() - 6) : name;
   std::vector<std::string> names{"none"};
   for (const MetalIndex& known : metals()) {
-    if (name == known.name) {
+    if (plain == known.name) {
       metal.eta = known.eta / outside;
       metal.k = known.k / outside;
       return;
@@ -270,7 +276,7 @@ void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
     names.emplace_back(known.name);
   }
   for (const NamedReflectance& other : other_metals)
-    if (name == other.name) {
+    if (name == other.name || plain == other.name) {
       approximate(of.where("material"), fmt::format("{}: there is no index of '{}' here", of.title(), name),
                   fmt::format("a metal that reflects {:.2f} {:.2f} {:.2f}", other.reflectance.x, other.reflectance.y,
                               other.reflectance.z));

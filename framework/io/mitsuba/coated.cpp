@@ -63,7 +63,8 @@ MitsubaReader::MaterialEntry MitsubaReader::principled(const Properties& of) {
   MaterialEntry entry{.two_sided = true};
   const float metallic = number(of, "metallic", 0, 0, 1), glassy = number(of, "spec_trans", 0, 0, 1);
   const float alpha = std::max(square(number(of, "roughness", 0.5f, 0, 1)), 1e-3f);
-  const float eta = std::max(number(of, "eta", 1.5f, 1, 3), 1.001f);
+  const float specular = number(of, "specular", 0.5f, 0, 1);  // states the index in another way
+  const float eta = std::max(number(of, "eta", 2 / (1 - std::sqrt(0.08f * specular)) - 1, 1, 3), 1.001f);
   const TexturedRgb base = reflectance(of, "base_color", Rgb(0.5f), entry.textured);
   if (metallic > 0.5f || glassy > 0.5f) entry.textured = false;
   if (metallic > 0.5f) {
@@ -88,6 +89,13 @@ MitsubaReader::MaterialEntry MitsubaReader::polarizer(const Properties& of) {
   of.ignore_all();
   approximate(of.where(), fmt::format("{} is not supported: light is not polarized", of.title()), "no surface");
   return {.two_sided = true, .invisible = true};
+}
+
+MitsubaReader::MaterialEntry MitsubaReader::diffuse_transmitter(const Properties& of) {
+  approximate(of.where(), fmt::format("{} is not supported", of.title()),
+              "a very rough interface without refraction at its other side: it reflects a little");
+  const Rgb passed = colour(of, "transmittance", Rgb(0.5f), ColourUse::reflectance);
+  return {.material = Dielectric{.eta = 1.1f, .alpha = 1, .transmit_tint = passed}, .two_sided = true};
 }
 
 MitsubaReader::MaterialEntry MitsubaReader::other_bsdf(const Properties& of) {

@@ -106,7 +106,7 @@ Rgb MitsubaReader::spectrum_object(const XmlElement& element, ColourUse use) {
   const Properties of = properties(element);
   const std::string& type = of.type();
   Rgb value(1);
-  if (type == "uniform") {
+  if (type == "uniform" || type == "rawconstant") {
     value = Rgb(of.number("value", 1));
     of.ignore({"wavelength_min", "wavelength_max", "lambda_min", "lambda_max"});
   } else if (type == "d65") {
@@ -138,9 +138,9 @@ Rgb MitsubaReader::spectrum_object(const XmlElement& element, ColourUse use) {
     spectrum = checked(std::move(spectrum), of.where());
     value = use == ColourUse::light ? equal_energy_rgb(spectrum) : surface_rgb(spectrum);
   } else {
-    throw Error(element.where("type"),
-                unknown_name("spectrum", type,
-                             std::vector<std::string>{"uniform", "d65", "srgb", "rgb", "blackbody", "regular", "irregular"}));
+    throw Error(element.where("type"), unknown_name("spectrum", type,
+                                                    std::vector<std::string>{"uniform", "rawconstant", "d65", "srgb", "rgb",
+                                                                             "blackbody", "regular", "irregular"}));
   }
   of.finish();
   return value;

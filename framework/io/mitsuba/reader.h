@@ -130,6 +130,8 @@ class MitsubaReader {
   void other_shape(const Properties& of, Group& group);
   std::optional<ShapeLook> look(const Properties& of, const Group& group, MaterialEntry& entry, bool has_uvs);
   void place(TriangleMesh mesh, const Properties& of, Group& group, const std::string& name, bool outward);
+  void place(TriangleMesh mesh, const Transform& to_group, ShapeLook seen, const Properties& of, Group& group,
+             const std::string& name, bool outward);
   void place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group);
   void instantiate(Group& group, const Transform& to_world);
   std::optional<ShapeLook::Glow> area_emitter(const Properties& of, bool has_uvs);
@@ -170,6 +172,7 @@ class MitsubaReader {
   MaterialEntry ward(const Properties& of);
   MaterialEntry principled(const Properties& of);
   MaterialEntry polarizer(const Properties& of);
+  MaterialEntry diffuse_transmitter(const Properties& of);
   MaterialEntry other_bsdf(const Properties& of);
   MaterialEntry diffuse_and_lobe(const Properties& of, float alpha);
 
@@ -225,6 +228,7 @@ class MitsubaReader {
   class Nesting {
    public:
     Nesting(MitsubaReader& reader, const XmlElement& element) : depth_(reader.depth_) {
+      reader.visit(element);
       if (++depth_ > most_nested) {
         --depth_;
         throw Error(element.where(), fmt::format("{}: references lead on more than {} objects deep", element.tag, most_nested));
@@ -239,6 +243,14 @@ class MitsubaReader {
     int& depth_;
   };
   int depth_ = 0;
+  // Objects that refer to one another several times would be read without end.
+  void visit(const XmlElement& element) {
+    if (++visited_ > most_visited)
+      throw Error(element.where(),
+                  fmt::format("{}: with all references followed there are more than {} objects", element.tag, most_visited));
+  }
+  static constexpr std::uint64_t most_visited = 1'000'000;
+  std::uint64_t visited_ = 0;
   // Of an object that is being read there is an entry without a value: references must not lead back to it.
   std::map<const XmlElement*, std::optional<std::uint32_t>> bsdfs_;
   std::map<const XmlElement*, std::optional<TextureValue>> textures_;

@@ -36,6 +36,7 @@ std::span<const MitsubaReader::SensorType> MitsubaReader::sensor_types() {
       {"orthographic", "as it is", &R::orthographic},
       {"telecentric", "like orthographic; an aperture approximated by none", &R::orthographic},
       {"batch", "approximated: a view from the origin", &R::other_sensor},
+      {"distant", "approximated: a view along +z of the sensor", &R::other_sensor},
       {"fluencemeter", "approximated: a view from the origin", &R::other_sensor},
       {"irradiancemeter", "approximated: a view from the origin", &R::other_sensor},
       {"radiancemeter", "approximated: a view from the origin", &R::other_sensor},

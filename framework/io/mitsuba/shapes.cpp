@@ -3,6 +3,7 @@
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/serialized.h"
+#include "framework/io/mesh/tessellate.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/mitsuba/vertex_normals.h"
 #include "framework/io/place_quadric.h"
@@ -17,8 +18,34 @@ namespace etendue {
 namespace {
 
 TriangleMesh as_mesh(MeshData data) {
-  return {std::move(data.positions), std::move(data.normals), std::move(data.uvs), std::move(data.triangles), {}};
+  return {std::move(data.positions), {}, std::move(data.uvs), std::move(data.triangles), {}};
 }
+
+// With the texture coordinates of Mitsuba's shapes.
+struct MeshOfQuadric {
+  TriangleMesh operator()(const Sphere& s) const {
+    TriangleMesh mesh = tessellate(revolved(
+        2 * pi, arc_segments(pi), [&](float v) { return s.radius * vec2(1, -1) * from_pole(pi * v); },
+        [](float v) { return vec2(std::cos(pi * v), std::sin(pi * v)); }));
+    for (vec3& p : mesh.positions) p += s.centre;
+    for (vec2& uv : mesh.uvs) uv.y = 1 - uv.y;
+    return mesh;
+  }
+  TriangleMesh operator()(const Disk& d) const {
+    TriangleMesh mesh = tessellate(revolved(
+        2 * pi, 1, [&](float v) { return vec2(glm::mix(d.radius, d.inner_radius, v), 0); }, [](float) { return vec2(-1, 0); }));
+    for (vec2& uv : mesh.uvs) uv = {1 - uv.y, uv.x};
+    return mesh;
+  }
+  TriangleMesh operator()(const Cylinder& c) const {
+    const Frame frame = Frame::from_normal(c.axis);
+    TriangleMesh mesh = tessellate(revolved(
+        2 * pi, 1, [&](float v) { return vec2(c.radius, c.length * v); }, [](float) { return vec2(0, 1); }));
+    for (vec3& p : mesh.positions) p = c.base + frame.to_world(p);
+    for (vec3& n : mesh.normals) n = frame.to_world(n);
+    return mesh;
+  }
+};
 
 // Each face has the corners of a unit square as its texture coordinates.
 MeshData cube_faces() {
@@ -65,6 +92,7 @@ std::span<const MitsubaReader::ShapeType> MitsubaReader::shape_types() {
 }
 
 void MitsubaReader::shape(const XmlElement& element, Group& group) {
+  visit(element);
   const Properties of = properties(element);
   (this->*find_type(shape_types(), of).handler)(of, group);
   of.objects({"sensor"});
@@ -92,31 +120,33 @@ std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& 
   return ShapeLook{scene_material(smooth), flip, glow, mask};
 }
 
-// `outward`: the mesh is a solid's or a plane's own, whose side a mirroring transform does not change.
 void MitsubaReader::place(TriangleMesh mesh, const Properties& of, Group& group, const std::string& name, bool outward) {
   const Transform t = of.transform("to_world");
-  const bool faces = of.boolean("face_normals", false);
-  MaterialEntry& entry = materials_[material_of(of)];
-  auto appearance = look(of, group, entry, !mesh.uvs.empty());
-  if (!appearance) return;
+  of.ignore({"face_normals"});
+  if (const auto seen = look(of, group, materials_[material_of(of)], !mesh.uvs.empty()))
+    place(std::move(mesh), t, *seen, of, group, name, outward);
+}
+
+// `outward`: the mesh is a solid's or a plane's own, whose side a mirroring transform does not change.
+void MitsubaReader::place(TriangleMesh mesh, const Transform& t, ShapeLook seen, const Properties& of, Group& group,
+                          const std::string& name, bool outward) {
   for (vec3& p : mesh.positions) {
     p = t.point(p);
     if (!within_reach(p)) throw Error(of.where(), fmt::format("{}: placed, a vertex lies beyond {:g} m", of.title(), farthest));
   }
-  if (faces || outward) {
+  if (of.boolean("face_normals", false))
     mesh.normals.clear();
-  } else if (mesh.normals.empty()) {
+  else if (mesh.normals.empty() && !outward)
     mesh.normals = smooth_normals(mesh);
-  } else {
+  else
     for (vec3& n : mesh.normals) n = t.normal(n);
-  }
-  if (appearance->flip_normal)
+  if (seen.flip_normal)
     for (vec3& n : mesh.normals) n = -n;
-  appearance->flip_normal ^= outward && t.swaps_handedness();
+  seen.flip_normal ^= outward && t.swaps_handedness();
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(of.where(), warning);
   const std::size_t triangles = mesh.triangles.size();
-  left_out_.add(of.where().text() + ": " + name, triangles, group.parts[0].builder.add(std::move(mesh), *appearance));
+  left_out_.add(of.where().text() + ": " + name, triangles, group.parts[0].builder.add(std::move(mesh), seen));
 }
 
 void MitsubaReader::file_mesh(const Properties& of, Group& group, bool flip_v,
@@ -179,8 +209,11 @@ void MitsubaReader::cylinder(const Properties& of, Group& group) {
 
 void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group) {
   MaterialEntry& entry = materials_[material_of(of)];
-  const auto appearance = look(of, group, entry, false);
+  const auto appearance = look(of, group, entry, true);
   if (!appearance) return;
+  const bool glows_by_image = appearance->glow && appearance->glow->texture != no_id;
+  if (entry.relief || glows_by_image || (appearance->glow && !to_group.similarity_scale()))
+    return place(std::visit(MeshOfQuadric(), quadric), to_group, *appearance, of, group, of.title(), true);
   std::optional<Quadric> placed;
   try {
     placed = placed_quadric(quadric, to_group, entry.textured && !appearance->glow);
@@ -191,9 +224,6 @@ void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, con
     group.parts[0].builder.add(*placed, *appearance);
     return;
   }
-  if (appearance->glow)
-    throw Error(of.where(),
-                fmt::format("{}: a shape under a transform that distorts it cannot emit light; scale it evenly", of.title()));
   Part part{{}, to_group, {}};
   part.builder.add(quadric, *appearance);
   if (!group.in_world) {

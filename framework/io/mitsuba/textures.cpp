@@ -1,5 +1,6 @@
 // Textures. Mitsuba's v = 0 is the top row of an image and ours the bottom one, so that every image is turned by its mapping.
 
+#include "framework/io/image/gamma.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/text.h"
 
@@ -51,7 +52,8 @@ std::span<const MitsubaReader::TextureType> MitsubaReader::texture_types() {
   using R = MitsubaReader;
   static constexpr TextureType table[] = {
       {"bitmap",
-       "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, gamma 1 or floats; filter_type nearest interpolates over 1/16 "
+       "PNG, JPEG, TGA, BMP, HDR, PFM, EXR; sRGB unless raw, of another gamma or floats; filter_type nearest interpolates over "
+       "1/16 "
        "of a texel at its edges, over more (warned) in images above 4096 texels; wrap_mode one approximated by clamp",
        &R::bitmap},
       {"checkerboard", "color0, color1, to_uv (or uscale, uoffset ...)", &R::checkerboard},
@@ -95,17 +97,22 @@ MitsubaReader::UvMap MitsubaReader::uv_map(const Properties& of) {
 }
 
 MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
-  const float gamma = of.number("gamma", -1);
-  const bool linear = of.boolean("raw", gamma == 1);
-  if (gamma != -1 && gamma != 1)
-    approximate(of.where("gamma"), fmt::format("{}: 'gamma' is neither 1 nor -1 (sRGB)", of.title()), "sRGB");
+  const float gamma = of.number("gamma", -1, -1, 10);
+  const bool raw = of.boolean("raw", gamma == 1), has_gamma = gamma != -1 && gamma != 1;
+  if (has_gamma && gamma < 0.1f) of.fail("gamma", fmt::format("is {:g}; expected -1 (sRGB), or 0.1 to 10", gamma));
   const std::string channel = of.string("channel", "all");
-  if (channel != "all" && channel != "a")
-    approximate(of.where("channel"), fmt::format("{}: 'channel' is '{}'; expected 'a' or none", of.title(), channel),
-                "all of them");
-  RgbImage image = read_image_of(of, channel == "a" ? Encoding::alpha : linear ? Encoding::linear : Encoding::srgb);
-  if (channel == "a" && !has_holes(image))
+  const bool of_alpha = channel == "a";
+  const std::size_t component = std::string_view("rgb").find(channel);
+  const bool is_one = channel.size() == 1 && component < 3;
+  if (channel != "all" && !of_alpha && !is_one)
+    approximate(of.where("channel"),
+                fmt::format("{}: 'channel' is '{}'; expected 'r', 'g', 'b', 'a' or none", of.title(), channel), "all of them");
+  RgbImage image = read_image_of(of, of_alpha ? Encoding::alpha : raw || has_gamma ? Encoding::linear : Encoding::srgb);
+  if (of_alpha && !has_holes(image))
     warn(of.where("channel"), fmt::format("'{}' is opaque, or of a format whose alpha is not read", file_name(of)));
+  if (has_gamma && !of_alpha) decode_gamma(image, gamma);
+  if (is_one)
+    for (Rgb& texel : image.texels) texel = Rgb(texel[static_cast<int>(component)]);
   return image_texture(of, std::move(image));
 }
 

@@ -27,7 +27,7 @@ PbrtQuadric read_sphere(const PbrtParams& params) {
   const auto theta = [=](float v) { return theta_low + v * slope; };
   PbrtQuadric sphere;
   sphere.patch = revolved(
-      phi, arc_segments(-slope), [=](float v) { return radius * vec2(std::sin(theta(v)), std::cos(theta(v))); },
+      phi, arc_segments(-slope), [=](float v) { return radius * from_pole(theta(v)); },
       [=](float v) { return vec2(std::cos(theta(v)), -std::sin(theta(v))) * slope; });
   if (is_whole(phi) && theta_low >= pi * (1 - 1e-6f) && theta_high <= 1e-6f) sphere.whole = Sphere{vec3(0), radius};
   return sphere;

@@ -1,0 +1,15 @@
+// Images whose integers are not encoded as sRGB.
+#pragma once
+
+#include "framework/io/image/image_file.h"
+
+#include <string_view>
+
+namespace etendue {
+
+// Is it an image that stores floats (HDR, PFM, EXR), told by its content?
+bool holds_floats(std::string_view bytes);
+// Of values that stand as they are in the file (Encoding::linear), those that they encode by this exponent.
+void decode_gamma(RgbImage& image, float gamma);
+
+}  // namespace etendue
