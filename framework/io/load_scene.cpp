@@ -1,5 +1,6 @@
 #include "framework/io/load_scene.h"
 
+#include "framework/io/gzip.h"
 #include "framework/io/mesh/mesh_scene.h"
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
@@ -61,13 +62,6 @@ NamedScene find_scene(std::span<const BuiltinScene> table, std::string_view pref
     found.params[pair.substr(0, equals)] = parse_scene_param(pair.substr(equals + 1), where);
   }
   return found;
-}
-
-std::string extension_of(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 Scene load_file(const std::string& path, const Location& where, const SceneReading& reading) {

@@ -1,6 +1,7 @@
 #include "framework/io/text.h"
 
 #include "framework/core/memory.h"
+#include "framework/io/gzip.h"
 
 #include <fmt/format.h>
 
@@ -68,8 +69,7 @@ std::string read_file(const std::string& path) {
     }
     if (used == bytes.size()) bytes.resize(2 * used);
   }
-  if (bytes.starts_with("\x1f\x8b")) throw Error(fmt::format("'{}' is gzip-compressed: decompress it first", path));
-  return bytes;
+  return is_gzip(bytes) ? gunzip(bytes, path) : bytes;
 }
 
 Location location_at(const std::string& file, std::string_view text, std::size_t offset) {

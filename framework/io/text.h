@@ -11,8 +11,8 @@
 
 namespace etendue {
 
-// The bytes of a regular file. Throws Error when it is missing, unreadable, gzip-compressed, no regular file (a FIFO, a device
-// or a socket is never waited for) or larger than the memory that is free.
+// The bytes of a regular file, decompressed where gzip compressed it. Throws Error when it is missing, unreadable, no regular
+// file (a FIFO, a device or a socket is never waited for) or larger than the memory that is free.
 std::string read_file(const std::string& path);
 
 // The place of a byte of `text`, counted in lines that end with \n, \r\n or \r.

@@ -210,7 +210,7 @@ TEST(Pbrt, UnreadParametersAreErrors) {
 }
 
 TEST(Pbrt, UnsupportedThingsAreNamed) {
-  EXPECT_ERROR(world("Shape \"nurbs\""), "s.pbrt:3:7: unknown shape 'nurbs'; available: trianglemesh plymesh");
+  EXPECT_ERROR(world("Shape \"torus\""), "s.pbrt:3:7: unknown shape 'torus'; available: trianglemesh plymesh");
   EXPECT_ERROR(world("AreaLightSource \"diffuse\" Shape \"sphere\" \"float alpha\" 0.5"), "a light that is half transparent");
   EXPECT_ERROR(world("Shape \"sphere\" \"float shadowalpha\" 0.5"), "'shadowalpha' that is not 'alpha' is not supported");
   EXPECT_ERROR(world("Material \"subsurfac\""), "unknown material 'subsurfac'; did you mean 'subsurface'");

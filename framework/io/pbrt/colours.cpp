@@ -78,7 +78,7 @@ std::vector<std::string> spectrum_names(ColourUse use) {
 }  // namespace
 
 Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
-  const bool is_file = param.strings.size() == 1 && param.numbers.empty() && param.strings[0].ends_with(".spd");
+  const bool is_file = param.strings.size() == 1 && param.numbers.empty() && param.strings[0].find('.') != std::string::npos;
   const SceneFiles::File file = is_file ? files_->read(param.strings[0], *file_, where(param.name)) : SceneFiles::File{};
   try {
     if (is_file) return to_rgb(parse_spectrum(file.bytes, file.path), use);

@@ -7,9 +7,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace etendue {
 
 namespace {
+
+using glm::dvec4;
 
 // The control points of each segment of a B-spline as those of a Bezier curve.
 std::vector<vec3> bezier_of_spline(const vec3* p, int degree) {
@@ -27,7 +31,86 @@ void append(TriangleMesh& all, const TriangleMesh& some) {
   for (const uvec3& t : some.triangles) all.triangles.push_back(t + before);
 }
 
+// One direction of a NURBS surface.
+struct KnotVector {
+  int degree = 1;
+  std::vector<float> knots;
+  float from = 0, to = 1;
+
+  struct Value {
+    dvec4 point, slope;
+  };
+  // De Boor's algorithm; `control(i)` is homogeneous, and so is the value.
+  template <class Control>
+  Value at(float share, const Control& control) const {
+    const double t = glm::mix(static_cast<double>(from), static_cast<double>(to), static_cast<double>(share));
+    const int last = static_cast<int>(knots.size()) - degree - 2;  // control point
+    const auto above = std::upper_bound(knots.begin() + degree + 1, knots.begin() + last + 1, t);
+    const int span = static_cast<int>(above - knots.begin()) - 1;
+    std::vector<dvec4> d;
+    for (int i = 0; i <= degree; ++i) d.push_back(control(span - degree + i));
+    dvec4 slope(0);
+    for (int round = 1; round <= degree; ++round)
+      for (int i = degree; i >= round; --i) {
+        const double low = knots[static_cast<std::size_t>(span - degree + i)],
+                     width = knots[static_cast<std::size_t>(span + 1 + i - round)] - low;
+        const auto at = static_cast<std::size_t>(i);
+        if (round == degree && width > 0) slope = (d[at] - d[at - 1]) * (degree / width);
+        d[at] = width > 0 ? glm::mix(d[at - 1], d[at], (t - low) / width) : d[at];
+      }
+    return {d[static_cast<std::size_t>(degree)], slope};
+  }
+};
+
+KnotVector read_knots(const PbrtParams& params, const std::string& letter, int points) {
+  const int order = params.integer(letter + "order", 0, 0, 32);
+  if (order < 2 || order > points)
+    params.fail(letter + "order", fmt::format("is {}; expected 2 to the number of points, {}", order, points));
+  KnotVector v{.degree = order - 1, .knots = params.numbers(letter + "knots")};
+  const auto wanted = static_cast<std::size_t>(points + order);
+  if (v.knots.size() != wanted || !std::is_sorted(v.knots.begin(), v.knots.end()))
+    params.fail(letter + "knots",
+                fmt::format("has {} numbers; expected {}, none below the one before", v.knots.size(), wanted));
+  const float first = v.knots[static_cast<std::size_t>(order) - 1], last = v.knots[static_cast<std::size_t>(points)];
+  v.from = params.number(letter + "0", first, first, last);
+  v.to = params.number(letter + "1", last, first, last);
+  if (!(v.from < v.to)) params.fail(letter + "1", "leaves nothing of the surface");
+  return v;
+}
+
 }  // namespace
+
+// Control points row by row, `P`, or with their weights, `Pw`.
+void PbrtReader::nurbs(const PbrtParams& params) {
+  const int columns = params.integer("nu", 0, 0, 65536), rows = params.integer("nv", 0, 0, 65536);
+  const KnotVector u = read_knots(params, "u", columns), v = read_knots(params, "v", rows);
+  const auto count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  std::vector<dvec4> points;
+  for (const vec3& p : params.points3("P")) points.emplace_back(p, 1);
+  const std::vector<float> weighted = params.numbers("Pw");
+  for (std::size_t i = 0; i + 3 < weighted.size(); i += 4)
+    points.emplace_back(weighted[i], weighted[i + 1], weighted[i + 2], weighted[i + 3]);
+  if (points.size() != count)
+    params.fail("P", fmt::format("has {} points; expected nu times nv, {} x {}, or as many of four numbers as 'Pw'",
+                                 points.size(), columns, rows));
+  if (!std::all_of(points.begin(), points.end(), [](const dvec4& p) { return p.w > 0; }))
+    params.fail("Pw", "has a weight that is not above 0");
+  const auto at = [&](float x, float y) {
+    const auto along_u = [&](int j) {
+      return u.at(x, [&](int i) { return points[static_cast<std::size_t>(j) * columns + static_cast<std::size_t>(i)]; });
+    };
+    const auto over = v.at(y, [&](int j) { return along_u(j).point; });
+    const dvec4 slope_u = v.at(y, [&](int j) { return along_u(j).slope; }).point;
+    const dvec3 position = dvec3(over.point) / over.point.w;
+    const auto tangent = [&](const dvec4& slope) { return (dvec3(slope) - slope.w * position) / over.point.w; };
+    return PatchPoint{vec3(position), vec3(glm::cross(tangent(slope_u), tangent(over.slope)))};
+  };
+  const int cells = unless_fuzzed(64, 3);
+  TriangleMesh mesh = tessellate({at, cells, cells});
+  for (vec2& uv : mesh.uvs) uv = glm::mix(vec2(u.from, v.from), vec2(u.to, v.to), uv);
+  if (mesh.triangles.empty()) return warn(params.where(), params.owner() + ": has no extent and is left out");
+  place(std::move(mesh), params, params.owner());
+}
 
 void PbrtReader::subdivided_mesh(const PbrtParams& params) {
   const int levels = params.integer("levels", params.integer("nlevels", 3, 0, 12), 0, 12);
@@ -112,7 +195,7 @@ void PbrtReader::bilinear_mesh(const PbrtParams& params) {
   if (params.has("emissionfilename"))
     params.approximate("emissionfilename", "the radiance of an area light is constant", "the same radiance all over");
   if (mesh.triangles.empty()) return warn(params.where(), params.owner() + ": has no extent and is left out");
-  place(std::move(mesh), params, params.owner());
+  place(std::move(mesh), params, params.owner(), indices.size() / 4);
 }
 
 // Over the unit square, with heights Pz row by row.

@@ -49,6 +49,20 @@ vec3 unit_direction(const PbrtParams& params, const Transform& t, const vec3& fr
   return vec3(direction / length);
 }
 
+// What pbrt-v4 takes for the illuminance of a surface that faces +z: half of what the upper half of the map brings it.
+double illuminance_of(const EnvironmentLight& map) {
+  double sum = 0;
+  for (int y = 0; y < map.size.y; ++y) {
+    const double theta = pi * (y + 0.5) / map.size.y;
+    if (theta >= 0.5 * pi) break;
+    double row = 0;
+    for (int x = 0; x < map.size.x; ++x)
+      row += luminance(map.texels[static_cast<std::size_t>(y) * map.size.x + static_cast<std::size_t>(x)]);
+    sum += std::cos(theta) * std::sin(theta) * row;
+  }
+  return 0.5 * sum * (pi / map.size.y) * (2 * pi / map.size.x);
+}
+
 }  // namespace
 
 void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
@@ -56,10 +70,13 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
   const std::string type = expect_string(lexer, "AreaLightSource");
   require_known("AreaLightSource", "area light", type, where);
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
-  Rgb radiance = emitted(params, "L");
+  Rgb radiance = emitted(params, "L", "power");
   const std::uint32_t texture = params.has("filename") ? image_of_light(lexer, params, radiance) : no_id;
   attributes_.glow = ShapeLook::Glow{radiance, params.boolean("twosided", false), texture};
   if (is_black(radiance)) attributes_.glow.reset();
+  attributes_.glows_by_power = params.number("power", -1) > 0;
+  if (attributes_.glows_by_power && texture != no_id)
+    params.fail("power", "beside 'filename' is not supported: give the light's 'L' itself");
   params.ignore({"samples", "nsamples"});
   params.finish();
 }
@@ -181,7 +198,7 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
   if (version4 && params.has("mapname")) params.fail("mapname", "cannot stand beside 'filename'");
   if (version4 && params.has("L")) params.fail("L", "cannot stand beside 'filename'");
   const bool constant = !version4 && !params.has("mapname");
-  EnvironmentLight light{.scale = emitted(params, "L", constant ? "illuminance" : "", pi),
+  EnvironmentLight light{.scale = emitted(params, "L", "illuminance", pi),
                          .size = ivec2(0),
                          .texels = {},
                          .light_to_world = constant ? Transform() : ctm()};
@@ -210,6 +227,12 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
   for (Rgb& texel : light.texels) {
     least = std::min({least, texel.x, texel.y, texel.z});
     texel = glm::max(texel, Rgb(0));
+  }
+  if (params.has("illuminance")) {
+    const double own = illuminance_of(light);
+    if (!(own > 0)) params.fail("illuminance", fmt::format("cannot be that of '{}', which is black above", file));
+    light.scale *= static_cast<float>(pi / own);
+    if (!is_finite(light.scale)) params.fail("illuminance", "leaves the range of single precision");
   }
   if (least < 0)
     warn(params.where(param), fmt::format("'{}' falls to {:.4g}: no light is negative, clamped to 0", file, least));

@@ -82,6 +82,8 @@ void PbrtReader::make_nearest(const std::string& type, const PbrtParams& params,
     entry.material = make_transmitting(params, type == "translucent", entry);
   } else if (type == "coatedconductor") {
     entry.material = make_coated_conductor(params);
+  } else if (type == "disney") {
+    entry.material = make_disney(params, entry);
   } else if (type == "thindielectric") {
     entry.material = make_thin_dielectric(params);
   } else if (type == "subsurface" || type == "kdsubsurface") {
@@ -166,6 +168,26 @@ Material PbrtReader::make_uber(const PbrtParams& params, MaterialEntry& entry) {
 Material PbrtReader::make_substrate(const PbrtParams& params, MaterialEntry& entry) {
   const float strength = specular_strength(params, "Ks", 0.5f);
   return make_coated(params, "Kd", Rgb(0.5f), index_of_reflectance(strength), isotropic_alpha(params, 0.1f, true), entry);
+}
+
+// Of its lobes the one with most weight: metal, rough glass, or the diffuse one under its dielectric coat.
+Material PbrtReader::make_disney(const PbrtParams& params, MaterialEntry& entry) {
+  const bool metallic = number(params, "metallic", 0, 0, 1) > 0.5f, glassy = number(params, "spectrans", 0, 0, 1) > 0.5f;
+  const float eta = refractive_index(params, 1.0001f), alpha = std::max(square(number(params, "roughness", 0.5f, 0, 1)), 1e-3f);
+  approximate(params.where(), "material \"disney\" is not supported",
+              metallic ? "metal alone"
+              : glassy ? "rough glass alone"
+                       : "a diffuse base under a rough dielectric coat");
+  const auto base = [&] { return colour(params, "color", Rgb(0.5f), ColourUse::reflectance); };
+  Material material;
+  if (metallic)
+    material = metal_of(base(), vec2(alpha));
+  else if (glassy)
+    material = Dielectric{.eta = eta, .alpha = alpha, .transmit_tint = glm::sqrt(base())};
+  else
+    material = make_coated(params, "color", Rgb(0.5f), eta, alpha, entry);
+  params.ignore_all();
+  return material;
 }
 
 Material PbrtReader::make_transmitting(const PbrtParams& params, bool version3, MaterialEntry& entry) {

@@ -61,6 +61,7 @@ class PbrtReader {
     bool reverse_orientation = false;
     std::uint32_t material = 0;  // index into materials_
     std::optional<ShapeLook::Glow> glow;
+    bool glows_by_power = false;  // the glow's radiance is then the power of each of pbrt's shapes
   };
   enum class Block : std::uint8_t { attribute, transform, object };
   struct Saved {
@@ -186,18 +187,22 @@ class PbrtReader {
   void curve(const PbrtParams& params);
   void bilinear_mesh(const PbrtParams& params);
   void height_field(const PbrtParams& params);
+  void nurbs(const PbrtParams& params);
   float constant_opacity(const PbrtParams& params);
   // Of what varies. Both may change the mesh: holes are cut into it where rays cannot be asked, and it gets coordinates.
   std::uint32_t add_mask(const PbrtParams& params, TriangleMesh& mesh, float constant);
   Field opacity_field(const PbrtParams& params, TextureEntry* alpha);
   TextureEntry* varying_alpha(const PbrtParams& params);
   std::uint32_t constant_mask(float opacity);
-  void place(TriangleMesh mesh, const PbrtParams& params, const std::string& name);
+  // `shapes`: how many pbrt makes of it; 0: one for each triangle.
+  void place(TriangleMesh mesh, const PbrtParams& params, const std::string& name, std::size_t shapes = 0);
   void place(const Quadric& quadric, const SurfacePatch& patch, const PbrtParams& params);
   // `patch`: where the surface is at (u, v), in the shape's own space; empty of meshes.
   void place_patch(const SurfacePatch& patch, const PbrtParams& params);
   bool glows_by_image() const;
   ShapeLook look(const PbrtParams& params, bool flip_normal, std::uint32_t material, std::uint32_t mask);
+  void spread_power(ShapeLook& look, double area, std::size_t shapes) const;
+  void spread_power(ShapeLook& look, const TriangleMesh& mesh, const PbrtParams& params, std::size_t shapes);
   std::uint32_t material_on(TriangleMesh& mesh, const PbrtParams& params);
   std::uint32_t baked_over_uv(const Field& field, Baked values, const TriangleMesh& mesh);
   std::uint32_t material_in_atlas(const MaterialEntry& entry, TriangleMesh& mesh, const PbrtParams& params);
@@ -228,6 +233,7 @@ class PbrtReader {
   float specular_strength(const PbrtParams& params, std::string_view name, float otherwise);
   Material make_uber(const PbrtParams& params, MaterialEntry& entry);
   Material make_substrate(const PbrtParams& params, MaterialEntry& entry);
+  Material make_disney(const PbrtParams& params, MaterialEntry& entry);
   Material make_transmitting(const PbrtParams& params, bool version3, MaterialEntry& entry);
   Material make_coated_conductor(const PbrtParams& params);
   Material make_thin_dielectric(const PbrtParams& params);

@@ -1,5 +1,6 @@
 // Shapes, objects and instances. Shapes are placed in their object's space when they are read.
 
+#include "framework/io/gzip.h"
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/smf.h"
@@ -9,9 +10,6 @@
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
-
-#include <cctype>
-#include <filesystem>
 
 namespace etendue {
 
@@ -50,6 +48,8 @@ void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
     bilinear_mesh(params);
   else if (type == "heightfield")
     height_field(params);
+  else if (type == "nurbs")
+    nurbs(params);
   else if (const auto quadric = read_quadric(type, params); quadric->whole)
     place(*quadric->whole, quadric->patch, params);
   else
@@ -94,8 +94,7 @@ void PbrtReader::mesh_file(PbrtLexer& lexer, const PbrtParams& params) {
   params.approximate("displacement", "surfaces are not displaced", "the mesh without its fine relief");
   params.ignore({"displacement.edgelength", "edgelength"});
   const SceneFiles::File read = files_.read(file, *lexer.file(), params.where("filename"));
-  std::string extension = std::filesystem::path(file).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = extension_of(file);
   try {
     place(extension == ".obj"   ? parse_obj(read.bytes, read.path)
           : extension == ".smf" ? parse_smf(read.bytes, read.path)
@@ -117,6 +116,30 @@ ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal, std::uint
     glow.reset();
   }
   return {material, flip_normal, glow, mask};
+}
+
+// Of a light that states its power: the radiance of all of its area.
+void PbrtReader::spread_power(ShapeLook& look, double area, std::size_t shapes) const {
+  if (!look.glow || !attributes_.glows_by_power) return;
+  look.glow->radiance *= static_cast<float>(static_cast<double>(shapes) / (pi * area * (look.glow->two_sided ? 2 : 1)));
+}
+
+void PbrtReader::spread_power(ShapeLook& look, const TriangleMesh& mesh, const PbrtParams& params, std::size_t shapes) {
+  if (!look.glow || !attributes_.glows_by_power) return;
+  double sum = 0, most = 0;
+  for (const uvec3& t : mesh.triangles) {
+    const auto& p = mesh.positions;
+    const double area = 0.5 * glm::length(glm::cross(dvec3(p[t[1]] - p[t[0]]), dvec3(p[t[2]] - p[t[0]])));
+    sum += area;
+    most = std::max(most, area);
+  }
+  const auto triangles = static_cast<double>(mesh.triangles.size());
+  if (shapes != 1 && most > 1.001 * sum / triangles)
+    approximate(params.where(), params.owner() + ": each of its triangles is a light of the same 'power'",
+                "the same radiance all over, which adds up to as much");
+  spread_power(look, sum, shapes == 0 ? mesh.triangles.size() : shapes);
+  if (!is_finite(look.glow->radiance) || max_component(look.glow->radiance) > brightest)
+    throw Error(params.where(), fmt::format("{}: the radiance of its 'power' is beyond {:g}", params.owner(), brightest));
 }
 
 // Over the mesh's range of (u, v); an image that another shape has already serves again.
@@ -176,7 +199,7 @@ std::uint32_t PbrtReader::material_on(TriangleMesh& mesh, const PbrtParams& para
                              .texture = heights ? baked_over_uv(heights, Baked::heights, mesh) : entry.relief.texture});
 }
 
-void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::string& name) {
+void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::string& name, std::size_t shapes) {
   const float opacity = constant_opacity(params);
   if (opacity == 0) return;
   const Transform& t = ctm();
@@ -194,13 +217,14 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   const std::uint32_t material = material_on(mesh, params);
   const std::size_t triangles = mesh.triangles.size();
   Definition& definition = open_definition_ ? *open_definition_ : world_;
-  const std::uint64_t invalid =
-      definition.parts[0].builder.add(std::move(mesh), look(params, reverse != t.swaps_handedness(), material, mask));
+  ShapeLook appearance = look(params, reverse != t.swaps_handedness(), material, mask);
+  spread_power(appearance, mesh, params, shapes);
+  const std::uint64_t invalid = definition.parts[0].builder.add(std::move(mesh), appearance);
   left_out_.add(params.where().text() + ": " + name, triangles, invalid);
 }
 
 void PbrtReader::place_patch(const SurfacePatch& patch, const PbrtParams& params) {
-  place(tessellate(patch), params, params.owner());
+  place(tessellate(patch), params, params.owner(), 1);
 }
 
 void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const PbrtParams& params) {
@@ -215,7 +239,7 @@ void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const 
     return place_patch(patch, params);
   const float opacity = constant_opacity(params);
   if (opacity == 0) return;
-  const ShapeLook appearance =
+  ShapeLook appearance =
       look(params, attributes_.reverse_orientation, scene_material(attributes_.material), constant_mask(opacity));
   Definition& definition = open_definition_ ? *open_definition_ : world_;
   std::optional<Quadric> placed;
@@ -225,6 +249,7 @@ void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const 
     throw Error(params.where(), fmt::format("{}: {}", params.owner(), e.what()));
   }
   if (placed) {
+    spread_power(appearance, quadric_area(*placed), 1);
     definition.parts[0].builder.add(*placed, appearance);
     return;
   }

@@ -30,6 +30,7 @@ constexpr PbrtSupport supported[] = {
     {"Shape", "curve", "ribbons and cylinders: meshes of 48 cells along each segment; flat ones approximated: tubes"},
     {"Shape", "bilinearmesh", "as it is where flat; bent patches have 16 x 16 cells"},
     {"Shape", "heightfield", "as it is"},
+    {"Shape", "nurbs", "a mesh of 64 x 64 cells"},
 
     {"Material", "diffuse", "as it is"},
     {"Material", "matte", "as it is; with sigma approximated: diffuse with the albedo of [OrenNayar1994]"},
@@ -55,6 +56,7 @@ constexpr PbrtSupport supported[] = {
     {"Material", "coatedconductor",
      "approximated: a conductor that reflects as much straight on, as rough as the rougher layer"},
     {"Material", "kdsubsurface", "like subsurface"},
+    {"Material", "disney", "approximated: metal, rough glass, or a coated diffuse surface, whichever has most weight"},
     {"Material", "hair", "approximated: diffuse of its colour"},
     {"Material", "thindielectric", "approximated: light passes straight, dimmed; nothing is mirrored"},
     {"Material", "measured", half_grey},
@@ -74,6 +76,7 @@ constexpr PbrtSupport supported[] = {
     {"Texture", "wrinkled", place_baked},
     {"Texture", "windy", place_baked},
     {"Texture", "marble", place_baked},
+    {"Texture", "directionmix", place_baked},
     {"Texture", "ptex", "approximated: grey of 0.5"},
 
     {"LightSource", "point", "as it is; power"},

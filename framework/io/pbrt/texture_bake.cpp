@@ -48,12 +48,16 @@ Rgb baked(const TextureField& field, Baked values, const TexturePlace& place) {
 void bake_triangle(const FieldToBake& what, const TriangleMesh& mesh, const Cell& cell, std::size_t k, ImageTexture& image) {
   const uvec3 t = mesh.triangles[k];
   const ivec2 corner = cell.corner(static_cast<std::uint32_t>(k));
+  const auto& p = mesh.positions;
+  const vec3 across = glm::cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+  const float area = glm::length(across);
+  const vec3 normal = area > 0 && std::isfinite(area) ? across / area : vec3(0, 0, 1);
   for (int j = 0; j < cell.side; ++j)
     for (int i = 0; i < cell.side; ++i) {
       if (cell.is_upper(i, j) != (k % 2 == 1)) continue;
       const vec2 b = cell.legs_at(i, j);
       const float w[3] = {1 - b.x - b.y, b.x, b.y};
-      TexturePlace place{vec2(0), vec3(0)};
+      TexturePlace place{vec2(0), vec3(0), normal};
       for (int c = 0; c < 3; ++c) {
         place.uv += w[c] * mesh.uv(t, c);
         place.position += w[c] * mesh.positions[t[c]];

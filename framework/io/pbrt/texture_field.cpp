@@ -1,6 +1,7 @@
 #include "framework/io/pbrt/texture_field.h"
 
 #include "framework/core/fuzzing.h"
+#include "framework/core/sampling.h"
 #include "framework/io/pbrt/noise.h"
 
 #include <fmt/format.h>
@@ -172,6 +173,19 @@ Field checkerboard_field(const PbrtParams& params, const Transform& to_world, bo
   return std::make_shared<const TextureField>(std::move(field));
 }
 
+Field direction_mix_field(const PbrtParams& params, const Transform& to_world, const ReadOperand& operand) {
+  const vec3 direction = to_world.vector(params.point("dir", {0, 1, 0}));
+  const float length = glm::length(direction);
+  if (!(length > 0) || !std::isfinite(length)) params.fail("dir", "has no direction");
+  TextureField field = *combined_field(params, {operand("tex1", Rgb(0)), operand("tex2", Rgb(1))},
+                                       [unit = direction / length](const TexturePlace& place, std::span<const Field> f) {
+                                         return glm::mix(f[1]->at(place), f[0]->at(place),
+                                                         std::min(std::abs(glm::dot(place.normal, unit)), 1.0f));
+                                       });
+  field.uses_position = true;
+  return std::make_shared<const TextureField>(std::move(field));
+}
+
 Field image_field(ImageTexture image, const TextureMapping& mapping) {
   const vec2 texels = vec2(image.size) * (mapping.is_uv() ? glm::abs(mapping.scale) : vec2(1));
   image.uv_scale = vec2(1);
@@ -188,7 +202,8 @@ Rgb mean_of(const Field& field) {
   for (int j = 0; j < side; ++j)
     for (int i = 0; i < side; ++i) {
       const vec2 uv((static_cast<float>(i) + 0.5f) / side, (static_cast<float>(j) + 0.5f) / side);
-      const Rgb value = field->at({uv, 16.0f * vec3(uv, uv.x + uv.y)});
+      const vec3 normal = sample_unit_sphere(uv);
+      const Rgb value = field->at({uv, 16.0f * vec3(uv, uv.x + uv.y), normal});
       if (is_finite(value)) sum += dvec3(value);
     }
   return Rgb(sum / static_cast<double>(side * side));

@@ -13,7 +13,8 @@ namespace etendue {
 
 struct TexturePlace {
   vec2 uv;
-  vec3 position;  // in the world, or in the space of the object that is being defined
+  vec3 position;         // in the world, or in the space of the object that is being defined
+  vec3 normal{0, 0, 1};  // of the surface there, unit
 };
 
 struct TextureField {
@@ -50,6 +51,8 @@ using ReadOperand = std::function<Field(std::string_view name, const Rgb& otherw
 Field procedural_field(const std::string& type, const PbrtParams& params, const Transform& to_world, bool version3,
                        const ReadOperand& operand);
 Field checkerboard_field(const PbrtParams& params, const Transform& to_world, bool version3, const ReadOperand& operand);
+// By the angle between the surface and a direction ("directionmix").
+Field direction_mix_field(const PbrtParams& params, const Transform& to_world, const ReadOperand& operand);
 // An image under any mapping.
 Field image_field(ImageTexture image, const TextureMapping& mapping);
 

@@ -1,6 +1,7 @@
 // Textures. What is constant becomes a colour as it is read; images and checkerboards over (u, v) are kept as they are; all
 // else becomes a field, which is baked for each shape.
 
+#include "framework/io/image/gamma.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/text.h"
 
@@ -13,11 +14,17 @@ namespace etendue {
 
 namespace {
 
-Encoding read_encoding(const PbrtParams& params) {
+// 0: sRGB. Files of floats are linear in any case.
+float read_gamma(const PbrtParams& params) {
   const std::string encoding = params.string("encoding", params.boolean("gamma", true) ? "sRGB" : "linear");
-  if (encoding != "sRGB" && encoding != "linear")
-    params.fail("encoding", fmt::format("is '{}'; expected sRGB or linear", encoding));
-  return encoding == "linear" ? Encoding::linear : Encoding::srgb;
+  if (encoding == "sRGB") return 0;
+  if (encoding == "linear") return 1;
+  WordReader words(encoding);
+  const bool named = words.word() == "gamma";
+  const auto gamma = parse_number(words.word());
+  if (!named || !gamma || !(*gamma >= 0.1 && *gamma <= 10))
+    params.fail("encoding", fmt::format("is {}; expected sRGB, linear or gamma with a number of 0.1 to 10", quote(encoding)));
+  return static_cast<float>(*gamma);
 }
 
 Wrap read_wrap(const PbrtParams& params) {
@@ -127,14 +134,14 @@ PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::s
   if (type == "checkerboard") return checker_texture(params, textures);
   if (type == "scale") return scaled_texture(params, textures);
   if (type == "mix") return mixed_texture(params, textures);
+  const auto of = [&](std::string_view name, const Rgb& otherwise) { return field_operand(params, name, otherwise, textures); };
+  if (type == "directionmix") return {direction_mix_field(params, ctm(), of)};
   if (type == "ptex") {
     approximate(params.where(), "texture \"ptex\" is not supported", "grey of 0.5");
     params.ignore_all();
     return {Rgb(0.5f)};
   }
-  return {procedural_field(type, params, ctm(), version3_, [&](std::string_view name, const Rgb& otherwise) {
-    return field_operand(params, name, otherwise, textures);
-  })};
+  return {procedural_field(type, params, ctm(), version3_, of)};
 }
 
 PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
@@ -150,8 +157,10 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
                        .gain = params.number("scale", 1, 0),
                        .wrap_u = wrap,
                        .wrap_v = wrap};
-  const Encoding encoding = read_encoding(params);
-  RgbImage image = files_.image(file, *lexer.file(), params.where("filename"), encoding);
+  const float gamma = read_gamma(params);
+  const Location named = params.where("filename");
+  RgbImage image = files_.image(file, *lexer.file(), named, gamma == 0 ? Encoding::srgb : Encoding::linear);
+  if (gamma != 0 && gamma != 1 && !holds_floats(files_.read(file, *lexer.file(), named).bytes)) decode_gamma(image, gamma);
   warn_of_not_finite(image, params.where("filename"), file);
   if (params.string("filter", "bilinear") == "point")
     if (const int times = repeat_texels(image, params.where("filter")); times < 16)
