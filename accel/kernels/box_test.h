@@ -90,11 +90,13 @@ class BoxTest {
     far = smaller(y_.far(plane(places_.far[1])), far);
     far = smaller(z_.far(plane(places_.far[2])), far);
   }
-  // A bit per lane that the ray meets before `limit`; `near`: where it enters.
+  // A bit per lane that the ray meets before `limit`; `near`: where it enters, infinite where it does not.
   template <class Plane>
   [[gnu::always_inline]] unsigned met(const Plane& plane, Lanes limit, Lanes& near) const {
     interval(plane, near, limit);
-    return less_equal(near, limit);
+    const unsigned met = less_equal(near, limit);
+    near = infinite_above(near, limit);
+    return met;
   }
 
  private:

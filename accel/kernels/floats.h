@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 #if defined(__x86_64__)
@@ -123,6 +124,9 @@ struct Floats {
   friend Floats operator/(const Floats& a, const Floats& b) { return {a.low / b.low, a.high / b.high}; }
   friend Floats larger(const Floats& a, const Floats& b) { return {larger(a.low, b.low), larger(a.high, b.high)}; }
   friend Floats smaller(const Floats& a, const Floats& b) { return {smaller(a.low, b.low), smaller(a.high, b.high)}; }
+  friend Floats infinite_above(const Floats& a, const Floats& b) {
+    return {infinite_above(a.low, b.low), infinite_above(a.high, b.high)};
+  }
   friend unsigned less(const Floats& a, const Floats& b) { return less(a.low, b.low) | less(a.high, b.high) << half; }
   friend unsigned less_equal(const Floats& a, const Floats& b) {
     return less_equal(a.low, b.low) | less_equal(a.high, b.high) << half;
@@ -153,6 +157,10 @@ requires(width <= widest) struct Floats<width, widest> {
   friend Floats operator/(Floats a, Floats b) { return {a.v / b.v}; }
   friend Floats larger(Floats a, Floats b) { return {a.v > b.v ? a.v : b.v}; }
   friend Floats smaller(Floats a, Floats b) { return {a.v < b.v ? a.v : b.v}; }
+  // The first where it is at most the second, else infinity.
+  friend Floats infinite_above(Floats a, Floats b) {
+    return {a.v <= b.v ? a.v : set(std::numeric_limits<float>::infinity()).v};
+  }
   friend unsigned less(Floats a, Floats b) { return less_bits(a.v, b.v); }
   friend unsigned less_equal(Floats a, Floats b) { return less_equal_bits(a.v, b.v); }
   friend unsigned equal(Floats a, Floats b) { return equal_bits(a.v, b.v); }

@@ -27,28 +27,38 @@ struct Avx2 : Simd<8> {
   [[gnu::always_inline]] static __m256i order_of(unsigned mask) {
     return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(&lanes_set[mask])));
   }
-  [[gnu::always_inline]] static __m256i candidates(__m256 entries, unsigned met, int first) {
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-    const __m256i keys = _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(entries), _mm256_set1_epi32(~15)),
-                                         _mm256_add_epi32(lane, _mm256_set1_epi32(first)));
-    const __m256i none =
-        _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(met)), bit), _mm256_setzero_si256());
-    return _mm256_or_si256(keys, _mm256_srli_epi32(none, 1));
+  // Entries are not negative, so they order as integers; the lane stands in the last bits, which no order of visits misses.
+  [[gnu::always_inline]] static __m256i keys(__m256 entries, int first) {
+    const __m256i lanes = _mm256_add_epi32(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_set1_epi32(first));
+    return _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(entries), _mm256_set1_epi32(~15)), lanes);
   }
-  [[gnu::always_inline]] static int least(__m256i eight) {
+  // In each lane.
+  [[gnu::always_inline]] static __m128i least(__m256i eight) {
     __m128i four = _mm_min_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
     four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(1, 0, 3, 2)));
-    four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(2, 3, 0, 1)));
-    return _mm_cvtsi128_si32(four) & 15;
+    return _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(2, 3, 0, 1)));
+  }
+  [[gnu::always_inline]] static __m256i without(__m256i keys, __m256i least) {
+    return _mm256_or_si256(keys, _mm256_srli_epi32(_mm256_cmpeq_epi32(keys, least), 1));
   }
   template <int width, class Lanes>
-  [[gnu::always_inline]] static int nearest(const Lanes& entries, unsigned met) {
-    if constexpr (width == 16)
-      return least(_mm256_min_epi32(candidates(entries.low.v, met, 0), candidates(entries.high.v, met >> 8, 8)));
-    else if constexpr (width == 8)
-      return least(candidates(entries.v, met, 0));
-    else
-      return Simd<8>::nearest<width>(entries, met);
+  [[gnu::always_inline]] static NearestTwo nearest_two(const Lanes& entries) {
+    if constexpr (width == 4) {
+      return Simd<8>::nearest_two<width>(entries);
+    } else {
+      __m256i low, high;
+      if constexpr (width == 16) {
+        low = keys(entries.low.v, 0);
+        high = keys(entries.high.v, 8);
+      } else {
+        low = high = keys(entries.v, 0);
+      }
+      const __m128i first = least(_mm256_min_epi32(low, high));
+      const __m256i taken = _mm256_broadcastd_epi32(first);
+      const __m128i second = least(_mm256_min_epi32(without(low, taken), without(high, taken)));
+      return {_mm_cvtsi128_si32(first) & (width - 1), _mm_cvtsi128_si32(second) & (width - 1),
+              _mm_cvtss_f32(_mm_castsi128_ps(_mm_andnot_si128(_mm_set1_epi32(15), second)))};
+    }
   }
 
   static Waiting* stack_eight(const WideRef* children, __m256 entries, unsigned lanes, Waiting* top) {

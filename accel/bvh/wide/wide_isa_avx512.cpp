@@ -48,20 +48,27 @@ struct Avx512 : Simd<16> {
     return size;
   }
 
+  // The least of sixteen, in each lane.
+  static __m128i least(__m512i sixteen) {
+    const __m256i eight = _mm256_min_epi32(_mm512_castsi512_si256(sixteen), _mm512_extracti64x4_epi64(sixteen, 1));
+    __m128i four = _mm_min_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
+    four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(1, 0, 3, 2)));
+    return _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(2, 3, 0, 1)));
+  }
   template <int width, class Lanes>
-  static int nearest(const Lanes& entries, unsigned met) {
+  static NearestTwo nearest_two(const Lanes& entries) {
     if constexpr (width != 16) {
-      return Simd<16>::nearest<width>(entries, met);
+      return Simd<16>::nearest_two<width>(entries);
     } else {
       // Entries are not negative, so they order as integers; the lane stands in the last bits, which no order of visits misses.
       const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
       const __m512i keys = _mm512_ternarylogic_epi32(_mm512_castps_si512(entries.v), _mm512_set1_epi32(15), lane, 0xba);
-      const __m512i candidates = _mm512_mask_mov_epi32(_mm512_set1_epi32(0x7fffffff), static_cast<__mmask16>(met), keys);
-      const __m256i eight = _mm256_min_epi32(_mm512_castsi512_si256(candidates), _mm512_extracti64x4_epi64(candidates, 1));
-      __m128i four = _mm_min_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
-      four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(1, 0, 3, 2)));
-      four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(2, 3, 0, 1)));
-      return _mm_cvtsi128_si32(four) & 15;
+      const __m128i first = least(keys);
+      const __m512i others = _mm512_mask_mov_epi32(keys, _mm512_cmpeq_epi32_mask(keys, _mm512_broadcastd_epi32(first)),
+                                                   _mm512_set1_epi32(0x7fffffff));
+      const __m128i second = least(others);
+      return {_mm_cvtsi128_si32(first) & 15, _mm_cvtsi128_si32(second) & 15,
+              _mm_cvtss_f32(_mm_castsi128_ps(_mm_andnot_si128(_mm_set1_epi32(15), second)))};
     }
   }
 

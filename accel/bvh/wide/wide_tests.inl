@@ -18,6 +18,12 @@ struct WaitingAny {
   WideRef place;
 };
 
+// The children of a node that a ray enters before its others, and no more than where it enters the second.
+struct NearestTwo {
+  int first, second;
+  float second_entry;
+};
+
 // What a traversal asks of an instruction set.
 template <int widest_register>
 struct Simd {
@@ -34,14 +40,15 @@ struct Simd {
     return mask;
   }
 
+  // Where two are met or more; of the others, entries are infinite.
   template <int width, class Floats>
-  static int nearest(const Floats& entries, unsigned met) {
+  static NearestTwo nearest_two(const Floats& entries) {
     alignas(64) float entry[width];
     entries.store(entry);
-    int best = std::countr_zero(met);
-    for (unsigned rest = met & (met - 1); rest != 0; rest &= rest - 1)
-      if (entry[std::countr_zero(rest)] < entry[best]) best = std::countr_zero(rest);
-    return best;
+    const auto first = static_cast<int>(std::min_element(entry, entry + width) - entry);
+    entry[first] = infinity;
+    const auto second = static_cast<int>(std::min_element(entry, entry + width) - entry);
+    return {first, second, entry[second]};
   }
 
   template <int width, class Floats>

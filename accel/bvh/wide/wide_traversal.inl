@@ -19,7 +19,7 @@ template <class Simd, int node_width, class Boxes>
   return true;
 }
 
-// The child that the ray enters first is `next`, the others it meets are stacked; false if it meets none.
+// The child that the ray enters first is `next`, the others it meets are stacked, the second on top; false if it meets none.
 template <class Simd, int node_width, class Boxes>
 [[gnu::always_inline]] inline bool step_down(const WideNode<node_width>& node, const NodeTest<Simd, node_width>& test,
                                              const Boxes& limit, WideRef& next, Waiting*& top) {
@@ -28,8 +28,10 @@ template <class Simd, int node_width, class Boxes>
   if (met == 0) return false;
   int first = std::countr_zero(met);
   if ((met & (met - 1)) != 0) {
-    first = Simd::template nearest<node_width>(near, met);
-    top = Simd::stack_places(node, near, met & ~(1u << first), top);
+    const auto nearest = Simd::template nearest_two<node_width>(near);
+    first = nearest.first;
+    top = Simd::stack_places(node, near, met & ~(1u << first | 1u << nearest.second), top);
+    *top++ = {node.children[nearest.second], nearest.second_entry};
   }
   next = node.children[first];
   return true;
@@ -71,99 +73,61 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
   return any_hit ? hit : placed(hit);
 }
 
-// One ray on its way through a tree.
+// A ray through a tree. What takes more than SIMD instructions comes after the inner loop, which calls nothing and so keeps its
+// vectors in registers.
 template <class Simd, bool any_hit, int node_width, class Pack, class Count>
-class Traversal {
-  using View = WideView<node_width, Pack>;
+[[gnu::always_inline]] inline Hit traverse(const WideView<node_width, Pack>& view, const Ray& ray, const RayTerms<Simd>& terms,
+                                           Count& count) {
   using Boxes = typename Simd::template Floats<node_width>;
   using Place = std::conditional_t<any_hit, WaitingAny, Waiting>;
   using Leaf = LeafQuery<Simd, Pack, any_hit, Count>;
-
- public:
-  Traversal(const View& view, const Ray& ray, const RayTerms<Simd>& terms, Count count)
-      : view_(view),
-        ray_(ray),
-        slab_(ray, terms.reciprocal, terms.negative),
-        limit_(terms.limit),
-        count_(count),
-        stack_(view.tree.depth * (node_width - 1) + node_width),
-        top_(stack_.begin()) {
-    hit_.t = farthest_hit(ray);
-  }
-
-  Hit run() {
-    count_.node();
-    const NodeTest<Simd, node_width> node_test(slab_);
-    if (!step_down(view_.tree.nodes[0], node_test, Boxes::set(limit_(hit_.t)), place_, top_)) return {};
-    prefetch(view_.tree, place_);
-    leaf_ = LeafTerms(ray_);  // while the next node is waited for; many rays meet nothing at all
-    while (go_on() && test_rare_leaves()) {
-    }
-    return any_hit ? hit_ : placed(hit_);
-  }
-
- private:
-  // Tests the leaf that go_on has come to, and those that wait right behind it. False where the ray has its answer.
-  bool test_rare_leaves() {
-    do {
-      if (Leaf::test_rare(view_, ray_, leaf_.shear, place_, hit_, count_) && any_hit) return false;
-      if (!pop(stack_.begin(), limit_(hit_.t), top_, place_)) return false;
-    } while (place_.is_leaf() && !place_.is_pack());
-    return true;
-  }
-
-  // Goes on until the ray has its answer, or to `place_`, a leaf that takes more than SIMD instructions: then true. It calls
-  // nothing and keeps all in variables of its own, for which AVX-512 has registers enough.
-  [[gnu::noinline, gnu::flatten]] bool go_on() {
-    const View& view = view_;
-    const auto& tree = view.tree;
-    const WideNode<node_width>* const nodes = tree.nodes.data();
-    const NodeTest<Simd, node_width> node_test(slab_);
-    const Leaf leaf_test(leaf_);
-    const TraversalLimit limit_beyond = limit_;
-    const float t_min = leaf_.t_min;
-    Count count = count_;
-    Hit hit = hit_;
-    Boxes far = Boxes::set(limit_beyond(hit.t));
-    Place* const bottom = stack_.begin();
-    Place* top = top_;
-    WideRef place = place_;
+  const auto& tree = view.tree;
+  const WideNode<node_width>* const nodes = tree.nodes.data();
+  const NodeTest<Simd, node_width> node_test(SlabRay(ray, terms.reciprocal, terms.negative));
+  TraversalStack<Place, 256> stack(tree.depth * (node_width - 1) + node_width);
+  Place *const bottom = stack.begin(), *top = bottom;
+  WideRef place;
+  Hit hit;
+  hit.t = farthest_hit(ray);
+  float limit = terms.limit(hit.t);
+  count.node();
+  if (!step_down(nodes[0], node_test, Boxes::set(limit), place, top)) return {};
+  prefetch(tree, place);
+  const LeafTerms leaf_terms(ray);  // while the next node is waited for; many rays meet nothing at all
+  const Leaf leaf_test(leaf_terms);
+  for (;;) {
+    Boxes far = Boxes::set(limit);
     auto outcome = Leaf::Outcome::missed;
     for (;;) {
       if (!place.is_leaf()) {
         count.node();
         if (step_down(nodes[place.node()], node_test, far, place, top)) {
           prefetch(tree, place);
+          if (!any_hit && top != bottom) prefetch(tree, top[-1].place);  // it mostly comes after that
           continue;
         }
       } else {
-        outcome = leaf_test.test_common(view, t_min, place, hit, count);
+        outcome = leaf_test.test_common(view, leaf_terms.t_min, place, hit, count);
         if (outcome == Leaf::Outcome::rare) [[unlikely]]
           break;
         if (outcome == Leaf::Outcome::found) {
-          if constexpr (any_hit) break;
-          far = Boxes::set(limit_beyond(hit.t));
+          if constexpr (any_hit) return hit;
+          limit = terms.limit(hit.t);
+          far = Boxes::set(limit);
         }
       }
-      if (!pop(bottom, limit_beyond(hit.t), top, place)) break;
+      if (!pop(bottom, limit, top, place)) break;
     }
-    hit_ = hit;
-    top_ = top;
-    place_ = place;
-    return outcome == Leaf::Outcome::rare;
+    if (outcome != Leaf::Outcome::rare) break;
+    Hit lowered = hit;  // a copy: its address goes to a call
+    const bool found = Leaf::test_rare(view, ray, leaf_terms.shear, place, lowered, count);
+    hit = lowered;
+    if (any_hit && found) break;
+    limit = terms.limit(hit.t);
+    if (!pop(bottom, limit, top, place)) break;
   }
-
-  const View& view_;
-  const Ray& ray_;
-  const SlabRay slab_;
-  const TraversalLimit limit_;
-  LeafTerms leaf_;
-  Count count_;
-  Hit hit_;
-  TraversalStack<Place, 256> stack_;
-  Place* top_;
-  WideRef place_;
-};
+  return any_hit ? hit : placed(hit);
+}
 
 // The nearest hit of a ray, or any one: then only Hit::primitive tells.
 template <class Simd, bool any_hit, int node_width, class Pack, class Count>
@@ -172,7 +136,7 @@ template <class Simd, bool any_hit, int node_width, class Pack, class Count>
   const RayTerms<Simd> terms(ray, view.extent);
   if (!terms.is_traceable) return {};
   if (has_few_packs(view.tree)) return trace_few<Simd, any_hit>(view, ray, count);
-  return Traversal<Simd, any_hit, node_width, Pack, Count>(view, ray, terms, count).run();
+  return traverse<Simd, any_hit>(view, ray, terms, count);
 }
 
 }  // namespace
