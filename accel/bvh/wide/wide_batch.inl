@@ -17,16 +17,47 @@ namespace {
 inline constexpr int runs_apart = 3;           // of packet_size rays, which go in streams after a packet near them did not pay
 inline constexpr std::uint32_t few_nodes = 2;  // that a ray visits, with which a stream does not pay
 inline constexpr std::size_t judges = 16;      // rays that tell whether those after them visit few
+inline constexpr int runs_inside = 8;          // of packet_size rays, after some of which most met the root's box
 
-// The largest side of the root's box.
+// The root's box.
 template <int node_width>
-float size_of(const WideNode<node_width>& root) {
-  vec3 size;
+Bounds box_of(const WideNode<node_width>& root) {
+  Bounds box;
   for (int axis = 0; axis < 3; ++axis) {
-    const float *const lower = root.planes[axis], *const upper = root.planes[3 + axis];
-    size[axis] = *std::max_element(upper, upper + node_width) - *std::min_element(lower, lower + node_width);
+    box.lower[axis] = *std::min_element(root.planes[axis], root.planes[axis] + node_width);
+    box.upper[axis] = *std::max_element(root.planes[3 + axis], root.planes[3 + axis] + node_width);
   }
-  return max_component(size);
+  return box;
+}
+
+// Of packet_size rays, those that may meet a box, a bit each. The others meet nothing in it: the test is that of box_test.h
+// with a ray in each lane, but that an axis along which a reciprocal is infinite restricts nothing.
+template <class Simd>
+std::uint64_t rays_meeting(const Bounds& box, std::span<const Ray> rays) {
+  using Rays = typename Simd::template Floats<16>;
+  alignas(64) float origin[3][packet_size], direction[3][packet_size], t_min[packet_size];
+  for (int i = 0; i < packet_size; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      origin[axis][i] = rays[i].origin[axis];
+      direction[axis][i] = rays[i].direction[axis];
+    }
+    t_min[i] = rays[i].t_min;
+  }
+  std::uint64_t missing = 0;
+  for (int i = 0; i < packet_size; i += 16) {
+    Rays near = Rays::load(t_min + i), far = Rays::set(infinity);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Rays from = Rays::load(origin[axis] + i), to_lower = Rays::set(box.lower[axis]) - from,
+                 to_upper = Rays::set(box.upper[axis]) - from;
+      Rays reciprocal = Rays::set(1) / Rays::load(direction[axis] + i);
+      reciprocal = reciprocal + (reciprocal - reciprocal);  // NaN where infinite
+      const Rays padded = reciprocal * Rays::set(slab_pad);
+      near = larger(smaller(to_lower * reciprocal, to_upper * reciprocal), near);
+      far = smaller(larger(to_lower * padded, to_upper * padded), far);
+    }
+    missing |= std::uint64_t{less(far, near)} << i;
+  }
+  return ~missing;
 }
 
 // Do rays start all over a scene of this size? Judged by a few of them.
@@ -70,7 +101,8 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
     for (std::size_t i = 0; i < rays.size(); ++i) answer(i, Hit{});
     return;
   }
-  const float size = size_of(view.tree.nodes[0]);
+  const Bounds box = box_of(view.tree.nodes[0]);
+  const float size = max_component(box.upper - box.lower);
   constexpr bool streams = any_hit || Simd::streams_nearest;
   using Nearest = std::conditional_t<streams, WideStream<Simd, node_width, Pack>, NoStream>;
   using Stream = std::conditional_t<any_hit, WideShadowStream<Simd, node_width, Pack>, Nearest>;
@@ -78,6 +110,7 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
   bool are_short = false;  // rays that go in no packet, as judged last
   std::size_t judged = 0;  // where to judge them next
   int unpacked = 0;        // of runs_apart, still to come
+  int inside = 0;          // of runs_inside, still to come
   for (std::size_t begin = 0; begin < rays.size();) {
     for (; begin < rays.size() && stream.size() + packet_size <= Stream::most; begin += packet_size) {
       const std::span<const Ray> some = rays.subspan(begin, std::min<std::size_t>(packet_size, rays.size() - begin));
@@ -89,6 +122,13 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
           continue;
         unpacked = runs_apart;
       }
+      std::uint64_t meeting = ~std::uint64_t{0};
+      if (inside > 0) {
+        --inside;
+      } else if (some.size() == packet_size) {
+        meeting = rays_meeting<Simd>(box, some);
+        if (std::popcount(meeting) > 3 * packet_size / 4) inside = runs_inside;
+      }
       std::size_t first = 0;
       if constexpr (any_hit) {
         stream.make_room();
@@ -99,7 +139,9 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
       }
       const bool singly = !streams || (!any_hit && (are_short || start_apart(some, size)));
       for (std::size_t i = first; i < some.size(); ++i) {
-        if (singly)
+        if ((meeting >> i & 1) == 0)
+          answer(begin + i, Hit{});
+        else if (singly)
           answer(begin + i, trace<Simd, false>(view, some[i], CountNothing()));
         else if (!stream.add(begin + i))
           answer(begin + i, Hit{});
