@@ -7,6 +7,8 @@ namespace etendue {
 namespace {
 
 constexpr double least_share = 0.01;
+constexpr float missing = 0.5f;  // of a probe: on surfaces that curve away they are somewhat off 1
+constexpr std::uint32_t never = std::numeric_limits<std::uint32_t>::max();
 constexpr int most_passed = 8;  // sheets of glass above a surface that holds photons
 
 // x = (distance / r)^2 within which a share u of the kernel's integral lies.
@@ -22,6 +24,15 @@ float kernel_quantile(Kernel kernel, float u) {
 }
 
 }  // namespace
+
+DiscCoverage::DiscCoverage(const RoughMaterials& rough_materials, const Rules& rules, ivec2 resolution, std::size_t slots)
+    : rough_materials_(rough_materials),
+      rules_(rules),
+      blocks_((resolution + block_side - 1) / block_side),
+      slots_(slots),
+      missed_(static_cast<std::size_t>(blocks_.x) * blocks_.y) {
+  for (auto& missed : missed_) missed = never;
+}
 
 float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u,
                           const NearWalls& walls) const {
@@ -51,25 +62,53 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
   return hit_x < 1 && shape > 0 ? kernel_shape(rules_.kernel, hit_x) / (shape * facing) : 0;
 }
 
-void DiscCoverage::measure(const RenderContext& context, std::size_t slot, const PhotonMap& map, const GatherPoint& at,
-                           float radius, float weight) {
-  Slot& s = slots_[slot];
-  const bool whole = s.covered >= nearly_whole * s.whole;
-  if (whole && s.probes >= 32 && s.gathers++ % 16 != 0) return;
-  const std::uint32_t probes = s.probes == 0 ? 16 : whole ? 1 : s.probes < 64 ? 4 : 2;
-  const NearWalls walls = map.near_walls(at, radius);
-  double sum = 0;
-  if (rules_.sampler == SamplerKind::sobol) {
-    const SobolPair points(context.seed, Stream::probe, slot, 0);
-    for (std::uint32_t i = 0; i < probes; ++i) sum += probe(context, at, radius, points.point(s.probes + i), walls);
-  } else {
-    for (std::uint32_t i = 0; i < probes; ++i)
-      sum +=
-          probe(context, at, radius, Sampler(rules_.sampler, context.seed, Stream::probe, slot, s.probes + i).get_2d(), walls);
+float DiscCoverage::mean_of_probes(const RenderContext& context, const PhotonMap& map, const Disc& disc,
+                                   const Points& points) const {
+  const NearWalls walls = map.near_walls(disc.at, disc.radius);
+  const SobolPair sequence(context.seed, Stream::probe, disc.slot, points.dimension);
+  float sum = 0;
+  for (std::uint32_t i = points.first; i < points.first + points.count; ++i) {
+    const auto independent = [&] {
+      return Sampler(rules_.sampler, context.seed, Stream::probe, hash_keys(disc.slot, points.dimension), i).get_2d();
+    };
+    const vec2 u = rules_.sampler == SamplerKind::sobol ? sequence.point(i) : independent();
+    sum += probe(context, disc.at, disc.radius, u, walls);
   }
-  s.probes += probes;
-  s.whole += weight;
-  s.covered += weight * sum / probes;
+  return sum / static_cast<float>(points.count);
+}
+
+// Other threads note misses of this iteration meanwhile, which do not count about their blocks yet.
+bool DiscCoverage::is_measured(const ivec2& block, std::uint32_t iteration) const {
+  if (missed_[index_of(block)].load(std::memory_order_relaxed) <= iteration) return true;
+  const ivec2 first = glm::max(block - 1, ivec2(0)), last = glm::min(block + 1, blocks_ - 1);
+  for (int y = first.y; y <= last.y; ++y)
+    for (int x = first.x; x <= last.x; ++x)
+      if (missed_[index_of({x, y})].load(std::memory_order_relaxed) < iteration) return true;
+  return false;
+}
+
+void DiscCoverage::measure(const RenderContext& context, const PhotonMap& map, std::uint32_t iteration,
+                           std::span<const Disc> discs) {
+  constexpr std::uint32_t seldom = 16;
+  static_assert(block_side * block_side == seldom);
+  for (const Disc& disc : discs) {
+    const ivec2 block = block_of(disc.pixel), place = disc.pixel - block * block_side;
+    if (is_measured(block, iteration)) continue;
+    const std::uint32_t turn = slots_[disc.slot].gathers++;
+    if (turn != 0 && (turn + place.y * block_side + place.x) % seldom != 0) continue;
+    if (mean_of_probes(context, map, disc, {1, turn, 1}) < missing)
+      missed_[index_of(block)].store(iteration, std::memory_order_relaxed);
+  }
+  for (const Disc& disc : discs) {
+    if (!is_measured(block_of(disc.pixel), iteration)) continue;
+    Slot& s = slots_[disc.slot];
+    const bool whole = s.covered >= nearly_whole * s.whole;
+    if (whole && s.probes >= 32 && s.gathers++ % seldom != 0) continue;
+    const std::uint32_t probes = s.probes == 0 ? 16 : whole ? 1 : s.probes < 64 ? 4 : 2;
+    s.whole += disc.weight;
+    s.covered += disc.weight * mean_of_probes(context, map, disc, {0, s.probes, probes});
+    s.probes += probes;
+  }
 }
 
 double DiscCoverage::correction(std::size_t slot) const {

@@ -18,12 +18,17 @@
 // passes: photons lie beneath. Surfaces that hold no photons or that the side test rejects do not count, nor what a wall hides
 // from the point.
 //
-// The probes of a pixel are points of one low-discrepancy sequence: 16 in the first pass, then one per pass. Where part of the
-// disc was found missing there are four per pass, and two from the 64th pass on; where 32 probes found all of it, one in every
-// 16th pass.
+// Where surfaces are wide, nearly all discs are whole. So a pixel's disc is tried by one probe when it is first gathered, then
+// in every 16th pass, by turns within blocks of 4 x 4 pixels; until one misses, discs count as whole. From then on the discs of
+// its block, and from the next iteration on those of the blocks about it, are measured: by points of one low-discrepancy
+// sequence, 16 in the first pass, then one per pass. Where part of the disc was found missing there are four per pass, and two
+// from the 64th pass on; where 32 probes found all of it, one in every 16th pass. What the trials found does not count, so that
+// the choice of what is measured biases nothing that is.
 #pragma once
 
 #include "integrators/photons/photon_gather.h"
+
+#include <atomic>
 
 namespace etendue {
 
@@ -35,14 +40,20 @@ class DiscCoverage {
     SamplerKind sampler = SamplerKind::sobol;
   };
 
-  DiscCoverage(const RoughMaterials& rough_materials, const Rules& rules, std::size_t slots)
-      : rough_materials_(rough_materials), rules_(rules), slots_(slots) {}
+  DiscCoverage(const RoughMaterials& rough_materials, const Rules& rules, ivec2 resolution, std::size_t slots);
 
   static constexpr float flatness = 0.2f;  // of the radius
+  static constexpr int block_side = 4;     // pixels
 
-  // The kernel's disc of one gather in a map, with the weight that its photons have in the image.
-  void measure(const RenderContext& context, std::size_t slot, const PhotonMap& map, const GatherPoint& at, float radius,
-               float weight);
+  // The kernel's disc of one gather of a pixel, with the weight that its photons have in the image.
+  struct Disc {
+    std::size_t slot;
+    ivec2 pixel;
+    GatherPoint at;
+    float radius, weight;
+  };
+  // Those of an iteration's gathers in a map, of whole blocks.
+  void measure(const RenderContext& context, const PhotonMap& map, std::uint32_t iteration, std::span<const Disc> discs);
   // The factor by which the photons' sum over all passes must be multiplied.
   double correction(std::size_t slot) const;
 
@@ -54,12 +65,23 @@ class DiscCoverage {
 
   struct Slot {
     double whole = 0, covered = 0;
-    std::uint32_t probes = 0, gathers = 0;
+    std::uint32_t probes = 0, gathers = 0;  // trials are not among the probes
   };
+  // Points `first`, `first` + 1, … of the slot's sequence `dimension`.
+  struct Points {
+    std::uint32_t dimension, first, count;
+  };
+
+  ivec2 block_of(const ivec2& pixel) const { return pixel / block_side; }
+  std::size_t index_of(const ivec2& block) const { return static_cast<std::size_t>(block.y) * blocks_.x + block.x; }
+  bool is_measured(const ivec2& block, std::uint32_t iteration) const;
+  float mean_of_probes(const RenderContext& context, const PhotonMap& map, const Disc& disc, const Points& points) const;
 
   const RoughMaterials& rough_materials_;
   Rules rules_;
+  ivec2 blocks_;
   std::vector<Slot> slots_;
+  std::vector<std::atomic<std::uint32_t>> missed_;  // by block: the first iteration in which a probe missed
 };
 
 }  // namespace etendue

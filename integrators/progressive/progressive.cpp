@@ -72,8 +72,9 @@ PhotonMap ProgressivePasses::pilot_map(const RenderContext& context) {
 
 std::unique_ptr<DiscCoverage> ProgressivePasses::make_coverage(const RenderContext& context) const {
   if (params_.edges == DiscEdges::disc) return nullptr;
-  return std::make_unique<DiscCoverage>(
-      *rough_materials_, DiscCoverage::Rules{params_.kernel, params_.side_test, params_.sampler}, states(context));
+  return std::make_unique<DiscCoverage>(*rough_materials_,
+                                        DiscCoverage::Rules{params_.kernel, params_.side_test, params_.sampler},
+                                        context.resolution, states(context));
 }
 
 InitialRadii ProgressivePasses::pilot(const RenderContext& context) {

@@ -250,21 +250,30 @@ class ProgressivePhotonMapping final : public Integrator {
 
   std::uint32_t per_pixel() const { return passes_.points().per_pixel(); }
 
-  // The pixel after `index` + 1 iterations.
-  dvec3 corrected(const RenderContext& context, ivec2 pixel, std::uint32_t index, const Radiance& radiance) {
+  void add_up(const RenderContext& context, ivec2 pixel, std::uint32_t index, const Radiance& radiance) {
     const std::size_t mine = passes_.first_state(context, pixel, index);
     const double weight = passes_.weight(context, pixel, index);
     if (is_finite(radiance.other)) totals_[mine].other += weight * dvec3(radiance.other);
     for (std::uint32_t kind = 0; kind < passes_.kinds(); ++kind)
       if (is_finite(radiance.from_photons[kind]))
         totals_[mine + kind].from_photons += weight * dvec3(radiance.from_photons[kind]);
+    if (!weights_.empty()) weights_[pixel_index(pixel, context.resolution)] += weight;
+  }
+  // Do photons bring so much of a point's light that what edges lose of it could be seen? `first`: of the point's states.
+  bool shows_photons(std::size_t state, std::size_t first) const {
+    constexpr double least_part = 0.01;
+    const auto size = [](const dvec3& light) { return glm::dot(glm::abs(light), dvec3(1)); };
+    const double photons = size(totals_[state].from_photons);
+    return photons > 0 && photons >= least_part * size(totals_[first].other);
+  }
+  // The pixel after `index` + 1 iterations.
+  dvec3 corrected(const RenderContext& context, ivec2 pixel, std::uint32_t index) const {
     dvec3 sum(0);
     const std::size_t first = passes_.first_state(context, pixel, 0);
     for (std::size_t s = first; s < first + per_pixel() * passes_.kinds(); ++s)
       sum += totals_[s].other + totals_[s].from_photons * coverage_->correction(s);
     if (weights_.empty()) return sum / (index + 1.0);
-    double& weights = weights_[pixel_index(pixel, context.resolution)];
-    weights += weight;
+    const double weights = weights_[pixel_index(pixel, context.resolution)];
     return weights != 0 ? sum / weights : dvec3(0);
   }
 
@@ -295,15 +304,19 @@ class ProgressivePhotonMapping final : public Integrator {
   void gather_tile(const RenderContext& context, const PhotonMap& map, const Tile& tile, std::uint32_t index, Film& film) {
     static thread_local std::vector<Rgb> other;
     static thread_local std::vector<Discs> discs;
+    static thread_local std::vector<DiscCoverage::Disc> gathered;
     const int width = tile.end.x - tile.begin.x;
     discs.assign(static_cast<std::size_t>(width) * (tile.end.y - tile.begin.y), {});
-    passes_.camera<Arrival>(context, tile, index, true, other,
-                            [&](ivec2 pixel, const GatherPoint& at, const Rgb& throughput, auto& arrivals) {
-                              const ivec2 place = pixel - tile.begin;
-                              const std::size_t kind = at.of_tails() ? 1 : 0;
-                              gather({context, passes_.first_state(context, pixel, index) + kind, index / per_pixel(), map, at},
-                                     throughput, discs[static_cast<std::size_t>(place.y) * width + place.x][kind], arrivals);
-                            });
+    gathered.clear();
+    passes_.camera<Arrival>(
+        context, tile, index, true, other, [&](ivec2 pixel, const GatherPoint& at, const Rgb& throughput, auto& arrivals) {
+          const ivec2 place = pixel - tile.begin;
+          const std::size_t kind = at.of_tails() ? 1 : 0;
+          const GatherSite site{context, passes_.first_state(context, pixel, index) + kind, index / per_pixel(), map, at};
+          const float radius =
+              gather(site, throughput, discs[static_cast<std::size_t>(place.y) * width + place.x][kind], arrivals);
+          if (coverage_) gathered.push_back({site.pixel, pixel, at, radius, luminance(throughput)});
+        });
     std::size_t place = 0;
     for_pixels(tile, [&](ivec2 pixel) {
       const Discs& of_pixel = discs[place];
@@ -313,12 +326,19 @@ class ProgressivePhotonMapping final : public Integrator {
         if (of_pixel[kind].gathers) policy_->update(first + kind, index / per_pixel(), of_pixel[kind].observed);
       film.add(pixel, radiance.other + radiance.from_photons[0] + radiance.from_photons[1], index,
                passes_.weight(context, pixel, index));
-      if (coverage_) film.set(pixel, corrected(context, pixel, index, radiance));
+      if (coverage_) add_up(context, pixel, index, radiance);
     });
+    if (!coverage_) return;
+    std::erase_if(gathered, [&](const DiscCoverage::Disc& disc) {
+      return !shows_photons(disc.slot, passes_.first_state(context, disc.pixel, index));
+    });
+    coverage_->measure(context, map, index, gathered);
+    for_pixels(tile, [&](ivec2 pixel) { film.set(pixel, corrected(context, pixel, index)); });
   }
 
+  // The radius of the kernel.
   template <class Arrivals>
-  void gather(const GatherSite& site, const Rgb& throughput, Disc& disc, Arrivals& arrivals) {
+  float gather(const GatherSite& site, const Rgb& throughput, Disc& disc, Arrivals& arrivals) {
     const GatherDisc size = policy_->disc(site);
     for (float widest = widest_reach_; widest < size.reach && !widest_reach_.compare_exchange_weak(widest, size.reach);)
       continue;
@@ -334,7 +354,7 @@ class ProgressivePhotonMapping final : public Integrator {
       else
         disc.add(photon, kernel);
     });
-    if (coverage_) coverage_->measure(site.context, site.pixel, site.map, site.at, size.radius, luminance(throughput));
+    return size.radius;
   }
 
   ProgressivePasses passes_;

@@ -168,7 +168,7 @@ TEST(PhotonEdges, InsideOfASphereTheWholeDiscIsVisible) {
 // The mean of probes over a disc about a point, by 64 x 64 of them.
 double probed_share(const SceneContext& stage, const SurfacePoint& point, const vec3& wo, Kernel kernel, float r) {
   const RoughMaterials rough_materials(stage.scene, 0);
-  const DiscCoverage coverage(rough_materials, {kernel, true, SamplerKind::sobol}, 1);
+  const DiscCoverage coverage(rough_materials, {kernel, true, SamplerKind::sobol}, ivec2(1), 1);
   const Bsdf bsdf(stage.scene, point);
   const GatherPoint at(point, bsdf, wo, photon_any, 64);
   double sum = 0;
