@@ -91,24 +91,33 @@ void DiscCoverage::measure(const RenderContext& context, const PhotonMap& map, s
                            std::span<const Disc> discs) {
   constexpr std::uint32_t seldom = 16;
   static_assert(block_side * block_side == seldom);
-  for (const Disc& disc : discs) {
-    const ivec2 block = block_of(disc.pixel), place = disc.pixel - block * block_side;
-    if (is_measured(block, iteration)) continue;
+  // body(disc, block) for those that are measured, or for those that are not; many in a row are of one block.
+  const auto for_each = [&](bool wanted, const auto& body) {
+    ivec2 last(-1);
+    bool measured = false;
+    for (const Disc& disc : discs) {
+      const ivec2 block = disc.pixel / block_side;
+      if (block != last) measured = is_measured(block, iteration);
+      last = block;
+      if (measured == wanted) body(disc, block);
+    }
+  };
+  for_each(false, [&](const Disc& disc, const ivec2& block) {
+    const ivec2 place = disc.pixel - block * block_side;
     const std::uint32_t turn = slots_[disc.slot].gathers++;
-    if (turn != 0 && (turn + place.y * block_side + place.x) % seldom != 0) continue;
+    if (turn != 0 && (turn + place.y * block_side + place.x) % seldom != 0) return;
     if (mean_of_probes(context, map, disc, {1, turn, 1}) < missing)
       missed_[index_of(block)].store(iteration, std::memory_order_relaxed);
-  }
-  for (const Disc& disc : discs) {
-    if (!is_measured(block_of(disc.pixel), iteration)) continue;
+  });
+  for_each(true, [&](const Disc& disc, const ivec2&) {
     Slot& s = slots_[disc.slot];
     const bool whole = s.covered >= nearly_whole * s.whole;
-    if (whole && s.probes >= 32 && s.gathers++ % seldom != 0) continue;
+    if (whole && s.probes >= 32 && s.gathers++ % seldom != 0) return;
     const std::uint32_t probes = s.probes == 0 ? 16 : whole ? 1 : s.probes < 64 ? 4 : 2;
     s.whole += disc.weight;
     s.covered += disc.weight * mean_of_probes(context, map, disc, {0, s.probes, probes});
     s.probes += probes;
-  }
+  });
 }
 
 double DiscCoverage::correction(std::size_t slot) const {

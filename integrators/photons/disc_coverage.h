@@ -72,7 +72,6 @@ class DiscCoverage {
     std::uint32_t dimension, first, count;
   };
 
-  ivec2 block_of(const ivec2& pixel) const { return pixel / block_side; }
   std::size_t index_of(const ivec2& block) const { return static_cast<std::size_t>(block.y) * blocks_.x + block.x; }
   bool is_measured(const ivec2& block, std::uint32_t iteration) const;
   float mean_of_probes(const RenderContext& context, const PhotonMap& map, const Disc& disc, const Points& points) const;
