@@ -69,12 +69,13 @@ GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3
   if (transmits_) far_origin_ = ray_origin(point, -normal_);
 }
 
-GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, const vec3& origin, int max_scatterings) {
+GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, const vec3& origin, int max_scatterings,
+                                    PhotonHistory histories) {
   GatherPoint at;
   at.position_ = position;
   at.origin_ = origin;
   at.wo_ = at.normal_ = normal;
-  at.histories_ = photon_any;
+  at.histories_ = histories;
   at.constant_ = true;
   at.longest_ = std::min(max_scatterings, 65535);
   at.constant_reflectance_ = Rgb(1);

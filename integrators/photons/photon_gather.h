@@ -62,7 +62,8 @@ class GatherPoint {
   // Irradiance on the side of unit `normal`, by photons with at most `max_scatterings` events behind them, which are reflected
   // as they are.
   // `origin`: of rays that leave to that side.
-  static GatherPoint irradiance(const vec3& position, const vec3& normal, const vec3& origin, int max_scatterings = 65535);
+  static GatherPoint irradiance(const vec3& position, const vec3& normal, const vec3& origin, int max_scatterings = 65535,
+                                PhotonHistory histories = photon_any);
 
   const vec3& position() const { return position_; }
   const vec3& normal() const { return normal_; }  // geometric, on the side of wo

@@ -7,8 +7,7 @@
 
 namespace etendue {
 
-PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap& map, const Photons& sample_points,
-                                   std::unique_ptr<PointQuery> query, Computed computed)
+PhotonIrradiance::PhotonIrradiance(const PhotonMap& map, const Photons& sample_points, std::unique_ptr<PointQuery> query)
     : query_(std::move(query)),
       map_(map),
       position_(sample_points.size()),
@@ -24,7 +23,6 @@ PhotonIrradiance::PhotonIrradiance(const RenderContext& context, const PhotonMap
     normal_[i] = glm::normalize(sample_points.side[order[i]].normal());
     direction_[i] = sample_points.direction[order[i]];
     flown_[i] = sample_points.flown[order[i]];
-    if (computed == Computed::beforehand) estimate(context, static_cast<std::uint32_t>(i));
   });
   query_->build(position_);
 }

@@ -1,6 +1,6 @@
 // Irradiance computed once at each of many sample points where photons landed, so that a gather ray looks up one value instead
-// of k photons ([Christensen1999]): beforehand at all of them; or, where most may never be asked for, when a ray first asks.
-// The values are the same; beforehand they are computed in an order that is kinder to the processor's caches.
+// of k photons ([Christensen1999]); computed when a ray first asks for it, since small images and sparse records never ask for
+// most of them.
 //
 // The sample points are where photons of another pass landed, on the side they came from. (Photons of the map itself would not
 // do: each would answer where others are far, and the irradiance there is too bright if that photon is counted, by 2.6 % on a
@@ -21,11 +21,8 @@ namespace etendue {
 
 class PhotonIrradiance {
  public:
-  enum class Computed : std::uint8_t { beforehand, when_asked_for };
-
   // Of a map's photons at `sample_points`, photons that are independent of them.
-  PhotonIrradiance(const RenderContext& context, const PhotonMap& map, const Photons& sample_points,
-                   std::unique_ptr<PointQuery> query, Computed computed);
+  PhotonIrradiance(const PhotonMap& map, const Photons& sample_points, std::unique_ptr<PointQuery> query);
 
   struct Found {
     Rgb irradiance;          // W/m^2

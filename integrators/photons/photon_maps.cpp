@@ -8,6 +8,7 @@ namespace etendue {
 namespace {
 
 constexpr int fewest_photons = 200000;  // by default
+constexpr float least_caustic_share = 0.1f;
 
 }  // namespace
 
@@ -23,16 +24,17 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   // A map that is seen directly shows caustics as well as one of their own does, in less time (experiments/ledger.toml).
   const bool needed = caustics && (use.gather_rays > 0 || use.interpolated || params_.caustic_photons > 0);
   separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && needed);
-  holds_caustics_ = caustics && !separate_caustics_;
-  global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
   caustic_photons_ = params_.caustic_photons > 0 ? params_.caustic_photons : fewest_photons;
   photons_ = params_.photons;
   if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
+  holds_caustics_ = caustics && !separate_caustics_;
+  global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
   if (params_.emission != PhotonEmission::power) mark_seen(context);
 }
 
 // As many as make the kernel's radius over k of them 0.7 % of the scene's diagonal, at the median of what pixels see; but not
-// so many that a small image waits for its map.
+// so many that a small image waits for its map. Where caustics are nowhere a tenth of the light that is seen, they need no map
+// of their own, unless its photons are given.
 int PhotonMaps::enough_photons(const RenderContext& context) {
   constexpr int pilots = 40000, near = 10, lines = 32;
   const auto timed = context.phases.measure("pilot");
@@ -46,18 +48,25 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   const double most = std::clamp<double>(32 * pixels, fewest_photons, 10 * fewest_photons);
   const auto photons_for = [&](float radius) { return pilots * k / near * square(radius / wanted); };
   const float widest = 1.01f * wanted * static_cast<float>(std::sqrt(most / photons_for(wanted)));  // from here on it is `most`
-  std::vector<float> radii(lines * lines);
+  std::vector<float> radii(lines * lines), shares(lines * lines);
   parallel_for(radii.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
     const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, rough_materials_.get());
-    if (seen)
-      radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), widest);
+    if (!seen) return;
+    const auto point = [&](PhotonHistory histories) {
+      return GatherPoint::irradiance(seen.position, seen.geometric, seen.origin, use_.max_depth, histories);
+    };
+    radii[i] = map.distance_to(context, near, point(photon_any), widest);
+    if (!separate_caustics_) return;
+    const float light = luminance(map.estimate(context, point(photon_any)));
+    if (light > 0) shares[i] = luminance(map.estimate(context, point(photon_caustic))) / light;
   });
+  const float most_caustic = *std::ranges::max_element(shares);
+  if (params_.caustic_map == CausticMap::where_needed && params_.caustic_photons == 0 && most_caustic < least_caustic_share)
+    separate_caustics_ = false;
   std::erase(radii, 0.0f);
   if (radii.empty()) return fewest_photons;
-  const double enough = photons_for(median(radii));
-  mostly_unseen_ = enough > most;
-  return static_cast<int>(std::clamp(enough, double{fewest_photons}, most));
+  return static_cast<int>(std::clamp<double>(photons_for(median(radii)), fewest_photons, most));
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {
@@ -110,9 +119,7 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
   const auto timed = context.phases.measure("build");
   build(context, global_, std::move(photons), params_.edges);
   if (precomputes)
-    irradiance_ = std::make_unique<PhotonIrradiance>(
-        context, global_, sample_points, context.make_points(params_.structure),
-        mostly_unseen_ ? PhotonIrradiance::Computed::when_asked_for : PhotonIrradiance::Computed::beforehand);
+    irradiance_ = std::make_unique<PhotonIrradiance>(global_, sample_points, context.make_points(params_.structure));
 }
 
 void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, float share) {

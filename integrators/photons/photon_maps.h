@@ -54,8 +54,9 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
       "takes time in proportion");
   v.number("radius", p.radius, 0, 1e12, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
   v.choice("kernel", p.kernel, "density kernel, normalised");
-  v.integer("precompute", p.precompute, 0, 1000000, "photons",
-            "photons for each sample point that holds irradiance for gather rays; 0: they gather photons themselves");
+  v.integer(
+      "precompute", p.precompute, 0, 1000000, "photons",
+      "photons for each sample point that holds irradiance for gather rays, once one asked; 0: they gather photons themselves");
   v.flag("follow_near", p.follow_near,
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
   v.choice("caustic_map", p.caustic_map,
@@ -116,9 +117,8 @@ class PhotonMaps {
 
   PhotonMapsParams params_;
   PhotonMapsUse use_;
-  int photons_ = 0;             // of the global map
-  int caustic_photons_ = 0;     // of the caustic map, where there is one
-  bool mostly_unseen_ = false;  // by default: more would be needed for enough to land on what is seen
+  int photons_ = 0;          // of the global map
+  int caustic_photons_ = 0;  // of the caustic map, where there is one
   bool separate_caustics_ = false;
   bool holds_caustics_ = false;             // the global map, to be seen directly
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly

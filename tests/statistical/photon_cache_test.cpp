@@ -130,6 +130,23 @@ TEST(PhotonCache, PilotAsksForMorePhotonsWhereFewReachTheView) {
   EXPECT_GT(emitted("builtin:two-rooms"), emitted("builtin:cornell-box") * 5 / 4);
 }
 
+// Behind the plate of the one scene, and on the floor of the other.
+TEST(PhotonCache, CausticsThatNobodySeesHaveNoMapOfTheirOwn) {
+  for (const auto& [name, seen] : {std::pair("builtin:thin-plate", false), std::pair("builtin:water", true)}) {
+    const Scene scene = load_scene(name);
+    const auto emitted = [&](const char* map) {
+      RenderOptions options =
+          options_for(1, {{"photons", std::int64_t{0}}, {"samples", std::int64_t{8}}, {"caustic_map", map}});
+      options.params.erase("caustic_photons");
+      options.resolution = {12, 12};
+      reset_counters();
+      render(scene, "photon-cache", options);
+      return read_counters()[static_cast<std::size_t>(Counter::photons_emitted)];
+    };
+    EXPECT_EQ(emitted("auto"), emitted(seen ? "on" : "off")) << name;
+  }
+}
+
 TEST(PhotonCache, DensityHasNoHessians) {
   const Scene scene = load_scene("builtin:cornell-box");
   EXPECT_THROW(render(scene, "photon-cache", options_for(1, {{"fill", "density"}, {"metric", "occlusion-hessian"}})), Error);
