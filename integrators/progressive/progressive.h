@@ -25,8 +25,8 @@
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
 // paths, and noise that does not come from photons (edges, reflections in glass) falls as fast as theirs. `photons_per_pixel`
-// and `neighbours` = 0 depend on the scene: where light reaches no specular surface there are no caustics to blur, so a pass
-// has more photons and somewhat wider kernels.
+// = 0 depends on the scene: where light reaches no specular surface a pass has more. `neighbours` = 0 depends on the pilot
+// pass: where its photons lie evenly about what is seen, kernels are wider.
 //
 // Consistent as long as the policy's radius vanishes. At finite radii: blur and, with edges = "disc", loss within r of edges
 // (half of the photons' share at the edge itself).
@@ -77,7 +77,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.number("photons_per_pixel", p.photons_per_pixel, 0, 1000, "photons",
            "of the image, emitted per iteration where photons = 0; 0: 1 where light reaches a specular surface, else 2.5");
   v.integer("neighbours", p.neighbours, 0, 1000000, "photons",
-            "of one iteration within the first radius; 0: 20 where light reaches a specular surface, else 50");
+            "of one iteration within the first radius; 0: 50 where a pilot finds photons even over that many, else 20");
   v.number("radius", p.radius, 0, 1e12, "m", "first radius of every pixel; 0: from the density of the photons");
   v.choice("direct", p.direct, "direct light by sampling lights, or by photons like all else");
   v.choice("kernel", p.kernel, "density kernel, normalised");
@@ -190,7 +190,9 @@ class ProgressivePasses {
  private:
   Photons trace(const RenderContext& context, std::uint64_t key) const;
   PhotonMap make_map(const RenderContext& context, Photons photons, const GatherOptions& options) const;
-  PhotonMap pilot_map(const RenderContext& context);
+  PhotonMap pilot_map(const RenderContext& context, int neighbours);
+  // Are the photons about what is seen so even that wide kernels smooth more than they blur?
+  bool is_even(const RenderContext& context, const PhotonMap& map) const;
 
   ProgressiveParams params_;
   VisiblePoints points_;

@@ -197,6 +197,15 @@ TEST(PhotonEdges, ProbesFindAWholeDiscInsideASphere) {
   for (const Kernel kernel : kernels) EXPECT_NEAR(probed_share(sphere, top, {0, 0, -1}, kernel, 0.3f), 1, 0.01);
 }
 
+TEST(PhotonEdges, NothingHidesPhotonsInsideASphereThatIsAlone) {
+  SceneBuilder b("sphere");
+  b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(1)}), std::nullopt, true);
+  const Scene scene = b.finish();
+  const WallGrid walls(scene, 0.3f);
+  EXPECT_TRUE(walls.near({0, 0, 1}, {0, 0, -1}, 0.3f).none());
+  EXPECT_FALSE(walls.near({0, 0, 1}, {0, 0, 1}, 0.3f).none()) << "from outside the sphere itself may";
+}
+
 // Half of the floor lies under a slab of glass, within what probes look at: photons lie there as well.
 TEST(PhotonEdges, ProbesFindTheSurfaceUnderGlass) {
   SceneBuilder b("floor under glass");
@@ -215,6 +224,33 @@ TEST(PhotonEdges, ProbesDoNotCountWhatStoresNoPhotons) {
   b.mesh(quad({0.001f, -2, 0}, {2, -2, 0}, {2, 2, 0}, {0.001f, 2, 0}), b.material(Conductor{.ideal = true}));
   const SceneContext half(b.finish());
   EXPECT_NEAR(probed_share(half, origin, {0, 0, 1}, Kernel::box, radius), 0.5, 0.01);
+}
+
+// Pixels at growing distances from the floor's edge, sixteen iterations.
+TEST(PhotonEdges, DiscsAreMeasuredWhereAProbeFoundOneCutAndElsewhereHardlyTried) {
+  const float edge = 0.5f * radius;
+  const SceneContext floor(Floor{edge}.scene());
+  const RoughMaterials rough_materials(floor.scene, 0);
+  const ivec2 resolution(64, 4);
+  DiscCoverage coverage(rough_materials, {Kernel::box, true, SamplerKind::sobol}, resolution, 256);
+  const Bsdf bsdf(floor.scene, origin);
+  const auto at_pixel = [&](const ivec2& pixel) {
+    SurfacePoint point = origin;
+    point.position.x = edge - 0.5f * radius - 0.02f * static_cast<float>(pixel.x);
+    return GatherPoint(point, bsdf, {0, 0, 1}, photon_any, 64);
+  };
+  std::vector<DiscCoverage::Disc> discs;
+  for (int y = 0; y < resolution.y; ++y)
+    for (int x = 0; x < resolution.x; ++x)
+      discs.push_back({static_cast<std::size_t>(y) * resolution.x + x, {x, y}, at_pixel({x, y}), radius, 1});
+  reset_counters();
+  for (std::uint32_t iteration = 0; iteration < 16; ++iteration) coverage.measure(floor.context, {}, iteration, discs);
+  const auto rays = read_counters()[static_cast<std::size_t>(Counter::rays)];
+  EXPECT_NEAR(coverage.correction(0), 1 / kept_share(0.5), 0.05);
+  EXPECT_EQ(coverage.correction(63), 1) << "whole, and never measured";
+  // Discs are cut up to the 12th pixel, so that five blocks of 16 are measured; the others have two probes each.
+  EXPECT_LT(rays, 6 * 16 * 16 * 5 + 11 * 16 * 2);
+  EXPECT_GT(rays, 12 * 4 * 31);
 }
 
 }  // namespace

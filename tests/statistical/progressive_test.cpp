@@ -112,6 +112,19 @@ TEST(ProgressivePhotons, ErrorFallsPassByPass) {
   }
 }
 
+// Even light under water; a plate's shadow.
+TEST(ProgressivePhotons, FirstKernelsAreWideWhereAPilotFindsPhotonsEven) {
+  for (const auto& [name, neighbours] : {std::pair("builtin:water", 50), std::pair("builtin:hidden-occluder", 20)}) {
+    const Scene scene = load_scene(name);
+    const auto hash_of = [&](std::int64_t given) {
+      RenderOptions options = options_for(0, 1, {{"neighbours", {given, {}}}});
+      return render(scene, "sppm", options).hash;
+    };
+    EXPECT_EQ(hash_of(0), hash_of(neighbours)) << name;
+    EXPECT_NE(hash_of(0), hash_of(70 - neighbours)) << name;
+  }
+}
+
 TEST(ProgressivePhotons, DepthLimitTruncatesTheSeries) {
   const Scene scene = load_scene("builtin:lambert-sphere");
   for (const char* method : methods)

@@ -3,7 +3,6 @@
 #include "experiments/kinds/second_level.h"
 #include "experiments/run/run_cell.h"
 #include "framework/transport/light_sampling.h"
-#include "integrators/photons/photon_maps.h"
 
 #include <array>
 
@@ -17,12 +16,7 @@ std::string reason(const DecisionPlace& place, const char* what) {
   return "";
 }
 
-MadeDecision caustic_map(const DecisionPlace& place) {
-  const float carry_below = PhotonMapsParams{}.carry_below;
-  if (!place.needs.caustic_map && RoughMaterials(place.scene, carry_below).narrow_lobes())
-    return {true, "a lobe so narrow that photons follow it"};
-  return {place.needs.caustic_map, reason(place, "caustic photon map")};
-}
+MadeDecision caustic_map(const DecisionPlace& place) { return {place.needs.caustic_map, reason(place, "caustic photon map")}; }
 
 MadeDecision light_tree(const DecisionPlace& place) {
   LightSampler lights(place.scene);
@@ -31,10 +25,6 @@ MadeDecision light_tree(const DecisionPlace& place) {
 }
 
 MadeDecision second_level(const DecisionPlace& place) { return {place.needs.two_levels, reason(place, "two-level structure")}; }
-
-MadeDecision large_passes(const DecisionPlace& place) {
-  return {!place.needs.caustic_map, reason(place, "caustic photon map")};
-}
 
 MadeDecision structure(const DecisionPlace& place, const char* name) {
   const MethodChoice choice = structure_for(place.scene, place.resolution, {.iterations = place.samples});
@@ -46,9 +36,8 @@ MadeDecision structure(const DecisionPlace& place, const char* name) {
 std::span<const LedgerDecision> ledger_decisions() {
   static const std::array decisions{
       LedgerDecision{"caustic-map",
-                     "whether photons of caustics have a map of their own, where gather rays or records look up the other",
+                     "whether methods whose light comes along paths from the camera take caustics from a map of photons",
                      caustic_map},
-      LedgerDecision{"large-passes", "whether progressive passes have more photons, and gather more of them", large_passes},
       LedgerDecision{"light-tree", "whether light samples choose lights by a tree", light_tree},
       LedgerDecision{"optimised-tree", "whether the structure `auto` is an optimised tree",
                      [](const DecisionPlace& place) { return structure(place, "sah"); }},
