@@ -4,7 +4,9 @@
 #include "accel/bvh/build/reinsertion.h"
 #include "accel/bvh/build/sbvh.h"
 #include "accel/bvh/build/split_primitive.h"
+#include "accel/registry.h"
 #include "framework/core/parallel.h"
+#include "framework/scene/builder.h"
 #include "tests/oracle/ray_cases.h"
 
 #include <gtest/gtest.h>
@@ -177,6 +179,16 @@ TEST(SpatialSplits, TreeDoesNotDependOnThreads) {
     if (threads == 1) expected = tree;
     EXPECT_TRUE(same(tree, expected)) << threads << " threads";
   }
+}
+
+// Quadrics are tested one by one: where most primitives are such, the collapse weighs each, and those far apart share no leaf.
+TEST(WideTree, GoesDownToSingleQuadrics) {
+  SceneBuilder builder("spheres");
+  const auto grey = builder.material(Diffuse{Rgb(0.5f)});
+  for (int i = 0; i < 5; ++i) builder.quadric(Sphere{vec3(3 * i, 0, 0), 0.5f}, grey);
+  const Scene scene = builder.finish();
+  const ParamMap params{{"layout", {std::string("bvh16"), {}}}};
+  EXPECT_LT(find_ray_structure("binned-sah", {}).make(scene, params)->stats().sah_cost, 2) << "a leaf of all five costs 5";
 }
 
 }  // namespace
