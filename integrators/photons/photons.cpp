@@ -160,6 +160,7 @@ bool gathers_coats(const RenderContext& context) {
 
 Photons trace_photons(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   if (context.lights.empty() || pass.count == 0 || pass.max_scatterings < 0) return {};
+  if (pass.max_scatterings == 0 && !(pass.keep & photon_direct)) return {};  // the first that could be kept have scattered once
   Photons photons = pass.emission == PhotonEmission::importance   ? trace_by_importance(context, rough_materials, pass)
                     : pass.emission == PhotonEmission::visibility ? trace_by_visibility(context, rough_materials, pass)
                                                                   : trace_by_power(context, rough_materials, pass);

@@ -1,4 +1,5 @@
 // Photons and their density: kernels and nearest neighbours against theory, the map against closed forms.
+#include "framework/core/counters.h"
 #include "framework/scene/builder.h"
 #include "framework/structure_names.h"
 #include "integrators/photons/photon_gather.h"
@@ -173,6 +174,18 @@ TEST(PhotonTracing, HistoriesPartitionThePhotons) {
   const std::size_t direct = kept(photon_direct), caustic = kept(photon_caustic), indirect = kept(photon_indirect);
   EXPECT_GT(caustic, 100u);
   EXPECT_EQ(direct + caustic + indirect, kept(photon_any));
+}
+
+// What is kept of them would have to scatter first, and may not.
+TEST(PhotonTracing, NoneAreEmittedOfWhichNoneCanBeKept) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const auto emitted = [&](PhotonHistory keep) {
+    reset_counters();
+    photons_of(scene, {.count = 1000, .key = 1, .max_scatterings = 0, .keep = keep});
+    return read_counters()[static_cast<std::size_t>(Counter::photons_emitted)];
+  };
+  EXPECT_EQ(emitted(photon_indirect | photon_caustic), 0u);
+  EXPECT_EQ(emitted(photon_any), 1000u);
 }
 
 // --- The integrator.
