@@ -73,9 +73,9 @@ struct RenderContext {
   }
 
   // How light samples choose among lights from now on; for `prepare`, of every method that takes any.
-  void choose_lights_by(LightChoice choice) {
+  void choose_lights_by(LightChoice choice, DirectSamples samples = DirectSamples::of_lights) {
     const auto timed = phases.measure("build");
-    lights.choose_by(choice);
+    lights.choose_by(choice, samples);
   }
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
   int max_depth(int requested) const { return requested > 0 ? requested : scene.max_depth.value_or(64); }

@@ -55,4 +55,10 @@ inline bool is_delta(const Light& light) {
   return !std::holds_alternative<AreaLight>(light) && !std::holds_alternative<EnvironmentLight>(light);
 }
 
+// Is it an environment of one radiance in all directions?
+inline bool is_even(const Light& light) {
+  const auto* environment = std::get_if<EnvironmentLight>(&light);
+  return environment != nullptr && environment->texels.empty();
+}
+
 }  // namespace etendue

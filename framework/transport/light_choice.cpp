@@ -4,15 +4,20 @@
 #include "framework/transport/cumulative.h"
 #include "framework/transport/light_sampling.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace etendue {
 
 namespace {
 
-// From ten lights at finite places on a tree pays (results/many-lights). Among fewer, if they are flat, lanes choose by power all
-// at once, which takes less time than a tree.
-constexpr std::size_t fewest_for_tree = LightSampler::most_flat + 1;
+// From ten lights at finite places on a tree pays (results/many-lights). Among fewer, if all are flat, lanes choose by power
+// all at once, which takes less time than a tree. Others are chosen one by one in any case, and from three on a tree costs less
+// than it saves (builtin:veach-mis).
+constexpr std::size_t fewest_for_tree = LightSampler::most_flat + 1, fewest_unless_flat = 3;
+// A tree tells lights apart by their distances. Those of lights nearly as wide as the scene say little (builtin:glowing-room),
+// but where BSDF samples do not find the light of near surfaces.
+constexpr double widest_for_tree = 0.25;  // mean width over that of the scene, weighted by power
 
 struct LuminousPower {
   float area;    // of an area light, m^2
@@ -121,6 +126,7 @@ LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
     power.push_back(std::visit(LuminousPower{emitters_.back().area(), scene_radius_}, light));
     if (area_light && area_light->texture != no_id) power.back() *= image_share(emitters_.back().mean_of_image());
     total += power.back();
+    any_delta_ |= is_delta(light);
     if (is_infinite(light) || !(power.back() > 0)) continue;
     finite_power += power.back();
     ++finite_;
@@ -152,15 +158,43 @@ void LightSampler::gather_flat_lights() {
   }
 }
 
-void LightSampler::choose_by(LightChoice choice) {
-  if (choice == LightChoice::by_need) choice = finite_ >= fewest_for_tree ? LightChoice::tree : LightChoice::power;
-  if (choice == LightChoice::tree && finite_ < 2) choice = LightChoice::power;  // among lights at infinity alone
-  choice_ = choice;
-  if (choice == LightChoice::tree && tree_.empty()) build_tree();
-  if (choice != LightChoice::uniform || empty() || !uniform_.probability.empty()) return;
-  std::vector<double> alike;
-  for (const float p : power_.probability) alike.push_back(p > 0 ? 1 : 0);
-  uniform_ = Table(alike);
+LightChoice LightSampler::needed_choice(DirectSamples samples) const {
+  if (finite_ < (flat_.empty() ? fewest_unless_flat : fewest_for_tree)) return LightChoice::power;
+  if (samples == DirectSamples::of_lights) return LightChoice::tree;
+  double width = 0, finite_power = 0;
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    if (is_infinite(scene_.lights[i])) continue;
+    finite_power += power_.probability[i];
+    if (const auto* l = std::get_if<AreaLight>(&scene_.lights[i]))
+      width += power_.probability[i] * glm::length(scene_.objects[0].geometry.primitive_bounds(l->primitive).diagonal());
+  }
+  return width > widest_for_tree * finite_power * 2 * scene_radius_ ? LightChoice::power : LightChoice::tree;
+}
+
+void LightSampler::choose_by(LightChoice choice, DirectSamples samples) {
+  choice_ = choice == LightChoice::by_need ? needed_choice(samples) : choice;
+  if (choice_ == LightChoice::tree && finite_ < 2) choice_ = LightChoice::power;  // among lights at infinity alone
+  if (choice_ == LightChoice::tree && tree_.empty()) build_tree();
+  own_ = {};
+  finite_share_ = finite_power_;
+  const bool leaves = choice == LightChoice::by_need && samples == DirectSamples::of_both && !only_even() &&
+                      std::ranges::any_of(scene_.lights, is_even);
+  if (empty() || (!leaves && choice_ != LightChoice::uniform)) return;
+  std::vector<double> weights;
+  double total = 0;
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    const double p = leaves && is_even(scene_.lights[i]) ? 0 : power_.probability[i];
+    weights.push_back(choice_ == LightChoice::uniform && p > 0 ? 1 : p);
+    total += p;
+  }
+  own_ = Table(weights);
+  finite_share_ = std::min(finite_power_ / total, 1.0);
+}
+
+bool LightSampler::only_even() const {
+  for (std::size_t i = 0; i < power_.probability.size(); ++i)
+    if (power_.probability[i] > 0 && !is_even(scene_.lights[i])) return false;
+  return !empty();
 }
 
 void LightSampler::build_tree() {
@@ -179,29 +213,30 @@ LightSampler::Chosen LightSampler::choose_for(const vec3& position, vec2& u) con
 // Lights at finite places together, and each one at infinity, have the shares of their power.
 LightSampler::Chosen LightSampler::choose_by_tree(const vec3& position, vec2& u) const {
   double digits = with_more_digits(u.x, u.y);
-  if (infinite_.empty() || digits < finite_power_) {
-    digits /= finite_power_;
+  if (infinite_.empty() || digits < finite_share_) {
+    digits /= finite_share_;
     const LightTree::Chosen chosen = tree_.choose(position, digits);
     u.x = to_number_below_one(digits);
-    return {chosen.light, static_cast<float>(finite_power_ * chosen.probability)};
+    return {chosen.light, static_cast<float>(finite_share_ * chosen.probability)};
   }
-  digits -= finite_power_;
+  digits -= finite_share_;
   std::uint32_t light = infinite_.back();
   for (const std::uint32_t i : infinite_) {
-    if (digits < power_.probability[i]) {
+    if (digits < direct().probability[i]) {
       light = i;
       break;
     }
-    if (i != infinite_.back()) digits -= power_.probability[i];
+    if (i != infinite_.back()) digits -= direct().probability[i];
   }
-  const float probability = power_.probability[light];
+  const float probability = direct().probability[light];
+  if (!(probability > 0)) return {light, 0};
   u.x = to_number_below_one(digits / probability);
   return {light, probability};
 }
 
 float LightSampler::choice_probability(const vec3& position, std::uint32_t light) const {
   if (choice_ != LightChoice::tree || is_infinite(scene_.lights[light])) return direct().probability[light];
-  return static_cast<float>(finite_power_ * tree_.probability(position, light));
+  return static_cast<float>(finite_share_ * tree_.probability(position, light));
 }
 
 }  // namespace etendue

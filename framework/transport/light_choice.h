@@ -5,7 +5,7 @@
 
 namespace etendue {
 
-// by_need: a tree where a scene has enough lights for it to pay, else by power.
+// by_need: a tree where it tells a scene's lights apart and pays for itself, else by power (LightSampler::needed_choice).
 enum class LightChoice : std::uint8_t { by_need, power, uniform, tree };
 constexpr auto names_of(LightChoice) { return std::array{"auto", "power", "uniform", "tree"}; }
 
@@ -13,7 +13,7 @@ template <class Visitor>
 void describe_lights(Visitor& v, LightChoice& lights) {
   v.choice("lights", lights,
            "how light samples choose among lights: by power, all alike, or by a tree over what each may send to the point; "
-           "auto: the tree from 9 lights on that are not at infinity");
+           "auto: the tree from 9 lights on that are not at infinity (3 unless all are triangles) and small beside the scene");
 }
 
 }  // namespace etendue

@@ -48,6 +48,10 @@ struct FlatLight {
   float two_sided;
 };
 
+// How a method finds direct light: by light samples alone at some surfaces at least, or everywhere by light and BSDF samples
+// that are MIS-weighted.
+enum class DirectSamples : std::uint8_t { of_lights, of_both };
+
 // Share of a spot light's intensity that it sends along a unit direction.
 float spot_falloff(const SpotLight& light, const vec3& from_light);
 
@@ -66,9 +70,13 @@ class LightSampler {
   explicit LightSampler(const Scene& scene);
 
   bool empty() const { return power_.probability.empty(); }
-  // How `sample` chooses from now on, until then by power; a tree is built here. Not to be called while others sample.
-  void choose_by(LightChoice choice);
+  // How `sample` chooses from now on, until then by power; a tree is built here. With BSDF samples, `by_need` leaves even
+  // environments to them, unless there is no other light: they are as good as light samples that are even over the sphere. Not
+  // to be called while others sample.
+  void choose_by(LightChoice choice, DirectSamples samples = DirectSamples::of_lights);
   LightChoice choice() const { return choice_; }
+  bool only_even() const;  // there is light, and all of it comes from even environments
+  bool any_delta() const { return any_delta_; }
 
   // All lights where all are flat and so few that lanes try them in turn, else none; beside them, the probabilities of choosing
   // those up to each, by power.
@@ -124,8 +132,9 @@ class LightSampler {
 
   void gather_flat_lights();
   void build_tree();
+  LightChoice needed_choice(DirectSamples samples) const;
   // The proportions in which `sample` chooses where they are fixed, as they are among lights at infinity.
-  const Table& direct() const { return choice_ == LightChoice::uniform ? uniform_ : power_; }
+  const Table& direct() const { return own_.probability.empty() ? power_ : own_; }
   Chosen choose_for(const vec3& position, vec2& u) const;  // rescales u.x
   Chosen choose_by_tree(const vec3& position, vec2& u) const;
   std::optional<LightSample> sample_light(const Chosen& chosen, const vec3& position, const vec2& u) const;
@@ -136,11 +145,13 @@ class LightSampler {
 
   const Scene& scene_;
   LightChoice choice_ = LightChoice::power;
-  std::vector<AreaEmitter> emitters_;  // per light
-  Table power_, uniform_;
+  std::vector<AreaEmitter> emitters_;    // per light
+  Table power_, own_;                    // own: where `sample` chooses in other proportions
   LightTree tree_;                       // of lights at finite places
+  bool any_delta_ = false;               // a light that no ray can meet
   std::size_t finite_ = 0;               // lights of some power at finite places
   double finite_power_ = 1;              // share of those in all power
+  double finite_share_ = 1;              // with which a tree chooses among them
   std::vector<std::uint32_t> infinite_;  // the others
   std::vector<FlatLight> flat_;
   std::vector<std::uint32_t> environments_;

@@ -261,6 +261,7 @@ TEST(LightTree, MakesTheImageThatPowerMakes) {
                             {"path", with("power"), 128, 0},
                             {{"path", with("tree"), 96, 0},
                              {"path", with("uniform"), 128, 0},
+                             {"path", with("auto"), 96, 0},
                              {"path", with("tree", {{"mis", "light"}}), 128, 0},
                              {"bdpt", with("tree"), 48, 0},
                              {"guided", with("tree"), 96, 0}});
@@ -304,6 +305,49 @@ TEST(LightTree, EveryChoiceChangesTheImage) {
     }
     EXPECT_EQ(hashes.size(), 3u) << method;
   }
+}
+
+// Lights that are not flat are chosen one by one in any case; those as wide as the scene are told apart by nothing.
+TEST(LightTree, IsTakenWhereItTellsLightsApart) {
+  for (const auto& [name, choice] : {std::pair{"builtin:veach-mis", LightChoice::tree},
+                                     {"builtin:concentric-spheres", LightChoice::power},
+                                     {"builtin:cornell-box", LightChoice::power},
+                                     {"builtin:glowing-room", LightChoice::power},
+                                     {"builtin:glowing-room?walls=0", LightChoice::power},
+                                     {"builtin:many-lights?lights=40", LightChoice::tree},
+                                     {"builtin:furnace", LightChoice::power},
+                                     {"builtin:stadium", LightChoice::power}}) {
+    const Scene scene = load_scene(name);
+    LightSampler lights(scene);
+    lights.choose_by(LightChoice::by_need, DirectSamples::of_both);
+    EXPECT_EQ(lights.choice(), choice) << name;
+  }
+}
+
+// A sky of one radiance is left to BSDF samples where the method says so, unless it is the only light or a way of choosing is
+// asked for.
+TEST(LightTree, EvenLightIsLeftToBsdfSamples) {
+  const Scene scene = lights_of_all_kinds(3, 12, true);
+  LightSampler lights(scene);
+  std::uint32_t sky = 0;
+  while (!std::holds_alternative<EnvironmentLight>(scene.lights[sky])) ++sky;
+  const vec3 up(0, 0, 1);
+  for (const LightChoice choice : {LightChoice::by_need, LightChoice::power, LightChoice::uniform, LightChoice::tree}) {
+    lights.choose_by(choice);
+    EXPECT_GT(lights.choice_probability(vec3(0), sky), 0);
+    lights.choose_by(choice, DirectSamples::of_both);
+    EXPECT_EQ(lights.choice_probability(vec3(0), sky) == 0, choice == LightChoice::by_need);
+    EXPECT_EQ(lights.environment_pdf(up) == 0, choice == LightChoice::by_need);
+    double sum = 0;
+    for (std::uint32_t i = 0; i < scene.lights.size(); ++i) sum += lights.choice_probability(vec3(0), i);
+    EXPECT_NEAR(sum, 1, 1e-5);
+  }
+  EXPECT_FALSE(lights.only_even());
+  const Scene even = load_scene("builtin:white-furnace");
+  LightSampler alone(even);
+  alone.choose_by(LightChoice::by_need, DirectSamples::of_both);
+  EXPECT_TRUE(alone.only_even());
+  EXPECT_EQ(alone.choice_probability(vec3(0), 0), 1);
 }
 
 TEST(LightTree, IsTakenFromAFewLightsOn) {
