@@ -42,7 +42,7 @@ void describe_records(Visitor& v, RecordParams& p) {
   v.number("min_spacing", p.min_spacing, 0, 1000, "pixels", "a record serves at least this far");
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "and at most this far");
   v.number("extra_samples", p.extra_samples, 0, 31, "camera samples",
-           "beyond one per pixel and iteration, at most on the mean: given to the pixels that scatter most");
+           "beyond one per pixel and iteration, at most on the mean: as many for each, or given to the pixels that scatter most");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("sampler", p.sampler, "random numbers");
   describe_lights(v, p.lights);

@@ -10,7 +10,9 @@ namespace etendue {
 
 namespace {
 
-constexpr double dark = 0.25;  // of the image's mean: deviations of darker pixels are relative to this
+constexpr double smooth = 0.01;  // relative deviation of samples below which one is enough
+constexpr double worth = 0.5;    // of the variance, above which sharing leaves so much that points in one sequence do better
+constexpr double dark = 0.25;    // of the image's mean: deviations of darker pixels are relative to this
 
 // Numbers that a span has for a pixel's samples, in bits: two million iterations of the most samples.
 constexpr int span_bits = 26;
@@ -23,7 +25,8 @@ SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first)
   CHECK_LE(first, most_first);
   const auto pixels = static_cast<std::size_t>(resolution.x) * resolution.y;
   next_.assign(pixels, first_);
-  count_.assign(pixels, 1);
+  even_ = 1 + static_cast<std::uint32_t>(std::min(extra, most - 1.0f));
+  count_.assign(pixels, even_);
   if (!(extra > 0)) return;
   moments_.resize(pixels);
   deviation_.resize(pixels);
@@ -71,8 +74,26 @@ void SampleShares::end_iteration() {
   for (std::size_t i = 0; i < next_.size(); ++i) next_[i] += count_[i];
   if (moments_.empty() || !std::has_single_bit(++iterations_)) return;
   measure();
-  share_out();
+  const std::uint32_t even = wanted_of_each();
+  if (even == even_ && even > 0) return;  // points of one sequence go on evening each other out
+  even_ = even;
+  if (even == 0)
+    share_out();
+  else
+    std::fill(count_.begin(), count_.end(), even);
   std::fill(next_.begin(), next_.end(), (++span_ << span_bits) + first_);
+}
+
+// Shared out, n samples leave (sum of sigma)^2 / n of the variance, and alike the pixels' number x (sum of sigma^2) / n.
+std::uint32_t SampleShares::wanted_of_each() const {
+  const auto pixels = static_cast<double>(deviation_.size());
+  double sum = 0, squares = 0;
+  for (const double d : deviation_) {
+    sum += d;
+    squares += d * d;
+  }
+  if (squares < square(smooth) * pixels) return 1;
+  return square(sum) < worth * pixels * squares ? 0 : 1 + static_cast<std::uint32_t>(std::min(extra_, most - 1.0f));
 }
 
 void SampleShares::share_out() {

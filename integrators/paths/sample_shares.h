@@ -1,18 +1,19 @@
 // How many camera samples each pixel takes in an iteration: more where earlier ones scattered.
 //
 // Where a cache gives smooth light, the remaining noise is at outlines and in penumbrae. Each pixel takes one sample per
-// iteration; further samples are shared out in proportion to the relative standard deviation sigma, because for a given total
-// the sum of sigma_i^2 / n_i is least for n_i ~ sigma_i. Sigma is estimated from the samples so far of the pixel and its eight
-// neighbours, since an outline that just enters a pixel is often seen first beside it.
+// iteration. Further samples are as many for each pixel at first, and as long as sharing them out would leave most of the
+// variance; none where samples hardly differ. Else they are shared out in proportion to the relative standard deviation sigma,
+// because for a given total the sum of sigma_i^2 / n_i is least for n_i ~ sigma_i. Sigma is estimated from the samples so far
+// of the pixel and its eight neighbours, since an outline that just enters a pixel is often seen first beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
 // has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does).
 // That holds for independent samples. The points of a low-discrepancy sequence make up for those before them: a pixel on a
 // lamp's outline that was found dark takes many samples of small weight, which will find the lamp, and one that was found
-// bright goes on with few. So numbers change after 1, 2, 4, 8, ... iterations only, and each such span draws from a part of the
-// sequence whose shuffle is independent of the parts before it (framework/core/sampler.h): points even each other out within a
-// span, and owe nothing to another. Without spans the direct light of a Cornell box of 16 x 16 pixels was 1 % too dark after 32
-// iterations. They cost irradiance-cache 5 to 9 % of relMSE there at 64 x 64 pixels (two seeds).
+// bright goes on with few. So numbers change after 1, 2, 4, 8, ... iterations only, and each span between changes draws from a
+// part of the sequence whose shuffle is independent of the parts before it (framework/core/sampler.h): points even each other
+// out within a span, and owe nothing to another. Without spans the direct light of a Cornell box of 16 x 16 pixels was 1 % too
+// dark after 32 iterations. They cost irradiance-cache 5 to 9 % of relMSE there at 64 x 64 pixels (two seeds).
 #pragma once
 
 #include "framework/core/parallel.h"
@@ -47,11 +48,13 @@ class SampleShares {
   };
 
   void measure();
+  std::uint32_t wanted_of_each() const;
   void share_out();
 
   ivec2 resolution_;
   float extra_;
   std::uint32_t first_, iterations_ = 0, span_ = 0;
+  std::uint32_t even_ = 1;  // samples of each pixel; 0: shared out
   std::vector<Moments> moments_;
   std::vector<std::uint32_t> next_, count_;
   std::vector<float> deviation_;  // relative

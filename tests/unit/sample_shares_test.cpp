@@ -44,6 +44,19 @@ TEST(SampleShares, WithoutExtraSamplesEachPixelTakesOne) {
   EXPECT_EQ(shares.range(3).begin, 5 * SampleShares::most + 2);
 }
 
+TEST(SampleShares, StayInOneSequenceWherePixelsScatterAlike) {
+  SampleShares shares(resolution, 2);
+  Sampler sampler(SamplerKind::independent, 4, Stream::test, 0, 0);
+  for (std::uint32_t iteration = 0; iteration < 5; ++iteration) {
+    for (std::size_t i = 0; i < pixels; ++i) {
+      EXPECT_EQ(shares.range(i).begin, 3 * iteration);
+      EXPECT_EQ(shares.range(i).count, 3u);
+      for (std::uint32_t s = 0; s < 3; ++s) shares.add(i, 1 + sampler.get_1d());
+    }
+    shares.end_iteration();
+  }
+}
+
 TEST(SampleShares, NumbersChosenByWhatWasFoundAddNoBias) {
   // Rare bright samples, which make numbers and values depend on each other most. A mean over all samples of a pixel alike
   // would come out too low: pixels without a bright one so far take few.
