@@ -9,10 +9,11 @@
 namespace etendue {
 
 // The usual probability: the largest component of the throughput, at most 0.95. `eta_scale` undoes the eta^2 of refractions,
-// which is no absorption.
+// which is no absorption. Where paths scatter little, as `evenness` above 1 says, it is so many times as much, and may be 1.
 template <class V>
-auto survival_of(const V& throughput, LaneOf<V> eta_scale) {
-  return min(LaneOf<V>(0.95f), max_component(throughput) * eta_scale);
+auto survival_of(const V& throughput, LaneOf<V> eta_scale, float evenness = 1) {
+  const LaneOf<V> most = evenness > 1 ? 1.0f : 0.95f;
+  return min(most, max_component(throughput) * eta_scale * LaneOf<V>(evenness));
 }
 
 // Draws one number; false where the path ends.

@@ -232,6 +232,7 @@ PilotFindings run_pilot(const RenderContext& context) {
   small.seed = hash_keys(context.seed, 0x70696c6f74u);  // of its own: nothing of the pilot is in the image
   PilotFindings findings;
   look_at_paths(small, findings);
+  small.choose_lights_by(LightChoice::by_need);  // paths may have left some to their BSDF samples
   Vertices vertices(small, context.resolution);
   vertices.look(findings, context.resolution);
   look_at_photons(small, vertices.rough_materials(), findings);

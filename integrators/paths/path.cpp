@@ -2,6 +2,7 @@
 
 #include "framework/core/isa.h"
 #include "integrators/paths/emission.h"
+#include "integrators/paths/path_choices.h"
 #include "integrators/paths/path_event.h"
 #include "integrators/paths/runs.h"
 
@@ -188,6 +189,7 @@ void PathWave::meet(const Event& event) {
                     .mis = settings.mis,
                     .scatters = true,
                     .roulette = depth + 1 >= settings.roulette_depth,
+                    .evenness = settings.evenness,
                     .first = first,
                     .on_triangles = false,
                     .which = {},
@@ -251,8 +253,10 @@ class Path final : public Integrator {
   explicit Path(const PathParams& params) : params_(params), sampler_(parse_sampler(params.sampler)) {}
 
   void prepare(RenderContext& context) override {
-    context.choose_lights_by(params_.lights);
-    settings_ = {context.max_depth(params_.max_depth), params_.roulette_depth, parse_mis(params_.mis)};
+    context.choose_lights_by(params_.lights, params_.mis == "light" ? DirectSamples::of_lights : DirectSamples::of_both);
+    const MisMode mis = params_.mis == "auto" ? choose_mis(context).mode : parse_mis(params_.mis);
+    settings_ = {context.max_depth(params_.max_depth), params_.roulette_depth, mis};
+    if (settings_.roulette_depth < settings_.max_depth) settings_.evenness = roulette_evenness(context, settings_);
   }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {

@@ -1,8 +1,9 @@
 // Unidirectional path tracing with next-event estimation and multiple importance sampling ([Kajiya1986], [Veach1995]).
 //
 // Unbiased up to the depth limit. Depth counts scattering events on the whole path; Russian roulette begins at `roulette_depth`
-// and survives with the largest component of the throughput. The paths of a tile advance together, event by event, so that the
-// ray structure gets many rays at once; the image has the same bits as if each path were traced alone.
+// and survives with the largest component of the throughput, or more where paths scatter little (path_choices.h). The paths of
+// a tile advance together, event by event, so that the ray structure gets many rays at once; the image has the same bits as if
+// each path were traced alone.
 #pragma once
 
 #include "framework/core/parallel.h"
@@ -20,7 +21,7 @@ namespace etendue {
 struct PathParams {
   int max_depth = 0;
   int roulette_depth = 5;
-  std::string mis = "power";
+  std::string mis = "auto";
   std::string sampler = "sobol";
   LightChoice lights = LightChoice::by_need;
 };
@@ -29,7 +30,9 @@ template <class Visitor>
 void describe(Visitor& v, PathParams& p) {
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette begins");
-  v.choice("mis", p.mis, {"power", "balance", "light", "bsdf"}, "how light and BSDF sampling share the work");
+  v.choice(
+      "mis", p.mis, {"auto", "power", "balance", "light", "bsdf"},
+      "how light and BSDF sampling share the work; auto: by the power heuristic, or one alone where the other adds nothing");
   v.choice("sampler", p.sampler, {"sobol", "independent"}, "random numbers");
   describe_lights(v, p.lights);
 }
@@ -40,6 +43,7 @@ struct PathSettings {
   int max_depth = 64;
   int roulette_depth = 5;
   MisMode mis = MisMode::power;
+  float evenness = 1;  // as survival_of (roulette.h)
 };
 
 // A path: its first ray, its random numbers, and the result.

@@ -38,6 +38,7 @@ struct PathEvents {
   MisMode mis;
   bool scatters;  // else direct light alone is wanted
   bool roulette;
+  float evenness = 1;  // as PathSettings
   bool first;         // PathSample::first_normal is wanted
   bool on_triangles;  // of the world; else `points` has the surfaces
   std::span<const std::uint32_t> which;
@@ -125,6 +126,7 @@ template <class F, class Placed>
 void add_direct_light(const PathEvents& events, const SurfaceOf<F>& point, const Placed& bsdf, const Vec3<F>& wo,
                       PathLanes<F>& path, Mask<F> active, Vec3<F>& gain, RayLanes<F>& ray) {
   const Vec2<F> u = path.numbers.get_2d();
+  if (events.mis == MisMode::bsdf && !events.lights.any_delta()) return;
   const LightSampleOf<F> light = sample_lights<F>(events.lights, ray_origin(point, wo), u, active);
   Mask<F> wanted = active & (light.pdf_solid_angle > 0);
   if (events.mis == MisMode::bsdf) wanted = wanted & light.delta;
@@ -150,7 +152,7 @@ Mask<F> scatter(const PathEvents& events, const SurfaceOf<F>& point, const Place
   path.pdf_bsdf = select(scattered.specular, F(0.0f), scattered.pdf_solid_angle);
   ray = {ray_origin(point, scattered.wi), scattered.wi, infinity};
   if (events.roulette)
-    alive = alive & survives_roulette(path.throughput, survival_of(path.throughput, path.eta_scale), path.numbers);
+    alive = alive & survives_roulette(path.throughput, survival_of(path.throughput, path.eta_scale, events.evenness), path.numbers);
   return alive;
 }
 

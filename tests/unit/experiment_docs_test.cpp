@@ -70,7 +70,7 @@ TEST(ExperimentDocs, NameEveryKeyOfTheParser) {
       {"points", "scenes = [\"builtin:cornell-box\"]\n[points]\n" + z},
       {"records", "scenes = [\"builtin:cornell-box\"]\n[records]\n" + z},
       {"throughput", "scenes = [\"builtin:cornell-box\"]\n" + path + "[throughput]\n" + z},
-      {"ledger", base + "[[ledger]]\ncomponent = \"c\"\non = { mis = \"power\" }\noff = { mis = \"light\" }\n" + z},
+      {"ledger", base + "[[ledger]]\ncomponent = \"c\"\non = { mis = \"auto\" }\noff = { mis = \"light\" }\n" + z},
       {"claims", claim + z + "\n" + measure},
       {"claims.measures", claim + measure + z},
       {"timing", "timing = { " + z + " }\n" + claim + measure},

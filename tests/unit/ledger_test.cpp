@@ -95,16 +95,16 @@ TEST(LedgerReport, NamesWhatIsContradictedAndWhyItStands) {
 }
 
 const std::string base = "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\nresolution = [8, 8]\nseeds = 2\n";
-const std::string row = "[[ledger]]\ncomponent = \"c\"\non = { mis = \"power\" }\noff = { mis = \"light\" }\n";
+const std::string row = "[[ledger]]\ncomponent = \"c\"\non = { mis = \"auto\" }\noff = { mis = \"light\" }\n";
 
 TEST(LedgerConfig, MistakesAreErrorsAtTheirPlaces) {
   EXPECT_EQ(config_error(base + row), "no error");
   expect_error(base + replaced(row, "light", "balance2"), "x.toml:8:15", "balance");
-  expect_error(base + replaced(row, "power", "balance"), "x.toml:5:1", "itself is none of");
-  expect_error(base + replaced(row, "power", "light"), "x.toml:5:1", "differ");
+  expect_error(base + replaced(row, "auto", "balance"), "x.toml:5:1", "itself is none of");
+  expect_error(base + replaced(row, "auto", "light"), "x.toml:5:1", "differ");
   expect_error(base + row + "decided = \"caustic\"\n", "x.toml:9:11", "caustic-map");
   expect_error(base + row + "method = \"path\"\naccel = \"sah\"\n", "x.toml:5:1", "one of method, accel and edit");
-  expect_error(base + replaced(row, "power", "balance") + "decide = \"caustic-map\"\n", "x.toml:9:1", "decided");
+  expect_error(base + replaced(row, "auto", "balance") + "decide = \"caustic-map\"\n", "x.toml:9:1", "decided");
   expect_error(base + row + row, "x.toml:9:1", "twice");
   expect_error(replaced(base, "samples = 1", "time = 1") + row, "x.toml:5:3", "samples = N");
   expect_error("accels = [\"sah\"]\n" + base + row, "x.toml:1:1", "of no use beside [[ledger]]");

@@ -1,8 +1,10 @@
 #include "experiments/kinds/ledger/ledger_decisions.h"
 
+#include "accel/registry.h"
 #include "experiments/kinds/second_level.h"
 #include "experiments/run/run_cell.h"
 #include "framework/transport/light_sampling.h"
+#include "integrators/paths/path_choices.h"
 
 #include <array>
 
@@ -20,8 +22,33 @@ MadeDecision caustic_map(const DecisionPlace& place) { return {place.needs.caust
 
 MadeDecision light_tree(const DecisionPlace& place) {
   LightSampler lights(place.scene);
-  lights.choose_by(LightChoice::by_need);
+  lights.choose_by(LightChoice::by_need, DirectSamples::of_both);
   return {lights.choice() == LightChoice::tree, reason(place, "choice of lights")};
+}
+
+MisChoice mis_of(const DecisionPlace& place) {
+  const auto rays = find_ray_structure("auto", {}).make(place.scene, {});
+  LightSampler lights(place.scene);
+  lights.choose_by(LightChoice::by_need, DirectSamples::of_both);
+  PhaseTimes phases;
+  return choose_mis({.scene = place.scene,
+                     .needs = place.needs,
+                     .rays = *rays,
+                     .lights = lights,
+                     .resolution = place.resolution,
+                     .phases = phases,
+                     .make_points = {},
+                     .make_records = {}});
+}
+
+MadeDecision both_samples(const DecisionPlace& place) {
+  const MisChoice choice = mis_of(place);
+  return {choice.mode == MisMode::power, choice.why};
+}
+
+MadeDecision light_samples(const DecisionPlace& place) {
+  const MisChoice choice = mis_of(place);
+  return {choice.mode != MisMode::bsdf, choice.why};
 }
 
 MadeDecision second_level(const DecisionPlace& place) { return {place.needs.two_levels, reason(place, "two-level structure")}; }
@@ -38,7 +65,10 @@ std::span<const LedgerDecision> ledger_decisions() {
       LedgerDecision{"caustic-map",
                      "whether methods whose light comes along paths from the camera take caustics from a map of photons",
                      caustic_map},
+      LedgerDecision{"light-sampling", "whether paths take light samples of what rays can meet", light_samples},
       LedgerDecision{"light-tree", "whether light samples choose lights by a tree", light_tree},
+      LedgerDecision{"multiple-importance-sampling", "whether paths find direct light by light and BSDF samples both",
+                     both_samples},
       LedgerDecision{"optimised-tree", "whether the structure `auto` is an optimised tree",
                      [](const DecisionPlace& place) { return structure(place, "sah"); }},
       LedgerDecision{"second-level", "whether there is a tree over instances", second_level},

@@ -1,0 +1,27 @@
+// What path tracing decides by looking at a scene: which samples are to find direct light, and how early roulette may end
+// paths.
+#pragma once
+
+#include "integrators/paths/path.h"
+
+namespace etendue {
+
+struct MisChoice {
+  MisMode mode = MisMode::power;
+  const char* why = "";
+};
+
+// BSDF samples alone where light samples cannot bring more: light is the same in all directions, or what lights send meets
+// specular surfaces first, behind which no light sample finds it. Light samples alone where surfaces are diffuse and so far
+// from each light that these are everywhere denser than BSDF samples: their share of the weight would only add its noise. Else
+// both, by the power heuristic. Depends on the scene and on how its lights are chosen.
+MisChoice choose_mis(const RenderContext& context);
+
+// How many times its throughput a path's chance to survive roulette may be: the mean of a pixel over the standard deviation of
+// its paths, which is the ratio of least cost for a given error ([Veach1997] 10.4), where that is above `least_evenness`;
+// else 1. Where every path brings the same, roulette is all the noise there is. From few paths, more of them where those
+// scatter little.
+float roulette_evenness(const RenderContext& context, const PathSettings& settings);
+constexpr float least_evenness = 4;
+
+}  // namespace etendue

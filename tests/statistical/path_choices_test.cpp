@@ -1,0 +1,73 @@
+// What path tracing decides by a scene: the decisions, and that images keep their means.
+#include "integrators/paths/path_choices.h"
+#include "framework/scene/builder.h"
+#include "framework/transport/roulette.h"
+#include "tests/block_agreement.h"
+#include "tests/image_checks.h"
+#include "tests/scene_context.h"
+
+#include <gtest/gtest.h>
+
+namespace etendue {
+namespace {
+
+using testing::params_of;
+using testing::SceneContext;
+
+MisMode mis_of(const char* name) {
+  const SceneContext scene(load_scene(name), {16, 16});
+  return choose_mis(scene.context).mode;
+}
+
+TEST(PathChoices, DirectLightIsFoundByTheSamplesThatBringIt) {
+  for (const char* name : {"builtin:white-furnace", "builtin:thin-wall", "builtin:broad-light", "builtin:hidden-occluder",
+                           "builtin:slit-light", "builtin:two-occluders", "builtin:furnace"})
+    EXPECT_EQ(mis_of(name), MisMode::bsdf) << name;
+  for (const char* name : {"builtin:polygon-light", "builtin:sphere-light", "builtin:disc-light"})
+    EXPECT_EQ(mis_of(name), MisMode::light) << name;
+  for (const char* name : {"builtin:cornell-box", "builtin:cornell-spheres", "builtin:veach-mis", "builtin:glowing-room",
+                           "builtin:stadium", "builtin:water", "builtin:broad-light?veil=false"})
+    EXPECT_EQ(mis_of(name), MisMode::power) << name;
+}
+
+TEST(PathChoices, RouletteWaitsWherePathsBringTheSame) {
+  const auto evenness = [](const char* name) {
+    const SceneContext scene(load_scene(name), {16, 16});
+    return roulette_evenness(scene.context, {});
+  };
+  EXPECT_GT(evenness("builtin:furnace"), 1e4f);
+  EXPECT_GT(evenness("builtin:lambert-sphere"), 1e4f);
+  EXPECT_EQ(evenness("builtin:cornell-box"), 1);
+  EXPECT_EQ(evenness("builtin:veach-mis"), 1);
+  EXPECT_EQ(survival_of(Rgb(0.5f), 1.0f), 0.5f);
+  EXPECT_EQ(survival_of(Rgb(0.5f), 1.0f, 1.5f), 0.75f);
+  EXPECT_EQ(survival_of(Rgb(0.5f), 1.0f, 4), 1);
+  EXPECT_EQ(survival_of(Rgb(1), 1.0f), 0.95f);
+}
+
+// An even sky, a lamp and the sun over surfaces of each kind.
+Scene under_the_sky() {
+  SceneBuilder b("under the sky");
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.6f)}));
+  b.quadric(Sphere{{0.6f, 0.5f, 0.4f}, 0.5f}, b.material(Conductor{.ideal = true, .alpha = vec2(0.3f)}));
+  b.quadric(Sphere{{-0.7f, 0.5f, 0}, 0.5f}, b.material(Dielectric{.eta = 1.5f}));
+  b.quadric(Disk{{0, 2, 0}, 0.3f, {0, -1, 0}}, b.material(Diffuse{Rgb(0)}), Rgb(8));
+  b.light(DirectionalLight{glm::normalize(vec3(1, -2, -1)), Rgb(0.4f)});
+  b.light(EnvironmentLight{.scale = Rgb(0.5f), .size = {}, .texels = {}, .light_to_world = {}});
+  b.camera({0, 1.6f, 4.5f}, {0, 0.6f, 0}, 42, {16, 16});
+  return b.finish();
+}
+
+TEST(PathChoices, AnEvenSkyFoundByBsdfSamplesMakesTheSameImage) {
+  const auto with = [](const char* mis, const char* lights) {
+    ParamMap params = params_of({{"mis", mis}, {"lights", lights}});
+    params["max_depth"] = {std::int64_t{4}, {}};
+    return params;
+  };
+  testing::expect_agreement(under_the_sky(), {.resolution = {12, 12}, .block = 4, .comparisons = 1},
+                            {"path", with("power", "power"), 128, 0},
+                            {{"path", with("auto", "auto"), 96, 0}, {"path", with("balance", "auto"), 96, 0}});
+}
+
+}  // namespace
+}  // namespace etendue
