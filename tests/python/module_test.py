@@ -68,11 +68,11 @@ class Module(unittest.TestCase):
         self.assertLess(timed["time_s"], 1)
 
     def test_measures_errors_as_the_program_does(self):
-        scene = etendue.load("builtin:lambert-sphere")
+        scene = etendue.load("builtin:polygon-light")
         truth = etendue.reference(scene, resolution=(16, 16))
         image = etendue.render(scene, samples=4, resolution=(16, 16))["image"]
         arguments = ["--spp", "4", "--resolution", "16x16", "-o", "b.exr", "--json"]
-        theirs = json.loads(call("render", "builtin:lambert-sphere", *arguments).stdout)
+        theirs = json.loads(call("render", "builtin:polygon-light", *arguments).stdout)
         self.assertAlmostEqual(etendue.compare(image, truth)["relmse"] / theirs["relmse"], 1, places=4)
         with self.assertRaisesRegex(etendue.Error, "16 x 16 pixels; expected 8 x 8"):
             etendue.compare(image, truth[:8, :8])

@@ -31,7 +31,7 @@ constexpr const char* exact_scenes[] = {"builtin:lambert-sphere", "builtin:lambe
 TEST(PathTracer, MatchesEveryClosedFormInEveryMisMode) {
   for (const char* scene : exact_scenes)
     for (const char* mis : {"power", "balance", "light", "bsdf"})
-      expect_mean_exact(scene, "path", {{"mis", {std::string(mis), {}}}}, 16);
+      expect_mean_exact(scene, "path", {{"mis", {std::string(mis), {}}}, {"max_depth", {std::int64_t{1024}, {}}}}, 16);
 }
 
 TEST(PathTracer, WhiteFurnaceIsOneEverywhere) {

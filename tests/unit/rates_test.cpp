@@ -217,7 +217,7 @@ class RatesRun : public ProgramTest {};
 TEST_F(RatesRun, ExperimentEndsInATableAndChartsOfRates) {
   write_file(
       "small.toml",
-      "scenes = [\"builtin:lambert-sphere\"]\nseeds = 3\nbudget = { samples = 32 }\nresolution = [12, 12]\n"
+      "scenes = [\"builtin:polygon-light\"]\nseeds = 3\nbudget = { samples = 32 }\nresolution = [12, 12]\n"
       "metrics = [\"mse\"]\n[[integrators]]\nname = \"path\"\nsampler = \"independent\"\n"
       "[[regions]]\nname = \"middle\"\nfrom = [0.25, 0.25]\nto = [0.75, 0.75]\n"
       "[[predictions]]\nmethod = \"path\"\nregion = \"middle\"\nexpect = { exponent = -1 }\nsource = \"independent samples\"\n"
@@ -228,14 +228,14 @@ TEST_F(RatesRun, ExperimentEndsInATableAndChartsOfRates) {
   EXPECT_NE(outcome.out.find("2 predictions: "), std::string::npos) << outcome.out;
   const auto out = directory_ / "out/small";
   EXPECT_NE(read_text_file(out / "tables/predictions.csv").find("variance over iterations"), std::string::npos);
-  EXPECT_TRUE(well_formed(read_text_file(out / "charts/rate-lambert-sphere-middle-variance-iterations.svg")));
+  EXPECT_TRUE(well_formed(read_text_file(out / "charts/rate-polygon-light-middle-variance-iterations.svg")));
   EXPECT_NE(read_text_file(out / "report.html").find("id=\"predictions\""), std::string::npos);
 
   const RunLog log = read_log((out / "runs.jsonl").string());
   const CheckpointRecord& last = log.checkpoints.back();
   const Image image = read_exr((out / log.cells.back().image).string());
   const Image reference = read_exr((out / log.references.front().file).string());
-  const Region middle = make_regions(log.stated.regions, "builtin:lambert-sphere", {12, 12}).at(0);
+  const Region middle = make_regions(log.stated.regions, "builtin:polygon-light", {12, 12}).at(0);
   EXPECT_NEAR(last.regions.at("middle").at("mse"), mse(crop(image, middle), crop(reference, middle)),
               1e-5 * last.metrics.at("mse"));
   const Image strip = read_exr((out / log.cells.back().strip).string());

@@ -86,7 +86,7 @@ void record_path(const Scene& scene, const RayQuery& tracer, int resolution, Ray
   const auto camera = camera_rays(stage.context());
   recorder.record(&camera, &rays[index_of(RayKind::primary)], &rays[index_of(RayKind::diffuse)],
                   &rays[index_of(RayKind::shadow)]);
-  const auto path = make_integrator("path", {{"max_depth", {path_events, {}}}});
+  const auto path = make_integrator("path", {{"max_depth", {path_events, {}}}, {"mis", {std::string("power"), {}}}});
   path->prepare(stage.context());
   path->iteration(stage.context(), 0, film);
 }
