@@ -205,8 +205,7 @@ NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius)
     // On the point's own sheet the side is that of the normal. Where it is flat, and nothing else near, directions tell sides.
     const bool apart = std::abs(height) > 2 * rounding_, own = !apart && std::abs(facing) > 0.999f;
     walls.add(sheet, apart ? std::copysign(1.0f, height) : own ? std::copysign(1.0f, facing) : 0.0f, own);
-    // What lies inside of a sphere, it hides from nothing else there.
-    if (!own || (sheet.is_sphere && facing > 0)) walls.count_ = static_cast<int>(cell.count);
+    if (!own || sheet.is_sphere) walls.count_ = static_cast<int>(cell.count);
   }
   return walls;
 }
