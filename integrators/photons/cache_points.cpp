@@ -49,6 +49,14 @@ CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepe
   });
 }
 
+CachePoint find_rough_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind kind,
+                            const RoughMaterials& rough_materials) {
+  return follow_pixel(context, pixel, deepest, kind, [&rough_materials](const SurfacePoint& point, const Bsdf& bsdf) {
+    if (!rough_materials(point.material)) return Follow::goes_on;
+    return bsdf.is_diffuse() && !is_cached(bsdf) ? Follow::ends : Follow::arrives;
+  });
+}
+
 Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo) {
   if (bsdf.is_diffuse()) return bsdf.diffuse_albedo();
   const float eta = std::get<Plastic>(scene.materials[point.material]).eta;

@@ -44,6 +44,10 @@ CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, 
 CachePoint find_cache_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
                             const RoughMaterials* rough_materials = nullptr);
 
+// The same to the first of the `rough_materials`, cached or not, unless that is black.
+CachePoint find_rough_point(const RenderContext& context, ivec2 pixel, int deepest, SamplerKind sampler,
+                            const RoughMaterials& rough_materials);
+
 // The share of uniform incident light that the diffuse part reflects towards wo. A coated base, f = g T(wo) T(wi) / pi, is
 // evaluated along the normal and T(wi) replaced by its cosine-weighted mean.
 Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo);

@@ -52,14 +52,15 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   parallel_for(radii.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
     const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, rough_materials_.get());
-    if (!seen) return;
-    const auto point = [&](PhotonHistory histories) {
-      return GatherPoint::irradiance(seen.position, seen.geometric, seen.origin, use_.max_depth, histories);
+    if (seen)
+      radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), widest);
+    const CachePoint rough = find_rough_point(context, pixel, use_.max_depth, use_.sampler, *rough_materials_);
+    if (!separate_caustics_ || !rough) return;
+    const auto light_of = [&](PhotonHistory histories) {
+      return luminance(map.estimate(
+          context, GatherPoint::irradiance(rough.position, rough.geometric, rough.origin, use_.max_depth, histories)));
     };
-    radii[i] = map.distance_to(context, near, point(photon_any), widest);
-    if (!separate_caustics_) return;
-    const float light = luminance(map.estimate(context, point(photon_any)));
-    if (light > 0) shares[i] = luminance(map.estimate(context, point(photon_caustic))) / light;
+    if (const float light = light_of(photon_any); light > 0) shares[i] = light_of(photon_caustic) / light;
   });
   const float most_caustic = *std::ranges::max_element(shares);
   if (params_.caustic_map == CausticMap::where_needed && params_.caustic_photons == 0 && most_caustic < least_caustic_share)

@@ -91,7 +91,7 @@ bool ProgressivePasses::is_even(const RenderContext& context, const PhotonMap& m
   std::vector<float> deviations(lines * lines, -1);
   parallel_for(deviations.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
-    const CachePoint seen = find_cache_point(context, pixel, max_depth_, params_.sampler, rough_materials_.get());
+    const CachePoint seen = find_rough_point(context, pixel, max_depth_, params_.sampler, *rough_materials_);
     if (!seen) return;
     const GatherPoint at = GatherPoint::irradiance(seen.position, seen.geometric, seen.origin);
     for (const int far : {many_neighbours, many_neighbours / 2}) {
