@@ -84,6 +84,12 @@ auto place_lobes(const M& material, const Point& point, const Colours& colour) {
                                Lobes(material, colour)};
 }
 
+// What a BSDF says of two directions: f(wo, wi) |cos(wi)|, and the densities of wi given wo and of wo given wi.
+struct BsdfPair {
+  Rgb value{0};
+  float pdf = 0, pdf_reverse = 0;
+};
+
 // The BSDF of any material at one point.
 class Bsdf {
  public:
@@ -91,6 +97,8 @@ class Bsdf {
 
   Rgb evaluate(const vec3& wo, const vec3& wi, TransportMode mode = TransportMode::radiance) const;
   float pdf(const vec3& wo, const vec3& wi) const;
+  // Both of evaluate, and of pdf in either order; 0 where the value is black.
+  BsdfPair pair(const vec3& wo, const vec3& wi, TransportMode mode = TransportMode::radiance) const;
   BsdfSample sample(const vec3& wo, float u_lobe, const vec2& u, TransportMode mode = TransportMode::radiance) const;
 
   bool has_specular() const { return has_specular_; }

@@ -11,8 +11,6 @@ namespace {
 
 enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
 
-// Pixels a side of a tile whose shadow rays are traced together.
-constexpr int tile_of_paths = 8;
 // Points a side of the grid at which the pilot pass looks for light vertices, and its number among the iterations.
 constexpr int pilot_grid = 32;
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
@@ -110,14 +108,12 @@ void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
     merges_.build(context, light_paths_, settings_, params_.structure);
   }
   const auto timed = context.phases.measure("trace");
-  parallel_tiles(context.resolution, tile_of_paths, [&](const Tile& whole) {
-    const Tile tile = context.seen(whole);
-    CameraPaths paths(context, settings_, light_paths_, merges_);
-    std::array<Rgb, tile_of_paths * tile_of_paths> radiance{};
+  parallel_for(path_tile_count(context.resolution), 1, [&](std::size_t number) {
+    const Tile tile = context.seen(path_tile(context.resolution, number));
+    static thread_local std::vector<Rgb> radiance;
+    radiance.assign(static_cast<std::size_t>(tile.end.x - tile.begin.x) * (tile.end.y - tile.begin.y), Rgb(0));
+    VcmCameraPaths(context, settings_, light_paths_, merges_).trace(tile, index, radiance);
     auto value = radiance.begin();
-    for_pixels(tile, [&](ivec2 pixel) { paths.trace(pixel, index, *value++); });
-    paths.finish();
-    value = radiance.begin();
     for_pixels(tile, [&](ivec2 pixel) {
       const std::size_t i = pixel_index(pixel, context.resolution);
       const Rgb seen = *value++;

@@ -6,17 +6,26 @@
 
 namespace etendue {
 
-// Traces camera paths one after the other; the shadow rays of all are traced together at the end.
-class CameraPaths {
+// A camera path under way.
+struct CameraWalk {
+  SubPath path;
+  Sampler sampler;
+  std::span<const LightVertex> lights;  // of its light path
+  Rgb* radiance;                        // what it gathers
+  CameraTrail* trail;                   // null where weights do not ask for it
+};
+
+// Traces the camera paths of a tile together, event by event, and their shadow rays at the end.
+class VcmCameraPaths {
  public:
-  CameraPaths(const RenderContext& context, const VcmSettings& settings, const LightPaths& light_paths, const VcmMerges& merges)
+  VcmCameraPaths(const RenderContext& context, const VcmSettings& settings, const LightPaths& light_paths,
+                 const VcmMerges& merges)
       : context_(context), settings_(settings), light_paths_(light_paths), merges_(merges) {
     densities_.count_strategies(static_cast<float>(settings.paths), settings.merge_area());
   }
 
-  // Adds what a path of iteration `index` gathers, some of it in `finish`: until then `radiance` must stay where it is.
-  void trace(ivec2 pixel, std::uint32_t index, Rgb& radiance);
-  void finish();
+  // Adds what the paths of iteration `index` gather, pixel by pixel as for_pixels has them.
+  void trace(const Tile& tile, std::uint32_t index, std::span<Rgb> radiance);
 
  private:
   // A vertex of a camera path, with `depth` events before it.
@@ -24,7 +33,7 @@ class CameraPaths {
     const SurfacePoint& point;
     const Bsdf& bsdf;
     vec3 wo;
-    const SubPath& path;
+    const CameraWalk& walk;
     int depth;
   };
   struct Gain {
@@ -32,18 +41,20 @@ class CameraPaths {
     Rgb value;
   };
 
+  bool meet(CameraWalk& walk, Ray& ray, const SurfacePoint* met, int depth);
   // Appends a vertex to the trail.
-  void follow(const SubPath& path, float distance, float cos_in);
-  Rgb emitted_with_mis(const SubPath& path, const Hit& hit, const SurfacePoint* point, int depth);
-  void next_event(const Vertex& vertex, Sampler& sampler, Rgb& radiance);
-  void connect(const Vertex& vertex, const LightVertex& light, Rgb& radiance);
-  void merge(const Vertex& vertex, Rgb& radiance);
+  void follow(CameraTrail& trail, const Ray& ray, int depth, float cos_in) const;
+  Rgb emitted_with_mis(const CameraWalk& walk, const Ray& ray, const SurfacePoint* point, int depth);
+  void next_event(const Vertex& vertex, Sampler& sampler);
+  void connect(const Vertex& vertex, const LightVertex& light);
+  void merge(const Vertex& vertex);
+  void finish();
 
   const RenderContext& context_;
   const VcmSettings& settings_;
   const LightPaths& light_paths_;
   const VcmMerges& merges_;
-  CameraTrail trail_;
+  std::vector<CameraTrail> trails_;  // of the paths, where weights ask for them
   PathDensities densities_;
   std::vector<Gain> gains_;
   std::vector<Ray> shadow_rays_;  // of the gains

@@ -2,7 +2,21 @@
 
 #include "framework/core/parallel.h"
 
+#include <numeric>
+
 namespace etendue {
+
+namespace {
+
+// A light path under way.
+struct LightWalk {
+  std::uint32_t number;  // in its chunk
+  SubPath path;
+  LightRay emitted;
+  Sampler sampler;
+};
+
+}  // namespace
 
 class LightPaths::Tracer {
  public:
@@ -11,67 +25,98 @@ class LightPaths::Tracer {
     densities_.count_strategies(static_cast<float>(settings.paths), settings.merge_area());
   }
 
-  void trace(std::uint64_t particle) {
-    Sampler sampler(settings_.sampler, context_.seed, Stream::light_path, particle >> 32, static_cast<std::uint32_t>(particle));
-    walk(sampler);
-    chunk_.path_end.push_back(static_cast<std::uint32_t>(chunk_.vertices.size()));
-  }
-
-  // The splats that nothing blocks.
-  void finish() {
-    for_unoccluded(context_, chunk_.lens_rays, [&](std::size_t i) { add_splats(chunk_.candidates[i]); });
-    chunk_.lens_rays.clear();
-    chunk_.candidates.clear();
+  // `count` of them, from `first` on.
+  void trace(std::uint64_t first, std::uint32_t count) {
+    auto& [walks, wave, found] = memory_;
+    walks.clear();
+    wave.clear();
+    found.clear();
+    for (std::uint32_t i = 0; i < count; ++i) emit(first + i, i);
+    for (LightWalk& walk : walks) wave.start(&walk, walk.emitted.ray);
+    etendue::count(Counter::photons_emitted, walks.size());
+    if (settings_.max_depth > 0)
+      wave.run(context_, 0, [&](LightWalk* walk, Ray& ray, const SurfacePoint* met, int depth) {
+        return met != nullptr && meet(*walk, ray, *met, depth);
+      });
+    keep_in_order(count);
   }
 
  private:
+  // A splat that counts if nothing blocks its way.
+  struct Candidate {
+    Tracer* tracer;
+    vec2 film;
+    Rgb value;
+
+    void arrive(const Ray& /*way*/) const { tracer->add_splats(film, value); }
+  };
+  struct Memory {
+    std::vector<LightWalk> walks;
+    Wavefront<LightWalk*, Candidate> wave;
+    std::vector<Found> found;  // event by event
+  };
+  static Memory& memory_of_thread() {
+    static thread_local Memory memory;
+    return memory;
+  }
+
   // Light that falls on the film counts for each pixel whose filter reaches there.
-  void add_splats(const Candidate& candidate) {
+  void add_splats(const vec2& film, const Rgb& value) {
     const ivec2 size = context_.resolution;
     const auto key = [&](int x, int y) { return static_cast<std::uint32_t>(y * size.x + x); };
     const PixelFilter* const filter = context_.scene.filter.get();
     if (filter == nullptr) {
-      const ivec2 pixel(candidate.film);
-      chunk_.splats.push_back({key(pixel.x, pixel.y), candidate.value});
+      const ivec2 pixel(film);
+      chunk_.splats.push_back({key(pixel.x, pixel.y), value});
       return;
     }
     const vec2 radius = filter->shape().radius;
-    const ivec2 first = glm::max(ivec2(glm::floor(candidate.film - radius - 0.5f)), ivec2(0));
-    const ivec2 last = glm::min(ivec2(glm::ceil(candidate.film + radius - 0.5f)), size - 1);
+    const ivec2 first = glm::max(ivec2(glm::floor(film - radius - 0.5f)), ivec2(0));
+    const ivec2 last = glm::min(ivec2(glm::ceil(film + radius - 0.5f)), size - 1);
     for (int y = first.y; y <= last.y; ++y)
       for (int x = first.x; x <= last.x; ++x)
-        if (const float density = filter->density(candidate.film - (vec2(x, y) + 0.5f)); density != 0)
-          chunk_.splats.push_back({key(x, y), density * candidate.value});
+        if (const float density = filter->density(film - (vec2(x, y) + 0.5f)); density != 0)
+          chunk_.splats.push_back({key(x, y), density * value});
   }
 
-  void walk(Sampler& sampler) {
+  void emit(std::uint64_t particle, std::uint32_t number) {
+    Sampler sampler(settings_.sampler, context_.seed, Stream::light_path, particle >> 32, static_cast<std::uint32_t>(particle));
     const float u_light = context_.needs.light_choice ? sampler.get_1d() : 0;
     const vec2 u_position = sampler.get_2d();
     const auto emitted = context_.lights.emit(u_light, u_position, sampler.get_2d());
     if (!emitted || is_black(emitted->power) || !(emitted->pdf > 0)) return;
-    count(Counter::photons_emitted);
-    SubPath path{.ray = emitted->ray, .throughput = emitted->power, .roulette = 1 / max_component(emitted->power)};
-    for (int depth = 0; depth < settings_.max_depth; ++depth) {
-      const Hit hit = etendue::trace(context_, path.ray);
-      if (!hit) return;
-      const SurfacePoint point = context_.scene.surface_at(path.ray, hit);
-      arrive(path, *emitted, point, hit.t, depth);
-      if (settings_.correlation) follow(path, *emitted, point, hit.t, depth);
-      const Bsdf bsdf(context_.scene, point);
-      if (bsdf.has_non_specular()) {
-        splat(path, point, bsdf, sampler, depth);
-        const LightTrail* const trail = settings_.correlation ? &chunk_.trails.back() : nullptr;
-        if (keep_) chunk_.vertices.push_back({point, -path.ray.direction, hit.t, path.throughput, path.mis, depth + 1, trail});
-      }
-      if (depth + 1 >= settings_.max_depth ||
-          !scatter(path, settings_, point, bsdf, sampler, depth, TransportMode::importance, chunk_.trail))
-        return;
-    }
+    const SubPath path{.throughput = emitted->power, .roulette = 1 / max_component(emitted->power)};
+    memory_.walks.push_back({number, path, *emitted, sampler});
   }
 
-  void arrive(SubPath& path, const LightRay& emitted, const SurfacePoint& point, float distance, int depth) const {
+  bool meet(LightWalk& walk, Ray& ray, const SurfacePoint& point, int depth) {
+    SubPath& path = walk.path;
+    LightTrail* const trail = settings_.correlation ? &chunk_.trails[walk.number] : nullptr;
+    arrive(walk, ray, point, depth);
+    if (trail) follow(*trail, walk, ray, point, depth);
+    const Bsdf bsdf(context_.scene, point);
+    if (bsdf.has_non_specular()) {
+      splat(walk, -ray.direction, point, bsdf, depth, trail);
+      if (keep_)
+        memory_.found.push_back({walk.number, {point, -ray.direction, ray.t_max, path.throughput, path.mis, depth + 1, trail}});
+    }
+    return depth + 1 < settings_.max_depth && scatter(path, ray, settings_, point, bsdf, walk.sampler, depth,
+                                                      TransportMode::importance, trail ? &trail->vertices : nullptr);
+  }
+
+  // What was found event by event, path by path.
+  void keep_in_order(std::uint32_t count) {
+    chunk_.path_end.assign(count, 0);
+    for (const Found& found : memory_.found) ++chunk_.path_end[found.path];
+    std::exclusive_scan(chunk_.path_end.begin(), chunk_.path_end.end(), chunk_.path_end.begin(), 0u);
+    chunk_.vertices.resize(memory_.found.size());
+    for (const Found& found : memory_.found) chunk_.vertices[chunk_.path_end[found.path]++] = found.vertex;
+  }
+
+  void arrive(LightWalk& walk, const Ray& ray, const SurfacePoint& point, int depth) const {
     if (!settings_.connect) return;
-    const float cos_in = std::abs(glm::dot(path.ray.direction, point.normal));
+    auto& [number, path, emitted, sampler] = walk;
+    const float cos_in = std::abs(glm::dot(ray.direction, point.normal)), distance = ray.t_max;
     if (depth > 0) return path.mis.arrive(square(distance), cos_in);
     const bool delta = emitted.delta_position || emitted.delta_direction;
     path.mis = MisPartials::at_light(emitted.pdf, context_.lights.direct_pdf(emitted, point.position),
@@ -81,53 +126,54 @@ class LightPaths::Tracer {
   }
 
   // Densities relative to those that at_light has: without the distance where the light is infinitely far.
-  void follow(const SubPath& path, const LightRay& emitted, const SurfacePoint& point, float distance, int depth) {
-    const float cos_in = std::abs(glm::dot(path.ray.direction, point.normal));
+  void follow(LightTrail& trail, const LightWalk& walk, const Ray& ray, const SurfacePoint& point, int depth) const {
+    const float cos_in = std::abs(glm::dot(ray.direction, point.normal)), distance = ray.t_max;
     if (depth > 0) {
-      chunk_.trail.push_back(chunk_.trail.back().next(square(distance), cos_in));
+      trail.vertices.push_back(trail.vertices.back().next(square(distance), cos_in));
       return;
     }
+    const LightRay& emitted = walk.emitted;
     const bool delta = emitted.delta_position || emitted.delta_direction;
     const bool area = std::holds_alternative<AreaLight>(context_.scene.lights[emitted.light]);
     const float d2 = area || emitted.delta_position ? square(distance) : 1;
     const float cos_light = glm::dot(emitted.normal, emitted.ray.direction);
     const float direct = context_.lights.direct_pdf(emitted, point.position) * cos_light / (area ? d2 : 1);
-    chunk_.trails.push_back({{direct, delta ? 0.0f : 1.0f, area ? 2 : 1}, &chunk_.trail, chunk_.trail.size()});
-    chunk_.trail.push_back({emitted.pdf * cos_in / d2, cos_light / d2});
+    trail.light = {direct, delta ? 0.0f : 1.0f, area ? 2 : 1};
+    trail.vertices.assign(1, {emitted.pdf * cos_in / d2, cos_light / d2});
   }
 
-  void splat(const SubPath& path, const SurfacePoint& point, const Bsdf& bsdf, Sampler& sampler, int depth) {
-    const vec2 lens = context_.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
+  void splat(LightWalk& walk, const vec3& wo, const SurfacePoint& point, const Bsdf& bsdf, int depth, const LightTrail* trail) {
+    const SubPath& path = walk.path;
+    const vec2 lens = context_.needs.thin_lens ? walk.sampler.get_2d() : vec2(0.5f);
     const vec2 beyond = context_.scene.filter ? context_.scene.filter->shape().radius : vec2(0);
     const auto lens_point = context_.scene.camera.connect(context_.resolution, point.position, lens, beyond);
     if (!lens_point) return;
-    const vec3 towards = lens_point->lens_point - point.position, wo = -path.ray.direction;
+    const vec3 towards = lens_point->lens_point - point.position;
     const float distance = glm::length(towards);
     const vec3 wi = towards / distance;
-    const Rgb scattered = bsdf.evaluate(wo, wi, TransportMode::importance);
+    const auto [scattered, forward, reverse] = bsdf.pair(wo, wi, TransportMode::importance);
     if (is_black(scattered) || !(distance > 0)) return;
     const auto light_paths = static_cast<float>(settings_.paths);
     float weight = 1 / light_paths;
     if (settings_.connect) {
       // [Georgiev2012b] eq. 46, 47: the camera's density at the point, over the number of splats tried.
       const float pdf_camera_area = lens_point->importance * std::abs(glm::dot(wi, point.normal));
-      const float reverse = bsdf.pdf(wi, wo);
-      if (settings_.correlation) {
-        const LightTrail& trail = chunk_.trails.back();
-        densities_.connect(trail.light, trail.part(depth + 1), {}, {pdf_camera_area, 0, reverse, 0}, square(distance));
+      if (trail) {
+        densities_.connect(trail->light, trail->part(depth + 1), {}, {pdf_camera_area, 0, reverse, 0}, square(distance));
         weight *= densities_.connection(static_cast<std::size_t>(depth) + 1);
       } else {
         weight *= mis_balance(pdf_camera_area / light_paths * path.mis.connected(settings_.mis_merge(), reverse), 0);
       }
     }
-    chunk_.candidates.push_back({lens_point->film, path.throughput * scattered * (lens_point->importance * weight)});
-    chunk_.lens_rays.push_back(segment(ray_origin(point, wi), lens_point->lens_point));
+    memory_.wave.gain({this, lens_point->film, path.throughput * scattered * (lens_point->importance * weight)},
+                      segment(ray_origin(point, wi), lens_point->lens_point));
   }
 
   const RenderContext& context_;
   const VcmSettings& settings_;
   bool keep_;
   Chunk& chunk_;
+  Memory& memory_ = memory_of_thread();
   PathDensities densities_;
 };
 
@@ -135,16 +181,11 @@ void LightPaths::trace(const RenderContext& context, const VcmSettings& settings
   chunks_.resize((settings.paths + chunk_size - 1) / chunk_size);
   parallel_for(chunks_.size(), 1, [&](std::size_t c) {
     Chunk& chunk = chunks_[c];
-    chunk.vertices.clear();
-    chunk.path_end.clear();
     chunk.splats.clear();
-    chunk.trails.clear();
-    chunk.trail.clear();
-    if (settings.correlation) chunk.trails.reserve(chunk_size);  // pointed to
-    Tracer tracer(context, settings, keep, chunk);
-    const auto first = static_cast<std::uint32_t>(c) * chunk_size, end = std::min(settings.paths, first + chunk_size);
-    for (std::uint32_t i = first; i < end; ++i) tracer.trace(static_cast<std::uint64_t>(iteration) * settings.paths + i);
-    tracer.finish();
+    if (settings.correlation) chunk.trails.resize(chunk_size);
+    const auto first = static_cast<std::uint32_t>(c) * chunk_size;
+    Tracer(context, settings, keep, chunk)
+        .trace(static_cast<std::uint64_t>(iteration) * settings.paths + first, std::min(chunk_size, settings.paths - first));
   });
 }
 

@@ -1,6 +1,7 @@
 // Light paths: traced from the lights, each vertex joined to the lens (a splat) and, where wanted, kept to be joined to.
 //
-// Paths come in chunks of fixed size, each with its own lists in the order of its paths. Nothing depends on the threads.
+// Paths come in chunks of fixed size, which are traced together, event by event. Each has its own lists: vertices in the order
+// of its paths, splats in the order of their events. Nothing depends on the threads.
 #pragma once
 
 #include "integrators/bidirectional/vcm_paths.h"
@@ -13,10 +14,9 @@ namespace etendue {
 // The vertices of a light path, delta lobes included; kept for weights that ask for them.
 struct LightTrail {
   TrailLight light;
-  const std::vector<TrailVertex>* vertices;  // of many paths
-  std::size_t first;                         // of this one
+  std::vector<TrailVertex> vertices;
 
-  Trail part(int events) const { return Trail(*vertices).subspan(first, static_cast<std::size_t>(events)); }
+  Trail part(int events) const { return Trail(vertices).first(static_cast<std::size_t>(events)); }
 };
 
 struct LightVertex {
@@ -47,18 +47,15 @@ class LightPaths {
     std::uint32_t pixel;
     Rgb value;
   };
-  struct Candidate {
-    vec2 film;
-    Rgb value;
+  struct Found {
+    std::uint32_t path;  // of the chunk
+    LightVertex vertex;
   };
   struct Chunk {
     std::vector<LightVertex> vertices;
     std::vector<std::uint32_t> path_end;  // into vertices
     std::vector<Splat> splats;
-    std::vector<Candidate> candidates;
-    std::vector<Ray> lens_rays;  // of the candidates
-    std::vector<LightTrail> trails;
-    std::vector<TrailVertex> trail;  // vertices of the trails
+    std::vector<LightTrail> trails;  // of the paths, where weights ask for them
   };
 
   class Tracer;

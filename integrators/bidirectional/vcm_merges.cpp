@@ -51,9 +51,8 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
   for (const Neighbour& neighbour : neighbours) {
     const Photon& photon = photons_[neighbour.id];
     if (depth + photon.events > settings_.max_depth) continue;
-    const Rgb scattered = bsdf.evaluate(wo, photon.wo);
+    const auto [scattered, light_reverse, camera_reverse] = bsdf.pair(wo, photon.wo);
     if (is_black(scattered)) continue;
-    const float light_reverse = bsdf.pdf(wo, photon.wo), camera_reverse = bsdf.pdf(photon.wo, wo);
     float weight;
     if (settings_.correlation) {
       densities.merge(followed_[neighbour.id].light, followed_[neighbour.id].vertices, trail.vertices,

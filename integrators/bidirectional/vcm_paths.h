@@ -7,6 +7,7 @@
 #include "framework/transport/roulette.h"
 #include "integrators/bidirectional/vcm_correlation.h"
 #include "integrators/bidirectional/vcm_mis.h"
+#include "integrators/paths/wavefront.h"
 
 namespace etendue {
 
@@ -28,7 +29,6 @@ struct VcmSettings {
 
 // A path under way from either end.
 struct SubPath {
-  Ray ray;
   Rgb throughput{1};   // of a light path: power in W, for one path in total
   float roulette = 1;  // over the throughput: what survival is measured against, free of refraction's eta^2
   MisPartials mis{};
@@ -37,9 +37,9 @@ struct SubPath {
 
 // Samples the direction in which a path goes on from its vertex number `depth` + 1; false where it ends. `trail`, where it is
 // kept, ends with that vertex.
-inline bool scatter(SubPath& path, const VcmSettings& settings, const SurfacePoint& point, const Bsdf& bsdf, Sampler& sampler,
-                    int depth, TransportMode mode, std::vector<TrailVertex>& trail) {
-  const vec3 wo = -path.ray.direction;
+inline bool scatter(SubPath& path, Ray& ray, const VcmSettings& settings, const SurfacePoint& point, const Bsdf& bsdf,
+                    Sampler& sampler, int depth, TransportMode mode, std::vector<TrailVertex>* trail) {
+  const vec3 wo = -ray.direction;
   const float u_lobe = sampler.get_1d();
   const BsdfSample next = bsdf.sample(wo, u_lobe, sampler.get_2d(), mode);
   if (!next) return false;
@@ -51,16 +51,16 @@ inline bool scatter(SubPath& path, const VcmSettings& settings, const SurfacePoi
     const float bend = std::abs(glm::dot(wo, point.shading_normal) / cos_in);
     const float stretch = next.transmitted ? bend / square(next.eta) : 1;
     path.mis.scatter_specular(cos_out, stretch);
-    if (settings.correlation) trail.back().leave(cos_out, 1, stretch, true);
+    if (trail) trail->back().leave(cos_out, 1, stretch, true);
   } else {
     const float reverse = bsdf.pdf(next.wi, wo);
     path.mis.scatter(settings.mis_merge(), settings.mis_connect(), cos_out, next.pdf_solid_angle, reverse);
-    if (settings.correlation) trail.back().leave(cos_out, next.pdf_solid_angle, reverse, false);
+    if (trail) trail->back().leave(cos_out, next.pdf_solid_angle, reverse, false);
   }
   path.throughput *= next.weight;
   if (next.transmitted) path.roulette *= mode == TransportMode::radiance ? square(next.eta) : 1 / square(next.eta);
   path.pdf_bsdf = next.pdf_solid_angle;
-  path.ray = spawn_ray(point, next.wi);
+  ray = spawn_ray(point, next.wi);
   if (depth + 1 < settings.roulette_depth) return true;
   return survives_roulette(path.throughput, survival_of(path.throughput, path.roulette), sampler);
 }

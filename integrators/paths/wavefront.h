@@ -30,7 +30,7 @@ class Wavefront {
   LightSamples& light_samples() { return light_samples_; }
 
   // Calls meet(state, ray, point, depth) for each path in turn, which sends state and ray on or returns false, until all have
-  // ended; `point` is null where the ray met nothing. Paths have `depth` scattering events before their first hits. What they
+  // ended; `point` is null where the ray met nothing, else it lies at ray.t_max. Paths have `depth` scattering events before their first hits. What they
   // gain has come in when they meet what is next.
   template <class Meet>
   void run(const RenderContext& context, int depth, const Meet& meet) {
@@ -44,6 +44,7 @@ class Wavefront {
       for (std::size_t i = 0; i < states_.size(); ++i) {
         State state = states_[i];
         Ray ray = rays_[i];
+        if (hits_[i]) ray.t_max = hits_[i].t;
         if (!meet(state, ray, hits_[i] ? &points_[i] : nullptr, depth)) continue;
         states_[going_on] = state;
         rays_[going_on++] = ray;
