@@ -1,5 +1,7 @@
 #include "integrators/guiding/guided_directions.h"
 
+#include "framework/core/sampling.h"
+
 namespace etendue {
 
 namespace {
@@ -7,28 +9,39 @@ namespace {
 constexpr float below_one = 0x1.fffffep-1f;
 constexpr std::size_t most_nodes = 65535;  // as far as a child's index counts
 
-// The quadrant that a point lies in; the point becomes its place there.
+// The quadrant that a point lies in; the point becomes its place there. Without a branch: it could not be predicted.
 int descend(vec2& square) {
   square *= 2.0f;
-  int quadrant = 0;
-  for (int axis = 0; axis < 2; ++axis)
-    if (square[axis] >= 1) {
-      square[axis] -= 1;
-      quadrant |= 1 << axis;
-    }
-  return quadrant;
+  const int right = square.x >= 1, top = square.y >= 1;
+  square -= vec2(right, top);
+  return right + 2 * top;
+}
+
+// The angle of (x, y) in turns, in [0, 1], within 3e-8: the arc tangent of [Abramowitz1964] 4.4.49, and a table of octants.
+float turn_of(float x, float y) {
+  static constexpr std::array<float, 8> begin{0, 0.25f, 0.5f, 0.25f, 1, 0.75f, 0.5f, 0.75f}, sign{1, -1, -1, 1, -1, 1, 1, -1};
+  const float width = std::abs(x), height = std::abs(y), most = std::max(width, height);
+  const float tangent = most > 0 ? std::min(width, height) / most : 0, t = tangent * tangent;
+  const float arc =
+      1 + t * (-0.3333314528f +
+               t * (0.1999355085f +
+                    t * (-0.1420889944f +
+                         t * (0.1065626393f +
+                              t * (-0.0752896400f + t * (0.0429096138f + t * (-0.0161657367f + t * 0.0028662257f)))))));
+  const std::size_t octant = (height > width ? 1u : 0u) + (x < 0 ? 2u : 0u) + (y < 0 ? 4u : 0u);
+  return begin[octant] + sign[octant] * (0.5f * inv_pi) * (tangent * arc);
 }
 
 }  // namespace
 
 vec2 square_from_direction(const vec3& direction) {
-  const float turn = std::atan2(direction.y, direction.x) / (2 * pi);
-  return glm::clamp(vec2(0.5f * (direction.z + 1), turn < 0 ? turn + 1 : turn), 0.0f, below_one);
+  return glm::clamp(vec2(0.5f * (direction.z + 1), turn_of(direction.x, direction.y)), 0.0f, below_one);
 }
 
 vec3 direction_from_square(const vec2& square) {
-  const float z = 2 * square.x - 1, radius = safe_sqrt(1 - z * z), phi = 2 * pi * square.y;
-  return {radius * std::cos(phi), radius * std::sin(phi), z};
+  const float z = 2 * square.x - 1, radius = safe_sqrt(1 - z * z);
+  const auto turn = cos_sin_of_turn(square.y);
+  return {radius * turn.cosine, radius * turn.sine, z};
 }
 
 void DirectionTree::add(const vec2& square, float flux) {
@@ -39,46 +52,6 @@ void DirectionTree::add(const vec2& square, float flux) {
     node = nodes_[node].child[quadrant];
     if (node == 0) return;
   }
-}
-
-float DirectionTree::density(const vec2& square) const {
-  vec2 place = square;
-  float density = 1;
-  for (std::size_t index = 0;;) {
-    const Node& node = nodes_[index];
-    const float all = sum(node);
-    if (!(all > 0)) return density;
-    const int quadrant = descend(place);
-    density *= 4 * node.flux[quadrant] / all;
-    index = node.child[quadrant];
-    if (index == 0 || density == 0) return density;
-  }
-}
-
-DirectionTree::Sample DirectionTree::sample(vec2 u) const {
-  vec2 corner(0);
-  float size = 1, density = 1;
-  for (std::size_t index = 0;;) {
-    const Node& node = nodes_[index];
-    const float all = sum(node);
-    if (!(all > 0)) break;
-    // First the half in x, then the quarter within it; u becomes its place in what was chosen.
-    const auto choose = [](float& u, float low, float high) {
-      const float share = low / (low + high);
-      const bool upper = u >= share;
-      u = std::min(upper ? (u - share) / (1 - share) : u / share, below_one);
-      return upper;
-    };
-    const bool right = choose(u.x, node.flux[0] + node.flux[2], node.flux[1] + node.flux[3]);
-    const bool top = choose(u.y, node.flux[right], node.flux[2 + right]);
-    const int quadrant = right + 2 * top;
-    density *= 4 * node.flux[quadrant] / all;
-    size *= 0.5f;
-    corner += size * vec2(right, top);
-    index = node.child[quadrant];
-    if (index == 0) break;
-  }
-  return {glm::min(corner + size * u, below_one), density};
 }
 
 DirectionTree DirectionTree::refined(float rho) const {
@@ -104,6 +77,62 @@ DirectionTree DirectionTree::refined(float rho) const {
     }
   }
   return out;
+}
+
+DirectionDensity::Split::Split(float low, float high) : Split() {
+  if (!(low + high > 0)) return;
+  share = low / (low + high);
+  stretch = {1 / share, 1 / (1 - share)};  // an empty half is not chosen
+}
+
+bool DirectionDensity::Split::choose(float& u) const {
+  const bool upper = u >= share;
+  const float begin = float_of(bits_of(share) & (upper ? 0xffffffffu : 0u));
+  u = std::min((u - begin) * stretch[upper], below_one);
+  return upper;
+}
+
+DirectionDensity::DirectionDensity(const DirectionTree& learnt) : nodes_(learnt.nodes_.size()) {
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const DirectionTree::Node& from = learnt.nodes_[i];
+    const auto& flux = from.flux;
+    const float all = DirectionTree::sum(from);
+    if (!(all > 0)) continue;  // even, and what is below it too
+    Node& node = nodes_[i];
+    node.x = {flux[0] + flux[2], flux[1] + flux[3]};
+    node.y = {Split(flux[0], flux[2]), Split(flux[1], flux[3])};
+    for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) node.density[quadrant] = 4 * flux[quadrant] / all;
+    node.child = from.child;
+  }
+}
+
+float DirectionDensity::density(const vec2& square) const {
+  vec2 place = square;
+  float density = 1;
+  for (std::size_t index = 0;;) {
+    const Node& node = nodes_[index];
+    const int quadrant = descend(place);
+    density *= node.density[quadrant];
+    index = node.child[quadrant];
+    if (index == 0) return density;
+  }
+}
+
+DirectionDensity::Sample DirectionDensity::sample(vec2 u) const {
+  vec2 corner(0);
+  float size = 1, density = 1;
+  for (std::size_t index = 0;;) {
+    const Node& node = nodes_[index];
+    // First the half in x, then the quarter within it; u becomes its place in what was chosen.
+    const bool right = node.x.choose(u.x), top = node.y[right].choose(u.y);
+    const int quadrant = right + 2 * top;
+    density *= node.density[quadrant];
+    size *= 0.5f;
+    corner += size * vec2(right, top);
+    index = node.child[quadrant];
+    if (index == 0) break;
+  }
+  return {glm::min(corner + size * u, below_one), density};
 }
 
 }  // namespace etendue

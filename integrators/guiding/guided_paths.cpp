@@ -37,7 +37,7 @@ struct LightGain {
   Rgb radiance;                     // without the weight
   float pdf_light;                  // 0: a light that no ray can hit, whose weight is 1
   float share, pdf_bsdf;            // of the mixture
-  const DirectionTree* directions;  // its guide
+  const DirectionDensity* directions;  // its guide
   MisMode mis;
 
   void arrive(const Ray& shadow_ray) const {

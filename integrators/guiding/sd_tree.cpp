@@ -118,7 +118,7 @@ void SdTree::finish(Guide& guide, Lesson& lesson) const {
   DirectionTree next = lesson.directions.flux() > 0 ? lesson.directions.refined(options_.rho) : lesson.directions;
   if (lesson.directions.flux() > 0) {
     for (int kind = 0; kind < 2; ++kind) choose_share(guide.shares_[kind], lesson.second_moments[kind]);
-    guide.directions_ = std::move(lesson.directions);
+    guide.directions_ = DirectionDensity(lesson.directions);
   }
   if (lesson.albedo > 0) guide.indirect_ = static_cast<float>(lesson.scattered / lesson.albedo);
   lesson = {.directions = std::move(next)};

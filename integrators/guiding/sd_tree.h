@@ -59,13 +59,13 @@ class Guide {
  public:
   // Share of directions to take from the BSDF of a diffuse surface, or of another; 1 where nothing was learnt.
   float bsdf_share(bool diffuse) const { return shares_[diffuse]; }
-  const DirectionTree& directions() const { return directions_; }
+  const DirectionDensity& directions() const { return directions_; }
   // Indirect radiance that a diffuse surface here scatters per albedo: the mean over the previous block; < 0: not known.
   float indirect() const { return indirect_; }
 
  private:
   friend class SdTree;
-  DirectionTree directions_;
+  DirectionDensity directions_;
   std::array<float, 2> shares_{1, 1};
   float indirect_ = -1;
 };

@@ -38,19 +38,31 @@ TEST(DirectionTree, SquareAndSphereAreInverse) {
   }
 }
 
+TEST(DirectionTree, SquareHasTheAngleInTurns) {
+  for (int i = 0; i < 20000; ++i) {
+    const double turn = i / 20000.0, angle = 2 * std::numbers::pi * turn;
+    const float x = 0.6f * static_cast<float>(std::cos(angle)), y = 0.6f * static_cast<float>(std::sin(angle));
+    double exact = std::atan2(double(y), double(x)) / (2 * std::numbers::pi);
+    if (exact < 0) exact += 1;
+    EXPECT_NEAR(square_from_direction({x, y, 0.8f}).y, exact, 1e-7) << x << ' ' << y;
+  }
+  EXPECT_EQ(square_from_direction({0, 0, 1}).y, 0);
+}
+
 TEST(DirectionTree, DensityIntegratesToOne) {
-  const DirectionTree tree = lobed_tree();
-  EXPECT_GT(tree.size(), 20u);
+  const DirectionTree learnt = lobed_tree();
+  EXPECT_GT(learnt.size(), 20u);
+  const DirectionDensity tree(learnt);
   double sum = 0;
   constexpr int n = 512;
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x) sum += tree.density((vec2(x, y) + 0.5f) / float(n)) / double(n * n);
   EXPECT_NEAR(sum, 1, 1e-4);
-  EXPECT_EQ(DirectionTree().density({0.3f, 0.7f}), 1);
+  EXPECT_EQ(DirectionDensity().density({0.3f, 0.7f}), 1);
 }
 
 TEST(DirectionTree, SamplesFollowTheDensity) {
-  const DirectionTree tree = lobed_tree();
+  const DirectionDensity tree(lobed_tree());
   constexpr int n = 16, samples = 200000;
   std::vector<double> seen(n * n, 0), expected(n * n, 0);
   for (std::uint32_t i = 0; i < samples; ++i) {
@@ -82,9 +94,10 @@ TEST(DirectionTree, RefinesWhereTheFluxIsAndEmptiesWhatItCopies) {
   EXPECT_GT(refined.size(), 4u);
   refined.add({0.1f, 0.1f}, 1);
   refined.add({0.9f, 0.9f}, 1);
-  EXPECT_GT(refined.density({0.1f, 0.1f}), 8);
-  EXPECT_NEAR(refined.density({0.6f, 0.6f}), 2, 1e-6) << "an undivided quadrant with half of the flux";
-  EXPECT_EQ(refined.density({0.1f, 0.9f}), 0);
+  const DirectionDensity density(refined);
+  EXPECT_GT(density.density({0.1f, 0.1f}), 8);
+  EXPECT_NEAR(density.density({0.6f, 0.6f}), 2, 1e-6) << "an undivided quadrant with half of the flux";
+  EXPECT_EQ(density.density({0.1f, 0.9f}), 0);
   EXPECT_EQ(tree.refined(1.0f).size(), 1u) << "no quadrant has more than all";
 }
 
