@@ -31,29 +31,17 @@ struct GuidedState {
   std::uint32_t last_event = none;
 };
 
-// A light sample whose weight against the mixture is worked out only where its shadow ray is free.
-struct LightGain {
-  Rgb* to;
-  Rgb radiance;                     // without the weight
-  float pdf_light;                  // 0: a light that no ray can hit, whose weight is 1
-  float share, pdf_bsdf;            // of the mixture
-  const DirectionDensity* directions;  // its guide
-  MisMode mis;
-
-  void arrive(const Ray& shadow_ray) const {
-    float weight = 1;
-    if (pdf_light > 0) {
-      const float pdf_guide = share < 1 ? directions->pdf_solid_angle(glm::normalize(shadow_ray.direction)) : 0;
-      weight = mis_weight(mis, pdf_light, mixed_pdf(share, pdf_bsdf, pdf_guide));
-    }
-    *to += radiance * weight;
-  }
+// The mixture that a path's light sample is weighted against.
+struct MixtureOfPath {
+  float share;  // of the BSDF
+  const DirectionDensity* directions;
 };
 
 struct GuidedWavefront {
-  Wavefront<GuidedState, LightGain> paths;
+  Wavefront<GuidedState> paths;
   std::vector<Event> events;
   std::vector<std::uint32_t> last_events;  // of the paths
+  std::vector<MixtureOfPath> mixtures;     // of the paths
 };
 
 // The mixture at a point: the BSDF alone where it has delta lobes only, or nothing was learnt.
@@ -123,13 +111,11 @@ Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point
   return out;
 }
 
-void add_direct_light(const RenderContext& context, const GuidedState& state, const SurfacePoint& point, const Mixture& mixture,
-                      const vec3& wo, MisMode mis, Wavefront<GuidedState, LightGain>& wave) {
-  const auto light = sample_direct_light(context, point, mixture.bsdf, wo, state.path->sampler, MisMode::light);
-  if (!light) return;
-  wave.gain({&state.path->radiance, state.throughput * light->radiance, light->pdf_solid_angle, mixture.share,
-             mixture.bsdf.pdf(wo, glm::normalize(light->shadow_ray.direction)), &mixture.guide.directions(), mis},
-            light->shadow_ray);
+// The weight of a light sample whose shadow ray is free.
+float light_weight(const LightDensities& densities, const MixtureOfPath& mixture, const Ray& shadow_ray, MisMode mis) {
+  if (!(densities.light > 0)) return 1;
+  const float pdf_guide = mixture.share < 1 ? mixture.directions->pdf_solid_angle(glm::normalize(shadow_ray.direction)) : 0;
+  return mis_weight(mis, densities.light, mixed_pdf(mixture.share, densities.bsdf, pdf_guide));
 }
 
 // Survival probability: the light that the cache expects the path to find from here, over the light it was expected to find at
@@ -216,14 +202,15 @@ void ask_cache(GuidedState& state, const Mixture& mixture, std::vector<Event>& e
 void trace_guided_paths(const RenderContext& context, std::span<PathSample> paths, const PathSettings& settings,
                         const SdTree& guide, std::vector<GuideRecord>& records) {
   static thread_local GuidedWavefront wave;  // for its memory
-  Wavefront<GuidedState, LightGain>& states = wave.paths;
+  Wavefront<GuidedState>& states = wave.paths;
   std::vector<Event>& events = wave.events;
   std::vector<std::uint32_t>& last_events = wave.last_events;
   states.clear();
   events.clear();
   last_events.assign(paths.size(), none);
+  wave.mixtures.resize(paths.size());
   for (PathSample& path : paths) states.start({&path}, path.ray);
-  states.run(context, 0, [&](GuidedState& state, Ray& ray, const SurfacePoint* met, int depth) {
+  const auto meet = [&](GuidedState& state, Ray& ray, const SurfacePoint* met, int depth) {
     PathSample& path = *state.path;
     if (state.pdf != 0) events[state.last_event].before = path.radiance;
     path.radiance += emitted_with_mis(context, ray, met, state.pdf, state.throughput, settings.mis);
@@ -232,10 +219,20 @@ void trace_guided_paths(const RenderContext& context, std::span<PathSample> path
     const Bsdf bsdf(context.scene, point);
     const Mixture mixture(bsdf, guide, point, -ray.direction);
     ask_cache(state, mixture, events);
-    add_direct_light(context, state, point, mixture, -ray.direction, settings.mis, states);
+    const auto number = static_cast<std::size_t>(&path - paths.data());
+    if (bsdf.has_non_specular()) {
+      states.light_samples().add(point, -ray.direction, state.throughput, path);
+      wave.mixtures[number] = {mixture.share, &mixture.guide.directions()};
+    }
     const bool goes_on = scatter(context, state, ray, point, mixture, depth, settings, events);
-    last_events[static_cast<std::size_t>(&path - paths.data())] = state.last_event;
+    last_events[number] = state.last_event;
     return goes_on;
+  };
+  states.run(context, 0, meet, [&](LightSamples& lights) {
+    lights.trace(context, [&](const PathGain& gain, const LightDensities& densities, const Ray& shadow_ray) {
+      const MixtureOfPath& mixture = wave.mixtures[static_cast<std::size_t>(densities.path - paths.data())];
+      *gain.to += gain.radiance * light_weight(densities, mixture, shadow_ray, settings.mis);
+    });
   });
   for (std::size_t i = 0; i < paths.size(); ++i) record(paths[i], last_events[i], events, records);
 }

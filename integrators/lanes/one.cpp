@@ -32,14 +32,15 @@ struct ReadOne {
 struct WriteOne {
   PathEvents& events;
 
-  void operator()(std::size_t at, bool gains, const Rgb& gain, const RayLanes<float>& to_light, bool alive,
-                  const PathLanes<float>& path, const RayLanes<float>& onwards) const {
+  void operator()(std::size_t at, bool gains, const GainLanes<float>& gain, bool alive, const PathLanes<float>& path,
+                  const RayLanes<float>& onwards) const {
     PathSample* sample = events.states[events.which[at]].path;
     static_cast<SamplerOf<float>&>(sample->sampler) = path.numbers;
     if (gains) {
-      events.gains[events.gained] = {&sample->radiance, gain};
+      events.gains[events.gained] = {&sample->radiance, gain.radiance};
+      if (events.densities) events.densities[events.gained] = {sample, gain.pdf_light, gain.pdf_bsdf};
       events.shadow_rays[events.gained++] = {
-          .origin = to_light.origin, .direction = to_light.direction, .t_max = to_light.t_max};
+          .origin = gain.ray.origin, .direction = gain.ray.direction, .t_max = gain.ray.t_max};
     }
     if (!alive) return;
     events.next_states[events.going_on] = {sample, path.throughput, path.eta_scale, path.pdf_bsdf};

@@ -78,18 +78,22 @@ struct ReadWide {
 struct WriteWide {
   PathEvents& events;
 
-  void operator()(std::size_t first, WideMask gains, const WideVec3& gain, const RayLanes<F>& to_light, WideMask alive,
-                  const PathLanes<F>& path, const RayLanes<F>& onwards) const {
+  void operator()(std::size_t first, WideMask gains, const GainLanes<F>& gain, WideMask alive, const PathLanes<F>& path,
+                  const RayLanes<F>& onwards) const {
     const int count = static_cast<int>(std::min<std::size_t>(width, events.which.size() - first));
     const std::uint32_t* which = events.which.data() + first;
     write_numbers(path.numbers, count, [&](int row) { return events.states[which[row]].path; });
-    Rows<11> rows;
+    Rows<12> rows;
     if (any(gains)) {
-      rows.put(0, to_light.origin);
-      rows.put(3, to_light.direction);
-      rows.put(6, to_light.t_max);
-      rows.put(7, gain);
+      rows.put(0, gain.ray.origin);
+      rows.put(3, gain.ray.direction);
+      rows.put(6, gain.ray.t_max);
+      rows.put(7, gain.radiance);
+      rows.put(10, gain.pdf_light);
+      rows.put(11, gain.pdf_bsdf);
       for_lanes(gains, [&](int row) {
+        if (events.densities)
+          events.densities[events.gained] = {events.states[which[row]].path, rows.get(10, row), rows.get(11, row)};
         events.gains[events.gained] = {&events.states[which[row]].path->radiance, rows.get_vec(7, row)};
         events.shadow_rays[events.gained++] = {
             .origin = rows.get_vec(0, row), .direction = rows.get_vec(3, row), .t_max = rows.get(6, row)};

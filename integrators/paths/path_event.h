@@ -30,6 +30,13 @@ struct PathGain {
   void arrive(const Ray&) const { *to += radiance; }
 };
 
+// Of a path's light sample: the densities of its direction over solid angle.
+struct LightDensities {
+  const PathSample* path;
+  float light;  // with which the light sample found it; 0: a light that no ray can hit
+  float bsdf;
+};
+
 // Paths of a wave that meet one material: what there is of them, and where it goes. Counts grow from what they are.
 struct PathEvents {
   const Scene& scene;
@@ -49,6 +56,7 @@ struct PathEvents {
   // Rays to lights and what they bring; paths that go on.
   PathGain* gains;
   Ray* shadow_rays;
+  LightDensities* densities = nullptr;  // of the gains; null: not wanted
   std::size_t gained = 0;
   PathState* next_states;
   Ray* next_rays;
@@ -121,10 +129,18 @@ RayLanes<F> shadow_ray(const SurfaceOf<F>& point, const LightSampleOf<F>& light)
   return {origin, select(infinite, light.wi, light.end - origin), select(infinite, F(infinity), F(1 - 4 * unit_roundoff))};
 }
 
-// One light sample, MIS-weighted with BSDF sampling; `gain` is black where nothing comes of it. As sample_direct_light.
+// What a light sample brings; black where nothing comes of it.
+template <class F>
+struct GainLanes {
+  Vec3<F> radiance{0.0f};
+  F pdf_light{0.0f}, pdf_bsdf{0.0f};  // where they are wanted
+  RayLanes<F> ray;
+};
+
+// One light sample, MIS-weighted with BSDF sampling. As sample_direct_light.
 template <class F, class Placed>
 void add_direct_light(const PathEvents& events, const SurfaceOf<F>& point, const Placed& bsdf, const Vec3<F>& wo,
-                      PathLanes<F>& path, Mask<F> active, Vec3<F>& gain, RayLanes<F>& ray) {
+                      PathLanes<F>& path, Mask<F> active, GainLanes<F>& gain) {
   const Vec2<F> u = path.numbers.get_2d();
   if (events.mis == MisMode::bsdf && !events.lights.any_delta()) return;
   const LightSampleOf<F> light = sample_lights<F>(events.lights, ray_origin(point, wo), u, active);
@@ -136,8 +152,12 @@ void add_direct_light(const PathEvents& events, const SurfaceOf<F>& point, const
   F weight = 1.0f;
   if (events.mis != MisMode::light)
     weight = select(light.delta, F(1.0f), mis_weight<F>(events.mis, light.pdf_solid_angle, bsdf.pdf(wo, light.wi)));
-  gain = select(wanted, path.throughput * (scattered * light.radiance * (weight / light.pdf_solid_angle)), Vec3<F>(0.0f));
-  ray = shadow_ray(point, light);
+  gain.radiance =
+      select(wanted, path.throughput * (scattered * light.radiance * (weight / light.pdf_solid_angle)), Vec3<F>(0.0f));
+  gain.ray = shadow_ray(point, light);
+  if (events.densities == nullptr) return;
+  gain.pdf_light = select(light.delta, F(0.0f), light.pdf_solid_angle);
+  gain.pdf_bsdf = bsdf.pdf(wo, light.wi);
 }
 
 // The direction in which paths go on, and whether they do.
@@ -198,15 +218,15 @@ void meet_material(PathEvents& events, const Read& read, const Write& write) {
     const Mask<F> active = read(first, material.uses_uvs(), point, wo, path);
     const auto colour = [&](const TexturedRgb& c) { return read.colour(c, point, active); };
     const auto bsdf = place_lobes<F>(material, point, colour);
-    Vec3<F> gain{0.0f};
-    RayLanes<F> to_light, onwards;
+    GainLanes<F> gain;
+    RayLanes<F> onwards;
     if (material.has_non_specular())
-      add_direct_light(events, point, bsdf, wo, path, active, gain, to_light);
+      add_direct_light(events, point, bsdf, wo, path, active, gain);
     else
       path.numbers.get_2d();
     Mask<F> alive = false;
     if (events.scatters) alive = active & scatter(events, point, bsdf, wo, path, onwards);
-    write(first, active & !is_black(gain), gain, to_light, alive, path, onwards);
+    write(first, active & !is_black(gain.radiance), gain, alive, path, onwards);
   }
 }
 

@@ -24,13 +24,14 @@ void LightSamples::add(const SurfacePoint& point, const vec3& wo, const Rgb& thr
   points_.push_back(point);
 }
 
-void LightSamples::trace(const RenderContext& context) {
+std::size_t LightSamples::draw(const RenderContext& context, bool densities) {
   const Scene& scene = context.scene;
   const std::size_t count = states_.size();
   if (gains_.size() < count) {
     gains_.resize(count);
     shadow_rays_.resize(count);
   }
+  if (densities && densities_.size() < count) densities_.resize(count);
   runs_.reset(scene.materials.size());
   for (std::size_t i = 0; i < count; ++i) runs_.add(points_[i].material, static_cast<std::uint32_t>(i));
   PathEvents events{.scene = scene,
@@ -48,6 +49,7 @@ void LightSamples::trace(const RenderContext& context) {
                     .points = points_.data(),
                     .gains = gains_.data(),
                     .shadow_rays = shadow_rays_.data(),
+                    .densities = densities ? densities_.data() : nullptr,
                     .next_states = nullptr,
                     .next_rays = nullptr};
   runs_.each([&](std::size_t material, std::span<const std::uint32_t> which) {
@@ -58,8 +60,7 @@ void LightSamples::trace(const RenderContext& context) {
   states_.clear();
   rays_.clear();
   points_.clear();
-  for_unoccluded(context, std::span(shadow_rays_).first(events.gained),
-                 [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
+  return events.gained;
 }
 
 }  // namespace etendue

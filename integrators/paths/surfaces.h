@@ -16,14 +16,31 @@ class LightSamples {
   // At a surface with a rough lobe, towards wo. The path's sampler draws the sample, and its radiance gains what comes of it,
   // once they are traced. Till then the path must stay in place.
   void add(const SurfacePoint& point, const vec3& wo, const Rgb& throughput, PathSample& path);
-  void trace(const RenderContext& context);
+  void trace(const RenderContext& context) {
+    const std::size_t gained = draw(context, false);
+    arrived(context, gained, [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
+  }
+  // The caller weights them: arrive(gain, densities, shadow_ray) for each that nothing blocks.
+  template <class Arrive>
+  void trace(const RenderContext& context, const Arrive& arrive) {
+    const std::size_t gained = draw(context, true);
+    arrived(context, gained, [&](std::size_t i) { arrive(gains_[i], densities_[i], shadow_rays_[i]); });
+  }
 
  private:
+  template <class Body>
+  void arrived(const RenderContext& context, std::size_t gained, const Body& body) const {
+    for_unoccluded(context, std::span(shadow_rays_).first(gained), body);
+  }
+  // How many bring something.
+  std::size_t draw(const RenderContext& context, bool densities);
+
   std::vector<PathState> states_;
   std::vector<Ray> rays_;  // that found the points
   std::vector<SurfacePoint> points_;
   std::vector<PathGain> gains_;
   std::vector<Ray> shadow_rays_;
+  std::vector<LightDensities> densities_;
   Runs runs_;
 };
 

@@ -30,10 +30,15 @@ class Wavefront {
   LightSamples& light_samples() { return light_samples_; }
 
   // Calls meet(state, ray, point, depth) for each path in turn, which sends state and ray on or returns false, until all have
-  // ended; `point` is null where the ray met nothing, else it lies at ray.t_max. Paths have `depth` scattering events before their first hits. What they
-  // gain has come in when they meet what is next.
+  // ended; `point` is null where the ray met nothing, else it lies at ray.t_max. Paths have `depth` scattering events before
+  // their first hits. What they gain has come in when they meet what is next.
   template <class Meet>
   void run(const RenderContext& context, int depth, const Meet& meet) {
+    run(context, depth, meet, [&](LightSamples& lights) { lights.trace(context); });
+  }
+  // trace_lights(light_samples) does so after each event.
+  template <class Meet, class TraceLights>
+  void run(const RenderContext& context, int depth, const Meet& meet, const TraceLights& trace_lights) {
     for (; !states_.empty(); ++depth) {
       hits_.resize(rays_.size());
       trace(context, rays_, hits_);
@@ -42,16 +47,14 @@ class Wavefront {
       shadow_rays_.clear();
       std::size_t going_on = 0;
       for (std::size_t i = 0; i < states_.size(); ++i) {
-        State state = states_[i];
-        Ray ray = rays_[i];
-        if (hits_[i]) ray.t_max = hits_[i].t;
-        if (!meet(state, ray, hits_[i] ? &points_[i] : nullptr, depth)) continue;
-        states_[going_on] = state;
-        rays_[going_on++] = ray;
+        if (hits_[i]) rays_[i].t_max = hits_[i].t;
+        if (!meet(states_[i], rays_[i], hits_[i] ? &points_[i] : nullptr, depth)) continue;
+        states_[going_on] = states_[i];
+        rays_[going_on++] = rays_[i];
       }
       states_.erase(states_.begin() + static_cast<std::ptrdiff_t>(going_on), states_.end());
       rays_.resize(going_on);
-      light_samples_.trace(context);
+      trace_lights(light_samples_);
       for_unoccluded(context, shadow_rays_, [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
     }
   }
