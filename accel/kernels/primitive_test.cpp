@@ -1,5 +1,6 @@
 #include "accel/kernels/primitive_test.h"
 
+#include "framework/core/arc.h"
 #include "framework/scene/clearance.h"
 
 #include <algorithm>
@@ -8,11 +9,6 @@
 namespace etendue {
 
 namespace {
-
-float azimuth_to_unit(float y, float x) {
-  const float phi = std::atan2(y, x);
-  return (phi < 0 ? phi + 2 * pi : phi) * (0.5f * inv_pi);
-}
 
 struct Quadratic {
   float near, far;
@@ -53,7 +49,7 @@ struct IntersectQuadric {
     const float t = in_range(roots->near) ? roots->near : roots->far;
     if (!in_range(t)) return false;
     const vec3 p = (ray.at(t) - s.centre) / s.radius;
-    return accept(t, {azimuth_to_unit(p.y, p.x), std::acos(std::clamp(p.z, -1.0f, 1.0f)) * inv_pi});
+    return accept(t, {turn_of(p.x, p.y), 2 * turn_of(p.z, glm::length(vec2(p)))});
   }
 
   bool operator()(const Disk& d) { return ring({ray.origin - d.centre, d.normal, d.radius, d.inner_radius}, t_max, 0, 1); }
@@ -74,8 +70,7 @@ struct IntersectQuadric {
     if (distance > r.radius || distance < r.inner_radius) return false;
     const Frame frame = Frame::from_normal(r.normal);
     const float along = (r.radius - distance) / std::max(r.radius - r.inner_radius, std::numeric_limits<float>::min());
-    return accept(t,
-                  {azimuth_to_unit(glm::dot(p, frame.bitangent), glm::dot(p, frame.tangent)), glm::mix(v_begin, v_end, along)});
+    return accept(t, {turn_of(glm::dot(p, frame.tangent), glm::dot(p, frame.bitangent)), glm::mix(v_begin, v_end, along)});
   }
 
   // The tube, then the caps: v is the height in [0, 1]; caps lie at v = 0 and v = 1 exactly. Where there are caps, both reach
@@ -92,7 +87,7 @@ struct IntersectQuadric {
         const Frame frame = Frame::from_normal(c.axis);
         const vec3 p = o + t * ray.direction;
         const float v = std::clamp(height / c.length, 0x1p-20f, 1 - 0x1p-20f);
-        found = accept(t, {azimuth_to_unit(glm::dot(p, frame.bitangent), glm::dot(p, frame.tangent)), v});
+        found = accept(t, {turn_of(glm::dot(p, frame.tangent), glm::dot(p, frame.bitangent)), v});
       }
     }
     if (c.caps) {

@@ -1,5 +1,6 @@
 #include "integrators/guiding/guided_directions.h"
 
+#include "framework/core/arc.h"
 #include "framework/core/sampling.h"
 
 namespace etendue {
@@ -15,21 +16,6 @@ int descend(vec2& square) {
   const int right = square.x >= 1, top = square.y >= 1;
   square -= vec2(right, top);
   return right + 2 * top;
-}
-
-// The angle of (x, y) in turns, in [0, 1], within 3e-8: the arc tangent of [Abramowitz1964] 4.4.49, and a table of octants.
-float turn_of(float x, float y) {
-  static constexpr std::array<float, 8> begin{0, 0.25f, 0.5f, 0.25f, 1, 0.75f, 0.5f, 0.75f}, sign{1, -1, -1, 1, -1, 1, 1, -1};
-  const float width = std::abs(x), height = std::abs(y), most = std::max(width, height);
-  const float tangent = most > 0 ? std::min(width, height) / most : 0, t = tangent * tangent;
-  const float arc =
-      1 + t * (-0.3333314528f +
-               t * (0.1999355085f +
-                    t * (-0.1420889944f +
-                         t * (0.1065626393f +
-                              t * (-0.0752896400f + t * (0.0429096138f + t * (-0.0161657367f + t * 0.0028662257f)))))));
-  const std::size_t octant = (height > width ? 1u : 0u) + (x < 0 ? 2u : 0u) + (y < 0 ? 4u : 0u);
-  return begin[octant] + sign[octant] * (0.5f * inv_pi) * (tangent * arc);
 }
 
 }  // namespace

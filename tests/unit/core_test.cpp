@@ -1,3 +1,4 @@
+#include "framework/core/arc.h"
 #include "framework/core/counters.h"
 #include "framework/core/error.h"
 #include "framework/core/parallel.h"
@@ -88,6 +89,19 @@ TEST(Params, MistakesSayWhereAndWhatWasExpected) {
   EXPECT_EQ(read("gather", {std::int64_t{1}, here}), "x.toml:3:5: sample: gather = 1 is an integer; expected true or false");
   EXPECT_EQ(read("kernel", {std::string("cnoe"), here}),
             "x.toml:3:5: sample: unknown kernel 'cnoe'; did you mean 'cone'? (available: box cone)");
+}
+
+TEST(Arc, TurnOfIsTheArcTangentAtAllSizes) {
+  for (int i = 0; i < 40000; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 40000, size = std::pow(10.0, i % 61 - 30);
+    const auto x = static_cast<float>(size * std::cos(angle)), y = static_cast<float>(size * std::sin(angle));
+    double exact = std::atan2(double(y), double(x)) / (2 * std::numbers::pi);
+    if (exact < 0) exact += 1;
+    EXPECT_NEAR(turn_of(x, y), exact, 8e-8) << x << ' ' << y;
+  }
+  EXPECT_EQ(turn_of(0, 0), 0);
+  EXPECT_EQ(turn_of(-1, 0), 0.5f);
+  EXPECT_EQ(turn_of(0, -1), 0.75f);
 }
 
 TEST(Sampler, SobolPointsFillElementaryIntervals) {

@@ -38,17 +38,6 @@ TEST(DirectionTree, SquareAndSphereAreInverse) {
   }
 }
 
-TEST(DirectionTree, SquareHasTheAngleInTurns) {
-  for (int i = 0; i < 20000; ++i) {
-    const double turn = i / 20000.0, angle = 2 * std::numbers::pi * turn;
-    const float x = 0.6f * static_cast<float>(std::cos(angle)), y = 0.6f * static_cast<float>(std::sin(angle));
-    double exact = std::atan2(double(y), double(x)) / (2 * std::numbers::pi);
-    if (exact < 0) exact += 1;
-    EXPECT_NEAR(square_from_direction({x, y, 0.8f}).y, exact, 1e-7) << x << ' ' << y;
-  }
-  EXPECT_EQ(square_from_direction({0, 0, 1}).y, 0);
-}
-
 TEST(DirectionTree, DensityIntegratesToOne) {
   const DirectionTree learnt = lobed_tree();
   EXPECT_GT(learnt.size(), 20u);
