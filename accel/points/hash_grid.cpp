@@ -139,7 +139,9 @@ bool HashGrid::look_at_joined(const uvec3& begin, const uvec3& end, PointFinder&
 void HashGrid::nearest(const vec3& p, std::size_t k, float r_max, Neighbours& out) const {
   out.clear();
   if (points_.empty() || k == 0 || !can_find(p, r_max)) return;
-  nearest_by_growing_balls(*this, points_.size(), bounds_, 0.25f * cell_size_, p, k, r_max, out);
+  // On a surface whose cells hold as many points as the usual one, the first ball holds k and half as many again.
+  const float usual = std::sqrt(1.5f * static_cast<float>(k) * inv_pi / points_per_cell);
+  nearest_by_growing_balls(*this, points_.size(), bounds_, usual * cell_size_, p, k, r_max, out);
 }
 
 }  // namespace etendue
