@@ -16,13 +16,14 @@ void VcmCameraPaths::trace(const Tile& tile, std::uint32_t index, std::span<Rgb>
   for_pixels(tile, [&](ivec2 pixel) {
     const PathSample& path = paths[next];
     const auto of_light = static_cast<std::uint32_t>(pixel_index(pixel, context_.resolution) % settings_.paths);
-    walks.push_back({{}, path.sampler, light_paths_.path(of_light), &radiance[next], nullptr});
+    walks.push_back({{}, path.sampler, light_paths_.path(of_light), light_bsdfs_.size(), &radiance[next], nullptr});
+    for (const LightVertex& light : walks.back().lights) light_bsdfs_.emplace_back(context_.scene, light.point);
     walks.back().path.mis = MisPartials::at_camera(static_cast<float>(settings_.paths),
                                                    context_.scene.camera.pdf(context_.resolution, path.ray.direction));
     if (settings_.correlation) walks.back().trail = &trails_[next];
     ++next;
   });
-  for (CameraWalk& walk : walks) wave.start(&walk, paths[static_cast<std::size_t>(&walk - walks.data())].ray);
+  for (std::size_t i = 0; i < walks.size(); ++i) wave.start(&walks[i], paths[i].ray);
   wave.run(context_, 0,
            [&](CameraWalk* walk, Ray& ray, const SurfacePoint* met, int depth) { return meet(*walk, ray, met, depth); });
   finish();
@@ -44,9 +45,9 @@ bool VcmCameraPaths::meet(CameraWalk& walk, Ray& ray, const SurfacePoint* met, i
   if (bsdf.has_non_specular()) {
     const Vertex vertex{point, bsdf, -ray.direction, walk, depth};
     next_event(vertex, walk.sampler);
-    for (const LightVertex& light : walk.lights) {
-      if (depth + 1 + light.events > settings_.max_depth) break;
-      connect(vertex, light);
+    for (std::size_t i = 0; i < walk.lights.size(); ++i) {
+      if (depth + 1 + walk.lights[i].events > settings_.max_depth) break;
+      connect(vertex, walk.lights[i], light_bsdfs_[walk.light_bsdf + i]);
     }
     if (settings_.merge_radius > 0) merge(vertex);
   }
@@ -125,7 +126,7 @@ void VcmCameraPaths::next_event(const Vertex& v, Sampler& sampler) {
   shadow_rays_.push_back(shadow_ray(v.point, *light));
 }
 
-void VcmCameraPaths::connect(const Vertex& v, const LightVertex& light) {
+void VcmCameraPaths::connect(const Vertex& v, const LightVertex& light, const Bsdf& light_bsdf) {
   const vec3 towards = light.point.position - v.point.position;
   const float distance2 = length_squared(towards);
   if (!(distance2 > 0) || in_one_plane(v.point, light.point)) return;
@@ -133,8 +134,7 @@ void VcmCameraPaths::connect(const Vertex& v, const LightVertex& light) {
   const vec3 wi = towards / distance;
   const auto [camera_scattered, camera_forward, camera_reverse] = v.bsdf.pair(v.wo, wi);
   if (is_black(camera_scattered)) return;
-  const auto [light_scattered, light_forward, light_reverse] =
-      Bsdf(context_.scene, light.point).pair(light.wo, -wi, TransportMode::importance);
+  const auto [light_scattered, light_forward, light_reverse] = light_bsdf.pair(light.wo, -wi, TransportMode::importance);
   if (is_black(light_scattered)) return;
   // [Georgiev2012b] eq. 40, 41: the other strategies of the light's part, and of the camera's.
   const float camera_pdf_area = camera_forward * std::abs(glm::dot(wi, light.point.normal)) / distance2;

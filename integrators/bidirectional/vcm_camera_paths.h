@@ -11,6 +11,7 @@ struct CameraWalk {
   SubPath path;
   Sampler sampler;
   std::span<const LightVertex> lights;  // of its light path
+  std::size_t light_bsdf;               // of the first of them
   Rgb* radiance;                        // what it gathers
   CameraTrail* trail;                   // null where weights do not ask for it
 };
@@ -46,7 +47,7 @@ class VcmCameraPaths {
   void follow(CameraTrail& trail, const Ray& ray, int depth, float cos_in) const;
   Rgb emitted_with_mis(const CameraWalk& walk, const Ray& ray, const SurfacePoint* point, int depth);
   void next_event(const Vertex& vertex, Sampler& sampler);
-  void connect(const Vertex& vertex, const LightVertex& light);
+  void connect(const Vertex& vertex, const LightVertex& light, const Bsdf& light_bsdf);
   void merge(const Vertex& vertex);
   void finish();
 
@@ -55,6 +56,7 @@ class VcmCameraPaths {
   const LightPaths& light_paths_;
   const VcmMerges& merges_;
   std::vector<CameraTrail> trails_;  // of the paths, where weights ask for them
+  std::vector<Bsdf> light_bsdfs_;    // at the vertices of the light paths: each is joined to several camera vertices
   PathDensities densities_;
   std::vector<Gain> gains_;
   std::vector<Ray> shadow_rays_;  // of the gains
