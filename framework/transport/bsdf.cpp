@@ -2,10 +2,26 @@
 
 namespace etendue {
 
+namespace {
+
+// Becomes what `make` returns, made where it is wanted: a copy of what was just stored piece by piece would wait for it.
+template <class Make>
+struct MadeInPlace {
+  const Make& make;
+
+  operator std::invoke_result_t<const Make&>() const { return make(); }
+};
+
+}  // namespace
+
 Bsdf::AnyPlaced Bsdf::place(const Scene& scene, const SurfacePoint& point) {
   const auto colour = [&](const TexturedRgb& c) { return etendue::evaluate(c, scene.textures, point.uv); };
-  return std::visit([&](const auto& material) -> AnyPlaced { return place_lobes<float>(material, point, colour); },
-                    scene.materials[point.material]);
+  return std::visit(
+      [&](const auto& material) {
+        const auto made = [&] { return place_lobes<float>(material, point, colour); };
+        return AnyPlaced(std::in_place_type<decltype(made())>, MadeInPlace<decltype(made)>{made});
+      },
+      scene.materials[point.material]);
 }
 
 Bsdf::Bsdf(const Scene& scene, const SurfacePoint& point)
