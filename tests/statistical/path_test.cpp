@@ -19,8 +19,9 @@ void expect_mean_exact(const std::string& scene_name, const std::string& integra
   options.params = params;
   options.iterations = iterations;
   const auto b = testing::bias_over_seeds(scene, integrator, options, 8);
-  // 34 such tests, 8 seeds each: Student's t of 7 degrees of freedom at 1e-3 (Sidak) is 7.1. The 2e-5 is single precision's.
-  EXPECT_LT(std::abs(b.mean), 7.1 * b.deviation + 2e-5)
+  // 34 such tests, 8 seeds each: Student's t of 7 degrees of freedom at 1e-3 (Sidak) is 7.1. Rays start off their surface by its
+  // clearance, 4.7e-5 on the sphere of radius 1 around a light, which is then so much nearer.
+  EXPECT_LT(std::abs(b.mean), 7.1 * b.deviation + 1.2e-4)
       << scene_name << " " << integrator << ": bias " << b.mean << " +- " << b.deviation;
 }
 
@@ -31,7 +32,7 @@ constexpr const char* exact_scenes[] = {"builtin:lambert-sphere", "builtin:lambe
 TEST(PathTracer, MatchesEveryClosedFormInEveryMisMode) {
   for (const char* scene : exact_scenes)
     for (const char* mis : {"power", "balance", "light", "bsdf"})
-      expect_mean_exact(scene, "path", {{"mis", {std::string(mis), {}}}, {"max_depth", {std::int64_t{1024}, {}}}}, 16);
+      expect_mean_exact(scene, "path", {{"mis", {std::string(mis), {}}}}, 16);
 }
 
 TEST(PathTracer, WhiteFurnaceIsOneEverywhere) {
