@@ -193,6 +193,19 @@ std::vector<Ray> rays_from_one_point() {
   return rays;
 }
 
+// Rays from around a box, from its faces, edges and corners, and from within, along the axes, nearly so and across: most pass
+// it.
+std::vector<Ray> rays_about(const Bounds& box) {
+  const vec3 places[] = {box.lower - 1.0f, box.lower, box.centre(), box.upper};
+  constexpr float steps[] = {-1, -1e-41f, 0, 0.5f};
+  std::vector<Ray> rays;
+  for (int i = 0; i < 64; ++i)
+    for (int j = 0; j < 64; ++j)
+      rays.push_back(
+          {{places[i % 4].x, places[i / 4 % 4].y, places[i / 16].z}, 0, {steps[j % 4], steps[j / 4 % 4], steps[j / 16]}});
+  return rays;
+}
+
 // The binary layout judges, and every place to answer in holds another answer before.
 template <class Wide>
 void expect_batches_as_binary(const Geometry& geometry, const std::vector<Ray>& rays, std::size_t least_occluded) {
@@ -236,6 +249,11 @@ TEST(WideLayouts, StreamsAnswerRaysThatTheyDoNotKeep) {
   const Geometry& geometry = scene.objects[0].geometry;
   expect_batches_as_binary(geometry, rays_of_all_kinds(scene), 2 * 4096);
   expect_batches_as_binary(geometry, rays_from_one_point(), 2 * 2048);
+}
+
+TEST(WideLayouts, BatchesTellRaysThatPassTheScene) {
+  const Scene scene = scene_of(closed_sphere(40, 50));
+  expect_batches_as_binary(scene.objects[0].geometry, rays_about(scene.bounds()), 300);
 }
 
 // Leaves that are lists, and packs between them, for rays that visit nodes enough to go in streams.

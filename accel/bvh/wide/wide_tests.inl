@@ -199,6 +199,7 @@ class LeafQuery : PackQuery<typename Simd::template Floats<Pack::lanes>, Pack, a
       count_triangles(pack, count);
       return Packs(ray.origin, shear).test_rare(view.geometry, pack, ray, hit);
     }
+    if (leaf.is_none()) return false;
     const WideList list = view.tree.lists[leaf.index()];
     count.primitives(list.count);
     bool found = false;

@@ -111,7 +111,7 @@ class Collapse {
   static std::uint32_t add_node(Piece& piece) {
     Node& node = piece.nodes.emplace_back();
     for (int plane = 0; plane < 6; ++plane) std::fill_n(node.planes[plane], node_width, plane < 3 ? infinity : -infinity);
-    std::fill_n(node.children, node_width, WideRef(WideRef::Kind::node, 0));
+    std::fill_n(node.children, node_width, WideRef::none());
     return static_cast<std::uint32_t>(piece.nodes.size() - 1);
   }
 
@@ -186,9 +186,10 @@ class Collapse {
   }
 
   static WideRef moved(WideRef child, const Piece& piece) {
+    if (child.is_none()) return child;
     if (child.is_pack()) return {WideRef::Kind::pack, piece.first_pack + child.index()};
     if (child.is_leaf()) return {WideRef::Kind::list, piece.first_list + child.index()};
-    return {WideRef::Kind::node, child.index() == 0 ? 0 : piece.next_node + child.index() - 1};  // 0: an empty slot
+    return {WideRef::Kind::node, piece.next_node + child.index() - 1};
   }
 
   void add_list(std::uint32_t binary) {

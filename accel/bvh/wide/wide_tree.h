@@ -25,9 +25,12 @@ class WideRef {
 
   WideRef() = default;
   WideRef(Kind kind, std::uint32_t index) : bits_(static_cast<std::uint32_t>(kind) << 30 | index) {}
+  // The child of an empty slot: a list of nothing.
+  static WideRef none() { return {Kind::list, 0x3fffffffu}; }
 
   bool is_leaf() const { return bits_ >> 31 != 0; }
   bool is_pack() const { return bits_ >> 30 == 3; }
+  bool is_none() const { return bits_ == none().bits_; }
   std::uint32_t index() const { return bits_ & 0x3fffffffu; }
   std::uint32_t node() const { return bits_; }  // index() of what is no leaf
 
@@ -37,7 +40,8 @@ class WideRef {
 
 template <int width>
 struct alignas(64) WideNode {
-  // Lower x, y, z, then upper. An empty slot has lower = infinity and upper = -infinity, which no ray meets.
+  // Lower x, y, z, then upper. An empty slot has lower = infinity and upper = -infinity, which only rays meet whose direction
+  // is too small to divide by along each axis.
   float planes[6][width];
   WideRef children[width];
 };
