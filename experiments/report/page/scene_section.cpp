@@ -75,8 +75,9 @@ Table equal_time_table(const ReportData& data, const SceneData& scene, const std
   for (const Configuration* configuration : scene.finished())
     rows.push_back({configuration, estimate_at(*configuration, metric, scene.common_time_s, data.is_signed(metric))});
   std::string when = "after " + format_seconds(scene.common_time_s);
-  // Cells of a few iterations may end before others have a first image.
-  if (std::ranges::count_if(rows, [](const EqualTimeRow& row) { return row.error.has_value(); }) < 2) {
+  // Cells of a few iterations may end before most others have a first image.
+  const auto known = std::ranges::count_if(rows, [](const EqualTimeRow& row) { return row.error.has_value(); });
+  if (known < 2 || 2 * known < std::ssize(rows)) {
     when = "at each cell's end";
     for (EqualTimeRow& row : rows) row.error = final_estimate(*row.configuration, metric, data.is_signed(metric));
   }
