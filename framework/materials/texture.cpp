@@ -22,10 +22,11 @@ float folded(float s, Wrap wrap) {
   return wrap == Wrap::mirror ? s - 2 * std::floor(0.5f * s) : std::clamp(s, -1.0f, 2.0f);
 }
 
+// Of a folded coordinate: -1 to size, which needs no division where an image repeats.
 int wrapped(int i, int size, Wrap wrap) {
   switch (wrap) {
     case Wrap::repeat:
-      return modulo(i, size);
+      return i < 0 ? i + size : i >= size ? i - size : i;
     case Wrap::mirror:
       return i = modulo(i, 2 * size), i < size ? i : 2 * size - 1 - i;
     case Wrap::clamp:
