@@ -46,6 +46,8 @@ class CacheLevels final : public RecordLevels<IrradianceEstimate, IrradianceReco
   // permit.
   void fill_to(const RenderContext& context, const HemisphereRadiance& radiance, std::size_t records);
 
+  // The rays of a pass from now on.
+  void take_rays(int samples) { settings_.strata = HemisphereStrata::of(samples); }
   // Names the noise that estimates share from now on (IrradianceEstimate::source).
   void set_source(std::uint32_t source) { source_ = source; }
 

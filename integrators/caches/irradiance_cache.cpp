@@ -32,7 +32,7 @@ struct Visit {
 class IrradianceCache final : public RecordCache {
  public:
   IrradianceCache(const IrradianceCacheParams& params, const std::optional<RoughExtension>& rough)
-      : RecordCache(params, params.records), params_(params), extension_(rough) {
+      : RecordCache(params, params.records, params.samples), params_(params), extension_(rough) {
     if (rough) rough_.emplace(rough->settings);
   }
 
@@ -57,6 +57,7 @@ class IrradianceCache final : public RecordCache {
   Identity identity() const override;
   void fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const;
   void refine(RenderContext& context, std::uint32_t index) override;
+  double photon_work() const override { return caustics_ ? EffortSplit::caustic_photon_work * caustics_->photons() : 0; }
   bool add_irradiance(const RenderContext& context, const Visit& at, float next_accuracy, CameraSample& out) const;
   bool add_rough(const RenderContext& context, const Visit& at, float next_accuracy, CameraSample& out) const;
   void camera_samples(const RenderContext& context, float next_accuracy, std::span<CameraSample> samples) const override;
@@ -90,7 +91,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   else if (standing_.loaded() && !params_.refine && !by_closed_form_)
     settings.accuracy = std::min(settings.accuracy, standing_.accuracy());
   settings.overture = params_.overture;
-  standing_.begin(context, params_.refine);
+  standing_.begin(context, has_overture());
   std::vector<CachePoint> seen = seen_points(context, cached_below_, nullptr);
   if (rough_) rough_->prepare(context, cached_below_, shares_levels());
   if (rough_ && !rough_->active()) rough_.reset();
@@ -100,8 +101,9 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (caustics_) caustics_->trace(context, round_of(0));
   timed.emplace(context.phases, "initial_pass");
   const bool by_records = params_.fill == RecordFill::records;
-  if (by_records)
-    kept_ = kept_below_limit(context, settings, seen, paths_to(max_depth_), params_.cache_direct, caustics_.get());
+  CacheSettings first = settings;
+  first.strata = HemisphereStrata::of(progress_.rays_at(stage(), params_.samples));
+  if (by_records) kept_ = kept_below_limit(context, first, seen, paths_to(max_depth_), params_.cache_direct, caustics_.get());
   start(context, settings, std::move(seen), by_closed_form_ ? 0 : params_.extra_samples);
   radiance_ = [this, by_records, &context](std::span<PathSample> paths, int depth) {
     const TerminateInCache end(context.scene, *cache_, depth - 1, params_.cache_direct, kept_);
@@ -132,7 +134,8 @@ void IrradianceCache::fill_by_closed_form(const RenderContext& context, CacheSet
 FileCache::Identity IrradianceCache::identity() const {
   // With a given number of records, `accuracy` is where the search for it began, so it must agree.
   const std::string_view free_accuracy = params_.records > 0 ? "structure" : "accuracy";
-  Identity own{"irradiance-cache", {}, {free_accuracy, "caustic_photons", "extra_samples", "lobe_samples", "refine", "structure"}};
+  Identity own{
+      "irradiance-cache", {}, {free_accuracy, "caustic_photons", "extra_samples", "lobe_samples", "refine", "structure"}, 2};
   own.params = extension_ ? extension_->params : param_texts(params_);
   if (extension_) own.integrator = extension_->integrator;
   return own;
@@ -142,15 +145,14 @@ void IrradianceCache::refine(RenderContext& context, std::uint32_t index) {
   if (caustics_ && index > 0) caustics_->trace(context, round_of(index));
   if (!params_.refine) return;
   const auto timed = context.phases.measure("initial_pass");
-  const std::uint32_t stage = stage_of(index);
-  refine_records(context, stage, false, progress_.passes_at(stage));
+  refine_records(context, false, progress_.passes_at(stage()));
 }
 
 // Adds the light that a cached surface reflects by its records; false where none covers it.
 bool IrradianceCache::add_irradiance(const RenderContext& context, const Visit& at, float next_accuracy,
                                      CameraSample& out) const {
   const vec3 normal = towards(at.point.shading_normal, at.point.normal, at.wo);
-  const auto record = cache_->interpolate(at.depth, at.point.position, normal, context.states_error);
+  const auto record = cache_->interpolate(at.depth, at.point.position, normal, out.states_error);
   if (record) {
     const Rgb reflected = at.throughput * base_reflectance(context.scene, at.point, at.bsdf, at.wo) * inv_pi;
     out.cached += reflected * record->irradiance;
@@ -163,7 +165,7 @@ bool IrradianceCache::add_irradiance(const RenderContext& context, const Visit& 
 
 // The same of a rough surface, by its radiance cache.
 bool IrradianceCache::add_rough(const RenderContext& context, const Visit& at, float next_accuracy, CameraSample& out) const {
-  const auto reflected = rough_->reflected(at.point, at.bsdf, at.wo, at.depth, out.sampler, context.states_error);
+  const auto reflected = rough_->reflected(at.point, at.bsdf, at.wo, at.depth, out.sampler, out.states_error);
   if (reflected) {
     out.cached += at.throughput * reflected->radiance;
     out.cached_error += luminance(at.throughput) * reflected->standard_error;

@@ -12,7 +12,10 @@ constexpr float kernel_noise = 4.0f / 3;  // variance of a density by n photons 
 class PhotonCache final : public RecordCache {
  public:
   explicit PhotonCache(const PhotonCacheParams& params)
-      : RecordCache(params, 0), params_(params), gathers_(params.fill == PhotonFill::gather), maps_(params, "photon-cache") {
+      : RecordCache(params, 0, params.fill == PhotonFill::gather ? params.samples : 1),
+        params_(params),
+        gathers_(params.fill == PhotonFill::gather),
+        maps_(params, "photon-cache") {
     if (!gathers_ && is_hessian(params.metric))
       throw Error(std::string("photon-cache: metric = ") + name_of(params.metric) +
                   ": fill = density has no hemisphere to take Hessians of; expected " +
@@ -26,9 +29,18 @@ class PhotonCache final : public RecordCache {
 
  private:
   Identity identity() const override {
-    return {"photon-cache", param_texts(params_), {"accuracy", "extra_samples", "record_structure", "refine", "structure"}};
+    return {"photon-cache", param_texts(params_), {"accuracy", "extra_samples", "record_structure", "refine", "structure"}, 2};
   }
-  std::uint32_t map_at(std::uint32_t round) const;
+  void trace_map(RenderContext& context, std::uint32_t index);
+  double ray_work() const override { return EffortSplit::gather_ray_work; }
+  double photon_work() const override {
+    return params_.retrace ? EffortSplit::caustic_photon_work * maps_.caustic_photons() : 0;
+  }
+  double photon_record_work() const override {
+    const double maps = params_.retrace ? std::floor(progress_.passes_at(stage())) : 1;
+    return EffortSplit::photon_work * maps * progress_.share_at(stage()) * maps_.photons();
+  }
+  bool made_anew() const override { return !gathers_ && params_.retrace; }
   void refine(RenderContext& context, std::uint32_t index) override;
   void gather(const RenderContext& context, std::span<PathSample> paths, int depth) const;
   IrradianceEstimate density(const RenderContext& context, const CachePoint& point, int depth) const;
@@ -41,15 +53,15 @@ class PhotonCache final : public RecordCache {
   bool gathers_;
   PhotonMaps maps_;
   std::uint32_t map_pass_ = 0;  // of the photons of the global map
+  float map_share_ = 0;         // of the photons that it has; 0: none yet
 };
 
 void PhotonCache::prepare(RenderContext& context) {
   context.choose_lights_by(params_.lights);
   max_depth_ = context.max_depth(params_.max_depth);
   maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_, true});
-  standing_.begin(context, params_.refine);
-  map_pass_ = map_at(round_of(0));
-  maps_.trace_global(context, map_pass_);
+  standing_.begin(context, has_overture() && gathers_);
+  trace_map(context, 0);
   maps_.trace_caustics(context, params_.retrace ? round_of(0) : 0);
 
   const auto timed = context.phases.measure("initial_pass");
@@ -98,26 +110,29 @@ IrradianceEstimate PhotonCache::density(const RenderContext& context, const Cach
   return estimate;
 }
 
-// The pass of photons with which records are made.
-std::uint32_t PhotonCache::map_at(std::uint32_t round) const {
-  if (!params_.retrace || (gathers_ && !params_.refine)) return 0;
-  const auto passes = [&](std::uint32_t at) { return std::floor(progress_.passes_at(at)); };
-  while (gathers_ && round > 0 && passes(round) == passes(round - 1)) --round;
-  return round;
+// The map of photons with which records are made in an iteration, where it is not there yet.
+void PhotonCache::trace_map(RenderContext& context, std::uint32_t index) {
+  std::uint32_t pass = 0;
+  if (made_anew()) {
+    pass = round_of(index);
+  } else if (params_.retrace && params_.refine) {
+    const auto passes = static_cast<std::uint32_t>(progress_.passes_at(stage()));
+    pass = std::min(stage(), CacheProgress::overture_stages) + passes - 1;
+  }
+  const float share = gathers_ ? progress_.share_at(stage()) : 1;
+  if (pass == map_pass_ && share == map_share_) return;
+  maps_.trace_global(context, pass, share);
+  map_pass_ = pass;
+  map_share_ = share;
 }
 
 void PhotonCache::refine(RenderContext& context, std::uint32_t index) {
-  const std::uint32_t stage = stage_of(index), map_pass = map_at(round_of(index));
   if (params_.retrace && index > 0) maps_.trace_caustics(context, round_of(index));
-  const bool new_map = map_pass != map_pass_;
-  if (new_map) maps_.trace_global(context, map_pass);
-  map_pass_ = map_pass;
+  if (index > 0) trace_map(context, index);
   cache_->set_source(map_pass_);
 
   const auto timed = context.phases.measure("initial_pass");
-  const bool anew = new_map && !gathers_;  // records on this map alone
-  if (anew) cache_->clear(context);
-  refine_records(context, stage, anew, gathers_ ? progress_.passes_at(stage) : 1);
+  refine_records(context, made_anew() && index > 0, gathers_ ? progress_.passes_at(stage()) : 1);
 }
 
 void PhotonCache::camera_sample(const RenderContext& context, float next_accuracy, CameraSample& sample) const {
@@ -129,7 +144,7 @@ void PhotonCache::camera_sample(const RenderContext& context, float next_accurac
     Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light) + caustics;
     // Photons that stay have noise of their own; of those that are new in every iteration the samples' scatter tells.
     const auto state_error_of = [&](const Rgb& by_photons) {
-      if (context.states_error && !params_.retrace && params_.k > 0)
+      if (sample.states_error && !params_.retrace && params_.k > 0)
         sample.cached_error += luminance(throughput * by_photons) * std::sqrt(kernel_noise / static_cast<float>(params_.k));
     };
     state_error_of(caustics);
@@ -141,7 +156,7 @@ void PhotonCache::camera_sample(const RenderContext& context, float next_accurac
     bool found = false;
     if (cached) {
       const auto record =
-          cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo), context.states_error);
+          cache_->interpolate(depth, point.position, towards(point.shading_normal, point.normal, wo), sample.states_error);
       if (record) {
         const Rgb reflected = throughput * base_reflectance(context.scene, point, bsdf, wo);
         sample.cached += reflected * record->irradiance * inv_pi;

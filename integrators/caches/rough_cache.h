@@ -38,6 +38,7 @@ class RoughCache final : public RecordLevels<RadianceEstimate, RadianceRecords> 
 
   // Light is cached at surfaces with less than `deepest` events before them; `one_level`: records of all depths are shared.
   void prepare(const RenderContext& context, int deepest, bool one_level);
+  void take_rays(int samples) { settings_.strata = HemisphereStrata::of(samples); }  // of a pass from now on
   // Has the scene materials to cache at all?
   bool active() const { return order_ > 0; }
 

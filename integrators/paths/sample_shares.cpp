@@ -20,14 +20,14 @@ static_assert(2 * SampleShares::most_first * SampleShares::most <= 1u << span_bi
 
 }  // namespace
 
-SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first)
+SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first, bool measures)
     : resolution_(resolution), extra_(extra), first_(first * most) {
   CHECK_LE(first, most_first);
   const auto pixels = static_cast<std::size_t>(resolution.x) * resolution.y;
   next_.assign(pixels, first_);
   even_ = 1 + static_cast<std::uint32_t>(std::min(extra, most - 1.0f));
   count_.assign(pixels, even_);
-  if (!(extra > 0)) return;
+  if (!(extra > 0) && !measures) return;
   moments_.resize(pixels);
   deviation_.resize(pixels);
 }
@@ -40,12 +40,18 @@ void SampleShares::add(std::size_t pixel, float luminance) {
   m.squares += square(static_cast<double>(luminance));
 }
 
+float SampleShares::relative_square(std::size_t pixel, float error) const {
+  const Moments& m = moments_[pixel];
+  const double mean = m.count > 0 ? m.sum / m.count : 0, whole = mean * mean + floor_;
+  return whole > 0 ? static_cast<float>(square(static_cast<double>(error)) / whole) : 0;
+}
+
 // Relative standard deviations, each over a pixel and its neighbours.
 void SampleShares::measure() {
   const auto width = static_cast<std::size_t>(resolution_.x);
   double total = 0;
   for (const Moments& m : moments_) total += m.count > 0 ? m.sum / m.count : 0;
-  const double floor = square(dark * total / static_cast<double>(moments_.size())) + 1e-30;
+  floor_ = square(dark * total / static_cast<double>(moments_.size())) + 1e-30;
   parallel_for(static_cast<std::size_t>(resolution_.y), 8, [&](std::size_t row) {
     const int y = static_cast<int>(row);
     for (int x = 0; x < resolution_.x; ++x) {
@@ -65,15 +71,24 @@ void SampleShares::measure() {
         continue;
       }
       const double mean = here.sum / here.count, variance = squares / pixels - square(sum / pixels);
-      deviation_[i] = static_cast<float>(std::sqrt(std::max(variance, 0.0) / (mean * mean + floor)));
+      deviation_[i] = static_cast<float>(std::sqrt(std::max(variance, 0.0) / (mean * mean + floor_)));
     }
   });
 }
 
 void SampleShares::end_iteration() {
-  for (std::size_t i = 0; i < next_.size(); ++i) next_[i] += count_[i];
-  if (moments_.empty() || !std::has_single_bit(++iterations_)) return;
+  for (std::size_t i = 0; i < next_.size(); ++i) {
+    next_[i] += count_[i];
+    samples_ += count_[i];
+  }
+  ++iterations_;
+  if (moments_.empty() || !std::has_single_bit(iterations_)) return;
   measure();
+  if (extra_ > 0) choose_numbers();
+  variance_ = iteration_variance();
+}
+
+void SampleShares::choose_numbers() {
   const std::uint32_t even = wanted_of_each();
   if (even == even_ && even > 0) return;  // points of one sequence go on evening each other out
   even_ = even;
@@ -94,6 +109,21 @@ std::uint32_t SampleShares::wanted_of_each() const {
   }
   if (squares < square(smooth) * pixels) return 1;
   return square(sum) < worth * pixels * squares ? 0 : 1 + static_cast<std::uint32_t>(std::min(extra_, most - 1.0f));
+}
+
+// By the scatter within pixels; by that over neighbours as well while a pixel has had one sample.
+double SampleShares::iteration_variance() const {
+  double sum = 0;
+  for (std::size_t i = 0; i < moments_.size(); ++i) {
+    const Moments& m = moments_[i];
+    double variance = square(static_cast<double>(deviation_[i]));
+    if (m.count > 1) {
+      const double mean = m.sum / m.count;
+      variance = std::max(m.squares / m.count - mean * mean, 0.0) * m.count / (m.count - 1) / (mean * mean + floor_);
+    }
+    sum += variance / count_[i];
+  }
+  return sum / static_cast<double>(moments_.size());
 }
 
 void SampleShares::share_out() {

@@ -18,6 +18,7 @@
 
 #include "framework/core/parallel.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace etendue {
@@ -25,9 +26,9 @@ namespace etendue {
 class SampleShares {
  public:
   // `extra`: samples beyond one per pixel, at most on the mean over an iteration's pixels, each of which takes whole ones; 0:
-  // none. `first`: number of the first sample of each pixel in each span, in units of the most that an iteration takes;
-  // at most `most_first`.
-  explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0);
+  // none. `measures`: noise() is wanted without extra samples too. `first`: number of the first sample of each pixel in each
+  // span, in units of the most that an iteration takes; at most `most_first`.
+  explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0, bool measures = false);
 
   static constexpr std::uint32_t most = 32;              // samples of a pixel in an iteration
   static constexpr std::uint32_t most_first = 1u << 20;  // which leaves a span's numbers for as many iterations
@@ -42,14 +43,23 @@ class SampleShares {
   // Closes an iteration; where it was the last of a span, shares the samples of the next one's iterations out.
   void end_iteration();
 
+  // The variance of the mean of the iterations so far, relative to each pixel's mean and so averaged over them; as if samples
+  // were independent, and all iterations had the numbers of the last.
+  double noise() const { return variance_ / std::max(iterations_, 1u); }
+  // Of an error of a pixel's luminance: its square over that of the pixel, likewise.
+  float relative_square(std::size_t pixel, float error) const;
+  std::uint64_t samples() const { return samples_; }  // so far, of all pixels
+
  private:
   struct Moments {
     double count = 0, sum = 0, squares = 0;
   };
 
   void measure();
+  void choose_numbers();
   std::uint32_t wanted_of_each() const;
   void share_out();
+  double iteration_variance() const;
 
   ivec2 resolution_;
   float extra_;
@@ -58,6 +68,9 @@ class SampleShares {
   std::vector<Moments> moments_;
   std::vector<std::uint32_t> next_, count_;
   std::vector<float> deviation_;  // relative
+  double floor_ = 0;              // of the squares of means by which variances are divided
+  double variance_ = 0;           // relative, of an iteration
+  std::uint64_t samples_ = 0;
 };
 
 }  // namespace etendue

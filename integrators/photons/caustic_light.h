@@ -45,6 +45,7 @@ class CausticLight final : public PathCaustics {
   static std::unique_ptr<CausticLight> where_wanted(const RenderContext& context, const CausticParams& params, int max_depth,
                                                     SamplerKind sampler, float narrow = infinity);
 
+  int photons() const { return maps_.caustic_photons(); }  // emitted in an iteration
   // The photons of an iteration.
   void trace(RenderContext& context, std::uint32_t iteration);
 

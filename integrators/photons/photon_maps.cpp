@@ -108,15 +108,17 @@ void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons pho
 }
 
 // The event at which a photon is gathered counts too, and so does the one at the visible point before a gather ray.
-void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass) {
+void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass, float share) {
   const bool gathers = use_.gather_rays > 0;
+  const int photons_wanted = std::max(1, static_cast<int>(static_cast<double>(share) * photons_));
   const auto pass_for = [&](int count, std::uint64_t key) {
     return pass_of(count, key, use_.max_depth - (gathers && !holds_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
                    gathered_ ? gathered_.get() : seen_.get());
   };
-  Photons photons = trace(context, pass_for(photons_, hash_keys(0, pass))), sample_points;
+  Photons photons = trace(context, pass_for(photons_wanted, hash_keys(0, pass))), sample_points;
   const bool precomputes = gathers && params_.precompute > 0;
-  if (precomputes) sample_points = trace(context, pass_for(std::max(1, photons_ / params_.precompute), hash_keys(0, pass, 1)));
+  if (precomputes)
+    sample_points = trace(context, pass_for(std::max(1, photons_wanted / params_.precompute), hash_keys(0, pass, 1)));
   const auto timed = context.phases.measure("build");
   build(context, global_, std::move(photons), params_.edges);
   if (precomputes)

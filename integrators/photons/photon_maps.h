@@ -87,11 +87,13 @@ class PhotonMaps {
 
   // Finds where photons matter; traces nothing yet.
   void prepare(const RenderContext& context, const PhotonMapsUse& use);
-  // Maps of different passes are independent.
-  void trace_global(RenderContext& context, std::uint32_t pass);
+  // Maps of different passes are independent. `share`: of the photons.
+  void trace_global(RenderContext& context, std::uint32_t pass, float share = 1);
   // Nothing where there is no caustic map. `share`: of the disc that the k nearest photons reach, which alone counts.
   void trace_caustics(RenderContext& context, std::uint32_t pass, float share = 1);
 
+  int photons() const { return photons_; }  // emitted for the global map
+  int caustic_photons() const { return separate_caustics_ ? caustic_photons_ : 0; }
   const RoughMaterials& rough_materials() const { return *rough_materials_; }
   const PhotonMap& global() const { return global_; }
   // Caustics at a rough vertex, apart from those that are part of `seen_directly`; of directions of a BSDF density below

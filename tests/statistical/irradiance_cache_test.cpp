@@ -288,7 +288,7 @@ TEST(IrradianceCache, EveryParameterChangesTheImage) {
   const std::uint64_t plain = render(scene, "irradiance-cache", options).hash;
   const std::pair<const char*, decltype(ParamValue::value)> changes[] = {
       {"accuracy", 0.4},
-      {"samples", std::int64_t{64}},
+      {"samples", std::int64_t{512}},
       {"min_spacing", 4.0},
       {"max_spacing", 0.02},
       {"neighbour_clamping", false},

@@ -88,7 +88,7 @@ TEST(PhotonCache, EveryParameterChangesTheImage) {
       {"refine", false},
       {"metric", "tabellion"},
       {"accuracy", 0.4},
-      {"samples", std::int64_t{64}},
+      {"samples", std::int64_t{512}},
       {"min_spacing", 4.0},
       {"max_spacing", 0.02},
       {"gradients", "none"},
@@ -120,7 +120,8 @@ TEST(PhotonCache, EveryParameterChangesTheImage) {
 }
 
 TEST(PhotonCache, PilotAsksForMorePhotonsWhereFewReachTheView) {
-  RenderOptions options = options_for(1, {{"photons", std::int64_t{0}}, {"k", std::int64_t{2}}, {"samples", std::int64_t{8}}});
+  RenderOptions options =
+      options_for(1, {{"photons", std::int64_t{0}}, {"k", std::int64_t{2}}, {"samples", std::int64_t{8}}, {"refine", false}});
   options.resolution = {96, 96};
   const auto emitted = [&](const char* name) {
     reset_counters();

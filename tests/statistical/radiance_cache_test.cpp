@@ -72,7 +72,7 @@ TEST(RadianceCache, EveryParameterChangesTheImageButTheStructure) {
   };
   const std::uint64_t plain = with("samples", "64");
   for (const auto& [key, value] : {std::pair{"accuracy", "0.5"},
-                                   {"samples", "80"},
+                                   {"samples", "512"},
                                    {"refine", "false"},
                                    {"order", "3"},
                                    {"left_out", "0.002"},

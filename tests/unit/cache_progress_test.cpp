@@ -7,38 +7,58 @@
 namespace etendue {
 namespace {
 
-TEST(CacheProgress, StepAddsNoMoreThanATenthOfADoublingOrOnePass) {
+constexpr std::uint32_t first = CacheProgress::overture_stages;  // stage of all rays
+
+TEST(CacheProgress, StageAddsNoMoreThanATenthOfADoublingOrOnePass) {
   const CacheProgress progress;
-  double passes = progress.passes_at(CacheProgress::overture_rounds);
-  for (std::uint32_t i = CacheProgress::overture_rounds + 1; i < 30'000; ++i) {
+  double passes = progress.passes_at(first);
+  EXPECT_EQ(passes, 1);
+  for (std::uint32_t i = first + 1; i < 200; ++i) {
     const double next = progress.passes_at(i);
-    ASSERT_EQ(progress.steps_at(i), next > passes) << i;
+    ASSERT_GT(next, passes) << i;
     ASSERT_LE(next - passes, std::max(1 + 1e-9, 0.05 * passes)) << i;
     if (passes >= 22) {
-      ASSERT_LE(std::floor(next) - std::floor(passes), 1) << i;
+      ASSERT_EQ(std::floor(next) - std::floor(passes), 1) << i;
     }
+    ASSERT_LT(progress.accuracy_at(i), progress.accuracy_at(i - 1)) << i;
     passes = next;
   }
   EXPECT_GT(passes, 60);
 }
 
-TEST(CacheProgress, AccuracyAfterIsThatOfTheNextStep) {
+TEST(CacheProgress, OvertureIsCoarseAndHasFewRaysButSome) {
   const CacheProgress progress;
-  std::uint32_t asked = 0;  // iterations since the last step
-  for (std::uint32_t i = 1; i < 10'000; ++i) {
-    if (i > CacheProgress::overture_rounds && !progress.steps_at(i)) continue;
-    for (; asked < i; ++asked)
-      ASSERT_NEAR(progress.accuracy_after(asked), progress.accuracy_at(i), 1e-6) << asked << " before " << i;
+  for (std::uint32_t i = 0; i < first; ++i) {
+    EXPECT_GT(progress.accuracy_at(i), progress.accuracy_at(i + 1));
+    EXPECT_EQ(4 * progress.rays_at(i, 768), progress.rays_at(i + 1, 768));
+    EXPECT_LT(progress.weight_at(i), progress.weight_at(i + 1));
   }
+  EXPECT_EQ(progress.rays_at(first, 768), 768);
+  EXPECT_EQ(progress.rays_at(0, 64), 16);
+  EXPECT_EQ(progress.rays_at(0, 5), 5);
+}
+
+TEST(CacheProgress, WithNewPhotonsInEveryIterationStagesFollowIterations) {
+  const CacheProgress progress;
+  EXPECT_EQ(progress.stage_after(0), first);
+  EXPECT_EQ(progress.stage_after(50), first + 10);
+  EXPECT_EQ(progress.stage_after(150), first + 20);
+}
+
+TEST(EffortSplit, GoesWhereTheSameWorkLowersTheErrorMore) {
+  EXPECT_TRUE((EffortSplit{.record_work = 10, .sample_work = 10, .record_error = 2, .sample_error = 1}.next_to_records()));
+  EXPECT_FALSE((EffortSplit{.record_work = 30, .sample_work = 10, .record_error = 2, .sample_error = 1}.next_to_records()));
+  EXPECT_FALSE(EffortSplit{}.next_to_records());
+  // Records whose rays missed all light state no error.
+  EXPECT_TRUE((EffortSplit{.record_work = 1, .sample_work = 10, .record_error = 0, .sample_error = 1}.next_to_records()));
 }
 
 TEST(CacheProgress, WithoutRefinementNothingChanges) {
   const CacheProgress progress{.accuracy = 0.1f, .refines = false};
   for (const std::uint32_t i : {0u, 3u, 5u, 1000u}) {
     EXPECT_EQ(progress.accuracy_at(i), 0.1f);
-    EXPECT_EQ(progress.accuracy_after(i), 0.1f);
     EXPECT_EQ(progress.passes_at(i), 1);
-    EXPECT_FALSE(progress.steps_at(i));
+    EXPECT_EQ(progress.rays_at(i, 768), 768);
   }
 }
 

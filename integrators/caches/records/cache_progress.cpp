@@ -11,7 +11,7 @@ namespace etendue {
 namespace {
 
 constexpr std::uint64_t asking_pixels = 32;  // one in so many
-constexpr double refined_by = 50;            // iterations, in which t first doubles
+constexpr int fewest_rays = 16;
 constexpr double steps_per_doubling = 10;
 constexpr double pass_by_pass = 22;  // passes, from which on a step is one of them
 
@@ -19,42 +19,43 @@ double passes_of(double time) { return std::pow(time, 2.0 / 3); }
 // Slightly larger, so that passes_of(time_of(passes)) is not less than passes.
 double time_of(double passes) { return std::pow(passes + 1e-6, 1.5); }
 
-double time_of_step(double step) { return std::exp2(step / steps_per_doubling); }
-double step_of(double time) { return std::floor(steps_per_doubling * std::log2(time) + 1e-6); }
+// The first step that adds a whole pass.
+double pass_step() { return std::ceil(steps_per_doubling * std::log2(time_of(pass_by_pass))); }
 
 }  // namespace
 
-double CacheProgress::time_at(std::uint32_t iteration) const {
-  const double time = 1 + std::max(0.0, static_cast<double>(iteration) - overture_rounds) / refined_by;
-  if (passes_of(time) >= pass_by_pass) return time_of(std::floor(passes_of(time)));
-  return time_of_step(step_of(time));
+double CacheProgress::time_at(std::uint32_t stage) const {
+  const double step = std::max(0.0, static_cast<double>(stage) - overture_stages);
+  return step < pass_step() ? std::exp2(step / steps_per_doubling) : time_of(pass_by_pass + step - pass_step());
 }
 
-double CacheProgress::time_after(double time) const {
-  const double next = time_of_step(step_of(time) + 1);
-  if (passes_of(time) >= pass_by_pass) return time_of(std::floor(passes_of(time)) + 1);
-  return std::min(next, time_of(pass_by_pass));
+double CacheProgress::passes_at(std::uint32_t stage) const { return refines ? passes_of(time_at(stage)) : 1; }
+
+float CacheProgress::share_at(std::uint32_t stage) const {
+  return refines && stage < overture_stages ? std::exp2(-2.0f * static_cast<float>(overture_stages - stage)) : 1;
 }
 
-bool CacheProgress::steps_at(std::uint32_t iteration) const {
-  return refines && iteration > overture_rounds && time_at(iteration) > time_at(iteration - 1);
+int CacheProgress::rays_at(std::uint32_t stage, int samples) const {
+  return std::max(static_cast<int>(share_at(stage) * static_cast<float>(samples)), std::min(samples, fewest_rays));
 }
 
-double CacheProgress::passes_at(std::uint32_t iteration) const { return refines ? passes_of(time_at(iteration)) : 1; }
-
-float CacheProgress::accuracy_at(std::uint32_t iteration) const {
+float CacheProgress::accuracy_at(std::uint32_t stage) const {
   if (!refines) return accuracy;
-  if (iteration < overture_rounds) return accuracy * std::exp2(0.5f * static_cast<float>(overture_rounds - iteration));
-  return accuracy * static_cast<float>(std::pow(time_at(iteration), -1.0 / 6));
+  if (stage < overture_stages) return coarse * accuracy * std::exp2(0.5f * static_cast<float>(overture_stages - stage));
+  return coarse * accuracy * static_cast<float>(std::pow(time_at(stage), -1.0 / 6));
 }
 
-float CacheProgress::accuracy_after(std::uint32_t iteration) const {
-  if (!refines || iteration < overture_rounds) return accuracy_at(iteration + 1);
-  return accuracy * static_cast<float>(std::pow(time_after(time_at(iteration)), -1.0 / 6));
+double CacheProgress::weight_at(std::uint32_t stage) const {
+  if (!refines) return 1;
+  return stage < overture_stages ? std::exp2(-3.0 * (overture_stages - stage)) : time_at(stage);
 }
 
-double CacheProgress::weight_at(std::uint32_t iteration) const {
-  return refines ? std::min(1.0, std::pow(accuracy / accuracy_at(iteration), 4)) : 1;
+std::uint32_t CacheProgress::stage_after(std::uint32_t iterations) const {
+  if (!refines) return overture_stages;
+  const double time = 1 + iterations / 50.0;
+  std::uint32_t stage = overture_stages;
+  while (time_at(stage + 1) <= time) ++stage;
+  return stage;
 }
 
 bool CacheProgress::asks(std::uint64_t pixel, std::uint32_t iteration) const {

@@ -1,11 +1,17 @@
-// The schedule by which a cache is refined over the iterations, and the mean of what it adds to the image meanwhile.
+// The stages by which a cache is refined, when it goes on to the next one, and the mean of what it adds to the image meanwhile.
 //
-// Iterations 0 to 4 fill it, each more finely than the one before: an overture, which gives an image early even if the time is
-// short. With t = 1 + max(0, iteration - 4) / 50 the accuracy falls from there as t^(-1/6), so that records grow as t^(1/3),
-// and passes per record grow as t^(2/3): with a constant effort per iteration this lets the squared interpolation error
-// (t^(-2/3) with gradients) and the variance of the records fall at the same rate. Beyond the overture t rises in steps, ten
-// per doubling, and from 22 passes on so that each step adds one pass. Records change only at steps, because recomputing the
-// validity radius of all of them costs as much as tracing some passes.
+// Stages 0 and 1 fill it coarsely, with a sixteenth and a quarter of a record's rays: an overture, which gives an image early
+// even if the time is short. Each begins without records: none of few rays stays, and none says where others lie. Stage 2 fills
+// it at twice the accuracy asked for, since up to there the noise of records is the greater part of their error. Then t = 1,
+// and with it the accuracy falls as t^(-1/6), so that records grow as t^(1/3), and passes per record grow as t^(2/3): this lets
+// the squared interpolation error (t^(-2/3) with gradients) and the variance of the records fall at the same rate. t rises in
+// steps, ten per doubling, and from 22 passes on so that each step adds one pass. Records change only at steps, because
+// recomputing the validity radius of all of them costs as much as tracing some passes.
+//
+// An iteration begins with the next stage if that lowers the error by more than as much work on camera samples would. Let S be
+// the variance that the camera samples so far leave in a pixel and C the squared error that records state. Both fall about in
+// proportion to the work w_s and w_c that made them, so the next bit of work is worth more in the cache where
+// C / w_c > S / w_s. Work is counted in rays and samples, never in time: the choice depends on what was computed alone.
 #pragma once
 
 #include "framework/image/film.h"
@@ -18,20 +24,37 @@ struct CacheProgress {
   float accuracy = 0.2f;  // asked for
   bool refines = true;
 
-  static constexpr std::uint32_t overture_rounds = 4;
-  static constexpr float overlap = 1.25f;  // at most, within the requested accuracy (irradiance_records.h)
+  static constexpr std::uint32_t overture_stages = 2;  // with few rays
+  static constexpr float coarse = 2;                   // accuracy of the first stage with all rays, over the one asked for
+  static constexpr float overlap = 1.25f;              // at most, within that accuracy (irradiance_records.h)
 
-  double time_at(std::uint32_t iteration) const;
-  double time_after(double time) const;  // that of the next step
-  // Does an iteration after the overture begin with another refinement?
-  bool steps_at(std::uint32_t iteration) const;
-  double passes_at(std::uint32_t iteration) const;  // over a record's hemisphere
-  float accuracy_at(std::uint32_t iteration) const;
-  float accuracy_after(std::uint32_t iteration) const;  // of the refinement that comes next
-  // The weight of what the cache adds in an iteration; its error falls as the square of the accuracy.
-  double weight_at(std::uint32_t iteration) const;
+  double time_at(std::uint32_t stage) const;
+  double passes_at(std::uint32_t stage) const;          // over a record's hemisphere
+  int rays_at(std::uint32_t stage, int samples) const;  // of a pass
+  float share_at(std::uint32_t stage) const;            // of the rays, and of the photons that they meet
+  float accuracy_at(std::uint32_t stage) const;
+  // The weight of what the cache adds in a stage: about in proportion to the work behind its records, since what earlier
+  // records knew is in them. Much more would leave the noise of the camera samples there.
+  double weight_at(std::uint32_t stage) const;
+  // The stage that a method with new photons in every iteration takes: t first doubles after 50 of them.
+  std::uint32_t stage_after(std::uint32_t iterations) const;
   // Does this pixel ask for records? Few pixels do in each iteration, so that narrow slivers do not get many.
   bool asks(std::uint64_t pixel, std::uint32_t iteration) const;
+};
+
+// What has been spent on records and on camera samples, and the error that each leaves (above).
+struct EffortSplit {
+  static constexpr double ray_work = 1.5, gather_ray_work = 4;       // of a ray of a hemisphere: its path; its look-up in a map
+  static constexpr double photon_work = 5, caustic_photon_work = 3;  // of one that is emitted, its part of the map included
+
+  static constexpr double least_share = 0.125;  // of the samples' work, whatever records state: they may have missed all light
+
+  double record_work = 0, sample_work = 0;    // in camera samples
+  double record_error = 0, sample_error = 0;  // relative mean squares
+
+  bool next_to_records() const {
+    return record_error * sample_work > sample_error * record_work || least_share * sample_work > record_work;
+  }
 };
 
 // What a cache takes the luminance of one of its answers to be off by.

@@ -30,27 +30,28 @@ bool is_valid(const IrradianceEstimate& mean) {
 }
 
 void CacheStanding::write(ByteWriter& out, float accuracy) const {
-  out.add(view_), out.add(key_salt_), out.add(rounds_), out.add(accuracy);
+  out.add(view_), out.add(key_salt_), out.add(rounds_), out.add(stage_), out.add(accuracy);
 }
 
 void CacheStanding::read(ByteReader& in) {
-  in.take(view_), in.take(key_salt_), in.take(rounds_), in.take(accuracy_);
+  in.take(view_), in.take(key_salt_), in.take(rounds_), in.take(stage_), in.take(accuracy_);
   if (!(accuracy_ > 0) || !std::isfinite(accuracy_)) in.refuse("its accuracy is no positive number");
-  if (rounds_ > SampleShares::most_first) in.refuse("more iterations than can be");
+  if (rounds_ > SampleShares::most_first || stage_ > SampleShares::most_first) in.refuse("more iterations than can be");
   loaded_ = true;
 }
 
-void CacheStanding::begin(const RenderContext& context, bool refines) {
+void CacheStanding::begin(const RenderContext& context, bool has_overture) {
   const std::uint64_t view = view_of(context);
   same_view_ = loaded_ && view == view_;
   if (loaded_ && !same_view_) key_salt_ = view;
   view_ = view;
-  first_round_ = std::max(rounds_, refines ? 0 : CacheProgress::overture_rounds + 1);
-  rounds_ = first_round_;
+  first_round_ = rounds_;
+  cut_short_ = loaded_ && !has_overture && stage_ < CacheProgress::overture_stages;
+  if (!has_overture) stage_ = std::max(stage_, CacheProgress::overture_stages);
 }
 
 float CacheStanding::accuracy_wanted(const CacheProgress& progress) const {
-  return progress.refines ? progress.accuracy_at(std::max(first_round_, 1u) - 1) : std::min(accuracy_, progress.accuracy);
+  return progress.refines ? progress.accuracy_at(stage_) : std::min(accuracy_, progress.accuracy);
 }
 
 }  // namespace etendue

@@ -3,7 +3,8 @@
 //
 //   u64  view: hash of scene, camera, resolution and seed for which it was filled last
 //   u64  key salt (RecordLevels::resume)
-//   u32  rounds of refinement behind it
+//   u32  iterations behind it
+//   u32  stage of the refinement
 //   f32  accuracy reached
 //   then, of each kind of record:
 //   u64  number of levels; of each: u64 number of records; of each:
@@ -33,10 +34,13 @@ class CacheStanding {
   float accuracy() const { return accuracy_; }  // when it was saved
   std::uint64_t key_salt() const { return key_salt_; }
 
-  // Continues after the rounds done so far; without refinement those of the overture count as done.
-  void begin(const RenderContext& context, bool refines);
+  // Continues after the rounds done so far; without refinement, or with a given number of records, after the overture.
+  void begin(const RenderContext& context, bool has_overture);
   std::uint32_t first_round() const { return first_round_; }
   void reached(std::uint32_t rounds) { rounds_ = rounds; }
+  std::uint32_t stage() const { return stage_; }
+  void enter(std::uint32_t stage) { stage_ = stage; }
+  bool cut_short() const { return cut_short_; }  // loaded records have fewer rays than the stage's
   // The accuracy that loaded records must have before the next round.
   float accuracy_wanted(const CacheProgress& progress) const;
   // Is there anything that loaded records may not cover? What is covered is not visited again, so that a cache without
@@ -45,9 +49,9 @@ class CacheStanding {
 
  private:
   std::uint64_t view_ = 0, key_salt_ = 0;
-  std::uint32_t rounds_ = 0, first_round_ = 0;
+  std::uint32_t rounds_ = 0, first_round_ = 0, stage_ = 0;
   float accuracy_ = 0;
-  bool loaded_ = false, same_view_ = false;
+  bool loaded_ = false, same_view_ = false, cut_short_ = false;
 };
 
 bool is_unit(const vec3& v);

@@ -67,6 +67,7 @@ class RecordLevels {
   void resume(const RenderContext& context, std::vector<std::vector<History>> levels, float accuracy, std::uint64_t key_salt);
 
   std::vector<std::span<const History>> histories() const;  // by level
+  std::uint64_t passes() const;                             // of all records
   std::size_t size() const;
   float accuracy() const { return accuracy_; }
 
@@ -173,6 +174,14 @@ auto RecordLevels<Estimate, Records>::histories() const -> std::vector<std::span
   std::vector<std::span<const History>> spans;
   for (const Level& level : levels_) spans.emplace_back(level.histories);
   return spans;
+}
+
+template <class Estimate, class Records>
+std::uint64_t RecordLevels<Estimate, Records>::passes() const {
+  std::uint64_t sum = 0;
+  for (const Level& level : levels_)
+    for (const History& history : level.histories) sum += static_cast<std::uint64_t>(history.passes);
+  return sum;
 }
 
 template <class Estimate, class Records>
