@@ -1,4 +1,5 @@
 // Irradiance gradients against differentiated closed forms; the cache against closed forms, its own order and threads.
+#include "framework/core/counters.h"
 #include "framework/core/sampler.h"
 #include "framework/scenes/exact.h"
 #include "integrators/caches/records/irradiance_records.h"
@@ -315,6 +316,18 @@ TEST(IrradianceCache, EveryParameterChangesTheImage) {
   RenderOptions brute = options;
   brute.params["structure"] = {std::string("brute"), {}};
   EXPECT_EQ(render(scene, "irradiance-cache", brute).hash, plain) << "structures answer alike";
+}
+
+TEST(IrradianceCache, FirstImageTakesFewOfTheRaysOfAWholeCache) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const auto rays_of = [&](bool refines) {
+    RenderOptions options = options_for(768, 1);
+    options.params["refine"] = {refines, {}};
+    reset_counters();
+    render(scene, "irradiance-cache", options);
+    return read_counters()[static_cast<std::size_t>(Counter::rays)];
+  };
+  EXPECT_LT(10 * rays_of(true), rays_of(false));
 }
 
 TEST(IrradianceCache, BlackSurfacesNeedNoRecords) {

@@ -310,6 +310,14 @@ TEST(SavedCache, OfCellsThatForgetNothingIsRefused) {
   EXPECT_NE(refused_by(scene, c, make_cache_file(file.key, file.body)).find("'hash-cache' in its format 1"), std::string::npos);
 }
 
+// Saved after its first image, whose records have a sixteenth of the rays.
+TEST(SavedCache, OfFewRaysIsMadeAnewWithoutRefinement) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const CacheRun first = render_with(scene, params({{"refine", "true"}}), 1);
+  const auto unrefined = params({{"refine", "false"}});
+  EXPECT_EQ(render_with(scene, unrefined, 2, first.cache).hash, render_with(scene, unrefined, 2).hash);
+}
+
 TEST(SavedCache, OfAGivenNumberOfRecordsIsTheSame) {
   const Scene scene = load_scene("builtin:cornell-box");
   const auto map = params({{"refine", "false"}, {"records", "60"}});
