@@ -4,6 +4,7 @@
 #include "accel/exact/exact_primitives.h"
 #include "accel/kernels/primitive_test.h"
 #include "accel/scene/two_level.h"
+#include "framework/core/elementary.h"
 
 namespace etendue {
 
@@ -186,7 +187,7 @@ bool ExactTracer::any_moved(const ExactRay& ray, const std::optional<ExactHit>& 
     return holds(moved);
   };
   for (int i = 0; i < 8; ++i)
-    if (const double angle = 0.25 * pi * i; holds_moved(std::cos(angle), std::sin(angle), 0)) return true;
+    if (const double angle = 0.25 * pi * i; holds_moved(math::cos(angle), math::sin(angle), 0)) return true;
   if (holds_moved(0, 0, -1) || holds_moved(0, 0, 1)) return true;
   if (exact && !may_slip(ray, *exact, distance)) return false;
   ExactRay rounded = ray;

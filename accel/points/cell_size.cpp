@@ -1,5 +1,6 @@
 #include "accel/points/cell_size.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
 
@@ -33,7 +34,7 @@ class OccupiedCells {
     std::size_t set = 0;
     for (const auto& word : words_) set += static_cast<std::size_t>(std::popcount(word.load(std::memory_order_relaxed)));
     const double bits = 64.0 * static_cast<double>(words_.size());
-    return -bits * std::log1p(-std::min(static_cast<double>(set), bits - 1) / bits);
+    return -bits * math::log1p(-std::min(static_cast<double>(set), bits - 1) / bits);
   }
 
  private:

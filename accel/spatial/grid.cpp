@@ -2,6 +2,7 @@
 
 #include "accel/kernels/clipped_polygon.h"
 #include "accel/plain_entry.h"
+#include "framework/core/elementary.h"
 
 namespace etendue {
 
@@ -28,7 +29,7 @@ Size cubes(const dvec3& extent, double cells) {
       ++axes;
     }
     if (axes == 0) return {1, 1, 1};
-    const double per_length = std::pow(cells / volume, 1.0 / axes);
+    const double per_length = math::pow(cells / volume, 1.0 / axes);
     Size size{1, 1, 1};
     bool all_hold = true;
     for (int axis = 0; axis < 3; ++axis) {

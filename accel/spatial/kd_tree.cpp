@@ -2,6 +2,7 @@
 
 #include "accel/kernels/clipped_polygon.h"
 #include "accel/plain_entry.h"
+#include "framework/core/elementary.h"
 
 #include <optional>
 
@@ -126,7 +127,7 @@ class RayKdTree::Builder {
     references_ = count;
     budget_ = std::min<std::uint64_t>(references_per_primitive * count + 1024, (1u << 30) - 1);
     max_depth_ = params_.max_depth > 0 ? static_cast<std::uint32_t>(params_.max_depth)
-                                       : static_cast<std::uint32_t>(8 + 1.3 * std::log2(static_cast<double>(count)));
+                                       : static_cast<std::uint32_t>(8 + 1.3 * math::log2(static_cast<double>(count)));
     tree_.nodes_.resize(1);
     std::vector<Job> jobs;
     jobs.push_back(std::move(root));

@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <map>
-#include <regex>
 
 namespace etendue {
 
@@ -57,8 +57,9 @@ Row inspect_one(const std::string& path, const std::string& folder, const SceneR
 
 // Cuts off the place, and what the message says is there instead.
 std::string kind_of(const std::string& reason) {
-  static const std::regex place(R"(^[^ ]*?:\d+(:\d+)?: )");
-  const std::string message = std::regex_replace(reason, place, "");
+  const std::size_t end = reason.find(": ");
+  const bool has_place = end != std::string::npos && end > 0 && std::isdigit(static_cast<unsigned char>(reason[end - 1]));
+  const std::string message = has_place ? reason.substr(end + 2) : reason;
   return message.substr(0, message.find(';'));
 }
 

@@ -2,6 +2,8 @@
 
 #include "framework/io/spectra.h"
 
+#include "framework/core/elementary.h"
+
 #include <algorithm>
 #include <array>
 
@@ -16,7 +18,7 @@ namespace {
 
 double lobe(double wavelength, double centre, double inverse_width_below, double inverse_width_above) {
   const double t = (wavelength - centre) * (wavelength < centre ? inverse_width_below : inverse_width_above);
-  return std::exp(-0.5 * t * t);
+  return math::exp(-0.5 * t * t);
 }
 
 dvec3 cie_xyz(double w) {
@@ -45,7 +47,7 @@ double d65_at(int wavelength) {
 double planck(double wavelength, double kelvin) {
   constexpr double c = 299792458, h = 6.62607015e-34, k = 1.380649e-23;
   const double metres = wavelength * 1e-9;
-  return 2 * h * c * c / (std::pow(metres, 5) * std::expm1(h * c / (metres * k * kelvin)));
+  return 2 * h * c * c / (math::pow(metres, 5) * math::expm1(h * c / (metres * k * kelvin)));
 }
 
 // Negative components lie outside sRGB: the nearest colour without them.

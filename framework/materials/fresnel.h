@@ -1,6 +1,7 @@
 // Fresnel reflectance of interfaces, over lanes.
 #pragma once
 
+#include "framework/core/elementary.h"
 #include "framework/core/lanes.h"
 
 namespace etendue {
@@ -45,9 +46,9 @@ inline float fresnel_average(float eta) {
   if (n < 1.001) return 0;
   const double n2 = n * n, n4 = n2 * n2;
   return static_cast<float>(0.5 + (n - 1) * (3 * n + 1) / (6 * (n + 1) * (n + 1)) +
-                            n2 * (n2 - 1) * (n2 - 1) / std::pow(n2 + 1, 3) * std::log((n - 1) / (n + 1)) -
+                            n2 * (n2 - 1) * (n2 - 1) / math::pow(n2 + 1, 3) * math::log((n - 1) / (n + 1)) -
                             2 * n2 * n * (n2 + 2 * n - 1) / ((n2 + 1) * (n4 - 1)) +
-                            8 * n4 * (n4 + 1) / ((n2 + 1) * (n4 - 1) * (n4 - 1)) * std::log(n));
+                            8 * n4 * (n4 + 1) / ((n2 + 1) * (n4 - 1) * (n4 - 1)) * math::log(n));
 }
 
 }  // namespace etendue

@@ -3,6 +3,7 @@
 // Directions are local, z along the macroscopic normal; wo.z > 0 throughout. Half vectors have z > 0.
 #pragma once
 
+#include "framework/core/elementary.h"
 #include "framework/core/sampling.h"
 
 namespace etendue {
@@ -28,7 +29,7 @@ class Microfacets {
     using F = LaneOf<V>;
     const auto x = h.x / alpha_.x, y = h.y / alpha_.y;
     if (beckmann_) [[unlikely]] {
-      const F cos2 = h.z * h.z, gauss = each_lane<F>(-(x * x + y * y) / cos2, [](float e) { return std::exp(e); });
+      const F cos2 = h.z * h.z, gauss = each_lane<F>(-(x * x + y * y) / cos2, [](float e) { return math::exp(e); });
       return select(cos2 > 1e-9f, gauss / (pi * alpha_.x * alpha_.y * cos2 * cos2), F(0.0f));
     }
     const auto s = x * x + y * y + h.z * h.z;
@@ -65,7 +66,7 @@ class Microfacets {
   V sample_normal(const V& wo, const Vec2<LaneOf<V>>& u) const {
     using F = LaneOf<V>;
     if (beckmann_) [[unlikely]] {
-      const F slope = sqrt(each_lane<F>(u.x, [](float share) { return -std::log(1 - share); }));
+      const F slope = sqrt(each_lane<F>(u.x, [](float share) { return -math::log(1 - share); }));
       const CosSin<F> turn = cos_sin_of_turn(u.y);
       return normalize(V(alpha_.x * slope * turn.cosine, alpha_.y * slope * turn.sine, 1.0f));
     }

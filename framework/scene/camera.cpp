@@ -1,11 +1,12 @@
 #include "framework/scene/camera.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/sampling.h"
 
 namespace etendue {
 
 vec2 Camera::half_extent(ivec2 resolution) const {
-  const float shorter = is_parallel() ? half_width : std::tan(0.5f * fov);
+  const float shorter = is_parallel() ? half_width : math::tan(0.5f * fov);
   const vec2 size(resolution);
   return shorter * size / std::min(size.x, size.y);
 }

@@ -1,5 +1,7 @@
 #include "framework/scene/motion.h"
 
+#include "framework/core/elementary.h"
+
 #include <optional>
 
 namespace etendue {
@@ -79,7 +81,7 @@ class Wave final : public Deformation {
   bool moves(const vec3& p) const override { return p[axis_] <= highest_; }
   vec3 place(const vec3& p, int frame) const override {
     const float along = (p.x + p.z) / (std::sqrt(2.0f) * params_.length * diagonal());
-    const float height = std::sin(2 * pi * (along - static_cast<float>(frame) / params_.period));
+    const float height = math::sin(2 * pi * (along - static_cast<float>(frame) / params_.period));
     return p + vec3(0, params_.amplitude * diagonal() * height, 0);
   }
 
@@ -109,7 +111,7 @@ class Twist final : public Deformation {
     if (!(height > 0)) return p;
     const vec3 centre = bounds().centre(), r = p - centre;
     const float angle = 2 * pi * turns_per_frame_ * static_cast<float>(frame) * r.y / height;
-    const float s = std::sin(angle), c = std::cos(angle);
+    const float s = math::sin(angle), c = math::cos(angle);
     return centre + vec3(c * r.x + s * r.z, r.y, c * r.z - s * r.x);
   }
 

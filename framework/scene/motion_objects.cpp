@@ -1,4 +1,5 @@
 // Motions of objects: a geometry cut into parts that keep their shape.
+#include "framework/core/elementary.h"
 #include "framework/core/rng.h"
 #include "framework/scene/motion.h"
 #include "framework/scene/transform.h"
@@ -65,7 +66,7 @@ class ObjectMotion : public Motion {
 
   static vec3 direction(Pcg32& random) {
     const float z = 1 - 2 * random.next_float(), phi = 2 * pi * random.next_float(), r = safe_sqrt(1 - z * z);
-    return {r * std::cos(phi), r * std::sin(phi), z};
+    return {r * math::cos(phi), r * math::sin(phi), z};
   }
 
   void move(std::size_t object, const Transform& by, Geometry& geometry) const {

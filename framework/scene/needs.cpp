@@ -1,5 +1,7 @@
 #include "framework/scene/needs.h"
 
+#include "framework/core/elementary.h"
+
 namespace etendue {
 
 namespace {
@@ -24,8 +26,8 @@ class Reaches {
     const vec3 to_centre = box_.centre() - l.position;
     const float distance = glm::length(to_centre), radius = 0.5f * glm::length(box_.diagonal());
     if (distance <= radius) return true;
-    const float angle = std::acos(std::clamp(glm::dot(to_centre, l.direction) / distance, -1.0f, 1.0f));
-    return angle <= std::acos(l.cos_outer) + std::asin(radius / distance);
+    const float angle = math::acos(std::clamp(glm::dot(to_centre, l.direction) / distance, -1.0f, 1.0f));
+    return angle <= math::acos(l.cos_outer) + math::asin(radius / distance);
   }
   bool operator()(const PointLight&) const { return true; }
   bool operator()(const DirectionalLight&) const { return true; }

@@ -1,5 +1,6 @@
 #include "framework/scene/pixel_filter.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/error.h"
 #include "framework/core/rng.h"
 
@@ -15,7 +16,7 @@ namespace {
 
 constexpr int cells = 4096;  // of the tables: a thousandth of a pixel for a radius of two
 
-double gaussian(double x, double sigma) { return std::exp(-x * x / (2 * sigma * sigma)); }
+double gaussian(double x, double sigma) { return math::exp(-x * x / (2 * sigma * sigma)); }
 
 // [MitchellNetravali1988] eq. 8, for x within 2.
 double mitchell(double x, double b, double c) {
@@ -26,7 +27,7 @@ double mitchell(double x, double b, double c) {
 
 double sinc(double x) {
   const double y = std::numbers::pi * x;
-  return std::abs(y) < 1e-5 ? 1 - y * y / 6 : std::sin(y) / y;
+  return std::abs(y) < 1e-5 ? 1 - y * y / 6 : math::sin(y) / y;
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #include "framework/scene/transform.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 #include "framework/scene/clearance.h"
 
 #include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
 
 namespace etendue {
 
@@ -50,7 +52,8 @@ Transform Transform::scale(const vec3& factors) {
 }
 
 Transform Transform::rotate(float radians, const vec3& axis) {
-  const mat3 linear(glm::rotate(glm::dmat4(1), static_cast<double>(radians), dvec3(axis)));
+  const double half = 0.5 * static_cast<double>(radians);
+  const mat3 linear(glm::mat3_cast(glm::dquat(math::cos(half), math::sin(half) * glm::normalize(dvec3(axis)))));
   return {linear, vec3(0), glm::transpose(linear), vec3(0)};
 }
 

@@ -1,5 +1,6 @@
 #include "framework/scenes/exact.h"
 
+#include "framework/core/elementary.h"
 #include "framework/scenes/exact_stage.h"
 
 namespace etendue {
@@ -56,7 +57,7 @@ double polygon_irradiance(const dvec3& point, const dvec3& normal, std::span<con
     const dvec3 a = glm::normalize(corners[i] - point), b = glm::normalize(corners[(i + 1) % corners.size()] - point);
     const dvec3 cross = glm::cross(a, b);
     const double sine = glm::length(cross);
-    if (sine > 0) sum += std::atan2(sine, glm::dot(a, b)) / sine * cross;
+    if (sine > 0) sum += math::atan2(sine, glm::dot(a, b)) / sine * cross;
   }
   return 0.5 * std::abs(glm::dot(sum, normal));
 }
@@ -123,7 +124,7 @@ Scene make_sphere_light() {
 Scene make_disc_light() {
   DirectSetting s("builtin:disc-light");
   s.builder.quadric(Disk{{0, 1.5f, 0}, 0.5f, {0, -1, 0}}, s.dark, Rgb(6));
-  return s.finish("parallel disc", [](const dvec3& p) { return 6 * disc_irradiance(1.5, std::hypot(p.x, p.z), 0.5); });
+  return s.finish("parallel disc", [](const dvec3& p) { return 6 * disc_irradiance(1.5, math::hypot(p.x, p.z), 0.5); });
 }
 
 }  // namespace etendue

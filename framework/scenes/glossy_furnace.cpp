@@ -1,5 +1,6 @@
 #include "framework/scenes/glossy_furnace.h"
 
+#include "framework/core/elementary.h"
 #include "framework/scenes/exact_stage.h"
 
 #include <array>
@@ -25,7 +26,7 @@ class AlbedoCurve {
     for (std::size_t i = 0; i < count; ++i) {
       const double distance = x - cosine(i);
       if (distance == 0) return values_[i];
-      const double weight = (i % 2 ? -1 : 1) * std::sin(angle(i)) / distance;  // [Berrut2004] section 5
+      const double weight = (i % 2 ? -1 : 1) * math::sin(angle(i)) / distance;  // [Berrut2004] section 5
       sum += weight * values_[i];
       weights += weight;
     }
@@ -35,7 +36,7 @@ class AlbedoCurve {
  private:
   static constexpr std::size_t count = 10;
   static double angle(std::size_t i) { return (2.0 * static_cast<double>(i) + 1) * pi_d / (2.0 * count); }
-  double cosine(std::size_t i) const { return low_ + (1 - low_) * 0.5 * (1 + std::cos(angle(i))); }
+  double cosine(std::size_t i) const { return low_ + (1 - low_) * 0.5 * (1 + math::cos(angle(i))); }
 
   double low_;
   std::array<double, count> values_;
@@ -48,15 +49,15 @@ double ggx_albedo(double alpha, double cosine) {
   // lies at its rim, where circles are dense: of radius^2 = 1 - w^2.
   constexpr int circles = 256, points = 64;
   const double sine = std::sqrt(1 - cosine * cosine);
-  const double stretched = std::hypot(alpha * sine, cosine);
+  const double stretched = math::hypot(alpha * sine, cosine);
   const double vx = alpha * sine / stretched, vz = cosine / stretched;  // the view in the stretched space, in its x-z plane
   const double s = 0.5 * (1 + vz);
   double sum = 0;
   for (int i = 0; i < circles; ++i)
     for (int j = 0; j < points; ++j) {
       const double w = (i + 0.5) / circles, r = std::sqrt(1 - w * w), turn = 2 * pi_d * (j + 0.5) / points;
-      const double p1 = r * std::cos(turn);
-      const double p2 = (1 - s) * std::sqrt(1 - p1 * p1) + s * r * std::sin(turn);
+      const double p1 = r * math::cos(turn);
+      const double p2 = (1 - s) * std::sqrt(1 - p1 * p1) + s * r * math::sin(turn);
       const double p3 = std::sqrt(std::max(0.0, 1 - p1 * p1 - p2 * p2));
       // p1 along y, p2 along the vector across both, p3 along the view.
       const dvec3 normal = glm::normalize(dvec3(alpha * (p3 * vx - p2 * vz), alpha * p1, p2 * vx + p3 * vz));
@@ -70,14 +71,14 @@ double ggx_lamp_share(double alpha, double size, const dvec3& to_viewer, const d
   // Circles about the lamp's middle, dense where the lobe is: the angle is alpha sinh(s).
   constexpr int circles = 256, points = 96;
   const dvec3 aside = glm::normalize(glm::cross(to_lamp, dvec3(1, 0, 0))), across = glm::cross(to_lamp, aside);
-  const double widest = std::asinh(std::asin(size) / alpha);
+  const double widest = math::asinh(math::asin(size) / alpha);
   double sum = 0;
   for (int i = 0; i < circles; ++i) {
-    const double s = widest * (i + 0.5) / circles, angle = alpha * std::sinh(s);
-    const double area = std::sin(angle) * alpha * std::cosh(s) * widest / circles * 2 * pi_d / points;
+    const double s = widest * (i + 0.5) / circles, angle = alpha * math::sinh(s);
+    const double area = math::sin(angle) * alpha * math::cosh(s) * widest / circles * 2 * pi_d / points;
     for (int j = 0; j < points; ++j) {
       const double turn = 2 * pi_d * (j + 0.5) / points;
-      const dvec3 wi = std::cos(angle) * to_lamp + std::sin(angle) * (std::cos(turn) * aside + std::sin(turn) * across);
+      const dvec3 wi = math::cos(angle) * to_lamp + math::sin(angle) * (math::cos(turn) * aside + math::sin(turn) * across);
       const dvec3 h = glm::normalize(wi + to_viewer);
       const double t = (h.x * h.x + h.y * h.y) / (alpha * alpha) + h.z * h.z;
       const double density = 1 / (pi_d * alpha * alpha * t * t);  // [Walter2007] eq. 33

@@ -4,6 +4,7 @@
 #include "framework/scenes/glowing_room.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 #include "framework/scenes/exact.h"
 #include "framework/scenes/exact_stage.h"
 
@@ -161,7 +162,7 @@ std::vector<Rectangle> walls(float panel, float glow) {
 std::vector<Rectangle> box_faces(int box, const vec3& middle, const vec3& half, float degrees, float glow) {
   const Rgb white(0.73f);
   const float angle = degrees * pi / 180;
-  const vec3 a = half.x * vec3(std::cos(angle), 0, -std::sin(angle)), c = half.z * vec3(std::sin(angle), 0, std::cos(angle)),
+  const vec3 a = half.x * vec3(math::cos(angle), 0, -math::sin(angle)), c = half.z * vec3(math::sin(angle), 0, math::cos(angle)),
              y(0, 2 * half.y, 0);
   std::vector<Rectangle> faces{{middle - a - c + y, 2.0f * c, 2.0f * a, 0.4f * glow * white, white, box}};
   for (const auto& [out, along] : {std::pair{a, -c}, {-a, c}, {c, a}, {-c, -a}})

@@ -1,5 +1,6 @@
 #include "framework/scenes/heaps.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/rng.h"
 #include "framework/core/sampling.h"
 #include "framework/scenes/meshes.h"
@@ -21,9 +22,9 @@ Scene heap(const char* name, const MeshData& mesh, float width) {
 void add_triangle(MeshData& mesh, Pcg32& rng, const vec3& centroid, float length, float width) {
   const vec2 u(rng.next_float(), rng.next_float());
   const float z = 2 * u.x - 1, turn = 2 * pi * u.y, r = std::sqrt(std::max(0.0f, 1 - z * z));
-  const Frame frame = Frame::from_normal({r * std::cos(turn), r * std::sin(turn), z});
+  const Frame frame = Frame::from_normal({r * math::cos(turn), r * math::sin(turn), z});
   const float across = 2 * pi * rng.next_float();
-  const vec3 along = frame.to_world({0, 0, 1}), aside = frame.to_world({std::cos(across), std::sin(across), 0});
+  const vec3 along = frame.to_world({0, 0, 1}), aside = frame.to_world({math::cos(across), math::sin(across), 0});
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   mesh.positions.push_back(centroid - 0.5f * length * along - width / 3 * aside);
   mesh.positions.push_back(centroid + 0.5f * length * along - width / 3 * aside);

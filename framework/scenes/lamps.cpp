@@ -1,5 +1,6 @@
 #include "framework/scenes/lamps.h"
 
+#include "framework/core/elementary.h"
 #include "framework/scenes/exact.h"
 #include "framework/scenes/exact_stage.h"
 
@@ -39,7 +40,7 @@ Scene make_many_lamps(const ManyLampsParams& params) {
   s.builder.light(PointLight{{0, lamp_height, 0}, Rgb(watts_per_sr)});
   for (int i = 1; i < params.lamps; ++i) {
     const float turn = 2 * pi * static_cast<float>(i) / static_cast<float>(params.lamps);
-    s.builder.light(PointLight{{0.5f * std::cos(turn), -lamp_height, 0.5f * std::sin(turn)}, Rgb(watts_per_sr)});
+    s.builder.light(PointLight{{0.5f * math::cos(turn), -lamp_height, 0.5f * math::sin(turn)}, Rgb(watts_per_sr)});
   }
   lamp_camera(s);
   return s.finish("the one lamp above the floor: E = I cos/d^2");

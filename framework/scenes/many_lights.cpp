@@ -1,5 +1,6 @@
 #include "framework/scenes/many_lights.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/rng.h"
 #include "framework/core/sampling.h"
 
@@ -38,7 +39,7 @@ float number(std::uint32_t light, int which) {
 
 // Away from the camera, within 70 degrees.
 vec3 facing(std::uint32_t light, const vec3& position) {
-  const vec3 cone = sample_cone(vec2(number(light, 0), number(light, 1)), std::cos(70 * pi / 180));
+  const vec3 cone = sample_cone(vec2(number(light, 0), number(light, 1)), math::cos(70 * pi / 180));
   return Frame::from_normal(glm::normalize(position - eye)).to_world(cone);
 }
 
@@ -48,7 +49,7 @@ MeshData light_triangle(const vec3& centre, const vec3& normal, float area) {
   MeshData mesh;
   for (int i = 0; i < 3; ++i) {
     const float angle = 2 * pi / 3 * static_cast<float>(i);
-    mesh.positions.push_back(centre + radius * (std::cos(angle) * frame.tangent + std::sin(angle) * frame.bitangent));
+    mesh.positions.push_back(centre + radius * (math::cos(angle) * frame.tangent + math::sin(angle) * frame.bitangent));
   }
   mesh.triangles.push_back({0, 1, 2});
   return mesh;
@@ -80,7 +81,7 @@ Scene make_many_lights(const ManyLightsParams& params) {
   std::vector<float> weights;
   double sum = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    weights.push_back(std::pow(10.0f, decades * number(i, 2)));
+    weights.push_back(math::pow(10.0f, decades * number(i, 2)));
     sum += weights.back();
   }
   const auto black = b.material(Diffuse{Rgb(0)});

@@ -1,5 +1,7 @@
 #include "framework/scenes/meshes.h"
 
+#include "framework/core/elementary.h"
+
 namespace etendue {
 
 namespace {
@@ -28,7 +30,7 @@ MeshData bowl() {
     const float height = 0.15f * static_cast<float>((ring + 1) / 2) / steps;
     for (std::uint32_t sector = 0; sector < sectors; ++sector) {
       const float phi = 2 * pi * static_cast<float>(sector) / sectors;
-      mesh.positions.emplace_back(radius * std::cos(phi), height, radius * std::sin(phi));
+      mesh.positions.emplace_back(radius * math::cos(phi), height, radius * math::sin(phi));
     }
   }
   for (std::uint32_t ring = 0; ring + 1 < rings; ++ring)
@@ -58,7 +60,7 @@ MeshData rough_ball(const vec3& centre, float radius, int triangles) {
     const float theta = pi * static_cast<float>(row) / static_cast<float>(rows);
     for (std::uint32_t column = 0; column < columns; ++column) {
       const float phi = 2 * pi * static_cast<float>(column) / static_cast<float>(columns);
-      mesh.positions.push_back(point({std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)}));
+      mesh.positions.push_back(point({math::sin(theta) * math::cos(phi), math::cos(theta), math::sin(theta) * math::sin(phi)}));
     }
   }
   mesh.positions.push_back(point({0, -1, 0}));

@@ -1,5 +1,6 @@
 #include "framework/scenes/occluders.h"
 
+#include "framework/core/elementary.h"
 #include "framework/scenes/exact.h"
 #include "framework/scenes/exact_stage.h"
 
@@ -166,7 +167,7 @@ Scene make_black_surroundings(const BlackSurroundingsParams& params) {
   ExactStage s("builtin:black-surroundings");
   // Above the floor lies nothing but the light and, all around, what glows evenly.
   add_floor(s, {0, vec2(-half), vec2(half)}, [=](const dvec3& p) {
-    const double form = disc_irradiance(height, std::hypot(p.x, p.z), radius);
+    const double form = disc_irradiance(height, math::hypot(p.x, p.z), radius);
     return dvec3(radiance) * form + dvec3(walls) * (pi_d - form);
   });
   s.builder.quadric(Disk{{0, height, 0}, radius, {0, -1, 0}}, s.black(), radiance);

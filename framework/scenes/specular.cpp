@@ -1,5 +1,6 @@
 #include "framework/scenes/specular.h"
 
+#include "framework/core/elementary.h"
 #include "framework/scenes/exact_stage.h"
 
 namespace etendue {
@@ -29,7 +30,7 @@ dvec3 floor_radiance(const dvec3& origin, const dvec3& direction) {
   const dvec3 p = origin - (origin.y + water_depth) / direction.y * direction;
   if (std::max(std::abs(p.x), std::abs(p.z)) > extent) return dvec3(0);
   const double irradiance =
-      light_watts_per_sr * refracted_irradiance(std::hypot(p.x, p.z), light_height, water_depth, water_eta);
+      light_watts_per_sr * refracted_irradiance(math::hypot(p.x, p.z), light_height, water_depth, water_eta);
   return pool_albedo / pi_d * irradiance * dvec3(0.75, 0.95, 1);
 }
 

@@ -1,5 +1,6 @@
 #include "framework/transport/area_light.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/sampling.h"
 
 #include <glm/vector_relational.hpp>
@@ -36,7 +37,7 @@ struct SampleQuadric {
     float pick = u.x * (tube + caps);
     if (pick < tube) {
       const float phi = 2 * pi * u.y;
-      const vec3 n = std::cos(phi) * frame.tangent + std::sin(phi) * frame.bitangent;
+      const vec3 n = math::cos(phi) * frame.tangent + math::sin(phi) * frame.bitangent;
       return {c.base + (pick / tube * c.length) * c.axis + c.radius * n, n, 0};
     }
     pick = (pick - tube) / caps;

@@ -1,5 +1,6 @@
 #include "framework/transport/image_distribution.h"
 
+#include "framework/core/elementary.h"
 #include "framework/transport/cumulative.h"
 
 #include <cmath>
@@ -13,7 +14,7 @@ ImageDistribution::ImageDistribution(const EnvironmentLight& light) : size_(ligh
   density_.resize(count);
   double total = 0;
   for (int y = 0; y < size_.y; ++y) {
-    const float sine = std::sin(pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(size_.y));
+    const float sine = math::sin(pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(size_.y));
     double row = 0;
     for (int x = 0; x < size_.x; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * size_.x + x;
@@ -40,7 +41,7 @@ vec2 ImageDistribution::sample(vec2 u) const {
 
 float ImageDistribution::pdf(const vec2& uv) const {
   const ivec2 t = texel_at(size_, uv);
-  const float sine = std::sin(pi * uv.y);
+  const float sine = math::sin(pi * uv.y);
   return sine > 0 ? density_[pixel_index(t, size_)] / (2 * pi * pi * sine) : 0;
 }
 

@@ -1,6 +1,7 @@
 // Which light is chosen: by power, all alike, or by a tree.
 #include "framework/transport/light_choice.h"
 
+#include "framework/core/elementary.h"
 #include "framework/transport/cumulative.h"
 #include "framework/transport/light_sampling.h"
 
@@ -33,7 +34,7 @@ struct LuminousPower {
     if (l.texels.empty()) return luminance(l.scale) * 4 * pi * pi * radius * radius;
     double sum = 0, weight = 0;
     for (int y = 0; y < l.size.y; ++y) {
-      const double sine = std::sin(pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(l.size.y));
+      const double sine = math::sin(pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(l.size.y));
       for (int x = 0; x < l.size.x; ++x)
         sum += sine * luminance(l.texels[static_cast<std::size_t>(y) * l.size.x + x] * l.scale);
       weight += sine * l.size.x;
@@ -75,7 +76,7 @@ struct AsEmitter {
     return {.bounds = {l.position, l.position}, .intensity = luminance(l.intensity)};
   }
   LightTree::Emitter operator()(const SpotLight& l) const {
-    const float inner = std::acos(l.cos_inner), outer = std::acos(l.cos_outer);
+    const float inner = math::acos(l.cos_inner), outer = math::acos(l.cos_outer);
     return {.bounds = {l.position, l.position},
             .axis = l.direction,
             .theta_normals = inner,

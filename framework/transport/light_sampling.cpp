@@ -1,5 +1,6 @@
 #include "framework/transport/light_sampling.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/sampling.h"
 
 namespace etendue {
@@ -11,8 +12,8 @@ vec3 to_light_space(const EnvironmentLight& light, const vec3& direction) {
 }
 
 vec2 equirectangular(const vec3& d) {
-  const float phi = std::atan2(d.y, d.x);
-  return {(phi < 0 ? phi + 2 * pi : phi) * (0.5f * inv_pi), std::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi};
+  const float phi = math::atan2(d.y, d.x);
+  return {(phi < 0 ? phi + 2 * pi : phi) * (0.5f * inv_pi), math::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi};
 }
 
 }  // namespace
@@ -22,8 +23,8 @@ float spot_falloff(const SpotLight& light, const vec3& from_light) {
   if (cosine <= light.cos_outer) return 0;
   if (cosine >= light.cos_inner) return 1;
   if (light.is_linear) {
-    const float outer = std::acos(light.cos_outer);
-    return (outer - std::acos(cosine)) / (outer - std::acos(light.cos_inner));
+    const float outer = math::acos(light.cos_outer);
+    return (outer - math::acos(cosine)) / (outer - math::acos(light.cos_inner));
   }
   const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
   return x * x * (3 - 2 * x);
@@ -40,7 +41,7 @@ vec3 LightSampler::sample_environment(const EnvironmentLight& light, std::size_t
   if (!image) return sample_unit_sphere(u);
   const vec2 uv = image->sample(u);
   const float theta = pi * uv.y, phi = 2 * pi * uv.x;
-  const vec3 local(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+  const vec3 local(math::sin(theta) * math::cos(phi), math::sin(theta) * math::sin(phi), math::cos(theta));
   return glm::normalize(light.light_to_world.vector(local));
 }
 

@@ -1,6 +1,7 @@
 #include "framework/transport/light_tree.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 
 #include <algorithm>
 #include <array>
@@ -51,7 +52,7 @@ struct Cone {
   float half_angle = -1;  // below 0: of no directions
 };
 
-float angle_between(const vec3& a, const vec3& b) { return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)); }
+float angle_between(const vec3& a, const vec3& b) { return math::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)); }
 
 // The smallest that holds both, and a little more.
 Cone united(Cone a, Cone b) {
@@ -66,7 +67,7 @@ Cone united(Cone a, Cone b) {
     return between > 0.5f * pi || half_angle >= pi ? Cone{a.axis, pi} : Cone{a.axis, half_angle};
   const float turn = half_angle - a.half_angle;
   const vec3 towards = glm::cross(across / sine, a.axis);  // from a's axis, in the plane of both
-  return {glm::normalize(std::cos(turn) * a.axis + std::sin(turn) * towards), half_angle};
+  return {glm::normalize(math::cos(turn) * a.axis + math::sin(turn) * towards), half_angle};
 }
 
 // Lights together, as an Emitter.
@@ -89,7 +90,7 @@ struct Group {
     if (!(intensity > 0)) return 0;
     const double o = normals.half_angle, w = std::min<double>(o + theta_emission, pi);
     const double directions =
-        2 * pi * (1 - std::cos(o)) + 0.5 * pi * (2 * w * std::sin(o) - std::cos(o - 2 * w) - 2 * o * std::sin(o) + std::cos(o));
+        2 * pi * (1 - math::cos(o)) + 0.5 * pi * (2 * w * math::sin(o) - math::cos(o - 2 * w) - 2 * o * math::sin(o) + math::cos(o));
     const dvec3 d = bounds.diagonal();
     return intensity * directions * 2 * (d.x * d.y + d.y * d.z + d.z * d.x);
   }
@@ -191,9 +192,9 @@ class LightTree::Builder {
     node.axis_x[i] = group.normals.axis.x;
     node.axis_y[i] = group.normals.axis.y;
     node.axis_z[i] = group.normals.axis.z;
-    node.cos_normals[i] = normals >= pi ? -2 : std::cos(normals);
-    node.sin_normals[i] = normals >= pi ? 0 : std::sin(normals);
-    node.least_cosine[i] = group.theta_emission >= pi ? -2 : std::cos(group.theta_emission) - cone_slack;
+    node.cos_normals[i] = normals >= pi ? -2 : math::cos(normals);
+    node.sin_normals[i] = normals >= pi ? 0 : math::sin(normals);
+    node.least_cosine[i] = group.theta_emission >= pi ? -2 : math::cos(group.theta_emission) - cone_slack;
     node.intensity[i] = static_cast<float>(group.intensity / total_);
     node.two_sided[i] = group.two_sided ? 1.0f : 0.0f;
   }

@@ -1,5 +1,6 @@
 #include "integrators/path_space/path_space_grid.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
 
@@ -112,8 +113,8 @@ PathSpaceGrid::PathSpaceGrid(const Bounds& bounds, const PathSpaceGridOptions& o
 
 void PathSpaceGrid::begin(std::uint32_t index) {
   const float samples = static_cast<float>(index) + 1;
-  finest_ = options_.finest * std::pow(samples, -1.0f / 6);
-  enough_ = options_.enough * std::pow(samples, 2.0f / 3);
+  finest_ = options_.finest * math::pow(samples, -1.0f / 6);
+  enough_ = options_.enough * math::pow(samples, 2.0f / 3);
   if (index < 2 || !std::has_single_bit(index)) return;
   parallel_for(shard_count, 1, [&](std::size_t s) {
     for (Table& table : shards_[s].levels)

@@ -1,5 +1,7 @@
 #include "integrators/photons/caustic_light.h"
 
+#include "framework/core/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -38,7 +40,7 @@ std::unique_ptr<CausticLight> CausticLight::where_wanted(const RenderContext& co
 }
 
 void CausticLight::trace(RenderContext& context, std::uint32_t iteration) {
-  maps_.trace_caustics(context, iteration, static_cast<float>(1 / std::cbrt(iteration + 1.0)));
+  maps_.trace_caustics(context, iteration, static_cast<float>(1 / math::cbrt(iteration + 1.0)));
 }
 
 }  // namespace etendue

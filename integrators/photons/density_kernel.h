@@ -4,6 +4,7 @@
 // printed it integrates to 0.531, so that an image made with it is about half as bright as it should be.
 #pragma once
 
+#include "framework/core/elementary.h"
 #include "framework/core/vec.h"
 
 #include <array>
@@ -30,7 +31,7 @@ inline float kernel_shape(Kernel kernel, float x) {
     case Kernel::epanechnikov:
       return 2 * (1 - x);
     case Kernel::gaussian:
-      return (1 - (1 - std::exp(-0.5f * detail::gaussian_beta * x)) / detail::gaussian_end) / detail::gaussian_mean;
+      return (1 - (1 - math::exp(-0.5f * detail::gaussian_beta * x)) / detail::gaussian_end) / detail::gaussian_mean;
   }
   return 0;
 }
@@ -45,7 +46,7 @@ inline float kernel_within(Kernel kernel, float x) {
     case Kernel::epanechnikov:
       return x * (2 - x);
     case Kernel::gaussian: {
-      const float falling = x + 2 / detail::gaussian_beta * std::expm1(-0.5f * detail::gaussian_beta * x);
+      const float falling = x + 2 / detail::gaussian_beta * math::expm1(-0.5f * detail::gaussian_beta * x);
       return (x - falling / detail::gaussian_end) / detail::gaussian_mean;
     }
   }

@@ -1,5 +1,6 @@
 #include "integrators/photons/disc_coverage.h"
 
+#include "framework/core/elementary.h"
 #include "framework/transport/ray_tools.h"
 
 namespace etendue {
@@ -39,7 +40,7 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
   const vec3& normal = at.normal();
   const Frame frame = Frame::from_normal(normal);
   const float x = kernel_quantile(rules_.kernel, u.x), distance = radius * std::sqrt(x), angle = 2 * pi * u.y;
-  const vec3 flat = distance * (std::cos(angle) * frame.tangent + std::sin(angle) * frame.bitangent);
+  const vec3 flat = distance * (math::cos(angle) * frame.tangent + math::sin(angle) * frame.bitangent);
   const float height = flatness * radius;
   Ray ray{.origin = at.position() + flat + height * normal, .direction = -normal, .t_max = 2 * height};
   Hit hit = trace(context, ray);

@@ -1,5 +1,6 @@
 #include "integrators/photons/incident_directions.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/sampling.h"
 
 namespace etendue {
@@ -13,7 +14,7 @@ vec2 concentric_square(const vec2& disk) {
   const bool wide = std::abs(disk.x) > std::abs(disk.y);
   // The coordinate that has the radius, and the other one, an angle's share of it.
   const float major = std::copysign(radius, wide ? disk.x : disk.y);
-  const float minor = major * (4 * inv_pi) * std::atan(wide ? disk.y / disk.x : disk.x / disk.y);
+  const float minor = major * (4 * inv_pi) * math::atan(wide ? disk.y / disk.x : disk.x / disk.y);
   return 0.5f * (wide ? vec2(major, minor) : vec2(minor, major)) + 0.5f;
 }
 

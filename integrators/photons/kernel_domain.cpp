@@ -1,5 +1,6 @@
 #include "integrators/photons/kernel_domain.h"
 
+#include "framework/core/elementary.h"
 #include "framework/transport/ray_tools.h"
 
 #include <numeric>
@@ -14,7 +15,7 @@ float cross(const vec2& a, const vec2& b) { return a.x * b.y - a.y * b.x; }
 // most a quarter of a radian, of the part within the edge in that direction.
 float over_triangle(Kernel kernel, float radius, const vec2& a, const vec2& b) {
   if (kernel == Kernel::box) return 0.5f * inv_pi * cross(a, b) / square(radius);
-  const float angle = std::atan2(cross(a, b), glm::dot(a, b)), length_a = glm::length(a);
+  const float angle = math::atan2(cross(a, b), glm::dot(a, b)), length_a = glm::length(a);
   if (angle == 0 || !(length_a > 0)) return 0;
   const vec2 along = b - a;
   const float line = cross(a, along);  // twice the triangle's area
@@ -25,7 +26,7 @@ float over_triangle(Kernel kernel, float radius, const vec2& a, const vec2& b) {
   for (int i = 0; i < pieces; ++i)
     for (int k = -1; k <= 1; ++k) {
       const float theta = (static_cast<float>(i) + 0.5f + 0.5f * 0.774596669f * static_cast<float>(k)) * step;
-      const vec2 towards = std::cos(theta) * x_axis + std::sin(theta) * vec2(-x_axis.y, x_axis.x);
+      const vec2 towards = math::cos(theta) * x_axis + math::sin(theta) * vec2(-x_axis.y, x_axis.x);
       const float distance = line / cross(towards, along);
       sum += (k == 0 ? 8.0f : 5.0f) / 18 * kernel_within(kernel, std::min(1.0f, square(distance / radius)));
     }
@@ -71,7 +72,7 @@ struct TangentView {
 
 vec2 VisibleDomain::direction(int i) {
   const float angle = 2 * pi * static_cast<float>(i) / directions;
-  return {std::cos(angle), std::sin(angle)};
+  return {math::cos(angle), math::sin(angle)};
 }
 
 VisibleDomain::VisibleDomain(const RenderContext& context, const vec3& position, const vec3& normal, float radius)
@@ -83,7 +84,7 @@ VisibleDomain::VisibleDomain(const RenderContext& context, const vec3& position,
 
 bool VisibleDomain::contains(const vec3& offset) const {
   const vec2 flat = in_tangent_plane(frame_, offset);
-  const float turn = std::atan2(flat.y, flat.x) * (directions * 0.5f * inv_pi);
+  const float turn = math::atan2(flat.y, flat.x) * (directions * 0.5f * inv_pi);
   const int i = (static_cast<int>(std::floor(turn)) + directions) % directions;
   return full(i) || cross(corner(i + 1) - corner(i), flat - corner(i)) >= 0;
 }

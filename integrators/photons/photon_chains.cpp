@@ -1,5 +1,6 @@
 #include "integrators/photons/photon_chains.h"
 
+#include "framework/core/elementary.h"
 #include "integrators/photons/photon_path.h"
 
 namespace etendue {
@@ -49,7 +50,7 @@ class MutatedNumbers {
     const float r = random_.next_float();
     float u = r;
     if (const std::size_t i = to_.size(); i < from_.size()) {
-      const float moved = from_[i] + (r < 0.5f ? std::pow(2 * r, exponent_) : -std::pow(2 * r - 1, exponent_));
+      const float moved = from_[i] + (r < 0.5f ? math::pow(2 * r, exponent_) : -math::pow(2 * r - 1, exponent_));
       u = std::min(moved - std::floor(moved), 0x1.fffffep-1f);
     }
     to_.push_back(u);

@@ -1,5 +1,7 @@
 #include "integrators/progressive/adaptive_bandwidth.h"
 
+#include "framework/core/elementary.h"
+
 namespace etendue {
 
 static_assert(RadiusPolicy<AdaptiveBandwidth>);
@@ -35,13 +37,13 @@ AdaptiveBandwidth::AdaptiveBandwidth(InitialRadii radii, Kernel kernel)
 
 GatherDisc AdaptiveBandwidth::disc(const GatherSite& site) const {
   const Pixel& p = pixels_[site.pixel];
-  const float n = p.passes + 1, widest = p.first * std::pow(n, -0.1f);
+  const float n = p.passes + 1, widest = p.first * math::pow(n, -0.1f);
   if (p.passes == 0) return GatherDisc(widest);
   const float laplacian_squared = (p.laplacian * p.laplacian - p.laplacian_variance) / square(p.passes);
   const float squared_bias = 6 * square(kappa_) * laplacian_squared * n;
   const float c = p.c / p.passes;
-  const float best = squared_bias > 0 ? std::pow(c / squared_bias, 1.0f / 6) : widest;
-  return {std::clamp(best, narrowest * p.first * std::pow(n, -1.0f / 6), widest), widest};
+  const float best = squared_bias > 0 ? math::pow(c / squared_bias, 1.0f / 6) : widest;
+  return {std::clamp(best, narrowest * p.first * math::pow(n, -1.0f / 6), widest), widest};
 }
 
 void AdaptiveBandwidth::update(std::size_t pixel, std::uint32_t, const Observed& observed) {

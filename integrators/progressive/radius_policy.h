@@ -19,6 +19,7 @@
 // a time; it depends on that pixel's earlier passes alone.
 #pragma once
 
+#include "framework/core/elementary.h"
 #include "integrators/photons/photon_gather.h"
 
 #include <concepts>
@@ -99,7 +100,7 @@ class NearestRadius {
 // = i + 1 passes.
 inline float memoryless_shrinkage(std::uint32_t pass, double alpha) {
   const double n = pass + 1.0;
-  return static_cast<float>(std::exp(0.5 * (std::lgamma(n + alpha) - std::lgamma(1 + alpha) - std::lgamma(n + 1))));
+  return static_cast<float>(math::exp(0.5 * (math::lgamma(n + alpha) - math::lgamma(1 + alpha) - math::lgamma(n + 1))));
 }
 
 class MemorylessRadius {

@@ -1,5 +1,6 @@
 #include "framework/core/arc.h"
 #include "framework/core/counters.h"
+#include "framework/core/elementary.h"
 #include "framework/core/error.h"
 #include "framework/core/parallel.h"
 #include "framework/core/params.h"
@@ -10,11 +11,79 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
+#include <limits>
 #include <set>
 #include <vector>
 
 namespace etendue {
 namespace {
+
+// The distance to `expected` in units in the last place of Number, those of the least normal one for smaller values.
+template <class Number>
+double units_off(Number value, long double expected) {
+  const auto size = std::max(std::abs(static_cast<Number>(expected)), std::numeric_limits<Number>::min());
+  const long double unit = std::nextafter(size, std::numeric_limits<Number>::infinity()) - size;
+  return static_cast<double>(std::abs(value - expected) / unit);
+}
+
+// Against the C library's in 80 bits, over the arguments that transport gives them and beyond.
+template <class Number>
+void compare_elementary() {
+  constexpr int count = 20000;
+  double most = 0;
+  for (int i = 0; i <= count; ++i) {
+    const Number share = Number(i) / count, turn = 14 * share - 7, large = 80 * share - 40, positive = std::exp(large);
+    const auto see = [&](const char* name, Number value, long double expected) {
+      const double off = units_off(value, expected);
+      EXPECT_LE(off, 4) << name << " at " << i;
+      most = std::max(most, off);
+    };
+    const auto wide = [](Number x) { return static_cast<long double>(x); };
+    see("sin", math::sin(turn), std::sin(wide(turn)));
+    see("cos", math::cos(turn), std::cos(wide(turn)));
+    see("tan", math::tan(turn), std::tan(wide(turn)));
+    see("asin", math::asin(2 * share - 1), std::asin(wide(2 * share - 1)));
+    see("acos", math::acos(2 * share - 1), std::acos(wide(2 * share - 1)));
+    see("atan", math::atan(large), std::atan(wide(large)));
+    see("atan2", math::atan2(turn, share - 1), std::atan2(wide(turn), wide(share - 1)));
+    see("exp", math::exp(large), std::exp(wide(large)));
+    see("exp2", math::exp2(large), std::exp2(wide(large)));
+    see("log", math::log(positive), std::log(wide(positive)));
+    see("log2", math::log2(positive), std::log2(wide(positive)));
+    see("pow", math::pow(positive, turn / 7), std::pow(wide(positive), wide(turn / 7)));
+    see("hypot", math::hypot(large, turn), std::hypot(wide(large), wide(turn)));
+    if constexpr (std::is_same_v<Number, double>) {
+      see("expm1", math::expm1(turn), std::expm1(wide(turn)));
+      see("log1p", math::log1p(share), std::log1p(wide(share)));
+      see("cbrt", math::cbrt(large), std::cbrt(wide(large)));
+      see("sinh", math::sinh(turn), std::sinh(wide(turn)));
+      see("cosh", math::cosh(turn), std::cosh(wide(turn)));
+      see("asinh", math::asinh(large), std::asinh(wide(large)));
+      see("lgamma", math::lgamma(3 + 100 * share), std::lgamma(wide(3 + 100 * share)));
+    }
+  }
+  EXPECT_GT(most, 0.5);  // they are rounded, and were compared
+}
+
+TEST(Elementary, FunctionsAreWithinFourUnitsInTheLastPlace) {
+  compare_elementary<float>();
+  compare_elementary<double>();
+}
+
+TEST(Elementary, SpecialValuesAreTheirs) {
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(math::exp(-infinite), 0);
+  EXPECT_EQ(math::exp(infinite), infinite);
+  EXPECT_EQ(math::log(0.0f), -infinite);
+  EXPECT_TRUE(std::isnan(math::log(-1.0f)));
+  EXPECT_TRUE(std::isnan(math::acos(1.5f)));
+  EXPECT_EQ(math::acos(1.0f), 0);
+  EXPECT_EQ(math::atan2(0.0f, 0.0f), 0);
+  EXPECT_FLOAT_EQ(math::atan2(0.0f, -1.0f), 3.14159265f);
+  EXPECT_EQ(math::pow(0.0f, 2.4f), 0);
+  EXPECT_EQ(math::sin(0.0), 0);
+}
 
 TEST(Units, KnownSuffixesScale) {
   EXPECT_DOUBLE_EQ(parse_seconds("60s"), 60);

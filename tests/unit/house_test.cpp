@@ -84,6 +84,19 @@ TEST(House, RoomsAreSmall) {
   }
 }
 
+// Those of the C library differ between libraries and processors. Metrics and files for the eye may: no image depends on them.
+TEST(House, ElementaryFunctionsAreOurs) {
+  const std::regex call(R"(std::(sin|cos|tan|asin|acos|atan2?|exp2?|expm1|log2?|log1p|log10|pow|cbrt|hypot|sinh|cosh|tanh|asinh|lgamma)\()");
+  for (const char* room : {"framework", "accel", "integrators"}) {
+    each_source(room, [&](const fs::path& path, const std::string& text) {
+      const std::string place = path.lexically_relative(root).generic_string();
+      if (place.starts_with("framework/image/") || place == "framework/io/image/png.cpp") return;
+      for (std::sregex_iterator i(text.begin(), text.end(), call), end; i != end; ++i)
+        ADD_FAILURE() << i->str() << " in " << place << "; expected that of framework/core/elementary.h";
+    });
+  }
+}
+
 TEST(House, WhereThingsAreNamesWhatIsThere) {
   const std::string page = slurp(root / "docs/where-things-are.md");
   const std::regex path("`([a-z_]+/[a-z_/.]+)`");

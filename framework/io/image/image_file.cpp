@@ -1,6 +1,7 @@
 #include "framework/io/image/image_file.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 #include "framework/core/memory.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/image/gamma.h"
@@ -44,7 +45,7 @@ namespace {
 
 // IEC 61966-2-1.
 float srgb_to_linear(float encoded) {
-  return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+  return encoded <= 0.04045f ? encoded / 12.92f : math::pow((encoded + 0.055f) / 1.055f, 2.4f);
 }
 
 template <class Word>

@@ -1,6 +1,7 @@
 #include "framework/io/image/octahedral.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 #include "framework/core/parallel.h"
 
 namespace etendue {
@@ -35,13 +36,13 @@ vec3 octahedral_to_direction(const vec2& p) {
   const float to_diagonal = 1 - (up + vp), r = 1 - std::abs(to_diagonal);
   const float phi = (r == 0 ? 1 : (vp - up) / r + 1) * (pi / 4);
   const float sine = r * safe_sqrt(2 - r * r);
-  return {std::copysign(std::cos(phi), u) * sine, std::copysign(std::sin(phi), v) * sine,
+  return {std::copysign(math::cos(phi), u) * sine, std::copysign(math::sin(phi), v) * sine,
           std::copysign(1 - r * r, to_diagonal)};
 }
 
 vec2 direction_to_octahedral(const vec3& d) {
   const float r = safe_sqrt(1 - std::abs(d.z));
-  const float azimuth = std::atan2(std::abs(d.y), std::abs(d.x)) * (2 * inv_pi);  // [0, 1] over the quadrant
+  const float azimuth = math::atan2(std::abs(d.y), std::abs(d.x)) * (2 * inv_pi);  // [0, 1] over the quadrant
   vec2 p(r - azimuth * r, azimuth * r);
   if (d.z < 0) p = vec2(1 - p.y, 1 - p.x);
   return {0.5f + 0.5f * std::copysign(p.x, d.x), 0.5f + 0.5f * std::copysign(p.y, d.y)};
@@ -60,7 +61,7 @@ RgbImage octahedral_to_equirectangular(const RgbImage& square) {
             2 * pi * (static_cast<float>(x) + 0.25f + 0.5f * static_cast<float>(i % 2)) / static_cast<float>(size.x);
         const float theta =
             pi * (static_cast<float>(y) + 0.25f + 0.5f * static_cast<float>(i / 2)) / static_cast<float>(size.y);
-        const vec3 direction(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+        const vec3 direction(math::sin(theta) * math::cos(phi), math::sin(theta) * math::sin(phi), math::cos(theta));
         sum += bilinear(square, direction_to_octahedral(direction));
       }
       result.texels[y * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)] = 0.25f * sum;

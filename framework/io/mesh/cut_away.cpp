@@ -1,5 +1,6 @@
 #include "framework/io/mesh/cut_away.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/fuzzing.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ class Cutter {
   Cutter(const TriangleMesh& mesh, const Opacity& opacity) : mesh_(mesh), opacity_(opacity) {
     result_.warnings = mesh.warnings;
     const auto each = static_cast<double>(std::max<std::size_t>(mesh.triangles.size(), 1));
-    depth_ = std::clamp(static_cast<int>(std::log2(4e6 / each) / 2), 0, unless_fuzzed(7, 2));
+    depth_ = std::clamp(static_cast<int>(math::log2(4e6 / each) / 2), 0, unless_fuzzed(7, 2));
     for (const uvec3& t : mesh.triangles) cut(t);
   }
   TriangleMesh take() { return std::move(result_); }

@@ -1,5 +1,6 @@
 #include "framework/io/mesh/mesh_scene.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/error.h"
 #include "framework/io/mesh/left_out.h"
 #include "framework/io/object_builder.h"
@@ -26,7 +27,7 @@ float framing_distance(const Bounds& bounds, const vec3& target, const Transform
     const vec3 corner(i & 1 ? bounds.upper.x : bounds.lower.x, i & 2 ? bounds.upper.y : bounds.lower.y,
                       i & 4 ? bounds.upper.z : bounds.lower.z);
     const vec3 c = to_camera.vector(corner - target);
-    distance = std::max(distance, 1.1f * std::max(std::abs(c.x), std::abs(c.y)) / std::tan(0.5f * fov) - c.z);
+    distance = std::max(distance, 1.1f * std::max(std::abs(c.x), std::abs(c.y)) / math::tan(0.5f * fov) - c.z);
   }
   return distance;
 }

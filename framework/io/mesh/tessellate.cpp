@@ -1,5 +1,6 @@
 #include "framework/io/mesh/tessellate.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/fuzzing.h"
 #include "framework/core/sampling.h"
 
@@ -48,13 +49,13 @@ int arc_segments(float radians) {
 }
 
 vec2 from_pole(float theta) {
-  const float sine = std::sin(theta);
-  return {std::abs(sine) < 1e-6f ? 0 : sine, std::cos(theta)};
+  const float sine = math::sin(theta);
+  return {std::abs(sine) < 1e-6f ? 0 : sine, math::cos(theta)};
 }
 
 SurfacePatch revolved(float radians, int rows, std::function<vec2(float)> profile, std::function<vec2(float)> slope) {
   const auto at = [=](float u, float v) {
-    const float c = std::cos(u * radians), s = std::sin(u * radians);
+    const float c = math::cos(u * radians), s = math::sin(u * radians);
     const vec2 p = profile(v), d = slope(v);
     // The cross product of the derivatives along u and v, of which the first has the direction (-s, c, 0).
     return PatchPoint{{p.x * c, p.x * s, p.y}, {d.y * c, d.y * s, -d.x}};
@@ -95,7 +96,7 @@ SurfacePatch tube_along(const CurveSegment& curve) {
     const vec3 x = unit_or(reference - glm::dot(reference, along) * along, Frame::from_normal(along).tangent);
     const vec3 y = glm::cross(along, x);
     const float angle = -2 * pi * v, radius = 0.5f * glm::mix(curve.width_at_start, curve.width_at_end, u);
-    const vec3 normal = std::cos(angle) * x + std::sin(angle) * y;
+    const vec3 normal = math::cos(angle) * x + math::sin(angle) * y;
     return PatchPoint{on.position + radius * normal, normal};
   };
   return is_thin(curve) ? SurfacePatch{at, 12, 4} : SurfacePatch{at, unless_fuzzed(48, 6), unless_fuzzed(32, 4)};
@@ -103,13 +104,13 @@ SurfacePatch tube_along(const CurveSegment& curve) {
 
 SurfacePatch strip_along(const CurveSegment& curve, const vec3& normal_at_start, const vec3& normal_at_end) {
   const vec3 n0 = unit_or(normal_at_start, {0, 0, 1}), n1 = unit_or(normal_at_end, n0);
-  const float angle = std::acos(std::clamp(glm::dot(n0, n1), -1.0f, 1.0f));
+  const float angle = math::acos(std::clamp(glm::dot(n0, n1), -1.0f, 1.0f));
   const vec3 chord = unit_or(curve.points.back() - curve.points.front(), {0, 0, 1});
   const auto at = [=](float u, float v) {
     const OnCurve on = evaluate(curve.points, u);
     const vec3 along = unit_or(on.tangent, chord);
-    const float sine = std::sin(angle);
-    const vec3 normal = sine > 1e-4f ? (std::sin((1 - u) * angle) * n0 + std::sin(u * angle) * n1) / sine : n0;
+    const float sine = math::sin(angle);
+    const vec3 normal = sine > 1e-4f ? (math::sin((1 - u) * angle) * n0 + math::sin(u * angle) * n1) / sine : n0;
     const vec3 across = unit_or(glm::cross(normal, along), Frame::from_normal(along).tangent);
     const float width = glm::mix(curve.width_at_start, curve.width_at_end, u);
     return PatchPoint{on.position + (v - 0.5f) * width * across, glm::cross(along, across)};

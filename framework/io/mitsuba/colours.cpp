@@ -1,6 +1,7 @@
 // Colours: rgb, srgb, spectrum and blackbody, as the linear RGB of Mitsuba's RGB modes. A spectrum of wavelengths is seen
 // under light of equal energy, which Mitsuba before version 2 takes for surfaces too; later versions see those under D65.
 
+#include "framework/core/elementary.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
@@ -11,7 +12,7 @@ namespace etendue {
 
 namespace {
 
-float decoded(float encoded) { return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f); }
+float decoded(float encoded) { return encoded <= 0.04045f ? encoded / 12.92f : math::pow((encoded + 0.055f) / 1.055f, 2.4f); }
 
 Rgb decoded(const Rgb& c) { return {decoded(c.x), decoded(c.y), decoded(c.z)}; }
 

@@ -1,5 +1,6 @@
 // Emitters. Their spectra are radiance, intensity or irradiance as they stand.
 
+#include "framework/core/elementary.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/mitsuba/sky.h"
 
@@ -102,8 +103,8 @@ void MitsubaReader::spot(const Properties& of) {
             SpotLight{.position = placed_point(of, t, vec3(0)),
                       .direction = unit(of, t.vector({0, 0, 1})),
                       .intensity = intensity,
-                      .cos_outer = std::cos(cutoff * degrees),
-                      .cos_inner = std::cos(beam * degrees),
+                      .cos_outer = math::cos(cutoff * degrees),
+                      .cos_inner = math::cos(beam * degrees),
                       .is_linear = true},
             intensity);
 }

@@ -1,5 +1,6 @@
 // The sensor with its film, and what of the integrator changes the image.
 
+#include "framework/core/elementary.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/text.h"
 
@@ -87,7 +88,7 @@ float MitsubaReader::field_of_view(const Properties& of) const {
     if (length.ends_with("mm")) length.resize(length.size() - 2);
     const auto number = parse_number(length);
     if (!number || !(*number > 0)) of.fail("focal_length", fmt::format("is {}; expected a length such as 50mm", quote(length)));
-    angle = 2 * std::atan(std::sqrt(36.0f * 36 + 24 * 24) / (2 * static_cast<float>(*number)));
+    angle = 2 * math::atan(std::sqrt(36.0f * 36 + 24 * 24) / (2 * static_cast<float>(*number)));
     axis = "diagonal";
   }
   const float shorter = std::min(size.x, size.y);
@@ -101,7 +102,7 @@ float MitsubaReader::field_of_view(const Properties& of) const {
                 fmt::format("{}: {}", of.title(),
                             unknown_name("axis", axis, std::vector<std::string>{"x", "y", "diagonal", "smaller", "larger"})));
   }();
-  return 2 * std::atan(std::tan(0.5f * angle) * shorter / across);
+  return 2 * math::atan(math::tan(0.5f * angle) * shorter / across);
 }
 
 // Mitsuba's +x is to the left of the image. A scaled camera sees the same as an unscaled one.

@@ -1,5 +1,6 @@
 // Shapes, shapegroups and instances. Shapes are placed in their group's space when they are read.
 
+#include "framework/core/elementary.h"
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/serialized.h"
@@ -26,7 +27,7 @@ struct MeshOfQuadric {
   TriangleMesh operator()(const Sphere& s) const {
     TriangleMesh mesh = tessellate(revolved(
         2 * pi, arc_segments(pi), [&](float v) { return s.radius * vec2(1, -1) * from_pole(pi * v); },
-        [](float v) { return vec2(std::cos(pi * v), std::sin(pi * v)); }));
+        [](float v) { return vec2(math::cos(pi * v), math::sin(pi * v)); }));
     for (vec3& p : mesh.positions) p += s.centre;
     for (vec2& uv : mesh.uvs) uv.y = 1 - uv.y;
     return mesh;

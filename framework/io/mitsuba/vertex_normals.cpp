@@ -1,5 +1,7 @@
 #include "framework/io/mitsuba/vertex_normals.h"
 
+#include "framework/core/elementary.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +16,7 @@ std::vector<vec3> smooth_normals(const TriangleMesh& mesh) {
     if (!(length > 0)) continue;
     for (int i = 0; i < 3; ++i) {
       const dvec3 a = p[(i + 1) % 3] - p[i], b = p[(i + 2) % 3] - p[i];
-      sums[t[i]] += normal / length * std::atan2(length, glm::dot(a, b));
+      sums[t[i]] += normal / length * math::atan2(length, glm::dot(a, b));
     }
   }
   std::vector<vec3> normals(sums.size());

@@ -1,5 +1,6 @@
 // Light sources. The colour of a light times its "scale" is radiance, intensity or irradiance as it stands.
 
+#include "framework/core/elementary.h"
 #include "framework/io/image/octahedral.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/text.h"
@@ -58,7 +59,7 @@ double illuminance_of(const EnvironmentLight& map) {
     double row = 0;
     for (int x = 0; x < map.size.x; ++x)
       row += luminance(map.texels[static_cast<std::size_t>(y) * map.size.x + static_cast<std::size_t>(x)]);
-    sum += std::cos(theta) * std::sin(theta) * row;
+    sum += math::cos(theta) * math::sin(theta) * row;
   }
   return 0.5 * sum * (pi / map.size.y) * (2 * pi / map.size.x);
 }
@@ -141,7 +142,7 @@ Rgb PbrtReader::mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool s
   dvec3 sum(0);
   double weights = 0;
   for (int y = 0; y < image.size.y; ++y) {
-    const double weight = by_rows ? std::sin(pi * (y + 0.5) / image.size.y) : 1;
+    const double weight = by_rows ? math::sin(pi * (y + 0.5) / image.size.y) : 1;
     for (int x = 0; x < image.size.x; ++x)
       sum += weight * dvec3(image.texels[static_cast<std::size_t>(y) * image.size.x + static_cast<std::size_t>(x)]);
     weights += weight * image.size.x;
@@ -161,8 +162,8 @@ Light PbrtReader::goniometric_light(PbrtLexer& lexer, const PbrtParams& params) 
 Light PbrtReader::projection_light(PbrtLexer& lexer, const PbrtParams& params) {
   approximate(params.where(), "LightSource \"projection\": lights have no image",
               "a spot of its mean colour over the same solid angle");
-  const float half = std::tan(0.5f * params.number("fov", 45, 1e-2f, 170) * degrees);
-  const float solid_angle = 4 * std::asin(half * half / (1 + half * half));
+  const float half = math::tan(0.5f * params.number("fov", 45, 1e-2f, 170) * degrees);
+  const float solid_angle = 4 * math::asin(half * half / (1 + half * half));
   const float cosine = std::clamp(1 - solid_angle / (2 * pi), -0.99f, 0.9999999f);
   const float power_of_unit = 2 * pi * (1 - cosine);
   return SpotLight{.position = placed(params, ctm(), params.point("from", vec3(0))),
@@ -177,7 +178,7 @@ Light PbrtReader::spot_light(const PbrtParams& params) const {
   const float angle = params.number("coneangle", 30, 1e-3f, 180);
   const float delta = params.number("conedeltaangle", params.number("conedelta", std::min(5.0f, angle), 0, 180), 0, 180);
   if (delta > angle) params.fail("conedeltaangle", fmt::format("is {}; expected no more than coneangle, {}", delta, angle));
-  const float outer = std::cos(angle * degrees), inner = std::cos((angle - delta) * degrees);
+  const float outer = math::cos(angle * degrees), inner = math::cos((angle - delta) * degrees);
   return SpotLight{.position = placed(params, ctm(), from),
                    .direction = unit_direction(params, ctm(), from, to),
                    .intensity = emitted(params, "I", "power", 2 * pi * (1 - 0.5f * (inner + outer))),

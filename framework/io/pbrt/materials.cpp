@@ -1,6 +1,7 @@
 // Materials by pbrt's names. Roughness becomes GGX's alpha as each version remaps it, unless "remaproughness" is false; alphas
 // below 0.001 are perfectly smooth, as in version 4.
 
+#include "framework/core/elementary.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
@@ -13,7 +14,7 @@ namespace {
 
 // pbrt-v3's TrowbridgeReitzDistribution::RoughnessToAlpha.
 float version3_alpha(float roughness) {
-  const float x = std::log(std::max(roughness, 1e-3f));
+  const float x = math::log(std::max(roughness, 1e-3f));
   return 1.62142f + 0.819955f * x + 0.1734f * x * x + 0.0171201f * x * x * x + 0.000640711f * x * x * x * x;
 }
 

@@ -1,6 +1,7 @@
 // Materials of pbrt without an exact equal, as the nearest of diffuse, conductor, dielectric and plastic. What differs by more
 // than how a coat and its base exchange light is an approximation, which the user has to allow.
 
+#include "framework/core/elementary.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
@@ -31,7 +32,7 @@ Rgb dipole_reflectance(const Rgb& scattering, const Rgb& absorption) {
   for (int c = 0; c < 3; ++c) {
     const float sum = scattering[c] + absorption[c], albedo = sum > 0 ? scattering[c] / sum : 0;
     const float root = std::sqrt(3 * (1 - albedo));
-    result[c] = 0.5f * albedo * (1 + std::exp(-4.0f / 3 * boundary * root)) * std::exp(-root);
+    result[c] = 0.5f * albedo * (1 + math::exp(-4.0f / 3 * boundary * root)) * math::exp(-root);
   }
   return result;
 }

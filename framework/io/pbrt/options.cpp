@@ -1,5 +1,6 @@
 // Camera, film and options.
 
+#include "framework/core/elementary.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
@@ -94,7 +95,7 @@ void PbrtReader::check_window(float aspect) {
   if (parallel)
     make_parallel({0.5f * (window[0] + window[1]), 0.5f * (window[2] + window[3])}, half_y / y);
   else
-    scene_.camera.fov = 2 * std::atan(std::tan(0.5f * scene_.camera.fov) * half_y / y);
+    scene_.camera.fov = 2 * math::atan(math::tan(0.5f * scene_.camera.fov) * half_y / y);
 }
 
 void PbrtReader::make_parallel(const vec2& middle, float half_width) {

@@ -1,5 +1,7 @@
 #include "framework/io/pbrt/quadrics.h"
 
+#include "framework/core/elementary.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,15 +22,15 @@ PbrtQuadric read_sphere(const PbrtParams& params) {
   const float radius = read_radius(params), phi = read_phi(params);
   float a = params.number("zmin", -radius), b = params.number("zmax", radius);
   if (a > b) std::swap(a, b);
-  const float theta_low = std::acos(std::clamp(a / radius, -1.0f, 1.0f)),
-              theta_high = std::acos(std::clamp(b / radius, -1.0f, 1.0f));
+  const float theta_low = math::acos(std::clamp(a / radius, -1.0f, 1.0f)),
+              theta_high = math::acos(std::clamp(b / radius, -1.0f, 1.0f));
   if (!(theta_high < theta_low)) params.fail("zmax", "leaves nothing of the sphere");
   const float slope = theta_high - theta_low;
   const auto theta = [=](float v) { return theta_low + v * slope; };
   PbrtQuadric sphere;
   sphere.patch = revolved(
       phi, arc_segments(-slope), [=](float v) { return radius * from_pole(theta(v)); },
-      [=](float v) { return vec2(std::cos(theta(v)), -std::sin(theta(v))) * slope; });
+      [=](float v) { return vec2(math::cos(theta(v)), -math::sin(theta(v))) * slope; });
   if (is_whole(phi) && theta_low >= pi * (1 - 1e-6f) && theta_high <= 1e-6f) sphere.whole = Sphere{vec3(0), radius};
   return sphere;
 }
@@ -87,7 +89,7 @@ SurfacePatch read_hyperboloid(const PbrtParams& params) {
   const float phi = read_phi(params);
   if (p1 == p2) params.fail("p2", "equals p1: there is no segment to turn");
   const auto at = [=](float u, float v) {
-    const float c = std::cos(u * phi), s = std::sin(u * phi);
+    const float c = math::cos(u * phi), s = math::sin(u * phi);
     const auto turned = [&](const vec3& p) { return vec3(p.x * c - p.y * s, p.x * s + p.y * c, p.z); };
     const vec3 p = turned(glm::mix(p1, p2, v));
     return PatchPoint{p, glm::cross(vec3(-p.y, p.x, 0), turned(p2 - p1))};

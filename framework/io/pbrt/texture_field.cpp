@@ -1,5 +1,6 @@
 #include "framework/io/pbrt/texture_field.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/fuzzing.h"
 #include "framework/core/sampling.h"
 #include "framework/io/pbrt/noise.h"
@@ -37,7 +38,7 @@ Rgb marble(vec3 p, float scale, float variation, float roughness, int octaves) {
                                           {0.58f, 0.58f, 0.6f}, {0.2f, 0.2f, 0.33f},  {0.58f, 0.58f, 0.6f}};
   constexpr int segments = 6;
   p *= scale;
-  float t = 0.5f + 0.5f * std::sin(p.y + variation * fractal_noise(p, roughness, octaves));
+  float t = 0.5f + 0.5f * math::sin(p.y + variation * fractal_noise(p, roughness, octaves));
   t = std::isfinite(t) ? t : 0;
   const int first = std::min(static_cast<int>(t * segments), segments - 1);
   t = t * segments - static_cast<float>(first);
@@ -114,9 +115,9 @@ vec2 TextureMapping::at(const TexturePlace& place) const {
   if (!is_uv()) {
     const vec3 p = to_texture.point(place.position);
     const vec3 d = p / std::max(glm::length(p), 1e-30f);
-    const float azimuth = std::atan2(p.y, p.x) / (2 * pi), turn = azimuth < 0 ? azimuth + 1 : azimuth;
+    const float azimuth = math::atan2(p.y, p.x) / (2 * pi), turn = azimuth < 0 ? azimuth + 1 : azimuth;
     st = kind == Kind::planar      ? offset + vec2(glm::dot(p, v1), glm::dot(p, v2))
-         : kind == Kind::spherical ? vec2(std::acos(std::clamp(d.z, -1.0f, 1.0f)) / pi, turn)
+         : kind == Kind::spherical ? vec2(math::acos(std::clamp(d.z, -1.0f, 1.0f)) / pi, turn)
                                    : vec2(0.5f + azimuth, d.z);
   }
   return is_finite({st, 0}) ? st : vec2(0);

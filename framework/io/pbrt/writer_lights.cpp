@@ -1,5 +1,6 @@
 // Lights other than those of shapes.
 
+#include "framework/core/elementary.h"
 #include "framework/io/pbrt/writer.h"
 
 namespace etendue {
@@ -31,11 +32,11 @@ std::string PbrtWriter::light_text(const SpotLight& light) {
         "spots that fade evenly in the angle: pbrt's fade smoothly in its cosine; taken as such, which are brighter inside the "
         "rim and dimmer towards it");
   const float cone = number_read_as(
-      light.cos_outer, [](float angle) { return std::cos(angle * degree); },
-      [](float cosine) { return std::acos(cosine) / degree; });
+      light.cos_outer, [](float angle) { return math::cos(angle * degree); },
+      [](float cosine) { return math::acos(cosine) / degree; });
   const float fading = number_read_as(
-      light.cos_inner, [cone](float delta) { return std::cos((cone - delta) * degree); },
-      [cone](float cosine) { return cone - std::acos(cosine) / degree; });
+      light.cos_inner, [cone](float delta) { return math::cos((cone - delta) * degree); },
+      [cone](float cosine) { return cone - math::acos(cosine) / degree; });
   const vec3 at = light.position + scene_.origin;
   return fmt::format("AttributeBegin\n  Translate {} {} {}\n  LightSource \"spot\"", number_text(at.x), number_text(at.y),
                      number_text(at.z)) +

@@ -1,5 +1,6 @@
 // Shapes: meshes as files, quadrics by name, planes as disks.
 
+#include "framework/core/elementary.h"
 #include "framework/io/mesh/ply_write.h"
 #include "framework/io/pbrt/writer.h"
 
@@ -46,7 +47,7 @@ Transform turned_to(const vec3& axis, bool has_axes) {
   vec3 x = frame.tangent, y = frame.bitangent;
   for (int step = 1; !has_axes && step < 64 && glm::length(x) != 1; ++step) {
     const float angle = 0.1f * static_cast<float>(step);
-    x = std::cos(angle) * frame.tangent + std::sin(angle) * frame.bitangent;
+    x = math::cos(angle) * frame.tangent + math::sin(angle) * frame.bitangent;
     y = glm::cross(axis, x);
   }
   return Transform::from_matrix(mat4(vec4(x, 0), vec4(y, 0), vec4(z, 0), vec4(0, 0, 0, 1))).value_or(Transform());

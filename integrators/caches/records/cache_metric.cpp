@@ -1,5 +1,6 @@
 #include "integrators/caches/records/cache_metric.h"
 
+#include "framework/core/elementary.h"
 #include "integrators/caches/records/irradiance_hessian.h"
 
 namespace etendue {
@@ -72,7 +73,7 @@ ValidityRadius hessian_radius(const TangentMatrix& relative, const Frame& frame,
   const double size = context.scene_size, largest = size / context.accuracy;
   const double least = std::max(1e-6 * size, static_cast<double>(context.min_spacing * context.pixel_width)) / context.accuracy;
   const auto radius = [&](double lambda) {
-    const double r = calibration * size * std::pow(4 / (std::numbers::pi * std::abs(lambda) * size * size), 0.25);
+    const double r = calibration * size * math::pow(4 / (std::numbers::pi * std::abs(lambda) * size * size), 0.25);
     return std::clamp(r, least, largest);
   };
   const double narrow = radius(e.first), wide = std::min(radius(e.second), longest_ellipse * narrow);

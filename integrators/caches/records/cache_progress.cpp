@@ -1,6 +1,7 @@
 #include "integrators/caches/records/cache_progress.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 #include "framework/core/rng.h"
 
 #include <algorithm>
@@ -15,24 +16,24 @@ constexpr int fewest_rays = 16;
 constexpr double steps_per_doubling = 10;
 constexpr double pass_by_pass = 22;  // passes, from which on a step is one of them
 
-double passes_of(double time) { return std::pow(time, 2.0 / 3); }
+double passes_of(double time) { return math::pow(time, 2.0 / 3); }
 // Slightly larger, so that passes_of(time_of(passes)) is not less than passes.
-double time_of(double passes) { return std::pow(passes + 1e-6, 1.5); }
+double time_of(double passes) { return math::pow(passes + 1e-6, 1.5); }
 
 // The first step that adds a whole pass.
-double pass_step() { return std::ceil(steps_per_doubling * std::log2(time_of(pass_by_pass))); }
+double pass_step() { return std::ceil(steps_per_doubling * math::log2(time_of(pass_by_pass))); }
 
 }  // namespace
 
 double CacheProgress::time_at(std::uint32_t stage) const {
   const double step = std::max(0.0, static_cast<double>(stage) - overture_stages);
-  return step < pass_step() ? std::exp2(step / steps_per_doubling) : time_of(pass_by_pass + step - pass_step());
+  return step < pass_step() ? math::exp2(step / steps_per_doubling) : time_of(pass_by_pass + step - pass_step());
 }
 
 double CacheProgress::passes_at(std::uint32_t stage) const { return refines ? passes_of(time_at(stage)) : 1; }
 
 float CacheProgress::share_at(std::uint32_t stage) const {
-  return refines && stage < overture_stages ? std::exp2(-2.0f * static_cast<float>(overture_stages - stage)) : 1;
+  return refines && stage < overture_stages ? math::exp2(-2.0f * static_cast<float>(overture_stages - stage)) : 1;
 }
 
 int CacheProgress::rays_at(std::uint32_t stage, int samples) const {
@@ -41,13 +42,13 @@ int CacheProgress::rays_at(std::uint32_t stage, int samples) const {
 
 float CacheProgress::accuracy_at(std::uint32_t stage) const {
   if (!refines) return accuracy;
-  if (stage < overture_stages) return coarse * accuracy * std::exp2(0.5f * static_cast<float>(overture_stages - stage));
-  return coarse * accuracy * static_cast<float>(std::pow(time_at(stage), -1.0 / 6));
+  if (stage < overture_stages) return coarse * accuracy * math::exp2(0.5f * static_cast<float>(overture_stages - stage));
+  return coarse * accuracy * static_cast<float>(math::pow(time_at(stage), -1.0 / 6));
 }
 
 double CacheProgress::weight_at(std::uint32_t stage) const {
   if (!refines) return 1;
-  return stage < overture_stages ? std::exp2(-3.0 * (overture_stages - stage)) : time_at(stage);
+  return stage < overture_stages ? math::exp2(-3.0 * (overture_stages - stage)) : time_at(stage);
 }
 
 std::uint32_t CacheProgress::stage_after(std::uint32_t iterations) const {
@@ -64,7 +65,7 @@ bool CacheProgress::asks(std::uint64_t pixel, std::uint32_t iteration) const {
 
 void CachedLight::begin(std::uint32_t iteration, double weight) {
   weights_before_ += weight_;
-  shared_ = weight_ > 0 && weight > 0 ? std::pow(std::min(weight_ / weight, 1.0), forgetting_) : 1;
+  shared_ = weight_ > 0 && weight > 0 ? math::pow(std::min(weight_ / weight, 1.0), forgetting_) : 1;
   iteration_ = iteration;
   weight_ = weight;
 }

@@ -1,6 +1,7 @@
 #include "integrators/caches/records/hemisphere.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 
 #include <vector>
 
@@ -13,11 +14,11 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
   const float scale = pi / static_cast<float>(strata.count()), sector = 2 * pi / static_cast<float>(sectors);
   // sin(theta) at the upper (smaller) end of ring j, and the mean of tan(theta) over it: M times the integral of 2 sin^2.
   std::vector<float> ring_sine(static_cast<std::size_t>(rings) + 1), ring_tangent(static_cast<std::size_t>(rings));
-  const auto primitive = [](float sine) { return std::asin(sine) - sine * safe_sqrt(1 - sine * sine); };
+  const auto primitive = [](float sine) { return math::asin(sine) - sine * safe_sqrt(1 - sine * sine); };
   for (int j = 0; j <= rings; ++j) ring_sine[j] = std::sqrt(static_cast<float>(j) / static_cast<float>(rings));
   for (int j = 0; j < rings; ++j)
     ring_tangent[j] = static_cast<float>(rings) * (primitive(ring_sine[j + 1]) - primitive(ring_sine[j]));
-  const auto plane = [&](float angle) { return std::cos(angle) * frame.tangent + std::sin(angle) * frame.bitangent; };
+  const auto plane = [&](float angle) { return math::cos(angle) * frame.tangent + math::sin(angle) * frame.bitangent; };
 
   IrradianceEstimate out;
   double inverse_distance = 0, half_squares = 0;

@@ -1,6 +1,7 @@
 #include "integrators/caches/records/irradiance_hessian.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 
 #include <vector>
 
@@ -62,7 +63,7 @@ class HemisphereMesh {
     zenith_ = {{0, 0, distance}, distance, zenith / static_cast<double>(sectors_)};
     for (int k = 0; k < sectors_; ++k) {
       Vertex edge = at(rings_, k);
-      const double flat = std::hypot(edge.position.x, edge.position.y);
+      const double flat = math::hypot(edge.position.x, edge.position.y);
       edge.position = edge.distance / flat * dvec3(edge.position.x, edge.position.y, 0);
       vertices_.push_back(edge);
     }
@@ -107,10 +108,10 @@ class HemisphereMesh {
 }  // namespace
 
 TangentEigen eigen(const TangentMatrix& m) {
-  const double mean = 0.5 * (m.xx + m.yy), half = 0.5 * (m.xx - m.yy), root = std::hypot(half, m.xy);
+  const double mean = 0.5 * (m.xx + m.yy), half = 0.5 * (m.xx - m.yy), root = math::hypot(half, m.xy);
   const double first = mean >= 0 ? mean + root : mean - root, second = mean >= 0 ? mean - root : mean + root;
-  const double angle = 0.5 * std::atan2(m.xy, half) + (mean >= 0 ? 0 : 0.5 * std::numbers::pi);
-  return {first, second, {std::cos(angle), std::sin(angle)}};
+  const double angle = 0.5 * math::atan2(m.xy, half) + (mean >= 0 ? 0 : 0.5 * std::numbers::pi);
+  return {first, second, {math::cos(angle), math::sin(angle)}};
 }
 
 TangentMatrix tangent_matrix(double a, double b, const dvec2& u) {
@@ -136,7 +137,7 @@ EdgeDerivatives edge_derivatives(const dvec3& a, const dvec3& b) {
   if (!(cc > 1e-24 * aa * bb)) return {};
   const double length = std::sqrt(ee), area = std::sqrt(cc), h = area / length;
   const dvec3 along = e / length, foot = (a - glm::dot(a, along) * along) / h;
-  const double angle = std::atan2(area, glm::dot(a, b));
+  const double angle = math::atan2(area, glm::dot(a, b));
   // The edge's points are r (cos psi foot + sin psi along) with cos psi = h / r; the integrals below run over psi.
   const double ra = std::sqrt(aa), rb = std::sqrt(bb), cos_a = h / ra, cos_b = h / rb;
   const double sin_a = glm::dot(a, along) / ra, sin_b = glm::dot(b, along) / rb;

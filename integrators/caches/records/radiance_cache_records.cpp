@@ -1,6 +1,7 @@
 #include "integrators/caches/records/radiance_cache_records.h"
 
 #include "framework/core/check.h"
+#include "framework/core/elementary.h"
 #include "integrators/caches/records/error_of_mean.h"
 #include "integrators/caches/records/spherical_harmonics.h"
 
@@ -71,15 +72,15 @@ RadianceEstimate estimate_radiance(int order, const HemisphereStrata& strata, st
   out.coefficients.assign(3 * count, Rgb(0));
   const auto value = std::span(out.coefficients).first(count);
   const auto along = [&](float angle, std::span<const float> harmonics, const Rgb& amount) {
-    add(std::span(out.coefficients).subspan(count, count), harmonics, std::cos(angle) * amount);
-    add(std::span(out.coefficients).subspan(2 * count, count), harmonics, std::sin(angle) * amount);
+    add(std::span(out.coefficients).subspan(count, count), harmonics, math::cos(angle) * amount);
+    add(std::span(out.coefficients).subspan(2 * count, count), harmonics, math::sin(angle) * amount);
   };
   Harmonics harmonics{order, frame, {}, {}};
   const float solid_angle = 2 * pi / static_cast<float>(strata.count());
   const float sector = 2 * pi / static_cast<float>(strata.phi);
-  const auto ring_angle = [&](int j) { return std::acos(1 - static_cast<float>(j) / static_cast<float>(strata.theta)); };
+  const auto ring_angle = [&](int j) { return math::acos(1 - static_cast<float>(j) / static_cast<float>(strata.theta)); };
   const auto local = [](float theta, float phi) {
-    return vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+    return vec3(math::sin(theta) * math::cos(phi), math::sin(theta) * math::sin(phi), math::cos(theta));
   };
   double inverse_distance = 0, half_squares = 0;
   for (int k = 0; k < strata.phi; ++k)
@@ -95,7 +96,7 @@ RadianceEstimate estimate_radiance(int order, const HemisphereStrata& strata, st
         const HemisphereSample& above = samples[static_cast<std::size_t>(j - 1) * strata.phi + k];
         const Rgb step = (here.radiance - above.radiance) / std::min(here.distance, above.distance);
         if (!is_black(step))
-          along(middle, harmonics.at(local(upper, middle)), step * (sector * std::sin(upper) * std::cos(upper)));
+          along(middle, harmonics.at(local(upper, middle)), step * (sector * math::sin(upper) * math::cos(upper)));
       }
       const HemisphereSample& before = samples[static_cast<std::size_t>(j) * strata.phi + (k + strata.phi - 1) % strata.phi];
       half_squares += 0.5 * square(luminance(here.radiance - before.radiance));
@@ -130,7 +131,7 @@ void RadianceRecords::insert(const vec3& position, const vec3& normal, const Rad
   if (gradients) {
     const float x = luminance(dot(lobe, &estimate.coefficients[count])),
                 y = luminance(dot(lobe, &estimate.coefficients[2 * count]));
-    steepness = std::hypot(x, y);
+    steepness = math::hypot(x, y);
     if (steepness > 0) record.validity_radius = std::min(record.validity_radius, brightness / steepness);
   }
   record.validity_radius = std::clamp(record.validity_radius, spacing.least / spacing.accuracy,
