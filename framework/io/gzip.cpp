@@ -52,7 +52,7 @@ std::string gunzip(std::string_view bytes, const std::string& name) {
     const int status = inflate(&stream, Z_NO_FLUSH);
     used += room - stream.avail_out;
     if (used > limit)
-      fail(fmt::format("it grows to more than {} times its size", used / std::max<std::size_t>(bytes.size(), 1)));
+      fail(fmt::format("it grows to more than {} MiB and {} times its size", least_limit >> 20, most_times));
     if (status == Z_STREAM_END) {
       const std::string_view rest = bytes.substr(bytes.size() - stream.avail_in);
       if (is_gzip(rest) && inflateReset(&stream) == Z_OK) continue;

@@ -19,8 +19,7 @@ std::optional<DirectLight> sample_direct_light(const RenderContext& context, con
     const float pdf_bsdf = bsdf.pdf(wo, light->wi);
     if (pdf_bsdf >= followed_above) weight = mis_weight(mode, light->pdf_solid_angle, pdf_bsdf);
   }
-  return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle), shadow_ray(point, *light),
-                     light->delta ? 0 : light->pdf_solid_angle};
+  return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle), shadow_ray(point, *light)};
 }
 
 Rgb direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler& sampler,

@@ -14,7 +14,6 @@ namespace etendue {
 struct DirectLight {
   Rgb radiance;
   Ray shadow_ray;
-  float pdf_solid_angle;  // of the light sample; 0: a light that no ray can hit
 };
 
 // One light sample; none where no light can come of it. With MisMode::light its mean is the whole direct light. It always draws

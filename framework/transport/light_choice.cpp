@@ -12,10 +12,9 @@ namespace etendue {
 
 namespace {
 
-// From ten lights at finite places on a tree pays (results/many-lights). Among fewer, if all are flat, lanes choose by power
-// all at once, which takes less time than a tree. Others are chosen one by one in any case, and from three on a tree costs less
-// than it saves (builtin:veach-mis).
-constexpr std::size_t fewest_for_tree = LightSampler::most_flat + 1, fewest_unless_flat = 3;
+// Lights are chosen one by one, and from three at finite places on a tree costs less than it saves (builtin:veach-mis,
+// results/many-lights). Few that are all flat are an exception: lanes choose them by power all at once.
+constexpr std::size_t fewest_for_tree = 3;
 // A tree tells lights apart by their distances. Those of lights nearly as wide as the scene say little (builtin:glowing-room),
 // but where BSDF samples do not find the light of near surfaces.
 constexpr double widest_for_tree = 0.25;  // mean width over that of the scene, weighted by power
@@ -160,7 +159,7 @@ void LightSampler::gather_flat_lights() {
 }
 
 LightChoice LightSampler::needed_choice(DirectSamples samples) const {
-  if (finite_ < (flat_.empty() ? fewest_unless_flat : fewest_for_tree)) return LightChoice::power;
+  if (!flat_.empty() || finite_ < fewest_for_tree) return LightChoice::power;
   if (samples == DirectSamples::of_lights) return LightChoice::tree;
   double width = 0, finite_power = 0;
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) {

@@ -3,6 +3,8 @@
 #include "framework/core/arc.h"
 #include "framework/core/sampling.h"
 
+#include <limits>
+
 namespace etendue {
 
 namespace {
@@ -68,6 +70,7 @@ DirectionTree DirectionTree::refined(float rho) const {
 DirectionDensity::Split::Split(float low, float high) : Split() {
   if (!(low + high > 0)) return;
   share = low / (low + high);
+  if (share < std::numeric_limits<float>::min()) share = 0;  // whose reciprocal would be infinite
   stretch = {1 / share, 1 / (1 - share)};  // an empty half is not chosen
 }
 

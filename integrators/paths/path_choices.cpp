@@ -8,32 +8,13 @@ namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t light_probes = 256;  // a hundredth of the light that goes elsewhere is found with 92 %
-constexpr std::uint32_t fewest_probes = 32;  // of lights that rays can meet, for a judgement
-constexpr float much_denser = 4;             // than the densest BSDF sample, 1/pi
+constexpr float much_denser = 4;  // than the densest BSDF sample, 1/pi
 
 // Is there something that light samples can find there?
 bool takes_light_samples(const Material& material) {
   const auto* diffuse = std::get_if<Diffuse>(&material);
   if (diffuse) return !diffuse->reflectance.is_constant() || !is_black(diffuse->reflectance.constant);
   return has_non_specular(material);
-}
-
-// Do lights that rays can meet send light straight to surfaces where a light sample may find it?
-bool light_samples_arrive(const RenderContext& context) {
-  const Scene& scene = context.scene;
-  std::uint32_t sent = 0;
-  for (std::uint32_t i = 0; i < light_probes; ++i) {
-    Sampler numbers(SamplerKind::sobol, 0, Stream::probe, 0, i);
-    const float u_light = numbers.get_1d();
-    const vec2 u_position = numbers.get_2d();
-    const auto light = context.lights.emit(u_light, u_position, numbers.get_2d());
-    if (!light || is_delta(scene.lights[light->light]) || is_even(scene.lights[light->light])) continue;
-    ++sent;
-    const Hit hit = trace(context, light->ray);
-    if (hit && takes_light_samples(scene.materials[scene.surface_at(light->ray, hit).material])) return true;
-  }
-  return sent < fewest_probes;
 }
 
 float gap(const Bounds& a, const Bounds& b) {
@@ -116,10 +97,14 @@ float evenness_of(const RenderContext& context, const PathSettings& settings, bo
   return mean > 0 ? static_cast<float>(mean / std::max(deviation, rounding * mean)) : 0;
 }
 
-// Do BSDF samples alone bring the same direct light wherever they go? Asked of one light, as few paths may all miss another.
+// Do BSDF samples alone bring the same direct light wherever they go? Asked of one light that has the same radiance everywhere,
+// as few paths may all miss another or its brightest part, and where every surface scatters, so that paths ask at what they see.
 bool bsdf_samples_are_exact(const RenderContext& context) {
   constexpr float exact = 1000;
-  return context.scene.lights.size() == 1 &&
+  const Scene& scene = context.scene;
+  const auto* light = scene.lights.size() == 1 ? std::get_if<AreaLight>(&scene.lights[0]) : nullptr;
+  if (!light || light->texture != no_id || context.needs.masks) return false;
+  return std::ranges::all_of(scene.materials, [](const Material& m) { return has_non_specular(m); }) &&
          evenness_of(context, {.max_depth = 1, .roulette_depth = 2, .mis = MisMode::bsdf}, false) > exact;
 }
 
@@ -130,7 +115,6 @@ MisChoice choose_mis(const RenderContext& context) {
   if (context.lights.empty() || std::ranges::none_of(context.scene.lights, can_be_met))
     return {MisMode::power, "no ray can meet a light"};
   if (context.lights.only_even()) return {MisMode::bsdf, "light comes evenly from all directions"};
-  if (!light_samples_arrive(context)) return {MisMode::bsdf, "what lights send meets specular surfaces first"};
   if (bsdf_samples_are_exact(context)) return {MisMode::bsdf, "the light looks the same in all directions"};
   if (light_samples_are_dense(context)) return {MisMode::light, "lights are small from every diffuse surface"};
   return {MisMode::power, "BSDF samples find some lights as well as light samples do"};

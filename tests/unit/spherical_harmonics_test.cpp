@@ -150,6 +150,14 @@ TEST(LobeShare, IsTheTransformOfTheLobe) {
     }
 }
 
+TEST(LobeShare, IsThatOfTheBesselFunction) {
+  for (const float alpha : {0.001f, 0.02f, 0.3f})
+    for (const int degree : {1, 3, 10, 60}) {
+      const double x = 2.0 * alpha * degree;
+      EXPECT_NEAR(lobe_share(alpha, degree) / (x * std::cyl_bessel_k(1.0, x)), 1, 3e-7) << x;
+    }
+}
+
 TEST(LobeShare, NarrowLobesAskForMoreBands) {
   EXPECT_EQ(lobe_order(0.6f, 0.025f), 4);
   EXPECT_EQ(lobe_order(0.25f, 0.025f), 10);

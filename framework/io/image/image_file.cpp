@@ -210,7 +210,8 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
 }
 
 void decode_gamma(RgbImage& image, float gamma) {
-  for (Rgb& texel : image.texels) texel = glm::pow(glm::max(texel, Rgb(0)), Rgb(gamma));
+  for (Rgb& texel : image.texels)
+    for (int c = 0; c < 3; ++c) texel[c] = math::pow(std::max(texel[c], 0.0f), gamma);
 }
 
 int repeat_texels(RgbImage& image, const Location& where) {
