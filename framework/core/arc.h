@@ -1,4 +1,4 @@
-// Arc functions as polynomials: the same bits on every system, and faster than those of the C library.
+// The azimuth as a polynomial without branches: inline, and several times as fast as the arc tangent of elementary.h.
 #pragma once
 
 #include "framework/core/vec.h"
