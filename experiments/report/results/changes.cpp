@@ -97,8 +97,7 @@ FigureChange read_change(const std::vector<std::string>& fields) {
   return change;
 }
 
-constexpr std::size_t kept_rows = 50;
-constexpr std::size_t page_rows = 15;  // of a page, which people read
+constexpr std::size_t kept_rows = 12;
 
 }  // namespace
 
@@ -195,9 +194,7 @@ LogChanges read_changes(const std::string& file, std::string_view text) {
 }
 
 std::string changes_page(const LogChanges& changes) {
-  std::vector<FigureChange> rows = changes.most;
-  rows.resize(std::min(rows.size(), page_rows));
-  TableOf<FigureChange> table("changes", "What moved since the log before", rows);
+  TableOf<FigureChange> table("changes", "What moved since the log before", changes.most);
   const auto interval = [](double FigureChange::*low, double FigureChange::*high) {
     return [=](const FigureChange& c) { return TableCell(format_interval(c.*low, c.*high)); };
   };
@@ -214,9 +211,8 @@ std::string changes_page(const LogChanges& changes) {
   });
   Table result = table.take();
   result.notes.push_back(changes.sentence());
-  if (rows.size() < changes.moved)
-    result.notes.push_back(fmt::format("These are the {} that moved by the largest factors; changes.tsv has {}.", rows.size(),
-                                       changes.most.size()));
+  if (changes.most.size() < changes.moved)
+    result.notes.push_back(fmt::format("These are the {} that moved by the largest factors.", changes.most.size()));
   return to_markdown(result);
 }
 

@@ -34,7 +34,7 @@ struct FigureChange {
 struct LogChanges {
   std::string from, to;  // the commits of the logs
   std::size_t compared = 0, moved = 0, better = 0, worse = 0;
-  std::vector<FigureChange> most;  // those that moved by the largest factors, the farthest first, at most 50
+  std::vector<FigureChange> most;  // those that moved by the largest factors, the farthest first, at most 12
 
   std::string sentence() const;  // "From A to B. 12 figures with intervals were compared; those of 3 do not overlap."
 };
@@ -49,7 +49,7 @@ std::string to_text(const LogChanges& changes);
 // Throws Error where the text of `file` is not as to_text wrote it.
 LogChanges read_changes(const std::string& file, std::string_view text);
 
-// The figures that moved by the largest factors, at most 15 of them, as a page of Markdown.
+// The figures that are kept, as a page of Markdown.
 std::string changes_page(const LogChanges& changes);
 
 // A row for each experiment: how many figures moved, how many of them for the better or the worse, and which by the most.
