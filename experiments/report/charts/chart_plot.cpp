@@ -115,7 +115,7 @@ Plot::Plot(const Chart& chart, const PixelBox& outer, bool compact)
   const double top = (chart.title.empty() ? 0 : 20) + (chart.y.title.empty() ? 10 : 26);
   box_ = {outer.left, outer.top + top, outer.width, outer.height - top - (chart.x.title.empty() ? 26 : 48)};
   if (chart.rows.empty()) y_ticks_ = fitting_ticks(y_, y_scale_, box_.height, 36);
-  for (const std::string& row : chart.rows) y_ticks_.push_back({static_cast<double>(y_ticks_.size()), shortened(row, 28)});
+  for (const std::string& row : chart.rows) y_ticks_.push_back({static_cast<double>(y_ticks_.size()), shortened(row, 32)});
   double widest = 0;
   for (const Tick& tick : y_ticks_) widest = std::max(widest, text_width(tick.label, font));
   // Some air: a page sets its figures larger on a narrow screen.
