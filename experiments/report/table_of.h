@@ -68,7 +68,7 @@ class TableOf {
     if (!records_.empty()) table_.notes.push_back(std::move(text));
   }
 
-  // With further notes, which stand there without rows as well.
+  // `notes` are added, and stand there without rows as well.
   Table take(const std::vector<std::string>& notes = {}) {
     table_.notes.insert(table_.notes.end(), notes.begin(), notes.end());
     return std::move(table_);

@@ -97,7 +97,7 @@ class Bsdf {
 
   Rgb evaluate(const vec3& wo, const vec3& wi, TransportMode mode = TransportMode::radiance) const;
   float pdf(const vec3& wo, const vec3& wi) const;
-  // Both of evaluate, and of pdf in either order; 0 where the value is black.
+  // It gives what evaluate does, and pdf in either order; 0 where the value is black.
   BsdfPair pair(const vec3& wo, const vec3& wi, TransportMode mode = TransportMode::radiance) const;
   BsdfSample sample(const vec3& wo, float u_lobe, const vec2& u, TransportMode mode = TransportMode::radiance) const;
 

@@ -13,7 +13,8 @@ template <class Visitor>
 void describe_lights(Visitor& v, LightChoice& lights) {
   v.choice("lights", lights,
            "how light samples choose among lights: by power, all alike, or by a tree over what each may send to the point; "
-           "auto: the tree from 9 lights on that are not at infinity (3 unless all are triangles), and in path if they are small beside the scene");
+           "auto: the tree from 9 lights on that are not at infinity, from 3 unless all are triangles; in path if they are small "
+           "beside the scene");
 }
 
 }  // namespace etendue

@@ -1,5 +1,6 @@
 #include "framework/transport/light_sampling.h"
 
+#include "framework/core/arc.h"
 #include "framework/core/elementary.h"
 #include "framework/core/sampling.h"
 
@@ -12,8 +13,7 @@ vec3 to_light_space(const EnvironmentLight& light, const vec3& direction) {
 }
 
 vec2 equirectangular(const vec3& d) {
-  const float phi = math::atan2(d.y, d.x);
-  return {(phi < 0 ? phi + 2 * pi : phi) * (0.5f * inv_pi), math::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi};
+  return {turn_of(d.x, d.y), math::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi};
 }
 
 }  // namespace

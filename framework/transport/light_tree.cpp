@@ -89,8 +89,8 @@ struct Group {
   double cost() const {
     if (!(intensity > 0)) return 0;
     const double o = normals.half_angle, w = std::min<double>(o + theta_emission, pi);
-    const double directions =
-        2 * pi * (1 - math::cos(o)) + 0.5 * pi * (2 * w * math::sin(o) - math::cos(o - 2 * w) - 2 * o * math::sin(o) + math::cos(o));
+    const double sine = math::sin(o), cosine = math::cos(o);
+    const double directions = 2 * pi * (1 - cosine) + 0.5 * pi * (2 * w * sine - math::cos(o - 2 * w) - 2 * o * sine + cosine);
     const dvec3 d = bounds.diagonal();
     return intensity * directions * 2 * (d.x * d.y + d.y * d.z + d.z * d.x);
   }

@@ -122,8 +122,7 @@ class RecordCache : public Integrator, public FileCache {
   void start(const RenderContext& context, const CacheSettings& settings, std::vector<CachePoint> seen, float extra_samples);
   // Makes the records that the first iteration expects, or takes those that were loaded.
   void fill_before(const RenderContext& context);
-  // Fills or refines the records as the stage asks for; `anew`: those of earlier stages go, as
-  // they do in the overture.
+  // Fills or refines the records as the stage asks for; `anew`: those of earlier stages go, as they do in the overture.
   void refine_records(const RenderContext& context, bool anew, double passes);
   void write(ByteWriter& body) const final;
   void read(const RenderContext& context, ByteReader& body) final;

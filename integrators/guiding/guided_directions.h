@@ -69,7 +69,7 @@ class DirectionDensity {
     Split(float low, float high);
     bool choose(float& u) const;
   };
-  // Of a cache line.
+  // A node takes less than a cache line.
   struct Node {
     Split x;
     std::array<Split, 2> y;  // within either half

@@ -19,8 +19,8 @@ MisChoice choose_mis(const RenderContext& context);
 
 // How many times its throughput a path's chance to survive roulette may be: the mean of a pixel over the standard deviation of
 // its paths, which is the ratio of least cost for a given error ([Veach1997] 10.4), where that is above `least_evenness`;
-// else 1. Where every path brings the same, roulette is all the noise there is. From few paths, more of them where those
-// scatter little.
+// else 1. Where every path brings the same, roulette is all the noise there is. It is estimated from few paths, and again
+// from paths without roulette where those scatter little.
 float roulette_evenness(const RenderContext& context, const PathSettings& settings);
 constexpr float least_evenness = 4;
 

@@ -30,7 +30,7 @@ struct PathGain {
   void arrive(const Ray&) const { *to += radiance; }
 };
 
-// Of a path's light sample: the densities of its direction over solid angle.
+// The densities, over solid angle, of the direction of a path's light sample.
 struct LightDensities {
   const PathSample* path;
   float light;  // with which the light sample found it; 0: a light that no ray can hit
@@ -171,8 +171,9 @@ Mask<F> scatter(const PathEvents& events, const SurfaceOf<F>& point, const Place
   path.eta_scale = select(scattered.transmitted, path.eta_scale * (scattered.eta * scattered.eta), path.eta_scale);
   path.pdf_bsdf = select(scattered.specular, F(0.0f), scattered.pdf_solid_angle);
   ray = {ray_origin(point, scattered.wi), scattered.wi, infinity};
-  if (events.roulette)
-    alive = alive & survives_roulette(path.throughput, survival_of(path.throughput, path.eta_scale, events.evenness), path.numbers);
+  if (!events.roulette) return alive;
+  const F survival = survival_of(path.throughput, path.eta_scale, events.evenness);
+  alive = alive & survives_roulette(path.throughput, survival, path.numbers);
   return alive;
 }
 

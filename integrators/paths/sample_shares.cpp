@@ -18,6 +18,9 @@ constexpr double dark = 0.25;    // of the image's mean: deviations of darker pi
 constexpr int span_bits = 26;
 static_assert(2 * SampleShares::most_first * SampleShares::most <= 1u << span_bits);
 
+// Samples of each pixel where all take as many.
+std::uint32_t alike(float extra) { return 1 + static_cast<std::uint32_t>(std::min(extra, SampleShares::most - 1.0f)); }
+
 }  // namespace
 
 SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first, bool measures)
@@ -25,7 +28,7 @@ SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first, b
   CHECK_LE(first, most_first);
   const auto pixels = static_cast<std::size_t>(resolution.x) * resolution.y;
   next_.assign(pixels, first_);
-  even_ = 1 + static_cast<std::uint32_t>(std::min(extra, most - 1.0f));
+  even_ = alike(extra);
   count_.assign(pixels, even_);
   if (!(extra > 0) && !measures) return;
   moments_.resize(pixels);
@@ -108,7 +111,7 @@ std::uint32_t SampleShares::wanted_of_each() const {
     squares += d * d;
   }
   if (squares < square(smooth) * pixels) return 1;
-  return square(sum) < worth * pixels * squares ? 0 : 1 + static_cast<std::uint32_t>(std::min(extra_, most - 1.0f));
+  return square(sum) < worth * pixels * squares ? 0 : alike(extra_);
 }
 
 // By the scatter within pixels; by that over neighbours as well while a pixel has had one sample.

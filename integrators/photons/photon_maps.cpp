@@ -48,23 +48,24 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   const double most = std::clamp<double>(32 * pixels, fewest_photons, 10 * fewest_photons);
   const auto photons_for = [&](float radius) { return pilots * k / near * square(radius / wanted); };
   const float widest = 1.01f * wanted * static_cast<float>(std::sqrt(most / photons_for(wanted)));  // from here on it is `most`
+  const bool asks_for_caustics =
+      separate_caustics_ && params_.caustic_map == CausticMap::where_needed && params_.caustic_photons == 0;
   std::vector<float> radii(lines * lines), shares(lines * lines);
   parallel_for(radii.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
     const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, rough_materials_.get());
     if (seen)
       radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), widest);
+    if (!asks_for_caustics) return;
     const CachePoint rough = find_rough_point(context, pixel, use_.max_depth, use_.sampler, *rough_materials_);
-    if (!separate_caustics_ || !rough) return;
+    if (!rough) return;
     const auto light_of = [&](PhotonHistory histories) {
       return luminance(map.estimate(
           context, GatherPoint::irradiance(rough.position, rough.geometric, rough.origin, use_.max_depth, histories)));
     };
     if (const float light = light_of(photon_any); light > 0) shares[i] = light_of(photon_caustic) / light;
   });
-  const float most_caustic = *std::ranges::max_element(shares);
-  if (params_.caustic_map == CausticMap::where_needed && params_.caustic_photons == 0 && most_caustic < least_caustic_share)
-    separate_caustics_ = false;
+  if (asks_for_caustics && *std::ranges::max_element(shares) < least_caustic_share) separate_caustics_ = false;
   std::erase(radii, 0.0f);
   if (radii.empty()) return fewest_photons;
   return static_cast<int>(std::clamp<double>(photons_for(median(radii)), fewest_photons, most));

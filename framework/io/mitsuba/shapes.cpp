@@ -22,7 +22,7 @@ TriangleMesh as_mesh(MeshData data) {
   return {std::move(data.positions), {}, std::move(data.uvs), std::move(data.triangles), {}};
 }
 
-// With the texture coordinates of Mitsuba's shapes.
+// Meshes in the place of quadrics get the texture coordinates of Mitsuba's shapes.
 struct MeshOfQuadric {
   TriangleMesh operator()(const Sphere& s) const {
     TriangleMesh mesh = tessellate(revolved(
