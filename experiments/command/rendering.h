@@ -1,0 +1,61 @@
+// One rendering of `etendue render`: what was asked for and what came of it, which the reading of its options, its loop and the
+// writing of its files share.
+#pragma once
+
+#include "experiments/command/commands.h"
+#include "experiments/config/budget.h"
+#include "experiments/run/recipe.h"
+#include "experiments/run/run_cell.h"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace etendue {
+
+inline const std::string records_aov = "records", standard_error_aov = "standard-error";
+
+struct Rendering {
+  const RenderCommand& command;
+  Method integrator, accel;
+  CellResult result = {};
+  ivec2 resolution{0};
+  int threads = 1;
+  std::uint64_t seed = 1;
+  std::string scene = {};
+  std::string output = {};
+  std::string cache_to_load = {}, cache_hash = {};  // bytes of the one to begin with
+  bool states_error = false;
+  std::uint64_t scene_hash = 0;
+  std::string budget = {};
+  std::optional<Recipe> recipe = {};  // of the image to repeat,
+  Image original = {};                // and itself
+  std::optional<bool> repeats = {};   // whether it did, to the bit
+  std::string reference = {};         // what the metrics are measured against; "": none
+  std::map<std::string, double> metrics = {};
+  std::vector<std::string> warnings = {};  // of the scene's reader
+  std::string camera = {};                 // as typed
+  SceneReading reading = {};
+  Tile window = {};  // the pixels that are shown; empty: all
+  std::string preview_failure = {};
+
+  ivec2 size() const { return window.end == ivec2(0) ? resolution : window.end - window.begin; }  // of what is shown
+  // The part of an image as large as the whole that is shown.
+  Image shown(const Image& image) const { return window.end == ivec2(0) ? image : part_of(image, window.begin, window.end); }
+};
+
+// Everything typed, checked before a scene is loaded. Throws Error naming the option.
+Budget read_options(const RenderCommand& command, Rendering& r);
+
+// "b.exr" and "records" make "b.records.exr". What is no colour has no place in a PNG.
+std::string aov_path(const std::string& output, const std::string& aov);
+
+// The image first, since it must be there in time; all else is off the clock. A file that fails does not stop the others.
+void write_outputs(const Rendering& r, Integrator& integrator, const RenderContext& context, const CellResult& result);
+
+// What came of it, for programs and for people.
+std::string to_json(const Rendering& r);
+std::string to_lines(const Rendering& r);
+
+}  // namespace etendue
