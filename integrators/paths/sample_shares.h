@@ -48,6 +48,8 @@ class SampleShares {
   double noise() const { return variance_ / std::max(iterations_, 1u); }
   // Of an error of a pixel's luminance: its square over that of the pixel, likewise.
   float relative_square(std::size_t pixel, float error) const;
+  // Relative standard deviation of a pixel's samples and its neighbours', as the last span was chosen by.
+  float deviation(std::size_t pixel) const { return deviation_[pixel]; }
   std::uint64_t samples() const { return samples_; }  // so far, of all pixels
 
  private:

@@ -1,8 +1,6 @@
 #include "integrators/photons/photon_map.h"
 
 #include "framework/core/parallel.h"
-#include "integrators/paths/path.h"
-#include "integrators/photons/photon_camera_path.h"
 
 namespace etendue {
 
@@ -25,6 +23,7 @@ class PhotonMapping final : public Integrator {
 
  private:
   void trace_maps(RenderContext& context, std::uint32_t pass);
+  PhotonCameraPath walk(const RenderContext& context) const { return {context, maps_.rough_materials(), max_depth_}; }
   Rgb camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const;
   Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
                 CameraSample& sample) const;
@@ -32,12 +31,14 @@ class PhotonMapping final : public Integrator {
   PhotonMapParams params_;
   int max_depth_ = 0;
   PhotonMaps maps_;
+  DirectShares direct_;
 };
 
 void PhotonMapping::prepare(RenderContext& context) {
   context.choose_lights_by(params_.lights);
   max_depth_ = context.max_depth(params_.max_depth);
   maps_.prepare(context, {params_.final_gather, max_depth_, params_.sampler});
+  direct_ = {walk(context), params_.sampler, params_.further_paths, true};
   trace_maps(context, 0);
 }
 
@@ -54,27 +55,28 @@ void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film&
       const auto key = pixel_index(pixel, context.resolution);
       CameraSample sample{key, index, Sampler(params_.sampler, context.seed, Stream::camera, key, index)};
       const Ray ray = sample_camera_ray(context, pixel, sample.sampler);
-      film.add(pixel, camera_radiance(context, ray, sample), index, sample_weight(context, pixel, index));
+      const Rgb radiance = camera_radiance(context, ray, sample) + direct_.further(walk(context), pixel, index);
+      film.add(pixel, radiance, index, sample_weight(context, pixel, index));
     });
   });
 }
 
 Rgb PhotonMapping::camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const {
-  Rgb seen(0);
-  const Rgb met = PhotonCameraPath{context, maps_.rough_materials(), max_depth_}(
-      ray, sample.sampler, sample.sampler,
-      [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
-        seen += throughput * reflected(context, point, bsdf, wo, depth, sample);
-      });
-  return met + seen;
+  Rgb reflected_direct(0), seen(0);
+  const Rgb met =
+      walk(context)(ray, sample.sampler, sample.sampler,
+                    [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
+                      reflected_direct += throughput * direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light);
+                      seen += throughput * reflected(context, point, bsdf, wo, depth, sample);
+                    });
+  return direct_.share(sample.pixel) * (met + reflected_direct) + seen;
 }
 
-// What a rough vertex reflects by diffuse or rough events, seen by a camera path with `depth` events before this one.
+// What a rough vertex reflects of all but direct light, seen by a camera path with `depth` events before this one.
 Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                              int depth, CameraSample& sample) const {
   const int remaining = max_depth_ - depth - 1;
-  Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light);
-  radiance += maps_.caustics(context, point, bsdf, wo, remaining);
+  const Rgb radiance = maps_.caustics(context, point, bsdf, wo, remaining);
   if (params_.final_gather == 0) return radiance + maps_.seen_directly(context, point, bsdf, wo, remaining);
   if (remaining < 1) return radiance;
   const FinalGather gather = maps_.gather(context, params_.final_gather, params_.gather_sampling == GatherSampling::photons);

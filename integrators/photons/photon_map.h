@@ -13,12 +13,14 @@
 //                 emission: a ray that ends on a light has found a path of the first two rows.
 //   L C* E                         emission the camera path meets (MIS-weighted with light sampling after a narrow rough lobe)
 //
-// Both maps: integrators/photons/photon_maps.h.
+// Both maps: integrators/photons/photon_maps.h. Emission and direct light take further camera paths where they scatter more
+// than photons do (integrators/photons/direct_shares.h).
 //
 // Biased: the maps are traced once, so their noise and blur stay however many camera samples are taken. `retrace` makes new
 // maps for every iteration; then only the blur of the kernel's radius stays. An iteration is one sample per pixel.
 #pragma once
 
+#include "integrators/photons/direct_shares.h"
 #include "integrators/photons/photon_maps.h"
 
 namespace etendue {
@@ -30,6 +32,7 @@ struct PhotonMapParams : PhotonMapsParams {
   int final_gather = 0;
   GatherSampling gather_sampling = GatherSampling::photons;
   bool retrace = false;
+  float further_paths = 2;
   int max_depth = 0;
   SamplerKind sampler = SamplerKind::sobol;
   LightChoice lights = LightChoice::by_need;
@@ -42,6 +45,7 @@ void describe(Visitor& v, PhotonMapParams& p) {
   v.choice("gather_sampling", p.gather_sampling,
            "directions of those rays: from where photons came and by the BSDF in equal parts, or by the BSDF alone");
   v.flag("retrace", p.retrace, "new maps for every iteration");
+  describe_further_paths(v, p.further_paths);
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("sampler", p.sampler, "random numbers");
   describe_lights(v, p.lights);

@@ -32,6 +32,10 @@ void ProgressivePasses::prepare(const RenderContext& context) {
     const double wanted = static_cast<double>(params_.photons_per_pixel) * context.resolution.x * context.resolution.y;
     params_.photons = static_cast<int>(std::clamp(std::round(wanted), 2e4, 2e9));
   }
+  direct_ = {{context, *rough_materials_, max_depth_},
+             params_.sampler,
+             params_.further_paths,
+             params_.direct == DirectLighting::sample};
   if (params_.emission == PhotonEmission::power && params_.radius > 0) return;
   widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.scene.bounds().diagonal());
   // Half as much again as the radius, for what lies between the samples of a pixel.

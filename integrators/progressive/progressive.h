@@ -8,11 +8,12 @@
 //   (integrators/progressive/radius_policy.h)
 //
 // and emission as the camera path meets it: the same partition of paths as integrators/photons/photon_map.h, with one map for
-// caustic and indirect photons. The image is the mean over the iterations, the photons' part divided by the share of the
-// kernels' discs that surface covers (integrators/photons/disc_coverage.h; edges = "disc": by the whole discs, as published).
-// Sampling the direct light is the default since photons are worst at it: a pass gives its n photons per kernel, relative
-// variance 4 / (3 n) and a blurred shadow, where one shadow ray gives a sharp one with a fraction of the variance, and the
-// photons that remain are fewer and smoother ([Jensen2001] divides the light so).
+// caustic and indirect photons. Emission and direct light take further camera paths where they scatter more than photons do
+// (integrators/photons/direct_shares.h). The image is the mean over the iterations, the photons' part divided by the share of
+// the kernels' discs that surface covers (integrators/photons/disc_coverage.h; edges = "disc": by the whole discs, as
+// published). Sampling the direct light is the default since photons are worst at it: a pass gives its n photons per kernel,
+// relative variance 4 / (3 n) and a blurred shadow, where one shadow ray gives a sharp one with a fraction of the variance, and
+// the photons that remain are fewer and smoother ([Jensen2001] divides the light so).
 //
 // Photons are gathered at rough vertices and, with lobe tails = "gathered" where the camera path follows narrow rough lobes, in
 // their lobe tails (integrators/photons/photons.h), which have a radius of their own per pixel. That is the default of cppm.
@@ -36,8 +37,8 @@
 #include "framework/structure_names.h"
 #include "integrators/paths/path.h"
 #include "integrators/paths/wavefront.h"
+#include "integrators/photons/direct_shares.h"
 #include "integrators/photons/disc_coverage.h"
-#include "integrators/photons/photon_camera_path.h"
 #include "integrators/photons/visible_region.h"
 #include "integrators/progressive/radius_policy.h"
 
@@ -65,6 +66,7 @@ struct ProgressiveParams {
   LobeTails lobe_tails = LobeTails::followed;
   bool side_test = true;
   DiscEdges edges = DiscEdges::measured;
+  float further_paths = 2;
   int max_depth = 0;
   std::string structure = "hash-grid";
   SamplerKind sampler = SamplerKind::sobol;
@@ -92,6 +94,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges,
            "photons are divided by what probes find of the kernel's disc over all passes, or by the whole disc");
+  describe_further_paths(v, p.further_paths);
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");
   v.choice("sampler", p.sampler, "random numbers");
@@ -148,12 +151,13 @@ class ProgressivePasses {
       ++next;
     });
     const PhotonCameraPath walk{context, *rough_materials_, max_depth_};
+    const auto share_of = [&](const View& view) { return direct_.share(pixel_index(view.pixel, context.resolution)); };
     wave.run(context, 0, [&](View& view, Ray& ray, const SurfacePoint* met, int so_far) {
       const bool goes_on = walk.meet(
           view.state, ray, met, so_far, view.path, view.sampled->sampler,
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
             if (direct && params_.direct == DirectLighting::sample)
-              wave.light_samples().add(point, wo, throughput, *view.sampled);
+              wave.light_samples().add(point, wo, share_of(view) * throughput, *view.sampled);
             at(view.pixel, GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput, wave);
           },
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
@@ -161,11 +165,13 @@ class ProgressivePasses {
             at(view.pixel, GatherPoint(point, bsdf, wo, histories, max_depth_ - depth - 1, rough_materials_->tail_density()),
                throughput, wave);
           });
-      if (!goes_on) view.sampled->radiance += view.state.radiance;
+      if (!goes_on) view.sampled->radiance += share_of(view) * view.state.radiance;
       return goes_on;
     });
     radiance.clear();
-    for (const PathSample& path : sampled) radiance.push_back(path.radiance);
+    for_pixels(tile, [&](ivec2 pixel) {
+      radiance.push_back(sampled[radiance.size()].radiance + direct_.further(walk, pixel, iteration));
+    });
   }
 
   const VisiblePoints& points() const { return points_; }
@@ -202,6 +208,7 @@ class ProgressivePasses {
   float widest_ = infinity;              // radius
   std::unique_ptr<VisibleRegion> seen_;  // null where it is not needed
   std::shared_ptr<const WallGrid> walls_;
+  DirectShares direct_;
 };
 
 // A method: the passes and its policy, made of the initial radii.

@@ -271,6 +271,7 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
       {"caustic_map", "off"},
       {"side_test", false},
       {"retrace", true},
+      {"further_paths", 0.0},
       {"edges", "visible"},
       {"edges", "hull"},
       {"emission", "importance"},

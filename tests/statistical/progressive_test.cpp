@@ -173,6 +173,7 @@ TEST(ProgressivePhotons, EveryParameterChangesTheImage) {
       {"kernel", "box"},
       {"side_test", false},
       {"edges", "disc"},
+      {"further_paths", 0.0},
       {"max_depth", std::int64_t{2}},
       {"sampler", "independent"},
   };
