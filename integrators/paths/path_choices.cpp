@@ -39,11 +39,9 @@ bool is_near(const std::vector<NearLight>& lights, const Gap& gap_to) {
   return std::ranges::any_of(lights, [&](const NearLight& light) { return !(gap_to(light.bounds) >= light.reach); });
 }
 
-bool any_surface_is_near(const Scene& scene, const std::vector<NearLight>& lights) {
-  for (const InfinitePlane& plane : scene.planes)
-    if (takes_light_samples(scene.materials[plane.material]) &&
-        is_near(lights, [&](const Bounds& box) { return gap(plane, box); }))
-      return true;
+// Boxes about the shapes at which light samples are taken.
+std::vector<Bounds> receivers(const Scene& scene) {
+  std::vector<Bounds> boxes;
   for (const Instance& instance : scene.instances) {
     const Object& object = scene.objects[instance.object];
     for (const Shape& shape : object.shapes) {
@@ -51,11 +49,20 @@ bool any_surface_is_near(const Scene& scene, const std::vector<NearLight>& light
       Bounds bounds;
       for (std::uint32_t i = 0; i < shape.primitive_count; ++i)
         bounds.extend(object.geometry.primitive_bounds(shape.first_primitive + i));
-      const Bounds in_world = instance.to_world.bounds(bounds);
-      if (is_near(lights, [&](const Bounds& box) { return gap(in_world, box); })) return true;
+      boxes.push_back(instance.to_world.bounds(bounds));
     }
   }
-  return false;
+  return boxes;
+}
+
+bool receives(const Scene& scene, const InfinitePlane& plane) { return takes_light_samples(scene.materials[plane.material]); }
+
+bool any_surface_is_near(const Scene& scene, const std::vector<NearLight>& lights) {
+  for (const InfinitePlane& plane : scene.planes)
+    if (receives(scene, plane) && is_near(lights, [&](const Bounds& box) { return gap(plane, box); })) return true;
+  return std::ranges::any_of(receivers(scene), [&](const Bounds& surface) {
+    return is_near(lights, [&](const Bounds& box) { return gap(surface, box); });
+  });
 }
 
 // Are light samples everywhere much denser than those of diffuse surfaces? A light's density over solid angle is at least its
@@ -108,6 +115,93 @@ bool bsdf_samples_are_exact(const RenderContext& context) {
          evenness_of(context, {.max_depth = 1, .roulette_depth = 2, .mis = MisMode::bsdf}, false) > exact;
 }
 
+// One triangle, or two side by side in a plane, of delta lobes alone: shadow rays end there.
+struct Pane {
+  std::vector<vec3> corners;  // in turn about the normal
+  vec3 normal{0};             // unit
+
+  // None where the shape is something else. `flat`: metres off a plane that do not matter.
+  static std::optional<Pane> of(const Scene& scene, const Shape& shape, float flat) {
+    const Geometry& geometry = scene.objects[0].geometry;
+    const std::uint32_t first = shape.first_primitive, count = shape.primitive_count;
+    if (count < 1 || count > 2 || !geometry.is_triangle(first + count - 1) || has_non_specular(scene.materials[shape.material]))
+      return std::nullopt;
+    uvec3 a = geometry.triangles[first];
+    const auto corner_of = [](std::uint32_t v, const uvec3& t) { return v == t.x || v == t.y || v == t.z; };
+    if (count == 1) return Pane(geometry.positions, {a.x, a.y, a.z});
+    const uvec3 b = geometry.triangles[first + 1];
+    for (int turn = 0; turn < 2 && corner_of(a.x, b); ++turn) a = {a.y, a.z, a.x};
+    const std::uint32_t other = !corner_of(b.x, a) ? b.x : !corner_of(b.y, a) ? b.y : b.z;
+    if (corner_of(a.x, b) || !corner_of(a.y, b) || !corner_of(a.z, b)) return std::nullopt;
+    Pane pane(geometry.positions, {a.x, a.y, other, a.z});
+    const vec3 beyond = pane.corners[2] - pane.corners[1];
+    const bool beside = glm::dot(glm::cross(pane.normal, pane.corners[3] - pane.corners[1]), beyond) < 0;
+    return beside && std::abs(glm::dot(beyond, pane.normal)) <= flat ? std::optional(pane) : std::nullopt;
+  }
+  // Is it on every way between points of two convex bodies, given by their corners, at least `margin` (metres) from the ways'
+  // ends and within its own border? Where a way meets its plane is a mean of where the ways between corners do, with weights
+  // that are not negative: those are tried.
+  bool parts(std::span<const vec3> bodies, std::span<const vec3> others, float margin) const {
+    for (const vec3& p : bodies)
+      for (const vec3& q : others) {
+        const float from = height(p), to = height(q);
+        if (!(std::min(std::abs(from), std::abs(to)) > margin && from * to < 0)) return false;
+        if (!holds(p + from / (from - to) * (q - p), margin)) return false;
+      }
+    return true;
+  }
+
+ private:
+  Pane(const std::vector<vec3>& positions, std::initializer_list<std::uint32_t> which) {
+    for (const std::uint32_t i : which) corners.push_back(positions[i]);
+    normal = glm::normalize(glm::cross(corners[1] - corners[0], corners.back() - corners[0]));
+  }
+  float height(const vec3& p) const { return glm::dot(p - corners[0], normal); }
+  bool holds(const vec3& p, float margin) const {
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const vec3 edge = corners[(i + 1) % corners.size()] - corners[i];
+      if (!(glm::dot(glm::cross(normal, edge), p - corners[i]) > margin * glm::length(edge))) return false;
+    }
+    return true;
+  }
+};
+
+std::vector<vec3> corners_of(const Bounds& box) {
+  std::vector<vec3> corners;
+  for (int i = 0; i < 8; ++i) corners.push_back(glm::mix(box.lower, box.upper, vec3(i & 1, i >> 1 & 1, i >> 2)));
+  return corners;
+}
+
+std::vector<vec3> corners_of(const Geometry& geometry, const AreaLight& light) {
+  if (!geometry.is_triangle(light.primitive)) return corners_of(geometry.primitive_bounds(light.primitive));
+  const uvec3 v = geometry.triangles[light.primitive];
+  return {geometry.positions[v.x], geometry.positions[v.y], geometry.positions[v.z]};
+}
+
+// Does a pane stand between each light that rays can meet and all that takes light samples? What no pane is proved to hide is
+// sampled: a few rays cannot tell, and a light that they miss would be lost.
+bool panes_hide_lights(const RenderContext& context) {
+  constexpr float least_margin = 1e-4f;  // of the scene's extent: far above what rounding moves rays by
+  const Scene& scene = context.scene;
+  const float margin = least_margin * glm::length(scene.bounds().diagonal());
+  std::vector<Pane> panes;
+  for (const Shape& shape : scene.objects[0].shapes)
+    if (auto pane = Pane::of(scene, shape, 0.01f * margin)) panes.push_back(std::move(*pane));
+  if (panes.empty() || context.needs.masks ||
+      std::ranges::any_of(scene.planes, [&](const InfinitePlane& plane) { return receives(scene, plane); }))
+    return false;
+  Bounds lit;
+  for (const Bounds& box : receivers(scene)) lit.extend(box);
+  if (lit.empty()) return false;
+  const std::vector<vec3> lit_corners = corners_of(lit);
+  return std::ranges::all_of(scene.lights, [&](const Light& light) {
+    const auto* area = std::get_if<AreaLight>(&light);
+    if (!area) return is_delta(light);
+    const std::vector<vec3> corners = corners_of(scene.objects[0].geometry, *area);
+    return std::ranges::any_of(panes, [&](const Pane& pane) { return pane.parts(lit_corners, corners, margin); });
+  });
+}
+
 }  // namespace
 
 MisChoice choose_mis(const RenderContext& context) {
@@ -116,6 +210,7 @@ MisChoice choose_mis(const RenderContext& context) {
     return {MisMode::power, "no ray can meet a light"};
   if (context.lights.only_even()) return {MisMode::bsdf, "light comes evenly from all directions"};
   if (bsdf_samples_are_exact(context)) return {MisMode::bsdf, "the light looks the same in all directions"};
+  if (panes_hide_lights(context)) return {MisMode::bsdf, "specular panes hide all lights from light samples"};
   if (light_samples_are_dense(context)) return {MisMode::light, "lights are small from every diffuse surface"};
   return {MisMode::power, "BSDF samples find some lights as well as light samples do"};
 }

@@ -23,6 +23,9 @@ TEST(PathChoices, DirectLightIsFoundByTheSamplesThatBringIt) {
   for (const char* name : {"builtin:white-furnace", "builtin:furnace"}) EXPECT_EQ(mis_of(name), MisMode::bsdf) << name;
   for (const char* name : {"builtin:polygon-light", "builtin:sphere-light", "builtin:disc-light"})
     EXPECT_EQ(mis_of(name), MisMode::light) << name;
+  for (const char* name : {"builtin:broad-light", "builtin:two-occluders", "builtin:hidden-occluder", "builtin:slit-light",
+                           "builtin:thin-wall", "builtin:black-surroundings"})
+    EXPECT_EQ(mis_of(name), MisMode::bsdf) << name;
   for (const char* name : {"builtin:cornell-box", "builtin:cornell-spheres", "builtin:veach-mis", "builtin:glowing-room",
                            "builtin:stadium", "builtin:water", "builtin:broad-light?veil=false"})
     EXPECT_EQ(mis_of(name), MisMode::power) << name;
@@ -64,6 +67,49 @@ TEST(PathChoices, LightsThatFewPathsMeetAreSampled) {
               lamp(b, {0, 1.6f, 9}, 3);
             }),
             MisMode::power);
+}
+
+// A lamp over a floor, with a pane of glass between: wide enough, beneath the whole lamp and to be trusted to stop shadow rays.
+struct UnderGlass {
+  float half = 1;  // of the pane's width, metres
+  float lift = 0;  // of one of its corners
+  bool masked = false, rough = false, one_triangle = false, table = false, second_lamp = false;
+
+  MisMode mode() const {
+    SceneBuilder b("under glass");
+    const std::uint32_t grey = b.material(Diffuse{Rgb(0.6f)}), black = b.material(Diffuse{Rgb(0)});
+    const auto level = [](float half, float at) {
+      return quad({-half, at, half}, {half, at, half}, {half, at, -half}, {-half, at, -half});
+    };
+    b.mesh(level(2, 0), grey);
+    if (table) b.mesh(level(0.1f, 1.95f), grey);
+    MeshData lamp = level(0.5f, 2), pane = level(half, 1.9f);
+    for (uvec3& t : lamp.triangles) std::swap(t.y, t.z);
+    pane.positions[2].y += lift;
+    if (one_triangle) pane.triangles.pop_back();
+    b.mesh(lamp, black, Rgb(10));
+    if (second_lamp) b.quadric(Sphere{{3, 1, 0}, 0.1f}, black, Rgb(1));
+    b.mesh(pane, b.material(Dielectric{.eta = 1.5f, .alpha = rough ? 0.3f : 0}));
+    b.camera({0, 1.6f, 4.5f}, {0, 0, 0}, 40, {16, 16});
+    Scene scene = b.finish();
+    if (masked) {
+      scene.textures.push_back({});
+      scene.objects[0].shapes.back().mask = 0;
+    }
+    const SceneContext context(scene, {16, 16});
+    return choose_mis(context.context).mode;
+  }
+};
+
+TEST(PathChoices, LightsAreSampledUnlessPanesHideThemFromAllSurfaces) {
+  EXPECT_EQ(UnderGlass{}.mode(), MisMode::bsdf);
+  EXPECT_NE((UnderGlass{.half = 0.55f}.mode()), MisMode::bsdf);  // rays slip through beside it
+  EXPECT_NE((UnderGlass{.lift = 0.02f}.mode()), MisMode::bsdf);  // not flat: not looked into
+  EXPECT_NE((UnderGlass{.masked = true}.mode()), MisMode::bsdf);
+  EXPECT_NE((UnderGlass{.rough = true}.mode()), MisMode::bsdf);
+  EXPECT_NE((UnderGlass{.one_triangle = true}.mode()), MisMode::bsdf);
+  EXPECT_NE((UnderGlass{.table = true}.mode()), MisMode::bsdf);
+  EXPECT_NE((UnderGlass{.second_lamp = true}.mode()), MisMode::bsdf);
 }
 
 TEST(PathChoices, RouletteWaitsWherePathsBringTheSame) {
