@@ -28,6 +28,9 @@ std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive)
   return std::nullopt;
 }
 
+// Does light pass that no ray between two points can follow? What is behind such glass is lit as what is before it.
+bool is_clear(const Material& material) { return std::holds_alternative<Dielectric>(material) && !has_non_specular(material); }
+
 }  // namespace
 
 // The point's own plane is lowered, so that photons on it are above it: they came from that side, as the side test tells.
@@ -80,11 +83,12 @@ class WallGrid::Slab {
   Slab(const WallGrid& grid, std::uint32_t begin, std::uint32_t end)
       : grid_(grid), begin_(begin), end_(end), lists_(std::size_t{end - begin} * grid.size_.y * grid.size_.x) {}
 
-  void add(const Geometry& geometry) {
+  void add(const Object& object, const std::vector<Material>& materials) {
+    const Geometry& geometry = object.geometry;
     for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) {
       const Range range = grid_.cells_about(geometry.primitive_bounds(id));
       if (range.begin.z >= end_ || range.end.z <= begin_ || !geometry.is_valid(id)) continue;
-      add(range, sheet_of(geometry, id));
+      if (!is_clear(materials[object.shape(id).material])) add(range, sheet_of(geometry, id));
     }
   }
   // No sheet: of a surface that is neither plane nor sphere.
@@ -164,10 +168,11 @@ WallGrid::WallGrid(const Scene& scene, float radius) : radius_(radius) {
   parallel_for(parts.size(), 1, [&](std::size_t i) {
     const auto first = static_cast<std::uint32_t>(i) * layers;
     Slab& slab = parts[i].emplace(*this, first, std::min(first + layers, size_.z));
-    slab.add(scene.objects[0].geometry);
+    slab.add(scene.objects[0], scene.materials);
     for (const InfinitePlane& plane : scene.planes)
-      slab.add({uvec3(0), size_},
-               Sheet{plane.normal, glm::dot(plane.point, plane.normal), false, {vec3(-infinity), vec3(infinity)}});
+      if (!is_clear(scene.materials[plane.material]))
+        slab.add({uvec3(0), size_},
+                 Sheet{plane.normal, glm::dot(plane.point, plane.normal), false, {vec3(-infinity), vec3(infinity)}});
     // Objects placed elsewhere are not looked into: in their boxes every way is traced.
     for (std::size_t k = 1; k < scene.instances.size(); ++k) {
       const Geometry& geometry = scene.objects[scene.instances[k].object].geometry;
@@ -194,18 +199,19 @@ NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius)
   const Cell& cell = cells_[index(uvec3(at))];
   if (cell.count == NearWalls::too_many) return walls;
   walls.count_ = 0;
-  if (cell.count == 1 && !sheets_[cell.first].is_sphere) return walls;
+  if (cell.count == 1 && sheets_[cell.first].hides_none(normal, position, radius)) return walls;
   walls.rounding_ = rounding_;
   const float longest_way = 2 * radius + rounding_;  // to a photon within the radius, and from there before its landing
   for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
     const Sheet& sheet = sheets_[i];
     const float height = sheet.height(position);
     if (std::abs(height) > longest_way || sheet.is_beside(position, longest_way)) continue;
-    const float facing = glm::dot(sheet.normal_at(position), normal);
     // On the point's own sheet the side is that of the normal. Where it is flat, and nothing else near, directions tell sides.
-    const bool apart = std::abs(height) > 2 * rounding_, own = !apart && std::abs(facing) > 0.999f;
-    walls.add(sheet, apart ? std::copysign(1.0f, height) : own ? std::copysign(1.0f, facing) : 0.0f, own);
-    if (!own || sheet.is_sphere) walls.count_ = static_cast<int>(cell.count);
+    const bool apart = std::abs(height) > 2 * rounding_;
+    const float facing = apart ? height : glm::dot(sheet.normal_at(position), normal);
+    const bool own = !apart && std::abs(facing) > 0.999f;
+    walls.add(sheet, apart || own ? std::copysign(1.0f, facing) : 0.0f, own);
+    if (!own || !sheet.hides_none(normal, position, radius)) walls.count_ = static_cast<int>(cell.count);
   }
   return walls;
 }

@@ -9,9 +9,9 @@
 //
 // The second test takes a ray, which is traced only where the way crosses the plane of a surface near by. A grid over the
 // scene's bounds lists for each cell the sheets of surface (planes and spheres) within the radius of it. Where there is one, it
-// is the point's own and the side test decides. Where there are a few, a way whose ends lie on the same side of each, or that
-// passes beside what lies on it, cannot be blocked. Where there are more, as on curved meshes that are coarse against the
-// radius, every way is traced.
+// is the point's own; the side test decides on a plane and inside of a sphere. Where there are a few, a way whose ends lie on
+// the same side of each, or that passes beside what lies on it, cannot be blocked. Where there are more, as on curved meshes
+// that are coarse against the radius, every way is traced. Smooth glass is no wall.
 //
 // What the test costs in accuracy: light that reaches the photon but, for want of a way, not the point is no longer blurred
 // across the edge of a shadow within the radius; like all blur by the kernel it vanishes with the radius.
@@ -43,6 +43,11 @@ struct Sheet {
   // Farther from the surfaces than `distance` (metres)?
   bool is_beside(const vec3& p, float distance) const {
     return max_component(glm::max(bounds.lower - p, p - bounds.upper)) > distance;
+  }
+  // Where no other sheet is near, can it not stand between a point of it and what is gathered on the side of unit `normal`? The
+  // side test tells the sides of a plane; those of a sphere, too, within its radius, and what is inside sees all else there.
+  bool hides_none(const vec3& normal, const vec3& p, float radius) const {
+    return !is_sphere || (radius <= height_or_radius && glm::dot(normal_at(p), normal) < 0);
   }
   vec3 normal_at(const vec3& p) const { return is_sphere ? glm::normalize(p - normal_or_centre) : normal_or_centre; }
 };
