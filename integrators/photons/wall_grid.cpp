@@ -28,8 +28,11 @@ std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive)
   return std::nullopt;
 }
 
-// Does light pass that no ray between two points can follow? What is behind such glass is lit as what is before it.
-bool is_clear(const Material& material) { return std::holds_alternative<Dielectric>(material) && !has_non_specular(material); }
+// Smooth glass that takes nothing of the light on its way: surfaces on both sides of it are lit alike.
+bool is_clear(const Material& material) {
+  const auto* glass = std::get_if<Dielectric>(&material);
+  return glass && glass->has_specular() && glass->transmit_tint == Rgb(1);
+}
 
 }  // namespace
 

@@ -240,6 +240,7 @@ TEST(PhotonEdges, SmoothGlassIsNoWall) {
   const vec3 inside(0, 0, 1);
   EXPECT_TRUE(walls_in_ball(inside, 0.3f, Dielectric{.eta = 1.5f}).none());
   EXPECT_FALSE(walls_in_ball(inside, 0.3f, Dielectric{.eta = 1.5f, .alpha = 0.2f}).none());
+  EXPECT_FALSE(walls_in_ball(inside, 0.3f, Dielectric{.eta = 1.5f, .transmit_tint = Rgb(0.5f)}).none());
   EXPECT_FALSE(walls_in_ball(inside, 0.3f, Conductor{.ideal = true}).none());
 }
 
