@@ -9,9 +9,10 @@
 //
 //   sum of what photons make  *  sum of weights / sum of weights times the share of probes that met a surface,
 //
-// weighted by the luminance of the path's throughput. On even light its only bias is that of a ratio, which falls as 1 /
-// passes, whatever the radii and however they change ([Hey2002] computes the area geometrically; ratio of totals:
-// [Cochran1977]).
+// weighted by the luminance of the path's throughput times the surface's albedo, lest cut discs that reflect little speak for
+// whole ones beside them. On even light its only bias is that of a ratio, which falls as 1 / passes, whatever the radii and
+// however they change ([Hey2002] computes the area geometrically; ratio of totals: [Cochran1977]). Black surfaces gather
+// nothing.
 //
 // Only photons within 0.2 r of the tangent plane count, and likewise only surfaces that probes meet within it, weighted by the
 // kernel at their distance over the cosine; of stacked surfaces a probe meets the upper one, but for smooth glass, which it

@@ -156,6 +156,7 @@ class ProgressivePasses {
       const bool goes_on = walk.meet(
           view.state, ray, met, so_far, view.path, view.sampled->sampler,
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
+            if (bsdf.is_diffuse() && is_black(bsdf.diffuse_albedo())) return;
             if (direct && params_.direct == DirectLighting::sample)
               wave.light_samples().add(point, wo, share_of(view) * throughput, *view.sampled);
             at(view.pixel, GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput, wave);
@@ -324,7 +325,7 @@ class ProgressivePhotonMapping final : public Integrator {
           const GatherSite site{context, passes_.first_state(context, pixel, index) + kind, index / per_pixel(), map, at};
           const float radius =
               gather(site, throughput, discs[static_cast<std::size_t>(place.y) * width + place.x][kind], arrivals);
-          if (coverage_) gathered.push_back({site.pixel, pixel, at, radius, luminance(throughput)});
+          if (coverage_) gathered.push_back({site.pixel, pixel, at, radius, luminance(throughput * at.albedo())});
         });
     std::size_t place = 0;
     for_pixels(tile, [&](ivec2 pixel) {

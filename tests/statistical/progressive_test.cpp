@@ -1,4 +1,5 @@
 // The progressive photon mappers against closed forms.
+#include "framework/scene/builder.h"
 #include "framework/structure_names.h"
 #include "tests/block_agreement.h"
 #include "tests/faceted_ball.h"
@@ -82,6 +83,28 @@ TEST(ProgressivePhotons, MeasuredDiscsLoseNoLightAtEdges) {
       else
         EXPECT_NEAR(bias, 0, 0.015) << method;
     }
+}
+
+// Discs on a dark plate are cut at its outline; those on the bright floor, in the same pixels, are whole.
+TEST(ProgressivePhotons, DarkEdgesDoNotBrightenWhatIsSeenBesideThem) {
+  for (const float albedo : {0.0f, 0.02f}) {
+    SceneBuilder b("dark plate");
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.7f)}));
+    b.mesh(quad({-0.3f, 0.6f, 0.3f}, {0.3f, 0.6f, 0.3f}, {0.3f, 0.6f, -0.3f}, {-0.3f, 0.6f, -0.3f}),
+           b.material(Diffuse{Rgb(albedo)}));
+    b.light(DirectionalLight{{0, -1, 0}, Rgb(4)});
+    b.max_depth(1);
+    b.camera({0, 4, 1.5f}, {0, 0, 0}, 26, {24, 24});
+    const Scene scene = b.finish();
+    const auto mean = [&](const char* edges) {
+      RenderOptions options = options_for(3000, 8, by_photons);
+      options.params["radius"] = {0.2, {}};
+      options.params["edges"] = {std::string(edges), {}};
+      options.resolution = {24, 24};
+      return testing::block_means(render(scene, "sppm", options).image, 24).front().y;
+    };
+    EXPECT_NEAR(mean("measured") / mean("disc"), 1, 0.002) << albedo;
+  }
 }
 
 TEST(ProgressivePhotons, PhotonsThatWallsHideAreRefused) {
