@@ -19,7 +19,9 @@ Ray Camera::ray(ivec2 resolution, const vec2& film, const vec2& lens) const {
 float Camera::pdf(ivec2 resolution, const vec3& direction) const {
   const vec2 pixel = 2.0f * half_extent(resolution) / vec2(resolution);
   if (is_parallel()) return 1 / (pixel.x * pixel.y);
-  const float cosine = glm::normalize(to_world.inverse().vector(direction)).z;
+  const vec3 local = to_world.inverse().vector(direction);
+  if (distorts) return 1 / (pixel.x * pixel.y * to_world.volume_scale() * local.z * local.z * local.z);
+  const float cosine = glm::normalize(local).z;
   return 1 / (pixel.x * pixel.y * cosine * cosine * cosine);
 }
 
@@ -40,6 +42,10 @@ std::optional<Camera::Connection> Camera::connect(ivec2 resolution, const vec3& 
   if (!(film.x >= -beyond.x && film.y >= -beyond.y && film.x < end.x && film.y < end.y)) return std::nullopt;
   const vec2 pixel = 2.0f * extent / vec2(resolution);
   if (is_parallel()) return Connection{to_world.point(origin), film, 1 / (pixel.x * pixel.y)};
+  if (distorts) {
+    const float volume = pixel.x * pixel.y * to_world.volume_scale() * towards.z * towards.z * towards.z;
+    return Connection{to_world.point(origin), film, glm::length(to_world.vector(towards)) / volume};
+  }
   const float distance_squared = length_squared(towards), cosine = towards.z / std::sqrt(distance_squared);
   return Connection{to_world.point(origin), film, 1.0f / (pixel.x * pixel.y * cosine * cosine * cosine * distance_squared)};
 }

@@ -15,6 +15,7 @@ struct Camera {
   float lens_radius = 0;     // metres; 0: pinhole
   float focal_distance = 1;  // metres, to the plane in focus
   float half_width = 0;      // metres, of the shorter side of a parallel view, which has no lens; 0: perspective
+  bool distorts = false;     // to_world stretches angles, of a perspective
 
   bool is_parallel() const { return half_width > 0; }
 

@@ -47,6 +47,7 @@ class Transform {
   bool operator==(const Transform&) const = default;
 
   bool is_identity() const { return *this == Transform(); }
+  float volume_scale() const { return std::abs(glm::determinant(linear_)); }
   bool swaps_handedness() const { return glm::determinant(linear_) < 0; }
   // The uniform scale factor if this is a similarity (rotation or reflection, scale, translation), within 1e-4.
   std::optional<float> similarity_scale() const;

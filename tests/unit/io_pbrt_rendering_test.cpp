@@ -81,6 +81,37 @@ TEST(PbrtRendering, FiltersAreThoseOfTheFilesVersion) {
   EXPECT_ERROR(with("PixelFilter \"triangle\" \"float xradius\" 0"), "'xradius' is 0; expected 0.01 to 32");
 }
 
+TEST(PbrtRendering, OpenShuttersLightTheImageOfVersion4) {
+  const auto intensity = [](const std::string& film, const std::string& shutter) {
+    const Scene scene =
+        parse_pbrt(film + "\nCamera \"perspective\" " + shutter + " WorldBegin LightSource \"point\" " + triangle, "s.pbrt");
+    EXPECT_TRUE(warns(scene, "nothing moves"));
+    return std::get<PointLight>(scene.lights.at(0)).intensity.x;
+  };
+  EXPECT_FLOAT_EQ(intensity("", "\"float shutteropen\" 0.5 \"float shutterclose\" 0.75"), 0.25f);
+  EXPECT_FLOAT_EQ(intensity("", "\"float shutterclose\" 2"), 2);
+  EXPECT_FLOAT_EQ(intensity("Film \"image\"", "\"float shutterclose\" 2"), 1);
+  EXPECT_ERROR(intensity("", "\"float shutteropen\" 1"), "s.pbrt:2:1: Camera: 'shutterclose' is not after 'shutteropen'");
+}
+
+TEST(PbrtRendering, ScaledCamerasAreOfTheWorldsScale) {
+  const auto camera = [](const std::string& scale) {
+    return parse_pbrt(
+               scale +
+                   " LookAt 0 0 5  0 0 0  0 1 0 Camera \"perspective\" \"float lensradius\" 0.1 \"float focaldistance\" 4 "
+                   "WorldBegin " +
+                   triangle,
+               "s.pbrt")
+        .camera;
+  };
+  const Camera doubled = camera("Scale 2 2 2");
+  EXPECT_NEAR(*doubled.to_world.similarity_scale(), 1, 1e-6f);
+  EXPECT_NEAR(doubled.lens_radius, 0.05f, 1e-6f);
+  EXPECT_NEAR(doubled.focal_distance, 2, 1e-6f);
+  EXPECT_FALSE(doubled.distorts);
+  EXPECT_TRUE(camera("Scale 1 2 1").distorts);
+}
+
 TEST(PbrtRendering, DirectLightIsScatteredOnceWhereNothingIsSpecular) {
   for (const std::string name : {"whitted", "directlighting"}) {
     const std::string integrator = "Integrator \"" + name + "\" \"integer maxdepth\" 5";

@@ -64,6 +64,25 @@ TEST(Camera, ConnectionInvertsTheRay) {
   }
 }
 
+// What light tracing adds to a pixel is the area of film that an area across the ray covers.
+TEST(Camera, ConnectionsKnowHowTheViewIsStretched) {
+  Camera camera;
+  camera.fov = 0.8f;
+  camera.distorts = true;
+  camera.to_world = Transform::scale({2, 1, 0.5f}) * Transform::rotate(0.5f, {1, 2, 3}) * Transform::scale({1, 3, 1});
+  const ivec2 resolution(200, 100);
+  const Ray ray = camera.ray(resolution, {150, 20}, {0, 0});
+  const Frame across = Frame::from_normal(ray.direction);
+  const vec3 p = ray.at(3);
+  const auto film = [&](const vec3& at) { return camera.connect(resolution, at, {0, 0})->film; };
+  const float step = 0.01f;
+  const vec2 u = (film(p + step * across.tangent) - film(p - step * across.tangent)) / (2 * step);
+  const vec2 v = (film(p + step * across.bitangent) - film(p - step * across.bitangent)) / (2 * step);
+  const float pixels = std::abs(u.x * v.y - u.y * v.x);
+  EXPECT_NEAR(camera.connect(resolution, p, {0, 0})->importance / pixels, 1, 0.01f);
+  EXPECT_NEAR(camera.pdf(resolution, ray.direction) / (9 * pixels), 1, 0.01f);
+}
+
 TEST(Needs, CausticMapOnlyWhereLightReachesSpecular) {
   EXPECT_FALSE(scene_needs(load_scene("builtin:cornell-box")).caustic_map);
   EXPECT_TRUE(scene_needs(load_scene("builtin:cornell-spheres")).caustic_map);

@@ -108,8 +108,9 @@ float MitsubaReader::field_of_view(const Properties& of) const {
 // Mitsuba's +x is to the left of the image. A scaled camera sees the same as an unscaled one.
 void MitsubaReader::place_camera(const Properties& of) {
   Transform t = of.transform("to_world");
-  if (const auto scale = t.similarity_scale(); scale && std::abs(*scale - 1) > 1e-4f)
-    t = t * Transform::scale(vec3(1 / *scale));
+  const auto scale = t.similarity_scale();
+  if (scale && std::abs(*scale - 1) > 1e-4f) t = t * Transform::scale(vec3(1 / *scale));
+  scene_.camera.distorts = !scale;
   scene_.camera.to_world = t * Transform::scale({-1, 1, 1});
   placed_point(of, t, vec3(0));
   for (const std::string_view name : {"principal_point_offset_x", "principal_point_offset_y", "shift_x", "shift_y"})

@@ -48,13 +48,12 @@ void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
   camera.fov = degrees * (pi / 180);
   camera.lens_radius = params.number("lensradius", 0, 0);
   camera.focal_distance = params.number("focaldistance", 1e6f, 1e-6f);
-  camera_ = CameraEntry{params.where(), std::nullopt, params.numbers("screenwindow")};
+  camera_ = CameraEntry{params.where(), std::nullopt, params.numbers("screenwindow"), std::nullopt};
   if (type == "orthographic") camera_->kind = CameraEntry::Kind::orthographic;
   if (spherical) camera_->kind = CameraEntry::Kind::spherical;
   if (params.has("frameaspectratio")) camera_->frame_aspect = params.number("frameaspectratio", 1, 1e-6f);
-  params.ignore({"shutteropen", "shutterclose"});
-  if (params.has("shutteropen") || params.has("shutterclose"))
-    warn(params.where(), "shutter times have no effect: nothing moves");
+  const float opens = params.number("shutteropen", 0), closes = params.number("shutterclose", 1);
+  if (params.has("shutteropen") || params.has("shutterclose")) camera_->open_time = closes - opens;
   params.finish();
   coordinate_systems_.insert_or_assign("camera", Placement{ctm().inverse(), std::nullopt});
 }
@@ -66,6 +65,7 @@ void PbrtReader::check_camera() {
     scene_.camera.fov = pi / 2;
     return;
   }
+  if (camera_->open_time) take_open_time(*camera_->open_time);
   const float aspect = static_cast<float>(scene_.resolution.x) / static_cast<float>(scene_.resolution.y);
   if (camera_->frame_aspect && differs(*camera_->frame_aspect, aspect))
     approximate(camera_->where,
@@ -73,6 +73,26 @@ void PbrtReader::check_camera() {
                             *camera_->frame_aspect, aspect),
                 "that of the film: the image is not stretched");
   if (camera_->kind == CameraEntry::Kind::orthographic || !camera_->screen_window.empty()) check_window(aspect);
+  if (camera_->kind != CameraEntry::Kind::orthographic) unscale_camera();
+}
+
+// Version 4 scales the image by the time for which the shutter is open.
+void PbrtReader::take_open_time(float seconds) {
+  if (version3_) return warn(camera_->where, "shutter times have no effect: nothing moves");
+  if (!(seconds > 0)) throw Error(camera_->where, "Camera: 'shutterclose' is not after 'shutteropen': the image is black");
+  warn(camera_->where, fmt::format("shutter times: nothing moves, and the image is scaled by {:g}, as in pbrt-v4", seconds));
+  exposure_ *= seconds;
+}
+
+// A scaled camera sees the same as one of the world's scale, whose lens is measured in the world.
+void PbrtReader::unscale_camera() {
+  Camera& camera = scene_.camera;
+  const auto scale = camera.to_world.similarity_scale();
+  camera.distorts = !scale;
+  if (!scale || std::abs(*scale - 1) <= 1e-4f) return;
+  camera.to_world = camera.to_world * Transform::scale(vec3(1 / *scale));
+  camera.lens_radius *= *scale;
+  camera.focal_distance = std::min(camera.focal_distance * *scale, 1e12f);
 }
 
 // A window about the middle with the film's shape narrows or widens the view; a parallel view may be beside the middle, too.

@@ -113,6 +113,7 @@ class PbrtReader {
     Location where;
     std::optional<float> frame_aspect;
     std::vector<float> screen_window;
+    std::optional<float> open_time;  // of the shutter, where stated
     enum class Kind : std::uint8_t { perspective, orthographic, spherical } kind = Kind::perspective;
   };
 
@@ -162,6 +163,8 @@ class PbrtReader {
   void color_space(PbrtLexer& lexer, const Token& token);
   void option(PbrtLexer& lexer, const Token& token);
   void check_camera();
+  void take_open_time(float seconds);
+  void unscale_camera();
   void check_window(float aspect);
   void make_parallel(const vec2& middle, float half_width);
   void read_exposure(const PbrtParams& params);
