@@ -163,6 +163,31 @@ std::string png_bytes(const std::vector<std::uint8_t>& rgb, ivec2 size) {
   return {png.begin(), png.end()};
 }
 
+// A PNG of 2 x 1 texels, red of alpha 255 and white of alpha 128.
+std::string png_with_alpha() {
+  constexpr unsigned char bytes[] = {
+      137, 80,  78,  71,  13,  10,  26,  10, 0,   0,   0,   13,  73,  72, 68, 82,  0, 0,  0,  2,  0,   0,   0,  1,   8,  6,
+      0,   0,   0,   244, 34,  127, 138, 0,  0,   0,   20,  73,  68,  65, 84, 120, 1, 1,  9,  0,  246, 255, 0,  255, 0,  0,
+      255, 255, 255, 255, 128, 22,  115, 5,  124, 100, 135, 217, 234, 0,  0,  0,   0, 73, 69, 78, 68,  174, 66, 96,  130};
+  return {std::begin(bytes), std::end(bytes)};
+}
+
+TEST(PbrtTextures, NumbersAreTheAlphaOfAnImageInVersion4) {
+  const TestDirectory directory;
+  directory.write("a.png", png_with_alpha());
+  const auto mask = [&](const std::string& film, const std::string& params = "") {
+    const std::string holed = triangle.substr(0, triangle.size() - 1) + " \"texture alpha\" \"t\"";
+    const Scene scene =
+        parse_pbrt(film + " WorldBegin Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"a.png\" " + params + holed,
+                   directory.path("s.pbrt"));
+    return std::get<ImageTexture>(scene.textures.at(0)).texels;
+  };
+  EXPECT_EQ(mask("").at(0), Rgb(1));
+  EXPECT_NEAR(mask("").at(1).x, 0.2158605f, 1e-6f) << "encoded like its colours";
+  EXPECT_NEAR(mask("", "\"string encoding\" \"linear\"").at(1).x, 128 / 255.0f, 1e-6f);
+  EXPECT_EQ(mask("Film \"image\"").at(0), Rgb(1, 0, 0)) << "version 3 has no alpha";
+}
+
 TEST(PbrtTextures, ImagesAreDecodedOnce) {
   const TestDirectory directory;
   directory.write("maps/a.png", png_bytes({255, 0, 188, 0, 0, 0}, {2, 1}));

@@ -183,6 +183,11 @@ bool is_exr(std::string_view bytes) { return bytes.starts_with("\x76\x2f\x31\x01
 
 bool holds_floats(std::string_view bytes) { return is_hdr(bytes) || is_pfm(bytes) || is_exr(bytes); }
 
+bool is_png_with_alpha(std::string_view bytes) {
+  constexpr std::size_t colour_type = 25;
+  return bytes.starts_with("\x89PNG") && bytes.size() > colour_type && bytes[colour_type] == 6;
+}
+
 RgbImage read_image(const std::string& path, Encoding encoding) { return decode_image(read_file(path), path, encoding); }
 
 RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding) {
@@ -211,7 +216,12 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
 
 void decode_gamma(RgbImage& image, float gamma) {
   for (Rgb& texel : image.texels)
-    for (int c = 0; c < 3; ++c) texel[c] = math::pow(std::max(texel[c], 0.0f), gamma);
+    for (int c = 0; c < 3; ++c) {
+      const float value = std::max(texel[c], 0.0f);
+      texel[c] = gamma > 0           ? math::pow(value, gamma)
+                 : value <= 0.04045f ? value / 12.92f
+                                     : math::pow((value + 0.055f) / 1.055f, 2.4f);
+    }
 }
 
 int repeat_texels(RgbImage& image, const Location& where) {

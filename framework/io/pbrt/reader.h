@@ -252,7 +252,7 @@ class PbrtReader {
   // textures.cpp
   void texture(PbrtLexer& lexer, const Token& token);
   TextureEntry make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params, TextureMap& textures);
-  TextureEntry image_texture(PbrtLexer& lexer, const PbrtParams& params);
+  TextureEntry image_texture(PbrtLexer& lexer, const PbrtParams& params, bool of_numbers);
   TextureEntry checker_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry scaled_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry mixed_texture(const PbrtParams& params, TextureMap& textures);

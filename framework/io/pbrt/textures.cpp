@@ -130,7 +130,7 @@ PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::s
     if (const Rgb* constant = std::get_if<Rgb>(&value)) return {*constant};
     return {field_of(*std::get<const TextureEntry*>(value))};
   }
-  if (type == "imagemap") return image_texture(lexer, params);
+  if (type == "imagemap") return image_texture(lexer, params, &textures == &float_textures_);
   if (type == "checkerboard") return checker_texture(params, textures);
   if (type == "scale") return scaled_texture(params, textures);
   if (type == "mix") return mixed_texture(params, textures);
@@ -144,7 +144,7 @@ PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::s
   return {procedural_field(type, params, ctm(), version3_, of)};
 }
 
-PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params) {
+PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params, bool of_numbers) {
   const TextureMapping mapping(params, ctm(), version3_);
   const std::string file = params.string("filename", "");
   if (file.empty()) params.fail("filename", "is missing");
@@ -159,8 +159,17 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
                        .wrap_v = wrap};
   const float gamma = read_gamma(params);
   const Location named = params.where("filename");
-  RgbImage image = files_.image(file, *lexer.file(), named, gamma == 0 ? Encoding::srgb : Encoding::linear);
+  const auto read = [&](Encoding encoding) { return files_.image(file, *lexer.file(), named, encoding); };
+  RgbImage image = read(gamma == 0 ? Encoding::srgb : Encoding::linear);
   if (gamma != 0 && gamma != 1 && !holds_floats(files_.read(file, *lexer.file(), named).bytes)) decode_gamma(image, gamma);
+  // Where version 4 asks for numbers, an image that is somewhere transparent gives its alpha, encoded like its colours.
+  if (of_numbers && !version3_ && is_png_with_alpha(files_.read(file, *lexer.file(), named).bytes)) {
+    RgbImage alpha = read(Encoding::alpha);
+    if (std::ranges::any_of(alpha.texels, [](const Rgb& texel) { return texel.x < 1; })) {
+      if (gamma != 1) decode_gamma(alpha, gamma);
+      image = std::move(alpha);
+    }
+  }
   warn_of_not_finite(image, params.where("filename"), file);
   if (params.string("filter", "bilinear") == "point")
     if (const int times = repeat_texels(image, params.where("filter")); times < 16)
