@@ -198,6 +198,16 @@ TEST(PbrtTextureFields, WhatDependsOnThePlaceIsBakedIntoAnAtlas) {
       "Texture \"t\" \"color\" \"checkerboard\" \"string mapping\" \"spherical\" Material \"matte\" \"texture Kd\" \"t\" Shape "
       "\"sphere\"";
   EXPECT_TRUE(object_of(world(spherical)).geometry.quadrics.empty()) << "a mesh, for its texture's sake";
+  const auto height = [](const std::string& film) {
+    const Scene scene = parse_pbrt(
+        film +
+            " WorldBegin Texture \"t\" \"spectrum\" \"checkerboard\" \"string mapping\" \"cylindrical\" "
+            "Material \"matte\" \"texture Kd\" \"t\" Shape \"trianglemesh\" \"point3 P\" [2 2 1.5  2 2.1 1.5  2.1 2 1.5]",
+        "s.pbrt");
+    return reflectance_at(scene, scene.objects[0].uvs.at(0)).x;
+  };
+  EXPECT_NEAR(height(""), 0, 1e-3f) << "version 4 takes z as it is, 1.5";
+  EXPECT_NEAR(height("Film \"image\""), 1, 1e-3f) << "version 3 that of the direction, 0.5";
   for (const char* solid :
        {"fbm", "wrinkled", "windy", "marble", "checkerboard\" \"integer dimension\" 3 \"string aamode\" \"none"})
     EXPECT_EQ(world("Texture \"t\" \"color\" \"" + std::string(solid) + "\" Material \"matte\" \"texture Kd\" \"t\" " + plane)

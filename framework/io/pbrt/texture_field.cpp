@@ -95,11 +95,12 @@ Field combined_field(const PbrtParams& params, std::vector<Field> fields,
   return std::make_shared<const TextureField>(std::move(all));
 }
 
-TextureMapping::TextureMapping(const PbrtParams& params, const Transform& to_world, bool version3)
+TextureMapping::TextureMapping(const PbrtParams& params, const Transform& to_world, bool of_version3)
     : scale(params.number("uscale", 1), params.number("vscale", 1)),
       offset(params.number("udelta", 0), params.number("vdelta", 0)),
       v1(params.point("v1", {1, 0, 0})),
-      v2(params.point("v2", {0, 1, 0})) {
+      v2(params.point("v2", {0, 1, 0})),
+      version3(of_version3) {
   const std::string name = params.string("mapping", "uv");
   constexpr std::string_view names[] = {"uv", "planar", "spherical", "cylindrical"};
   const auto* const found = std::find(std::begin(names), std::end(names), name);
@@ -118,7 +119,7 @@ vec2 TextureMapping::at(const TexturePlace& place) const {
     const float azimuth = math::atan2(p.y, p.x) / (2 * pi), turn = azimuth < 0 ? azimuth + 1 : azimuth;
     st = kind == Kind::planar      ? offset + vec2(glm::dot(p, v1), glm::dot(p, v2))
          : kind == Kind::spherical ? vec2(math::acos(std::clamp(d.z, -1.0f, 1.0f)) / pi, turn)
-                                   : vec2(0.5f + azimuth, d.z);
+                                   : vec2(0.5f + azimuth, version3 ? d.z : p.z);  // version 3 takes a sphere's height
   }
   return is_finite({st, 0}) ? st : vec2(0);
 }

@@ -39,6 +39,7 @@ struct TextureMapping {
   vec2 scale{1}, offset{0};
   vec3 v1{1, 0, 0}, v2{0, 1, 0};
   Transform to_texture;  // from the world
+  bool version3;
 
   TextureMapping(const PbrtParams& params, const Transform& to_world, bool version3);
   bool is_uv() const { return kind == Kind::uv; }
