@@ -84,6 +84,10 @@ double SampledSpectrum::at(double wavelength) const {
   return (1 - t) * values[i - 1] + t * values[i];
 }
 
+double SampledSpectrum::within(double wavelength) const {
+  return wavelength < wavelengths.front() || wavelength > wavelengths.back() ? 0 : at(wavelength);
+}
+
 Rgb surface_rgb(const SampledSpectrum& spectrum) {
   const dvec3 white = xyz_to_rgb(integrate([](int w) { return d65_at(w); }));
   const dvec3 colour = xyz_to_rgb(integrate([&](int w) { return d65_at(w) * spectrum.at(w); })) / white;
@@ -92,7 +96,11 @@ Rgb surface_rgb(const SampledSpectrum& spectrum) {
 }
 
 Rgb light_rgb(const SampledSpectrum& spectrum) {
-  return of_unit_luminance([&](int w) { return spectrum.at(w); });
+  return of_unit_luminance([&](int w) { return spectrum.within(w); });
+}
+
+Rgb version3_light_rgb(const SampledSpectrum& spectrum) {
+  return mean_rgb([&](int w) { return spectrum.at(w); });
 }
 
 Rgb blackbody_rgb(double kelvin) {
@@ -110,8 +118,7 @@ Rgb blackbody_radiance_rgb(double kelvin) {
 }
 
 Rgb equal_energy_rgb(const SampledSpectrum& spectrum) {
-  return mean_rgb(
-      [&](int w) { return w < spectrum.wavelengths.front() || w > spectrum.wavelengths.back() ? 0 : spectrum.at(w); });
+  return mean_rgb([&](int w) { return spectrum.within(w); });
 }
 
 // Fitted, per channel, to the reflectance that the spectral index gives at 45 angles of incidence, averaged over the channel's

@@ -11,10 +11,11 @@
 
 namespace etendue {
 
-// Piecewise linear over wavelengths in nm that increase strictly; the end values go on beyond the ends.
+// Piecewise linear over wavelengths in nm that increase strictly.
 struct SampledSpectrum {
   std::vector<double> wavelengths, values;
-  double at(double wavelength) const;
+  double at(double wavelength) const;      // the end values go on beyond the ends
+  double within(double wavelength) const;  // 0 beyond the ends
 };
 
 // XYZ to linear RGB (IEC 61966-2-1); components are negative for colours outside sRGB.
@@ -23,8 +24,10 @@ dvec3 xyz_to_rgb(const dvec3& xyz);
 // A reflectance or an index becomes its mean over the colour-matching functions under D65, so that a constant stays itself.
 Rgb surface_rgb(const SampledSpectrum& spectrum);
 
-// A light is scaled to luminance 1, as pbrt-v4 scales its lights.
+// A light is scaled to luminance 1, as pbrt-v4 scales its lights, of which nothing lies beyond the ends.
 Rgb light_rgb(const SampledSpectrum& spectrum);
+// As pbrt-v3 has it, the integral: a constant of 1 has luminance 1, and the end values go on beyond the ends.
+Rgb version3_light_rgb(const SampledSpectrum& spectrum);
 
 // Planck's law at a temperature in kelvin, scaled to luminance 1, or (as pbrt-v3 has it) to a largest spectral value of 1.
 Rgb blackbody_rgb(double kelvin);

@@ -24,14 +24,17 @@ struct PointLight {
   Rgb intensity{1};  // W/sr
 };
 
-// Full intensity within cos_inner of the axis, falling to 0 at cos_outer: smoothly (cubic in the cosine), as in pbrt, or
-// linearly in the angle, as in Mitsuba.
+// From full intensity to none: by a cubic of the cosine, as in pbrt-v4, its fourth power, as in pbrt-v3, or linearly in the
+// angle, as in Mitsuba.
+enum class SpotFade : std::uint8_t { cubic, quartic, linear };
+
+// Full intensity within cos_inner of the axis, falling to 0 at cos_outer.
 struct SpotLight {
   vec3 position{0};
   vec3 direction{0, 0, 1};
   Rgb intensity{1};
   float cos_outer = 0.8f, cos_inner = 0.9f;
-  bool is_linear = false;
+  SpotFade fade = SpotFade::cubic;
 };
 
 struct DirectionalLight {

@@ -61,7 +61,7 @@ class Hasher {
   void operator()(const PointLight& l) { add(l.position, l.intensity); }
   void operator()(const SpotLight& l) {
     add(l.position, l.direction, l.intensity, l.cos_outer, l.cos_inner);
-    if (l.is_linear) add(l.is_linear);
+    if (l.fade != SpotFade::cubic) add(l.fade == SpotFade::linear);
   }
   void operator()(const DirectionalLight& l) { add(l.direction, l.irradiance); }
   void operator()(const EnvironmentLight& l) {

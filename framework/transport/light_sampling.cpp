@@ -12,9 +12,7 @@ vec3 to_light_space(const EnvironmentLight& light, const vec3& direction) {
   return glm::normalize(light.light_to_world.inverse().vector(direction));
 }
 
-vec2 equirectangular(const vec3& d) {
-  return {turn_of(d.x, d.y), math::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi};
-}
+vec2 equirectangular(const vec3& d) { return {turn_of(d.x, d.y), math::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi}; }
 
 }  // namespace
 
@@ -22,12 +20,12 @@ float spot_falloff(const SpotLight& light, const vec3& from_light) {
   const float cosine = glm::dot(from_light, light.direction);
   if (cosine <= light.cos_outer) return 0;
   if (cosine >= light.cos_inner) return 1;
-  if (light.is_linear) {
+  if (light.fade == SpotFade::linear) {
     const float outer = math::acos(light.cos_outer);
     return (outer - math::acos(cosine)) / (outer - math::acos(light.cos_inner));
   }
   const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
-  return x * x * (3 - 2 * x);
+  return light.fade == SpotFade::quartic ? square(x * x) : x * x * (3 - 2 * x);
 }
 
 const ImageDistribution* LightSampler::distribution(std::size_t light) const {

@@ -145,7 +145,7 @@ TEST(MitsubaEmitters, AreReadAsOurs) {
   const auto spot =
       light_of<SpotLight>(R"(<emitter type="spot"><float name="cutoff_angle" value="30"/><transform name="to_world">
     <lookat origin="0, 3, 0" target="0, 0, 0" up="0, 0, 1"/></transform></emitter>)");
-  EXPECT_TRUE(spot.is_linear);
+  EXPECT_EQ(spot.fade, SpotFade::linear);
   expect_near(spot.direction, {0, -1, 0});
   EXPECT_NEAR(spot.cos_inner, std::cos(22.5f * pi / 180), 1e-5);
   EXPECT_EQ(light_of<EnvironmentLight>("<emitter type=\"constant\"/>").scale, Rgb(1));

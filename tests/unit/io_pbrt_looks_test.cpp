@@ -1,7 +1,9 @@
 // Materials, textures, lights and spectra.
+#include "framework/core/elementary.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/image/image_file.h"
 #include "framework/io/spectra.h"
+#include "framework/transport/light_sampling.h"
 #include "tests/unit/io_pbrt_helpers.h"
 
 #include <fmt/format.h>
@@ -323,6 +325,11 @@ TEST(PbrtLights, DeltaLights) {
   expect_near(spot.direction, {0, 0, -1});
   EXPECT_NEAR(spot.cos_outer, 0.5f, 1e-6);
   EXPECT_NEAR(spot.cos_inner, std::sqrt(0.5f), 1e-6);
+  EXPECT_EQ(spot.fade, SpotFade::cubic);
+  const Scene version3 = parse_pbrt("Film \"image\" WorldBegin LightSource \"spot\" " + triangle, "s.pbrt");
+  const auto& old = std::get<SpotLight>(version3.lights.at(0));
+  const float middle = math::acos(0.5f * (old.cos_inner + old.cos_outer));
+  EXPECT_NEAR(spot_falloff(old, {math::sin(middle), 0, math::cos(middle)}), 1.0f / 16, 1e-3f);
   // pbrt's distant light shines from 'from' towards 'to'.
   const DirectionalLight distant = light_of<DirectionalLight>(
       "Rotate 90 1 0 0 LightSource \"distant\" \"point3 from\" [0 0 0] \"point3 to\" [0 0 5] \"rgb L\" [3 3 3]");
@@ -423,6 +430,15 @@ TEST(PbrtSpectra, SampledSpectraBecomeRgb) {
   expect_near(light_of<PointLight>("LightSource \"point\" \"spectrum I\" \"stdillum-D65\" \"float scale\" 3").intensity,
               Rgb(3));
   EXPECT_NEAR(luminance(light_of<PointLight>("LightSource \"point\" \"spectrum I\" [300 9 900 9]").intensity), 1, 0.01f);
+  // Version 4 has nothing beyond the ends; version 3 the end values, and takes the values for what they are.
+  const auto light = [](const std::string& film, const std::string& values) {
+    const Scene scene = parse_pbrt(film + " WorldBegin LightSource \"point\" \"spectrum I\" " + values + triangle, "s.pbrt");
+    return std::get<PointLight>(scene.lights.at(0)).intensity;
+  };
+  EXPECT_LT(light("", "[500 2 570 2]").x, 0.01f);
+  EXPECT_NEAR(luminance(light("", "[500 2 570 2]")), 1, 0.4f) << "less what lies outside sRGB";
+  EXPECT_NEAR(luminance(light("Film \"image\"", "[500 2 570 2]")), 2, 0.02f);
+  EXPECT_GT(light("Film \"image\"", "[500 2 570 2]").x, 1.8f);
   EXPECT_ERROR(kd("[400 .1 400 .2]"), "wavelengths must increase");
   EXPECT_ERROR(kd("[400 .1 500]"), "pairs of wavelength and value");
   EXPECT_ERROR(kd("\"stdillum-D65\""), "unknown spectrum 'stdillum-D65'");

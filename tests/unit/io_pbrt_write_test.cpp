@@ -219,7 +219,8 @@ TEST_F(PbrtWrite, MasksFiltersAndCropsAreKept) {
 TEST_F(PbrtWrite, WhatPbrtCannotSayIsTold) {
   SceneBuilder builder("s");
   builder.camera({0, 0, 5}, {0, 0, 0}, 40, {16, 16});
-  builder.light(SpotLight{.position = {0, 3, 0}, .direction = {0, -1, 0}, .is_linear = true});
+  builder.light(SpotLight{.position = {0, 3, 0}, .direction = {0, -1, 0}, .fade = SpotFade::linear});
+  builder.light(SpotLight{.position = {1, 3, 0}, .direction = {0, -1, 0}, .fade = SpotFade::quartic});
   const Material materials[] = {Conductor{.tint = Rgb(0.5f), .ideal = true, .alpha = vec2(0.3f)},
                                 Conductor{.eta = Rgb(0.2f), .k = Rgb(3), .tint = Rgb(0.5f)},
                                 Dielectric{.eta = 1.5f, .transmit_tint = Rgb(0.5f)}, Dielectric{.eta = 12, .alpha = 1.5f},
@@ -232,8 +233,9 @@ TEST_F(PbrtWrite, WhatPbrtCannotSayIsTold) {
   scene.reliefs.emplace_back();
   scene.lights.push_back(AreaLight{.texture = 0});
   const Written again = written(scene);
-  for (const char* told : {"fade evenly", "tinted, or the same at all angles", "tinted glass", "an index of 12",
-                           "a roughness of 1.5", "Beckmann", "are mirrored", "bump and normal maps", "images on lights"})
+  for (const char* told :
+       {"fade evenly", "fade as in pbrt-v3", "tinted, or the same at all angles", "tinted glass", "an index of 12",
+        "a roughness of 1.5", "Beckmann", "are mirrored", "bump and normal maps", "images on lights"})
     EXPECT_NE(all(again.warnings).find(told), std::string::npos) << told;
 }
 

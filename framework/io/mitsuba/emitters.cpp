@@ -105,7 +105,7 @@ void MitsubaReader::spot(const Properties& of) {
                       .intensity = intensity,
                       .cos_outer = math::cos(cutoff * degrees),
                       .cos_inner = math::cos(beam * degrees),
-                      .is_linear = true},
+                      .fade = SpotFade::linear},
             intensity);
 }
 

@@ -40,8 +40,11 @@ SampledSpectrum parse_spectrum(std::string_view text, const std::string& path) {
 }
 
 Rgb to_rgb(const SampledSpectrum& spectrum, ColourUse use) {
+  if (use == ColourUse::version3_light) return version3_light_rgb(spectrum);
   return use == ColourUse::light ? light_rgb(spectrum) : surface_rgb(spectrum);
 }
+
+bool is_light(ColourUse use) { return use == ColourUse::light || use == ColourUse::version3_light; }
 
 std::optional<Rgb> metal_spectrum(std::string_view name) {
   for (const MetalIndex& metal : metals()) {
@@ -65,7 +68,7 @@ std::optional<double> illuminant_temperature(std::string_view name) {
 
 std::vector<std::string> spectrum_names(ColourUse use) {
   std::vector<std::string> names;
-  if (use == ColourUse::light) names.emplace_back("stdillum-D65");
+  if (is_light(use)) names.emplace_back("stdillum-D65");
   if (use == ColourUse::index)
     for (const MetalIndex& metal : metals()) {
       names.push_back(fmt::format("metal-{}-eta", metal.name));
@@ -85,8 +88,8 @@ Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
     if (param.strings.empty()) return to_rgb(from_pairs(param.numbers), use);
     if (param.strings.size() != 1 || !param.numbers.empty()) throw Error("expected one name, or pairs of wavelength and value");
     const std::string& name = param.strings[0];
-    if (use == ColourUse::light && name == "stdillum-D65") return Rgb(1);
-    if (const auto kelvin = illuminant_temperature(name); kelvin && use == ColourUse::light) {
+    if (is_light(use) && name == "stdillum-D65") return Rgb(1);
+    if (const auto kelvin = illuminant_temperature(name); kelvin && is_light(use)) {
       if (name != "stdillum-A")  // which is a blackbody
         files_->approximations().take(where(param.name), quote(name), "a blackbody of its colour temperature");
       return blackbody_rgb(*kelvin);
@@ -100,7 +103,7 @@ Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
 
 // One value: pbrt-v4, of luminance 1. Two, temperature and scale: pbrt-v3, of unit peak.
 Rgb PbrtParams::blackbody_colour(const PbrtParam& param, ColourUse use) const {
-  if (use != ColourUse::light) fail(param.name, "is a blackbody, which only lights can be");
+  if (!is_light(use)) fail(param.name, "is a blackbody, which only lights can be");
   const std::vector<double>& n = param.numbers;
   if (n.size() != 1 && n.size() != 2) fail(param.name, "expected a temperature, or a temperature and a scale");
   if (!(n[0] >= 100 && n[0] <= 1e6)) fail(param.name, fmt::format("is {} K; expected 100 to 1e6", n[0]));

@@ -12,18 +12,6 @@ namespace etendue {
 namespace {
 
 constexpr float degrees = pi / 180;
-// `power_of_unit`: the power, or the illuminance, that a light of colour 1 has, by which version 4 states some.
-Rgb emitted(const PbrtParams& params, std::string_view name, std::string_view photometric = "", float power_of_unit = 1) {
-  for (const std::string_view other : {"power", "illuminance"})
-    if (other != photometric) params.reject(other, fmt::format("give the light's '{}' itself", name));
-  const float power = photometric.empty() ? -1 : params.number(photometric, -1);
-  const Rgb value = params.colour(name, ColourUse::light).value_or(Rgb(1)) *
-                    params.colour("scale", ColourUse::light).value_or(Rgb(1)) * (power > 0 ? power / power_of_unit : 1.0f);
-  if (!is_finite(value)) params.fail(name, "times 'scale' leaves the range of single precision");
-  if (max_component(value) > brightest)
-    params.fail(name, fmt::format("is {:g}; expected {:g} at most", max_component(value), brightest));
-  return value;
-}
 
 vec3 placed(const PbrtParams& params, const Transform& t, const vec3& from) {
   const vec3 position = t.point(from);
@@ -65,6 +53,20 @@ double illuminance_of(const EnvironmentLight& map) {
 }
 
 }  // namespace
+
+Rgb PbrtReader::emitted(const PbrtParams& params, std::string_view name, std::string_view photometric,
+                        float power_of_unit) const {
+  for (const std::string_view other : {"power", "illuminance"})
+    if (other != photometric) params.reject(other, fmt::format("give the light's '{}' itself", name));
+  const float power = params.number(photometric, -1);
+  const ColourUse use = version3_ ? ColourUse::version3_light : ColourUse::light;
+  const Rgb value = params.colour(name, use).value_or(Rgb(1)) * params.colour("scale", use).value_or(Rgb(1)) *
+                    (power > 0 ? power / power_of_unit : 1.0f);
+  if (!is_finite(value)) params.fail(name, "times 'scale' leaves the range of single precision");
+  if (max_component(value) > brightest)
+    params.fail(name, fmt::format("is {:g}; expected {:g} at most", max_component(value), brightest));
+  return value;
+}
 
 void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
@@ -183,7 +185,8 @@ Light PbrtReader::spot_light(const PbrtParams& params) const {
                    .direction = unit_direction(params, ctm(), from, to),
                    .intensity = emitted(params, "I", "power", 2 * pi * (1 - 0.5f * (inner + outer))),
                    .cos_outer = outer,
-                   .cos_inner = inner};
+                   .cos_inner = inner,
+                   .fade = version3_ ? SpotFade::quartic : SpotFade::cubic};
 }
 
 // Light travels from 'from' to 'to'; L is the irradiance of a surface that faces it.

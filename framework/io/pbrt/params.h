@@ -27,7 +27,7 @@ inline constexpr std::size_t most_params = 1000;
 using PbrtDefaults = std::vector<std::shared_ptr<const PbrtParam>>;
 
 // What a colour stands for, which says how spectra become RGB and which values are possible.
-enum class ColourUse : std::uint8_t { reflectance, index, light };
+enum class ColourUse : std::uint8_t { reflectance, index, light, version3_light };
 
 class PbrtParams {
  public:

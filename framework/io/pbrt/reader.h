@@ -272,6 +272,9 @@ class PbrtReader {
   void warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file);
 
   // lights.cpp
+  // Its colour times its scale. `photometric`: the parameter that states its power, or the illuminance, in version 4;
+  // `power_of_unit`: what a light of colour 1 has of that.
+  Rgb emitted(const PbrtParams& params, std::string_view name, std::string_view photometric, float power_of_unit = 1) const;
   void light_source(PbrtLexer& lexer, const Token& token);
   void area_light_source(PbrtLexer& lexer, const Token& token);
   std::uint32_t image_of_light(PbrtLexer& lexer, const PbrtParams& params, Rgb& radiance);

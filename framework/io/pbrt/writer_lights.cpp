@@ -27,10 +27,14 @@ std::string PbrtWriter::light_text(const PointLight& light) {
 }
 
 std::string PbrtWriter::light_text(const SpotLight& light) {
-  if (light.is_linear)
+  if (light.fade == SpotFade::linear)
     warn(
         "spots that fade evenly in the angle: pbrt's fade smoothly in its cosine; taken as such, which are brighter inside the "
         "rim and dimmer towards it");
+  if (light.fade == SpotFade::quartic)
+    warn(
+        "spots that fade as in pbrt-v3: written as pbrt-v4's, which are up to 0.5 times their intensity brighter towards the "
+        "rim");
   const float cone = number_read_as(
       light.cos_outer, [](float angle) { return math::cos(angle * degree); },
       [](float cosine) { return math::acos(cosine) / degree; });
