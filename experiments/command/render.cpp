@@ -22,10 +22,12 @@ namespace etendue {
 namespace {
 
 // The image must be on disk when the time is over: time since the process began counts, and so does writing the file.
-void count_from_the_start(Budget& budget, double started) {
+// Returns what had gone.
+double count_from_the_start(Budget& budget, double started) {
   const double gone = now_s() - started;
   const double reserve = std::min(0.05, 0.02 * *budget.time_s);
   budget.time_s = std::max(1e-9, *budget.time_s - gone - reserve);
+  return gone;
 }
 
 // Where the image named a file that does not lie here, beside the image perhaps.
@@ -125,24 +127,25 @@ void measure_against(const Reference& reference, Rendering& r) {
       r.metrics[std::string(metric.name)] = metric.compute(r.result.image, r.shown(reference.rendered.image));
 }
 
-// Warns of what fell short of the request; returns the exit code.
-int judge(const Rendering& r, const Budget& budget, Console& console) {
+// Warns of what fell short of what was `asked`, `gone_s` having gone before the method's own time; returns the exit code.
+int judge(const Rendering& r, const Budget& asked, double gone_s, Console& console) {
   const CellResult& result = r.result;
-  const double spent = result.checkpoints.back().time_s;
+  const CheckpointRecord& end = result.checkpoints.back();
   if (!result.out_of_reach.empty()) console.warning(result.out_of_reach);
   if (!r.preview_failure.empty()) console.warning(r.preview_failure);
   if (!result.fallback.empty()) console.warning(fmt::format("{}: {}", r.accel.name, result.fallback));
   warn_of_non_finite(result, console);
-  if (budget.time_s && spent > 1.1 * *budget.time_s)
-    console.warning(fmt::format("took {} of {}: the method's preparation and its first iteration cannot be cut short",
-                                format_seconds(spent), format_seconds(*budget.time_s)));
+  if (asked.time_s && gone_s + end.time_s > 1.1 * *asked.time_s)
+    console.warning(fmt::format("took {} of {}: reading, preparation and a first iteration cannot be cut short",
+                                format_seconds(gone_s + end.time_s), format_seconds(*asked.time_s)));
   if (result.stopped) return 130;
   if (r.repeats && !*r.repeats) {
     console.warning(fmt::format("not the bits of {}", r.command.from));
     return 1;
   }
-  if (!budget.error || result.reached_error) return 0;
-  console.warning(fmt::format("relmse {:g} was not reached within {}", *budget.error, format_seconds(spent)));
+  if (!asked.error || result.reached_error) return 0;
+  console.warning(fmt::format("relmse {:g} was not reached within {} and {}", *asked.error,
+                              counted(end.iterations, "iteration"), format_seconds(end.time_s)));
   return 1;
 }
 
@@ -165,7 +168,8 @@ int render_command(const RenderCommand& command) {
   std::optional<Reference> reference;
   if (budget.error) reference = find_reference(r, scene, needs, console);
   const Effort effort = effort_of(budget);  // as typed: what is chosen by it does not depend on how long loading took
-  if (!budget.error && budget.time_s) count_from_the_start(budget, command.started);
+  const Budget asked = budget;
+  const double gone_s = !asked.error && asked.time_s ? count_from_the_start(budget, command.started) : 0;
   CellTask task{scene, needs, r.accel, r.integrator, r.seed, r.resolution, budget, r.threads};
   task.reference = reference ? &reference->rendered.image : nullptr;
   task.confidence = r.states_error;
@@ -179,7 +183,7 @@ int render_command(const RenderCommand& command) {
   if (!reference && scene.closed_form) reference = find_reference(r, scene, needs, console);
   if (reference) measure_against(*reference, r);
   fmt::print("{}", command.json ? to_json(r) + "\n" : to_lines(r));
-  return judge(r, budget, console);
+  return judge(r, asked, gone_s, console);
 }
 
 }  // namespace etendue

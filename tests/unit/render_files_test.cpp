@@ -49,6 +49,16 @@ TEST_F(RenderFiles, WhatIsNoRegularFileIsRefused) {
   expect_refused({"--load-cache", "text", "-o", "a.png"}, "text: not a cache");
 }
 
+TEST_F(RenderFiles, LimitsThatAreMissedAreToldAsTheyWereGiven) {
+  const char* start[] = {"render", "builtin:lambert-sphere", "--resolution", "8x8", "--threads", "1", "-o", "a.png"};
+  const auto told = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), std::begin(start), std::end(start));
+    return ProgramTest::run(more).err;
+  };
+  EXPECT_NE(told({"--time", "1e-5"}).find(" of 10 us: reading, preparation"), std::string::npos);
+  EXPECT_NE(told({"--error", "1e-9", "--spp", "1"}).find("was not reached within 1 iteration and "), std::string::npos);
+}
+
 TEST_F(RenderFiles, OneFileForTwoOutputsIsRefused) {
   std::filesystem::create_symlink("a.exr", directory_ / "link");
   expect_refused({"--save-cache", "a.exr", "-o", "a.exr"}, "--save-cache a.exr: the same file as that of -o");
@@ -150,9 +160,7 @@ TEST_F(RenderFiles, ImagesOfAnyKindAreComparedAndShown) {
   EXPECT_NE(metrics("a.exr", "a.exr").out.find("flip            0\n"), std::string::npos);
   const Outcome seeds = ProgramTest::run({"compare", "a.exr", "a.exr", "--seeds", "a.exr"});
   EXPECT_EQ(seeds.status, 0);
-  EXPECT_NE(seeds.out.find("verdict            agrees: a mean ratio off by "),
-            std::string::npos)
-      << seeds.out;
+  EXPECT_NE(seeds.out.find("verdict            agrees: a mean ratio off by "), std::string::npos) << seeds.out;
   const Outcome mixed = metrics("a.png", "a.exr");
   EXPECT_EQ(mixed.status, 0) << mixed.err;
   EXPECT_EQ(read_text_file(directory_ / "difference.png").substr(1, 3), "PNG");
