@@ -39,10 +39,12 @@ int wrapped(int i, int size, Wrap wrap) {
 
 // The four texels around a place, and where it is between them.
 struct FourTexels {
-  Rgb top_left, top_right, bottom_left, bottom_right;
+  const Rgb *top_left, *top_right, *bottom_left, *bottom_right;
   vec2 at;
 
+  FourTexels() = default;
   FourTexels(const ImageTexture& t, const vec2& uv) {
+    static const Rgb black{0};
     const vec2 st = mapped(t, uv);
     const float x = folded(st.x, t.wrap_u) * static_cast<float>(t.size.x) - 0.5f;
     const float y = (1 - folded(st.y, t.wrap_v)) * static_cast<float>(t.size.y) - 0.5f;
@@ -51,7 +53,7 @@ struct FourTexels {
     const int x0 = wrapped(left, t.size.x, t.wrap_u), x1 = wrapped(left + 1, t.size.x, t.wrap_u);
     const int y0 = wrapped(top, t.size.y, t.wrap_v), y1 = wrapped(top + 1, t.size.y, t.wrap_v);
     const auto texel = [&](int i, int j) {
-      return i < 0 || j < 0 ? Rgb(0) : t.texels[static_cast<std::size_t>(j) * t.size.x + i];
+      return i < 0 || j < 0 ? &black : &t.texels[static_cast<std::size_t>(j) * t.size.x + i];
     };
     top_left = texel(x0, y0);
     top_right = texel(x1, y0);
@@ -59,17 +61,21 @@ struct FourTexels {
     bottom_right = texel(x1, y1);
     at = {x - fx, y - fy};
   }
+
+  void prefetch() const {
+    for (const Rgb* texel : {top_left, top_right, bottom_left, bottom_right}) __builtin_prefetch(texel);
+  }
+  Rgb mixed() const {
+    const Rgb top = glm::mix(*top_left, *top_right, at.x);
+    const Rgb bottom = glm::mix(*bottom_left, *bottom_right, at.x);
+    return glm::mix(top, bottom, at.y);
+  }
 };
 
 struct Evaluate {
   const vec2& uv;
 
-  Rgb operator()(const ImageTexture& t) const {
-    const FourTexels f(t, uv);
-    const Rgb top = glm::mix(f.top_left, f.top_right, f.at.x);
-    const Rgb bottom = glm::mix(f.bottom_left, f.bottom_right, f.at.x);
-    return t.gain * glm::mix(top, bottom, f.at.y);
-  }
+  Rgb operator()(const ImageTexture& t) const { return t.gain * FourTexels(t, uv).mixed(); }
   Rgb operator()(const CheckerTexture& t) const {
     const vec2 st = glm::floor(mapped(t, uv));
     return std::fmod(std::abs(st.x + st.y), 2.0f) == 0 ? t.even : t.odd;
@@ -81,8 +87,8 @@ struct Slope {
 
   vec2 operator()(const ImageTexture& t) const {
     const FourTexels f(t, uv);
-    const Rgb right = glm::mix(f.top_right - f.top_left, f.bottom_right - f.bottom_left, f.at.y);
-    const Rgb down = glm::mix(f.bottom_left - f.top_left, f.bottom_right - f.top_right, f.at.x);
+    const Rgb right = glm::mix(*f.top_right - *f.top_left, *f.bottom_right - *f.bottom_left, f.at.y);
+    const Rgb down = glm::mix(*f.bottom_left - *f.top_left, *f.bottom_right - *f.top_right, f.at.x);
     return t.gain * vec2(mean_component(right), -mean_component(down)) * vec2(t.size) * t.uv_scale;
   }
   vec2 operator()(const CheckerTexture&) const { return vec2(0); }
@@ -91,6 +97,22 @@ struct Slope {
 }  // namespace
 
 Rgb evaluate(const Texture& texture, const vec2& uv) { return std::visit(Evaluate{uv}, texture); }
+
+void evaluate(const Texture& texture, std::span<const vec2> uvs, Rgb* colours) {
+  constexpr std::size_t at_once = 16;
+  FourTexels texels[at_once];
+  const auto* image = std::get_if<ImageTexture>(&texture);
+  for (std::size_t first = 0; first < uvs.size(); first += at_once) {
+    const std::size_t end = std::min(first + at_once, uvs.size());
+    for (std::size_t i = first; image != nullptr && i < end; ++i) {
+      texels[i - first] = FourTexels(*image, uvs[i]);
+      texels[i - first].prefetch();
+    }
+    for (std::size_t i = first; i < end; ++i)
+      colours[i] = image != nullptr ? image->gain * texels[i - first].mixed() : evaluate(texture, uvs[i]);
+  }
+}
+
 vec2 slope(const Texture& texture, const vec2& uv) { return std::visit(Slope{uv}, texture); }
 
 }  // namespace etendue

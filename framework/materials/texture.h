@@ -4,6 +4,7 @@
 #include "framework/core/vec.h"
 
 #include <cstdint>
+#include <span>
 #include <variant>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct CheckerTexture {
 using Texture = std::variant<ImageTexture, CheckerTexture>;
 
 Rgb evaluate(const Texture& texture, const vec2& uv);
+// At many places, whose texels are loaded together: large images lie far from the processor.
+void evaluate(const Texture& texture, std::span<const vec2> uvs, Rgb* colours);
 // The derivatives by u and v of the mean of the channels; a checkerboard is flat.
 vec2 slope(const Texture& texture, const vec2& uv);
 

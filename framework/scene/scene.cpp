@@ -147,16 +147,27 @@ std::uint64_t Scene::triangle_count() const {
   return count;
 }
 
-void Scene::prefetch_surface(const Hit& hit) const {
-  if (hit.instance == plane_instance) return;
-  const Object& object = objects[instances[hit.instance].object];
-  if (!object.geometry.is_triangle(hit.primitive)) return;
-  if (!object.shape_of.empty()) __builtin_prefetch(&object.shape_of[hit.primitive]);
-  const uvec3 v = object.geometry.triangles[hit.primitive];
+void Scene::prefetch_surfaces(std::span<const Hit> hits, std::size_t begun) const {
+  constexpr std::size_t corners_ahead = 4, indices_ahead = 12;  // as long as memory takes, twice
+  const auto object_of = [&](std::size_t i) -> const Object* {
+    if (i >= hits.size() || !hits[i] || hits[i].instance == plane_instance) return nullptr;
+    const Object& object = objects[instances[hits[i].instance].object];
+    return object.geometry.is_triangle(hits[i].primitive) ? &object : nullptr;
+  };
+  if (const Object* object = object_of(begun + indices_ahead)) {
+    const std::uint32_t primitive = hits[begun + indices_ahead].primitive;
+    __builtin_prefetch(&object->geometry.triangles[primitive]);
+    if (!object->shape_of.empty()) __builtin_prefetch(&object->shape_of[primitive]);
+  }
+  const Object* object = object_of(begun + corners_ahead);
+  if (object == nullptr) return;
+  const std::uint32_t primitive = hits[begun + corners_ahead].primitive;
+  const Shape& shape = object->shape(primitive);
+  const uvec3 v = object->geometry.triangles[primitive];
   for (const std::uint32_t i : {v.x, v.y, v.z}) {
-    __builtin_prefetch(&object.geometry.positions[i]);
-    if (!object.normals.empty()) __builtin_prefetch(&object.normals[i]);
-    if (!object.uvs.empty()) __builtin_prefetch(&object.uvs[i]);
+    __builtin_prefetch(&object->geometry.positions[i]);
+    if (shape.has_normals) __builtin_prefetch(&object->normals[i]);
+    if (shape.uses_uvs) __builtin_prefetch(&object->uvs[i]);
   }
 }
 

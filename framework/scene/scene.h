@@ -16,6 +16,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -118,8 +119,8 @@ struct Scene {
   // The share of rays that the surface stops where this one met it. Below 0 it is none, above 1 all. What a structure of the
   // scene answers has already been stopped (accel/scene/with_masks.h).
   float opacity_at(const Hit& hit) const;
-  // Begins to load what surface_at will read. The hit must be one.
-  void prefetch_surface(const Hit& hit) const;
+  // Begins to load what surface_at will read of hits that come some places after number `begun`, for loops over all of them.
+  void prefetch_surfaces(std::span<const Hit> hits, std::size_t begun) const;
 };
 
 // Fills shape_of where needed, checks indices (CHECK: a reader's mistake), and appends an AreaLight per primitive of emitting

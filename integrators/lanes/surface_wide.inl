@@ -132,11 +132,18 @@ SurfaceOf<F> surface_of(const Events& events, const std::uint32_t* which, bool u
 
 inline WideVec3 colour_of(const Scene& scene, const TexturedRgb& c, const SurfaceOf<F>& point, WideMask active) {
   if (c.is_constant()) return c.constant;
-  WideVec3 out(0.0f);
-  for_lanes(active, [&](int i) {
-    set_lane(out, i, evaluate(scene.textures[c.texture], vec2(lane(point.uv.x, i), lane(point.uv.y, i))));
-  });
-  return out;
+  Rows<2> uv;
+  uv.put(0, point.uv.x);
+  uv.put(1, point.uv.y);
+  vec2 uvs[width];
+  Rgb colours[width];
+  std::size_t count = 0;
+  for_lanes(active, [&](int i) { uvs[count++] = {uv.get(0, i), uv.get(1, i)}; });
+  evaluate(scene.textures[c.texture], std::span(uvs, count), colours);
+  Rows<3> out{};
+  count = 0;
+  for_lanes(active, [&](int i) { out.put(0, i, colours[count++]); });
+  return out.vec(0);
 }
 
 }  // namespace

@@ -125,14 +125,13 @@ void PathWave::trace(const RenderContext& context, std::span<PathSample> paths, 
 
 // Into runs of one material. Surfaces that nothing but the run asks about are worked out there.
 void PathWave::sort(const Event& event) {
-  static constexpr std::size_t prefetched = 4;  // hits ahead: as long as memory takes
   const auto& [context, settings, end, caustics, depth, first, counts] = event;
   const Scene& scene = context.scene;
   const Object& world = scene.objects[0];
   runs_.reset(kinds * scene.materials.size());
   to_place_.clear();
   for (std::size_t i = 0; i < count_; ++i) {
-    if (i + prefetched < count_ && hits_[i + prefetched]) scene.prefetch_surface(hits_[i + prefetched]);
+    scene.prefetch_surfaces(std::span(hits_).first(count_), i);
     const PathState& state = states_[i];
     const Hit& hit = hits_[i];
     PathSample& path = *state.path;

@@ -1,4 +1,4 @@
-// Textures beyond their edges, and their slopes.
+// Textures beyond their edges, at many places at once, and their slopes.
 #include "framework/materials/texture.h"
 
 #include <gtest/gtest.h>
@@ -30,6 +30,18 @@ TEST(Textures, WrapEachTexel) {
   EXPECT_FLOAT_EQ(at(Wrap::black, 1e30f), 0);
   EXPECT_FLOAT_EQ(evaluate(four_columns(Wrap::black), {0.375f, 1}).x, 0.5f);
   EXPECT_FLOAT_EQ(evaluate(four_columns(Wrap::black), {0.375f, 0}).x, 0.5f);
+}
+
+TEST(Textures, GiveManyPlacesTheSameBits) {
+  std::vector<vec2> uvs;
+  for (int i = 0; i < 37; ++i) uvs.emplace_back(0.0731f * static_cast<float>(i) - 1.2f, 1.3f - 0.0917f * static_cast<float>(i));
+  const auto compare = [&](const Texture& texture) {
+    std::vector<Rgb> colours(uvs.size());
+    evaluate(texture, uvs, colours.data());
+    for (std::size_t i = 0; i < uvs.size(); ++i) EXPECT_EQ(colours[i], evaluate(texture, uvs[i])) << i;
+  };
+  for (const Wrap wrap : {Wrap::repeat, Wrap::mirror, Wrap::clamp, Wrap::black}) compare(four_columns(wrap));
+  compare(CheckerTexture{});
 }
 
 TEST(Textures, HaveTheSlopeOfTheirValues) {

@@ -2,6 +2,7 @@
 
 #include "framework/core/check.h"
 #include "framework/core/elementary.h"
+#include "framework/core/huge_pages.h"
 #include "framework/core/memory.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/image/gamma.h"
@@ -161,7 +162,7 @@ RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
   if (!StbReader(bytes)(&stbi_info_from_callbacks, &image.size.x, &image.size.y, &channels))
     throw Error("neither PNG, JPEG, TGA, BMP, HDR, PFM nor EXR, or damaged");
   check_size(image.size.x, image.size.y, bytes);
-  image.texels.resize(static_cast<std::size_t>(image.size.x) * image.size.y);
+  resize_on_huge_pages(image.texels, static_cast<std::size_t>(image.size.x) * image.size.y);
   if (StbReader(bytes)(&stbi_is_16_bit_from_callbacks))
     load<stbi_us>(bytes, &stbi_load_16_from_callbacks, encoding, image.texels);
   else
