@@ -128,10 +128,11 @@ void PathWave::sort(const Event& event) {
   const auto& [context, settings, end, caustics, depth, first, counts] = event;
   const Scene& scene = context.scene;
   const Object& world = scene.objects[0];
+  const bool far = scene.outgrows_caches();
   runs_.reset(kinds * scene.materials.size());
   to_place_.clear();
   for (std::size_t i = 0; i < count_; ++i) {
-    scene.prefetch_surfaces(std::span(hits_).first(count_), i);
+    if (far) scene.prefetch_surfaces(std::span(hits_).first(count_), i);
     const PathState& state = states_[i];
     const Hit& hit = hits_[i];
     PathSample& path = *state.path;

@@ -4,10 +4,11 @@ namespace etendue {
 
 void surfaces_at(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits, std::vector<SurfacePoint>& points) {
   static thread_local std::vector<std::uint32_t> which;  // are on triangles of the world
+  const bool far = scene.outgrows_caches();
   which.clear();
   if (points.size() < hits.size()) points.resize(hits.size());
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    scene.prefetch_surfaces(hits, i);
+    if (far) scene.prefetch_surfaces(hits, i);
     if (!hits[i]) continue;
     if (hits[i].instance == 0 && scene.objects[0].geometry.is_triangle(hits[i].primitive))
       which.push_back(static_cast<std::uint32_t>(i));
