@@ -41,13 +41,7 @@ float Bsdf::pdf(const vec3& wo, const vec3& wi) const {
   return std::visit([&](const auto& placed) { return placed.pdf(wo, wi); }, placed_);
 }
 BsdfPair Bsdf::pair(const vec3& wo, const vec3& wi, TransportMode mode) const {
-  return std::visit(
-      [&](const auto& placed) -> BsdfPair {
-        const Rgb value = placed.evaluate(wo, wi, mode);
-        if (is_black(value)) return {};
-        return {value, placed.pdf(wo, wi), placed.pdf(wi, wo)};
-      },
-      placed_);
+  return std::visit([&](const auto& placed) { return placed.pair(wo, wi, mode); }, placed_);
 }
 BsdfSample Bsdf::sample(const vec3& wo, float u_lobe, const vec2& u, TransportMode mode) const {
   return std::visit([&](const auto& placed) { return placed.sample(wo, u_lobe, u, mode); }, placed_);

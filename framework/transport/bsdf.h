@@ -11,6 +11,15 @@ namespace etendue {
 
 using BsdfSample = BsdfSampleOf<float>;
 
+// What a BSDF says of two directions: f(wo, wi) |cos(wi)|, and the densities of wi given wo and of wo given wi, which are of no
+// meaning where the value is black.
+template <class F>
+struct BsdfPairOf {
+  Vec3<F> value{0.0f};
+  F pdf{0.0f}, pdf_reverse{0.0f};
+};
+using BsdfPair = BsdfPairOf<float>;
+
 // Lobes of one material at a point, or at one in each lane.
 template <class F, class Lobes>
 struct PlacedLobes {
@@ -42,6 +51,11 @@ struct PlacedLobes {
     const Vec3<F> out = frame.to_local(wo), in = frame.to_local(wi);
     const Mask<F> below = out.z < 0;
     return select(out.z * in.z == 0, F(0.0f), lobes.pdf(mirrored(out, below), mirrored(in, below), below));
+  }
+  BsdfPairOf<F> pair(const Vec3<F>& wo, const Vec3<F>& wi, TransportMode mode = TransportMode::radiance) const {
+    const Vec3<F> value = evaluate(wo, wi, mode);
+    if (all(is_black(value))) return {};
+    return {value, pdf(wo, wi), pdf(wi, wo)};
   }
   BsdfSampleOf<F> sample(const Vec3<F>& wo, F u_lobe, const Vec2<F>& u, TransportMode mode = TransportMode::radiance) const {
     const Vec3<F> out = frame.to_local(wo);
@@ -84,12 +98,6 @@ auto place_lobes(const M& material, const Point& point, const Colours& colour) {
                                Lobes(material, colour)};
 }
 
-// What a BSDF says of two directions: f(wo, wi) |cos(wi)|, and the densities of wi given wo and of wo given wi.
-struct BsdfPair {
-  Rgb value{0};
-  float pdf = 0, pdf_reverse = 0;
-};
-
 // The BSDF of any material at one point.
 class Bsdf {
  public:
@@ -97,7 +105,6 @@ class Bsdf {
 
   Rgb evaluate(const vec3& wo, const vec3& wi, TransportMode mode = TransportMode::radiance) const;
   float pdf(const vec3& wo, const vec3& wi) const;
-  // It gives what evaluate does, and pdf in either order; 0 where the value is black.
   BsdfPair pair(const vec3& wo, const vec3& wi, TransportMode mode = TransportMode::radiance) const;
   BsdfSample sample(const vec3& wo, float u_lobe, const vec2& u, TransportMode mode = TransportMode::radiance) const;
 

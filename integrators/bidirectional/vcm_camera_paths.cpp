@@ -5,27 +5,35 @@
 namespace etendue {
 
 void VcmCameraPaths::trace(const Tile& tile, std::uint32_t index, std::span<Rgb> radiance) {
-  static thread_local std::vector<CameraWalk> walks;
-  static thread_local Wavefront<CameraWalk*> wave;
-  static thread_local std::vector<PathSample> paths;
+  auto& walks = memory_.walks;
+  auto& wave = memory_.wave;
+  auto& paths = memory_.paths;
   camera_paths(context_, tile, settings_.sampler, index, paths);
   walks.clear();
   wave.clear();
-  if (settings_.correlation) trails_.resize(paths.size());
-  std::size_t next = 0;
+  if (settings_.correlation) memory_.trails.resize(paths.size());
+  std::size_t number = 0;
   for_pixels(tile, [&](ivec2 pixel) {
-    const PathSample& path = paths[next];
+    const PathSample& path = paths[number];
     const auto of_light = static_cast<std::uint32_t>(pixel_index(pixel, context_.resolution) % settings_.paths);
-    walks.push_back({{}, path.sampler, light_paths_.path(of_light), light_bsdfs_.size(), &radiance[next], nullptr});
-    for (const LightVertex& light : walks.back().lights) light_bsdfs_.emplace_back(context_.scene, light.point);
+    CameraTrail* const trail = settings_.correlation ? &memory_.trails[number] : nullptr;
+    walks.push_back({{}, path.sampler, light_paths_.path(of_light), &radiance[number], trail});
     walks.back().path.mis = MisPartials::at_camera(static_cast<float>(settings_.paths),
                                                    context_.scene.camera.pdf(context_.resolution, path.ray.direction));
-    if (settings_.correlation) walks.back().trail = &trails_[next];
-    ++next;
+    ++number;
   });
   for (std::size_t i = 0; i < walks.size(); ++i) wave.start(&walks[i], paths[i].ray);
-  wave.run(context_, 0,
-           [&](CameraWalk* walk, Ray& ray, const SurfacePoint* met, int depth) { return meet(*walk, ray, met, depth); });
+  const ReversibleSample* next = nullptr;
+  wave.run(
+      context_, 0, [&](CameraWalk* walk, Ray& ray, const SurfacePoint* met, int depth) { return meet(*walk, ray, met, depth); },
+      [&](LightSamples&) {
+        join();
+        next = memory_.onwards.samples(context_.scene, TransportMode::radiance);
+      },
+      [&](CameraWalk* walk, Ray& ray, std::size_t i, int depth) {
+        return scatter(walk->path, ray, settings_, memory_.onwards.point(i), next[i], walk->sampler, depth,
+                       TransportMode::radiance, walk->trail ? &walk->trail->vertices : nullptr);
+      });
   finish();
 }
 
@@ -41,18 +49,10 @@ bool VcmCameraPaths::meet(CameraWalk& walk, Ray& ray, const SurfacePoint* met, i
   *walk.radiance += emitted_with_mis(walk, ray, met, depth);
   if (walk.trail) follow(*walk.trail, ray, depth, cos_in);
   if (depth >= settings_.max_depth || !settings_.connect) return false;
-  const Bsdf bsdf(context_.scene, point);
-  if (bsdf.has_non_specular()) {
-    const Vertex vertex{point, bsdf, -ray.direction, walk, depth};
-    next_event(vertex, walk.sampler);
-    for (std::size_t i = 0; i < walk.lights.size(); ++i) {
-      if (depth + 1 + walk.lights[i].events > settings_.max_depth) break;
-      connect(vertex, walk.lights[i], light_bsdfs_[walk.light_bsdf + i]);
-    }
-    if (settings_.merge_radius > 0) merge(vertex);
-  }
-  return scatter(path, ray, settings_, point, bsdf, walk.sampler, depth, TransportMode::radiance,
-                 walk.trail ? &walk.trail->vertices : nullptr);
+  const vec3 wo = -ray.direction;
+  if (has_non_specular(context_.scene.materials[point.material])) ask_joints(point, wo, walk, depth);
+  ask_direction(memory_.onwards, point, wo, walk.sampler);
+  return true;
 }
 
 void VcmCameraPaths::follow(CameraTrail& trail, const Ray& ray, int depth, float cos_in) const {
@@ -96,46 +96,88 @@ Rgb VcmCameraPaths::emitted_with_mis(const CameraWalk& walk, const Ray& ray, con
   return path.throughput * emitted * mis_balance(0, direct * path.mis.vcm + emission * path.mis.vc);
 }
 
-void VcmCameraPaths::next_event(const Vertex& v, Sampler& sampler) {
+void VcmCameraPaths::ask_joints(const SurfacePoint& point, const vec3& wo, CameraWalk& walk, int depth) {
+  const bool light_sample = ask_light_sample(point, wo, walk.sampler);
+  std::uint32_t connections = 0;
+  for (const LightVertex& light : walk.lights) {
+    if (depth + 1 + light.events > settings_.max_depth) break;
+    if (ask_connection(point, wo, light)) ++connections;
+  }
+  memory_.vertices.push_back({point, wo, walk, depth, light_sample, connections});
+}
+
+bool VcmCameraPaths::ask_light_sample(const SurfacePoint& point, const vec3& wo, Sampler& sampler) {
   const vec2 u = sampler.get_2d();
   // From where the shadow ray starts, as in sample_direct_light.
-  const auto light = context_.lights.sample(ray_origin(v.point, v.wo), u);
-  if (!light) return;
-  const vec3& wi = light->wi;
-  const auto [scattered, pdf, reverse] = v.bsdf.pair(v.wo, wi);
-  if (is_black(scattered) || is_black(light->radiance)) return;
-  const float emission = context_.lights.emission_pdf_over_cosine(light->light, -wi, v.point.position);
-  const bool point_light = light->delta && !std::isinf(light->distance);
-  const float to_area = std::abs(glm::dot(wi, v.point.normal)) / (point_light ? square(light->distance) : 1);
-  const float forward = light->delta ? 0 : pdf;
+  const auto light = context_.lights.sample(ray_origin(point, wo), u);
+  if (!light || is_black(light->radiance)) return false;
+  memory_.light_samples.push_back(*light);
+  memory_.camera_ends.ask(point, wo, light->wi);
+  return true;
+}
+
+bool VcmCameraPaths::ask_connection(const SurfacePoint& point, const vec3& wo, const LightVertex& light) {
+  const vec3 towards = light.point.position - point.position;
+  const float distance_squared = length_squared(towards);
+  if (!(distance_squared > 0) || in_one_plane(point, light.point)) return false;
+  const vec3 wi = towards / std::sqrt(distance_squared);
+  memory_.connections.push_back({&light, wi, distance_squared});
+  memory_.camera_ends.ask(point, wo, wi);
+  memory_.light_ends.ask(light.point, light.wo, -wi);
+  return true;
+}
+
+// Joins the vertices of an event, one by one.
+void VcmCameraPaths::join() {
+  const BsdfPair* camera_end = memory_.camera_ends.pairs(context_.scene, TransportMode::radiance);
+  const BsdfPair* light_end = memory_.light_ends.pairs(context_.scene, TransportMode::importance);
+  auto light_sample = memory_.light_samples.begin();
+  auto connection = memory_.connections.begin();
+  for (const Vertex& vertex : memory_.vertices) {
+    if (vertex.light_sample) next_event(vertex, *light_sample++, *camera_end++);
+    for (std::uint32_t i = 0; i < vertex.connections; ++i) connect(vertex, *connection++, *camera_end++, *light_end++);
+    if (settings_.merge_radius > 0) merge(vertex);
+  }
+  memory_.vertices.clear();
+  memory_.light_samples.clear();
+  memory_.connections.clear();
+}
+
+void VcmCameraPaths::next_event(const Vertex& v, const LightSample& light, const BsdfPair& pair) {
+  const auto& [scattered, pdf, reverse] = pair;
+  if (is_black(scattered)) return;
+  const vec3& wi = light.wi;
+  const float emission = context_.lights.emission_pdf_over_cosine(light.light, -wi, v.point.position);
+  const bool point_light = light.delta && !std::isinf(light.distance);
+  const float to_area = std::abs(glm::dot(wi, v.point.normal)) / (point_light ? square(light.distance) : 1);
+  const float forward = light.delta ? 0 : pdf;
   float weight;
   if (settings_.correlation) {
     // All relative to the density of the direction: at an area light the way there makes the same factor everywhere.
-    const bool area = !light->delta && !std::isinf(light->distance);
-    const float d2 = area ? square(light->distance) : 1, cos_light = area ? std::abs(glm::dot(light->normal, wi)) : 1;
-    densities_.connect({light->pdf_solid_angle * cos_light / d2, forward * cos_light / d2, area ? 2 : 1}, {},
+    const bool area = !light.delta && !std::isinf(light.distance);
+    const float d2 = area ? square(light.distance) : 1, cos_light = area ? std::abs(glm::dot(light.normal, wi)) : 1;
+    densities_.connect({light.pdf_solid_angle * cos_light / d2, forward * cos_light / d2, area ? 2 : 1}, {},
                        v.walk.trail->vertices, {0, emission * to_area * cos_light / d2, 0, reverse},
                        v.walk.trail->first_distance_squared);
     weight = densities_.connection(0);
   } else {
     // [Georgiev2012b] eq. 44, 45.
-    weight = mis_balance(forward / light->pdf_solid_angle, emission * to_area / light->pdf_solid_angle *
-                                                               v.walk.path.mis.connected(settings_.mis_merge(), reverse));
+    weight = mis_balance(forward / light.pdf_solid_angle, emission * to_area / light.pdf_solid_angle *
+                                                              v.walk.path.mis.connected(settings_.mis_merge(), reverse));
   }
-  gains_.push_back({v.walk.radiance, v.walk.path.throughput * scattered * light->radiance * (weight / light->pdf_solid_angle)});
-  shadow_rays_.push_back(shadow_ray(v.point, *light));
+  memory_.gains.push_back(
+      {v.walk.radiance, v.walk.path.throughput * scattered * light.radiance * (weight / light.pdf_solid_angle)});
+  memory_.shadow_rays.push_back(shadow_ray(v.point, light));
 }
 
-void VcmCameraPaths::connect(const Vertex& v, const LightVertex& light, const Bsdf& light_bsdf) {
-  const vec3 towards = light.point.position - v.point.position;
-  const float distance2 = length_squared(towards);
-  if (!(distance2 > 0) || in_one_plane(v.point, light.point)) return;
-  const float distance = std::sqrt(distance2);
-  const vec3 wi = towards / distance;
-  const auto [camera_scattered, camera_forward, camera_reverse] = v.bsdf.pair(v.wo, wi);
-  if (is_black(camera_scattered)) return;
-  const auto [light_scattered, light_forward, light_reverse] = light_bsdf.pair(light.wo, -wi, TransportMode::importance);
-  if (is_black(light_scattered)) return;
+void VcmCameraPaths::connect(const Vertex& v, const Connection& connection, const BsdfPair& camera_end,
+                             const BsdfPair& light_end) {
+  const auto& [camera_scattered, camera_forward, camera_reverse] = camera_end;
+  const auto& [light_scattered, light_forward, light_reverse] = light_end;
+  if (is_black(camera_scattered) || is_black(light_scattered)) return;
+  const LightVertex& light = *connection.light;
+  const vec3& wi = connection.wi;
+  const float distance2 = connection.distance_squared;
   // [Georgiev2012b] eq. 40, 41: the other strategies of the light's part, and of the camera's.
   const float camera_pdf_area = camera_forward * std::abs(glm::dot(wi, light.point.normal)) / distance2;
   const float light_pdf_area = light_forward * std::abs(glm::dot(wi, v.point.normal)) / distance2;
@@ -149,30 +191,31 @@ void VcmCameraPaths::connect(const Vertex& v, const LightVertex& light, const Bs
     weight = mis_balance(camera_pdf_area * light.mis.connected(merge, light_reverse),
                          light_pdf_area * v.walk.path.mis.connected(merge, camera_reverse));
   }
-  gains_.push_back(
+  memory_.gains.push_back(
       {v.walk.radiance, v.walk.path.throughput * camera_scattered * light_scattered * light.power * (weight / distance2)});
-  shadow_rays_.push_back(segment(v.point, light.point, wi));
+  memory_.shadow_rays.push_back(segment(v.point, light.point, wi));
 }
 
 void VcmCameraPaths::merge(const Vertex& v) {
   static constexpr CameraTrail none;
-  conditional_.clear();
+  const Bsdf bsdf(context_.scene, v.point);
+  memory_.conditional.clear();
   const SubPath& path = v.walk.path;
   Rgb& radiance = *v.walk.radiance;
-  radiance += path.throughput *
-              merges_.radiance(v.point, v.bsdf, v.wo, path.mis, v.depth, v.walk.trail ? *v.walk.trail : none, conditional_);
-  for (const VcmMerges::Conditional& merge : conditional_) {
-    gains_.push_back({&radiance, path.throughput * merge.radiance});
-    shadow_rays_.push_back(merge.way);
+  radiance += path.throughput * merges_.radiance(v.point, bsdf, v.wo, path.mis, v.depth, v.walk.trail ? *v.walk.trail : none,
+                                                 memory_.conditional);
+  for (const VcmMerges::Conditional& merge : memory_.conditional) {
+    memory_.gains.push_back({&radiance, path.throughput * merge.radiance});
+    memory_.shadow_rays.push_back(merge.way);
   }
   constexpr std::size_t most_kept = 1 << 16;  // a wide radius finds thousands of them
-  if (gains_.size() > most_kept) finish();
+  if (memory_.gains.size() > most_kept) finish();
 }
 
 void VcmCameraPaths::finish() {
-  for_unoccluded(context_, shadow_rays_, [&](std::size_t i) { *gains_[i].radiance += gains_[i].value; });
-  gains_.clear();
-  shadow_rays_.clear();
+  for_unoccluded(context_, memory_.shadow_rays, [&](std::size_t i) { *memory_.gains[i].radiance += memory_.gains[i].value; });
+  memory_.gains.clear();
+  memory_.shadow_rays.clear();
 }
 
 }  // namespace etendue

@@ -11,7 +11,6 @@ struct CameraWalk {
   SubPath path;
   Sampler sampler;
   std::span<const LightVertex> lights;  // of its light path
-  std::size_t light_bsdf;               // of the first of them
   Rgb* radiance;                        // what it gathers
   CameraTrail* trail;                   // null where weights do not ask for it
 };
@@ -29,25 +28,57 @@ class VcmCameraPaths {
   void trace(const Tile& tile, std::uint32_t index, std::span<Rgb> radiance);
 
  private:
-  // A vertex of a camera path, with `depth` events before it.
+  // A vertex that is joined to lights and light paths, with `depth` events before it. Its light sample and its connections are
+  // the next ones of their lists.
   struct Vertex {
     const SurfacePoint& point;
-    const Bsdf& bsdf;
     vec3 wo;
     const CameraWalk& walk;
     int depth;
+    bool light_sample;
+    std::uint32_t connections;
+  };
+  struct Connection {
+    const LightVertex* light;
+    vec3 wi;
+    float distance_squared;
   };
   struct Gain {
     Rgb* radiance;
     Rgb value;
   };
+  struct Memory {
+    std::vector<CameraWalk> walks;
+    Wavefront<CameraWalk*> wave;
+    std::vector<PathSample> paths;
+    std::vector<CameraTrail> trails;  // of the paths, where weights ask for them
+    // Of an event of the wave.
+    std::vector<Vertex> vertices;
+    std::vector<LightSample> light_samples;
+    std::vector<Connection> connections;
+    BsdfBatch camera_ends;  // of light samples and connections, vertex by vertex
+    BsdfBatch light_ends;   // of connections
+    BsdfBatch onwards;      // of the paths that meet has not ended
+    // Of the tile.
+    std::vector<Gain> gains;
+    std::vector<Ray> shadow_rays;  // of the gains
+    std::vector<VcmMerges::Conditional> conditional;
+  };
+  static Memory& memory_of_thread() {
+    static thread_local Memory memory;
+    return memory;
+  }
 
   bool meet(CameraWalk& walk, Ray& ray, const SurfacePoint* met, int depth);
   // Appends a vertex to the trail.
   void follow(CameraTrail& trail, const Ray& ray, int depth, float cos_in) const;
   Rgb emitted_with_mis(const CameraWalk& walk, const Ray& ray, const SurfacePoint* point, int depth);
-  void next_event(const Vertex& vertex, Sampler& sampler);
-  void connect(const Vertex& vertex, const LightVertex& light, const Bsdf& light_bsdf);
+  void ask_joints(const SurfacePoint& point, const vec3& wo, CameraWalk& walk, int depth);
+  bool ask_light_sample(const SurfacePoint& point, const vec3& wo, Sampler& sampler);
+  bool ask_connection(const SurfacePoint& point, const vec3& wo, const LightVertex& light);
+  void join();
+  void next_event(const Vertex& vertex, const LightSample& light, const BsdfPair& pair);
+  void connect(const Vertex& vertex, const Connection& connection, const BsdfPair& camera_end, const BsdfPair& light_end);
   void merge(const Vertex& vertex);
   void finish();
 
@@ -55,12 +86,8 @@ class VcmCameraPaths {
   const VcmSettings& settings_;
   const LightPaths& light_paths_;
   const VcmMerges& merges_;
-  std::vector<CameraTrail> trails_;  // of the paths, where weights ask for them
-  std::vector<Bsdf> light_bsdfs_;    // at the vertices of the light paths: each is joined to several camera vertices
+  Memory& memory_ = memory_of_thread();
   PathDensities densities_;
-  std::vector<Gain> gains_;
-  std::vector<Ray> shadow_rays_;  // of the gains
-  std::vector<VcmMerges::Conditional> conditional_;
 };
 
 }  // namespace etendue

@@ -27,21 +27,25 @@ class LightPaths::Tracer {
 
   // `count` of them, from `first` on.
   void trace(std::uint64_t first, std::uint32_t count) {
-    auto& [walks, wave, found] = memory_;
-    walks.clear();
-    wave.clear();
-    found.clear();
+    memory_.walks.clear();
+    memory_.wave.clear();
+    memory_.found.clear();
     for (std::uint32_t i = 0; i < count; ++i) emit(first + i, i);
-    for (LightWalk& walk : walks) wave.start(&walk, walk.emitted.ray);
-    etendue::count(Counter::photons_emitted, walks.size());
-    if (settings_.max_depth > 0)
-      wave.run(context_, 0, [&](LightWalk* walk, Ray& ray, const SurfacePoint* met, int depth) {
-        return met != nullptr && meet(*walk, ray, *met, depth);
-      });
+    for (LightWalk& walk : memory_.walks) memory_.wave.start(&walk, walk.emitted.ray);
+    etendue::count(Counter::photons_emitted, memory_.walks.size());
+    if (settings_.max_depth > 0) trace_events();
     keep_in_order(count);
   }
 
  private:
+  // A vertex that the lens can see.
+  struct Splattable {
+    LightWalk* walk;
+    const SurfacePoint* point;
+    Camera::Connection lens;
+    vec3 wi;
+    float distance;
+  };
   // A splat that counts if nothing blocks its way.
   struct Candidate {
     Tracer* tracer;
@@ -54,6 +58,9 @@ class LightPaths::Tracer {
     std::vector<LightWalk> walks;
     Wavefront<LightWalk*, Candidate> wave;
     std::vector<Found> found;  // event by event
+    std::vector<Splattable> splats;
+    BsdfBatch splat_pairs;  // of the splats
+    BsdfBatch onwards;      // of the paths that meet has not ended
   };
   static Memory& memory_of_thread() {
     static thread_local Memory memory;
@@ -89,19 +96,44 @@ class LightPaths::Tracer {
     memory_.walks.push_back({number, path, *emitted, sampler});
   }
 
+  void trace_events() {
+    const Scene& scene = context_.scene;
+    const ReversibleSample* next = nullptr;
+    int events = 0;
+    memory_.wave.run(
+        context_, 0,
+        [&](LightWalk* walk, Ray& ray, const SurfacePoint* met, int depth) {
+          events = depth + 1;
+          return met != nullptr && meet(*walk, ray, *met, depth);
+        },
+        [&](LightSamples&) {
+          const BsdfPair* pair = memory_.splat_pairs.pairs(scene, TransportMode::importance);
+          for (const Splattable& splattable : memory_.splats) splat(splattable, *pair++, events);
+          next = memory_.onwards.samples(scene, TransportMode::importance);
+          memory_.splats.clear();
+        },
+        [&](LightWalk* walk, Ray& ray, std::size_t i, int depth) {
+          LightTrail* const trail = trail_of(*walk);
+          return scatter(walk->path, ray, settings_, memory_.onwards.point(i), next[i], walk->sampler, depth,
+                         TransportMode::importance, trail ? &trail->vertices : nullptr);
+        });
+  }
+
+  LightTrail* trail_of(const LightWalk& walk) { return settings_.correlation ? &chunk_.trails[walk.number] : nullptr; }
+
   bool meet(LightWalk& walk, Ray& ray, const SurfacePoint& point, int depth) {
     SubPath& path = walk.path;
-    LightTrail* const trail = settings_.correlation ? &chunk_.trails[walk.number] : nullptr;
+    LightTrail* const trail = trail_of(walk);
+    const vec3 wo = -ray.direction;
     arrive(walk, ray, point, depth);
     if (trail) follow(*trail, walk, ray, point, depth);
-    const Bsdf bsdf(context_.scene, point);
-    if (bsdf.has_non_specular()) {
-      splat(walk, -ray.direction, point, bsdf, depth, trail);
-      if (keep_)
-        memory_.found.push_back({walk.number, {point, -ray.direction, ray.t_max, path.throughput, path.mis, depth + 1, trail}});
+    if (has_non_specular(context_.scene.materials[point.material])) {
+      ask_splat(walk, wo, point);
+      if (keep_) memory_.found.push_back({walk.number, {point, wo, ray.t_max, path.throughput, path.mis, depth + 1, trail}});
     }
-    return depth + 1 < settings_.max_depth && scatter(path, ray, settings_, point, bsdf, walk.sampler, depth,
-                                                      TransportMode::importance, trail ? &trail->vertices : nullptr);
+    if (depth + 1 >= settings_.max_depth) return false;
+    ask_direction(memory_.onwards, point, wo, walk.sampler);
+    return true;
   }
 
   // What was found event by event, path by path.
@@ -142,31 +174,39 @@ class LightPaths::Tracer {
     trail.vertices.assign(1, {emitted.pdf * cos_in / d2, cos_light / d2});
   }
 
-  void splat(LightWalk& walk, const vec3& wo, const SurfacePoint& point, const Bsdf& bsdf, int depth, const LightTrail* trail) {
-    const SubPath& path = walk.path;
+  void ask_splat(LightWalk& walk, const vec3& wo, const SurfacePoint& point) {
     const vec2 lens = context_.needs.thin_lens ? walk.sampler.get_2d() : vec2(0.5f);
     const vec2 beyond = context_.scene.filter ? context_.scene.filter->shape().radius : vec2(0);
     const auto lens_point = context_.scene.camera.connect(context_.resolution, point.position, lens, beyond);
     if (!lens_point) return;
     const vec3 towards = lens_point->lens_point - point.position;
     const float distance = glm::length(towards);
+    if (!(distance > 0)) return;
     const vec3 wi = towards / distance;
-    const auto [scattered, forward, reverse] = bsdf.pair(wo, wi, TransportMode::importance);
-    if (is_black(scattered) || !(distance > 0)) return;
+    memory_.splats.push_back({&walk, &point, *lens_point, wi, distance});
+    memory_.splat_pairs.ask(point, wo, wi);
+  }
+
+  // `events`: scattering events up to and with the vertex.
+  void splat(const Splattable& splattable, const BsdfPair& pair, int events) {
+    if (is_black(pair.value)) return;
+    const auto& [walk, point, lens, wi, distance] = splattable;
+    const SubPath& path = walk->path;
+    const LightTrail* const trail = trail_of(*walk);
     const auto light_paths = static_cast<float>(settings_.paths);
     float weight = 1 / light_paths;
     if (settings_.connect) {
       // [Georgiev2012b] eq. 46, 47: the camera's density at the point, over the number of splats tried.
-      const float pdf_camera_area = lens_point->importance * std::abs(glm::dot(wi, point.normal));
+      const float pdf_camera_area = lens.importance * std::abs(glm::dot(wi, point->normal));
       if (trail) {
-        densities_.connect(trail->light, trail->part(depth + 1), {}, {pdf_camera_area, 0, reverse, 0}, square(distance));
-        weight *= densities_.connection(static_cast<std::size_t>(depth) + 1);
+        densities_.connect(trail->light, trail->part(events), {}, {pdf_camera_area, 0, pair.pdf_reverse, 0}, square(distance));
+        weight *= densities_.connection(static_cast<std::size_t>(events));
       } else {
-        weight *= mis_balance(pdf_camera_area / light_paths * path.mis.connected(settings_.mis_merge(), reverse), 0);
+        weight *= mis_balance(pdf_camera_area / light_paths * path.mis.connected(settings_.mis_merge(), pair.pdf_reverse), 0);
       }
     }
-    memory_.wave.gain({this, lens_point->film, path.throughput * scattered * (lens_point->importance * weight)},
-                      segment(ray_origin(point, wi), lens_point->lens_point));
+    memory_.wave.gain({this, lens.film, path.throughput * pair.value * (lens.importance * weight)},
+                      segment(ray_origin(*point, wi), lens.lens_point));
   }
 
   const RenderContext& context_;

@@ -35,14 +35,19 @@ struct SubPath {
   float pdf_bsdf = 0;  // with which the ray was sampled; 0: delta lobe, or its first
 };
 
-// Samples the direction in which a path goes on from its vertex number `depth` + 1; false where it ends. `trail`, where it is
-// kept, ends with that vertex.
-inline bool scatter(SubPath& path, Ray& ray, const VcmSettings& settings, const SurfacePoint& point, const Bsdf& bsdf,
-                    Sampler& sampler, int depth, TransportMode mode, std::vector<TrailVertex>* trail) {
-  const vec3 wo = -ray.direction;
+// Asks for a direction in which a path may go on.
+inline void ask_direction(BsdfBatch& batch, const SurfacePoint& point, const vec3& wo, Sampler& sampler) {
   const float u_lobe = sampler.get_1d();
-  const BsdfSample next = bsdf.sample(wo, u_lobe, sampler.get_2d(), mode);
+  batch.ask(point, wo, {u_lobe, sampler.get_2d()});
+}
+
+// Sends a path on from its vertex number `depth` + 1 in the direction that it got; false where it ends. `trail`, where it is
+// kept, ends with that vertex.
+inline bool scatter(SubPath& path, Ray& ray, const VcmSettings& settings, const SurfacePoint& point,
+                    const ReversibleSample& next, Sampler& sampler, int depth, TransportMode mode,
+                    std::vector<TrailVertex>* trail) {
   if (!next) return false;
+  const vec3 wo = -ray.direction;
   const float cos_out = std::abs(glm::dot(next.wi, point.normal));
   if (next.specular) {
     // Per solid angle: one for mirrors, cos_in / (eta^2 cos_out) at refraction.
@@ -53,9 +58,8 @@ inline bool scatter(SubPath& path, Ray& ray, const VcmSettings& settings, const 
     path.mis.scatter_specular(cos_out, stretch);
     if (trail) trail->back().leave(cos_out, 1, stretch, true);
   } else {
-    const float reverse = bsdf.pdf(next.wi, wo);
-    path.mis.scatter(settings.mis_merge(), settings.mis_connect(), cos_out, next.pdf_solid_angle, reverse);
-    if (trail) trail->back().leave(cos_out, next.pdf_solid_angle, reverse, false);
+    path.mis.scatter(settings.mis_merge(), settings.mis_connect(), cos_out, next.pdf_solid_angle, next.pdf_reverse);
+    if (trail) trail->back().leave(cos_out, next.pdf_solid_angle, next.pdf_reverse, false);
   }
   path.throughput *= next.weight;
   if (next.transmitted) path.roulette *= mode == TransportMode::radiance ? square(next.eta) : 1 / square(next.eta);

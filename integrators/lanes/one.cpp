@@ -6,10 +6,13 @@ namespace etendue {
 
 namespace {
 
+SurfaceOf<float> surface_of(const SurfacePoint& p) {
+  return {p.position, p.normal, p.shading_normal, p.tangent, p.retreat, p.uv, p.clearance};
+}
+
 template <class Events>
 SurfaceOf<float> surface_of(const Events& events, std::uint32_t i) {
-  const SurfacePoint p = events.on_triangles ? events.scene.surface_at(events.rays[i], events.hits[i]) : events.points[i];
-  return {p.position, p.normal, p.shading_normal, p.tangent, p.retreat, p.uv, p.clearance};
+  return surface_of(events.on_triangles ? events.scene.surface_at(events.rays[i], events.hits[i]) : events.points[i]);
 }
 
 struct ReadOne {
@@ -51,6 +54,33 @@ struct WriteOne {
 template <class M>
 void meet(PathEvents& events) {
   meet_material<float, M>(events, ReadOne{events}, WriteOne{events});
+}
+
+struct ReadQuery {
+  const BsdfEvents& events;
+
+  bool operator()(std::size_t at, bool, SurfaceOf<float>& point, vec3& wo, vec3& other) const {
+    const BsdfQuery& query = events.queries[events.which[at]];
+    point = surface_of(*query.point);
+    wo = query.wo;
+    other = query.other;
+    return true;
+  }
+  Rgb colour(const TexturedRgb& c, const SurfaceOf<float>& point, bool) const {
+    return evaluate(c, events.scene.textures, point.uv);
+  }
+};
+
+struct WriteAnswer {
+  const BsdfEvents& events;
+
+  void operator()(std::size_t at, const BsdfPair& pair) const { events.pairs[events.which[at]] = pair; }
+  void operator()(std::size_t at, const ReversibleSample& next) const { events.samples[events.which[at]] = next; }
+};
+
+template <class M>
+void ask(const BsdfEvents& events) {
+  ask_material<float, M>(events, ReadQuery{events}, WriteAnswer{events});
 }
 
 void start(const CameraPaths& paths) {
@@ -133,7 +163,7 @@ void meet_photon(PhotonEvents& events) {
 
 template <class... M>
 constexpr PathKernels path_kernels_of(const std::variant<M...>*) {
-  return {start, start_hemisphere, place, {meet<M>...}};
+  return {start, start_hemisphere, place, {meet<M>...}, {ask<M>...}};
 }
 template <class... M>
 constexpr PhotonKernels photon_kernels_of(const std::variant<M...>*) {

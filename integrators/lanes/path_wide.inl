@@ -118,6 +118,76 @@ void meet(PathEvents& events) {
   meet_material<F, M>(events, ReadWide{events}, WriteWide{events});
 }
 
+struct ReadQueries {
+  const BsdfEvents& events;
+
+  WideMask operator()(std::size_t first, bool uses_uvs, SurfaceOf<F>& point, WideVec3& wo, WideVec3& other) const {
+    std::uint32_t which[width];
+    const int count = read_which(events.which, first, which);
+    Rows<17> rows{};
+    for (int row = 0; row < width; ++row) {
+      const BsdfQuery& query = events.queries[which[row]];
+      const SurfacePoint& p = *query.point;
+      rows.put(0, row, p.normal);
+      rows.put(3, row, p.shading_normal);
+      rows.put(6, row, query.wo);
+      rows.put(9, row, query.other);
+      if (!uses_uvs) continue;
+      rows.put(12, row, p.uv.x);
+      rows.put(13, row, p.uv.y);
+      rows.put(14, row, p.tangent);
+    }
+    point.normal = rows.vec(0);
+    point.shading_normal = rows.vec(3);
+    wo = rows.vec(6);
+    other = rows.vec(9);
+    point.uv = {rows.floats(12), rows.floats(13)};
+    point.tangent = rows.vec(14);
+    return WideMask::first(count);
+  }
+  WideVec3 colour(const TexturedRgb& c, const SurfaceOf<F>& point, WideMask active) const {
+    return colour_of(events.scene, c, point, active);
+  }
+};
+
+struct WriteAnswers {
+  const BsdfEvents& events;
+
+  template <class Write>
+  void each(std::size_t first, const Write& write) const {
+    const int count = static_cast<int>(std::min<std::size_t>(width, events.which.size() - first));
+    for (int row = 0; row < count; ++row) write(row, events.which[first + static_cast<std::size_t>(row)]);
+  }
+  void operator()(std::size_t first, const BsdfPairOf<F>& pair) const {
+    Rows<5> rows;
+    rows.put(0, pair.value);
+    rows.put(3, pair.pdf);
+    rows.put(4, pair.pdf_reverse);
+    each(first, [&](int row, std::uint32_t i) {
+      events.pairs[i] = {rows.get_vec(0, row), rows.get(3, row), rows.get(4, row)};
+    });
+  }
+  void operator()(std::size_t first, const ReversibleSampleOf<F>& next) const {
+    Rows<9> rows;
+    rows.put(0, next.wi);
+    rows.put(3, next.weight);
+    rows.put(6, next.pdf_solid_angle);
+    rows.put(7, next.eta);
+    rows.put(8, next.pdf_reverse);
+    const unsigned specular = next.specular.lanes(), transmitted = next.transmitted.lanes();
+    each(first, [&](int row, std::uint32_t i) {
+      events.samples[i] = {{rows.get_vec(0, row), rows.get_vec(3, row), rows.get(6, row), (specular >> row & 1) != 0,
+                            (transmitted >> row & 1) != 0, rows.get(7, row)},
+                           rows.get(8, row)};
+    });
+  }
+};
+
+template <class M>
+void ask(const BsdfEvents& events) {
+  ask_material<F, M>(events, ReadQueries{events}, WriteAnswers{events});
+}
+
 void start(const CameraPaths& paths) {
   for (std::size_t first = 0; first < paths.pixels.size(); first += width) {
     const int count = static_cast<int>(std::min<std::size_t>(width, paths.pixels.size() - first));
@@ -190,7 +260,7 @@ void place(const TriangleHits& hits) {
 
 template <class... M>
 constexpr PathKernels path_kernels_of(const std::variant<M...>*) {
-  return {start, start_hemisphere, place, {meet<M>...}};
+  return {start, start_hemisphere, place, {meet<M>...}, {ask<M>...}};
 }
 
 }  // namespace

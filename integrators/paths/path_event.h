@@ -10,6 +10,7 @@
 #include "framework/transport/light_lanes.h"
 #include "framework/transport/ray_tools.h"
 #include "framework/transport/roulette.h"
+#include "integrators/paths/bsdf_event.h"
 #include "integrators/paths/hemisphere_strata.h"
 #include "integrators/paths/path.h"
 
@@ -46,8 +47,8 @@ struct PathEvents {
   bool scatters;  // else direct light alone is wanted
   bool roulette;
   float evenness = 1;  // as PathSettings
-  bool first;         // PathSample::first_normal is wanted
-  bool on_triangles;  // of the world; else `points` has the surfaces
+  bool first;          // PathSample::first_normal is wanted
+  bool on_triangles;   // of the world; else `points` has the surfaces
   std::span<const std::uint32_t> which;
   const PathState* states;
   const Ray* rays;
@@ -95,11 +96,13 @@ struct TriangleHits {
 };
 
 using MeetMaterial = void (*)(PathEvents& events);
+using AskMaterial = void (*)(const BsdfEvents& events);
 struct PathKernels {
   void (*start)(const CameraPaths& paths);
   void (*start_hemisphere)(const HemispherePaths& paths);
   void (*place)(const TriangleHits& hits);
   MeetMaterial meet[std::variant_size_v<Material>];  // by the material's index
+  AskMaterial ask[std::variant_size_v<Material>];
 };
 const PathKernels& path_kernels();  // of the instruction set that is chosen
 const PathKernels& path_kernels_one();

@@ -18,6 +18,21 @@ void surfaces_at(const Scene& scene, std::span<const Ray> rays, std::span<const 
   path_kernels().place({scene, which, rays.data(), hits.data(), points.data()});
 }
 
+void BsdfBatch::answer(const Scene& scene, TransportMode mode, std::vector<BsdfPair>* pairs,
+                       std::vector<ReversibleSample>* samples) {
+  begin();
+  answered_ = true;
+  if (pairs != nullptr && pairs->size() < queries_.size()) pairs->resize(queries_.size());
+  if (samples != nullptr && samples->size() < queries_.size()) samples->resize(queries_.size());
+  runs_.reset(scene.materials.size());
+  for (std::size_t i = 0; i < queries_.size(); ++i) runs_.add(queries_[i].point->material, static_cast<std::uint32_t>(i));
+  runs_.each([&](std::size_t material, std::span<const std::uint32_t> which) {
+    path_kernels().ask[scene.materials[material].index()]({scene, contents_of(scene.materials[material]), mode, which,
+                                                           queries_.data(), pairs != nullptr ? pairs->data() : nullptr,
+                                                           samples != nullptr ? samples->data() : nullptr});
+  });
+}
+
 void LightSamples::add(const SurfacePoint& point, const vec3& wo, const Rgb& throughput, PathSample& path) {
   states_.push_back({&path, throughput});
   rays_.push_back({.origin = point.position, .direction = -wo});

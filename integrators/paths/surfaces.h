@@ -10,6 +10,39 @@ namespace etendue {
 // points[i] becomes the surface that ray i met, if it met one. The buffer grows only.
 void surfaces_at(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits, std::vector<SurfacePoint>& points);
 
+// Queries to the BSDFs of a wave, which are answered together.
+class BsdfBatch {
+ public:
+  // The point must stay in place until the query is answered; `other` as BsdfQuery has it.
+  void ask(const SurfacePoint& point, const vec3& wo, const vec3& other) {
+    begin();
+    queries_.push_back({&point, wo, other});
+  }
+  // Answers to what was asked since the last ones, in that order; they and the points stay until more is asked.
+  const BsdfPair* pairs(const Scene& scene, TransportMode mode) {
+    answer(scene, mode, &pairs_, nullptr);
+    return pairs_.data();
+  }
+  const ReversibleSample* samples(const Scene& scene, TransportMode mode) {
+    answer(scene, mode, nullptr, &samples_);
+    return samples_.data();
+  }
+  const SurfacePoint& point(std::size_t query) const { return *queries_[query].point; }
+
+ private:
+  void begin() {
+    if (answered_) queries_.clear();
+    answered_ = false;
+  }
+  void answer(const Scene& scene, TransportMode mode, std::vector<BsdfPair>* pairs, std::vector<ReversibleSample>* samples);
+
+  bool answered_ = false;
+  std::vector<BsdfQuery> queries_;
+  std::vector<BsdfPair> pairs_;
+  std::vector<ReversibleSample> samples_;
+  Runs runs_;
+};
+
 // Light samples of a wave, none of which is MIS-weighted: the mean of each is the whole direct light (MisMode::light).
 class LightSamples {
  public:

@@ -39,27 +39,43 @@ class Wavefront {
   // trace_lights(light_samples) does so after each event.
   template <class Meet, class TraceLights>
   void run(const RenderContext& context, int depth, const Meet& meet, const TraceLights& trace_lights) {
+    run(context, depth, meet, trace_lights, [](const State&, const Ray&, std::size_t, int) { return true; });
+  }
+  // go_on(state, ray, i, depth) follows for the i-th of the paths that meet has not ended, to the same end as meet.
+  template <class Meet, class Together, class GoOn>
+  void run(const RenderContext& context, int depth, const Meet& meet, const Together& together, const GoOn& go_on) {
     for (; !states_.empty(); ++depth) {
       hits_.resize(rays_.size());
       trace(context, rays_, hits_);
       surfaces_at(context.scene, rays_, hits_, points_);
       gains_.clear();
       shadow_rays_.clear();
-      std::size_t going_on = 0;
-      for (std::size_t i = 0; i < states_.size(); ++i) {
+      keep([&](std::size_t i) {
         if (hits_[i]) rays_[i].t_max = hits_[i].t;
-        if (!meet(states_[i], rays_[i], hits_[i] ? &points_[i] : nullptr, depth)) continue;
-        states_[going_on] = states_[i];
-        rays_[going_on++] = rays_[i];
-      }
-      states_.erase(states_.begin() + static_cast<std::ptrdiff_t>(going_on), states_.end());
-      rays_.resize(going_on);
-      trace_lights(light_samples_);
+        return meet(states_[i], rays_[i], hits_[i] ? &points_[i] : nullptr, depth);
+      });
+      together(light_samples_);
+      keep([&](std::size_t i) { return go_on(states_[i], rays_[i], i, depth); });
       for_unoccluded(context, shadow_rays_, [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
     }
   }
 
  private:
+  template <class Kept>
+  void keep(const Kept& kept) {
+    std::size_t going_on = 0;
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      if (!kept(i)) continue;
+      if (going_on < i) {
+        states_[going_on] = states_[i];
+        rays_[going_on] = rays_[i];
+      }
+      ++going_on;
+    }
+    states_.erase(states_.begin() + static_cast<std::ptrdiff_t>(going_on), states_.end());
+    rays_.resize(going_on);
+  }
+
   std::vector<State> states_;
   std::vector<Ray> rays_;  // of the states
   std::vector<Hit> hits_;
