@@ -103,7 +103,13 @@ void VcmCameraPaths::ask_joints(const SurfacePoint& point, const vec3& wo, Camer
     if (depth + 1 + light.events > settings_.max_depth) break;
     if (ask_connection(point, wo, light)) ++connections;
   }
-  memory_.vertices.push_back({point, wo, walk, depth, light_sample, connections});
+  Vertex& vertex = memory_.vertices.next();
+  vertex.point = &point;
+  vertex.wo = wo;
+  vertex.walk = &walk;
+  vertex.depth = depth;
+  vertex.light_sample = light_sample;
+  vertex.connections = connections;
 }
 
 bool VcmCameraPaths::ask_light_sample(const SurfacePoint& point, const vec3& wo, Sampler& sampler) {
@@ -121,7 +127,10 @@ bool VcmCameraPaths::ask_connection(const SurfacePoint& point, const vec3& wo, c
   const float distance_squared = length_squared(towards);
   if (!(distance_squared > 0) || in_one_plane(point, light.point)) return false;
   const vec3 wi = towards / std::sqrt(distance_squared);
-  memory_.connections.push_back({&light, wi, distance_squared});
+  Connection& connection = memory_.connections.next();
+  connection.light = &light;
+  connection.wi = wi;
+  connection.distance_squared = distance_squared;
   memory_.camera_ends.ask(point, wo, wi);
   memory_.light_ends.ask(light.point, light.wo, -wi);
   return true;
@@ -132,7 +141,7 @@ void VcmCameraPaths::join() {
   const BsdfPair* camera_end = memory_.camera_ends.pairs(context_.scene, TransportMode::radiance);
   const BsdfPair* light_end = memory_.light_ends.pairs(context_.scene, TransportMode::importance);
   auto light_sample = memory_.light_samples.begin();
-  auto connection = memory_.connections.begin();
+  const Connection* connection = memory_.connections.begin();
   for (const Vertex& vertex : memory_.vertices) {
     if (vertex.light_sample) next_event(vertex, *light_sample++, *camera_end++);
     for (std::uint32_t i = 0; i < vertex.connections; ++i) connect(vertex, *connection++, *camera_end++, *light_end++);
@@ -143,13 +152,26 @@ void VcmCameraPaths::join() {
   memory_.connections.clear();
 }
 
+// What the path gains if nothing blocks the ray.
+inline void VcmCameraPaths::gain(const CameraWalk& walk, const Rgb& value, const Ray& shadow_ray) {
+  Gain& gain = memory_.gains.next();
+  gain.radiance = walk.radiance;
+  gain.value = value;
+  Ray& ray = memory_.shadow_rays.next();
+  ray.origin = shadow_ray.origin;
+  ray.t_min = shadow_ray.t_min;
+  ray.direction = shadow_ray.direction;
+  ray.t_max = shadow_ray.t_max;
+}
+
 void VcmCameraPaths::next_event(const Vertex& v, const LightSample& light, const BsdfPair& pair) {
   const auto& [scattered, pdf, reverse] = pair;
   if (is_black(scattered)) return;
+  const SurfacePoint& point = *v.point;
   const vec3& wi = light.wi;
-  const float emission = context_.lights.emission_pdf_over_cosine(light.light, -wi, v.point.position);
+  const float emission = context_.lights.emission_pdf_over_cosine(light.light, -wi, point.position);
   const bool point_light = light.delta && !std::isinf(light.distance);
-  const float to_area = std::abs(glm::dot(wi, v.point.normal)) / (point_light ? square(light.distance) : 1);
+  const float to_area = std::abs(glm::dot(wi, point.normal)) / (point_light ? square(light.distance) : 1);
   const float forward = light.delta ? 0 : pdf;
   float weight;
   if (settings_.correlation) {
@@ -157,17 +179,16 @@ void VcmCameraPaths::next_event(const Vertex& v, const LightSample& light, const
     const bool area = !light.delta && !std::isinf(light.distance);
     const float d2 = area ? square(light.distance) : 1, cos_light = area ? std::abs(glm::dot(light.normal, wi)) : 1;
     densities_.connect({light.pdf_solid_angle * cos_light / d2, forward * cos_light / d2, area ? 2 : 1}, {},
-                       v.walk.trail->vertices, {0, emission * to_area * cos_light / d2, 0, reverse},
-                       v.walk.trail->first_distance_squared);
+                       v.walk->trail->vertices, {0, emission * to_area * cos_light / d2, 0, reverse},
+                       v.walk->trail->first_distance_squared);
     weight = densities_.connection(0);
   } else {
     // [Georgiev2012b] eq. 44, 45.
     weight = mis_balance(forward / light.pdf_solid_angle, emission * to_area / light.pdf_solid_angle *
-                                                              v.walk.path.mis.connected(settings_.mis_merge(), reverse));
+                                                              v.walk->path.mis.connected(settings_.mis_merge(), reverse));
   }
-  memory_.gains.push_back(
-      {v.walk.radiance, v.walk.path.throughput * scattered * light.radiance * (weight / light.pdf_solid_angle)});
-  memory_.shadow_rays.push_back(shadow_ray(v.point, light));
+  gain(*v.walk, v.walk->path.throughput * scattered * light.radiance * (weight / light.pdf_solid_angle),
+       shadow_ray(point, light));
 }
 
 void VcmCameraPaths::connect(const Vertex& v, const Connection& connection, const BsdfPair& camera_end,
@@ -175,45 +196,42 @@ void VcmCameraPaths::connect(const Vertex& v, const Connection& connection, cons
   const auto& [camera_scattered, camera_forward, camera_reverse] = camera_end;
   const auto& [light_scattered, light_forward, light_reverse] = light_end;
   if (is_black(camera_scattered) || is_black(light_scattered)) return;
+  const SurfacePoint& point = *v.point;
   const LightVertex& light = *connection.light;
   const vec3& wi = connection.wi;
   const float distance2 = connection.distance_squared;
   // [Georgiev2012b] eq. 40, 41: the other strategies of the light's part, and of the camera's.
   const float camera_pdf_area = camera_forward * std::abs(glm::dot(wi, light.point.normal)) / distance2;
-  const float light_pdf_area = light_forward * std::abs(glm::dot(wi, v.point.normal)) / distance2;
+  const float light_pdf_area = light_forward * std::abs(glm::dot(wi, point.normal)) / distance2;
   float weight;
   if (settings_.correlation) {
-    densities_.connect(light.trail->light, light.trail->part(light.events), v.walk.trail->vertices,
-                       {camera_pdf_area, light_pdf_area, light_reverse, camera_reverse}, v.walk.trail->first_distance_squared);
+    densities_.connect(light.trail->light, light.trail->part(light.events), v.walk->trail->vertices,
+                       {camera_pdf_area, light_pdf_area, light_reverse, camera_reverse}, v.walk->trail->first_distance_squared);
     weight = densities_.connection(static_cast<std::size_t>(light.events));
   } else {
     const float merge = settings_.mis_merge();
     weight = mis_balance(camera_pdf_area * light.mis.connected(merge, light_reverse),
-                         light_pdf_area * v.walk.path.mis.connected(merge, camera_reverse));
+                         light_pdf_area * v.walk->path.mis.connected(merge, camera_reverse));
   }
-  memory_.gains.push_back(
-      {v.walk.radiance, v.walk.path.throughput * camera_scattered * light_scattered * light.power * (weight / distance2)});
-  memory_.shadow_rays.push_back(segment(v.point, light.point, wi));
+  gain(*v.walk, v.walk->path.throughput * camera_scattered * light_scattered * light.power * (weight / distance2),
+       segment(point, light.point, wi));
 }
 
 void VcmCameraPaths::merge(const Vertex& v) {
   static constexpr CameraTrail none;
-  const Bsdf bsdf(context_.scene, v.point);
+  const Bsdf bsdf(context_.scene, *v.point);
   memory_.conditional.clear();
-  const SubPath& path = v.walk.path;
-  Rgb& radiance = *v.walk.radiance;
-  radiance += path.throughput * merges_.radiance(v.point, bsdf, v.wo, path.mis, v.depth, v.walk.trail ? *v.walk.trail : none,
-                                                 memory_.conditional);
-  for (const VcmMerges::Conditional& merge : memory_.conditional) {
-    memory_.gains.push_back({&radiance, path.throughput * merge.radiance});
-    memory_.shadow_rays.push_back(merge.way);
-  }
+  const SubPath& path = v.walk->path;
+  *v.walk->radiance += path.throughput * merges_.radiance(*v.point, bsdf, v.wo, path.mis, v.depth,
+                                                          v.walk->trail ? *v.walk->trail : none, memory_.conditional);
+  for (const VcmMerges::Conditional& merge : memory_.conditional) gain(*v.walk, path.throughput * merge.radiance, merge.way);
   constexpr std::size_t most_kept = 1 << 16;  // a wide radius finds thousands of them
   if (memory_.gains.size() > most_kept) finish();
 }
 
 void VcmCameraPaths::finish() {
-  for_unoccluded(context_, memory_.shadow_rays, [&](std::size_t i) { *memory_.gains[i].radiance += memory_.gains[i].value; });
+  for_unoccluded(context_, std::span{memory_.shadow_rays.data(), memory_.shadow_rays.size()},
+                 [&](std::size_t i) { *memory_.gains[i].radiance += memory_.gains[i].value; });
   memory_.gains.clear();
   memory_.shadow_rays.clear();
 }

@@ -31,9 +31,9 @@ class VcmCameraPaths {
   // A vertex that is joined to lights and light paths, with `depth` events before it. Its light sample and its connections are
   // the next ones of their lists.
   struct Vertex {
-    const SurfacePoint& point;
+    const SurfacePoint* point;
     vec3 wo;
-    const CameraWalk& walk;
+    const CameraWalk* walk;
     int depth;
     bool light_sample;
     std::uint32_t connections;
@@ -53,15 +53,15 @@ class VcmCameraPaths {
     std::vector<PathSample> paths;
     std::vector<CameraTrail> trails;  // of the paths, where weights ask for them
     // Of an event of the wave.
-    std::vector<Vertex> vertices;
+    GrowingList<Vertex> vertices;
     std::vector<LightSample> light_samples;
-    std::vector<Connection> connections;
+    GrowingList<Connection> connections;
     BsdfBatch camera_ends;  // of light samples and connections, vertex by vertex
     BsdfBatch light_ends;   // of connections
     BsdfBatch onwards;      // of the paths that meet has not ended
     // Of the tile.
-    std::vector<Gain> gains;
-    std::vector<Ray> shadow_rays;  // of the gains
+    GrowingList<Gain> gains;
+    GrowingList<Ray> shadow_rays;  // of the gains
     std::vector<VcmMerges::Conditional> conditional;
   };
   static Memory& memory_of_thread() {
@@ -80,6 +80,7 @@ class VcmCameraPaths {
   void next_event(const Vertex& vertex, const LightSample& light, const BsdfPair& pair);
   void connect(const Vertex& vertex, const Connection& connection, const BsdfPair& camera_end, const BsdfPair& light_end);
   void merge(const Vertex& vertex);
+  void gain(const CameraWalk& walk, const Rgb& value, const Ray& shadow_ray);
   void finish();
 
   const RenderContext& context_;

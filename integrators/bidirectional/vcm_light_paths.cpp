@@ -57,8 +57,8 @@ class LightPaths::Tracer {
   struct Memory {
     std::vector<LightWalk> walks;
     Wavefront<LightWalk*, Candidate> wave;
-    std::vector<Found> found;  // event by event
-    std::vector<Splattable> splats;
+    GrowingList<Found> found;  // event by event
+    GrowingList<Splattable> splats;
     BsdfBatch splat_pairs;  // of the splats
     BsdfBatch onwards;      // of the paths that meet has not ended
   };
@@ -129,7 +129,17 @@ class LightPaths::Tracer {
     if (trail) follow(*trail, walk, ray, point, depth);
     if (has_non_specular(context_.scene.materials[point.material])) {
       ask_splat(walk, wo, point);
-      if (keep_) memory_.found.push_back({walk.number, {point, wo, ray.t_max, path.throughput, path.mis, depth + 1, trail}});
+      if (keep_) {
+        auto& [number, vertex] = memory_.found.next();
+        number = walk.number;
+        vertex.point = point;
+        vertex.wo = wo;
+        vertex.flown = ray.t_max;
+        vertex.power = path.throughput;
+        vertex.mis = path.mis;
+        vertex.events = depth + 1;
+        vertex.trail = trail;
+      }
     }
     if (depth + 1 >= settings_.max_depth) return false;
     ask_direction(memory_.onwards, point, wo, walk.sampler);
@@ -183,7 +193,12 @@ class LightPaths::Tracer {
     const float distance = glm::length(towards);
     if (!(distance > 0)) return;
     const vec3 wi = towards / distance;
-    memory_.splats.push_back({&walk, &point, *lens_point, wi, distance});
+    Splattable& splattable = memory_.splats.next();
+    splattable.walk = &walk;
+    splattable.point = &point;
+    splattable.lens = *lens_point;
+    splattable.wi = wi;
+    splattable.distance = distance;
     memory_.splat_pairs.ask(point, wo, wi);
   }
 

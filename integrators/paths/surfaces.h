@@ -2,6 +2,7 @@
 // there path by path.
 #pragma once
 
+#include "framework/core/growing_list.h"
 #include "integrators/paths/path_event.h"
 #include "integrators/paths/runs.h"
 
@@ -16,7 +17,10 @@ class BsdfBatch {
   // The point must stay in place until the query is answered; `other` as BsdfQuery has it.
   void ask(const SurfacePoint& point, const vec3& wo, const vec3& other) {
     begin();
-    queries_.push_back({&point, wo, other});
+    BsdfQuery& query = queries_.next();
+    query.point = &point;
+    query.wo = wo;
+    query.other = other;
   }
   // Answers to what was asked since the last ones, in that order; they and the points stay until more is asked.
   const BsdfPair* pairs(const Scene& scene, TransportMode mode) {
@@ -37,7 +41,7 @@ class BsdfBatch {
   void answer(const Scene& scene, TransportMode mode, std::vector<BsdfPair>* pairs, std::vector<ReversibleSample>* samples);
 
   bool answered_ = false;
-  std::vector<BsdfQuery> queries_;
+  GrowingList<BsdfQuery> queries_;
   std::vector<BsdfPair> pairs_;
   std::vector<ReversibleSample> samples_;
   Runs runs_;

@@ -22,8 +22,8 @@ class Wavefront {
 
   // Arrives once every path has been through its present event. What it points to must stay in place.
   void gain(const Gained& gained, const Ray& shadow_ray) {
-    gains_.push_back(gained);
-    shadow_rays_.push_back(shadow_ray);
+    gains_.next() = gained;
+    shadow_rays_.next() = shadow_ray;
   }
 
   // Light samples that are worked out together, and come in before what else is gained.
@@ -56,33 +56,35 @@ class Wavefront {
       });
       together(light_samples_);
       keep([&](std::size_t i) { return go_on(states_[i], rays_[i], i, depth); });
-      for_unoccluded(context, shadow_rays_, [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
+      for_unoccluded(context, std::span{shadow_rays_.data(), shadow_rays_.size()},
+                     [&](std::size_t i) { gains_[i].arrive(shadow_rays_[i]); });
     }
   }
 
  private:
   template <class Kept>
   void keep(const Kept& kept) {
-    std::size_t going_on = 0;
-    for (std::size_t i = 0; i < states_.size(); ++i) {
-      if (!kept(i)) continue;
-      if (going_on < i) {
-        states_[going_on] = states_[i];
-        rays_[going_on] = rays_[i];
-      }
-      ++going_on;
+    kept_.clear();
+    for (std::uint32_t i = 0; i < states_.size(); ++i)
+      if (kept(i)) kept_.push_back(i);
+    if (kept_.size() == states_.size()) return;
+    // Only now: a ray that was just stored piece by piece is slow to copy.
+    for (std::size_t i = 0; i < kept_.size(); ++i) {
+      states_[i] = states_[kept_[i]];
+      rays_[i] = rays_[kept_[i]];
     }
-    states_.erase(states_.begin() + static_cast<std::ptrdiff_t>(going_on), states_.end());
-    rays_.resize(going_on);
+    states_.erase(states_.begin() + static_cast<std::ptrdiff_t>(kept_.size()), states_.end());
+    rays_.resize(kept_.size());
   }
 
   std::vector<State> states_;
   std::vector<Ray> rays_;  // of the states
+  std::vector<std::uint32_t> kept_;
   std::vector<Hit> hits_;
   std::vector<SurfacePoint> points_;
   LightSamples light_samples_;
-  std::vector<Gained> gains_;
-  std::vector<Ray> shadow_rays_;  // of the gains
+  GrowingList<Gained> gains_;
+  GrowingList<Ray> shadow_rays_;  // of the gains
 };
 
 }  // namespace etendue
