@@ -26,6 +26,7 @@ constexpr double mostly_direct = 0.85;                       // of the light: th
 constexpr double direct_noise = 0.4;                         // if this share of what paths leave is the noise of direct light
 constexpr double much_direct = 0.6, all_direct_noise = 0.9;  // less of it, if that noise is all there is
 constexpr double little_noise = 0.1;                         // of a path, below which records' own error outweighs it
+constexpr double no_noise = 1e-6;                            // of an image: less than what stored light is off by
 constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
 constexpr double rays_for_paths = 4000;
@@ -46,6 +47,8 @@ class Chooser {
       return {
           "path", {}, "no light reaches a rough surface that the camera sees, so that there is nothing to cache or to gather"};
     if (caustics_are_hard()) return for_caustics();
+    if (noise_of_paths() < no_noise)
+      return {"path", {}, "paths leave so little noise that nothing stored between them could have less error"};
     if ((found_.direct_light >= much_direct || photons_are_blind()) &&
         found_.direct_error >= all_direct_noise * found_.path_error)
       return {"path", {}, "the noise of direct light is all that paths leave, and no method samples that better"};
@@ -67,6 +70,9 @@ class Chooser {
   }
 
  private:
+  // What paths leave at the end of the budget, at one ray's time for each of theirs.
+  double noise_of_paths() const { return found_.path_error * std::max(1.0, found_.rays_per_path) / rays_; }
+
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
   // from.
   bool caustics_are_hard() const {
@@ -133,8 +139,10 @@ class Chooser {
       return cache("hash-cache", "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes");
     const std::string share = fill < rays_ ? percent(fill / rays_) : "more than all";
     if (fill > fill_share * rays_)
-      return cache("hash-cache", fmt::format("about {:.0f} records would take {} of the budget before the first image",
-                                             found_.records, share));
+      return cache("radiance-cache",
+                   fmt::format("about {:.0f} records would take {} of the budget, and this cache traces the fewest rays for "
+                               "each",
+                               found_.records, share));
     return cache("irradiance-cache",
                  fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of "
                              "the budget",

@@ -65,8 +65,10 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:glass-caustic", 1, "irradiance-cache"},  // and no time for it
       {"builtin:thin-wall", 4, "irradiance-cache"},      // mirrors that paths find the light in
       {"builtin:two-rooms", 4, "hash-cache"},            // light through a door
-      {"builtin:cornell-box", 1, "hash-cache"},          // no time for records
-      {"builtin:cornell-box", 16, "irradiance-cache"}};
+      {"builtin:cornell-box", 1, "radiance-cache"},      // little time for records
+      {"builtin:cornell-box", 16, "irradiance-cache"},
+      {"builtin:furnace", 4, "path"},                           // no noise at all, so that nothing stored can have less error
+      {"builtin:lambert-sphere-off-centre", 4, "hash-cache"}};  // little noise
   EXPECT_EQ(name_in("builtin:glass-caustic", {0, 0, 0.01}), "sppm");  // an error that a cache without the caustic never reaches
   for (const auto& [scene, seconds, method] : expected)
     EXPECT_EQ(name_in(scene, {seconds}), method) << scene << " in " << seconds;
