@@ -22,6 +22,7 @@ constexpr double few_photons = 0.5;            // of those emitted, that land on
 constexpr double rare_photons = 0.02;
 constexpr double certain = 10;  // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
+constexpr double entirely_even = 1.05;                       // contrast of light that ends at borders alone
 constexpr double mostly_direct = 0.85;                       // of the light: the rest is not worth a cache,
 constexpr double direct_noise = 0.4;                         // if this share of what paths leave is the noise of direct light
 constexpr double much_direct = 0.6, all_direct_noise = 0.9;  // less of it, if that noise is all there is
@@ -29,8 +30,9 @@ constexpr double little_noise = 0.1;                         // of a path, below
 constexpr double no_noise = 1e-6;                            // of an image: less than what stored light is off by
 constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
-constexpr double rays_for_paths = 4000;
-constexpr double hidden_light = 9;  // path error over direct error from which indirect light is hard to find
+constexpr double enough_hits = 300;     // a pixel: with as many caustic paths that meet a light, their mean is known better
+constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find,
+constexpr double known_well = 1e-4;     // unless there is time for records to know it as well as this
 constexpr double rays_per_record = 4000, fill_share = 0.2;
 
 double pixels_of(ivec2 resolution) { return static_cast<double>(resolution.x) * resolution.y; }
@@ -73,6 +75,9 @@ class Chooser {
   // What paths leave at the end of the budget, at one ray's time for each of theirs.
   double noise_of_paths() const { return found_.path_error * std::max(1.0, found_.rays_per_path) / rays_; }
 
+  // What a record would be off by if all of the budget were paths from the records.
+  double noise_of_records() const { return noise_of_paths() * found_.records / pixels_of(context_.resolution); }
+
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
   // from.
   bool caustics_are_hard() const {
@@ -104,6 +109,8 @@ class Chooser {
                    light + ", and in so little time the photons that land there are spots: a cache leaves most of it out");
     if (found_.caustic_contrast >= sharp_caustics)
       return {"sppm", {}, light + ", and it is sharp, so that the photons' radii must shrink"};
+    if (found_.caustic_contrast < entirely_even && found_.surface < 1)
+      return {"sppm", {}, light + ", and it is even up to borders in view, where radii would shrink late by a test"};
     if (bias_ == BiasAllowed::any && found_.caustic_contrast < even_caustics && found_.caustic_light < minor_caustics &&
         rays_ >= many_rays)
       return {"photon-cache", {}, light + ", it is even, and there is time for a map and records"};
@@ -122,9 +129,9 @@ class Chooser {
       return {"path", {}, "no unbiased method is faster where light needs no specular surface to get there"};
     const double hidden = found_.direct_error > 0 ? found_.path_error / found_.direct_error : infinity;
     const double fill = found_.records * rays_per_record / pixels_of(context_.resolution);
-    if (found_.caustic_light >= mostly_caustic && rays_ >= rays_for_paths)
+    if (found_.caustic_light >= mostly_caustic && rays_ * found_.caustic_hits >= enough_hits)
       return {"path", {}, "paths find the light behind specular surfaces easily, and there is time enough for them"};
-    if (hidden >= hidden_light && found_.caustic_light < mostly_caustic)
+    if (hidden >= hidden_light && found_.caustic_light < mostly_caustic && noise_of_records() >= known_well)
       return cache("hash-cache",
                    "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid "
                    "learn it soonest");
