@@ -139,7 +139,7 @@ class Chooser {
       return cache("hash-cache",
                    "hardly any of the light that is emitted gets into view, and paths that share it through a hash grid learn "
                    "it soonest");
-    if (found_.path_error < little_noise)
+    if (found_.path_error < little_noise && hidden < hidden_light)
       return cache("hash-cache",
                    "paths leave so little noise that the error of interpolating between records would outweigh it");
     if (bias_ == BiasAllowed::vanishing)

@@ -63,7 +63,8 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:polygon-light", {{4, "path"}}},                                     // nothing but direct light
       {"builtin:white-furnace", {{4, "path"}}},                                     // hardly a rough surface
       {"builtin:furnace", {{4, "path"}}},                                           // no noise at all,
-      {"builtin:lambert-sphere-off-centre", {{4, "hash-cache"}}},                   // and little
+      {"builtin:concentric-spheres", {{4, "hash-cache"}}},                          // little, of direct light,
+      {"builtin:lambert-sphere-off-centre", {{4, "irradiance-cache"}}},             // and of indirect light
       {"builtin:water", {{4, "cppm"}}},                                             // all light through water, evenly
       {"builtin:edge", {{4, "sppm"}}},                                              // the same, up to a border in view
       {"builtin:glass-caustic", {{1, "irradiance-cache"}, {16, "sppm"}}},           // a sharp caustic takes time
