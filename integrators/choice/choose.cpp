@@ -30,7 +30,6 @@ constexpr double little_noise = 0.1;                         // of a path, below
 constexpr double no_noise = 1e-6;                            // of an image: less than what stored light is off by
 constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
-constexpr double enough_hits = 300;     // a pixel: with as many caustic paths that meet a light, their mean is known better
 constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find,
 constexpr double known_well = 1e-4;     // unless there is time for records to know it as well as this
 constexpr double rays_per_record = 4000, fill_share = 0.2;
@@ -129,8 +128,6 @@ class Chooser {
       return {"path", {}, "no unbiased method is faster where light needs no specular surface to get there"};
     const double hidden = found_.direct_error > 0 ? found_.path_error / found_.direct_error : infinity;
     const double fill = found_.records * rays_per_record / pixels_of(context_.resolution);
-    if (found_.caustic_light >= mostly_caustic && rays_ * found_.caustic_hits >= enough_hits)
-      return {"path", {}, "paths find the light behind specular surfaces easily, and there is time enough for them"};
     if (hidden >= hidden_light && found_.caustic_light < mostly_caustic && noise_of_records() >= known_well)
       return cache("hash-cache",
                    "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid "

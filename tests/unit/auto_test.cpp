@@ -68,8 +68,7 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:water", {{4, "cppm"}}},                                             // all light through water, evenly
       {"builtin:edge", {{4, "sppm"}}},                                              // the same, up to a border in view
       {"builtin:glass-caustic", {{1, "irradiance-cache"}, {16, "sppm"}}},           // a sharp caustic takes time
-      {"builtin:thin-wall", {{4, "irradiance-cache"}}},                             // mirrors that paths find the light in,
-      {"builtin:broad-light", {{1, "irradiance-cache"}, {4, "path"}}},              // and have found it often in
+      {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},   // mirrors that paths find the light in
       {"builtin:two-rooms", {{4, "hash-cache"}, {16, "irradiance-cache"}}},         // light through a door
       {"builtin:cornell-box", {{1, "radiance-cache"}, {16, "irradiance-cache"}}}};  // records take time
   for (const auto& [name, choices] : expected) {
