@@ -16,6 +16,7 @@ namespace {
 constexpr double default_iterations = 64;
 constexpr double least_caustic_light = 0.003;  // of all light, above which it is looked at
 constexpr double rare_hits = 0.03;             // caustic hits over caustic light below which paths find too little of it
+constexpr double record_hits = 12.0 / 768;     // and where it is most of the light: a dozen among the rays of a record
 constexpr double sharp_caustics = 5;           // contrast from which radii must shrink everywhere
 constexpr double rays_for_sharp = 500;         // a pixel: with fewer, photons of sharp caustics are spots
 constexpr double few_photons = 0.5;            // of those emitted, that land on what is seen
@@ -77,11 +78,13 @@ class Chooser {
   // What a record would be off by if all of the budget were paths from the records.
   double noise_of_records() const { return noise_of_paths() * found_.records / pixels_of(context_.resolution); }
 
+  static double rare_hits_of(double light) { return light >= mostly_caustic ? record_hits : rare_hits * light; }
+
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
   // from.
   bool caustics_are_hard() const {
     const double light = found_.caustic_light;
-    if (!context_.needs.caustic_map || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
+    if (!context_.needs.caustic_map || light < least_caustic_light || found_.caustic_hits >= rare_hits_of(light)) return false;
     // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
     const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, 1.0 / 16384);
     if (photons_are_blind()) return false;
