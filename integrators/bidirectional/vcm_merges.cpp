@@ -45,7 +45,7 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
   static thread_local PathDensities densities;
   densities.count_strategies(static_cast<float>(settings_.paths), settings_.merge_area());
   const vec3 normal = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
-  const NearWalls walls = walls_ ? walls_->near(point.position, normal, settings_.merge_radius) : NearWalls();
+  const NearWalls walls = walls_ ? walls_->near(point.position, normal, settings_.merge_radius, false) : NearWalls();
   const float share = 1 / settings_.mis_merge();
   Rgb sum(0);
   for (const Neighbour& neighbour : neighbours) {

@@ -192,7 +192,7 @@ WallGrid::Range WallGrid::cells_about(const Bounds& bounds) const {
   return {uvec3(cell(bounds.lower - radius_)), uvec3(cell(bounds.upper + radius_)) + 1u};
 }
 
-NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius) const {
+NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius, bool side_test) const {
   NearWalls walls;
   walls.position_ = position;
   walls.count_ = NearWalls::too_many;
@@ -202,7 +202,10 @@ NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius)
   const Cell& cell = cells_[index(uvec3(at))];
   if (cell.count == NearWalls::too_many) return walls;
   walls.count_ = 0;
-  if (cell.count == 1 && sheets_[cell.first].hides_none(normal, position, radius)) return walls;
+  const auto hides_none = [&](const Sheet& sheet) {
+    return !sheet.is_sphere || (side_test && sheet.holds_ball(position, normal, radius));
+  };
+  if (cell.count == 1 && hides_none(sheets_[cell.first])) return walls;
   walls.rounding_ = rounding_;
   const float longest_way = 2 * radius + rounding_;  // to a photon within the radius, and from there before its landing
   for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
@@ -214,7 +217,7 @@ NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius)
     const float facing = apart ? height : glm::dot(sheet.normal_at(position), normal);
     const bool own = !apart && std::abs(facing) > 0.999f;
     walls.add(sheet, apart || own ? std::copysign(1.0f, facing) : 0.0f, own);
-    if (!own || !sheet.hides_none(normal, position, radius)) walls.count_ = static_cast<int>(cell.count);
+    if (!own || !hides_none(sheet)) walls.count_ = static_cast<int>(cell.count);
   }
   return walls;
 }

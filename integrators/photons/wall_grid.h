@@ -44,10 +44,10 @@ struct Sheet {
   bool is_beside(const vec3& p, float distance) const {
     return max_component(glm::max(bounds.lower - p, p - bounds.upper)) > distance;
   }
-  // Where no other sheet is near, can it not stand between a point of it and what is gathered on the side of unit `normal`? The
-  // side test tells the sides of a plane; those of a sphere, too, within its radius, and what is inside sees all else there.
-  bool hides_none(const vec3& normal, const vec3& p, float radius) const {
-    return !is_sphere || (radius <= height_or_radius && glm::dot(normal_at(p), normal) < 0);
+  // Of a sphere: is its inside on the side of unit `normal` at a point of it, and the radius within its own? Then what has
+  // passed a side test lies inside, where nothing of the sphere hides it.
+  bool holds_ball(const vec3& p, const vec3& normal, float radius) const {
+    return radius <= height_or_radius && glm::dot(normal_at(p), normal) < 0;
   }
   vec3 normal_at(const vec3& p) const { return is_sphere ? glm::normalize(p - normal_or_centre) : normal_or_centre; }
 };
@@ -106,8 +106,9 @@ class WallGrid {
   WallGrid(const Scene& scene, float radius);
 
   float radius() const { return radius_; }
-  // About a surface point that gathers on the side of unit `normal`, within `radius`.
-  NearWalls near(const vec3& position, const vec3& normal, float radius) const;
+  // About a surface point that gathers on the side of unit `normal`, within `radius`. `side_test`: what landed on another side
+  // is refused beforehand, and not by the BSDF alone.
+  NearWalls near(const vec3& position, const vec3& normal, float radius, bool side_test = true) const;
 
  private:
   struct Cell {

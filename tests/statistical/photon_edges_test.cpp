@@ -219,18 +219,20 @@ TEST(PhotonEdges, ProbesDoNotCountWhatStoresNoPhotons) {
 
 // Pixels at growing distances from the floor's edge, sixteen iterations.
 // A ball of radius 1 in another of radius 2, and what stands on the inner one's wall at z = -1.
-NearWalls walls_in_ball(const vec3& normal, float reach, const std::optional<Material>& plate = std::nullopt) {
+NearWalls walls_in_ball(const vec3& normal, float reach, const std::optional<Material>& plate = std::nullopt,
+                        bool side_test = true) {
   SceneBuilder b("balls");
   const auto white = b.material(Diffuse{Rgb(1)});
   b.quadric(Sphere{vec3(0), 1}, white);
   b.quadric(Sphere{vec3(0), 2}, white);
   if (plate) b.mesh(quad({0.05f, -1, -1}, {0.05f, 1, -1}, {0.05f, 1, 1}, {0.05f, -1, 1}), b.material(*plate));
-  return WallGrid(b.finish(), reach).near({0, 0, -1}, normal, reach);
+  return WallGrid(b.finish(), reach).near({0, 0, -1}, normal, reach, side_test);
 }
 
 TEST(PhotonEdges, InsideOfABallNothingHidesButWhatStandsThere) {
   const vec3 inside(0, 0, 1), outside(0, 0, -1);
   EXPECT_TRUE(walls_in_ball(inside, 0.3f).none());
+  EXPECT_FALSE(walls_in_ball(inside, 0.3f, std::nullopt, false).none());  // what landed outside, too, may come to be looked at
   EXPECT_FALSE(walls_in_ball(outside, 0.3f).none());
   EXPECT_FALSE(walls_in_ball(inside, 0.6f).none());  // of the outer one's inside
   EXPECT_FALSE(walls_in_ball(inside, 0.3f, Diffuse{Rgb(0)}).none());
