@@ -23,17 +23,16 @@ constexpr double few_photons = 0.5;            // of those emitted, that land on
 constexpr double rare_photons = 0.02;
 constexpr double certain = 10;  // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
-constexpr double entirely_even = 1.05;                       // contrast of light that ends at borders alone
-constexpr double mostly_direct = 0.85;                       // of the light: the rest is not worth a cache,
-constexpr double direct_noise = 0.4;                         // if this share of what paths leave is the noise of direct light
-constexpr double much_direct = 0.6, all_direct_noise = 0.9;  // less of it, if that noise is all there is
-constexpr double little_noise = 0.1;                         // of a path, below which records' own error outweighs it
-constexpr double no_noise = 1e-6;                            // of an image: less than what stored light is off by
+constexpr double entirely_even = 1.05;    // contrast of light that ends at borders alone
+constexpr double much_direct = 0.6;       // of the light: there is little to share,
+constexpr double all_direct_noise = 0.9;  // if this share of what paths leave is the noise of direct light
+constexpr double little_noise = 0.1;      // of a path, below which records' own error outweighs it
+constexpr double no_noise = 1e-6;         // of an image: less than what stored light is off by
 constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
 constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find,
 constexpr double known_well = 2e-4;     // unless there is time for records to know it as well as this
-constexpr double rays_per_record = 4000, fill_share = 0.2;
+constexpr double rays_per_record = 4000, fill_share = 0.1;
 
 double pixels_of(ivec2 resolution) { return static_cast<double>(resolution.x) * resolution.y; }
 
@@ -54,11 +53,6 @@ class Chooser {
     if ((found_.direct_light >= much_direct || photons_are_blind()) &&
         found_.direct_error >= all_direct_noise * found_.path_error)
       return {"path", {}, "the noise of direct light is all that paths leave, and no method samples that better"};
-    if (found_.direct_light >= mostly_direct && found_.direct_error >= direct_noise * found_.path_error)
-      return {"path",
-              {},
-              fmt::format("{} of the light comes straight from the lights, and no method samples that better",
-                          percent(found_.direct_light))};
     if (found_.diffuse < fewest_diffuse)
       return {
           "path", {}, fmt::format("{} of what is seen is diffuse, which is all that caches serve", percent(found_.diffuse))};
