@@ -32,7 +32,7 @@ constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
 constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find,
 constexpr double known_well = 2e-4;     // unless there is time for records to know it as well as this
-constexpr double rays_per_record = 4000, fill_share = 0.1;
+constexpr double rays_per_record = 4000, fill_share = 0.2;
 
 double pixels_of(ivec2 resolution) { return static_cast<double>(resolution.x) * resolution.y; }
 

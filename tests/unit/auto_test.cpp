@@ -72,7 +72,7 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},   // mirrors that paths find the light in
       {"builtin:black-surroundings", {{4, "irradiance-cache"}}},                    // and less easily,
       {"builtin:veiled-lamp", {{4, "cppm"}}},                                       // and too seldom
-      {"builtin:two-rooms", {{1, "hash-cache"}, {4, "radiance-cache"}}},            // light through a door
+      {"builtin:two-rooms", {{1, "hash-cache"}, {4, "irradiance-cache"}}},          // light through a door
       {"builtin:cornell-box", {{1, "radiance-cache"}, {16, "irradiance-cache"}}}};  // records take time
   for (const auto& [name, choices] : expected) {
     Scene scene = load_scene(name);
