@@ -72,7 +72,11 @@ class Chooser {
   // What a record would be off by if all of the budget were paths from the records.
   double noise_of_records() const { return noise_of_paths() * found_.records / pixels_of(context_.resolution); }
 
-  static double rare_hits_of(double light) { return light >= mostly_caustic ? record_hits : rare_hits * light; }
+  // Rays a pixel that fill a cache.
+  double fill() const { return found_.records * rays_per_record / pixels_of(context_.resolution); }
+  bool fills_soon() const { return fill() <= fill_share * rays_; }
+
+  double rare_hits_of(double light) const { return light >= mostly_caustic && fills_soon() ? record_hits : rare_hits * light; }
 
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
   // from.
@@ -124,7 +128,6 @@ class Chooser {
     if (bias_ == BiasAllowed::none)
       return {"path", {}, "no unbiased method is faster where light needs no specular surface to get there"};
     const double hidden = found_.direct_error > 0 ? found_.path_error / found_.direct_error : infinity;
-    const double fill = found_.records * rays_per_record / pixels_of(context_.resolution);
     if (hidden >= hidden_light && found_.caustic_light < mostly_caustic && noise_of_records() >= known_well)
       return cache("hash-cache",
                    "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid "
@@ -138,8 +141,8 @@ class Chooser {
                    "paths leave so little noise that the error of interpolating between records would outweigh it");
     if (bias_ == BiasAllowed::vanishing)
       return cache("hash-cache", "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes");
-    const std::string share = fill < rays_ ? percent(fill / rays_) : "more than all";
-    if (fill > fill_share * rays_)
+    const std::string share = fill() < rays_ ? percent(fill() / rays_) : "more than all";
+    if (!fills_soon())
       return cache("radiance-cache",
                    fmt::format("about {:.0f} records would take {} of the budget, and this cache traces the fewest rays for "
                                "each",

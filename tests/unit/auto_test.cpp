@@ -70,7 +70,7 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:edge", {{4, "sppm"}}},                                              // the same, up to a border in view
       {"builtin:glass-caustic", {{1, "irradiance-cache"}, {16, "sppm"}}},           // a sharp caustic takes time
       {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},   // mirrors that paths find the light in
-      {"builtin:black-surroundings", {{4, "irradiance-cache"}}},                    // and less easily,
+      {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "irradiance-cache"}}},     // and less easily,
       {"builtin:veiled-lamp", {{4, "cppm"}}},                                       // and too seldom
       {"builtin:two-rooms", {{1, "hash-cache"}, {4, "irradiance-cache"}}},          // light through a door
       {"builtin:cornell-box", {{1, "radiance-cache"}, {16, "irradiance-cache"}}}};  // records take time
