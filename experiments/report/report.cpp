@@ -24,6 +24,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 
 namespace etendue {
@@ -101,6 +102,20 @@ std::vector<std::string> conflicting_scenes(const RunLog& merged, const std::vec
     if (std::ranges::any_of(logs, has_other)) scenes.push_back(kept.scene);
   }
   return scenes;
+}
+
+// Merging keeps one of each cell, that of the last directory.
+std::vector<std::string> repeated_cells(const std::vector<RunLog>& logs, const std::vector<std::string>& directories) {
+  std::vector<std::string> notes;
+  std::set<CellName> known;
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const auto repeated = static_cast<std::size_t>(
+        std::ranges::count_if(logs[i].cells, [&](const CellRecord& record) { return !known.insert(record.cell).second; }));
+    if (repeated > 0)
+      notes.push_back(
+          fmt::format("{}: takes the place of {} of the directories before it", directories[i], counted(repeated, "cell")));
+  }
+  return notes;
 }
 
 // --- the files of a report ---
@@ -295,6 +310,7 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   Report report = out.finish();
   report.findings = std::move(findings);
   report.notes.insert(report.notes.end(), alone.begin(), alone.end());
+  std::ranges::move(repeated_cells(logs, directories), std::back_inserter(report.notes));
   return report;
 }
 

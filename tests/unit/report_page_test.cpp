@@ -202,6 +202,14 @@ TEST_F(Report, RemovesOnlyWhatAnEarlierReportWrote) {
   EXPECT_TRUE(fs::exists(root_ / "outside.txt"));
 }
 
+TEST_F(Report, CellsOfSeveralDirectoriesAreTold) {
+  const std::string a = directory("a", small_log()), b = directory("b", small_log());
+  const auto report = write_report({a, b}, out(), {.check_files = false});
+  ASSERT_EQ(report.notes.size(), 1u);
+  EXPECT_TRUE(report.notes[0].starts_with(b + ": takes the place of ")) << report.notes[0];
+  EXPECT_TRUE(write_report({a}, out(), {.check_files = false}).notes.empty());
+}
+
 TEST_F(Report, ChangedFilesAreToldAndWrittenAnew) {
   const std::string a = directory("a", small_log());
   write_report({a}, out());
