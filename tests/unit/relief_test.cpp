@@ -1,6 +1,7 @@
 // The shading normals of bump and normal maps.
 #include "framework/materials/relief.h"
 #include "framework/scene/builder.h"
+#include "tests/render_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -86,6 +87,36 @@ TEST(Relief, WithoutAreaInTextureSpaceThereIsNone) {
   Scene scene = slope_with({}, ramp(), {1, 0, 0}, {0, 1, 0});
   for (vec2& uv : scene.objects[0].uvs) uv = vec2(0.5f);
   expect_near(normal_in_the_middle(scene), {0, 0, 1}, 0);
+}
+
+// Irradiance that is computed once is that of the surface: slopes of two fifths receive less, so that rays gather photons
+// there.
+TEST(Relief, IsSeenByGatherRays) {
+  SceneBuilder builder("bumpy room");
+  const auto bumpy = builder.material(Diffuse{Rgb(0.7f)});
+  const vec3 p[8] = {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {-1, 1, 1}, {1, 1, 1}};
+  constexpr int faces[5][4] = {{0, 1, 5, 4}, {2, 6, 7, 3}, {4, 5, 7, 6}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& f : faces) builder.mesh(quad(p[f[0]], p[f[1]], p[f[2]], p[f[3]]), bumpy);
+  builder.mesh(quad({-0.4f, 0.9f, -0.4f}, {0.4f, 0.9f, -0.4f}, {0.4f, 0.9f, 0.4f}, {-0.4f, 0.9f, 0.4f}),
+               builder.material(Diffuse{}), Rgb(10));
+  builder.camera({0, 0, -4}, {0, 0, 0}, 40, {16, 16});
+  Scene scene = builder.finish();
+  ImageTexture bumps{.size = ivec2(8), .texels = {}};
+  for (int i = 0; i < 64; ++i) bumps.texels.emplace_back((i + i / 8) % 2 == 0 ? 0.0f : 0.1f);
+  scene.textures = {bumps};
+  scene.reliefs = {Relief{.material = bumpy}};
+  finish_scene(scene, {});
+  const auto mean = [&](std::int64_t precompute) {
+    testing::RenderOptions options;
+    options.iterations = 8;
+    options.resolution = {16, 16};
+    options.params = {
+        {"photons", {std::int64_t{20000}, {}}}, {"final_gather", {std::int64_t{16}, {}}}, {"precompute", {precompute, {}}}};
+    double sum = 0;
+    for (const dvec3& pixel : testing::render(scene, "photon-map", options).image.pixels) sum += pixel.y;
+    return sum;
+  };
+  EXPECT_NEAR(mean(4) / mean(0), 1, 0.01);
 }
 
 TEST(Relief, ChangesTheHashOfTheScene) {
