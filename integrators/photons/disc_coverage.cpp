@@ -2,6 +2,7 @@
 
 #include "framework/core/elementary.h"
 #include "framework/transport/ray_tools.h"
+#include "integrators/paths/surfaces.h"
 
 namespace etendue {
 
@@ -35,17 +36,18 @@ DiscCoverage::DiscCoverage(const RoughMaterials& rough_materials, const Rules& r
   for (auto& missed : missed_) missed = never;
 }
 
-float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u,
-                          const NearWalls& walls) const {
+DiscCoverage::Aim DiscCoverage::aim(const GatherPoint& at, float radius, const vec2& u) const {
   const vec3& normal = at.normal();
   const Frame frame = Frame::from_normal(normal);
   const float x = kernel_quantile(rules_.kernel, u.x), distance = radius * std::sqrt(x), angle = 2 * pi * u.y;
   const vec3 flat = distance * (math::cos(angle) * frame.tangent + math::sin(angle) * frame.bitangent);
   const float height = flatness * radius;
-  Ray ray{.origin = at.position() + flat + height * normal, .direction = -normal, .t_max = 2 * height};
-  Hit hit = trace(context, ray);
-  if (!hit) return 0;
-  SurfacePoint point = context.scene.surface_at(ray, hit);
+  return {{.origin = at.position() + flat + height * normal, .direction = -normal, .t_max = 2 * height}, x};
+}
+
+float DiscCoverage::covered(const RenderContext& context, const GatherPoint& at, float radius, const Aim& aim, Hit hit,
+                            SurfacePoint point, const NearWalls& walls) const {
+  Ray ray = aim.ray;
   for (int passed = 0; !rough_materials_.stores(point.material); ++passed) {
     if (passed == most_passed || !std::holds_alternative<Dielectric>(context.scene.materials[point.material])) return 0;
     ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
@@ -53,29 +55,32 @@ float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, f
     if (!hit) return 0;
     point = context.scene.surface_at(ray, hit);
   }
-  const float facing = std::abs(glm::dot(point.normal, normal));
+  const float facing = std::abs(glm::dot(point.normal, at.normal()));
   if (facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
   // Behind a wall no photons count.
   if (!walls.none() && walls.may_hide(point.position, [&] { return ray.origin; }) &&
       !unoccluded(context, segment(at.origin(), ray.origin)))
     return 0;
-  const float hit_x = x + square((height - hit.t) / radius), shape = kernel_shape(rules_.kernel, x);
+  const float hit_x = aim.x + square((flatness * radius - hit.t) / radius), shape = kernel_shape(rules_.kernel, aim.x);
   return hit_x < 1 && shape > 0 ? kernel_shape(rules_.kernel, hit_x) / (shape * facing) : 0;
 }
 
-float DiscCoverage::mean_of_probes(const RenderContext& context, const PhotonMap& map, const Disc& disc,
-                                   const Points& points) const {
-  const NearWalls walls = map.near_walls(disc.at, disc.radius);
+float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u,
+                          const NearWalls& walls) const {
+  const Aim to = aim(at, radius, u);
+  const Hit hit = trace(context, to.ray);
+  return hit ? covered(context, at, radius, to, hit, context.scene.surface_at(to.ray, hit), walls) : 0;
+}
+
+template <class Body>
+void DiscCoverage::for_points(const RenderContext& context, const Disc& disc, const Points& points, const Body& body) const {
   const SobolPair sequence(context.seed, Stream::probe, disc.slot, points.dimension);
-  float sum = 0;
   for (std::uint32_t i = points.first; i < points.first + points.count; ++i) {
     const auto independent = [&] {
       return Sampler(rules_.sampler, context.seed, Stream::probe, hash_keys(disc.slot, points.dimension), i).get_2d();
     };
-    const vec2 u = rules_.sampler == SamplerKind::sobol ? sequence.point(i) : independent();
-    sum += probe(context, disc.at, disc.radius, u, walls);
+    body(rules_.sampler == SamplerKind::sobol ? sequence.point(i) : independent());
   }
-  return sum / static_cast<float>(points.count);
 }
 
 // Other threads note misses of this iteration meanwhile, which do not count about their blocks yet.
@@ -107,18 +112,46 @@ void DiscCoverage::measure(const RenderContext& context, const PhotonMap& map, s
     const ivec2 place = disc.pixel - block * block_side;
     const std::uint32_t turn = slots_[disc.slot].gathers++;
     if (turn != 0 && (turn + place.y * block_side + place.x) % seldom != 0) return;
-    if (mean_of_probes(context, map, disc, {1, turn, 1}) < missing)
-      missed_[index_of(block)].store(iteration, std::memory_order_relaxed);
+    for_points(context, disc, {1, turn, 1}, [&](const vec2& u) {
+      if (probe(context, disc.at, disc.radius, u, map.near_walls(disc.at, disc.radius)) < missing)
+        missed_[index_of(block)].store(iteration, std::memory_order_relaxed);
+    });
   });
+  static thread_local Probes probes;
+  probes.discs.clear();
+  probes.x.clear();
+  probes.rays.clear();
   for_each(true, [&](const Disc& disc, const ivec2&) {
     Slot& s = slots_[disc.slot];
     const bool whole = s.covered >= nearly_whole * s.whole;
     if (whole && s.probes >= 32 && s.gathers++ % seldom != 0) return;
-    const std::uint32_t probes = s.probes == 0 ? 16 : whole ? 1 : s.probes < 64 ? 4 : 2;
-    s.whole += disc.weight;
-    s.covered += disc.weight * mean_of_probes(context, map, disc, {0, s.probes, probes});
-    s.probes += probes;
+    const std::uint32_t count = s.probes == 0 ? 16 : whole ? 1 : s.probes < 64 ? 4 : 2;
+    probes.discs.push_back({&disc, count});
+    for_points(context, disc, {0, s.probes, count}, [&](const vec2& u) {
+      const Aim to = aim(disc.at, disc.radius, u);
+      probes.rays.push_back(to.ray);
+      probes.x.push_back(to.x);
+    });
   });
+  trace_together(context, map, probes);
+}
+
+void DiscCoverage::trace_together(const RenderContext& context, const PhotonMap& map, Probes& probes) {
+  auto& [discs, x, rays, hits, points] = probes;
+  hits.resize(rays.size());
+  trace(context, rays, hits);
+  surfaces_at(context.scene, rays, hits, points);
+  std::size_t i = 0;
+  for (const auto& [disc, count] : discs) {
+    const NearWalls walls = map.near_walls(disc->at, disc->radius);
+    float sum = 0;
+    for (const std::size_t end = i + count; i < end; ++i)
+      if (hits[i]) sum += covered(context, disc->at, disc->radius, {rays[i], x[i]}, hits[i], points[i], walls);
+    Slot& s = slots_[disc->slot];
+    s.whole += disc->weight;
+    s.covered += disc->weight * (sum / static_cast<float>(count));
+    s.probes += count;
+  }
 }
 
 double DiscCoverage::correction(std::size_t slot) const {

@@ -64,9 +64,26 @@ class DiscCoverage {
  private:
   static constexpr double nearly_whole = 0.99;
 
+  // A ray from above the disc to one of its points, and (distance from the centre / radius)^2 there.
+  struct Aim {
+    Ray ray;
+    float x;
+  };
   struct Slot {
     double whole = 0, covered = 0;
     std::uint32_t probes = 0, gathers = 0;  // trials are not among the probes
+  };
+  // What is measured at a time: discs, and their probes one disc after the other.
+  struct Probes {
+    struct OfDisc {
+      const Disc* disc;
+      std::uint32_t count;
+    };
+    std::vector<OfDisc> discs;
+    std::vector<float> x;  // as Aim has it
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    std::vector<SurfacePoint> points;
   };
   // Points `first`, `first` + 1, … of the slot's sequence `dimension`.
   struct Points {
@@ -75,7 +92,14 @@ class DiscCoverage {
 
   std::size_t index_of(const ivec2& block) const { return static_cast<std::size_t>(block.y) * blocks_.x + block.x; }
   bool is_measured(const ivec2& block, std::uint32_t iteration) const;
-  float mean_of_probes(const RenderContext& context, const PhotonMap& map, const Disc& disc, const Points& points) const;
+  void trace_together(const RenderContext& context, const PhotonMap& map, Probes& probes);
+  // body(u) for each point.
+  template <class Body>
+  void for_points(const RenderContext& context, const Disc& disc, const Points& points, const Body& body) const;
+  Aim aim(const GatherPoint& at, float radius, const vec2& u) const;
+  // What the probe makes of the surface that its ray met.
+  float covered(const RenderContext& context, const GatherPoint& at, float radius, const Aim& aim, Hit hit, SurfacePoint point,
+                const NearWalls& walls) const;
 
   const RoughMaterials& rough_materials_;
   Rules rules_;
