@@ -12,7 +12,7 @@ namespace {
 class IsaChoice : public ProgramTest {};
 
 TEST_F(IsaChoice, ImagesAreTheSameBitsWithEach) {
-  for (const char* method : {"path", "photon-map", "vcm", "irradiance-cache"}) {
+  for (const char* method : {"path", "photon-map", "sppm", "vcm", "irradiance-cache"}) {
     SCOPED_TRACE(method);
     std::vector<Image> images;
     for (const Isa isa : supported_isas().subspan(1)) {
