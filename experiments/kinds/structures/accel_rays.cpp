@@ -104,6 +104,7 @@ void record_photon_map(const Scene& scene, const RayQuery& tracer, int resolutio
                                                   {"caustic_photons", {std::int64_t{1}, {}}},
                                                   {"k", {std::int64_t{2}, {}}},
                                                   {"final_gather", {gather_rays, {}}},
+                                                  {"further_paths", {0.0, {}}},
                                                   {"max_depth", {path_events, {}}}});
   recorder.record(nullptr, nullptr, &rays[index_of(RayKind::photon)], nullptr);
   map->prepare(stage.context());
