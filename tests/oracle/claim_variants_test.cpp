@@ -67,7 +67,7 @@ TEST(ClaimVariants, TraversalsFindWhatBruteForceFinds) {
     const LinkedNodes linked(variants.tree);
     const auto brute = find_ray_structure("brute", {}).make(scene, {});
     std::vector<Ray> rays = general_rays(scene, 300, 1);
-    for (const Ray& ray : aimed_rays(scene, 300, 2)) rays.push_back(ray);
+    for (const Ray& ray : testing::aimed_rays(scene, 300, 2)) rays.push_back(ray);
     expect_slab_agrees<ScalarSlab>(variants, packed, linked, *brute, rays, ray_case.name + ", scalar");
     expect_slab_agrees<LoopSlab>(variants, packed, linked, *brute, rays, ray_case.name + ", loop");
     expect_slab_agrees<DividingSlab>(variants, packed, linked, *brute, rays, ray_case.name + ", dividing");

@@ -107,7 +107,7 @@ std::vector<Ray> rays_of(const Geometry& geometry, std::size_t count, std::uint6
   for (vec3& v : finite.positions)
     if (!is_finite(v)) v = vec3(0);
   const Scene scene = scene_of(std::move(finite));
-  std::vector<Ray> rays = general_rays(scene, count, seed), aimed = aimed_rays(scene, count, seed + 1);
+  std::vector<Ray> rays = general_rays(scene, count, seed), aimed = testing::aimed_rays(scene, count, seed + 1);
   rays.insert(rays.end(), aimed.begin(), aimed.end());
   return rays;
 }

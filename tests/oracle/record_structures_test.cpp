@@ -8,7 +8,7 @@
 namespace etendue::testing {
 namespace {
 
-void expect_equal(const Neighbours& given, const Neighbours& expected) {
+void expect_same_records(const Neighbours& given, const Neighbours& expected) {
   ASSERT_EQ(given.size(), expected.size());
   for (std::size_t i = 0; i < given.size(); ++i) {
     ASSERT_EQ(given[i].id, expected[i].id) << i;
@@ -67,7 +67,7 @@ TEST(RecordStructures, CoveringFindsWhatBruteForceFinds) {
             id % 3 == 0 ? c.centre(random) : centres[near] + random.direction() * (reach * (id % 3 == 1 ? 1.0f : 0.9f));
         structure->covering(p, given);
         brute->covering(p, expected);
-        ASSERT_NO_FATAL_FAILURE(expect_equal(given, expected)) << "after " << id;
+        ASSERT_NO_FATAL_FAILURE(expect_same_records(given, expected)) << "after " << id;
       }
     }
 }
@@ -94,7 +94,7 @@ TEST(RecordStructures, AnyNumberOfThreadsMayAskBetweenInsertions) {
       Neighbours expected;
       for (std::size_t i = 0; i < where.size(); ++i) {
         brute->covering(where[i], expected);
-        ASSERT_NO_FATAL_FAILURE(expect_equal(together[i], expected));
+        ASSERT_NO_FATAL_FAILURE(expect_same_records(together[i], expected));
       }
     }
   }
@@ -115,7 +115,7 @@ TEST(RecordStructures, OrderOfInsertionDoesNotMatter) {
       const vec3 p = random.in_cube(1);
       forwards->covering(p, one);
       backwards->covering(p, other);
-      ASSERT_NO_FATAL_FAILURE(expect_equal(one, other));
+      ASSERT_NO_FATAL_FAILURE(expect_same_records(one, other));
     }
   }
 }
@@ -137,7 +137,7 @@ TEST(LongRecordStructures, AHundredThousandBallsGiveTheSameSets) {
       for (std::size_t i = 1; i < structures.size(); ++i) {
         SCOPED_TRACE(record_structures()[i].name);
         structures[i]->covering(p, given);
-        ASSERT_NO_FATAL_FAILURE(expect_equal(given, expected)) << "after " << id;
+        ASSERT_NO_FATAL_FAILURE(expect_same_records(given, expected)) << "after " << id;
       }
     }
   }

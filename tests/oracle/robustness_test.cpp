@@ -72,7 +72,7 @@ struct Structure {
 };
 
 // Our structures, in each layout, but for those that look at all triangles.
-std::vector<std::unique_ptr<Structure>> structures(const Scene& scene) {
+std::vector<std::unique_ptr<Structure>> structures_over(const Scene& scene) {
   std::vector<std::unique_ptr<Structure>> all;
   const auto add = [&](const RayEntry& entry, const ParamMap& params, const std::string& label) {
     all.push_back(std::make_unique<Structure>());
@@ -93,7 +93,7 @@ std::vector<std::unique_ptr<Structure>> structures(const Scene& scene) {
 class Agreement {
  public:
   Agreement(const Scene& scene, const Placement& placement)
-      : scene_(scene), placement_(placement), structures_(structures(scene)) {}
+      : scene_(scene), placement_(placement), structures_(structures_over(scene)) {}
 
   void try_batch(std::uint64_t seed) {
     const std::vector<Ray> rays = rays_at(scene_, placement_, seed);

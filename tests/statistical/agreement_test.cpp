@@ -12,7 +12,7 @@
 namespace etendue {
 namespace {
 
-using Verdict = Agreement::Verdict;
+using Outcome = Agreement::Verdict;
 
 double uniform(Pcg32& rng) { return (rng.next() + 0.5) * 0x1p-32; }
 
@@ -79,8 +79,8 @@ Verdicts judge(const Case& c, int trials, double false_alarm_rate, double factor
     const auto seed = static_cast<std::uint64_t>(trial);
     const Agreement agreement =
         compare_means(batches(c, c.a, 2 * seed, factor), batches(c, c.b, 2 * seed + 1, 1), {0, c.brightest, false_alarm_rate});
-    ++(agreement.verdict == Verdict::agree         ? verdicts.agree
-       : agreement.verdict == Verdict::cannot_tell ? verdicts.cannot_tell
+    ++(agreement.verdict == Outcome::agree         ? verdicts.agree
+       : agreement.verdict == Outcome::cannot_tell ? verdicts.cannot_tell
                                                    : verdicts.disagree);
   }
   return verdicts;
@@ -146,10 +146,10 @@ TEST(AgreementRates, SamplesAskedForSuffice) {
     *agreement = compare_means(batches(c, c.a, 1, 0.7), batches(c, c.b, 2, 1), {5e-4, c.brightest});
     c.samples = static_cast<int>(few.samples_needed);
   }
-  EXPECT_EQ(few.verdict, Verdict::cannot_tell) << few.text;
+  EXPECT_EQ(few.verdict, Outcome::cannot_tell) << few.text;
   EXPECT_NE(few.text.find(undecided), std::string::npos) << few.text;
   EXPECT_NE(few.text.find(std::to_string(few.samples_needed)), std::string::npos) << few.text;
-  EXPECT_EQ(enough.verdict, Verdict::disagree) << enough.text;
+  EXPECT_EQ(enough.verdict, Outcome::disagree) << enough.text;
 }
 
 // A pixel is an image and a block; no block is empty or counted twice.

@@ -11,12 +11,12 @@
 namespace etendue {
 namespace {
 
-struct Case {
+struct Looks {
   std::string name;
   Material material;
 };
 
-std::vector<Case> cases() {
+std::vector<Looks> all_looks() {
   const Rgb eta(0.2f, 0.9f, 1.1f), k(3.9f, 2.5f, 2.2f);
   return {
       {"diffuse", Diffuse{Rgb(0.7f)}},
@@ -61,7 +61,7 @@ double chi_square_z(double chi2, double dof) {
 
 TEST(Bsdf, SamplesFollowThePdf) {
   constexpr int rows = 16, columns = 12, samples = 100000, fine = 24;
-  for (const Case& c : cases()) {
+  for (const Looks& c : all_looks()) {
     const Setting setting(c.material);
     const Bsdf bsdf = setting.bsdf();
     const Frame frame = Frame::from_normal(setting.point.normal);
@@ -112,7 +112,7 @@ TEST(Bsdf, SamplesFollowThePdf) {
 }
 
 TEST(Bsdf, WeightsAreValueOverDensity) {
-  for (const Case& c : cases()) {
+  for (const Looks& c : all_looks()) {
     const Setting setting(c.material);
     const Bsdf bsdf = setting.bsdf();
     for (const float cosine : cosines)
@@ -142,11 +142,11 @@ double mean_weight(const Bsdf& bsdf, const vec3& wo, TransportMode mode) {
 }
 
 TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
-  const Case lossless[] = {{"white", Diffuse{Rgb(1)}},
+  const Looks lossless[] = {{"white", Diffuse{Rgb(1)}},
                            {"mirror", Conductor{.ideal = true}},
                            {"glass", Dielectric{.eta = 1.5f}},
                            {"white plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f}}};
-  for (const Case& c : lossless) {
+  for (const Looks& c : lossless) {
     const Setting setting(c.material);
     for (const float cosine : cosines)
       // Importance counts particles: refraction does not change their number.
@@ -157,12 +157,12 @@ TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
 
 TEST(Bsdf, RoughSurfacesLoseAndNeverGain) {
   constexpr auto beckmann = NormalDistribution::beckmann;
-  const Case rough[] = {{"conductor", Conductor{.ideal = true, .alpha = vec2(0.4f)}},
+  const Looks rough[] = {{"conductor", Conductor{.ideal = true, .alpha = vec2(0.4f)}},
                         {"Beckmann conductor", Conductor{.ideal = true, .alpha = vec2(0.4f), .distribution = beckmann}},
                         {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.4f, .distribution = beckmann}},
                         {"glass", Dielectric{.eta = 1.5f, .alpha = 0.4f}},
                         {"plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f, .alpha = 0.3f}}};
-  for (const Case& c : rough) {
+  for (const Looks& c : rough) {
     const Setting setting(c.material);
     for (const float cosine : cosines) {
       const double energy = mean_weight(setting.bsdf(), setting.direction(cosine, 1), TransportMode::importance);
@@ -174,7 +174,7 @@ TEST(Bsdf, RoughSurfacesLoseAndNeverGain) {
 
 TEST(Bsdf, SwappingDirectionsGivesTheAdjoint) {
   // f(wo, wi) for radiance is f*(wi, wo) for importance, also across an interface and under a tilted shading normal.
-  for (const Case& c : cases()) {
+  for (const Looks& c : all_looks()) {
     Setting setting(c.material);
     setting.point.shading_normal = glm::normalize(setting.point.normal + vec3(0.1f, 0.15f, -0.1f));
     const Bsdf bsdf = setting.bsdf();
@@ -193,7 +193,7 @@ TEST(Bsdf, SwappingDirectionsGivesTheAdjoint) {
 
 // With a shading normal far from the geometric one, a direction may be above one surface and below the other.
 TEST(Bsdf, NormalsThatDisagreeOnTheSideLetNothingThrough) {
-  for (const Case& c : cases()) {
+  for (const Looks& c : all_looks()) {
     Setting setting(c.material);
     const vec3 normal = setting.point.normal;
     setting.point.shading_normal = setting.direction(0.6f, 0.3f);

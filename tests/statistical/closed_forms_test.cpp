@@ -16,7 +16,7 @@ namespace {
 using testing::render;
 using testing::RenderOptions;
 
-struct Case {
+struct ClosedFormScene {
   const char* scene;
   const char* integrator = "path";
   std::uint32_t iterations = 16;
@@ -26,7 +26,7 @@ struct Case {
 
 // The image's mean by independent seeds within seven standard errors of the closed form: of 7 degrees of freedom and some 25
 // cases, one false alarm in a thousand runs.
-void expect_exact_mean(const Case& c) {
+void expect_exact_mean(const ClosedFormScene& c) {
   const Scene scene = load_scene(c.scene);
   ASSERT_TRUE(scene.closed_form) << c.scene;
   RenderOptions options;

@@ -11,15 +11,15 @@
 namespace etendue {
 namespace {
 
-const vec3 up{0, 1, 0};
+const vec3 zenith{0, 1, 0};
 
 // What a ray meets: distance (infinity: nothing), radiance, normal.
-struct Seen {
+struct SeenPoint {
   float distance = infinity;
   float radiance = 0;
   vec3 normal{0};
 };
-using World = std::function<Seen(const vec3& origin, const vec3& direction)>;
+using World = std::function<SeenPoint(const vec3& origin, const vec3& direction)>;
 
 struct Hemisphere {
   HemisphereStrata strata;
@@ -28,11 +28,11 @@ struct Hemisphere {
 };
 
 Hemisphere look(const World& world, const vec3& position, int count, std::uint64_t seed = 7) {
-  Hemisphere h{HemisphereStrata::of(count), Frame::from_normal(up), {}};
+  Hemisphere h{HemisphereStrata::of(count), Frame::from_normal(zenith), {}};
   Sampler sampler(SamplerKind::independent, seed, Stream::test, 0, 0);
   for (int i = 0; i < h.strata.count(); ++i) {
     const vec3 direction = h.frame.to_world(h.strata.direction(i, sampler.get_2d()));
-    const Seen seen = world(position, direction);
+    const SeenPoint seen = world(position, direction);
     h.samples.push_back({Rgb(seen.radiance), seen.distance, direction, seen.normal});
   }
   return h;
@@ -42,10 +42,10 @@ Hemisphere look(const World& world, const vec3& position, int count, std::uint64
 template <class Inside>
 World ceiling(float height, const Inside& inside) {
   return [=](const vec3& o, const vec3& d) {
-    if (d.y <= 0) return Seen{};
+    if (d.y <= 0) return SeenPoint{};
     const float t = (height - o.y) / d.y;
     const vec3 p = o + t * d;
-    return Seen{t, inside(p.x, p.z) ? 1.0f : 0.0f, vec3(0, -1, 0)};
+    return SeenPoint{t, inside(p.x, p.z) ? 1.0f : 0.0f, vec3(0, -1, 0)};
   };
 }
 
@@ -119,9 +119,9 @@ TEST(OcclusionHessian, MatchesSphereLightWithItsSilhouetteHeld) {
   const World world = [](const vec3& o, const vec3& d) {
     const vec3 to = vec3(0, 1.7f, 0) - o;
     const float along = glm::dot(to, d), gap = length_squared(to - along * d);
-    if (along <= 0 || gap >= 0.09f) return Seen{6, 0, -d};
+    if (along <= 0 || gap >= 0.09f) return SeenPoint{6, 0, -d};
     const float t = along - std::sqrt(0.09f - gap);
-    return Seen{t, 1, glm::normalize(o + t * d - vec3(0, 1.7f, 0))};
+    return SeenPoint{t, 1, glm::normalize(o + t * d - vec3(0, 1.7f, 0))};
   };
   for (const vec3& p : {vec3(0.5f, 0, 0.1f), vec3(-1, 0.2f, 1)}) {
     const double distance = glm::length(centre - dvec3(p)), leg = std::sqrt(distance * distance - radius * radius);
@@ -153,7 +153,7 @@ TEST(RadiometricHessian, MissesWhatAnOccluderDoesAndTheOcclusionHessianDoesNot) 
   const World world = [=](const vec3& o, const vec3& d) {
     const float t = d.y > 0 ? (1 - o.y) / d.y : infinity;
     const vec3 p = o + t * d;
-    if (t < infinity && std::abs(p.x - 0.2f) < 0.25f && std::abs(p.z) < 0.25f) return Seen{t, 0, vec3(0, -1, 0)};
+    if (t < infinity && std::abs(p.x - 0.2f) < 0.25f && std::abs(p.z) < 0.25f) return SeenPoint{t, 0, vec3(0, -1, 0)};
     return light(o, d);
   };
   const auto square = [](double x, double half, double y) {
@@ -189,7 +189,7 @@ TEST(TangentEigen, ReassemblesTheMatrix) {
 }
 
 TEST(HessianReach, GrowsAsTheFourthRootAndTakesTheEllipse) {
-  const Frame frame = Frame::from_normal(up);
+  const Frame frame = Frame::from_normal(zenith);
   const MetricContext context{.accuracy = 0.2f, .scene_size = 10};
   const ValidityRadius one = hessian_radius({1, 0, 1}, frame, context),
                        sixteenth = hessian_radius({0.0625, 0, 0.0625}, frame, context);
@@ -205,7 +205,7 @@ TEST(HessianReach, GrowsAsTheFourthRootAndTakesTheEllipse) {
 }
 
 TEST(RadiometricReach, IsOfAbsoluteErrorAndTheOcclusionHessiansOfRelative) {
-  const Frame frame = Frame::from_normal(up);
+  const Frame frame = Frame::from_normal(zenith);
   const MetricContext context{.accuracy = 0.2f, .scene_size = 10};
   const auto reach = [&](CacheMetric metric, float light) {
     IrradianceEstimate estimate;
@@ -220,7 +220,7 @@ TEST(RadiometricReach, IsOfAbsoluteErrorAndTheOcclusionHessiansOfRelative) {
 TEST(OcclusionReach, BlackSurroundingsFallBackOnGeometry) {
   IrradianceEstimate estimate;
   estimate.geometric = {4, 0, 2};
-  const Frame frame = Frame::from_normal(up);
+  const Frame frame = Frame::from_normal(zenith);
   const MetricContext context{.accuracy = 0.2f, .scene_size = 10};
   const float geometric = metric_radius(CacheMetric::geometric_hessian, estimate, frame, context).length;
   EXPECT_FLOAT_EQ(metric_radius(CacheMetric::occlusion_hessian, estimate, frame, context).length, geometric);

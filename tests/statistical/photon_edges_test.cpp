@@ -14,7 +14,7 @@ namespace {
 using testing::origin;
 using testing::SceneContext;
 
-constexpr Kernel kernels[] = {Kernel::box, Kernel::cone, Kernel::epanechnikov, Kernel::gaussian};
+constexpr Kernel all_kernels[] = {Kernel::box, Kernel::cone, Kernel::epanechnikov, Kernel::gaussian};
 constexpr float radius = 0.5f;
 
 // The share that is left of a disc whose centre lies x radii from the straight edge of a surface.
@@ -67,7 +67,7 @@ GatherOptions fixed(Kernel kernel, Edges edges, bool side_test = true) {
 }
 
 TEST(PhotonEdges, KernelWithinIsTheIntegralOfItsShape) {
-  for (const Kernel kernel : kernels) {
+  for (const Kernel kernel : all_kernels) {
     double sum = 0;
     for (int i = 0; i < 1000; ++i) {
       EXPECT_NEAR(kernel_within(kernel, static_cast<float>(i) / 1000), sum, 2e-4);
@@ -82,7 +82,7 @@ TEST(PhotonEdges, LossAtAnEdgeIsTheShareOfTheDiscOffTheSurfaceAndVisibleAreaRest
     const float edge = static_cast<float>(x) * radius;
     EXPECT_NEAR(LitFloor({edge}, fixed(Kernel::box, Edges::disc), 0, {0, 0, 1}, -9, edge).share(), kept_share(x), 0.01) << x;
     for (const bool wall : {false, true})
-      for (const Kernel kernel : kernels)
+      for (const Kernel kernel : all_kernels)
         EXPECT_NEAR(LitFloor({edge, wall}, fixed(kernel, Edges::visible), 0, {0, 0, 1}, -9, edge).share(), 1, 0.02)
             << x << wall << static_cast<int>(kernel);
   }
@@ -134,7 +134,7 @@ TEST(PhotonEdges, HullIsUnbiasedAtAnEdgeForEveryKernelAndForNearestPhotons) {
   for (const double x : {0.0, 0.4, 2.0}) {
     const float edge = static_cast<float>(x) * 0.25f;
     const SceneContext floor(Floor{edge}.scene());
-    for (const Kernel kernel : kernels) {
+    for (const Kernel kernel : all_kernels) {
       GatherOptions options = fixed(kernel, Edges::hull);
       options.radius = 0.25f;
       const auto [mean, error] = over_random_maps(options, edge, floor);
@@ -161,7 +161,7 @@ TEST(PhotonEdges, InsideOfASphereTheWholeDiscIsVisible) {
   for (int i = 0; i < 50; ++i) {
     const vec3 p = glm::normalize(vec3(random.next_float(), random.next_float(), random.next_float()) - 0.5f);
     for (const float r : {0.05f, 0.15f, 0.3f})
-      for (const Kernel kernel : kernels) EXPECT_NEAR(VisibleDomain(sphere.context, p, -p, r).share(kernel), 1, 1e-4) << r;
+      for (const Kernel kernel : all_kernels) EXPECT_NEAR(VisibleDomain(sphere.context, p, -p, r).share(kernel), 1, 1e-4) << r;
   }
 }
 
@@ -183,7 +183,7 @@ TEST(PhotonEdges, ProbesFindTheShareOfTheDiscThatIsSurface) {
     const SceneContext floor(Floor{edge}.scene());
     const VisibleDomain domain(floor.context, vec3(0), {0, 0, 1}, radius);
     EXPECT_NEAR(probed_share(floor, origin, {0, 0, 1}, Kernel::box, radius), kept_share(x), 0.01) << x;
-    for (const Kernel kernel : kernels)
+    for (const Kernel kernel : all_kernels)
       EXPECT_NEAR(probed_share(floor, origin, {0, 0, 1}, kernel, radius), domain.share(kernel), 0.04)
           << x;  // an edge to r / 64
   }
@@ -194,7 +194,7 @@ TEST(PhotonEdges, ProbesFindAWholeDiscInsideASphere) {
   b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(1)}), std::nullopt, true);
   const SceneContext sphere(b.finish());
   const SurfacePoint top{{0, 0, 1}, {0, 0, -1}, {0, 0, -1}, {1, 0, 0}, vec2(0), 0, no_id};
-  for (const Kernel kernel : kernels) EXPECT_NEAR(probed_share(sphere, top, {0, 0, -1}, kernel, 0.3f), 1, 0.01);
+  for (const Kernel kernel : all_kernels) EXPECT_NEAR(probed_share(sphere, top, {0, 0, -1}, kernel, 0.3f), 1, 0.01);
 }
 
 // Half of the floor lies under a slab of glass, within what probes look at: photons lie there as well.
@@ -204,7 +204,7 @@ TEST(PhotonEdges, ProbesFindTheSurfaceUnderGlass) {
   b.mesh(quad({-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}), white);
   b.mesh(box({0, -2, 0.02f}, {2, 2, 0.06f}), glass);
   const SceneContext slab(b.finish());
-  for (const Kernel kernel : kernels) EXPECT_NEAR(probed_share(slab, origin, {0, 0, 1}, kernel, radius), 1, 1e-3);
+  for (const Kernel kernel : all_kernels) EXPECT_NEAR(probed_share(slab, origin, {0, 0, 1}, kernel, radius), 1, 1e-3);
 }
 
 TEST(PhotonEdges, ProbesDoNotCountWhatStoresNoPhotons) {

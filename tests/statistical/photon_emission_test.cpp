@@ -36,7 +36,7 @@ Scene lamp_in_a_box() {
   return builder.finish();
 }
 
-struct Trial {
+struct EmissionTrial {
   const Scene& scene;
   const VisibleRegion& region;
   std::uint32_t count = 20000;
@@ -58,7 +58,7 @@ struct Landed {
   double power = 0, error = 0, photons = 0;
 };
 
-Landed landed(const Trial& trial, PhotonEmission emission, int passes) {
+Landed landed(const EmissionTrial& trial, PhotonEmission emission, int passes) {
   double sum = 0, squares = 0, photons = 0;
   for (int pass = 0; pass < passes; ++pass) {
     const Photons traced = trial.photons(emission, static_cast<std::uint64_t>(pass));
@@ -125,7 +125,7 @@ TEST(PhotonEmission, WideGroundGetsTheLightOfItsPartThatMatters) {
       inside += region.contains({0.1f * static_cast<float>(i % 1000) - 49.95f, 0.1f * static_cast<float>(i / 1000) - 49.95f, 0},
                                 {0, 0, 1});
     const double expected = inside * 0.01 * (3 / std::numbers::sqrt2 + (sky ? 2 * std::numbers::pi : 0));
-    const Trial trial{scene, region, 60000};
+    const EmissionTrial trial{scene, region, 60000};
     const double by_power = landed(trial, PhotonEmission::power, 8).photons;
     for (const PhotonEmission emission : emissions) {
       const Landed l = landed(trial, emission, 8);
@@ -145,7 +145,7 @@ TEST(PhotonEmission, ImportanceFindsWhatLiesInTheMiddle) {
   const Scene scene = wide_ground(false);
   VisibleRegion region(scene.bounds(), 1);
   region.mark({0, 0, 0}, 7);
-  const Trial trial{scene, region, 60000};
+  const EmissionTrial trial{scene, region, 60000};
   EXPECT_GT(landed(trial, PhotonEmission::importance, 4).photons, 4 * landed(trial, PhotonEmission::power, 4).photons);
 }
 
@@ -155,7 +155,7 @@ TEST(PhotonEmission, AHoleLetsTheSameLightThrough) {
   for (int i = 0; i < 441; ++i)
     region.mark({-1.9f + 0.19f * static_cast<float>(i % 21), -1.9f + 0.19f * static_cast<float>(i / 21), 0}, 0.1f);
   const Landed expected = landed({scene, region, 200000}, PhotonEmission::power, 4);
-  const Trial trial{scene, region, 20000};
+  const EmissionTrial trial{scene, region, 20000};
   const double by_power = expected.photons / 10;
   for (const PhotonEmission emission : {PhotonEmission::importance, PhotonEmission::visibility}) {
     const Landed l = landed(trial, emission, 12);
@@ -170,18 +170,18 @@ TEST(PhotonEmission, SamePhotonsAtAnyThreadCount) {
   VisibleRegion region(scene.bounds(), 0.1f);
   region.mark(vec3(0), 1);
   for (const PhotonEmission emission : {PhotonEmission::importance, PhotonEmission::visibility}) {
-    const Photons one = Trial{scene, region, 30000, 1}.photons(emission, 2);
+    const Photons one = EmissionTrial{scene, region, 30000, 1}.photons(emission, 2);
     EXPECT_GT(one.size(), 100u);
-    EXPECT_TRUE(one == (Trial{scene, region, 30000, 2}.photons(emission, 2)));
-    EXPECT_TRUE(one == (Trial{scene, region, 30000, 3}.photons(emission, 2)));
+    EXPECT_TRUE(one == (EmissionTrial{scene, region, 30000, 2}.photons(emission, 2)));
+    EXPECT_TRUE(one == (EmissionTrial{scene, region, 30000, 3}.photons(emission, 2)));
   }
 }
 
 TEST(PhotonEmission, NoPhotonWhereNoneIsVisible) {
   const Scene scene = wide_ground(true);
   VisibleRegion region(scene.bounds(), 1);
-  EXPECT_TRUE((Trial{scene, region, 5000}.photons(PhotonEmission::visibility, 0).empty()));
-  EXPECT_GT((Trial{scene, region, 5000}.photons(PhotonEmission::importance, 0).size()), 100u);
+  EXPECT_TRUE((EmissionTrial{scene, region, 5000}.photons(PhotonEmission::visibility, 0).empty()));
+  EXPECT_GT((EmissionTrial{scene, region, 5000}.photons(PhotonEmission::importance, 0).size()), 100u);
 }
 
 }  // namespace

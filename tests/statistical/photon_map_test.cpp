@@ -190,7 +190,7 @@ TEST(PhotonTracing, NoneAreEmittedOfWhichNoneCanBeKept) {
 
 // --- The integrator.
 
-RenderOptions options_for(std::int64_t photons, std::uint32_t iterations, ParamMap more = {}) {
+RenderOptions map_options(std::int64_t photons, std::uint32_t iterations, ParamMap more = {}) {
   RenderOptions options;
   options.params = std::move(more);
   options.params["photons"] = {photons, {}};
@@ -205,7 +205,7 @@ TEST(PhotonMapping, MatchesClosedFormsWithinItsDeclaredBias) {
                                    {{"k", {std::int64_t{0}, {}}}},
                                    {{"emission", {std::string("importance"), {}}}},
                                    {{"emission", {std::string("visibility"), {}}}}}) {
-      const auto b = bias_over_seeds(load_scene(name), "photon-map", options_for(8000, 1, params), 6);
+      const auto b = bias_over_seeds(load_scene(name), "photon-map", map_options(8000, 1, params), 6);
       EXPECT_LT(std::abs(b.mean), b.bound + 4 * b.deviation) << name;
       EXPECT_LT(std::abs(b.mean), 0.003 + 4 * b.deviation) << name << ": no edge, so far below what is declared";
     }
@@ -214,7 +214,7 @@ TEST(PhotonMapping, MatchesClosedFormsWithinItsDeclaredBias) {
 TEST(PhotonMapping, FollowsTheClosedFormPixelByPixel) {
   // Light off the centre; indirect light is even, so no kernel blurs it, and what is left is the photons' noise.
   const Scene scene = load_scene("builtin:lambert-sphere-off-centre");
-  const RenderOptions options = options_for(60000, 4, {{"k", {std::int64_t{200}, {}}}});
+  const RenderOptions options = map_options(60000, 4, {{"k", {std::int64_t{200}, {}}}});
   EXPECT_LT(relmse(render(scene, "photon-map", options).image, exact_image(scene, options.resolution)), 2e-3);
 }
 
@@ -224,7 +224,7 @@ TEST(PhotonMapping, SphereHasNoKernelBiasAtAnyRadius) {
   for (const char* kernel : {"box", "cone", "epanechnikov", "gaussian"})
     for (const double radius : {0.15, 0.5, 1.0}) {
       RenderOptions options =
-          options_for(6000, 1, {{"k", {std::int64_t{0}, {}}}, {"radius", {radius, {}}}, {"kernel", {std::string(kernel), {}}}});
+          map_options(6000, 1, {{"k", {std::int64_t{0}, {}}}, {"radius", {radius, {}}}, {"kernel", {std::string(kernel), {}}}});
       options.resolution = {16, 16};
       const auto b = bias_over_seeds(scene, "photon-map", options, 6);
       EXPECT_LT(std::abs(b.mean), 6 * b.deviation) << kernel << " " << radius;
@@ -233,7 +233,7 @@ TEST(PhotonMapping, SphereHasNoKernelBiasAtAnyRadius) {
 
 TEST(PhotonMapping, DepthLimitTruncatesTheSeries) {
   for (const std::int64_t rays : {0, 2})
-    testing::expect_truncated_series("photon-map", options_for(40000, 2, {{"final_gather", {rays, {}}}}), 0.02);
+    testing::expect_truncated_series("photon-map", map_options(40000, 2, {{"final_gather", {rays, {}}}}), 0.02);
 }
 
 TEST(PhotonMapping, SameBitsAtAnyThreadCount) {
@@ -243,7 +243,7 @@ TEST(PhotonMapping, SameBitsAtAnyThreadCount) {
                                {{"emission", {std::string("visibility"), {}}}, {"edges", {std::string("visible"), {}}}},
                                {{"emission", {std::string("importance"), {}}}, {"edges", {std::string("hull"), {}}}}};
   for (const ParamMap& variant : variants) {
-    RenderOptions options = options_for(10000, 2, variant);
+    RenderOptions options = map_options(10000, 2, variant);
     options.params["retrace"] = {true, {}};
     options.params["caustic_photons"] = {std::int64_t{10000}, {}};
     testing::expect_same_bits_at_any_thread_count(scene, "photon-map", options);
@@ -254,7 +254,7 @@ TEST(PhotonMapping, EveryParameterChangesTheImage) {
   const Scene scene = load_scene("builtin:veach-mis");  // rough plates
   const Scene spheres = load_scene("builtin:cornell-spheres");
   RenderOptions options =
-      options_for(3000, 2, {{"caustic_map", {std::string("on"), {}}}, {"caustic_photons", {std::int64_t{3000}, {}}}});
+      map_options(3000, 2, {{"caustic_map", {std::string("on"), {}}}, {"caustic_photons", {std::int64_t{3000}, {}}}});
   const auto hash = [&](const Scene& s, const char* name, const ParamMap::mapped_type& value) {
     RenderOptions changed = options;
     changed.params[name] = value;
@@ -295,7 +295,7 @@ TEST(PhotonMapping, CausticsHaveAMapOfTheirOwnWhereGatherRaysLookUpTheOther) {
   const Scene spheres = load_scene("builtin:cornell-spheres"), box = load_scene("builtin:cornell-box");
   const auto hash = [](const Scene& scene, const char* map, std::int64_t gather, std::int64_t photons = 0) {
     return render(scene, "photon-map",
-                  options_for(3000, 1,
+                  map_options(3000, 1,
                               {{"caustic_map", {std::string(map), {}}},
                                {"caustic_photons", {photons, {}}},
                                {"final_gather", {gather, {}}}}))
@@ -312,7 +312,7 @@ TEST(PhotonMapping, CausticsHaveAMapOfTheirOwnWhereGatherRaysLookUpTheOther) {
 // Sorting what every look-up finds by distance would take most of the time.
 TEST(PhotonMapping, MoreNeighboursThanPhotonsAreAllWithinTheRadius) {
   const Scene scene = load_scene("builtin:cornell-spheres");
-  RenderOptions options = options_for(2000, 1, {{"radius", {0.4, {}}}});
+  RenderOptions options = map_options(2000, 1, {{"radius", {0.4, {}}}});
   options.params["caustic_photons"] = {std::int64_t{2000}, {}};
   options.params["k"] = {std::int64_t{1000000}, {}};
   const std::uint64_t nearest = render(scene, "photon-map", options).hash;
@@ -323,7 +323,7 @@ TEST(PhotonMapping, MoreNeighboursThanPhotonsAreAllWithinTheRadius) {
 TEST(PhotonMapping, WhiteFurnaceStaysWhite) {
   // Every path leaves for the environment; what the glass and the mirror send on lands on the others as caustics.
   const auto b = bias_over_seeds(load_scene("builtin:white-furnace"), "photon-map",
-                                 options_for(40000, 8, {{"caustic_photons", {std::int64_t{40000}, {}}}}), 6);
+                                 map_options(40000, 8, {{"caustic_photons", {std::int64_t{40000}, {}}}}), 6);
   EXPECT_LT(std::abs(b.mean), 0.01 + 4 * b.deviation);
 }
 
