@@ -2,11 +2,10 @@
 // the others out.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
+#include "experiments/log/json_line.h"
 #include "framework/io/load_scene.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -71,7 +70,7 @@ int inspect_all(const InspectCommand& command) {
   const std::string folder = fs::path(command.scene).lexically_normal().string();
   const std::vector<std::string> files = scene_files_below(folder);
   std::map<std::string, std::size_t> outcomes, reasons;
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  Json rows = Json::array();
   Console console;
   exit_on_interrupt("\ninterrupted\n");
   std::size_t width = 0;
@@ -89,8 +88,7 @@ int inspect_all(const InspectCommand& command) {
                  row.reason.empty() ? fmt::format("{} warnings", row.warnings) : cut(row.reason, 160));
   }
   if (command.json) {
-    const nlohmann::ordered_json json{{"files", rows}, {"outcomes", outcomes}, {"reasons", reasons}};
-    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    fmt::print("{}\n", dump(Json{{"files", rows}, {"outcomes", outcomes}, {"reasons", reasons}}, 2));
     return 0;
   }
   fmt::print("\n{} scene files: {} load, {} load with --approximate, {} fail\n", files.size(), outcomes["loads"],

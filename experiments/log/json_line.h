@@ -12,6 +12,12 @@
 
 namespace etendue {
 
+// The text is on one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced. Only log.cpp
+// instantiates the library's writer.
+std::string dump(const Json& json, int indent = -1);
+// Throws the library's error of a number that is not whole or does not fit.
+[[noreturn]] void throw_not_whole(const Json& json);
+
 template <class T, class SFINAE>
 struct CheckedNumber : nlohmann::adl_serializer<T> {};
 
@@ -21,7 +27,7 @@ struct CheckedNumber<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_
     const bool fits = json.is_number_unsigned()  ? std::in_range<T>(*json.get_ptr<const std::uint64_t*>())
                       : json.is_number_integer() ? std::in_range<T>(*json.get_ptr<const std::int64_t*>())
                                                  : false;
-    if (!fits) throw nlohmann::detail::type_error::create(302, "expected a whole number in range, not " + json.dump(), &json);
+    if (!fits) throw_not_whole(json);
     nlohmann::adl_serializer<T>::from_json(json, value);
   }
 };
@@ -31,11 +37,6 @@ struct CheckedNumber<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_
 inline double logged(double x) {
   CHECK(std::isfinite(x));
   return std::strtod(fmt::format("{:.9g}", x).c_str(), nullptr);
-}
-
-// The text is on one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced.
-inline std::string dump(const Json& json, int indent = -1) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace etendue

@@ -19,6 +19,12 @@
 
 namespace etendue {
 
+std::string dump(const Json& json, int indent) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+
+void throw_not_whole(const Json& json) {
+  throw nlohmann::detail::type_error::create(302, "expected a whole number in range, not " + dump(json), &json);
+}
+
 namespace {
 
 // The last of several records with one key counts.
