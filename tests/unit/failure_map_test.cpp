@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
+
 namespace etendue {
 namespace {
 
@@ -41,7 +44,13 @@ INSTANTIATE_TEST_SUITE_P(Cells, LongFailureMap,
                                            ExpectedCell{"stress-03", "photon-map", Holding::up_to, 0.2, 0.25},
                                            ExpectedCell{"stress-06", "sppm", Holding::up_to, 0.25, 0.5},
                                            ExpectedCell{"stress-10", "irradiance-cache: neighbour clamping",
-                                                        Holding::to_the_end}));
+                                                        Holding::to_the_end}),
+                         [](const auto& cell) {
+                           std::string name = std::string(cell.param.cell) + "_" + cell.param.trial;
+                           std::ranges::replace_if(
+                               name, [](unsigned char c) { return !std::isalnum(c); }, '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace etendue
