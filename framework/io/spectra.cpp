@@ -73,6 +73,14 @@ Rgb mean_rgb(const Spectrum& spectrum) {
   return in_gamut(xyz_to_rgb(integrate(spectrum) / y_integral));
 }
 
+// The mean under D65, within the range of the values that it is of.
+template <class Spectrum>
+Rgb mean_under_d65(const Spectrum& spectrum, double low, double high) {
+  const dvec3 white = xyz_to_rgb(integrate([](int w) { return d65_at(w); }));
+  const dvec3 colour = xyz_to_rgb(integrate([&](int w) { return d65_at(w) * spectrum(w); })) / white;
+  return Rgb(glm::clamp(colour, dvec3(low), dvec3(high)));
+}
+
 }  // namespace
 
 double SampledSpectrum::at(double wavelength) const {
@@ -89,10 +97,15 @@ double SampledSpectrum::within(double wavelength) const {
 }
 
 Rgb surface_rgb(const SampledSpectrum& spectrum) {
-  const dvec3 white = xyz_to_rgb(integrate([](int w) { return d65_at(w); }));
-  const dvec3 colour = xyz_to_rgb(integrate([&](int w) { return d65_at(w) * spectrum.at(w); })) / white;
   const auto [low, high] = std::minmax_element(spectrum.values.begin(), spectrum.values.end());
-  return Rgb(glm::clamp(colour, dvec3(*low), dvec3(*high)));
+  return mean_under_d65([&](int w) { return spectrum.at(w); }, *low, *high);
+}
+
+Rgb bounded_surface_rgb(const SampledSpectrum& spectrum) {
+  const std::vector<double>& ends = spectrum.wavelengths;
+  if (ends.front() <= first_wavelength && ends.back() >= last_wavelength) return surface_rgb(spectrum);
+  return mean_under_d65([&](int w) { return spectrum.within(w); }, 0,
+                        *std::max_element(spectrum.values.begin(), spectrum.values.end()));
 }
 
 Rgb light_rgb(const SampledSpectrum& spectrum) {

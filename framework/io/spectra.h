@@ -22,7 +22,8 @@ struct SampledSpectrum {
 dvec3 xyz_to_rgb(const dvec3& xyz);
 
 // A reflectance or an index becomes its mean over the colour-matching functions under D65, so that a constant stays itself.
-Rgb surface_rgb(const SampledSpectrum& spectrum);
+Rgb surface_rgb(const SampledSpectrum& spectrum);          // the end values go on beyond the ends
+Rgb bounded_surface_rgb(const SampledSpectrum& spectrum);  // nothing lies beyond the ends, as in pbrt-v4
 
 // A light is scaled to luminance 1, as pbrt-v4 scales its lights, of which nothing lies beyond the ends.
 Rgb light_rgb(const SampledSpectrum& spectrum);

@@ -423,6 +423,20 @@ TEST(PbrtSpectra, SampledSpectraBecomeRgb) {
     return material_of<Diffuse>("Material \"matte\" \"spectrum Kd\" " + values).reflectance.constant;
   };
   expect_near(kd("[300 .4 900 .4]"), Rgb(0.4f), 1e-6f);
+  // Version 4 has nothing beyond the ends, version 3 the end values.
+  const Rgb green = kd("[500 1 600 1]");
+  EXPECT_LT(green.z, 0.1f);
+  EXPECT_GT(green.y, 0.9f);
+  const auto sampled = [](const std::string& film, const std::string& material) {
+    return parse_pbrt(film + " WorldBegin " + material + triangle, "s.pbrt").materials.at(0);
+  };
+  const std::string in_texture =
+      "Texture \"t\" \"spectrum\" \"constant\" \"spectrum value\" [500 1 600 1] "
+      "Material \"diffuse\" \"texture reflectance\" \"t\"";
+  expect_near(std::get<Diffuse>(sampled("", in_texture)).reflectance.constant, green, 1e-6f);
+  expect_near(std::get<Diffuse>(sampled("Film \"image\"", in_texture)).reflectance.constant, Rgb(1), 1e-6f);
+  const std::string metal = "Material \"conductor\" \"spectrum eta\" [500 2 600 2] \"spectrum k\" [500 3 600 3]";
+  expect_near(std::get<Conductor>(sampled("", metal)).eta, Rgb(2), 1e-6f);
   const Rgb red = kd("[400 .05 580 .05 620 .9 700 .9]");
   EXPECT_GT(red.x, 0.7f);
   EXPECT_LT(red.y, 0.15f);
@@ -443,7 +457,7 @@ TEST(PbrtSpectra, SampledSpectraBecomeRgb) {
   EXPECT_ERROR(kd("[400 .1 500]"), "pairs of wavelength and value");
   EXPECT_ERROR(kd("\"stdillum-D65\""), "unknown spectrum 'stdillum-D65'");
   const TestDirectory directory;
-  directory.write("grey.spd", "# grey\n400 0.3\n700 0.3 # end\n");
+  directory.write("grey.spd", "# grey\n380 0.3\n780 0.3 # end\n");
   const auto read = [&](const std::string& name) {
     return parse_pbrt("WorldBegin\nMaterial \"matte\" \"spectrum Kd\" \"" + name + "\"" + triangle, directory.path("s.pbrt"));
   };

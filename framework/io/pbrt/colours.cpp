@@ -39,12 +39,14 @@ SampledSpectrum parse_spectrum(std::string_view text, const std::string& path) {
   return from_pairs(numbers);
 }
 
-Rgb to_rgb(const SampledSpectrum& spectrum, ColourUse use) {
-  if (use == ColourUse::version3_light) return version3_light_rgb(spectrum);
-  return use == ColourUse::light ? light_rgb(spectrum) : surface_rgb(spectrum);
+// In version 4 nothing lies beyond the ends. Indices go on there, for no surface has an index of 0.
+Rgb to_rgb(const SampledSpectrum& spectrum, ColourUse use, bool version3) {
+  if (use == ColourUse::light) return version3 ? version3_light_rgb(spectrum) : light_rgb(spectrum);
+  return version3 || use == ColourUse::index ? surface_rgb(spectrum) : bounded_surface_rgb(spectrum);
 }
 
-bool is_light(ColourUse use) { return use == ColourUse::light || use == ColourUse::version3_light; }
+// May the name be that of a metal's index?
+bool may_be_index(ColourUse use) { return use == ColourUse::index || use == ColourUse::factor; }
 
 std::optional<Rgb> metal_spectrum(std::string_view name) {
   for (const MetalIndex& metal : metals()) {
@@ -68,8 +70,8 @@ std::optional<double> illuminant_temperature(std::string_view name) {
 
 std::vector<std::string> spectrum_names(ColourUse use) {
   std::vector<std::string> names;
-  if (is_light(use)) names.emplace_back("stdillum-D65");
-  if (use == ColourUse::index)
+  if (use == ColourUse::light) names.emplace_back("stdillum-D65");
+  if (may_be_index(use))
     for (const MetalIndex& metal : metals()) {
       names.push_back(fmt::format("metal-{}-eta", metal.name));
       names.push_back(fmt::format("metal-{}-k", metal.name));
@@ -80,21 +82,21 @@ std::vector<std::string> spectrum_names(ColourUse use) {
 
 }  // namespace
 
-Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
+Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use, bool version3) const {
   const bool is_file = param.strings.size() == 1 && param.numbers.empty() && param.strings[0].find('.') != std::string::npos;
   const SceneFiles::File file = is_file ? files_->read(param.strings[0], *file_, where(param.name)) : SceneFiles::File{};
   try {
-    if (is_file) return to_rgb(parse_spectrum(file.bytes, file.path), use);
-    if (param.strings.empty()) return to_rgb(from_pairs(param.numbers), use);
+    if (is_file) return to_rgb(parse_spectrum(file.bytes, file.path), use, version3);
+    if (param.strings.empty()) return to_rgb(from_pairs(param.numbers), use, version3);
     if (param.strings.size() != 1 || !param.numbers.empty()) throw Error("expected one name, or pairs of wavelength and value");
     const std::string& name = param.strings[0];
-    if (is_light(use) && name == "stdillum-D65") return Rgb(1);
-    if (const auto kelvin = illuminant_temperature(name); kelvin && is_light(use)) {
+    if (use == ColourUse::light && name == "stdillum-D65") return Rgb(1);
+    if (const auto kelvin = illuminant_temperature(name); kelvin && use == ColourUse::light) {
       if (name != "stdillum-A")  // which is a blackbody
         files_->approximations().take(where(param.name), quote(name), "a blackbody of its colour temperature");
       return blackbody_rgb(*kelvin);
     }
-    if (const auto metal = metal_spectrum(name); metal && use == ColourUse::index) return *metal;
+    if (const auto metal = metal_spectrum(name); metal && may_be_index(use)) return *metal;
     throw Error(unknown_name("spectrum", name, spectrum_names(use)));
   } catch (const Error& e) {
     throw Error(where(param.name), fmt::format("{}: '{}': {}", owner_, param.name, e.what()));
@@ -103,20 +105,20 @@ Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
 
 // One value: pbrt-v4, of luminance 1. Two, temperature and scale: pbrt-v3, of unit peak.
 Rgb PbrtParams::blackbody_colour(const PbrtParam& param, ColourUse use) const {
-  if (!is_light(use)) fail(param.name, "is a blackbody, which only lights can be");
+  if (use != ColourUse::light) fail(param.name, "is a blackbody, which only lights can be");
   const std::vector<double>& n = param.numbers;
   if (n.size() != 1 && n.size() != 2) fail(param.name, "expected a temperature, or a temperature and a scale");
   if (!(n[0] >= 100 && n[0] <= 1e6)) fail(param.name, fmt::format("is {} K; expected 100 to 1e6", n[0]));
   return n.size() == 1 ? blackbody_rgb(n[0]) : static_cast<float>(n[1]) * blackbody_rgb_of_unit_peak(n[0]);
 }
 
-std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) const {
+std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use, bool version3) const {
   const PbrtParam* param =
       find_typed(name, {"rgb", "xyz", "float", "integer", "blackbody", "spectrum"}, "rgb, float, blackbody or spectrum");
   if (!param) return std::nullopt;
   Rgb colour;
   if (param->type == "spectrum") {
-    colour = spectrum_colour(*param, use);
+    colour = spectrum_colour(*param, use, version3);
   } else if (param->type == "blackbody") {
     colour = blackbody_colour(*param, use);
   } else if (param->type == "rgb" || param->type == "xyz") {
@@ -127,7 +129,7 @@ std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) cons
     colour = Rgb(static_cast<float>(single(*param)));
   }
   // Metals have indices of hundreds at most, in the far infrared.
-  const float most = use == ColourUse::reflectance ? 1 : use == ColourUse::index ? 1000 : 1e30f;
+  const float most = use == ColourUse::reflectance ? 1 : may_be_index(use) ? 1000 : 1e30f;
   if (use == ColourUse::reflectance && is_finite(colour) && glm::all(glm::greaterThanEqual(colour, Rgb(0))) &&
       max_component(colour) > 1 && files_->approximations().allowed()) {
     files_->approximations().take(where(name), "a reflectance above 1", "1, for no surface makes light: it is darker");

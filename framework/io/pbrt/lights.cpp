@@ -59,9 +59,8 @@ Rgb PbrtReader::emitted(const PbrtParams& params, std::string_view name, std::st
   for (const std::string_view other : {"power", "illuminance"})
     if (other != photometric) params.reject(other, fmt::format("give the light's '{}' itself", name));
   const float power = params.number(photometric, -1);
-  const ColourUse use = version3_ ? ColourUse::version3_light : ColourUse::light;
-  const Rgb value = params.colour(name, use).value_or(Rgb(1)) * params.colour("scale", use).value_or(Rgb(1)) *
-                    (power > 0 ? power / power_of_unit : 1.0f);
+  const auto colour = [&](std::string_view of) { return params.colour(of, ColourUse::light, version3_).value_or(Rgb(1)); };
+  const Rgb value = colour(name) * colour("scale") * (power > 0 ? power / power_of_unit : 1.0f);
   if (!is_finite(value)) params.fail(name, "times 'scale' leaves the range of single precision");
   if (max_component(value) > brightest)
     params.fail(name, fmt::format("is {:g}; expected {:g} at most", max_component(value), brightest));

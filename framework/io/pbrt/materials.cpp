@@ -76,8 +76,8 @@ Material PbrtReader::make_diffuse(const PbrtParams& params, std::string_view nam
 Material PbrtReader::make_conductor(const PbrtParams& params, bool version3) {
   Conductor conductor;
   const MetalIndex& copper = metals()[3];
-  conductor.eta = params.colour("eta", ColourUse::index).value_or(copper.eta);
-  conductor.k = params.colour("k", ColourUse::index).value_or(copper.k);
+  conductor.eta = params.colour("eta", ColourUse::index, version3_).value_or(copper.eta);
+  conductor.k = params.colour("k", ColourUse::index, version3_).value_or(copper.k);
   if (!version3 && params.has("reflectance")) {
     if (params.has("eta") || params.has("k")) params.fail("reflectance", "cannot stand beside eta and k");
     // The index that has this reflectance at normal incidence with a real part of 1, as pbrt-v4 chooses it.

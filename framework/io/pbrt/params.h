@@ -26,8 +26,9 @@ inline constexpr std::size_t most_params = 1000;
 // Those that an Attribute gives to what follows. Every block that opens keeps the list, and shares their values.
 using PbrtDefaults = std::vector<std::shared_ptr<const PbrtParam>>;
 
-// What a colour stands for, which says how spectra become RGB and which values are possible.
-enum class ColourUse : std::uint8_t { reflectance, index, light, version3_light };
+// What a colour stands for, which says how spectra become RGB and which values are possible. A factor is a texture's value,
+// which others may scale.
+enum class ColourUse : std::uint8_t { reflectance, factor, index, light };
 
 class PbrtParams {
  public:
@@ -49,7 +50,8 @@ class PbrtParams {
   std::vector<int> integers(std::string_view name) const;
   std::vector<vec2> points2(std::string_view name) const;  // point2, vector2 or pairs of float
   std::vector<vec3> points3(std::string_view name) const;  // point3, vector3 or normal3
-  std::optional<Rgb> colour(std::string_view name, ColourUse use) const;
+  // `version3`: spectra mean what they do in pbrt-v3.
+  std::optional<Rgb> colour(std::string_view name, ColourUse use, bool version3) const;
   std::vector<std::string> strings(std::string_view name) const;
   // The name in a parameter of type "texture".
   std::optional<std::string> texture(std::string_view name) const;
@@ -78,7 +80,7 @@ class PbrtParams {
   const PbrtParam* find_typed(std::string_view name, std::initializer_list<std::string_view> types,
                               std::string_view expected) const;
   double single(const PbrtParam& param) const;
-  Rgb spectrum_colour(const PbrtParam& param, ColourUse use) const;
+  Rgb spectrum_colour(const PbrtParam& param, ColourUse use, bool version3) const;
   Rgb blackbody_colour(const PbrtParam& param, ColourUse use) const;
 
   std::string owner_;

@@ -267,7 +267,7 @@ PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std
 std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const PbrtParams& params, std::string_view name,
                                                                        const Rgb& otherwise, TextureMap& textures) {
   const auto texture = params.texture(name);
-  if (!texture) return params.colour(name, ColourUse::index).value_or(otherwise);
+  if (!texture) return params.colour(name, ColourUse::factor, version3_).value_or(otherwise);
   const TextureEntry& entry = find_texture(params, name, *texture, textures);
   if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return *constant;
   return &entry;
@@ -293,7 +293,7 @@ float PbrtReader::number(const PbrtParams& params, std::string_view name, float 
 
 Rgb PbrtReader::colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use) {
   const auto texture = params.texture(name);
-  if (!texture) return params.colour(name, use).value_or(otherwise);
+  if (!texture) return params.colour(name, use, version3_).value_or(otherwise);
   const Rgb value = mean_operand(params, name, *texture, spectrum_textures_);
   if (!is_finite(value)) params.fail(name, "is a texture of a value that is not finite; expected finite values");
   if (use == ColourUse::reflectance && max_component(value) > 1) params.fail(name, "is a texture above 1; expected 0 to 1");
