@@ -93,6 +93,14 @@ TEST(ImageFile, AlphaIsReadWhereItIsWanted) {
   const auto png = encode_png(black, {1, 1});
   EXPECT_EQ(decode_image(std::string(png.begin(), png.end()), "i.png", Encoding::alpha).texels.at(0), Rgb(1))
       << "without alpha";
+  const std::string exr = plain_exr(
+      {{"A", PixelType::half}, {"B", PixelType::half}, {"G", PixelType::half}, {"R", PixelType::half}}, {0, 0}, {1, 1});
+  EXPECT_EQ(decode_image(exr, "i.exr", Encoding::alpha).texels.at(0), Rgb(1));
+  EXPECT_EQ(decode_image(exr, "i.exr").texels.at(0), Rgb(0.5f));
+  const std::string after =
+      plain_exr({{"@", PixelType::half}, {"A", PixelType::half}, {"Y", PixelType::single}}, {0, 0}, {1, 1});
+  EXPECT_EQ(decode_image(after, "i.exr", Encoding::alpha).texels.at(0), Rgb(0.5f));
+  EXPECT_EQ(decode_image(plain_exr({{"Y", PixelType::half}}, {0, 0}, {1, 1}), "i.exr", Encoding::alpha).texels.at(0), Rgb(1));
 }
 
 TEST(Exr, RoundTripKeepsSinglePrecisionAndAttributes) {

@@ -35,12 +35,13 @@ std::string channel_names(const Imf::ChannelList& channels) {
 }
 
 // The channels that make R, G and B: themselves, or Y three times.
-std::array<const char*, 3> find_channels(const Imf::ChannelList& channels) {
+std::array<const char*, 3> find_channels(const Imf::ChannelList& channels, bool alpha) {
   const bool has_rgb = channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
   if (!has_rgb && !channels.findChannel("Y"))
     throw Error("expected channels R, G and B, or Y; found " + channel_names(channels));
   std::array<const char*, 3> found{"Y", "Y", "Y"};
   if (has_rgb) found = rgb_names;
+  if (alpha) found.fill("A");
   for (const char* name : found) {
     const Imf::Channel& channel = channels[name];
     if (channel.xSampling != 1 || channel.ySampling != 1) throw Error(fmt::format("channel {} is subsampled", name));
@@ -182,7 +183,7 @@ class MemoryStream : public Imf::IStream {
   std::uint64_t position_ = 0;
 };
 
-Image read_pixels(const std::string& name, std::string_view bytes, std::map<std::string, std::string>* attributes) {
+Image read_pixels(const std::string& name, std::string_view bytes, std::map<std::string, std::string>* attributes, bool alpha) {
   // OpenEXR allocates its table of offsets before it hands out the header.
   Imf::Header::setMaxImageSize(most_pixels_across, most_pixels_across);
   Imf::Header::setMaxTileSize(most_pixels_across, most_pixels_across);
@@ -192,13 +193,18 @@ Image read_pixels(const std::string& name, std::string_view bytes, std::map<std:
   const Imf::Header& header = file.header();
   const Imath::Box2i window = header.dataWindow();
   const ivec2 size = checked_size(header, bytes.size());
-  const auto names = find_channels(header.channels());
+  if (alpha && !header.channels().findChannel("A")) {
+    Image opaque(size);
+    std::ranges::fill(opaque.pixels, dvec3(1));
+    return opaque;
+  }
+  const auto names = find_channels(header.channels(), alpha);
 
   std::vector<float> planes(static_cast<std::size_t>(size.x) * size.y * 3);
   Imf::FrameBuffer buffer;
   constexpr std::size_t x_stride = 3 * sizeof(float);
   const std::size_t y_stride = x_stride * static_cast<std::size_t>(size.x);
-  const bool grey = std::string_view(names[0]) == "Y";
+  const bool grey = names[0] == names[1];
   for (int i = 0; i < (grey ? 1 : 3); ++i) {
     buffer.insert(names[i], Imf::Slice::Make(Imf::FLOAT, planes.data() + i, window, x_stride, y_stride));
   }
@@ -267,9 +273,9 @@ FileStamp write_exr(const std::string& path, const Image& image, const std::map<
   return write_whole_file(path, encode_exr(image, attributes));
 }
 
-Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes) {
+Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes, bool alpha) {
   try {
-    return read_pixels(name, bytes, attributes);
+    return read_pixels(name, bytes, attributes, alpha);
   } catch (const std::exception& e) {
     throw Error(fmt::format("cannot read '{}' as OpenEXR: {}", name, e.what()));
   }

@@ -14,8 +14,10 @@ FileStamp write_exr(const std::string& path, const Image& image, const std::map<
 // The bytes of such a file.
 std::string encode_exr(const Image& image, const std::map<std::string, std::string>& attributes = {});
 
-// R, G, B (or Y) of any pixel type; the rest is ignored. Throws Error on missing, truncated or non-image files.
-Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes = nullptr);
+// R, G, B (or Y) of any pixel type; the rest is ignored. `alpha`: A instead, in all components, and 1 where there is none.
+// Throws Error on missing, truncated or non-image files.
+Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes = nullptr,
+                bool alpha = false);
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
 }  // namespace etendue

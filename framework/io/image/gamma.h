@@ -9,8 +9,8 @@ namespace etendue {
 
 // Is it an image that stores floats (HDR, PFM, EXR), told by its content?
 bool holds_floats(std::string_view bytes);
-// Is it a PNG file of colours with an alpha channel?
-bool is_png_with_alpha(std::string_view bytes);
+// Is it a PNG file of colours with an alpha channel, or an EXR file, which may have one?
+bool may_have_alpha(std::string_view bytes);
 // Of values that stand as they are in the file (Encoding::linear), those that they encode by this exponent; 0: as sRGB.
 void decode_gamma(RgbImage& image, float gamma);
 

@@ -170,8 +170,8 @@ RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
   return image;
 }
 
-RgbImage decode_exr(const std::string& bytes, const std::string& name) {
-  const Image pixels = parse_exr(bytes, name);
+RgbImage decode_exr(const std::string& bytes, const std::string& name, bool alpha) {
+  const Image pixels = parse_exr(bytes, name, nullptr, alpha);
   RgbImage image{.size = pixels.size, .texels = {}};
   image.texels.reserve(pixels.pixels.size());
   for (const dvec3& p : pixels.pixels) image.texels.emplace_back(p);
@@ -184,9 +184,9 @@ bool is_exr(std::string_view bytes) { return bytes.starts_with("\x76\x2f\x31\x01
 
 bool holds_floats(std::string_view bytes) { return is_hdr(bytes) || is_pfm(bytes) || is_exr(bytes); }
 
-bool is_png_with_alpha(std::string_view bytes) {
+bool may_have_alpha(std::string_view bytes) {
   constexpr std::size_t colour_type = 25;
-  return bytes.starts_with("\x89PNG") && bytes.size() > colour_type && bytes[colour_type] == 6;
+  return is_exr(bytes) || (bytes.starts_with("\x89PNG") && bytes.size() > colour_type && bytes[colour_type] == 6);
 }
 
 RgbImage read_image(const std::string& path, Encoding encoding) { return decode_image(read_file(path), path, encoding); }
@@ -194,7 +194,7 @@ RgbImage read_image(const std::string& path, Encoding encoding) { return decode_
 RgbImage decode_image(const std::string& bytes, const std::string& name, Encoding encoding) {
   RgbImage image;
   if (is_exr(bytes)) {
-    image = decode_exr(bytes, name);
+    image = decode_exr(bytes, name, encoding == Encoding::alpha);
   } else {
     try {
       image = is_hdr(bytes) ? decode_hdr(bytes) : is_pfm(bytes) ? decode_pfm(bytes) : decode_stb(bytes, encoding);
@@ -202,7 +202,7 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
       throw Error(fmt::format("cannot read '{}' as an image: {}", name, e.what()));
     }
   }
-  if (encoding == Encoding::alpha && holds_floats(bytes)) image.texels.assign(image.texels.size(), Rgb(1));
+  if (encoding == Encoding::alpha && (is_hdr(bytes) || is_pfm(bytes))) image.texels.assign(image.texels.size(), Rgb(1));
   for (std::size_t i = 0; i < image.texels.size(); ++i) {
     Rgb& texel = image.texels[i];
     if (is_finite(texel)) [[likely]]

@@ -14,7 +14,7 @@ namespace etendue {
 struct Image;  // framework/image/film.h
 
 // How the integers of an image file encode light. Files of floats (HDR, PFM, EXR) are always linear. Of `alpha` all three
-// components are the alpha channel of PNG and TGA, and 1 for what has none or is of another format.
+// components are the alpha channel of PNG, TGA and EXR, and 1 for what has none or is of another format.
 enum class Encoding : std::uint8_t { srgb, linear, alpha };
 
 // Linear RGB, row 0 at the top.

@@ -252,7 +252,6 @@ class PbrtReader {
   // textures.cpp
   void texture(PbrtLexer& lexer, const Token& token);
   TextureEntry make_texture(PbrtLexer& lexer, const std::string& type, const PbrtParams& params, TextureMap& textures);
-  TextureEntry image_texture(PbrtLexer& lexer, const PbrtParams& params, bool of_numbers);
   TextureEntry checker_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry scaled_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry mixed_texture(const PbrtParams& params, TextureMap& textures);
@@ -269,6 +268,9 @@ class PbrtReader {
                               const ColourMap& map = {});
   Texture take_reflectance(TextureEntry& entry, const Location& where, const std::string& name);
   std::uint32_t add_texture(Texture texture);
+
+  // image_textures.cpp
+  TextureEntry image_texture(PbrtLexer& lexer, const PbrtParams& params, bool of_numbers);
   void warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file);
 
   // lights.cpp

@@ -1,7 +1,6 @@
 // Textures. What is constant becomes a colour as it is read; images and checkerboards over (u, v) are kept as they are; all
 // else becomes a field, which is baked for each shape.
 
-#include "framework/io/image/gamma.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/text.h"
 
@@ -13,27 +12,6 @@
 namespace etendue {
 
 namespace {
-
-// 0: sRGB. Files of floats are linear in any case.
-float read_gamma(const PbrtParams& params) {
-  const std::string encoding = params.string("encoding", params.boolean("gamma", true) ? "sRGB" : "linear");
-  if (encoding == "sRGB") return 0;
-  if (encoding == "linear") return 1;
-  WordReader words(encoding);
-  const bool named = words.word() == "gamma";
-  const auto gamma = parse_number(words.word());
-  if (!named || !gamma || !(*gamma >= 0.1 && *gamma <= 10))
-    params.fail("encoding", fmt::format("is {}; expected sRGB, linear or gamma with a number of 0.1 to 10", quote(encoding)));
-  return static_cast<float>(*gamma);
-}
-
-Wrap read_wrap(const PbrtParams& params) {
-  const std::string wrap = params.string("wrap", "repeat");
-  if (wrap == "repeat") return Wrap::repeat;
-  if (wrap == "clamp") return Wrap::clamp;
-  if (wrap != "black") params.fail("wrap", fmt::format("is '{}'; expected repeat, clamp or black", wrap));
-  return Wrap::black;
-}
 
 struct ScaleTexture {
   const Rgb& factor;
@@ -144,57 +122,9 @@ PbrtReader::TextureEntry PbrtReader::make_texture(PbrtLexer& lexer, const std::s
   return {procedural_field(type, params, ctm(), version3_, of)};
 }
 
-PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtParams& params, bool of_numbers) {
-  const TextureMapping mapping(params, ctm(), version3_);
-  const std::string file = params.string("filename", "");
-  if (file.empty()) params.fail("filename", "is missing");
-  const Wrap wrap = read_wrap(params);
-  params.ignore({"trilinear", "maxanisotropy"});
-  ImageTexture texture{.size = {},
-                       .texels = {},
-                       .uv_scale = mapping.scale,
-                       .uv_offset = mapping.offset,
-                       .gain = params.number("scale", 1, 0),
-                       .wrap_u = wrap,
-                       .wrap_v = wrap};
-  const float gamma = read_gamma(params);
-  const Location named = params.where("filename");
-  const auto read = [&](Encoding encoding) { return files_.image(file, *lexer.file(), named, encoding); };
-  RgbImage image = read(gamma == 0 ? Encoding::srgb : Encoding::linear);
-  if (gamma != 0 && gamma != 1 && !holds_floats(files_.read(file, *lexer.file(), named).bytes)) decode_gamma(image, gamma);
-  // Where version 4 asks for numbers, an image that is somewhere transparent gives its alpha, encoded like its colours.
-  if (of_numbers && !version3_ && is_png_with_alpha(files_.read(file, *lexer.file(), named).bytes)) {
-    RgbImage alpha = read(Encoding::alpha);
-    if (std::ranges::any_of(alpha.texels, [](const Rgb& texel) { return texel.x < 1; })) {
-      if (gamma != 1) decode_gamma(alpha, gamma);
-      image = std::move(alpha);
-    }
-  }
-  warn_of_not_finite(image, params.where("filename"), file);
-  if (params.string("filter", "bilinear") == "point")
-    if (const int times = repeat_texels(image, params.where("filter")); times < 16)
-      warn(params.where("filter"), fmt::format("interpolated over 1/{} of a texel at the edges of each", times));
-  texture.size = image.size;
-  texture.texels = std::move(image.texels);
-  if (params.boolean("invert", false)) {
-    for (Rgb& texel : texture.texels) texel = glm::max(Rgb(1) - texture.gain * texel, Rgb(0));
-    texture.gain = 1;
-  }
-  if (!mapping.is_uv()) return {image_field(std::move(texture), mapping), file};
-  return {std::move(texture), file};
-}
-
 std::uint32_t PbrtReader::add_texture(Texture texture) {
   scene_.textures.push_back(std::move(texture));
   return static_cast<std::uint32_t>(scene_.textures.size() - 1);
-}
-
-void PbrtReader::warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file) {
-  if (image.not_finite == 0) return;
-  std::string at;
-  for (const ivec2& texel : image.first_not_finite) at += fmt::format("{} ({}, {})", at.empty() ? "" : ",", texel.x, texel.y);
-  warn(where, fmt::format("'{}' holds NaN or infinity in {} texels, which are taken as 0: at{} (column, row)", file,
-                          image.not_finite, at + (image.not_finite > image.first_not_finite.size() ? ", ..." : "")));
 }
 
 PbrtReader::TextureEntry PbrtReader::checker_texture(const PbrtParams& params, TextureMap& textures) {
