@@ -187,7 +187,10 @@ TEST(PbrtTextures, NumbersAreTheAlphaOfAnImageInVersion4) {
   EXPECT_EQ(mask("").at(0), Rgb(1));
   EXPECT_NEAR(mask("").at(1).x, 0.2158605f, 1e-6f) << "encoded like its colours";
   EXPECT_NEAR(mask("", "\"string encoding\" \"linear\"").at(1).x, 128 / 255.0f, 1e-6f);
-  EXPECT_EQ(mask("Film \"image\"").at(0), Rgb(1, 0, 0)) << "version 3 has no alpha";
+  const std::string version3 = "Film \"image\"";
+  EXPECT_NEAR(mask(version3, "\"bool gamma\" \"false\"").at(0).y, 0.2126f, 1e-4f) << "of its colours the luminance, no alpha";
+  EXPECT_NEAR(mask(version3).at(0).y, 0.0371f, 2e-4f) << "which is decoded then";
+  EXPECT_NEAR(mask(version3).at(1).y, 1, 1e-6f);
 }
 
 TEST(PbrtTextures, ImagesAreDecodedOnce) {

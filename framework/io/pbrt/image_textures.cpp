@@ -33,14 +33,16 @@ Wrap read_wrap(const PbrtParams& params) {
   return Wrap::black;
 }
 
-// The texels as they are decoded. With `may_be_alpha`, a PNG or EXR that is somewhere transparent gives its alpha, encoded like
-// its colours, as version 4 reads numbers; it drops that of other formats.
+enum class TexelUse : std::uint8_t { colours, numbers, version3_numbers };
+
+// The texels as they are decoded. Version 4 reads numbers from the alpha of a PNG or EXR that is somewhere transparent, encoded
+// like its colours; it drops that of other formats. Version 3 decodes the luminance of the colours as they are encoded.
 template <class Read, class Bytes>
-RgbImage read_texels(const Read& read, const Bytes& bytes, float gamma, bool may_be_alpha) {
+RgbImage read_texels(const Read& read, const Bytes& bytes, float gamma, TexelUse use) {
   const auto decode = [&](RgbImage& image) {
     if (gamma != 1 && !holds_floats(bytes())) decode_gamma(image, gamma);
   };
-  if (may_be_alpha && may_have_alpha(bytes())) {
+  if (use == TexelUse::numbers && may_have_alpha(bytes())) {
     RgbImage alpha = read(Encoding::alpha);
     if (std::ranges::any_of(alpha.texels, [](const Rgb& texel) { return texel.x != 1; })) {
       decode(alpha);
@@ -49,6 +51,12 @@ RgbImage read_texels(const Read& read, const Bytes& bytes, float gamma, bool may
   }
   RgbImage image = read(gamma == 0 ? Encoding::srgb : Encoding::linear);
   if (gamma != 0) decode(image);
+  const auto is_grey = [](const Rgb& texel) { return texel.x == texel.y && texel.y == texel.z; };
+  if (use == TexelUse::version3_numbers && !std::ranges::all_of(image.texels, is_grey)) {
+    image = read(Encoding::linear);
+    for (Rgb& texel : image.texels) texel = Rgb(luminance(texel));
+    decode(image);
+  }
   return image;
 }
 
@@ -70,7 +78,10 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
   const float gamma = read_gamma(params);
   const Location named = params.where("filename");
   RgbImage image = read_texels([&](Encoding encoding) { return files_.image(file, *lexer.file(), named, encoding); },
-                               [&] { return files_.read(file, *lexer.file(), named).bytes; }, gamma, of_numbers && !version3_);
+                               [&] { return files_.read(file, *lexer.file(), named).bytes; }, gamma,
+                               !of_numbers ? TexelUse::colours
+                               : version3_ ? TexelUse::version3_numbers
+                                           : TexelUse::numbers);
   warn_of_not_finite(image, params.where("filename"), file);
   if (params.string("filter", "bilinear") == "point")
     if (const int times = repeat_texels(image, params.where("filter")); times < 16)
