@@ -161,13 +161,25 @@ TEST(PlyReader, AsciiErrorsNameTheirPlace) {
                "m.ply:13:7: face 0 refers to vertex 3, but there are 3");
   EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "3 0 -1 2\n"), "m.ply"), "m.ply:13:5: face 0 refers to vertex -1");
   EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "3 0 1.5 2\n"), "m.ply"), "refers to vertex 1.5");
-  EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "2 0 1\n"), "m.ply"), "m.ply:13:1: face 0 has 2 vertices");
+  EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "2 0 1\n"), "m.ply"), "m.ply: no faces: each has less than three");
+  EXPECT_ERROR(parse_ply(triangle_ply("3", "2", corners + "2 0 3\n3 0 1 2\n"), "m.ply"), "face 0 refers to vertex 3");
   EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "200 0 1\n"), "m.ply"), "does not fit");
   EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "-3 0 1 2\n"), "m.ply"), "a list of -3 values");
   EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "3 0 1"), "m.ply"), "m.ply:13:1: a list of 3 values");
   EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "3 0 1     "), "m.ply"),
                "m.ply:13:11: the file ends before its data does");
   EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "3 0 1 2\n3 0 1 2\n"), "m.ply"), "m.ply:14:1: '3' follows the data");
+}
+
+TEST(PlyReader, FacesThatAreNoneAreLeftOut) {
+  const TriangleMesh mesh = parse_ply(triangle_ply("3", "3", corners + "2 0 1\n3 0 1 2\n0\n"), "m.ply");
+  ASSERT_EQ(mesh.triangles.size(), 1u);
+  EXPECT_EQ(mesh.triangles[0], uvec3(0, 1, 2));
+  ASSERT_EQ(mesh.warnings.size(), 1u);
+  EXPECT_EQ(mesh.warnings[0], "m.ply: 2 faces of less than three vertices were left out");
+  std::string strips = triangle_ply("3", "1", corners + "3 0 1 2\n");
+  strips.replace(strips.find("element face"), 12, "element tristrips");
+  EXPECT_ERROR(parse_ply(strips, "m.ply"), "m.ply:7:9: strips of triangles are not read; expected element 'face'");
 }
 
 TEST(PlyReader, LyingHeaderIsRefusedBeforeAllocation) {

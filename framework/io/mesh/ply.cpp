@@ -112,7 +112,7 @@ class BinarySource {
 template <class Source>
 class BodyReader {
  public:
-  BodyReader(const Header& header, Source source) : header_(header), source_(source) {}
+  BodyReader(const Header& header, Source source, const std::string& name) : header_(header), source_(source), name_(name) {}
 
   TriangleMesh read() {
     for (const Element& element : header_.elements) {
@@ -129,6 +129,9 @@ class BodyReader {
         skip(element);
     }
     source_.expect_end();
+    if (mesh_.triangles.empty()) throw Error(Location{name_}, "no faces: each has less than three vertices");
+    if (left_out_ > 0)
+      mesh_.warnings.push_back(fmt::format("{}: {} faces of less than three vertices were left out", name_, left_out_));
     return std::move(mesh_);
   }
 
@@ -166,7 +169,7 @@ class BodyReader {
 
   void read_polygon(const Property& p, std::uint64_t face) {
     const std::uint64_t count = read_count(p);
-    if (count < 3) source_.fail(fmt::format("face {} has {} vertices; expected 3 or more", face, count));
+    if (count < 3) ++left_out_;
     std::uint32_t first = 0, previous = 0;
     for (std::uint64_t i = 0; i < count; ++i) {
       const double index = source_.read(p.type);
@@ -209,7 +212,9 @@ class BodyReader {
 
   const Header& header_;
   Source source_;
+  const std::string& name_;
   TriangleMesh mesh_;
+  std::uint64_t left_out_ = 0;  // faces
 };
 
 }  // namespace
@@ -218,11 +223,11 @@ TriangleMesh parse_ply(std::string_view bytes, const std::string& name) {
   const Header header = read_header(bytes, name);
   TriangleMesh mesh;
   if (header.format == Format::ascii)
-    mesh = BodyReader(header, AsciiSource(bytes, header.body, name)).read();
+    mesh = BodyReader(header, AsciiSource(bytes, header.body, name), name).read();
   else if (header.format == Format::little)
-    mesh = BodyReader(header, BinarySource<false>(bytes, header.body, name)).read();
+    mesh = BodyReader(header, BinarySource<false>(bytes, header.body, name), name).read();
   else
-    mesh = BodyReader(header, BinarySource<true>(bytes, header.body, name)).read();
+    mesh = BodyReader(header, BinarySource<true>(bytes, header.body, name), name).read();
   mend_attributes(mesh, name);
   return mesh;
 }

@@ -161,6 +161,8 @@ void check_elements(const Header& header, std::string_view bytes, const std::str
   for (const Element& element : header.elements) {
     if (element.name == "vertex") vertices = &element;
     if (element.name == "face") faces = &element;
+    if (element.name == "tristrips" && element.count > 0)
+      throw Error(location_at(name, bytes, element.offset), "strips of triangles are not read; expected element 'face'");
   }
   if (!vertices) throw Error(location_at(name, bytes, 0), "the header has no element 'vertex'");
   if (!faces || faces->count == 0) throw Error(location_at(name, bytes, faces ? faces->offset : 0), "no faces");
