@@ -68,6 +68,13 @@ TEST(ObjReader, LineEndsAndContinuationsAreUnderstood) {
   }
 }
 
+TEST(ObjReader, ObsoleteFacesAreRead) {
+  const std::string four = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
+  EXPECT_EQ(parse_obj(four + "fo 1 2 3\nf 2 4 3\n", "m.obj").triangles,
+            parse_obj(four + "f 1 2 3\nf 2 4 3\n", "m.obj").triangles);
+  EXPECT_ERROR(parse_obj(four + "fo 1 2 5\n", "m.obj"), "m.obj:5:8: index 5 of a vertex");
+}
+
 TEST(ObjReader, ErrorsNameTheirPlace) {
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   EXPECT_ERROR(parse_obj("v 0 0 zero\n", "m.obj"), "m.obj:1:7: expected a number");

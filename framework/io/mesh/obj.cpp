@@ -1,7 +1,7 @@
 // tinyobjloader is lenient: it reads "1..5" as 1, drops faces it does not understand, and reads tags and materials that are of
-// no use here. So the text is checked first, line by line, and everything but v, vt, vn and f lines is blanked out before the
-// loader sees it. Blanking keeps every byte's place, so that places in messages are those of the file. Numbers are kept from
-// the check too: the loader's are not correctly rounded, and its 0e999 is NaN. It triangulates, and resolves indices.
+// no use here. So the text is checked first, line by line, and everything but v, vt, vn, f and fo lines is blanked out before
+// the loader sees it. Blanking keeps every byte's place, so that places in messages are those of the file. Numbers are kept
+// from the check too: the loader's are not correctly rounded, and its 0e999 is NaN. It triangulates, and resolves indices.
 
 #include "framework/io/mesh/obj.h"
 
@@ -51,8 +51,8 @@ class Checker {
         check_numbers(keyword, 1, 3, 1);
       else if (keyword == "vn")
         check_numbers(keyword, 3, 3, 2);
-      else if (keyword == "f")
-        check_face();
+      else if (keyword == "f" || keyword == "fo")
+        check_face(keyword);
       else
         blank_line(keyword);
     }
@@ -100,7 +100,9 @@ class Checker {
     values_[kind].push_back(value);
   }
 
-  void check_face() {
+  // Old files write fo, which the loader does not know.
+  void check_face(std::string_view keyword) {
+    std::fill_n(text_.begin() + static_cast<std::ptrdiff_t>(word_) + 1, keyword.size() - 1, ' ');
     std::size_t corners = 0;
     for (std::string_view word = next(); !word.empty(); word = next(), ++corners) check_corner(word);
     if (corners < 3) fail(word_, fmt::format("a face needs 3 vertices or more, found {}", corners));
