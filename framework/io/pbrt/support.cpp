@@ -18,7 +18,9 @@ constexpr PbrtSupport supported[] = {
     {"Camera", "realistic", "approximated: a pinhole with the view of a 50 mm lens"},
 
     {"Shape", "trianglemesh", "as it is"},
-    {"Shape", "plymesh", "a PLY, OBJ or SMF file; approximated: without displacement"},
+    {"Shape", "plymesh",
+     "a PLY, OBJ or SMF file; a PLY's faces of less than three vertices are left out (warned), its `tristrips` refused; "
+     "approximated: without displacement"},
     {"Shape", "objmesh", "like plymesh"},
     {"Shape", "sphere", whole_or_mesh},
     {"Shape", "cylinder", whole_or_mesh},
@@ -65,7 +67,10 @@ constexpr PbrtSupport supported[] = {
     {"Texture", "constant", "as it is"},
     {"Texture", "imagemap",
      "PNG, JPEG, TGA, HDR, PFM, EXR; over (u, v) as it is, by other mappings baked by its place; filter point "
-     "interpolates over 1/16 of a texel at its edges, over more (warned) in images above 4096 texels"},
+     "interpolates over 1/16 of a texel at its edges, over more (warned) in images above 4096 texels; "
+     "numbers in version 4 are the alpha of a PNG or EXR that is somewhere transparent, else the mean of the colours, in "
+     "version "
+     "3 their luminance before they are decoded"},
     {"Texture", "checkerboard", "of two colours over (u, v) as it is; else baked"},
     {"Texture", "scale", "by a constant as it is; else baked"},
     {"Texture", "mix", "of constants as it is; else baked"},
