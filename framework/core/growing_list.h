@@ -1,4 +1,4 @@
-// A list that is filled item by item and kept for its memory. `next` gives the place of a new item, to be written member by
+// A list that is filled item by item and kept for its memory. `append` gives the place of a new item, to be written member by
 // member: push_back would copy what was just stored piece by piece, and the processor waits for such copies.
 #pragma once
 
@@ -10,7 +10,7 @@ template <class T>
 class GrowingList {
  public:
   void clear() { size_ = 0; }
-  T& next() {  // holds what it last held
+  T& append() {  // holds what it last held
     if (size_ == items_.size()) grow();
     return items_[size_++];
   }

@@ -119,8 +119,8 @@ struct Scene {
   // The share of rays that the surface stops where this one met it. Below 0 it is none, above 1 all. What a structure of the
   // scene answers has already been stopped (accel/scene/with_masks.h).
   float opacity_at(const Hit& hit) const;
-  // Begins to load what surface_at will read of hits that come some places after number `begun`, for loops over all of them;
-  // worth its time where the scene outgrows the nearest caches.
+  // For loops that call surface_at for one hit after another: at number `begun`, begins to load what the calls for hits a few
+  // places further on will read. It is worth its time where the scene outgrows the nearest caches.
   void prefetch_surfaces(std::span<const Hit> hits, std::size_t begun) const;
   bool outgrows_caches() const { return objects.size() > 1 || objects[0].geometry.triangles.size() > 2000; }
 };

@@ -61,7 +61,7 @@ class Hasher {
   void operator()(const PointLight& l) { add(l.position, l.intensity); }
   void operator()(const SpotLight& l) {
     add(l.position, l.direction, l.intensity, l.cos_outer, l.cos_inner);
-    if (l.fade != SpotFade::cubic) add(l.fade == SpotFade::linear);
+    if (l.fade != SpotFade::cubic) add(l.fade == SpotFade::linear);  // hashes of older references stand by this
   }
   void operator()(const DirectionalLight& l) { add(l.direction, l.irradiance); }
   void operator()(const EnvironmentLight& l) {

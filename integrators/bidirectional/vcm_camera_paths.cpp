@@ -103,7 +103,7 @@ void VcmCameraPaths::ask_joints(const SurfacePoint& point, const vec3& wo, Camer
     if (depth + 1 + light.events > settings_.max_depth) break;
     if (ask_connection(point, wo, light)) ++connections;
   }
-  Vertex& vertex = memory_.vertices.next();
+  Vertex& vertex = memory_.vertices.append();
   vertex.point = &point;
   vertex.wo = wo;
   vertex.walk = &walk;
@@ -127,7 +127,7 @@ bool VcmCameraPaths::ask_connection(const SurfacePoint& point, const vec3& wo, c
   const float distance_squared = length_squared(towards);
   if (!(distance_squared > 0) || in_one_plane(point, light.point)) return false;
   const vec3 wi = towards / std::sqrt(distance_squared);
-  Connection& connection = memory_.connections.next();
+  Connection& connection = memory_.connections.append();
   connection.light = &light;
   connection.wi = wi;
   connection.distance_squared = distance_squared;
@@ -154,10 +154,10 @@ void VcmCameraPaths::join() {
 
 // What the path gains if nothing blocks the ray.
 inline void VcmCameraPaths::gain(const CameraWalk& walk, const Rgb& value, const Ray& shadow_ray) {
-  Gain& gain = memory_.gains.next();
+  Gain& gain = memory_.gains.append();
   gain.radiance = walk.radiance;
   gain.value = value;
-  Ray& ray = memory_.shadow_rays.next();
+  Ray& ray = memory_.shadow_rays.append();
   ray.origin = shadow_ray.origin;
   ray.t_min = shadow_ray.t_min;
   ray.direction = shadow_ray.direction;

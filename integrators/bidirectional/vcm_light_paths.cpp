@@ -130,7 +130,7 @@ class LightPaths::Tracer {
     if (has_non_specular(context_.scene.materials[point.material])) {
       ask_splat(walk, wo, point);
       if (keep_) {
-        auto& [number, vertex] = memory_.found.next();
+        auto& [number, vertex] = memory_.found.append();
         number = walk.number;
         vertex.point = point;
         vertex.wo = wo;
@@ -193,7 +193,7 @@ class LightPaths::Tracer {
     const float distance = glm::length(towards);
     if (!(distance > 0)) return;
     const vec3 wi = towards / distance;
-    Splattable& splattable = memory_.splats.next();
+    Splattable& splattable = memory_.splats.append();
     splattable.walk = &walk;
     splattable.point = &point;
     splattable.lens = *lens_point;

@@ -66,13 +66,13 @@ class Chooser {
   }
 
  private:
-  // What paths leave at the end of the budget, at one ray's time for each of theirs.
+  // This is what paths leave at the end of the budget, at one ray's time for each of theirs.
   double noise_of_paths() const { return found_.path_error * std::max(1.0, found_.rays_per_path) / rays_; }
 
-  // What a record would be off by if all of the budget were paths from the records.
+  // A record would be off by this if all of the budget were paths from the records.
   double noise_of_records() const { return noise_of_paths() * found_.records / pixels_of(context_.resolution); }
 
-  // Rays a pixel that fill a cache.
+  // So many rays a pixel fill a cache.
   double fill() const { return found_.records * rays_per_record / pixels_of(context_.resolution); }
   bool fills_soon() const { return fill() <= fill_share * rays_; }
 

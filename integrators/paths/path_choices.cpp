@@ -105,7 +105,8 @@ float evenness_of(const RenderContext& context, const PathSettings& settings, bo
 }
 
 // Do BSDF samples alone bring the same direct light wherever they go? Asked of one light that has the same radiance everywhere,
-// as few paths may all miss another or its brightest part, and where every surface scatters, so that paths ask at what they see.
+// as few paths may all miss another or its brightest part, and where every surface scatters, so that paths ask at what they
+// see.
 bool bsdf_samples_are_exact(const RenderContext& context) {
   constexpr float exact = 1000;
   const Scene& scene = context.scene;
@@ -115,12 +116,12 @@ bool bsdf_samples_are_exact(const RenderContext& context) {
          evenness_of(context, {.max_depth = 1, .roulette_depth = 2, .mis = MisMode::bsdf}, false) > exact;
 }
 
-// One triangle, or two side by side in a plane, of delta lobes alone: shadow rays end there.
+// A pane is one triangle, or two side by side in a plane, of delta lobes alone: shadow rays end there.
 struct Pane {
   std::vector<vec3> corners;  // in turn about the normal
   vec3 normal{0};             // unit
 
-  // None where the shape is something else. `flat`: metres off a plane that do not matter.
+  // Gives none where the shape is something else. `flat`: metres off a plane that do not matter.
   static std::optional<Pane> of(const Scene& scene, const Shape& shape, float flat) {
     const Geometry& geometry = scene.objects[0].geometry;
     const std::uint32_t first = shape.first_primitive, count = shape.primitive_count;
@@ -141,9 +142,9 @@ struct Pane {
   // Is it on every way between points of two convex bodies, given by their corners, at least `margin` (metres) from the ways'
   // ends and within its own border? Where a way meets its plane is a mean of where the ways between corners do, with weights
   // that are not negative: those are tried.
-  bool parts(std::span<const vec3> bodies, std::span<const vec3> others, float margin) const {
-    for (const vec3& p : bodies)
-      for (const vec3& q : others) {
+  bool separates(std::span<const vec3> corners_a, std::span<const vec3> corners_b, float margin) const {
+    for (const vec3& p : corners_a)
+      for (const vec3& q : corners_b) {
         const float from = height(p), to = height(q);
         if (!(std::min(std::abs(from), std::abs(to)) > margin && from * to < 0)) return false;
         if (!holds(p + from / (from - to) * (q - p), margin)) return false;
@@ -181,13 +182,15 @@ std::vector<vec3> corners_of(const Geometry& geometry, const AreaLight& light) {
 // Does a pane stand between each light that rays can meet and all that takes light samples? What no pane is proved to hide is
 // sampled: a few rays cannot tell, and a light that they miss would be lost.
 bool panes_hide_lights(const RenderContext& context) {
-  constexpr float least_margin = 1e-4f;  // of the scene's extent: far above what rounding moves rays by
+  constexpr std::size_t most_pairs = 100'000;  // of a pane and a light, which take a tenth of a second; more are not tried
+  constexpr float least_margin = 1e-4f;        // of the scene's extent: far above what rounding moves rays by
   const Scene& scene = context.scene;
   const float margin = least_margin * glm::length(scene.bounds().diagonal());
   std::vector<Pane> panes;
   for (const Shape& shape : scene.objects[0].shapes)
     if (auto pane = Pane::of(scene, shape, 0.01f * margin)) panes.push_back(std::move(*pane));
-  if (panes.empty() || context.needs.masks ||
+  const bool too_many = panes.size() * scene.lights.size() > most_pairs;
+  if (panes.empty() || too_many || context.needs.masks ||
       std::ranges::any_of(scene.planes, [&](const InfinitePlane& plane) { return receives(scene, plane); }))
     return false;
   Bounds lit;
@@ -198,7 +201,7 @@ bool panes_hide_lights(const RenderContext& context) {
     const auto* area = std::get_if<AreaLight>(&light);
     if (!area) return is_delta(light);
     const std::vector<vec3> corners = corners_of(scene.objects[0].geometry, *area);
-    return std::ranges::any_of(panes, [&](const Pane& pane) { return pane.parts(lit_corners, corners, margin); });
+    return std::ranges::any_of(panes, [&](const Pane& pane) { return pane.separates(lit_corners, corners, margin); });
   });
 }
 

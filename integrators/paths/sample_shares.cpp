@@ -54,7 +54,7 @@ void SampleShares::measure() {
   const auto width = static_cast<std::size_t>(resolution_.x);
   double total = 0;
   for (const Moments& m : moments_) total += m.count > 0 ? m.sum / m.count : 0;
-  floor_ = square(dark * total / static_cast<double>(moments_.size())) + 1e-30;
+  floor_ = square(dark * known_mean_.value_or(total / static_cast<double>(moments_.size()))) + 1e-30;
   parallel_for(static_cast<std::size_t>(resolution_.y), 8, [&](std::size_t row) {
     const int y = static_cast<int>(row);
     for (int x = 0; x < resolution_.x; ++x) {

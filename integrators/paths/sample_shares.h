@@ -19,6 +19,7 @@
 #include "framework/core/parallel.h"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 namespace etendue {
@@ -40,6 +41,8 @@ class SampleShares {
   Range range(std::size_t pixel) const { return {next_[pixel], count_[pixel]}; }
   // A sample's luminance; non-finite ones are left out. A pixel belongs to one thread at a time.
   void add(std::size_t pixel, float luminance);
+  // Deviations of dark pixels are relative to the image's mean luminance: as given here, else as found.
+  void know_mean(double luminance) { known_mean_ = luminance; }
   // Closes an iteration; where it was the last of a span, shares the samples of the next one's iterations out.
   void end_iteration();
 
@@ -67,6 +70,7 @@ class SampleShares {
   float extra_;
   std::uint32_t first_, iterations_ = 0, span_ = 0;
   std::uint32_t even_ = 1;  // samples of each pixel; 0: shared out
+  std::optional<double> known_mean_;
   std::vector<Moments> moments_;
   std::vector<std::uint32_t> next_, count_;
   std::vector<float> deviation_;  // relative

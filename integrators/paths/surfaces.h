@@ -17,7 +17,7 @@ class BsdfBatch {
   // The point must stay in place until the query is answered; `other` as BsdfQuery has it.
   void ask(const SurfacePoint& point, const vec3& wo, const vec3& other) {
     begin();
-    BsdfQuery& query = queries_.next();
+    BsdfQuery& query = queries_.append();
     query.point = &point;
     query.wo = wo;
     query.other = other;

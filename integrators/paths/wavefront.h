@@ -22,8 +22,8 @@ class Wavefront {
 
   // Arrives once every path has been through its present event. What it points to must stay in place.
   void gain(const Gained& gained, const Ray& shadow_ray) {
-    gains_.next() = gained;
-    shadow_rays_.next() = shadow_ray;
+    gains_.append() = gained;
+    shadow_rays_.append() = shadow_ray;
   }
 
   // Light samples that are worked out together, and come in before what else is gained.

@@ -3,18 +3,21 @@
 #include "framework/core/parallel.h"
 #include "integrators/paths/sample_shares.h"
 
+#include <cmath>
+#include <numeric>
+
 namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t first_look = 1, whole_look = 8;  // paths of a pilot's pixel: by default, and where neighbours differed
-constexpr float contrast = 4;                            // of their luminances, as a ratio
-constexpr float most = 7;  // which leave an eighth of the variance; deep paths through glass are not cheap
+constexpr std::uint32_t first_look = 1, whole_look = 8;  // paths of a pilot's pixel: by default, and where pixels differ
+constexpr float contrast = 4;                            // of one pixel and the next that is a difference, as a ratio
+constexpr float most_further = 7;  // leave an eighth of the variance; deep paths through glass are not cheap
 
 // Parts of a pixel's sequence of camera samples beyond those that iterations use (framework/core/sampler.h).
 constexpr std::uint32_t first_of_further = 1u << 26, first_of_pilot = 2u << 26;
 
-Rgb found_along(const PhotonCameraPath& walk, ivec2 pixel, SamplerKind kind, std::uint32_t index, bool direct) {
+Rgb camera_radiance(const PhotonCameraPath& walk, ivec2 pixel, SamplerKind kind, std::uint32_t index, bool direct) {
   PathSample path = camera_path(walk.context, pixel, kind, index);
   Rgb reflected(0);
   const Rgb met = walk(path.ray, path.sampler, path.sampler,
@@ -25,17 +28,35 @@ Rgb found_along(const PhotonCameraPath& walk, ivec2 pixel, SamplerKind kind, std
   return met + reflected;
 }
 
-void look(const PhotonCameraPath& walk, SamplerKind kind, bool direct, const Tile& tile, SampleShares& seen) {
-  bool differs = false;
-  for (std::uint32_t i = 0; i < (differs ? whole_look : first_look); ++i) {
-    float left = 0;
+// A column or a single pixel has no other beside it.
+void run_pilot(const PhotonCameraPath& walk, SamplerKind kind, bool direct, const Tile& tile, SampleShares& seen) {
+  bool differ = tile.end.x - tile.begin.x == 1;
+  for (std::uint32_t i = 0; i < (differ ? whole_look : first_look); ++i) {
+    float last = luminance(camera_radiance(walk, tile.begin, kind, first_of_pilot + i, direct));
     for_pixels(tile, [&](ivec2 pixel) {
-      const float found = luminance(found_along(walk, pixel, kind, first_of_pilot + i, direct));
-      if (pixel.x > tile.begin.x) differs = differs || std::max(found, left) > contrast * std::min(found, left);
-      left = found;
+      const float found = luminance(camera_radiance(walk, pixel, kind, first_of_pilot + i, direct));
+      differ = differ || std::max(found, last) > contrast * std::min(found, last);
+      last = found;
       seen.add(pixel_index(pixel, walk.context.resolution), found);
     });
   }
+}
+
+// Luminance of the image, by a path in each tile.
+double mean_luminance(const PhotonCameraPath& walk, SamplerKind kind, bool direct) {
+  std::vector<float> found(path_tile_count(walk.context.resolution));
+  parallel_for(found.size(), 16, [&](std::size_t number) {
+    const ivec2 pixel = path_tile(walk.context.resolution, number).begin;
+    found[number] = luminance(camera_radiance(walk, pixel, kind, first_of_pilot + whole_look, direct));
+  });
+  std::erase_if(found, [](float luminance) { return !std::isfinite(luminance); });
+  return std::accumulate(found.begin(), found.end(), 0.0) / static_cast<double>(std::max<std::size_t>(found.size(), 1));
+}
+
+// Is any of it shown, or beside what is?
+bool is_shown(const RenderContext& context, const Tile& tile) {
+  const Tile shown = context.seen({tile.begin - 1, tile.end + 1});
+  return shown.begin.x < shown.end.x && shown.begin.y < shown.end.y;
 }
 
 }  // namespace
@@ -46,12 +67,15 @@ DirectShares::DirectShares(const PhotonCameraPath& walk, SamplerKind sampler, fl
   if (!(further > 0) || has_signed_filter(walk.context)) return;
   const ivec2 resolution = walk.context.resolution;
   SampleShares seen(resolution, 0, 0, true);
-  parallel_for(path_tile_count(resolution), 1,
-               [&](std::size_t number) { look(walk, sampler, direct, path_tile(resolution, number), seen); });
+  seen.know_mean(mean_luminance(walk, sampler, direct));  // the same for a part of the image as for the whole
+  parallel_for(path_tile_count(resolution), 1, [&](std::size_t number) {
+    const Tile tile = path_tile(resolution, number);
+    if (is_shown(walk.context, tile)) run_pilot(walk, sampler, direct, tile, seen);
+  });
   seen.end_iteration();
   std::vector<std::uint8_t> counts(static_cast<std::size_t>(resolution.x) * resolution.y);
   for (std::size_t i = 0; i < counts.size(); ++i)
-    counts[i] = static_cast<std::uint8_t>(std::min(further * seen.deviation(i), most));
+    counts[i] = static_cast<std::uint8_t>(std::min(further * seen.deviation(i), most_further));
   if (std::ranges::any_of(counts, [](std::uint8_t n) { return n > 0; })) further_ = std::move(counts);
 }
 
@@ -60,7 +84,7 @@ Rgb DirectShares::further(const PhotonCameraPath& walk, ivec2 pixel, std::uint32
   const std::uint32_t paths = count(key);
   Rgb sum(0);
   for (std::uint32_t i = 0; i < paths; ++i)
-    sum += found_along(walk, pixel, sampler_, first_of_further + iteration * paths + i, direct_);
+    sum += camera_radiance(walk, pixel, sampler_, first_of_further + iteration * paths + i, direct_);
   return share(key) * sum;
 }
 

@@ -16,12 +16,12 @@ namespace etendue {
 
 class DirectShares {
  public:
-  // One path a pixel.
+  // Each pixel takes its own path alone.
   DirectShares() = default;
   // `further`: paths, per relative standard deviation. `direct`: light samples at rough vertices, or emission alone.
   DirectShares(const PhotonCameraPath& walk, SamplerKind sampler, float further, bool direct);
 
-  // Of what a pixel's own camera path finds.
+  // The weight of what a pixel's own camera path finds.
   float share(std::size_t pixel) const { return 1 / (1 + static_cast<float>(count(pixel))); }
   // What the further paths of a pixel find in this iteration, with their share.
   Rgb further(const PhotonCameraPath& walk, ivec2 pixel, std::uint32_t iteration) const;

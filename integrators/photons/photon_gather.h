@@ -68,7 +68,7 @@ class GatherPoint {
   const vec3& position() const { return position_; }
   const vec3& normal() const { return normal_; }  // geometric, on the side of wo
   bool of_tails() const { return tail_density_ < infinity; }
-  // Of a diffuse surface; of others, which reflect by direction, 1.
+  // A diffuse surface's; others, which reflect by direction, have 1.
   Rgb albedo() const { return bsdf_ != nullptr && bsdf_->is_diffuse() ? bsdf_->diffuse_albedo() : Rgb(1); }
   // Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces
   // pass. Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.

@@ -28,7 +28,7 @@ std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive)
   return std::nullopt;
 }
 
-// Smooth glass that takes nothing of the light on its way: surfaces on both sides of it are lit alike.
+// Is it smooth glass that takes nothing of the light on its way, and lets light through to both sides?
 bool is_clear(const Material& material) {
   const auto* glass = std::get_if<Dielectric>(&material);
   return glass && glass->has_specular() && glass->transmit_tint == Rgb(1);

@@ -40,6 +40,8 @@ struct SppmParams : SharedStatisticsParams {
 
 struct PpmParams : SharedStatisticsParams {
   int points = 4;
+
+  PpmParams() { further_paths = 0; }  // as published: what its fixed points see is all
 };
 
 template <class Visitor>

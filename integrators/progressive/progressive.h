@@ -126,9 +126,9 @@ class ProgressivePasses {
 
   // Radiance that arrives along the camera paths of a tile without photons, pixel by pixel as for_pixels has them; the paths
   // are traced together. at(pixel, GatherPoint, throughput, arrivals) at each rough vertex: what arrivals.gain(Arrival, way)
-  // is given arrives before the paths go on, if its way is free. `direct`: light as the parameter says, or none.
+  // is given arrives before the paths go on, if its way is free. `lit`: else the vertices alone are wanted.
   template <class Arrival, class Gather>
-  void camera(const RenderContext& context, const Tile& tile, std::uint32_t iteration, bool direct, std::vector<Rgb>& radiance,
+  void camera(const RenderContext& context, const Tile& tile, std::uint32_t iteration, bool lit, std::vector<Rgb>& radiance,
               const Gather& at) const {
     struct View {
       ivec2 pixel;
@@ -157,7 +157,7 @@ class ProgressivePasses {
           view.state, ray, met, so_far, view.path, view.sampled->sampler,
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
             if (bsdf.is_diffuse() && is_black(bsdf.diffuse_albedo())) return;
-            if (direct && params_.direct == DirectLighting::sample)
+            if (lit && params_.direct == DirectLighting::sample)
               wave.light_samples().add(point, wo, share_of(view) * throughput, *view.sampled);
             at(view.pixel, GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput, wave);
           },
@@ -170,6 +170,7 @@ class ProgressivePasses {
       return goes_on;
     });
     radiance.clear();
+    if (!lit) return;
     for_pixels(tile, [&](ivec2 pixel) {
       radiance.push_back(sampled[radiance.size()].radiance + direct_.further(walk, pixel, iteration));
     });

@@ -196,7 +196,7 @@ TEST(ProgressivePhotons, EveryParameterChangesTheImage) {
       {"kernel", "box"},
       {"side_test", false},
       {"edges", "disc"},
-      {"further_paths", 0.0},
+      {"further_paths", 20.0},
       {"max_depth", std::int64_t{2}},
       {"sampler", "independent"},
   };
