@@ -12,8 +12,8 @@
 
 namespace etendue {
 
-// The text is on one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced. Only log.cpp
-// instantiates the library's writer.
+// The text is on one line, or indented. Bytes that are not UTF-8, which the text of an error may hold, are replaced. The
+// library's writer is instantiated in log.cpp alone.
 std::string dump(const Json& json, int indent = -1);
 // Throws the library's error of a number that is not whole or does not fit.
 [[noreturn]] void throw_not_whole(const Json& json);

@@ -52,14 +52,14 @@ class VcmCameraPaths {
     Wavefront<CameraWalk*> wave;
     std::vector<PathSample> paths;
     std::vector<CameraTrail> trails;  // of the paths, where weights ask for them
-    // Of an event of the wave.
+    // These belong to an event of the wave,
     GrowingList<Vertex> vertices;
     std::vector<LightSample> light_samples;
     GrowingList<Connection> connections;
     BsdfBatch camera_ends;  // of light samples and connections, vertex by vertex
     BsdfBatch light_ends;   // of connections
     BsdfBatch onwards;      // of the paths that meet has not ended
-    // Of the tile.
+    // and these to the tile.
     GrowingList<Gain> gains;
     GrowingList<Ray> shadow_rays;  // of the gains
     std::vector<VcmMerges::Conditional> conditional;

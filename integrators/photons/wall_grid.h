@@ -44,8 +44,8 @@ struct Sheet {
   bool is_beside(const vec3& p, float distance) const {
     return max_component(glm::max(bounds.lower - p, p - bounds.upper)) > distance;
   }
-  // Of a sphere: is its inside on the side of unit `normal` at a point of it, and the radius within its own? Then what has
-  // passed a side test lies inside, where nothing of the sphere hides it.
+  // Is a sphere's inside on the side of unit `normal` at a point of it, and the radius within its own? Then what has passed a
+  // side test lies inside, where nothing of the sphere hides it.
   bool holds_ball(const vec3& p, const vec3& normal, float radius) const {
     return radius <= height_or_radius && glm::dot(normal_at(p), normal) < 0;
   }

@@ -11,7 +11,7 @@ namespace etendue {
 bool holds_floats(std::string_view bytes);
 // Is it a PNG file of colours with an alpha channel, or an EXR file, which may have one?
 bool may_have_alpha(std::string_view bytes);
-// Of values that stand as they are in the file (Encoding::linear), those that they encode by this exponent; 0: as sRGB.
+// Turns values that stand as they are in the file (Encoding::linear) into those that they encode by this exponent; 0: as sRGB.
 void decode_gamma(RgbImage& image, float gamma);
 
 }  // namespace etendue
