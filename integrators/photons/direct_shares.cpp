@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace etendue {
 
@@ -32,10 +33,10 @@ Rgb camera_radiance(const PhotonCameraPath& walk, ivec2 pixel, SamplerKind kind,
 void run_pilot(const PhotonCameraPath& walk, SamplerKind kind, bool direct, const Tile& tile, SampleShares& seen) {
   bool differ = tile.end.x - tile.begin.x == 1;
   for (std::uint32_t i = 0; i < (differ ? whole_look : first_look); ++i) {
-    float last = luminance(camera_radiance(walk, tile.begin, kind, first_of_pilot + i, direct));
+    std::optional<float> last;
     for_pixels(tile, [&](ivec2 pixel) {
       const float found = luminance(camera_radiance(walk, pixel, kind, first_of_pilot + i, direct));
-      differ = differ || std::max(found, last) > contrast * std::min(found, last);
+      differ = differ || (last && std::max(found, *last) > contrast * std::min(found, *last));
       last = found;
       seen.add(pixel_index(pixel, walk.context.resolution), found);
     });
