@@ -142,7 +142,7 @@ Photons trace_by_visibility(const RenderContext& context, const RoughMaterials& 
                    1 / (static_cast<float>(uniform) * static_cast<float>(length)));
     }
   });
-  return joined(parts);
+  return joined(std::move(parts));
 }
 
 }  // namespace etendue

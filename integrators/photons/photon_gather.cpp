@@ -27,8 +27,8 @@ KernelDisc find_disc(const PointQuery& query, const vec3& position, int k, float
 
 void PhotonMap::build(Photons photons, std::unique_ptr<PointQuery> query, const GatherOptions& options) {
   query_ = std::move(query);
-  photons_ = photons.reordered(along_curve(photons.position));
-  photons = {};  // room for the structure
+  const std::vector<std::uint32_t> order = along_curve(photons.position);
+  photons_ = reordered(std::move(photons), order);
   options_ = options;
   held_ = 0;
   for (const PhotonSide& side : photons_.side) held_ |= side.history;

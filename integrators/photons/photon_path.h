@@ -77,10 +77,12 @@ Photons trace_in_chunks(std::uint32_t count, const Body& body) {
   parallel_for(chunks.size(), 1, [&](std::size_t c) {
     const auto first = static_cast<std::uint32_t>(c) * chunk;
     const std::uint32_t size = std::min(chunk, count - first);
-    chunks[c].reserve(2 * std::size_t{size});  // what most scenes store
-    body(first, first + size, chunks[c]);
+    Photons traced;
+    traced.reserve(2 * std::size_t{size});  // what most scenes store
+    body(first, first + size, traced);
+    chunks[c].append(traced);  // takes no more room than there are photons
   });
-  return joined(chunks);
+  return joined(std::move(chunks));
 }
 
 }  // namespace etendue

@@ -97,26 +97,27 @@ void Photons::clear() {
   for_each_field([&](auto Photons::*field) { (this->*field).clear(); });
 }
 
-Photons Photons::reordered(std::span<const std::uint32_t> order) const {
-  Photons out;
-  for_each_field([&](auto Photons::*field) {
-    const auto& from = this->*field;
-    auto& to = out.*field;
+// One array after the other, so that never more than one is there twice.
+Photons reordered(Photons photons, std::span<const std::uint32_t> order) {
+  Photons::for_each_field([&](auto Photons::*field) {
+    const auto from = std::move(photons.*field);
+    auto& to = photons.*field;
     to.resize(order.size());
     parallel_for(order.size(), chunk_size, [&](std::size_t i) { to[i] = from[order[i]]; });
   });
-  return out;
+  return photons;
 }
 
-Photons joined(std::span<const Photons> parts) {
+// One array after the other, as above.
+Photons joined(std::vector<Photons> parts) {
   std::vector<std::size_t> offset(parts.size() + 1, 0);
   for (std::size_t p = 0; p < parts.size(); ++p) offset[p + 1] = offset[p] + parts[p].size();
   Photons out;
   Photons::for_each_field([&](auto Photons::*field) {
     (out.*field).resize(offset.back());
     parallel_for(parts.size(), 1, [&](std::size_t p) {
-      std::copy((parts[p].*field).begin(), (parts[p].*field).end(),
-                (out.*field).begin() + static_cast<std::ptrdiff_t>(offset[p]));
+      const auto part = std::move(parts[p].*field);
+      std::ranges::copy(part, (out.*field).begin() + static_cast<std::ptrdiff_t>(offset[p]));
     });
   });
   return out;

@@ -73,8 +73,6 @@ struct Photons {
   void append(const Photons& more);
   void reserve(std::size_t count);
   void clear();
-  // Photons order[0], order[1], ...: for locality, see `along_curve`.
-  Photons reordered(std::span<const std::uint32_t> order) const;
   bool operator==(const Photons&) const = default;
 
   // body(pointer to member) for each of the arrays.
@@ -90,7 +88,10 @@ struct Photons {
 };
 
 // All parts, one after the other.
-Photons joined(std::span<const Photons> parts);
+Photons joined(std::vector<Photons> parts);
+
+// Photons order[0], order[1], ...: for locality, see `along_curve`.
+Photons reordered(Photons photons, std::span<const std::uint32_t> order);
 
 // Ids in the order of a Morton curve through 2048 x 2048 x 1024 cells of the points' bounds, ties by id.
 std::vector<std::uint32_t> along_curve(std::span<const vec3> points);

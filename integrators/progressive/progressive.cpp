@@ -68,11 +68,11 @@ PhotonMap ProgressivePasses::make_map(const RenderContext& context, Photons phot
 
 // Photons that nobody sees are left out: behind a thin wall they may be many times as dense as before it.
 PhotonMap ProgressivePasses::pilot_map(const RenderContext& context, int neighbours) {
-  const Photons photons = trace(context, pilot_key);
+  Photons photons = trace(context, pilot_key);
   std::vector<std::uint32_t> seen;
   for (std::uint32_t i = 0; i < photons.size(); ++i)
     if (seen_->contains(photons.position[i], photons.side[i].normal())) seen.push_back(i);
-  PhotonMap map = make_map(context, photons.reordered(seen), {neighbours, 0, params_.kernel, params_.side_test});
+  PhotonMap map = make_map(context, reordered(std::move(photons), seen), {neighbours, 0, params_.kernel, params_.side_test});
   look_for_walls(context, map.radius());
   if (params_.side_test) map.set_walls(walls_);
   return map;
