@@ -140,17 +140,21 @@ struct IntegratorEntry {
   std::string name, summary;
   std::vector<ParamInfo> params;
   std::function<std::unique_ptr<Integrator>(const ParamMap&)> make;  // throws Error on bad parameters
+  double bytes_a_pixel = 0;  // that are kept of each beside the image, as measured
 };
 
 // The row of a method that make(params) makes.
 template <class Params, class Make>
-IntegratorEntry integrator_entry(const std::string& name, const std::string& summary, const Make& make) {
+IntegratorEntry integrator_entry(const std::string& name, const std::string& summary, const Make& make,
+                                 double bytes_a_pixel = 0) {
   return {name, summary, list_params<Params>(),
-          [name, make](const ParamMap& map) -> std::unique_ptr<Integrator> { return make(read_params<Params>(map, name)); }};
+          [name, make](const ParamMap& map) -> std::unique_ptr<Integrator> { return make(read_params<Params>(map, name)); },
+          bytes_a_pixel};
 }
 template <class Method, class Params>
-IntegratorEntry integrator_entry(const std::string& name, const std::string& summary) {
-  return integrator_entry<Params>(name, summary, [](const Params& params) { return std::make_unique<Method>(params); });
+IntegratorEntry integrator_entry(const std::string& name, const std::string& summary, double bytes_a_pixel = 0) {
+  return integrator_entry<Params>(
+      name, summary, [](const Params& params) { return std::make_unique<Method>(params); }, bytes_a_pixel);
 }
 
 }  // namespace etendue

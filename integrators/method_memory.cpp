@@ -10,20 +10,6 @@ namespace {
 
 constexpr double bytes_a_photon = 200;  // emitted, of which 0.9 to 2 are stored
 
-// What each pixel takes.
-double bytes_a_pixel(const std::string& method) {
-  if (method == "path") return 0;
-  if (method == "photon-map") return 0;
-  if (method == "light-trace") return 230;
-  if (method == "bdpt") return 760;
-  if (method == "vcm") return 1050;
-  if (method == "ppm") return 300;
-  if (method == "guided") return 300;
-  if (method == "hash-cache") return 700;
-  if (method.ends_with("-cache")) return 350;
-  return 60;  // sppm and its kind
-}
-
 class Parameters {
  public:
   Parameters(const IntegratorEntry& entry, const ParamMap& given) : entry_(entry), given_(given) {}
@@ -81,9 +67,10 @@ MethodMemory method_memory(const std::string& integrator, const ParamMap& params
     }
     return memory;
   }
-  memory.photon_count = photons_of(integrator, {find_integrator(integrator, {}), params}, needs, pixels);
+  const IntegratorEntry& entry = find_integrator(integrator, {});
+  memory.photon_count = photons_of(integrator, {entry, params}, needs, pixels);
   memory.photons = bytes_a_photon * memory.photon_count;
-  memory.pixels = bytes_a_pixel(integrator) * pixels;
+  memory.pixels = entry.bytes_a_pixel * pixels;
   return memory;
 }
 

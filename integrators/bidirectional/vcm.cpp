@@ -144,28 +144,30 @@ Expectation Vcm::expectation() const {
 }
 
 template <class Params>
-IntegratorEntry entry(const char* name, const char* summary, Setting setting) {
-  return integrator_entry<Params>(name, summary, [setting](const Params& given) {
+IntegratorEntry entry(const char* name, const char* summary, Setting setting, double bytes_a_pixel) {
+  const auto make = [setting](const Params& given) {
     VcmParams params;
     static_cast<Params&>(params) = given;
     return std::make_unique<Vcm>(params, setting);
-  });
+  };
+  return integrator_entry<Params>(name, summary, make, bytes_a_pixel);
 }
 
 }  // namespace
 
 IntegratorEntry light_trace_entry() {
-  return entry<LightTraceParams>("light-trace", "particles from the lights joined to the camera", Setting::light_trace);
+  return entry<LightTraceParams>("light-trace", "particles from the lights joined to the camera", Setting::light_trace, 230);
 }
 
 IntegratorEntry bdpt_entry() {
   return entry<BdptParams>("bdpt", "bidirectional path tracing: all ways to join paths from the camera and from the lights",
-                           Setting::bdpt);
+                           Setting::bdpt, 760);
 }
 
 IntegratorEntry vcm_entry() {
   return entry<VcmParams>(
-      "vcm", "vertex connection and merging: bidirectional path tracing and photon mapping, weighed together", Setting::vcm);
+      "vcm", "vertex connection and merging: bidirectional path tracing and photon mapping, weighed together", Setting::vcm,
+      1050);
 }
 
 }  // namespace etendue

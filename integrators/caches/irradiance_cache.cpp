@@ -249,9 +249,9 @@ std::unique_ptr<Integrator> make_irradiance_cache(const IrradianceCacheParams& p
 }
 
 IntegratorEntry irradiance_cache_entry() {
-  return integrator_entry<IrradianceCacheParams>("irradiance-cache",
-                                                 "irradiance caching with rotation and translation gradients",
-                                                 [](const IrradianceCacheParams& p) { return make_irradiance_cache(p); });
+  return integrator_entry<IrradianceCacheParams>(
+      "irradiance-cache", "irradiance caching with rotation and translation gradients",
+      [](const IrradianceCacheParams& p) { return make_irradiance_cache(p); }, 350);
 }
 
 }  // namespace etendue

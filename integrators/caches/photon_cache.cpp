@@ -190,7 +190,7 @@ Expectation PhotonCache::expectation() const {
 
 IntegratorEntry photon_cache_entry() {
   return integrator_entry<PhotonCache, PhotonCacheParams>(
-      "photon-cache", "irradiance caching filled by photons: by final gather into their map, or by their density");
+      "photon-cache", "irradiance caching filled by photons: by final gather into their map, or by their density", 350);
 }
 
 }  // namespace etendue

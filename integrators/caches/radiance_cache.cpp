@@ -16,7 +16,8 @@ IntegratorEntry radiance_cache_entry() {
         RoughCacheSettings rough{record_settings(p, p.structure), p.order, p.left_out, p.lobe_samples, p.gradients};
         if (p.refine) rough.overlap = CacheProgress::overlap;
         return make_irradiance_cache(diffuse, RoughExtension{rough, "radiance-cache", param_texts(p)});
-      });
+      },
+      350);
 }
 
 }  // namespace etendue

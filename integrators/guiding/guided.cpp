@@ -79,7 +79,7 @@ void Guided::trace_tile(const RenderContext& context, const Tile& tile, std::uin
 }  // namespace
 
 IntegratorEntry guided_entry() {
-  return integrator_entry<Guided, GuidedParams>("guided", "path guiding by a spatio-directional tree");
+  return integrator_entry<Guided, GuidedParams>("guided", "path guiding by a spatio-directional tree", 300);
 }
 
 }  // namespace etendue

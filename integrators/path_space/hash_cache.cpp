@@ -315,7 +315,7 @@ void HashCache::iteration(RenderContext& context, std::uint32_t index, Film& fil
 }  // namespace
 
 IntegratorEntry hash_cache_entry() {
-  return integrator_entry<HashCache, HashCacheParams>("hash-cache", "path-space filtering through a hash grid");
+  return integrator_entry<HashCache, HashCacheParams>("hash-cache", "path-space filtering through a hash grid", 700);
 }
 
 }  // namespace etendue

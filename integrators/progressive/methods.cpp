@@ -8,6 +8,8 @@ namespace etendue {
 
 namespace {
 
+constexpr double bytes_a_pixel = 60;  // of statistics
+
 // MSE exponent of radii that shrink as r^2 ~ n^(alpha - 1): variance ~ n^-alpha against bias^2 ~ n^(-2 (1 - alpha))
 // ([Kaplanyan2013]; alpha = 2/3 balances them). alpha = 1: the radius stays, and so does the bias.
 double progressive_exponent(double alpha) { return alpha < 1 ? -std::min(alpha, 2 * (1 - alpha)) : -1; }
@@ -93,7 +95,8 @@ IntegratorEntry ppm_entry() {
             p, {static_cast<std::uint32_t>(p.points)}, p.alpha,
             {Bias::biased, progressive_exponent(p.alpha), 0.02,
              "blur and loss at edges vanish with the radius [Hachisuka2008]; the fixed points' aliasing stays"});
-      });
+      },
+      300);
 }
 
 IntegratorEntry sppm_entry() {
@@ -103,7 +106,8 @@ IntegratorEntry sppm_entry() {
         return make<SharedStatistics>(p, {}, p.alpha,
                                       {vanishing_below_one(p.alpha), progressive_exponent(p.alpha), 0.02,
                                        "blur by the radius and loss at edges, which vanish with it [Hachisuka2009]"});
-      });
+      },
+      bytes_a_pixel);
 }
 
 IntegratorEntry ppm_memoryless_entry() {
@@ -112,7 +116,8 @@ IntegratorEntry ppm_memoryless_entry() {
         return make<MemorylessRadius>(p, {}, p.alpha,
                                       {vanishing_below_one(p.alpha), progressive_exponent(p.alpha), 0.02,
                                        "blur by the radius and loss at edges, which vanish with it [Knaus2011]"});
-      });
+      },
+      bytes_a_pixel);
 }
 
 IntegratorEntry appm_entry() {
@@ -120,7 +125,8 @@ IntegratorEntry appm_entry() {
       "appm", "adaptive progressive photon mapping: the radius that variance and curvature ask for", [](const AppmParams& p) {
         return make<AdaptiveBandwidth>(
             p, {}, p.kernel, {Bias::consistent, -2.0 / 3, 0.02, "bias and noise in balance, both vanish [Kaplanyan2013]"});
-      });
+      },
+      bytes_a_pixel);
 }
 
 IntegratorEntry cppm_entry() {
@@ -129,7 +135,8 @@ IntegratorEntry cppm_entry() {
         return make<ChiSquaredRadius>(
             p, {}, ChiSquaredRadius::Rules{p.beta, p.hypothesis == Hypothesis::odd},
             {Bias::consistent, -2.0 / 3, 0.02, "blur and loss at edges, until the test sees them [Lin2020]"});
-      });
+      },
+      bytes_a_pixel);
 }
 
 }  // namespace etendue
