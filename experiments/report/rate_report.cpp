@@ -104,7 +104,6 @@ Figure rate_figure(const ChartKey& key, const std::vector<const FittedRate*>& ra
         const RateValue value = rate_estimate(point, key.metric);
         if (value.x > 0 && value.y > 0) series.points.push_back({value.x, value.y, value.interval.low, value.interval.high});
       }
-      if (rate->law->across) series.draw = ChartSeries::Draw::line;
       if (series.points.empty()) continue;
       chart.series.push_back(series);
       fewest = std::min(fewest, rate->seeds);

@@ -153,20 +153,12 @@ class Gatherer {
 void fit_points(FittedRate& rate) {
   std::vector<double> ones(rate.points.empty() ? 0 : rate.points.front().x.size(), 1);
   rate.seeds = ones.size();
-  std::vector<std::size_t> order(rate.points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  const auto x_of = [&](std::size_t i) { return rate_abscissa(rate.points[i], ones); };
-  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return x_of(a) < x_of(b); });
-  std::vector<RatePoint> sorted, window;
-  std::vector<std::string> names;
-  for (const std::size_t i : order) {
-    sorted.push_back(rate.points[i]);
-    if (!rate.names.empty()) names.push_back(rate.names[i]);
-    const double x = x_of(i);
-    if (x >= rate.law->from * (1 - slack) && x <= rate.law->to * (1 + slack)) window.push_back(rate.points[i]);
-  }
-  rate.points = std::move(sorted);
-  rate.names = std::move(names);
+  const auto x_of = [&](const RatePoint& point) { return rate_abscissa(point, ones); };
+  std::ranges::stable_sort(rate.points, {}, x_of);
+  std::vector<RatePoint> window;
+  std::ranges::copy_if(rate.points, std::back_inserter(window), [&](const RatePoint& point) {
+    return x_of(point) >= rate.law->from * (1 - slack) && x_of(point) <= rate.law->to * (1 + slack);
+  });
   rate.fit = fit_rate(window, rate.law->metric, rate.law->model);
   if (!rate.fit)
     rate.problem = fmt::format("{} of {} points lie in the window, too few for a fit", window.size(), rate.points.size());
@@ -179,7 +171,6 @@ FittedRate make_rate(const Prediction& law, const SceneData& scene, const Config
   rate.law = &law;
   rate.scene = scene.name;
   rate.method = alone ? law.method : first.shown_integrator;
-  rate.integrator_index = first.integrator_index;
   try {
     rate.points = gather();
     fit_points(rate);

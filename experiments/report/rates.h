@@ -14,12 +14,10 @@
 namespace etendue {
 
 struct FittedRate {
-  const Prediction* law = nullptr;   // the prediction of an exponent
-  std::string scene, method;         // as the law names it, or, where that selects several, as charts do
-  std::size_t integrator_index = 0;  // for its colour
+  const Prediction* law = nullptr;  // the prediction of an exponent
+  std::string scene, method;        // as the law names it, or, where that selects several, as charts do
   std::size_t seeds = 0;
-  std::vector<RatePoint> points;   // all that were logged, by x, within the law's window or not
-  std::vector<std::string> names;  // of points that are configurations
+  std::vector<RatePoint> points;  // all that were logged, by x, within the law's window or not
   std::optional<RateFit> fit;
   std::string problem;  // why there is no fit
 };

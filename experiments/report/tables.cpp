@@ -120,19 +120,20 @@ Cells error_then(const FinalRow& row) {
           interval.low, interval.high, spreads[static_cast<int>(spread)]};
 }
 
-std::string censored(const Arrival& arrival) {
-  const char* mark = arrival.kind == Arrival::Kind::never ? "> " : arrival.kind == Arrival::Kind::before ? "≤ " : "";
-  return mark + format_seconds(arrival.time);
+// What never arrives sorts behind every time that was measured.
+Cells arrival_cells(const Arrival& arrival, const std::string& text) {
+  constexpr const char* censorings[] = {"none", "left", "right"};
+  TableCell shown(arrival.time, text);
+  if (arrival.kind == Arrival::Kind::never) shown.order = 1e12 + arrival.time;
+  return {shown, arrival.time, censorings[static_cast<int>(arrival.kind)]};
 }
 
 // The time by which 95 % of the seeds arrived has cells only where there are two: one seed has its median alone.
 Cells late_time_to_target(const FinalRow& row) {
-  constexpr const char* censorings[] = {"none", "left", "right"};
   if (!row.arrival || row.arrival->count < 2) return {};
-  const auto& [kind, time] = row.arrival->late;
-  TableCell text(time, censored(row.arrival->late));
-  if (kind == Arrival::Kind::never) text.order = 1e12 + time;
-  return {text, time, censorings[static_cast<int>(kind)]};
+  const Arrival& late = row.arrival->late;
+  const char* mark = late.kind == Arrival::Kind::never ? "> " : late.kind == Arrival::Kind::before ? "≤ " : "";
+  return arrival_cells(late, mark + format_seconds(late.time));
 }
 
 Cells compared(const FinalRow& row) {
@@ -142,13 +143,10 @@ Cells compared(const FinalRow& row) {
 }
 
 Cells time_to_target(const FinalRow& row) {
-  constexpr const char* censorings[] = {"none", "left", "right"};
   if (!row.arrival) return {};
-  const auto& [kind, time] = row.arrival->median;
-  TableCell text(time, describe(*row.arrival));
-  // What never arrives sorts behind every time that was measured.
-  if (kind == Arrival::Kind::never) text.order = 1e12 + time;
-  return {text, time, censorings[static_cast<int>(kind)], row.arrival->arrived};
+  Cells cells = arrival_cells(row.arrival->median, describe(*row.arrival));
+  cells.emplace_back(row.arrival->arrived);
+  return cells;
 }
 
 void add_equal_time(FinalTable& table, const ReportData& data) {

@@ -179,11 +179,7 @@ std::string_view turned_against(const Image& image, const Image& reference) {
   constexpr double apart = 0.02;  // below it a difference is that of noise
   const auto blocks = [](const Image& of) {
     Image means{ivec2(reference_blocks)};
-    for (int y = 0; y < reference_blocks; ++y)
-      for (int x = 0; x < reference_blocks; ++x) {
-        const ivec2 begin = ivec2(x, y) * of.size / reference_blocks, end = ivec2(x + 1, y + 1) * of.size / reference_blocks;
-        if (begin.x < end.x && begin.y < end.y) means.at(x, y) = colour_over(of, begin, end);
-      }
+    for_blocks(of.size, [&](ivec2 at, ivec2 begin, ivec2 end) { means.at(at.x, at.y) = colour_over(of, begin, end); });
     return means;
   };
   const Image ours = blocks(image), theirs = blocks(reference);

@@ -1,9 +1,8 @@
 #include "experiments/kinds/ledger/ledger_decisions.h"
 
-#include "accel/registry.h"
 #include "experiments/kinds/second_level.h"
+#include "experiments/kinds/structures/stage.h"
 #include "experiments/run/run_cell.h"
-#include "framework/transport/light_sampling.h"
 #include "integrators/paths/path_choices.h"
 
 #include <array>
@@ -28,17 +27,9 @@ MadeDecision light_tree(const DecisionPlace& place) {
 
 MisChoice mis_of(const DecisionPlace& place) {
   const auto rays = find_ray_structure("auto", {}).make(place.scene, {});
-  LightSampler lights(place.scene);
-  lights.choose_by(LightChoice::by_need, DirectSamples::of_both);
-  PhaseTimes phases;
-  return choose_mis({.scene = place.scene,
-                     .needs = place.needs,
-                     .rays = *rays,
-                     .lights = lights,
-                     .resolution = place.resolution,
-                     .phases = phases,
-                     .make_points = {},
-                     .make_records = {}});
+  Stage stage(place.scene, *rays, place.resolution, 0);
+  stage.context().lights.choose_by(LightChoice::by_need, DirectSamples::of_both);
+  return choose_mis(stage.context());
 }
 
 MadeDecision both_samples(const DecisionPlace& place) {
