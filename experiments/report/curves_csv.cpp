@@ -1,7 +1,6 @@
-#include "experiments/report/curves_csv.h"
-
 #include "experiments/config/method.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/tables.h"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,6 @@
 #include "experiments/kind.h"
 #include "experiments/log/products.h"
 #include "experiments/log/trust.h"
-#include "experiments/report/charts/chart_tex.h"
-#include "experiments/report/curves_csv.h"
 #include "experiments/report/declared.h"
 #include "experiments/report/page/html.h"
 #include "experiments/report/rates.h"

@@ -41,7 +41,7 @@ LogAnswers answers_of(const std::string& directory);
 // replacing what stood there; and viewer/, pixels of images that would make the page too large.
 Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options = {});
 
-// The curves of the logs in `directories` (curves_csv.h), of cells as the logs alone have them. Throws Error.
+// The curves of the logs in `directories` (tables.h), of cells as the logs alone have them. Throws Error.
 std::string curves_of(const std::vector<std::string>& directories);
 
 }  // namespace etendue

@@ -33,6 +33,10 @@ Table failures_table(const ReportData& data);
 Table manifest_table(const ReportData& data);
 std::vector<Table> report_tables(const ReportData& data);
 
+// The curves of a log in long form, for programs: a row for each metric of each checkpoint of the cells that are done, with a
+// column for each parameter of the methods. docs/log.md lists the columns.
+std::string curves_csv(const ReportData& data);
+
 // What `etendue run` prints at its end: per scene the errors at equal time, the verdict, and warnings.
 std::string summary_table(const RunLog& log);
 

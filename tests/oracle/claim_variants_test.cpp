@@ -2,7 +2,7 @@
 #include "experiments/config/config.h"
 #include "experiments/kinds/claims/cache_model.h"
 #include "experiments/kinds/claims/claim_scenes.h"
-#include "experiments/kinds/claims/claims_config.h"
+#include "experiments/kinds/claims/claims.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/claims/naive_loop.h"
 #include "experiments/kinds/claims/task_shapes.h"

@@ -1,6 +1,5 @@
 // Experiments on claims: the way from their TOML to their report.
-#include "experiments/kinds/claims/claims_config.h"
-#include "experiments/kinds/claims/claims_report.h"
+#include "experiments/kinds/claims/claims.h"
 #include "experiments/run/run.h"
 #include "tests/places.h"
 #include "tests/unit/experiment_text.h"

@@ -1,5 +1,5 @@
 // The curves of a log as a program reads them, and the examples of docs/log.md where their languages are installed.
-#include "experiments/report/curves_csv.h"
+#include "experiments/report/tables.h"
 #include "experiments/report/report.h"
 #include "tests/places.h"
 #include "tests/unit/harness_process.h"

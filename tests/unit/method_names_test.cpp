@@ -3,7 +3,7 @@
 #include "experiments/config/config.h"
 #include "experiments/log/json_line.h"
 #include "experiments/report/charts/charts.h"
-#include "experiments/report/curves_csv.h"
+#include "experiments/report/tables.h"
 #include "experiments/report/report_data.h"
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"

@@ -1,5 +1,5 @@
 // Figures for papers: crops of what a run kept, charts for pgfplots, and LaTeX that compiles where it is installed.
-#include "experiments/report/charts/chart_tex.h"
+#include "experiments/report/charts/charts.h"
 #include "experiments/report/paper/comparison.h"
 #include "framework/io/image/image_file.h"
 #include "tests/unit/harness_process.h"

@@ -4,7 +4,6 @@
 #include "experiments/log/log.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/results/changes.h"
-#include "experiments/report/results/code_since.h"
 #include "experiments/report/verdicts.h"
 #include "experiments/run/run.h"
 #include "framework/core/error.h"

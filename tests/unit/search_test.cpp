@@ -1,7 +1,6 @@
 // Experiments on point and record structures: what they read, measure, log and conclude.
 #include "experiments/config/config.h"
 #include "experiments/kinds/search/measure_search.h"
-#include "experiments/kinds/search/search_config.h"
 #include "experiments/kinds/search/search_curves.h"
 #include "experiments/kinds/search/search_sets.h"
 #include "framework/io/load_scene.h"

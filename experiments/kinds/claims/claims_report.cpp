@@ -1,4 +1,4 @@
-#include "experiments/kinds/claims/claims_report.h"
+#include "experiments/kinds/claims/claims.h"
 
 #include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"

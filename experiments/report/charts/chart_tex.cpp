@@ -1,4 +1,4 @@
-#include "experiments/report/charts/chart_tex.h"
+#include "experiments/report/charts/charts.h"
 
 #include "experiments/report/report_text.h"
 

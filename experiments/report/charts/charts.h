@@ -40,6 +40,14 @@ std::vector<Figure> file_figures(const ReportData& data);
 
 std::string to_svg(const Figure& figure);
 
+// For papers: a LaTeX file of its own that draws with pgfplots, and its points as a table beside it.
+//
+// Writes a document of class `standalone`, which reads `data_file`: pdflatex makes one page of it, and with the package
+// `standalone` a paper inputs it as it is. Colours, dashes and marks are those of the SVG.
+std::string to_pgfplots(const Figure& figure, const std::string& data_file);
+// The points of all series: columns "series x y low high", of which the comments name the series.
+std::string pgfplots_data(const Figure& figure);
+
 // An empty series in the colour, dash and mark that a configuration has on the whole page.
 ChartSeries method_series(const ReportData& data, const Configuration& configuration);
 

@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,15 @@ std::string commit_of(const RunLog& log);  // of its newest part; "?" where it n
 // How long a run took; where an older log does not say, what its cells took, without references and metrics. 0: not known.
 double seconds_of(const RunLog& log);
 
-// What the page says of the code that a folder's experiment measures: whether it changed since its log (code_since.h). As that
+// The standard output of a program that is looked up in PATH; nullopt where it cannot be started or fails. What it says on
+// standard error is dropped.
+std::optional<std::string> output_of(const std::vector<std::string>& command);
+
+// "unchanged", or "2 commits, the last of 2026-11-24": those after `commit` that touch the paths, which may be git's pathspecs
+// from `root`. "not known" without git, without that commit in its history, and of a commit from which the sources differed.
+std::string code_since(const std::string& root, const std::string& commit, const std::vector<std::string>& paths);
+
+// What the page says of the code that a folder's experiment measures: whether it changed since its log. As that
 // is another with each commit, the text of a page that stands is as good as git's on the day on which it was written.
 using CodeSince = std::function<std::string(const std::string& folder, const RunLog& log)>;
 CodeSince code_since_in_git(const std::string& root);
