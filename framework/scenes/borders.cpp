@@ -1,5 +1,6 @@
-#include "framework/scenes/borders.h"
-
+// Exact scenes of even light that ends at a border: where density estimates darken, leak through a plate, or take light from
+// the wrong wall. The sun lights them through a veil (exact_stage.h), so its light is a caustic to every method.
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/exact_stage.h"
 
 namespace etendue {
@@ -18,9 +19,17 @@ MeshData level(float height, float half) {
   return quad({-half, height, half}, {half, height, half}, {half, height, -half}, {-half, height, -half});
 }
 
-}  // namespace
+struct EdgeParams : VeilParams {
+  float size = 2;
+};
 
-Scene make_edge(const EdgeParams& params) {
+template <class Visitor>
+void describe(Visitor& v, EdgeParams& p) {
+  v.number("size", p.size, 1e-3, 1e3, "m", "side of the patch; the image is the same at any");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+Scene make_edge(const EdgeParams& params) {  // a square patch: a density estimate keeps 1 - (acos x - x sqrt(1 - x^2)) / pi
   const float half = params.size / 2;
   ExactStage s("builtin:edge");
   s.reflector(level(0, half), s.builder.material(Diffuse{sand}), sunlit(1));
@@ -30,7 +39,7 @@ Scene make_edge(const EdgeParams& params) {
   return s.finish("even light: L = rho E / pi up to the border");
 }
 
-Scene make_corner(const VeilParams& params) {
+Scene make_corner(const VeilParams& params) {  // two walls that meet; paths end before they light each other
   const float slant = std::sqrt(0.5f);
   ExactStage s("builtin:corner");
   const auto wall = s.builder.material(Diffuse{sand});
@@ -45,6 +54,17 @@ Scene make_corner(const VeilParams& params) {
   return s.finish("even light on both walls, without what they send each other: L = rho E / pi");
 }
 
+struct ThinPlateParams : VeilParams {
+  float thickness = 0.01f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, ThinPlateParams& p) {
+  v.number("thickness", p.thickness, 1e-4, 0.5, "m", "of the plate, two metres wide");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+// Lit from above, seen from below, where it glows faintly: without a test of sides 1 - (t/r)^2 of the light leaks.
 Scene make_thin_plate(const ThinPlateParams& params) {
   const float t = params.thickness;
   const Rgb glow(0.02f, 0.04f, 0.08f);
@@ -60,6 +80,14 @@ Scene make_thin_plate(const ThinPlateParams& params) {
   s.builder.light(DirectionalLight{{0, -1, 0}, Rgb(sun_irradiance)});
   s.builder.camera({-0.9f, -1.7f, 2.4f}, {0, 0, 0.05f}, 46, exact_resolution);
   return s.finish("a plate in the sun, seen from below: its own glow");
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> border_scenes() {
+  return {with_params<make_edge>("edge", "exact: even light up to a border, where density estimates darken"),
+          with_params<make_corner>("corner", "exact: even light on two walls that meet"),
+          with_params<make_thin_plate>("thin-plate", "exact: a plate in the sun from below, where density leaks")};
 }
 
 }  // namespace etendue

@@ -1,9 +1,22 @@
-#include "framework/scenes/cavities.h"
-
+// Exact scenes of spherical cavities: a sphere's form factor between any two of its elements is the same.
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/exact_stage.h"
 
 namespace etendue {
 
+namespace {
+
+struct CavityParams {
+  float opening = 0.1f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, CavityParams& p) {
+  v.number("opening", p.opening, 0.001, 0.6, "of the sphere's area", "the cap removed; 0.5: a hemisphere");
+}
+
+// A sphere without a cap in a unit environment, seen from inside. What comes through the opening comes through its rim's disc,
+// so a disc of radiance 1 stands for the environment.
 Scene make_cavity(const CavityParams& params) {
   const Rgb albedo(0.8f, 0.65f, 0.5f);
   const float height = 1 - 2 * params.opening;  // of the rim above the centre of the unit sphere
@@ -22,6 +35,7 @@ Scene make_cavity(const CavityParams& params) {
   return b.finish();
 }
 
+// A glowing sphere inside a glowing sphere, both diffuse.
 Scene make_concentric_spheres() {
   constexpr float inner_radius = 0.4f;
   const Rgb inner_albedo(0.2f, 0.4f, 0.6f), outer_albedo(0.7f, 0.6f, 0.5f);
@@ -41,6 +55,13 @@ Scene make_concentric_spheres() {
     return along > 0 && nearest2 < seen ? inner : outer;
   });
   return b.finish();
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> cavity_scenes() {
+  return {with_params<make_cavity>("cavity", "exact: spherical cavity with an opening to a unit environment"),
+          {"concentric-spheres", "exact: a glowing sphere in a glowing sphere", make_concentric_spheres}};
 }
 
 }  // namespace etendue

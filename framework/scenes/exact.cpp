@@ -1,6 +1,7 @@
 #include "framework/scenes/exact.h"
 
 #include "framework/core/elementary.h"
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/exact_stage.h"
 
 namespace etendue {
@@ -74,15 +75,26 @@ double disc_irradiance(double distance, double offset, double radius) {
   return 0.5 * pi_d * (1 - (s2 + d2 - a2) / std::sqrt(sum * sum - 4 * a2 * s2));
 }
 
-Scene make_lambert_sphere(const ReflectedParams& params) {
+namespace {
+
+struct ReflectedParams {
+  float albedo = 0.5f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, ReflectedParams& p) {
+  v.number("albedo", p.albedo, 0, 0.9999, "1", "of the sphere: light is reflected 1 / (1 - albedo) times on the mean");
+}
+
+Scene make_lambert_sphere(const ReflectedParams& params) {  // diffuse sphere, point light at its centre
   return lambert_sphere("builtin:lambert-sphere", dvec3(0), params.albedo);
 }
 
-Scene make_lambert_sphere_off_centre() {
+Scene make_lambert_sphere_off_centre() {  // the same, the light off the centre
   return lambert_sphere("builtin:lambert-sphere-off-centre", dvec3(0.2, 0.3, 0.25), 0.5f);
 }
 
-Scene make_furnace(const ReflectedParams& params) {
+Scene make_furnace(const ReflectedParams& params) {  // closed sphere, constant emission and albedo
   constexpr float emitted = 1;
   const float rho = params.albedo;
   SceneBuilder b("builtin:furnace");
@@ -92,7 +104,7 @@ Scene make_furnace(const ReflectedParams& params) {
   return b.finish();
 }
 
-Scene make_white_furnace() {
+Scene make_white_furnace() {  // lossless objects in a unit environment
   SceneBuilder b("builtin:white-furnace");
   b.quadric(Sphere{{-1.1f, 0, 0}, 0.5f}, b.material(Dielectric{.eta = 1.5f}));
   b.quadric(Sphere{{0, 0, 0}, 0.5f}, b.material(Diffuse{Rgb(1)}));
@@ -104,7 +116,7 @@ Scene make_white_furnace() {
   return b.finish();
 }
 
-Scene make_polygon_light() {
+Scene make_polygon_light() {  // direct light of a rectangle on a plane
   DirectSetting s("builtin:polygon-light");
   const vec3 a(-0.6f, 1.5f, -0.4f), b(0.6f, 1.5f, -0.4f), c(0.6f, 1.5f, 0.4f), d(-0.6f, 1.5f, 0.4f);
   s.builder.mesh(quad(a, b, c, d), s.dark, Rgb(4));
@@ -113,7 +125,7 @@ Scene make_polygon_light() {
   });
 }
 
-Scene make_sphere_light() {
+Scene make_sphere_light() {  // ... of a sphere
   DirectSetting s("builtin:sphere-light");
   s.builder.quadric(Sphere{{0, 1.7f, 0}, 0.3f}, s.dark, Rgb(10));
   return s.finish("sphere: E = pi L (a/d)^2 cos", [](const dvec3& p) {
@@ -121,10 +133,22 @@ Scene make_sphere_light() {
   });
 }
 
-Scene make_disc_light() {
+Scene make_disc_light() {  // ... of a parallel disc
   DirectSetting s("builtin:disc-light");
   s.builder.quadric(Disk{{0, 1.5f, 0}, 0.5f, {0, -1, 0}}, s.dark, Rgb(6));
   return s.finish("parallel disc", [](const dvec3& p) { return 6 * disc_irradiance(1.5, math::hypot(p.x, p.z), 0.5); });
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> exact_scenes() {
+  return {with_params<make_lambert_sphere>("lambert-sphere", "exact: diffuse sphere, point light at the centre"),
+          {"lambert-sphere-off-centre", "exact: diffuse sphere, point light off the centre", make_lambert_sphere_off_centre},
+          with_params<make_furnace>("furnace", "exact: closed sphere that emits and reflects evenly"),
+          {"white-furnace", "exact: lossless glass, mirror, plastic and white in a unit environment", make_white_furnace},
+          {"polygon-light", "exact: direct light of a rectangle", make_polygon_light},
+          {"sphere-light", "exact: direct light of a sphere", make_sphere_light},
+          {"disc-light", "exact: direct light of a disc", make_disc_light}};
 }
 
 }  // namespace etendue

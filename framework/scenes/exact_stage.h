@@ -6,6 +6,7 @@
 // rays end on it: only traced rays and photons find light through it.
 #pragma once
 
+#include "framework/core/params.h"
 #include "framework/scene/builder.h"
 
 #include <numbers>
@@ -14,6 +15,16 @@ namespace etendue {
 
 inline constexpr double pi_d = std::numbers::pi;
 inline const ivec2 exact_resolution{128, 128};  // of scenes with a closed form
+
+// Parameters of scenes with a veil.
+struct VeilParams {
+  bool veil = true;
+};
+
+template <class Visitor>
+void describe(Visitor& v, VeilParams& p) {
+  v.flag("veil", p.veil, "before the light, a pane of index 1: no shadow ray gets through, the image stays the same");
+}
 
 class ExactStage {
  public:

@@ -1,6 +1,7 @@
-#include "framework/scenes/glossy_furnace.h"
-
+// Exact scenes of a rough mirror (GGX, height-correlated masking, one reflection): in a glowing sphere behind a veil
+// (exact_stage.h), where the radiance is the lobe's albedo, and before a lamp of any size, where it is the lobe's share of it.
 #include "framework/core/elementary.h"
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/exact_stage.h"
 
 #include <array>
@@ -13,6 +14,31 @@ namespace {
 double lambda(double alpha, double cosine) {
   const double tangent2 = 1 / (cosine * cosine) - 1;
   return 0.5 * (std::sqrt(1 + alpha * alpha * tangent2) - 1);
+}
+
+// The share of light from `cosine` to the normal that the microfacets send back, in double precision and within 1e-5 for a
+// cosine above 0.3.
+double ggx_albedo(double alpha, double cosine) {
+  // Over the visible normals [Heitz2018] the weight is G2 / G1; normals come from the projected half disc. The tail of the lobe
+  // lies at its rim, where circles are dense: of radius^2 = 1 - w^2.
+  constexpr int circles = 256, points = 64;
+  const double sine = std::sqrt(1 - cosine * cosine);
+  const double stretched = math::hypot(alpha * sine, cosine);
+  const double vx = alpha * sine / stretched, vz = cosine / stretched;  // the view in the stretched space, in its x-z plane
+  const double s = 0.5 * (1 + vz);
+  double sum = 0;
+  for (int i = 0; i < circles; ++i)
+    for (int j = 0; j < points; ++j) {
+      const double w = (i + 0.5) / circles, r = std::sqrt(1 - w * w), turn = 2 * pi_d * (j + 0.5) / points;
+      const double p1 = r * math::cos(turn);
+      const double p2 = (1 - s) * std::sqrt(1 - p1 * p1) + s * r * math::sin(turn);
+      const double p3 = std::sqrt(std::max(0.0, 1 - p1 * p1 - p2 * p2));
+      // p1 along y, p2 along the vector across both, p3 along the view.
+      const dvec3 normal = glm::normalize(dvec3(alpha * (p3 * vx - p2 * vz), alpha * p1, p2 * vx + p3 * vz));
+      const double incoming = 2 * (sine * normal.x + cosine * normal.z) * normal.z - cosine;
+      if (incoming > 0) sum += 2 * w * (1 + lambda(alpha, cosine)) / (1 + lambda(alpha, cosine) + lambda(alpha, incoming));
+    }
+  return sum / (circles * points);
 }
 
 // Through Chebyshev's nodes for cosines of [low, 1].
@@ -42,31 +68,8 @@ class AlbedoCurve {
   std::array<double, count> values_;
 };
 
-}  // namespace
-
-double ggx_albedo(double alpha, double cosine) {
-  // Over the visible normals [Heitz2018] the weight is G2 / G1; normals come from the projected half disc. The tail of the lobe
-  // lies at its rim, where circles are dense: of radius^2 = 1 - w^2.
-  constexpr int circles = 256, points = 64;
-  const double sine = std::sqrt(1 - cosine * cosine);
-  const double stretched = math::hypot(alpha * sine, cosine);
-  const double vx = alpha * sine / stretched, vz = cosine / stretched;  // the view in the stretched space, in its x-z plane
-  const double s = 0.5 * (1 + vz);
-  double sum = 0;
-  for (int i = 0; i < circles; ++i)
-    for (int j = 0; j < points; ++j) {
-      const double w = (i + 0.5) / circles, r = std::sqrt(1 - w * w), turn = 2 * pi_d * (j + 0.5) / points;
-      const double p1 = r * math::cos(turn);
-      const double p2 = (1 - s) * std::sqrt(1 - p1 * p1) + s * r * math::sin(turn);
-      const double p3 = std::sqrt(std::max(0.0, 1 - p1 * p1 - p2 * p2));
-      // p1 along y, p2 along the vector across both, p3 along the view.
-      const dvec3 normal = glm::normalize(dvec3(alpha * (p3 * vx - p2 * vz), alpha * p1, p2 * vx + p3 * vz));
-      const double incoming = 2 * (sine * normal.x + cosine * normal.z) * normal.z - cosine;
-      if (incoming > 0) sum += 2 * w * (1 + lambda(alpha, cosine)) / (1 + lambda(alpha, cosine) + lambda(alpha, incoming));
-    }
-  return sum / (circles * points);
-}
-
+// The share of a lamp's radiance that they send to the unit vector `to_viewer`, from a sphere that is seen in the direction
+// `to_lamp` and of a size as below. The normal is z; the lamp lies above the horizon.
 double ggx_lamp_share(double alpha, double size, const dvec3& to_viewer, const dvec3& to_lamp) {
   // Circles about the lamp's middle, dense where the lobe is: the angle is alpha sinh(s).
   constexpr int circles = 256, points = 96;
@@ -88,6 +91,20 @@ double ggx_lamp_share(double alpha, double size, const dvec3& to_viewer, const d
   return sum;
 }
 
+struct GlossyLampParams {
+  float alpha = 0.1f;
+  float size = 0.1f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, GlossyLampParams& p) {
+  v.number("alpha", p.alpha, 0.005, 1, "GGX alpha", "roughness of the mirror");
+  v.number("size", p.size, 1e-4, 0.6, "1", "sine of the angle between the lamp's middle and its edge");
+}
+
+// The camera sees a lamp in the mirror, at 45 degrees, of radiance 1 in the middle. A direction of a narrow lobe finds it with
+// a chance of p = 1 / (1 + q), q = 4 alpha^2 cos / size^2, and thus has a relative variance of q; a point of the lamp has one
+// of (1 + q)^2 / (3 q) - 1. By multiple importance sampling it is small in both cases.
 Scene make_glossy_lamp(const GlossyLampParams& params) {
   // Seen and lit from so far that one part of the mirror is like the next.
   constexpr float far = 10, half = 0.001f;
@@ -113,6 +130,19 @@ Scene make_glossy_lamp(const GlossyLampParams& params) {
   return b.finish();
 }
 
+struct GlossyFurnaceParams {
+  float alpha = 0.3f;
+  bool veil = true;
+};
+
+template <class Visitor>
+void describe(Visitor& v, GlossyFurnaceParams& p) {
+  v.number("alpha", p.alpha, 0.001, 1, "GGX alpha", "roughness of the mirror");
+  v.flag("veil", p.veil, "a sphere of index 1 about the mirror: no shadow ray gets through, the image stays the same");
+}
+
+// Of n photons that arrive evenly within a kernel, a narrow lobe makes an estimate of relative variance
+// 1 / (12 alpha^2 cos^2 n), cos to the viewer: pi times the integral of f^2 cos, over the albedo squared.
 Scene make_glossy_furnace(const GlossyFurnaceParams& params) {
   SceneBuilder b("builtin:glossy-furnace");
   const auto black = b.material(Diffuse{Rgb(0)});
@@ -126,6 +156,13 @@ Scene make_glossy_furnace(const GlossyFurnaceParams& params) {
                   return dvec3(curve.at(std::abs(glm::normalize(dvec3(ray.direction)).y)));
                 });
   return b.finish();
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> glossy_scenes() {
+  return {with_params<make_glossy_furnace>("glossy-furnace", "exact: a rough mirror in a glowing sphere"),
+          with_params<make_glossy_lamp>("glossy-lamp", "exact: a lamp of any size in a mirror of any roughness")};
 }
 
 }  // namespace etendue

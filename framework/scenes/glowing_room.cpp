@@ -1,10 +1,13 @@
+// A closed room whose walls, and two boxes on its floor, glow evenly, each in its own colour, and reflect once: what indirect
+// light in a room is to a cache, but known exactly. A square of the ceiling is brighter than the rest. No place is black; the
+// boxes make penumbrae and dark corners.
+//
 // Irradiance is Lambert's sum ([Baum1989]) over what is seen of each glowing rectangle: the part above the horizon, less its
 // parts within the pyramids in which the boxes' faces are seen, by inclusion and exclusion: faces of one box do not cover each
 // other. The boxes lie on either side of a plane, so that only the one on the point's side can hide the other.
-#include "framework/scenes/glowing_room.h"
-
 #include "framework/core/check.h"
 #include "framework/core/elementary.h"
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/exact.h"
 #include "framework/scenes/exact_stage.h"
 
@@ -162,15 +165,24 @@ std::vector<Rectangle> walls(float panel, float glow) {
 std::vector<Rectangle> box_faces(int box, const vec3& middle, const vec3& half, float degrees, float glow) {
   const Rgb white(0.73f);
   const float angle = degrees * pi / 180;
-  const vec3 a = half.x * vec3(math::cos(angle), 0, -math::sin(angle)), c = half.z * vec3(math::sin(angle), 0, math::cos(angle)),
-             y(0, 2 * half.y, 0);
+  const vec3 a = half.x * vec3(math::cos(angle), 0, -math::sin(angle)),
+             c = half.z * vec3(math::sin(angle), 0, math::cos(angle)), y(0, 2 * half.y, 0);
   std::vector<Rectangle> faces{{middle - a - c + y, 2.0f * c, 2.0f * a, 0.4f * glow * white, white, box}};
   for (const auto& [out, along] : {std::pair{a, -c}, {-a, c}, {c, a}, {-c, -a}})
     faces.push_back({middle + out - along, 2.0f * along, y, 0.2f * glow * white, white, box});
   return faces;
 }
 
-}  // namespace
+struct GlowingRoomParams {
+  float panel = 1;
+  float walls = 1;
+};
+
+template <class Visitor>
+void describe(Visitor& v, GlowingRoomParams& p) {
+  v.number("panel", p.panel, 0.05, 2, "m", "side of the bright square of the ceiling, of the same power at any size");
+  v.number("walls", p.walls, 0, 10, "1", "times their glow: of all but that square, the boxes' too");
+}
 
 Scene make_glowing_room(const GlowingRoomParams& params) {
   std::vector<Rectangle> rectangles = walls(params.panel, params.walls);
@@ -192,6 +204,13 @@ Scene make_glowing_room(const GlowingRoomParams& params) {
   s.builder.max_depth(1);
   s.builder.camera({0, 1.05f, 1.55f}, {0, 0.75f, -0.5f}, 68, {128, 128});
   return s.finish("what is seen of each rectangle: E = L/2 sum theta_i (Gamma_i . n); light is reflected once");
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> glowing_room_scenes() {
+  return {
+      with_params<make_glowing_room>("glowing-room", "exact: a room of glowing walls and two boxes, for irradiance caches")};
 }
 
 }  // namespace etendue

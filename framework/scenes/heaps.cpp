@@ -1,8 +1,8 @@
-#include "framework/scenes/heaps.h"
-
+// Built-in scenes of triangles that boxes cannot tell apart, where structures take time and memory and no image goes wrong.
 #include "framework/core/elementary.h"
 #include "framework/core/rng.h"
 #include "framework/core/sampling.h"
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/meshes.h"
 
 namespace etendue {
@@ -42,9 +42,16 @@ MeshData scattered(int triangles, float spread, float length, float width) {
   return mesh;
 }
 
-}  // namespace
+struct CoincidentParams {
+  int copies = 1;
+};
 
-Scene make_coincident(const CoincidentParams& params) {
+template <class Visitor>
+void describe(Visitor& v, CoincidentParams& p) {
+  v.integer("copies", p.copies, 1, 10'000, "copies", "of a ball of 500 triangles, all in the same place");
+}
+
+Scene make_coincident(const CoincidentParams& params) {  // a ray that meets one meets all copies
   const MeshData ball = rough_ball(vec3(0), 0.5f, 500);
   MeshData mesh = ball;
   for (int copy = 1; copy < params.copies; ++copy)
@@ -52,14 +59,45 @@ Scene make_coincident(const CoincidentParams& params) {
   return heap("builtin:coincident", mesh, 1);
 }
 
-Scene make_slivers(const SliversParams& params) {
+struct SliversParams {
+  float aspect = 1;
+  int triangles = 5'000;
+};
+
+template <class Visitor>
+void describe(Visitor& v, SliversParams& p) {
+  v.number("aspect", p.aspect, 1, 1e5, "1", "length of the triangles over their width, of the same area at any");
+  v.integer("triangles", p.triangles, 100, 5'000'000, "triangles", "in a cube of one metre");
+}
+
+Scene make_slivers(
+    const SliversParams& params) {  // diagonal: the box of each is as long, wide and high as the triangle is long
   constexpr float area = 2e-6f;
   const float length = std::sqrt(2 * area * params.aspect);
   return heap("builtin:slivers", scattered(params.triangles, 1, length, length / params.aspect), 1);
 }
 
-Scene make_overlap(const OverlapParams& params) {
+struct OverlapParams {
+  float spread = 10;
+  int triangles = 2'000;
+};
+
+template <class Visitor>
+void describe(Visitor& v, OverlapParams& p) {
+  v.number("spread", p.spread, 0, 1e4, "triangles", "side of the cube in which the centroids lie; 0: all in one point");
+  v.integer("triangles", p.triangles, 100, 5'000'000, "triangles", "of one metre");
+}
+
+Scene make_overlap(const OverlapParams& params) {  // a ray meets as many boxes as overlap
   return heap("builtin:overlap", scattered(params.triangles, params.spread, 1, 1), 1 + params.spread);
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> heap_scenes() {
+  return {with_params<make_coincident>("coincident", "a ball, copied into its place"),
+          with_params<make_slivers>("slivers", "triangles as long and narrow as asked for"),
+          with_params<make_overlap>("overlap", "triangles as near to each other as asked for")};
 }
 
 }  // namespace etendue

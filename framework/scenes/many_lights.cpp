@@ -1,8 +1,11 @@
-#include "framework/scenes/many_lights.h"
-
+// A hall of pillars lit by many small triangles: for how methods choose among lights. Their powers are spread over three orders
+// of magnitude; together they have the same power and the same area whatever their number. They face away from the camera, so
+// that an image's error is that of what they light, not of their own edges.
 #include "framework/core/elementary.h"
 #include "framework/core/rng.h"
 #include "framework/core/sampling.h"
+#include "framework/scene/builder.h"
+#include "framework/scenes/builtin_scenes.h"
 
 #include <cmath>
 
@@ -72,7 +75,14 @@ void add_hall(SceneBuilder& b) {
   }
 }
 
-}  // namespace
+struct ManyLightsParams {
+  int lights = 1000;
+};
+
+template <class Visitor>
+void describe(Visitor& v, ManyLightsParams& p) {
+  v.integer("lights", p.lights, 1, 1'000'000, "lights", "small triangles spread over the hall");
+}
 
 Scene make_many_lights(const ManyLightsParams& params) {
   SceneBuilder b("builtin:many-lights");
@@ -95,6 +105,12 @@ Scene make_many_lights(const ManyLightsParams& params) {
   }
   b.camera(eye, {2, 2.2f, 4}, 62, {256, 144});
   return b.finish();
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> many_light_scenes() {
+  return {with_params<make_many_lights>("many-lights", "a hall of pillars and many small lights of all powers")};
 }
 
 }  // namespace etendue

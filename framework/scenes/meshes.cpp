@@ -1,6 +1,7 @@
 #include "framework/scenes/meshes.h"
 
 #include "framework/core/elementary.h"
+#include "framework/scenes/builtin_scenes.h"
 
 namespace etendue {
 
@@ -77,6 +78,21 @@ MeshData rough_ball(const vec3& centre, float radius, int triangles) {
   return mesh;
 }
 
+namespace {
+
+// The ball, half a metre across, on the field of a stadium that is `size` times as wide: nearly all triangles lie in a tiny
+// part of space.
+struct StadiumParams {
+  int triangles = 100'000;
+  float size = 100;
+};
+
+template <class Visitor>
+void describe(Visitor& v, StadiumParams& params) {
+  v.integer("triangles", params.triangles, 100, 50'000'000, "triangles", "of the ball, to within a percent");
+  v.number("size", params.size, 2, 100'000, "balls", "width of the stadium");
+}
+
 Scene make_stadium(const StadiumParams& params) {
   SceneBuilder b("builtin:stadium");
   constexpr float radius = 0.25f;
@@ -89,6 +105,12 @@ Scene make_stadium(const StadiumParams& params) {
   b.light(DirectionalLight{.direction = glm::normalize(vec3(0.5f, -1, -0.6f)), .irradiance = Rgb(2)});
   b.camera({0.4f, 0.55f, 1.1f}, {0, 0.3f, 0}, 40, {192, 192});
   return b.finish();
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> stadium_scenes() {
+  return {with_params<make_stadium>("stadium", "the ball in a stadium: dense in little of a large space")};
 }
 
 }  // namespace etendue

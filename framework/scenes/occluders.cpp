@@ -1,6 +1,8 @@
-#include "framework/scenes/occluders.h"
-
+// Exact scenes of irradiance that changes faster than what a hemisphere of rays tells of: where irradiance caches blur, leak or
+// place too few records. One diffuse floor; all else is black or emits, so the floor's light is that of parts of rectangles and
+// discs. It comes through a veil (exact_stage.h): irradiance caches take it for indirect light.
 #include "framework/core/elementary.h"
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/exact.h"
 #include "framework/scenes/exact_stage.h"
 
@@ -85,15 +87,35 @@ Scene occluded_floor(const char* name, const Plate& light, const Rgb& radiance, 
   return s.finish("rectangular light less the plates' shadows on it: E = L/2 sum theta_i (Gamma_i . n)");
 }
 
-}  // namespace
+struct BroadLightParams : VeilParams {
+  float height = 1.3f;
+};
 
-Scene make_broad_light(const BroadLightParams& params) {
+template <class Visitor>
+void describe(Visitor& v, BroadLightParams& p) {
+  v.number("height", p.height, 1.3, 100, "m",
+           "of the light, which is 1.23 times as wide: the length on which irradiance changes");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+Scene make_broad_light(const BroadLightParams& params) {  // no occluder: smooth everywhere, for rates of convergence
   const float half = params.height * (0.8f / 1.3f);
   const Plate light{params.height, vec2(-half), vec2(half)};
   return occluded_floor("broad-light", light, Rgb(4, 3.7f, 3.2f), {}, params.veil, {0, 1.25f, 0.15f}, {0, 0, 0}, 100);
 }
 
-Scene make_two_occluders(const TwoOccludersParams& params) {
+struct TwoOccludersParams : VeilParams {
+  float light = 1;
+};
+
+template <class Visitor>
+void describe(Visitor& v, TwoOccludersParams& p) {
+  v.number("light", p.light, 0.1, 10, "of 1.8 m x 1.4 m",
+           "size of the light behind the plates: up to size 2, some of the floor is black; from 2.5 on, none");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+Scene make_two_occluders(const TwoOccludersParams& params) {  // a wide light, two plates between: penumbrae across each other
   const Plate light{2, params.light * vec2(-0.9f, -0.7f), params.light * vec2(0.9f, 0.7f)};
   const std::vector<Plate> plates{{0.45f, vec2(-0.75f, -0.5f), vec2(-0.15f, 0.45f)},
                                   {0.85f, vec2(-0.05f, -0.6f), vec2(0.7f, 0.25f)}};
@@ -101,6 +123,18 @@ Scene make_two_occluders(const TwoOccludersParams& params) {
                         40);
 }
 
+struct HiddenOccluderParams : VeilParams {
+  float light = 0.5f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, HiddenOccluderParams& p) {
+  v.number("light", p.light, 0.01, 4, "m",
+           "side of the light, of the same power at any size: a fifth of it is the width of the penumbra");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+// A small far light behind a plate: a shadow with hardly a penumbra.
 Scene make_hidden_occluder(const HiddenOccluderParams& params) {
   const float half = params.light / 2, dimming = square(0.5f / params.light);
   const Plate light{3, vec2(-half, -half), vec2(half, half)};
@@ -109,7 +143,17 @@ Scene make_hidden_occluder(const HiddenOccluderParams& params) {
                         {0, 0.05f, -0.1f}, 42);
 }
 
-Scene make_slit_light(const SlitLightParams& params) {
+struct SlitLightParams : VeilParams {
+  float width = 0.04f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, SlitLightParams& p) {
+  v.number("width", p.width, 1e-4, 3, "m", "of the slit, of the same power at any width");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+Scene make_slit_light(const SlitLightParams& params) {  // a slit in a wall: few rays find it
   constexpr float wall = -1.2f, low = 0.15f, high = 1.6f;
   const float half = params.width / 2;
   const Rgb radiance = Rgb(160, 145, 120) * (0.04f / params.width);
@@ -136,7 +180,17 @@ Scene make_slit_light(const SlitLightParams& params) {
   return s.finish("a slit of radiance L: E = L/2 sum theta_i (Gamma_i . n)");
 }
 
-Scene make_thin_wall(const ThinWallParams& params) {
+struct ThinWallParams : VeilParams {
+  float day = 1;
+};
+
+template <class Visitor>
+void describe(Visitor& v, ThinWallParams& p) {
+  v.number("day", p.day, 0.001, 1000, "1", "times the light of the bright side: at 1, it is 15 times as bright as the other");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+Scene make_thin_wall(const ThinWallParams& params) {  // bright on one side, dim on the other
   // No ray from one light passes over or around the wall to the other floor: the lights lie within the wall's length, and from
   // the far end of the other floor, 1.5 away, the near edge of a light is seen through the height of 1.4 above the wall.
   const Plate bright{2, vec2(-1.3f, -0.8f), vec2(-0.7f, 0.8f)}, dim{2, vec2(0.7f, -0.8f), vec2(1.3f, 0.8f)};
@@ -161,6 +215,17 @@ Scene make_thin_wall(const ThinWallParams& params) {
   return s.finish("on each side of the wall its own rectangular light: E = L/2 sum theta_i (Gamma_i . n)");
 }
 
+struct BlackSurroundingsParams : VeilParams {
+  float walls = 0;
+};
+
+template <class Visitor>
+void describe(Visitor& v, BlackSurroundingsParams& p) {
+  v.number("walls", p.walls, 0, 100, "W/(m^2 sr)", "radiance of walls and ceiling; that of the light is 13");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+// All black but for a small light: nothing to take a distance from, unless the walls glow.
 Scene make_black_surroundings(const BlackSurroundingsParams& params) {
   constexpr float radius = 0.35f, height = 1.6f, half = 2, top = 2;
   const Rgb radiance(14, 13.5f, 12), walls(params.walls);
@@ -187,6 +252,17 @@ Scene make_black_surroundings(const BlackSurroundingsParams& params) {
   }
   s.builder.camera({0.3f, 1.25f, 1.9f}, {0, 0, -0.25f}, 60, exact_resolution);
   return s.finish("a small disc over a floor in a black room");
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> occluder_scenes() {
+  return {with_params<make_broad_light>("broad-light", "exact: a wide light over a floor: irradiance smooth everywhere"),
+          with_params<make_two_occluders>("two-occluders", "exact: a wide light behind two plates, for irradiance caches"),
+          with_params<make_hidden_occluder>("hidden-occluder", "exact: a shadow of which the hemisphere tells caches nothing"),
+          with_params<make_slit_light>("slit-light", "exact: light from a slit, which few rays find"),
+          with_params<make_thin_wall>("thin-wall", "exact: bright before a thin wall, dim behind it"),
+          with_params<make_black_surroundings>("black-surroundings", "exact: a small light in a black room")};
 }
 
 }  // namespace etendue

@@ -1,6 +1,6 @@
-#include "framework/scenes/rooms.h"
-
+// Built-in scenes without a closed form, each there for what it asks of a method.
 #include "framework/scene/builder.h"
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/meshes.h"
 
 namespace etendue {
@@ -38,9 +38,7 @@ void cornell_boxes(SceneBuilder& b) {
   b.mesh(turned_box({0.36f, 0.3f, 0.3f}, {0.3f, 0.3f, 0.3f}, -17), white);
 }
 
-}  // namespace
-
-Scene make_cornell_box() {
+Scene make_cornell_box() {  // diffuse interreflection
   SceneBuilder b("builtin:cornell-box");
   cornell_walls(b);
   ceiling_light(b);
@@ -49,6 +47,16 @@ Scene make_cornell_box() {
   return b.finish();
 }
 
+struct GlossyBoxParams {
+  float alpha = 0.15f;
+};
+
+template <class Visitor>
+void describe(Visitor& v, GlossyBoxParams& p) {
+  v.number("alpha", p.alpha, 0.01, 1, "GGX alpha", "roughness of the floor");
+}
+
+// The box with boxes on a floor of brushed metal: too narrow a lobe for a cache of irradiance, wide enough for one of radiance.
 Scene make_glossy_cornell_box(const GlossyBoxParams& params) {
   SceneBuilder b("builtin:glossy-cornell-box");
   cornell_walls(b, Conductor{.tint = Rgb(0.75f), .ideal = true, .alpha = vec2(params.alpha)});
@@ -58,7 +66,7 @@ Scene make_glossy_cornell_box(const GlossyBoxParams& params) {
   return b.finish();
 }
 
-Scene make_cornell_spheres() {
+Scene make_cornell_spheres() {  // a mirror and a glass sphere: caustics, directly seen
   SceneBuilder b("builtin:cornell-spheres");
   cornell_walls(b);
   ceiling_light(b);
@@ -68,7 +76,7 @@ Scene make_cornell_spheres() {
   return b.finish();
 }
 
-Scene make_glass_caustic() {
+Scene make_glass_caustic() {  // a caustic under glass, also seen through a mirror: SDS paths
   SceneBuilder b("builtin:glass-caustic");
   const auto floor = b.material(Diffuse{Rgb(0.7f)});
   const auto wall = b.material(Diffuse{Rgb(0.35f, 0.4f, 0.5f)});
@@ -86,7 +94,7 @@ Scene make_glass_caustic() {
   return b.finish();
 }
 
-Scene make_two_rooms() {
+Scene make_two_rooms() {  // light comes through a door ajar
   SceneBuilder b("builtin:two-rooms");
   const auto white = b.material(Diffuse{Rgb(0.75f)});
   const auto floor = b.material(Diffuse{Rgb(0.55f, 0.42f, 0.3f)});
@@ -111,7 +119,7 @@ Scene make_two_rooms() {
   return b.finish();
 }
 
-Scene make_veach_mis() {
+Scene make_veach_mis() {  // four plates of growing roughness, four spheres of growing size
   SceneBuilder b("builtin:veach-mis");
   const auto grey = b.material(Diffuse{Rgb(0.4f)});
   b.mesh(quad({-10, -4.15f, 12}, {10, -4.15f, 12}, {10, -4.15f, -10}, {-10, -4.15f, -10}), grey);
@@ -141,6 +149,16 @@ Scene make_veach_mis() {
   return b.finish();
 }
 
+struct KeyholeParams {
+  float size = 1;
+};
+
+template <class Visitor>
+void describe(Visitor& v, KeyholeParams& p) {
+  v.number("size", p.size, 0.01, 4, "of 20 cm x 35 cm", "of the keyhole");
+}
+
+// A dark room beside a bright one: all its light comes through the keyhole of a door.
 Scene make_keyhole(const KeyholeParams& params) {
   SceneBuilder b("builtin:keyhole");
   const auto white = b.material(Diffuse{Rgb(0.75f)});
@@ -177,6 +195,7 @@ Scene make_keyhole(const KeyholeParams& params) {
   return b.finish();
 }
 
+// A room with one window, high in a city in the sun: nearly all light falls where the camera does not look.
 Scene make_exterior() {
   SceneBuilder b("builtin:exterior");
   constexpr float half_city = 26, storey = 9;
@@ -217,6 +236,16 @@ Scene make_exterior() {
   return b.finish();
 }
 
+// A displaced ball in the Cornell box: triangles of like size, spread evenly.
+struct MeshParams {
+  int triangles = 100'000;
+};
+
+template <class Visitor>
+void describe(Visitor& v, MeshParams& params) {
+  v.integer("triangles", params.triangles, 100, 50'000'000, "triangles", "of the ball, to within a percent");
+}
+
 Scene make_mesh(const MeshParams& params) {
   SceneBuilder b("builtin:mesh");
   cornell_walls(b);
@@ -224,6 +253,25 @@ Scene make_mesh(const MeshParams& params) {
   b.mesh(rough_ball({0, 0.85f, -0.1f}, 0.78f, params.triangles), b.material(Diffuse{Rgb(0.6f)}));
   cornell_camera(b);
   return b.finish();
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> room_scenes() {
+  return {
+      {"cornell-box", "diffuse interreflection in a box of coloured walls", make_cornell_box},
+      {"cornell-spheres", "the box with a mirror and a glass sphere: caustics", make_cornell_spheres},
+      {"glass-caustic", "a caustic under glass and in a mirror: specular-diffuse-specular paths", make_glass_caustic},
+      {"two-rooms", "a room lit through a door ajar: hard to find light", make_two_rooms},
+      {"veach-mis", "plates of four roughnesses, lights of four sizes: where sampling strategies trade places", make_veach_mis},
+      with_params<make_glossy_cornell_box>("glossy-cornell-box", "the box on a floor of brushed metal"),
+      with_params<make_keyhole>("keyhole", "a room lit through a keyhole: nearly all light stays behind the door"),
+      {"exterior", "a room in a city in the sun: nearly all light falls elsewhere", make_exterior}};
+}
+
+std::vector<BuiltinScene> mesh_scenes() {
+  return {with_params<make_mesh>("mesh", "a displaced ball of many triangles in the box"),
+          {"mesh-large", "the same of 1,600,000 triangles", [] { return make_mesh({1'600'000}); }}};
 }
 
 }  // namespace etendue

@@ -1,6 +1,7 @@
-#include "framework/scenes/specular.h"
-
+// Exact scenes of light that reaches a diffuse floor by way of a specular surface, which the camera may look through as well.
 #include "framework/core/elementary.h"
+#include "framework/scenes/builtin_scenes.h"
+#include "framework/scenes/exact.h"
 #include "framework/scenes/exact_stage.h"
 
 namespace etendue {
@@ -74,6 +75,19 @@ double refracted_irradiance(double x, double height, double depth, double eta) {
   return transmission(cosine, eta) / (x_over_sine * slope);
 }
 
+namespace {
+
+struct MirrorParams {
+  std::string view = "floor";
+};
+
+template <class Visitor>
+void describe(Visitor& v, MirrorParams& p) {
+  v.choice("view", p.view, {"floor", "mirror", "both"}, "what fills the image: mirror, the floor seen in the mirror alone");
+}
+
+// A point light before a vertical mirror on a diffuse floor. No light comes back to the floor: what it reflects goes up, and a
+// vertical mirror sends it up.
 Scene make_mirror(const MirrorParams& params) {
   constexpr double rho = 0.6, watts_per_sr = 2;
   constexpr float reflectance = 0.9f, mirror_z = -1.2f;
@@ -98,6 +112,17 @@ Scene make_mirror(const MirrorParams& params) {
   return s.finish("flat mirror: E = I cos/d^2 + R I cos'/d'^2 from the image of the light");
 }
 
+struct WaterParams {
+  std::string camera = "below";
+};
+
+template <class Visitor>
+void describe(Visitor& v, WaterParams& p) {
+  v.choice("camera", p.camera, {"below", "above"}, "of the surface; above, each path to the floor is refracted twice");
+}
+
+// A point light above a flat water surface and a diffuse floor below it. Paths end at three events, before the floor lights
+// itself by way of the surface.
 Scene make_water(const WaterParams& params) {
   SceneBuilder b("builtin:water");
   const auto e = static_cast<float>(extent), floor = -static_cast<float>(water_depth);
@@ -113,6 +138,13 @@ Scene make_water(const WaterParams& params) {
     b.camera({0.2f, -0.2f, 1.7f}, {0, -1, 0.5f}, 44, exact_resolution);
   b.closed_form("water surface: E = I T sin(theta) / (x dx/dtheta)", above ? radiance_above : radiance_below);
   return b.finish();
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> specular_scenes() {
+  return {with_params<make_mirror>("mirror", "exact: point light, mirror and diffuse floor"),
+          with_params<make_water>("water", "exact: point light above water, diffuse floor below")};
 }
 
 }  // namespace etendue

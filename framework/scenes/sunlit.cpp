@@ -1,5 +1,5 @@
-#include "framework/scenes/sunlit.h"
-
+// Exact scenes in the sun, each with a length on which a density estimate, or the precision of floats, depends.
+#include "framework/scenes/builtin_scenes.h"
 #include "framework/scenes/exact_stage.h"
 
 namespace etendue {
@@ -15,8 +15,18 @@ MeshData ground(float height, float half) {
 
 dvec3 chalk_radiance(double cosine) { return dvec3(chalk) * (noon_irradiance * std::max(0.0, cosine) / pi_d); }
 
-}  // namespace
+struct SunlitFieldParams : VeilParams {
+  float surroundings = 1;
+};
 
+template <class Visitor>
+void describe(Visitor& v, SunlitFieldParams& p) {
+  v.number("surroundings", p.surroundings, 1, 1e4, "of 2 m",
+           "width of the field, of which the camera sees the middle: photons per area fall with its square");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+// Even light as far as the camera sees, so that a density estimate of n photons has a variance of 1 / n and no bias.
 Scene make_sunlit_field(const SunlitFieldParams& params) {
   ExactStage s("builtin:sunlit-field");
   s.reflector(ground(0, params.surroundings), s.builder.material(Diffuse{chalk}),
@@ -27,6 +37,18 @@ Scene make_sunlit_field(const SunlitFieldParams& params) {
   return s.finish("even light: L = rho E / pi");
 }
 
+struct SunlitBallParams : VeilParams {
+  float radius = 1;
+};
+
+template <class Visitor>
+void describe(Visitor& v, SunlitBallParams& p) {
+  v.number("radius", p.radius, 1e-3, 1e3, "m", "of the ball; the image is the same at any");
+  describe(v, static_cast<VeilParams&>(p));
+}
+
+// Of the ball a kernel of radius r cuts out a cap of area pi r^2, whose mean cosine to the sun is 1 - (r / 2R)^2 of that in its
+// middle: so much light a box kernel finds of what there is, as long as the sun reaches the whole cap.
 Scene make_sunlit_ball(const SunlitBallParams& params) {
   const float r = params.radius;
   SceneBuilder b("builtin:sunlit-ball");
@@ -43,6 +65,18 @@ Scene make_sunlit_ball(const SunlitBallParams& params) {
   return b.finish();
 }
 
+struct FarKerbParams {
+  float distance = 0;
+};
+
+template <class Visitor>
+void describe(Visitor& v, FarKerbParams& p) {
+  v.number("distance", p.distance, 0, 1e6, "m", "from the middle of the scene, where floats lie distance / 2^24 apart");
+}
+
+// The low sun casts the shadow of a kerb of 5 cm over half of what is seen, one metre long. Rays leave the floor a height above
+// it and look over the kerb from height / 5 cm of the shadow's end: 16 clearances for floors seen from above
+// (SurfacePoint::retreat), of 6 / 2^24 of the distance each (framework/scene/clearance.h).
 Scene make_far_kerb(const FarKerbParams& params) {
   // The shadow is one metre long. What is parallel to x has no rounded coordinate but x.
   constexpr float height = 0.05f, shadow = 1, half = 1;
@@ -59,6 +93,14 @@ Scene make_far_kerb(const FarKerbParams& params) {
   s.builder.light(DirectionalLight{sun, Rgb(noon_irradiance / height)});
   s.builder.camera({x + shadow, 2, 0}, {x + shadow, 0, 0}, 45, exact_resolution, {0, 0, -1});
   return s.finish("the shadow of a kerb in the low sun");
+}
+
+}  // namespace
+
+std::vector<BuiltinScene> sunlit_scenes() {
+  return {with_params<make_sunlit_field>("sunlit-field", "exact: the middle of a field in the sun"),
+          with_params<make_sunlit_ball>("sunlit-ball", "exact: a ball in the sun, for kernels as wide as it"),
+          with_params<make_far_kerb>("far-kerb", "exact: the shadow of a kerb, far from the origin of floats")};
 }
 
 }  // namespace etendue

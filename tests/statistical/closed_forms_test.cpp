@@ -2,7 +2,6 @@
 #include "experiments/run/closed_form.h"
 #include "framework/materials/fresnel.h"
 #include "framework/scenes/exact.h"
-#include "framework/scenes/specular.h"
 #include "tests/image_checks.h"
 #include "tests/sealed_checks.h"
 
