@@ -1,7 +1,6 @@
 // The ledger: the verdict on a decision, what rows may say, and runs of components where a scene does and does not need them.
 #include "experiments/kind.h"
-#include "experiments/kinds/ledger/ledger_record.h"
-#include "experiments/kinds/ledger/ledger_verdict.h"
+#include "experiments/kinds/ledger/ledger.h"
 #include "experiments/kinds/second_level.h"
 #include "experiments/run/run_cell.h"
 #include "framework/io/load_scene.h"

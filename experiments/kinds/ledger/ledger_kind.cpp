@@ -16,8 +16,8 @@
 //   kept       why the decision stands where the ledger contradicts it
 #include "accel/registry.h"
 #include "experiments/config/config_keys.h"
+#include "experiments/kinds/ledger/ledger.h"
 #include "experiments/kinds/ledger/ledger_decisions.h"
-#include "experiments/kinds/ledger/ledger_record.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/rows.h"
 #include "experiments/run/reference.h"
