@@ -8,6 +8,7 @@
 #include "tests/unit/report_helpers.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -431,9 +432,9 @@ TEST(RunPlan, FilesAreNamedAsTypedFromHere) {
 }
 
 TEST(Viridis, RunsFromDarkToBright) {
-  EXPECT_EQ(viridis_css(0), "#440154");
-  EXPECT_EQ(viridis_css(1), "#fde725");
-  EXPECT_EQ(viridis_css(-3), "#440154");
+  EXPECT_EQ(viridis_stops().front(), "#440154");
+  EXPECT_EQ(viridis_stops().back(), "#fde725");
+  EXPECT_EQ(colour_among(std::array{0x440154, 0xfde725}, -3), "#440154");
 }
 
 }  // namespace

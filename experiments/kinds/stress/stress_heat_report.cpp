@@ -6,6 +6,7 @@
 // with their 95 % intervals; the predicted one is dashed, linear between rows on these axes, which a power law is.
 #include "experiments/kinds/stress/stress_report.h"
 #include "experiments/report/charts/chart_plot.h"
+#include "experiments/report/page/images.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
 
@@ -25,20 +26,8 @@ std::string titled(const std::string& axis, const std::string& unit) { return un
 
 // --- colours ---
 
-using Colour = std::array<double, 3>;
-constexpr std::array<Colour, 2> sound_colours{{{244, 250, 253}, {190, 221, 238}}};
-constexpr std::array<Colour, 5> failing_colours{
-    {{255, 240, 178}, {253, 208, 113}, {247, 154, 59}, {207, 90, 18}, {110, 32, 2}}};
-
-// The colour at `t` among colours that lie evenly from 0 to 1.
-std::string mixed(std::span<const Colour> colours, double t) {
-  const double at = std::clamp(t, 0.0, 1.0) * static_cast<double>(colours.size() - 1);
-  const auto i = std::min(static_cast<std::size_t>(at), colours.size() - 2);
-  const double f = at - static_cast<double>(i);
-  std::array<int, 3> c{};
-  for (std::size_t k = 0; k < 3; ++k) c[k] = static_cast<int>(std::lround((1 - f) * colours[i][k] + f * colours[i + 1][k]));
-  return fmt::format("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]);
-}
+constexpr std::array sound_colours{0xf4fafd, 0xbeddee};
+constexpr std::array failing_colours{0xfff0b2, 0xfdd071, 0xf79a3b, 0xcf5a12, 0x6e2002};
 
 // Colours by the figure's logarithm where it is positive everywhere: how far it lies from the bound, over the farthest on
 // its side.
@@ -60,8 +49,8 @@ class Palette {
   std::string of(double value) const {
     const double off = upwards ? distance(value) : -distance(value);
     const double farthest = upwards == (off > 0) ? distance(range.high) : -distance(range.low);
-    if (off > 0) return mixed(failing_colours, farthest > 0 ? off / farthest : 0);
-    return mixed(sound_colours, farthest > 0 ? 1 + off / farthest : 1);
+    if (off > 0) return colour_among(failing_colours, farthest > 0 ? off / farthest : 0);
+    return colour_among(sound_colours, farthest > 0 ? 1 + off / farthest : 1);
   }
 
   Interval range;

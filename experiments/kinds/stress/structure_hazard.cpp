@@ -31,23 +31,20 @@ StructureHazard measure_structure_hazard(const Scene& scene, const Method& struc
   ParamMap params = structure.params;
   if (entry.tree) params.try_emplace("layout", ParamValue{std::string("binary"), {}});
   const std::unique_ptr<RayQuery> query = entry.make(scene, params);
-  const RayStructureStats stats = query->stats();
+  const std::uint64_t bytes = query->stats().bytes;
   const ExactTracer tracer(scene);
   const std::vector<Ray> traced = traced_rays(scene, tracer, *query, seed), aimed = aimed_rays(scene, 0, side * side);
 
   TraversalCounters counters;
   for (const Ray& ray : traced) query->closest_counted(ray, counters);
   const auto rays = static_cast<double>(traced.size());
-  StructureHazard measured{.rays = traced.size(),
-                           .nodes_per_ray = static_cast<double>(counters.nodes) / rays,
-                           .tests_per_ray = static_cast<double>(counters.primitives) / rays,
-                           .bytes = stats.bytes,
-                           .bytes_per_primitive = 0,
-                           .wrong_answers = 0,
-                           .fallback = stats.fallback};
   std::uint64_t primitives = 0;
   for (const Object& object : scene.objects) primitives += object.geometry.valid_primitives().size();
-  measured.bytes_per_primitive = static_cast<double>(stats.bytes) / static_cast<double>(std::max<std::uint64_t>(1, primitives));
+  StructureHazard measured{
+      .nodes_per_ray = static_cast<double>(counters.nodes) / rays,
+      .tests_per_ray = static_cast<double>(counters.primitives) / rays,
+      .bytes = bytes,
+      .bytes_per_primitive = static_cast<double>(bytes) / static_cast<double>(std::max<std::uint64_t>(1, primitives))};
   for (const std::vector<Ray>& asked : {traced, aimed})
     measured.wrong_answers += wrong_hits(tracer, *query, asked, exact_hits(tracer, asked));
   return measured;

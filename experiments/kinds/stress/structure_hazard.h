@@ -9,12 +9,10 @@
 namespace etendue {
 
 struct StructureHazard {
-  std::uint64_t rays = 0;                       // asked
   double nodes_per_ray = 0, tests_per_ray = 0;  // visited, and primitives tested
   std::uint64_t bytes = 0;                      // of the structure, beyond the geometry
   double bytes_per_primitive = 0;
   std::uint64_t wrong_answers = 0;  // beside those in double precision (accel_check.h)
-  std::string fallback = {};        // what stands in for the structure, and why; empty: nothing
 
   double work_per_ray() const { return nodes_per_ray + tests_per_ray; }
 };

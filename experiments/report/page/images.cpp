@@ -25,19 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The viridis table has every sixteenth colour; others are linear between.
-Colour viridis(double t) {
-  constexpr std::array table{0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e,
-                             0x1f988b, 0x22a884, 0x35b779, 0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725};
-  const double position = std::clamp(t, 0.0, 1.0) * (table.size() - 1);
-  const std::size_t i = std::min(static_cast<std::size_t>(position), table.size() - 2);
-  const double f = position - static_cast<double>(i);
-  const auto channel = [&](int shift) {
-    return static_cast<std::uint8_t>(std::lround((1 - f) * (table[i] >> shift & 0xff) + f * (table[i + 1] >> shift & 0xff)));
-  };
-  return {channel(16), channel(8), channel(0)};
-}
-
 // A tone-mapped PNG in base64, of blocks' averages, `longest` pixels long at most.
 std::string thumbnail(const Image& image, double white, int longest = 144) {
   const ivec2 size = image.size;
@@ -288,11 +275,22 @@ std::vector<SceneImages> page_images(const ReportData& data, const ImagePlace& p
   return result;
 }
 
-std::string viridis_css(double t) { return fmt::format("#{:02x}", fmt::join(viridis(t), "")); }
+std::string colour_among(std::span<const int> colours, double t) {
+  const double position = std::clamp(t, 0.0, 1.0) * static_cast<double>(colours.size() - 1);
+  const std::size_t i = std::min(static_cast<std::size_t>(position), colours.size() - 2);
+  const double f = position - static_cast<double>(i);
+  const auto channel = [&](int shift) {
+    return std::lround((1 - f) * (colours[i] >> shift & 0xff) + f * (colours[i + 1] >> shift & 0xff));
+  };
+  return fmt::format("#{:02x}{:02x}{:02x}", channel(16), channel(8), channel(0));
+}
 
 std::vector<std::string> viridis_stops() {
+  // Every sixteenth colour; others are linear between.
+  constexpr std::array table{0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e,
+                             0x1f988b, 0x22a884, 0x35b779, 0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725};
   std::vector<std::string> stops;
-  for (int i = 0; i <= 10; ++i) stops.push_back(viridis_css(i / 10.0));
+  for (int i = 0; i <= 10; ++i) stops.push_back(colour_among(table, i / 10.0));
   return stops;
 }
 

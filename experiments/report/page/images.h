@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,10 +61,9 @@ struct ImagePlace {
 // time).
 std::vector<SceneImages> page_images(const ReportData& data, const ImagePlace& place);
 
-// Gives viridis ([Smith2015]) at t in [0, 1] as "#rrggbb"; it is perceptually uniform, and readable in grey and by the
-// colour-blind.
-std::string viridis_css(double t);
-// Gives its colours at every tenth.
+// The colour at t in [0, 1] among colours 0xrrggbb that lie evenly from 0 to 1, as "#rrggbb".
+std::string colour_among(std::span<const int> colours, double t);
+// Those of viridis ([Smith2015]) at every tenth; it is perceptually uniform, and readable in grey and by the colour-blind.
 std::vector<std::string> viridis_stops();
 
 }  // namespace etendue
