@@ -48,6 +48,10 @@ std::vector<SceneChoice> read_scenes(const ConfigNode& node, const fs::path& dir
 
 void require_scenes(const ExperimentConfig& config) {
   if (config.scenes.empty()) throw Error(Location{config.path}, "no scenes; expected scenes = [\"builtin:cornell-box\", …]");
+  const std::size_t files = config.reference.files.size();
+  if (config.reference.kind == ReferenceChoice::Kind::file && files != config.scenes.size())
+    throw Error(config.reference.where,
+                fmt::format("reference: {} files for {} scenes; expected one a scene", files, config.scenes.size()));
 }
 
 std::vector<std::uint64_t> read_seeds(const ConfigNode* node) {

@@ -10,7 +10,7 @@ namespace etendue {
 
 // Files are looked for in `directory`, that of the experiment, then in the working directory.
 std::vector<SceneChoice> read_scenes(const ConfigNode& node, const std::filesystem::path& directory);
-// Throws where an experiment has none.
+// Throws where an experiment has none, or not as many files of references as scenes.
 void require_scenes(const ExperimentConfig& config);
 // A null `node` is a key that was left out: seed 1, and the reference chosen automatically.
 std::vector<std::uint64_t> read_seeds(const ConfigNode* node);

@@ -355,10 +355,6 @@ class ImagesKind final : public ExperimentKind {
       throw Error(where, "no integrators; expected [[integrators]] tables (or structures = true, or [dynamic])");
     if (methods && !find("budget")) throw Error(where, "no budget; expected budget = { time = \"60s\" } or { samples = 256 }");
     if (const auto* n = find("elsewhere")) config.elsewhere = read_elsewhere(*n);
-    const std::size_t files = config.reference.files.size();
-    if (config.reference.kind == ReferenceChoice::Kind::file && files != config.scenes.size())
-      throw Error(config.reference.where,
-                  fmt::format("reference: {} files for {} scenes; expected one a scene", files, config.scenes.size()));
   }
 
   std::vector<std::string> quick(const ConfigNode& root) const override {

@@ -301,10 +301,6 @@ class LedgerKind final : public RecordKind<LedgerRecord, LedgerWork> {
     require_scenes(config);
     if (!config.budget.samples || config.budget.time_s || config.budget.error)
       throw Error(rows.key_where, "ledger: expected budget = { samples = N } beside it, and no other limit");
-    const std::size_t files = config.reference.files.size();
-    if (config.reference.kind == ReferenceChoice::Kind::file && files != config.scenes.size())
-      throw Error(config.reference.where,
-                  fmt::format("reference: {} files for {} scenes; expected one a scene", files, config.scenes.size()));
     config.choice = std::make_shared<LedgerChoice>(read_ledger(rows, *config.budget.samples));
   }
 
