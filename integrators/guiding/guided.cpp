@@ -29,7 +29,7 @@ class Guided final : public Integrator {
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
 
   Expectation expectation() const override {
-    return {Bias::unbiased, -1, 0, "weights of blocks come from their own samples: a bias far below the noise [Mueller2019]"};
+    return {Bias::unbiased, -1, 0, "blocks have weights from the samples of other pixels [Mueller2019]"};
   }
 
  private:

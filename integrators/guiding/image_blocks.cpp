@@ -2,6 +2,7 @@
 
 #include "framework/image/metrics.h"
 
+#include <array>
 #include <bit>
 
 namespace etendue {
@@ -20,10 +21,10 @@ ImageBlocks::ImageBlocks(ivec2 resolution, BlockCombination combination, bool is
       is_signed_(is_signed),
       size_(resolution),
       squares_((resolution + square_edge - 1) / square_edge),
-      square_pixels_(static_cast<std::size_t>(squares_.x) * squares_.y, 0),
+      group_pixels_(2 * static_cast<std::size_t>(squares_.x) * squares_.y, 0),
       second_moment_(static_cast<std::size_t>(resolution.x) * resolution.y, 0) {
   begin_block();
-  for (std::size_t i = 0; i < second_moment_.size(); ++i) ++square_pixels_[square_of(i)];
+  for (std::size_t i = 0; i < second_moment_.size(); ++i) ++group_pixels_[group_of(i)];
 }
 
 void ImageBlocks::begin_block() {
@@ -37,9 +38,9 @@ std::uint32_t ImageBlocks::block_of(std::uint32_t index) {
 
 bool ImageBlocks::begins_block(std::uint32_t index) { return std::has_single_bit(std::uint64_t{index} + 2); }
 
-std::size_t ImageBlocks::square_of(std::size_t pixel) const {
-  const auto width = static_cast<std::size_t>(size_.x);
-  return pixel / width / square_edge * static_cast<std::size_t>(squares_.x) + pixel % width / square_edge;
+std::size_t ImageBlocks::group_of(std::size_t pixel) const {
+  const ivec2 at(pixel % static_cast<std::size_t>(size_.x), pixel / static_cast<std::size_t>(size_.x));
+  return 2 * pixel_index(at / square_edge, squares_) + colour_of(at);
 }
 
 void ImageBlocks::add(ivec2 pixel, const Rgb& value, float weight) {
@@ -53,40 +54,40 @@ void ImageBlocks::add(ivec2 pixel, const Rgb& value, float weight) {
 
 void ImageBlocks::measure_running() {
   Block& running = blocks_.back();
-  running.variance.assign(square_pixels_.size(), 0);
+  running.variance.assign(group_pixels_.size(), 0);
   for (std::size_t i = 0; i < second_moment_.size(); ++i) {
     const double sum = luminance(running.sum.pixels[i]);
-    const std::size_t square = square_of(i);
-    running.variance[square] +=
-        std::max(0.0, second_moment_[i] - sum * sum / running.samples) / ((running.samples - 1) * square_pixels_[square]);
+    const std::size_t group = group_of(i);
+    running.variance[group] +=
+        std::max(0.0, second_moment_[i] - sum * sum / running.samples) / ((running.samples - 1) * group_pixels_[group]);
   }
 }
 
-std::vector<double> ImageBlocks::weights() const {
+std::vector<double> ImageBlocks::weights(std::size_t colour) const {
   std::vector<double> out(blocks_.size(), 1);
   if (combination_ == BlockCombination::mean) return out;
   if (combination_ == BlockCombination::last) {
     std::fill(out.begin(), out.end() - 1, 0.0);
     return out;
   }
-  std::vector<double> mean(square_pixels_.size(), 0);
-  double samples = 0, level = 0;
+  std::vector<double> mean(group_pixels_.size(), 0);
+  double samples = 0, level = 0, pixels = 0;
   for (const Block& block : blocks_) {
     samples += block.samples;
-    for (std::size_t i = 0; i < second_moment_.size(); ++i) mean[square_of(i)] += luminance(block.sum.pixels[i]);
+    for (std::size_t i = 0; i < second_moment_.size(); ++i) mean[group_of(i)] += luminance(block.sum.pixels[i]);
   }
-  for (std::size_t s = 0; s < mean.size(); ++s) {
-    level += mean[s] / (samples * static_cast<double>(second_moment_.size()));
-    mean[s] /= samples * square_pixels_[s];
+  for (std::size_t g = 1 - colour; g < mean.size(); g += 2) {
+    level += mean[g] / samples;
+    pixels += group_pixels_[g];
+    mean[g] /= samples * std::max(group_pixels_[g], 1.0);
   }
+  level /= std::max(pixels, 1.0);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     double variance = 0;
-    for (std::size_t s = 0; s < blocks_[b].variance.size(); ++s)
-      variance += square_pixels_[s] * blocks_[b].variance[s] / (mean[s] * mean[s] + relmse_epsilon * level * level + tiny);
-    if (blocks_[b].variance.empty())
-      out[b] = b > 0 ? out[b - 1] : 1;
-    else
-      out[b] = 1 / std::max(variance, 1e-12 * static_cast<double>(second_moment_.size()));
+    for (std::size_t g = 1 - colour; g < blocks_[b].variance.size(); g += 2)
+      variance += group_pixels_[g] * blocks_[b].variance[g] / (mean[g] * mean[g] + relmse_epsilon * level * level + tiny);
+    if (!blocks_[b].variance.empty()) out[b] = 1 / std::max(variance, 1e-12 * std::max(pixels, 1.0));
+    if (b > 0) out[b] = blocks_[b].variance.empty() ? out[b - 1] : std::max(out[b], out[b - 1]);
   }
   return out;
 }
@@ -94,16 +95,15 @@ std::vector<double> ImageBlocks::weights() const {
 void ImageBlocks::end_sample(std::uint32_t index, Film& film) {
   blocks_.back().samples += 1;
   if (blocks_.back().samples > 1) measure_running();
-  const std::vector<double> weight = weights();
-  double all = 0;
-  for (std::size_t b = 0; b < blocks_.size(); ++b) all += weight[b] * blocks_[b].samples;
+  const std::array<std::vector<double>, 2> weights_of{weights(0), weights(1)};
   for (int y = 0; y < size_.y; ++y)
     for (int x = 0; x < size_.x; ++x) {
+      const std::vector<double>& weight = weights_of[colour_of({x, y})];
       dvec3 sum(0);
-      for (std::size_t b = 0; b < blocks_.size(); ++b) sum += weight[b] * blocks_[b].sum.at(x, y);
-      if (is_signed_) {
-        all = 0;
-        for (std::size_t b = 0; b < blocks_.size(); ++b) all += weight[b] * blocks_[b].weights[pixel_index({x, y}, size_)];
+      double all = 0;
+      for (std::size_t b = 0; b < blocks_.size(); ++b) {
+        sum += weight[b] * blocks_[b].sum.at(x, y);
+        all += weight[b] * (is_signed_ ? blocks_[b].weights[pixel_index({x, y}, size_)] : blocks_[b].samples);
       }
       film.set({x, y}, all != 0 ? sum / all : dvec3(0));
     }

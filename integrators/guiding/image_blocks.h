@@ -1,17 +1,19 @@
 // One image from blocks of samples of different variance, for methods whose sampling improves as they learn.
 //
 // Block b holds 2, 4, 8, ... samples of each pixel. Blocks are added with weights inverse to the variance of one sample of
-// theirs ([Mueller2019], section 10.5.1: one weight per image, not per pixel). Deviation: the variance is relative, that of a
-// square of 8 x 8 pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest
-// pixels would decide. It is estimated from the same samples, which leaves a bias of the order of 1 / (pixels times samples):
-// far below the noise, and vanishing. A running block of one sample takes the weight of the block before.
+// theirs ([Mueller2019], section 10.5.1: not one per pixel). Three deviations. The variance is relative, that of a square of 8 x 8
+// pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest pixels would decide.
+// And pixels are divided as a chessboard's fields, of which each colour has weights from the samples of the other: weights from
+// a pixel's own samples would count a block less that met light by a rare chance, and the image would lack such light. Nor does a
+// sample weigh less than one before it: few samples that met no such light tell nothing of their variance. A running block of
+// one sample takes the weight of the block before.
 #pragma once
 
 #include "framework/image/film.h"
 
 namespace etendue {
 
-// inverse_variance; mean: all samples count the same, exactly unbiased; last: only the newest block.
+// inverse_variance; mean: all samples count the same; last: only the newest block.
 enum class BlockCombination : std::uint8_t { inverse_variance, mean, last };
 constexpr auto names_of(BlockCombination) { return std::array{"inverse-variance", "mean", "last"}; }
 
@@ -33,20 +35,21 @@ class ImageBlocks {
  private:
   struct Block {
     Image sum;
-    std::vector<double> variance;  // of one sample's luminance, mean over each square; empty where not known
+    std::vector<double> variance;  // of one sample's luminance, mean over each group; empty where not known
     double samples = 0;
     std::vector<double> weights = {};  // of each pixel's samples, their sum; empty where that is `samples`
   };
 
   void begin_block();
   void measure_running();
-  std::vector<double> weights() const;  // of the blocks' samples
-  std::size_t square_of(std::size_t pixel) const;
+  std::vector<double> weights(std::size_t colour) const;  // of the blocks' samples, for the pixels of a colour: from the other's
+  static std::size_t colour_of(ivec2 pixel) { return static_cast<std::size_t>(pixel.x + pixel.y) % 2; }
+  std::size_t group_of(std::size_t pixel) const;  // the pixels of a square and a colour: twice the square's number, plus that
 
   BlockCombination combination_;
   bool is_signed_;
   ivec2 size_, squares_;
-  std::vector<double> square_pixels_;  // how many pixels a square has
+  std::vector<double> group_pixels_;   // how many pixels a group has
   std::vector<Block> blocks_;          // the last one is running
   std::vector<double> second_moment_;  // of luminance, sums over the running block, per pixel
 };

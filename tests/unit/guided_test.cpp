@@ -272,6 +272,28 @@ TEST(ImageBlocks, WeighsBlocksByTheInverseOfTheirVariance) {
   EXPECT_NEAR(error_of(BlockCombination::mean) / (14.16 / 900), 1, 0.15);
 }
 
+// Light that one sample in 64 finds counts in full on average, whichever blocks found it. Weights from a pixel's own samples lose
+// 22 % of it.
+TEST(ImageBlocks, LosesNoRareLight) {
+  const ivec2 size(8);
+  double sum = 0;
+  constexpr int images = 1000;
+  for (std::uint64_t image = 0; image < images; ++image) {
+    ImageBlocks blocks(size, BlockCombination::inverse_variance);
+    Film film(size);
+    for (std::uint32_t i = 0; i < 14; ++i) {
+      for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+          Sampler sampler(SamplerKind::independent, image, Stream::test, static_cast<std::uint64_t>(y * size.x + x), i);
+          blocks.add({x, y}, Rgb(sampler.get_1d() < 1 / 64.0f ? 64.0f : 0.0f));
+        }
+      blocks.end_sample(i, film);
+    }
+    for (const dvec3& p : film.mean().pixels) sum += p.x / (images * size.x * size.y);
+  }
+  EXPECT_NEAR(sum, 1, 0.05);  // of a standard error of 0.01
+}
+
 TEST(ImageBlocks, LastKeepsTheRunningBlockOnly) {
   const ivec2 size(1);
   ImageBlocks blocks(size, BlockCombination::last);
