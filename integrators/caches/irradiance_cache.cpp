@@ -210,10 +210,11 @@ bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, Ca
     *path.found_light += path.throughput * caustics_->reflected(context, point, bsdf, wo, depth);
   path.met_light = path.found_light;
   const Visit visit{point, bsdf, wo, depth, path.distance, path.throughput};
-  const bool found = cached && depth < cached_below_ && add_irradiance(context, visit, next_accuracy, out);
+  const bool has_records = depth < cached_below_ && shows_one_side(point, wo);
+  const bool found = cached && has_records && add_irradiance(context, visit, next_accuracy, out);
   if (found && !bsdf.has_specular()) return false;
   bool rough_misses = false;
-  if (rough_ && rough_->answers(point.material) && depth < cached_below_) {
+  if (rough_ && rough_->answers(point.material) && has_records) {
     // The BSDF's sample only finds lights from here on, against which the light sample was weighed.
     path.only_emission = add_rough(context, visit, next_accuracy, out);
     rough_misses = !path.only_emission;

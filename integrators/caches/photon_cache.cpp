@@ -148,11 +148,12 @@ void PhotonCache::camera_sample(const RenderContext& context, float next_accurac
         sample.cached_error += luminance(throughput * by_photons) * std::sqrt(kernel_noise / static_cast<float>(params_.k));
     };
     state_error_of(caustics);
-    // Records by density know nothing of walls; near them photons are gathered at the point itself.
+    // Records by density know nothing of walls and of relief; there photons are gathered at the point itself.
     const PhotonMap& map = maps_.global();
     const bool by_walls =
         !gathers_ && !map.near_walls(point.position, towards(point.normal, point.normal, wo), map.radius()).none();
-    const bool cached = remaining >= 1 && is_cached(bsdf) && !by_walls;
+    const bool has_records = gathers_ ? shows_one_side(point, wo) : !by_walls && is_flat(point);
+    const bool cached = remaining >= 1 && is_cached(bsdf) && has_records;
     bool found = false;
     if (cached) {
       const auto record =

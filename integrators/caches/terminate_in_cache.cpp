@@ -16,7 +16,7 @@ std::optional<Rgb> TerminateInCache::reflected(const SurfacePoint& point, const 
                                                int depth) const {
   // Where the limit matters, paths end one event on and no later: the share that k events less leave is not the k-th power of
   // the share that one leaves.
-  if (kept_ != Rgb(1) && depth > depth_ + 1) return std::nullopt;
+  if ((kept_ != Rgb(1) && depth > depth_ + 1) || !shows_one_side(point, wo)) return std::nullopt;
   const auto found = cache_.interpolate(depth_, point.position, towards(point.shading_normal, point.normal, wo));
   if (!found) return std::nullopt;
   return evaluate(material.reflectance, scene_.textures, point.uv) * found->irradiance * kept_ * inv_pi;

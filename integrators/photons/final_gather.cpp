@@ -94,9 +94,7 @@ Rgb FinalGather::along(Ray ray, Hit hit, int depth, Sampler& numbers, float* pho
 
 PhotonMap::Estimate FinalGather::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                                            int max_scatterings) const {
-  // What arrives on the surface is not what its relief receives: on slopes of 8 degrees that is a hundredth less.
-  const bool is_flat = std::abs(glm::dot(point.shading_normal, point.normal)) > 0.99f;
-  if (irradiance && is_flat && bsdf.is_diffuse() && max_scatterings >= irradiance->longest()) {
+  if (irradiance && is_flat(point) && bsdf.is_diffuse() && max_scatterings >= irradiance->longest()) {
     const vec3 normal = glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal;
     if (const auto found = irradiance->at(context, point.position, normal, ray_origin(point, normal)))
       return {found->irradiance * bsdf.diffuse_albedo() * inv_pi, found->resolution, found->photon_footprint};

@@ -119,6 +119,34 @@ TEST(Relief, IsSeenByGatherRays) {
   EXPECT_NEAR(mean(4) / mean(0), 1, 0.01);
 }
 
+// Slopes that are seen from behind reflect light from between their planes and the surface alone: here that of a wall behind the
+// eye. Records hold what comes to the other side, or, of the density of photons, what the surface receives.
+TEST(Relief, RecordsDoNotAnswerWhereItIsSeenFromBehind) {
+  SceneBuilder builder("slope");
+  const auto white = builder.material(Diffuse{Rgb(0.8f)});
+  builder.mesh(quad({2, 0, 2}, {2, 0, -2}, {-2, 0, -2}, {-2, 0, 2}), builder.material(Diffuse{Rgb(0.8f)}));
+  builder.mesh(quad({-6, 0, -6}, {6, 0, -6}, {6, 6, -6}, {-6, 6, -6}), white);
+  builder.mesh(quad({-0.5f, 2.5f, -4}, {-0.5f, 3.5f, -4}, {0.5f, 3.5f, -4}, {0.5f, 2.5f, -4}), white, Rgb(10));
+  builder.camera({0, 1.2f, -5}, {0, 0, 0}, 20, {8, 8});
+  Scene scene = builder.finish();
+  scene.textures = {ramp()};
+  scene.reliefs = {Relief{.material = 1}};
+  finish_scene(scene, {});
+  const auto mean = [&](const std::string& method, std::uint32_t iterations, const ParamMap& params = {}) {
+    testing::RenderOptions options;
+    options.iterations = iterations;
+    options.resolution = {8, 8};
+    options.params = params;
+    double sum = 0;
+    for (const dvec3& pixel : testing::render(scene, method, options).image.pixels) sum += pixel.y;
+    return sum;
+  };
+  const double paths = mean("path", 1024);
+  EXPECT_NEAR(mean("irradiance-cache", 64) / paths, 1, 0.15);
+  EXPECT_NEAR(mean("photon-cache", 32) / paths, 1, 0.15);
+  EXPECT_NEAR(mean("photon-cache", 16, {{"fill", {std::string("density"), {}}}}) / paths, 1, 0.07);
+}
+
 TEST(Relief, ChangesTheHashOfTheScene) {
   const Scene with = slope_with({}, ramp(), {1, 0, 0}, {0, 1, 0});
   Scene without = with;
