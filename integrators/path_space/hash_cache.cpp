@@ -30,6 +30,7 @@ struct Pixel {
   vec3 position{0}, normal{0};
   vec2 u{0};
   int depth = 0;
+  bool follows = false;  // to its end, whatever cells have to say
 };
 
 // A diffuse surface that a path left in one direction. The values of events follow from the last back to the first:
@@ -164,16 +165,17 @@ void HashCache::meet_light(const RenderContext& context, const HashedState& stat
   }
 }
 
-// Beyond its lookup a path takes the value of a cell that has one.
+// Beyond its lookup a path takes the value of a cell that has one; where each depth has cells of its own, of one cell only.
 Onward HashCache::onward(const HashedState& state, const vec3& position, const vec3& normal, const Rgb& albedo, int depth,
                          Pixel& pixel) const {
   if (depth + 1 >= max_depth_ || is_black(state.throughput * albedo)) return Onward::ends;
-  if (!state.asked) return Onward::follows;
+  if (!state.asked || pixel.follows) return Onward::follows;
   const bool goes_on = pixel.sampler.get_1d() < traced_on_;
   count(Counter::lookups);
   const auto mean = grid_->mean(position, normal, key_depth(depth));
   if (!mean) return Onward::follows;
   pixel.found += state.throughput * albedo * *mean;
+  pixel.follows = goes_on && max_depth_ <= shared_above;
   return goes_on ? Onward::teaches : Onward::ends;
 }
 

@@ -9,7 +9,13 @@
 //
 // A share s of the paths that end with a cell goes on from there, so that cells the camera does not see keep learning. What
 // such a path finds counts for the cells that it meets from then on, and no more for those before, which have taken the cell's
-// value: like temporal differences ([Dahm2017]), each cell learns from what it leads to, by values with the noise of one event.
+// value. Where all depths share their cells, it takes further cells' values, or ends with them, in the same way: like temporal
+// differences ([Dahm2017]), each cell learns from what it leads to, by values with the noise of one event.
+//
+// Where each depth has cells of its own (see below), it asks no other cell: those that paths end with then hold the mean of
+// whole paths. Else the cells of the n-th depth would learn from s^n of the paths, and each from what the next one knew at the
+// time, so that the errors of the first samples would wear off as n^-0.4 at best and be those of the whole image: through a
+// door ajar, images of 64 samples at 160 x 90 were off by 3.4 % (one standard deviation), now by 1.3 %.
 //
 // A path that ends with a cell inherits that cell's error, and so do all others that end there; the n-th bounce rests on
 // s^(n-1) of the paths. So s = `trace_on` times the relative scatter of values about their cells' means (at least 1), taken
