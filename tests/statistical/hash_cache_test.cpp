@@ -37,7 +37,14 @@ TEST(HashCache, MatchesClosedForms) {
   }
 }
 
-TEST(HashCache, DepthLimitTruncatesTheSeries) { testing::expect_truncated_series("hash-cache", {}, 6e-3); }
+// Whatever share of the paths is followed to the limit.
+TEST(HashCache, DepthLimitTruncatesTheSeries) {
+  RenderOptions options;
+  for (const char* trace_on : {"0", "0.05", "1"}) {
+    options.params = params_of({{"trace_on", trace_on}});
+    testing::expect_truncated_series("hash-cache", options, 6e-3);
+  }
+}
 
 TEST(HashCache, MakesThePathTracersImage) {
   for (const char* scene : {"builtin:cornell-box", "builtin:cornell-spheres", "builtin:glossy-cornell-box"})
