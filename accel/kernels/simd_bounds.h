@@ -44,6 +44,26 @@ class HalfSwap {
 #endif
 };
 
+// One lane of a vector in all four.
+class LaneCopies {
+ public:
+#if defined(__SSE4_1__)
+  [[gnu::always_inline]] explicit LaneCopies(int lane) : bytes_(_mm_set1_epi32(0x03020100 + 0x04040404 * lane)) {}
+  [[gnu::always_inline]] FourInts operator()(FourInts v) const {
+    return reinterpret_cast<FourInts>(_mm_shuffle_epi8(reinterpret_cast<__m128i>(v), bytes_));
+  }
+
+ private:
+  __m128i bytes_;
+#else
+  [[gnu::always_inline]] explicit LaneCopies(int lane) : lane_(lane) {}
+  [[gnu::always_inline]] FourInts operator()(FourInts v) const { return FourInts{} + v[lane_]; }
+
+ private:
+  int lane_;
+#endif
+};
+
 // A box around points. Negative zeros become positive, so that it depends on no order.
 class PointBounds {
  public:

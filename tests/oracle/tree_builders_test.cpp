@@ -7,6 +7,7 @@
 #include "accel/bvh/build/ploc.h"
 #include "accel/bvh/build/sah.h"
 #include "accel/kernels/pack_query.h"
+#include "framework/core/isa.h"
 #include "framework/core/parallel.h"
 #include "tests/oracle/ray_cases.h"
 
@@ -276,24 +277,44 @@ TEST(TreeBuilders, DepthLimitHalvesBeforeItLeavesLargeLeaves) {
   }
 }
 
-TEST(TreeBuilders, TreeIsTheSameAtAnyThreadCount) {
+BuildItems many_boxes() {
   Random random(3);
   BuildItems items;
   for (std::uint32_t i = 0; i < 150000; ++i) {
     const vec3 centre = random.in_cube(1) * random.unit();
     items.push_back({{centre - random.unit() * 0.01f, centre + random.unit() * 0.01f}, i});
   }
+  return items;
+}
+
+void expect_same_bits(const BinaryTree& a, const BinaryTree& b) {
+  EXPECT_EQ(a.primitives, b.primitives);
+  ASSERT_EQ(a.nodes.size(), b.nodes.size());
+  EXPECT_EQ(std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(TreeNode)), 0);
+}
+
+TEST(TreeBuilders, TreeIsTheSameAtAnyThreadCount) {
+  const BuildItems items = many_boxes();
   for (const Builder& builder : builders()) {
+    SCOPED_TRACE(builder.name);
     BinaryTree trees[3];
     for (int threads = 1; threads <= 3; ++threads)
       with_threads(threads, [&] { trees[threads - 1] = builder.build(items, {}); });
-    for (int i = 1; i < 3; ++i) {
-      EXPECT_EQ(trees[i].primitives, trees[0].primitives) << builder.name;
-      ASSERT_EQ(trees[i].nodes.size(), trees[0].nodes.size()) << builder.name;
-      EXPECT_EQ(std::memcmp(trees[i].nodes.data(), trees[0].nodes.data(), trees[0].nodes.size() * sizeof(TreeNode)), 0)
-          << builder.name;
+    for (int i = 1; i < 3; ++i) expect_same_bits(trees[i], trees[0]);
+  }
+}
+
+TEST(TreeBuilders, BinnedTreeIsTheSameWithEachInstructionSet) {
+  const Isa chosen = chosen_isa();
+  for (const BuildItems& items : {many_boxes(), items_at([](int i) { return vec3(-i % 7, i % 40, 0); }, 999, 2)}) {
+    std::vector<BinaryTree> trees;
+    for (const Isa isa : supported_isas()) {
+      choose_isa(isa);
+      trees.push_back(build_binned_sah(items, {}));
+      expect_same_bits(trees.back(), trees.front());
     }
   }
+  choose_isa(chosen);
 }
 
 TEST(TreeBuilders, FullSweepIsNoDearerThanMedianOnUnevenMeshes) {

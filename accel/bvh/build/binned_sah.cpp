@@ -1,9 +1,9 @@
 #include "accel/bvh/build/binned_sah.h"
 
+#include "accel/bvh/build/binned_kernels.h"
 #include "accel/bvh/build/grow_tree.h"
 #include "accel/bvh/build/small_sweep.h"
 #include "accel/bvh/bvh_entry.h"
-#include "accel/kernels/simd_bounds.h"
 #include "framework/core/huge_pages.h"
 #include "framework/core/parallel.h"
 
@@ -12,6 +12,7 @@
 #include <tbb/task_arena.h>
 
 #include <array>
+#include <bit>
 
 namespace etendue {
 
@@ -20,88 +21,29 @@ namespace {
 constexpr std::uint32_t parallel_size = 1 << 15;  // runs at least this long may be binned and parted in parallel
 constexpr std::uint32_t parallel_grain = 1 << 11;
 
-struct Bin {
-  SimdBounds bounds;
-  std::uint32_t count;
-  char unused[60 - sizeof(SimdBounds)];  // a stride that is a power of two
-
-  Bin() : bounds(Uninitialised()) {}  // initialising all bins would take longer than the sweep of a small node
-  static Bin empty() {
-    Bin bin;
-    bin.bounds = {};
-    bin.count = 0;
-    return bin;
+BinGrid grid_over(const Bounds& centres, std::uint32_t count) {
+  BinGrid grid{{}, {}, FourInts{} + static_cast<std::int32_t>(count - 1)};
+  // A little below count / extent, so that the upper end falls into the last bin. An axis whose extent is zero, or too small
+  // or too large to divide by, has no cut: 0 and 0 send everything into bin 0.
+  for (int axis = 0; axis < 3; ++axis) {
+    grid.lower[axis] = centres.lower[axis];
+    grid.scale[axis] = static_cast<float>(count) * (1 - 1e-6f) / (centres.upper[axis] - centres.lower[axis]);
+    if (!(grid.scale[axis] > 0 && grid.scale[axis] < infinity)) grid.scale[axis] = grid.lower[axis] = 0;
   }
-
-  void merge(const Bin& other) {
-    bounds.extend(other.bounds);
-    count += other.count;
-  }
-};
-
-// The equal intervals of the centres' extent, per axis.
-class Grid {
- public:
-  Grid(const Bounds& centres, std::uint32_t count) {
-    // A little below count / extent, so that the upper end falls into the last bin. An axis whose extent is zero, or too small
-    // or too large to divide by, has no cut: 0 and 0 send everything into bin 0.
-    for (int axis = 0; axis < 3; ++axis) {
-      lower_[axis] = centres.lower[axis];
-      scale_[axis] = static_cast<float>(count) * (1 - 1e-6f) / (centres.upper[axis] - centres.lower[axis]);
-      if (!(scale_[axis] > 0 && scale_[axis] < infinity)) scale_[axis] = lower_[axis] = 0;
-    }
-    last_ = FourInts{} + static_cast<std::int32_t>(count - 1);
-  }
-
-  // The bins of a centre, by axis.
-  FourInts operator()(FourFloats centre) const {
-    const FourInts bins = __builtin_convertvector((centre - lower_) * scale_, FourInts);
-    return bins < last_ ? bins : last_;
-  }
-
-  // The same along one axis.
-  class Axis {
-   public:
-    Axis(const Grid& grid, int axis)
-        : axis_(axis), lower_(grid.lower_[axis]), scale_(grid.scale_[axis]), last_(grid.last_[0]) {}
-    std::int32_t operator()(const Bounds& b) const {
-      const float centre = 0.5f * component(b.lower, axis_) + 0.5f * component(b.upper, axis_);
-      return std::min(static_cast<std::int32_t>((centre - lower_) * scale_), last_);
-    }
-
-   private:
-    int axis_;
-    float lower_, scale_;
-    std::int32_t last_;
-  };
-
- private:
-  FourFloats lower_{}, scale_{};
-  FourInts last_;
-};
+  return grid;
+}
 
 // Counts and boxes of the items in each bin of each axis. Two merge exactly and in any order.
 template <std::uint32_t capacity>
 class Bins {
  public:
-  Bins(const Grid& grid, std::uint32_t count) : grid_(grid), count_(count) {
+  Bins(const BinGrid& grid, std::uint32_t count) : grid_(grid), count_(count) {
     if constexpr (capacity > max_on_stack) bins_.resize(3 * capacity);
     for (std::uint32_t axis = 0; axis < 3; ++axis) std::fill_n(&bins_[axis * capacity], count, Bin::empty());
   }
 
-  // Two sets of bins by turns, where there are items enough: neighbours often fall into one bin, and each would wait for what
-  // the one before stores there.
-  void add(const BuildItem* begin, const BuildItem* end) {
-    const Grid grid = grid_;  // a copy that no store into the bins can reach
-    if (end - begin >= by_turns_from) {
-      Bins second(grid, count_);
-      for (; end - begin >= 2; begin += 2) {
-        add(begin[0], grid);
-        second.add(begin[1], grid);
-      }
-      merge(second);
-    }
-    for (; begin != end; ++begin) add(*begin, grid);
+  void add(const BinnedKernels& kernels, const BuildItem* begin, const BuildItem* end) {
+    kernels.add(grid_, bins_.data(), capacity, begin, end);
   }
   void merge(const Bins& other) {
     for (std::uint32_t axis = 0; axis < 3; ++axis)
@@ -116,82 +58,49 @@ class Bins {
   };
 
   Cut best() const {
-    Cut best;
-    for (int axis = 0; axis < 3; ++axis) sweep(axis, best);
-    return best;
+    std::uint64_t best = ~std::uint64_t{0};
+    for (std::uint32_t axis = 0; axis < 3; ++axis) best = sweep(axis, best);
+    Cut cut;
+    const float cost = std::bit_cast<float>(static_cast<std::uint32_t>(best >> 32));
+    if (!(cost < infinity)) return cut;
+    cut = {cost, static_cast<int>(best >> 16 & 3), static_cast<std::uint32_t>(best & 0xffff), 0};
+    for (std::uint32_t i = 0; i < cut.bin; ++i) cut.left += bins_[static_cast<std::uint32_t>(cut.axis) * capacity + i].count;
+    return cut;
   }
   Bounds bounds(int axis, std::uint32_t begin, std::uint32_t end) const {
-    SimdBounds sum;
-    for (std::uint32_t i = begin; i < end; ++i) sum.extend(bins_[axis * capacity + i].bounds);
-    return sum.get();
+    Bin sum = Bin::empty();
+    for (std::uint32_t i = begin; i < end; ++i) sum.merge(bins_[axis * capacity + i]);
+    return sum.bounds();
   }
   std::uint32_t size() const { return count_; }
-  const Grid& grid() const { return grid_; }
+  const BinGrid& grid() const { return grid_; }
 
  private:
-  [[gnu::always_inline]] void add(const BuildItem& item, const Grid& grid) {
-    const SimdBounds bounds(item.bounds);
-    const FourInts bins = grid(bounds.centre());
-    for (int axis = 0; axis < 3; ++axis) {
-      Bin& bin = bins_[axis * capacity + static_cast<std::uint32_t>(bins[axis])];
-      bin.bounds.extend(bounds);
-      ++bin.count;
-    }
-  }
-
-  // The cheapest cut between two bins of an axis.
-  void sweep(int axis, Cut& best) const {
+  // The least key of a cut between two bins of an axis, or `best` where that is less: its cost, whose bits sort as it does with
+  // what is not finite last, then its axis and bin. Which is least cannot be predicted, so no branch depends on it.
+  std::uint64_t sweep(std::uint32_t axis, std::uint64_t best) const {
     std::array<float, capacity> right_cost;
     const Bin* const bins = bins_.data() + axis * capacity;
     Bin left = Bin::empty(), right = left;
     for (std::uint32_t i = count_ - 1; i > 0; --i) {
       right.merge(bins[i]);
-      right_cost[i] = right.bounds.half_area() * static_cast<float>(right.count);
+      right_cost[i] = right.half_area() * static_cast<float>(static_cast<std::int32_t>(right.count));
     }
     const std::uint32_t total = right.count + bins[0].count;
     for (std::uint32_t i = 1; i < count_; ++i) {
       left.merge(bins[i - 1]);
-      const float cost = left.bounds.half_area() * static_cast<float>(left.count) + right_cost[i];
-      if (cost < best.cost && left.count != 0 && left.count != total) best = {cost, axis, i, left.count};
+      const float cost = left.half_area() * static_cast<float>(static_cast<std::int32_t>(left.count)) + right_cost[i];
+      const std::uint64_t key = std::uint64_t{std::bit_cast<std::uint32_t>(cost)} << 32 | axis << 16 | i;
+      best = std::min(best, (left.count != 0) & (left.count != total) ? key : ~std::uint64_t{0});
     }
+    return best;
   }
 
   static constexpr std::uint32_t max_on_stack = 64;
-  static constexpr std::ptrdiff_t by_turns_from = capacity <= max_on_stack ? 32 : 4096;
 
-  Grid grid_;
+  BinGrid grid_;
   std::uint32_t count_;
   std::conditional_t<(capacity > max_on_stack), std::vector<Bin>, std::array<Bin, 3 * capacity>> bins_;  // by axis
-};
-
-// Boxes of centres on both sides of a cut, without a branch: an item is made a NaN, which no minimum takes, for the other side.
-class SideCentres {
- public:
-  void add(FourFloats centre, bool goes_left) {
-    const FourInts all_if_left = FourInts{} - static_cast<std::int32_t>(goes_left);
-    add(lower_[0], upper_[0], centre, ~all_if_left);
-    add(lower_[1], upper_[1], centre, all_if_left);
-  }
-  void merge(const SideCentres& other) {
-    for (int side = 0; side < 2; ++side) {
-      lower_[side] = other.lower_[side] < lower_[side] ? other.lower_[side] : lower_[side];
-      upper_[side] = other.upper_[side] > upper_[side] ? other.upper_[side] : upper_[side];
-    }
-  }
-  Bounds get(int side) const {
-    const FourFloats l = lower_[side], u = upper_[side];
-    return {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
-  }
-
- private:
-  static void add(FourFloats& lower, FourFloats& upper, FourFloats centre, FourInts nan) {
-    const auto value = reinterpret_cast<FourFloats>(reinterpret_cast<FourInts>(centre) | nan);
-    lower = value < lower ? value : lower;
-    upper = value > upper ? value : upper;
-  }
-
-  FourFloats lower_[2] = {FourFloats{} + infinity, FourFloats{} + infinity};
-  FourFloats upper_[2] = {FourFloats{} - infinity, FourFloats{} - infinity};
 };
 
 template <std::uint32_t capacity>
@@ -205,13 +114,13 @@ class BinnedSplitter {
   std::optional<Split> best(const ItemRange& range) {
     if (range.size() <= small_sweep_size) return best_of_few(range);
     const std::uint32_t bin_count = bins_for(range.size());
-    NodeBins bins(Grid(range.centres, bin_count), bin_count);
+    NodeBins bins(grid_over(range.centres, bin_count), bin_count);
     fill(bins, range);
     const typename NodeBins::Cut cut = bins.best();
     if (range.size() <= static_cast<std::uint32_t>(params_.leaf_size) && !is_worth(cut.cost, range)) return std::nullopt;
     if (cut.axis < 0) return halve(range);  // coincident centres, or areas beyond the range of float
     Split split{range.begin + cut.left, bins.bounds(cut.axis, 0, cut.bin), bins.bounds(cut.axis, cut.bin, bins.size())};
-    part(range, bins.grid(), cut.axis, cut.bin, split);
+    part(range, {bins.grid(), cut.axis, cut.bin}, split);
     return split;
   }
 
@@ -263,73 +172,57 @@ class BinnedSplitter {
 
   void fill(NodeBins& bins, const ItemRange& range) const {
     const BuildItem* const items = from(range);
-    if (!is_shared(range)) return bins.add(items + range.begin, items + range.end);
+    if (!is_shared(range)) return bins.add(kernels_, items + range.begin, items + range.end);
     const NodeBins empty = bins;
     alone([&] {
       bins = tbb::parallel_reduce(
           tbb::blocked_range<std::uint32_t>(range.begin, range.end, parallel_grain), empty,
-          [&](const auto& part, NodeBins sum) {
-            sum.add(items + part.begin(), items + part.end());
+          [&](const auto& part, const NodeBins& before) {
+            NodeBins sum = before;
+            sum.add(kernels_, items + part.begin(), items + part.end());
             return sum;
           },
-          [](NodeBins a, const NodeBins& b) {
-            a.merge(b);
-            return a;
+          [](const NodeBins& a, const NodeBins& b) {
+            NodeBins sum = a;
+            sum.merge(b);
+            return sum;
           });
     });
   }
 
-  // Items of bins below `bin` go left. Stable, by chunks of which the places on both sides are known in large runs.
-  void part(const ItemRange& range, const Grid& grid, int axis, std::int32_t bin, Split& split) const {
-    const auto goes_left = [bin, place = Grid::Axis(grid, axis)](const BuildItem& item) { return place(item.bounds) < bin; };
+  // Stable, by chunks of which the places on both sides are known in large runs.
+  void part(const ItemRange& range, const BinCut& cut, Split& split) const {
     const BuildItem* const items = from(range);
+    BuildItem* const moved = to(range);
     const std::uint32_t chunk_size = is_shared(range) ? parallel_grain : range.size(),
                         chunk_count = (range.size() + chunk_size - 1) / chunk_size;
-    const auto end_of = [&](std::size_t chunk) {
-      return std::min(range.end, range.begin + (static_cast<std::uint32_t>(chunk) + 1) * chunk_size);
-    };
     if (chunk_count == 1) {
-      const SideCentres centres = part(range, range.begin, range.end, range.begin, split.middle, goes_left);
+      const SideCentres centres =
+          kernels_.part(cut, items + range.begin, items + range.end, moved + range.begin, moved + split.middle);
       split.left_centres = centres.get(0);
       split.right_centres = centres.get(1);
       return;
     }
+    const auto begin_of = [&](std::size_t chunk) { return range.begin + static_cast<std::uint32_t>(chunk) * chunk_size; };
+    const auto end_of = [&](std::size_t chunk) { return std::min(range.end, begin_of(chunk) + chunk_size); };
     std::vector<std::uint32_t> left(chunk_count);  // items of the chunk that go left; then where they go
     const auto each_chunk = [&](const auto& body) { alone([&] { parallel_for(chunk_count, 1, body); }); };
-    each_chunk([&](std::size_t chunk) {
-      const std::uint32_t begin = range.begin + static_cast<std::uint32_t>(chunk) * chunk_size;
-      left[chunk] = static_cast<std::uint32_t>(std::count_if(items + begin, items + end_of(chunk), goes_left));
-    });
+    each_chunk(
+        [&](std::size_t chunk) { left[chunk] = kernels_.count_left(cut, items + begin_of(chunk), items + end_of(chunk)); });
     std::uint32_t place = range.begin;
     for (std::uint32_t& l : left) place += std::exchange(l, place);
     std::vector<SideCentres> centres(chunk_count);
     each_chunk([&](std::size_t chunk) {
-      const std::uint32_t begin = range.begin + static_cast<std::uint32_t>(chunk) * chunk_size;
-      centres[chunk] = part(range, begin, end_of(chunk), left[chunk], split.middle + begin - left[chunk], goes_left);
+      centres[chunk] = kernels_.part(cut, items + begin_of(chunk), items + end_of(chunk), moved + left[chunk],
+                                     moved + split.middle + begin_of(chunk) - left[chunk]);
     });
     for (std::uint32_t chunk = 1; chunk < chunk_count; ++chunk) centres[0].merge(centres[chunk]);
     split.left_centres = centres[0].get(0);
     split.right_centres = centres[0].get(1);
   }
 
-  // Moves the items in [begin, end) to `left` and `right` in the other array.
-  template <class GoesLeft>
-  SideCentres part(const ItemRange& range, std::uint32_t begin, std::uint32_t end, std::uint32_t left, std::uint32_t right,
-                   const GoesLeft& goes_left) const {
-    const BuildItem* const items = from(range);
-    BuildItem* const moved = to(range);
-    SideCentres centres;
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const bool is_left = goes_left(items[i]);
-      moved[is_left ? left : right] = items[i];
-      left += is_left;
-      right += !is_left;
-      centres.add(SimdBounds(items[i].bounds).centre(), is_left);
-    }
-    return centres;
-  }
-
   BinnedSahParams params_;
+  const BinnedKernels& kernels_ = binned_kernels(chosen_isa());
   UninitialisedArray<BuildItem> moved_;
   std::array<BuildItem*, 2> items_;  // by the depth's last bit
   std::size_t count_;

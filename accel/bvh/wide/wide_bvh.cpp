@@ -7,26 +7,16 @@ namespace etendue {
 
 namespace {
 
-template <int node_width, class Pack>
-const WideKernels<node_width, Pack>& kernels_of(const WideKernelSet& set) {
-  if constexpr (node_width == 4) return set.bvh4;
-  if constexpr (node_width == 8) return set.bvh8;
-  if constexpr (node_width == 16) return set.bvh16;
-}
-
-}  // namespace
-
-template <int node_width, class Pack>
-const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {
+const WideKernelSet& kernels_of(Isa isa) {
   switch (isa) {
     case Isa::scalar:
     case Isa::sse:
-      return kernels_of<node_width, Pack>(wide_kernels_four());
+      return wide_kernels_four();
 #if defined(__x86_64__)
     case Isa::avx2:
-      return kernels_of<node_width, Pack>(wide_kernels_avx2());
+      return wide_kernels_avx2();
     case Isa::avx512:
-      return kernels_of<node_width, Pack>(wide_kernels_avx512());
+      return wide_kernels_avx512();
 #else
     default:
       break;
@@ -35,6 +25,18 @@ const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {
   CHECK(!"an instruction set of this machine");
   __builtin_unreachable();
 }
+
+}  // namespace
+
+template <int node_width, class Pack>
+const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {
+  const WideKernelSet& set = kernels_of(isa);
+  if constexpr (node_width == 4) return set.bvh4;
+  if constexpr (node_width == 8) return set.bvh8;
+  if constexpr (node_width == 16) return set.bvh16;
+}
+
+const BinnedKernels& binned_kernels(Isa isa) { return kernels_of(isa).binned; }
 
 template const WideKernels<4, TrianglePack<4>>& wide_kernels(Isa);
 template const WideKernels<8, TrianglePack<8>>& wide_kernels(Isa);

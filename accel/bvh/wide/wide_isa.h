@@ -1,6 +1,7 @@
 // What each wide_isa_*.cpp provides.
 #pragma once
 
+#include "accel/bvh/build/binned_kernels.h"
 #include "accel/bvh/wide/wide_bvh.h"
 
 namespace etendue {
@@ -9,6 +10,7 @@ struct WideKernelSet {
   WideKernels<4, TrianglePack<4>> bvh4;
   WideKernels<8, TrianglePack<8>> bvh8;
   WideKernels<16, SharedPack> bvh16;
+  BinnedKernels binned;
 };
 
 const WideKernelSet& wide_kernels_four();
