@@ -16,25 +16,29 @@ class VertexSet {
  public:
   static constexpr std::uint32_t most = SharedPack::slots;
 
-  void clear() {
-    size_ = 0;
-    if (++generation_ > 0) return;
-    table_ = {};
-    generation_ = 1;
+  // Kept apart from the table, so that a compiler sees that no store there changes it.
+  struct State {
+    std::uint32_t generation, size = 0;
+  };
+  State clear() {
+    if (++generation_ == 0) {
+      table_ = {};
+      generation_ = 1;
+    }
+    return {generation_};
   }
   // The slot of a vertex, which is added where it is new. To be asked while there are no more than `most`, for a triangle's
   // vertices at a time.
-  std::uint32_t slot(std::uint32_t vertex) {
+  std::uint32_t slot(std::uint32_t vertex, State& state) {
     std::uint32_t at = (vertex * 0x9e3779b1u) >> 24;
-    while (table_[at].generation == generation_ && table_[at].vertex != vertex) [[unlikely]] at = (at + 1) % table_.size();
-    const std::uint32_t is_new = table_[at].generation != generation_,
-                        slot = table_[at].slot ^ ((table_[at].slot ^ size_) & (0 - is_new));
-    table_[at] = {generation_, vertex, slot, 0};
+    while (table_[at].generation == state.generation && table_[at].vertex != vertex) [[unlikely]] at = (at + 1) % table_.size();
+    const std::uint32_t is_new = table_[at].generation != state.generation,
+                        slot = table_[at].slot ^ ((table_[at].slot ^ state.size) & (0 - is_new));
+    table_[at] = {state.generation, vertex, slot, 0};
     vertices_[slot] = vertex;
-    size_ += is_new;
+    state.size += is_new;
     return slot;
   }
-  std::uint32_t size() const { return size_; }
   std::uint32_t operator[](std::uint32_t slot) const { return vertices_[slot]; }
 
  private:
@@ -43,14 +47,10 @@ class VertexSet {
   };
   std::array<Entry, 256> table_;
   std::array<std::uint32_t, most + 3> vertices_{};
-  std::uint32_t size_ = 0, generation_ = 0;
+  std::uint32_t generation_ = 0;
 };
 
-VertexSet& empty_vertex_set() {
-  thread_local constinit VertexSet set;
-  set.clear();
-  return set;
-}
+thread_local constinit VertexSet vertex_set;
 
 }  // namespace
 
@@ -62,23 +62,26 @@ SharedPack::SharedPack() {
 bool SharedPack::fits(std::span<const uvec3> triangles) {
   if (triangles.size() > lanes) return false;
   if (3 * triangles.size() <= slots) return true;
-  VertexSet& set = empty_vertex_set();
+  VertexSet& set = vertex_set;
+  VertexSet::State state = set.clear();
   for (const uvec3& triangle : triangles) {
-    for (int corner = 0; corner < 3; ++corner) set.slot(triangle[corner]);
-    if (set.size() > VertexSet::most) return false;
+    for (int corner = 0; corner < 3; ++corner) set.slot(triangle[corner], state);
+    if (state.size > VertexSet::most) return false;
   }
   return true;
 }
 
 void SharedPack::fill(const Geometry& geometry, std::span<const std::uint32_t> triangle_ids, std::span<const uvec3> triangles) {
-  VertexSet& set = empty_vertex_set();
+  VertexSet& set = vertex_set;
+  VertexSet::State state = set.clear();
   for (const uvec3& triangle : triangles) {
     ids[count] = triangle_ids[count];
-    for (int corner = 0; corner < 3; ++corner) corners[corner][count] = static_cast<std::uint8_t>(set.slot(triangle[corner]));
-    CHECK_LE(set.size(), VertexSet::most);
+    for (int corner = 0; corner < 3; ++corner)
+      corners[corner][count] = static_cast<std::uint8_t>(set.slot(triangle[corner], state));
+    CHECK_LE(state.size, VertexSet::most);
     ++count;
   }
-  for (std::uint32_t slot = 0; slot < set.size(); ++slot)
+  for (std::uint32_t slot = 0; slot < state.size; ++slot)
     for (int axis = 0; axis < 3; ++axis) vertices[axis][slot] = geometry.positions[set[slot]][axis];
   find_needles();
 }
