@@ -39,7 +39,7 @@ class Bins {
  public:
   Bins(const BinGrid& grid, std::uint32_t count) : grid_(grid), count_(count) {
     if constexpr (capacity > max_on_stack) bins_.resize(3 * capacity);
-    for (std::uint32_t axis = 0; axis < 3; ++axis) std::fill_n(&bins_[axis * capacity], count, Bin::empty());
+    for (std::uint32_t axis = 0; axis < 3; ++axis) std::fill_n(&bins_[axis * capacity], size(axis), Bin::empty());
   }
 
   void add(const BinnedKernels& kernels, const BuildItem* begin, const BuildItem* end) {
@@ -47,7 +47,7 @@ class Bins {
   }
   void merge(const Bins& other) {
     for (std::uint32_t axis = 0; axis < 3; ++axis)
-      for (std::uint32_t i = axis * capacity; i < axis * capacity + count_; ++i) bins_[i].merge(other.bins_[i]);
+      for (std::uint32_t i = axis * capacity; i < axis * capacity + size(axis); ++i) bins_[i].merge(other.bins_[i]);
   }
 
   struct Cut {
@@ -72,7 +72,8 @@ class Bins {
     for (std::uint32_t i = begin; i < end; ++i) sum.merge(bins_[axis * capacity + i]);
     return sum.bounds();
   }
-  std::uint32_t size() const { return count_; }
+  // The bins of an axis: one where it has no cut, as often in flat parts of a scene.
+  std::uint32_t size(std::uint32_t axis) const { return grid_.scale[axis] > 0 ? count_ : 1; }
   const BinGrid& grid() const { return grid_; }
 
  private:
@@ -82,12 +83,12 @@ class Bins {
     std::array<float, capacity> right_cost;
     const Bin* const bins = bins_.data() + axis * capacity;
     Bin left = Bin::empty(), right = left;
-    for (std::uint32_t i = count_ - 1; i > 0; --i) {
+    for (std::uint32_t i = size(axis) - 1; i > 0; --i) {
       right.merge(bins[i]);
       right_cost[i] = right.half_area() * static_cast<float>(static_cast<std::int32_t>(right.count));
     }
     const std::uint32_t total = right.count + bins[0].count;
-    for (std::uint32_t i = 1; i < count_; ++i) {
+    for (std::uint32_t i = 1; i < size(axis); ++i) {
       left.merge(bins[i - 1]);
       const float cost = left.half_area() * static_cast<float>(static_cast<std::int32_t>(left.count)) + right_cost[i];
       const std::uint64_t key = std::uint64_t{std::bit_cast<std::uint32_t>(cost)} << 32 | axis << 16 | i;
@@ -119,7 +120,8 @@ class BinnedSplitter {
     const typename NodeBins::Cut cut = bins.best();
     if (range.size() <= static_cast<std::uint32_t>(params_.leaf_size) && !is_worth(cut.cost, range)) return std::nullopt;
     if (cut.axis < 0) return halve(range);  // coincident centres, or areas beyond the range of float
-    Split split{range.begin + cut.left, bins.bounds(cut.axis, 0, cut.bin), bins.bounds(cut.axis, cut.bin, bins.size())};
+    Split split{range.begin + cut.left, bins.bounds(cut.axis, 0, cut.bin),
+                bins.bounds(cut.axis, cut.bin, bins.size(static_cast<std::uint32_t>(cut.axis)))};
     part(range, {bins.grid(), cut.axis, cut.bin}, split);
     return split;
   }
