@@ -1,12 +1,12 @@
 // One image from blocks of samples of different variance, for methods whose sampling improves as they learn.
 //
 // Block b holds 2, 4, 8, ... samples of each pixel. Blocks are added with weights inverse to the variance of one sample of
-// theirs ([Mueller2019], section 10.5.1: not one per pixel). Three deviations. The variance is relative, that of a square of 8 x 8
-// pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest pixels would decide.
-// And pixels are divided as a chessboard's fields, of which each colour has weights from the samples of the other: weights from
-// a pixel's own samples would count a block less that met light by a rare chance, and the image would lack such light. Nor does a
-// sample weigh less than one before it: few samples that met no such light tell nothing of their variance. A running block of
-// one sample takes the weight of the block before.
+// theirs ([Mueller2019], section 10.5.1: not one per pixel). Three deviations. The variance is relative, that of a square of 8
+// x 8 pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest pixels would
+// decide. And pixels are divided as a chessboard's fields, of which each colour has weights from the samples of the other:
+// weights from a pixel's own samples would count a block less that met light by a rare chance, and the image would lack such
+// light. Nor does a sample weigh less than one before it: few samples that met no such light tell nothing of their variance. A
+// running block of one sample takes the weight of the block before.
 #pragma once
 
 #include "framework/image/film.h"
@@ -42,7 +42,8 @@ class ImageBlocks {
 
   void begin_block();
   void measure_running();
-  std::vector<double> weights(std::size_t colour) const;  // of the blocks' samples, for the pixels of a colour: from the other's
+  // Of the blocks' samples, for the pixels of a colour: from those of the other.
+  std::vector<double> weights(std::size_t colour) const;
   static std::size_t colour_of(ivec2 pixel) { return static_cast<std::size_t>(pixel.x + pixel.y) % 2; }
   std::size_t group_of(std::size_t pixel) const;  // the pixels of a square and a colour: twice the square's number, plus that
 
