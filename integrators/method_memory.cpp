@@ -8,7 +8,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double bytes_a_photon = 200;  // emitted, of which 0.9 to 2 are stored
+constexpr double bytes_a_photon = 150;  // emitted, of which 0.9 to 2 are stored
 
 class Parameters {
  public:

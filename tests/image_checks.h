@@ -45,9 +45,9 @@ inline BiasEstimate bias_over_seeds(const Scene& scene, const std::string& integ
 }
 
 // In builtin:lambert-sphere (albedo 1/2), light of at most d scattering events has radiance (1 - 2^-d) / pi.
-inline void expect_truncated_series(const std::string& integrator, RenderOptions options, double tolerance) {
+inline void expect_truncated_series(const std::string& integrator, RenderOptions options, double tolerance, int deepest = 3) {
   const Scene scene = load_scene("builtin:lambert-sphere");
-  for (int depth = 1; depth <= 3; ++depth) {
+  for (int depth = 1; depth <= deepest; ++depth) {
     options.params["max_depth"] = {std::int64_t{depth}, {}};
     const Image image = render(scene, integrator, options).image;
     double mean = 0;

@@ -101,9 +101,11 @@ std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>
   return losses;
 }
 
+std::string format_regret(double regret) { return regret < 100 ? fmt::format("{:.2f}", regret) : fmt::format("{:.1e}", regret); }
+
 TableCell factor(std::optional<double> regret) {
   if (!regret) return {};
-  return std::isfinite(*regret) ? TableCell(*regret, fmt::format("{:.2f}x", *regret)) : TableCell("no image");
+  return std::isfinite(*regret) ? TableCell(*regret, format_regret(*regret) + "x") : TableCell("no image");
 }
 
 Table contests_table(const std::vector<Contest>& contests) {
@@ -169,7 +171,7 @@ KindReport regret_report(const ReportData& data) {
   const auto chosen = std::ranges::find_if(losses, &Loss::chooses);
   const auto next = std::ranges::find_if(losses, [](const Loss& loss) { return !loss.chooses; });
   const auto times = [](double regret) {
-    return std::isfinite(regret) ? fmt::format("{:.2f} times", regret) : "without limit (no image by then)";
+    return std::isfinite(regret) ? format_regret(regret) + " times" : "without limit (no image by then)";
   };
   report.answer = fmt::format("{} errs {} as much as the best method at the median, {} at worst", chosen->shown,
                               times(chosen->middle()), times(chosen->worst()));

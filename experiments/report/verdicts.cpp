@@ -181,7 +181,7 @@ std::string short_name(const SceneData& scene, const Configuration& configuratio
   const bool shared = std::ranges::any_of(scene.configurations, [&](const Configuration& other) {
     return other.integrator_index != configuration.integrator_index && first_word(other.integrator) == word;
   });
-  return shared ? configuration.integrator : word;
+  return shared || configuration.shown_integrator != configuration.integrator ? configuration.shown_integrator : word;
 }
 
 // Whether the seeds tell the first from the next.

@@ -10,7 +10,7 @@ namespace etendue {
 template <class Params>
 Params params_of(Scene (*make)(const Params&));
 
-// A scene with parameters, of what makes it.
+// The row of a scene with parameters, by what makes it.
 template <auto make>
 BuiltinScene with_params(const char* name, const char* summary) {
   return scene_with_params<decltype(params_of(make)), make>(builtin_prefix, name, summary);

@@ -125,7 +125,8 @@ Scene make_polygon_light() {  // direct light of a rectangle on a plane
   });
 }
 
-Scene make_sphere_light() {  // ... of a sphere
+// It is that of a sphere.
+Scene make_sphere_light() {
   DirectSetting s("builtin:sphere-light");
   s.builder.quadric(Sphere{{0, 1.7f, 0}, 0.3f}, s.dark, Rgb(10));
   return s.finish("sphere: E = pi L (a/d)^2 cos", [](const dvec3& p) {

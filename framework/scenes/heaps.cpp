@@ -70,8 +70,8 @@ void describe(Visitor& v, SliversParams& p) {
   v.integer("triangles", p.triangles, 100, 5'000'000, "triangles", "in a cube of one metre");
 }
 
-Scene make_slivers(
-    const SliversParams& params) {  // diagonal: the box of each is as long, wide and high as the triangle is long
+// They lie diagonally: the box of each is as long, wide and high as the triangle is long.
+Scene make_slivers(const SliversParams& params) {
   constexpr float area = 2e-6f;
   const float length = std::sqrt(2 * area * params.aspect);
   return heap("builtin:slivers", scattered(params.triangles, 1, length, length / params.aspect), 1);

@@ -223,7 +223,7 @@ bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, Ca
   const float u_lobe = out.sampler.get_1d();
   const BsdfSample scattered = bsdf.sample(wo, u_lobe, out.sampler.get_2d());
   if (!scattered || is_black(scattered.weight) || (found && !scattered.specular)) return false;
-  if (cached && !scattered.specular && depth < cached_below_) path.found_light = path.met_light = &out.cached;
+  if (cached && !scattered.specular && has_records) path.found_light = path.met_light = &out.cached;
   if (rough_misses) path.found_light = &out.cached;
   // A cached surface has had all of its direct light from the light sample, or none.
   path.count_emission = !cached || scattered.specular || params_.cache_direct;

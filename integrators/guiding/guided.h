@@ -11,7 +11,8 @@
 // BSDF sampling (by one sum per candidate, for the least variance), the combination of blocks and, if asked for, the stochastic
 // spatial filter; with leaves this small it costs more at edges than it saves in noise. Not its directional filter.
 //
-// Unbiased up to the depth limit, but for what image_blocks.h says of the weights (combination = mean or last: exactly).
+// Unbiased up to the depth limit, but for what image_blocks.h says of the weights, which no test finds (combination = mean or
+// last: exactly).
 // Limits: there is no product with glossy lobes, which are sampled by the BSDF alone; in scenes with easy light it is slower
 // than path tracing.
 #pragma once

@@ -63,19 +63,23 @@ void ImageBlocks::measure_running() {
   }
 }
 
-std::vector<double> ImageBlocks::weights(std::size_t colour) const {
+std::vector<double> ImageBlocks::group_sums() const {
+  std::vector<double> sums(group_pixels_.size(), 0);
+  for (const Block& block : blocks_)
+    for (std::size_t i = 0; i < second_moment_.size(); ++i) sums[group_of(i)] += luminance(block.sum.pixels[i]);
+  return sums;
+}
+
+std::vector<double> ImageBlocks::weights(std::size_t colour, const std::vector<double>& group_sums) const {
   std::vector<double> out(blocks_.size(), 1);
   if (combination_ == BlockCombination::mean) return out;
   if (combination_ == BlockCombination::last) {
     std::fill(out.begin(), out.end() - 1, 0.0);
     return out;
   }
-  std::vector<double> mean(group_pixels_.size(), 0);
+  std::vector<double> mean = group_sums;
   double samples = 0, level = 0, pixels = 0;
-  for (const Block& block : blocks_) {
-    samples += block.samples;
-    for (std::size_t i = 0; i < second_moment_.size(); ++i) mean[group_of(i)] += luminance(block.sum.pixels[i]);
-  }
+  for (const Block& block : blocks_) samples += block.samples;
   for (std::size_t g = 1 - colour; g < mean.size(); g += 2) {
     level += mean[g] / samples;
     pixels += group_pixels_[g];
@@ -95,7 +99,8 @@ std::vector<double> ImageBlocks::weights(std::size_t colour) const {
 void ImageBlocks::end_sample(std::uint32_t index, Film& film) {
   blocks_.back().samples += 1;
   if (blocks_.back().samples > 1) measure_running();
-  const std::array<std::vector<double>, 2> weights_of{weights(0), weights(1)};
+  const std::vector<double> sums = group_sums();
+  const std::array<std::vector<double>, 2> weights_of{weights(0, sums), weights(1, sums)};
   for (int y = 0; y < size_.y; ++y)
     for (int x = 0; x < size_.x; ++x) {
       const std::vector<double>& weight = weights_of[colour_of({x, y})];

@@ -5,8 +5,9 @@
 // x 8 pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest pixels would
 // decide. And pixels are divided as a chessboard's fields, of which each colour has weights from the samples of the other:
 // weights from a pixel's own samples would count a block less that met light by a rare chance, and the image would lack such
-// light. Nor does a sample weigh less than one before it: few samples that met no such light tell nothing of their variance. A
-// running block of one sample takes the weight of the block before.
+// light. What is left of this comes by way of the tree, which all pixels teach; `mean` and `last` have none of it. Nor does a
+// sample weigh less than one before it: few samples that met no such light tell nothing of their variance. A running block of
+// one sample takes the weight of the block before. In an image of one pixel, which has no other colour, all count alike.
 #pragma once
 
 #include "framework/image/film.h"
@@ -42,8 +43,10 @@ class ImageBlocks {
 
   void begin_block();
   void measure_running();
-  // Of the blocks' samples, for the pixels of a colour: from those of the other.
-  std::vector<double> weights(std::size_t colour) const;
+  // What a group's pixels found in all samples, in luminance: their sum.
+  std::vector<double> group_sums() const;
+  // They weigh the blocks' samples for the pixels of a colour, from those of the other.
+  std::vector<double> weights(std::size_t colour, const std::vector<double>& group_sums) const;
   static std::size_t colour_of(ivec2 pixel) { return static_cast<std::size_t>(pixel.x + pixel.y) % 2; }
   std::size_t group_of(std::size_t pixel) const;  // the pixels of a square and a colour: twice the square's number, plus that
 

@@ -91,9 +91,9 @@ class HashCache final : public Integrator, public FileCache {
   }
 
  private:
-  // Format 2: sums in which older values weigh less; 3: their squared weights too.
+  // Format 2: sums in which older values weigh less; 3: their squared weights too; 4: of whole paths where depths are apart.
   Identity identity() const override {
-    return {"hash-cache", param_texts(params_), {"caustic_photons", "enough", "finest", "light_samples"}, 3};
+    return {"hash-cache", param_texts(params_), {"caustic_photons", "enough", "finest", "light_samples"}, 4};
   }
   void write(ByteWriter& body) const override {
     CHECK(grid_.has_value());
@@ -204,7 +204,7 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
   const SurfacePoint& point = *met;
   const vec3 wo = -ray.direction, normal = towards(point.shading_normal, point.shading_normal, wo);
   const Bsdf bsdf(context.scene, point);
-  const bool diffuse = bsdf.is_diffuse();
+  const bool diffuse = bsdf.is_diffuse() && shows_one_side(point, wo);
   const Rgb albedo = diffuse ? bsdf.diffuse_albedo() : Rgb(1);
   const Onward next = diffuse ? onward(state, point.position, normal, albedo, depth, pixel) : Onward::follows;
   Rgb& found = state.asked ? pixel.found : pixel.radiance;

@@ -29,13 +29,15 @@ inline bool is_cached(const Bsdf& bsdf) {
 
 inline vec3 towards(const vec3& normal, const vec3& side, const vec3& wo) { return glm::dot(side, wo) < 0 ? -normal : normal; }
 
-// Is what arrives on the surface what its relief receives? On slopes of 8 degrees that is a hundredth less.
-inline bool is_flat(const SurfacePoint& point) { return std::abs(glm::dot(point.shading_normal, point.normal)) > 0.99f; }
-
-// Do both normals have wo on the same side? Where they do not, a surface reflects light from between their planes alone (bsdf.h),
-// of which records, made for all that comes to the side that is seen, know nothing.
+// Do both normals have wo on the same side? Where they do not, a surface reflects light from between their planes alone
+// (bsdf.h), of which records, made for all that comes to the side that is seen, know nothing.
 inline bool shows_one_side(const SurfacePoint& point, const vec3& wo) {
   return (glm::dot(point.shading_normal, wo) < 0) == (glm::dot(point.normal, wo) < 0);
+}
+
+// Does the relief that wo sees receive what arrives on the surface? On slopes of 8 degrees it is a hundredth less.
+inline bool is_flat(const SurfacePoint& point, const vec3& wo) {
+  return std::abs(glm::dot(point.shading_normal, point.normal)) > 0.99f && shows_one_side(point, wo);
 }
 
 // `distance`: of the whole path from the camera.

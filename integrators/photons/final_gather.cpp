@@ -94,7 +94,7 @@ Rgb FinalGather::along(Ray ray, Hit hit, int depth, Sampler& numbers, float* pho
 
 PhotonMap::Estimate FinalGather::reflected(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                                            int max_scatterings) const {
-  if (irradiance && is_flat(point) && bsdf.is_diffuse() && max_scatterings >= irradiance->longest()) {
+  if (irradiance && is_flat(point, wo) && bsdf.is_diffuse() && max_scatterings >= irradiance->longest()) {
     const vec3 normal = glm::dot(wo, point.normal) < 0 ? -point.normal : point.normal;
     if (const auto found = irradiance->at(context, point.position, normal, ray_origin(point, normal)))
       return {found->irradiance * bsdf.diffuse_albedo() * inv_pi, found->resolution, found->photon_footprint};

@@ -1,4 +1,5 @@
 // Path-space filtering against closed forms and path tracing; its image must not depend on threads.
+#include "framework/core/counters.h"
 #include "tests/block_agreement.h"
 #include "tests/image_checks.h"
 
@@ -42,8 +43,28 @@ TEST(HashCache, DepthLimitTruncatesTheSeries) {
   RenderOptions options;
   for (const char* trace_on : {"0", "0.05", "1"}) {
     options.params = params_of({{"trace_on", trace_on}});
-    testing::expect_truncated_series("hash-cache", options, 6e-3);
+    testing::expect_truncated_series("hash-cache", options, 6e-3, 6);
   }
+}
+
+// Where depths have cells of their own, a path that goes on where it could end asks no further ones: that of its pixel and one
+// more at most are asked.
+TEST(HashCache, PathsThatGoOnAskNoFurtherCells) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  const auto lookups_a_path = [&](std::int64_t max_depth) {
+    RenderOptions options;
+    options.iterations = 16;
+    options.params = params_of({{"trace_on", "1"}});
+    options.params["max_depth"] = {max_depth, {}};
+    options.params["roulette_depth"] = {max_depth, {}};
+    reset_counters();
+    render(scene, "hash-cache", options);
+    const auto lookups = static_cast<double>(read_counters()[static_cast<std::size_t>(Counter::lookups)]);
+    return lookups / (16.0 * options.resolution.x * options.resolution.y);
+  };
+  const double apart = lookups_a_path(16), shared = lookups_a_path(17);
+  EXPECT_LT(apart, 0.5 * shared) << "the first samples find cells without a value, and ask on";
+  EXPECT_GT(shared, 10);
 }
 
 TEST(HashCache, MakesThePathTracersImage) {

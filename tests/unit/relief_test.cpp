@@ -143,6 +143,8 @@ TEST(Relief, RecordsDoNotAnswerWhereItIsSeenFromBehind) {
   };
   const double paths = mean("path", 1024);
   EXPECT_NEAR(mean("irradiance-cache", 64) / paths, 1, 0.15);
+  EXPECT_NEAR(mean("radiance-cache", 64) / paths, 1, 0.15);
+  EXPECT_NEAR(mean("hash-cache", 64) / paths, 1, 0.15);
   EXPECT_NEAR(mean("photon-cache", 32) / paths, 1, 0.15);
   EXPECT_NEAR(mean("photon-cache", 16, {{"fill", {std::string("density"), {}}}}) / paths, 1, 0.07);
 }

@@ -72,7 +72,7 @@ class Bins {
     for (std::uint32_t i = begin; i < end; ++i) sum.merge(bins_[axis * capacity + i]);
     return sum.bounds();
   }
-  // The bins of an axis: one where it has no cut, as often in flat parts of a scene.
+  // An axis without a cut has one bin, as often in flat parts of a scene.
   std::uint32_t size(std::uint32_t axis) const { return grid_.scale[axis] > 0 ? count_ : 1; }
   const BinGrid& grid() const { return grid_; }
 
