@@ -195,6 +195,9 @@ CodeSince code_since_in_git(const std::string& root) {
   };
 }
 
+// No page quotes these tables, and `report` writes them: they would take a fiftieth of what is committed.
+const std::set<std::string_view> left_to_report{"counters", "phases"};
+
 std::map<std::string, std::string> derived_files(const std::string& root, const CodeSince& since) {
   const fs::path top(root);
   std::map<std::string, std::string> files;
@@ -205,7 +208,8 @@ std::map<std::string, std::string> derived_files(const std::string& root, const 
   for (const std::string& folder : result_folders(root)) {
     const LogAnswers& answer = answers[folder] = answers_of((top / "results" / folder).string());
     for (const Table& table : answer.tables)
-      files[fmt::format("results/{}/tables/{}.md", folder, table.name)] = to_markdown(table);
+      if (!left_to_report.contains(table.name))
+        files[fmt::format("results/{}/tables/{}.md", folder, table.name)] = to_markdown(table);
     for (const Figure& figure : answer.figures)
       if (const std::string chart = fmt::format("{}/charts/{}.svg", folder, figure.name); charts.erase(chart) > 0)
         files["results/" + chart] = to_svg(figure);
