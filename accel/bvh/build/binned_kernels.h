@@ -27,7 +27,7 @@ struct alignas(64) Bin {
     minus_upper = smaller(other.minus_upper, minus_upper);
     count += other.count;
   }
-  // As Bounds::half_area, where there are items.
+  // It is Bounds::half_area, where there are items.
   float half_area() const {
     const FourFloats minus_extent = __builtin_shufflevector(minus_upper, minus_upper, 1, 2, 3, 0) + lower,
                      products = minus_extent * yzx(minus_extent);
@@ -77,7 +77,7 @@ struct BinnedKernels {
   void (*add)(const BinGrid& grid, Bin* bins, std::size_t stride, const BuildItem* begin, const BuildItem* end);
   // Moves items to `left` and `right`, in order. Answers the boxes of their centres.
   SideCentres (*part)(const BinCut& cut, const BuildItem* begin, const BuildItem* end, BuildItem* left, BuildItem* right);
-  // How many would go left.
+  // Counts those that would go left.
   std::uint32_t (*count_left)(const BinCut& cut, const BuildItem* begin, const BuildItem* end);
 };
 

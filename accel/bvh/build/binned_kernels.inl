@@ -6,7 +6,7 @@
 namespace etendue {
 namespace {
 
-// A box as a bin holds it.
+// An item's box, held as a bin holds its own.
 struct ItemBox {
   FourFloats lower, minus_upper;
 
@@ -15,7 +15,7 @@ struct ItemBox {
     std::memcpy(&minus_upper, &item.bounds.lower.z, sizeof minus_upper);
     minus_upper = -minus_upper;
   }
-  // As Bounds::centre.
+  // It is Bounds::centre.
   [[gnu::always_inline]] FourFloats centre() const {
     return 0.5f * lower - 0.5f * __builtin_shufflevector(minus_upper, minus_upper, 1, 2, 3, 3);
   }
@@ -35,8 +35,8 @@ struct ItemBox {
   }
 };
 
-// A few items at a time: first the places of their bins, then the bins. So a processor that runs ahead soon knows where each
-// store goes, and which loads must wait for one, which takes about a fifth off this loop's time.
+// Takes a few items at a time, and finds the places of their bins before it writes any. So a processor that runs ahead soon knows
+// where each store goes, and which loads must wait for one, which takes about a fifth off this loop's time.
 inline void add_items(const BinGrid& shared_grid, Bin* bins, std::size_t stride, const BuildItem* begin, const BuildItem* end) {
   const BinGrid grid = shared_grid;  // a copy that no store into the bins can reach
   static_assert(sizeof(Bin) == 64);
