@@ -1,6 +1,5 @@
 // What binned_sah.cpp does to every item at each level of a tree: putting it into bins, and moving it to its side of a cut.
-// These two loops are compiled with the kernels of each instruction set (binned_kernels.inl, wide_isa.h), of which AVX-512's are
-// not taken (wide_bvh.cpp); all give the same bits.
+// These two loops are compiled for SSE4.1 and for AVX2 (binned_kernels.inl, wide_isa.h), and give the same bits.
 #pragma once
 
 #include "accel/bvh/build/binary_tree.h"

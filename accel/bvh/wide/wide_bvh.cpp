@@ -3,22 +3,30 @@
 #include "accel/bvh/wide/wide_isa.h"
 #include "framework/core/check.h"
 
-#include <algorithm>
-
 namespace etendue {
 
 namespace {
 
-const WideKernelSet& kernels_of(Isa isa) {
+template <int node_width, class Pack>
+const WideKernels<node_width, Pack>& kernels_of(const WideKernelSet& set) {
+  if constexpr (node_width == 4) return set.bvh4;
+  if constexpr (node_width == 8) return set.bvh8;
+  if constexpr (node_width == 16) return set.bvh16;
+}
+
+}  // namespace
+
+template <int node_width, class Pack>
+const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {
   switch (isa) {
     case Isa::scalar:
     case Isa::sse:
-      return wide_kernels_four();
+      return kernels_of<node_width, Pack>(wide_kernels_four());
 #if defined(__x86_64__)
     case Isa::avx2:
-      return wide_kernels_avx2();
+      return kernels_of<node_width, Pack>(wide_kernels_avx2());
     case Isa::avx512:
-      return wide_kernels_avx512();
+      return kernels_of<node_width, Pack>(wide_kernels_avx512());
 #else
     default:
       break;
@@ -28,18 +36,14 @@ const WideKernelSet& kernels_of(Isa isa) {
   __builtin_unreachable();
 }
 
-}  // namespace
-
-template <int node_width, class Pack>
-const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {
-  const WideKernelSet& set = kernels_of(isa);
-  if constexpr (node_width == 4) return set.bvh4;
-  if constexpr (node_width == 8) return set.bvh8;
-  if constexpr (node_width == 16) return set.bvh16;
-}
-
 // A box is eight floats. Compilers for AVX-512 turn its minima into comparisons and choices, which takes a tenth longer.
-const BinnedKernels& binned_kernels(Isa isa) { return kernels_of(std::min(isa, Isa::avx2)).binned; }
+const BinnedKernels& binned_kernels(Isa isa) {
+#if defined(__x86_64__)
+  if (isa >= Isa::avx2) return binned_kernels_avx2();
+#endif
+  CHECK(isa <= Isa::sse);
+  return binned_kernels_four();
+}
 
 template const WideKernels<4, TrianglePack<4>>& wide_kernels(Isa);
 template const WideKernels<8, TrianglePack<8>>& wide_kernels(Isa);

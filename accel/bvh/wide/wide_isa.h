@@ -10,11 +10,13 @@ struct WideKernelSet {
   WideKernels<4, TrianglePack<4>> bvh4;
   WideKernels<8, TrianglePack<8>> bvh8;
   WideKernels<16, SharedPack> bvh16;
-  BinnedKernels binned;
 };
 
 const WideKernelSet& wide_kernels_four();
 const WideKernelSet& wide_kernels_avx2();
 const WideKernelSet& wide_kernels_avx512();
+
+const BinnedKernels& binned_kernels_four();
+const BinnedKernels& binned_kernels_avx2();
 
 }  // namespace etendue

@@ -3,6 +3,7 @@
 
 #if defined(__x86_64__)
 
+#include "accel/bvh/build/binned_kernels.inl"
 #include "accel/bvh/wide/wide_kernels.inl"
 
 namespace etendue {
@@ -116,6 +117,7 @@ struct Avx2 : Simd<8> {
 }  // namespace
 
 const WideKernelSet& wide_kernels_avx2() { return kernel_set<Avx2>(); }
+const BinnedKernels& binned_kernels_avx2() { return binned_kernels_here; }
 
 }  // namespace etendue
 

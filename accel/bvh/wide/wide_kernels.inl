@@ -1,7 +1,6 @@
-// The table of traversals, and of loops that build trees, for one instruction set; included like wide_tests.inl.
+// The table of traversals for one instruction set; included like wide_tests.inl.
 #pragma once
 
-#include "accel/bvh/build/binned_kernels.inl"
 #include "accel/bvh/wide/wide_batch.inl"
 
 #if defined(__AVX2__)
@@ -47,7 +46,7 @@ constexpr WideKernels<node_width, Pack> kernels() {
 template <class Simd>
 const WideKernelSet& kernel_set() {
   static constexpr WideKernelSet set{kernels<Simd, 4, TrianglePack<4>>(), kernels<Simd, 8, TrianglePack<8>>(),
-                                     kernels<Simd, 16, SharedPack>(), binned_kernels_here};
+                                     kernels<Simd, 16, SharedPack>()};
   return set;
 }
 
