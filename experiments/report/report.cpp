@@ -9,6 +9,7 @@
 #include "experiments/report/ratios.h"
 #include "experiments/report/regret.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/settings.h"
 #include "experiments/report/structures/structure_figures.h"
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"
@@ -208,6 +209,7 @@ PageContent content_of(const ReportData& data) {
   PageContent content;
   content.parts.push_back(predictions_report(data));
   content.parts.push_back(regret_report(data));
+  content.parts.push_back(settings_report(data));
   for (const ExperimentKind* kind : experiment_kinds()) content.parts.push_back(kind->report(*data.log));
   content.parts.push_back(structures_report(data));
   Predictions predictions;

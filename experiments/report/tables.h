@@ -3,6 +3,7 @@
 //   predictions   what was expected, what was measured, and the verdict (predictions.h)
 //   final         per scene, integrator and structure: the error at equal time, cost, every metric, theory against measurement
 //   regret        what a method that chooses others loses by its choice, and what always taking one does (regret.h)
+//   settings      what methods' defaults lose to the best of their own settings (settings.h)
 //   phases        where the time went
 //   counters      work per iteration, which no clock's noise touches
 //   structures    what `etendue accel` measured of the ray structures

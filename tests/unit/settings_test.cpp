@@ -1,0 +1,35 @@
+// What a report says of methods' defaults beside their other settings.
+#include "experiments/report/settings.h"
+#include "tests/unit/report_helpers.h"
+
+namespace etendue {
+namespace {
+
+using namespace report_test;
+
+std::string cell_of(const Table& table, const char* key) { return table.rows.at(0).at(column_of(table, key).value()).raw; }
+
+TEST(Settings, AreComparedWithTheDefaultsOfTheSameMethodAtEachTime) {
+  RunLog log;
+  log.manifests.push_back(manifest());
+  add_cells(log, "builtin:room", {.integrator = "sppm", .variance = 1, .exponent = -1}, 2);
+  add_cells(log, "builtin:room", {.integrator = "sppm radius=1", .variance = 0.5, .exponent = -0.5},
+            2);  // level at 4 iterations
+  const KindReport report = settings_report(arrange(log));
+  ASSERT_EQ(report.tables.size(), 1u);
+  EXPECT_EQ(cell_of(report.tables[0], "method"), "sppm");
+  EXPECT_EQ(cell_of(report.tables[0], "best_there"), "sppm radius=1");
+  EXPECT_NEAR(std::stod(cell_of(report.tables[0], "worst")), std::sqrt(2.0), 1e-6);  // after two iterations, a 64th of the end
+  EXPECT_NEAR(std::stod(cell_of(report.tables[0], "worst_time_s")), 0.2, 1e-6);
+  EXPECT_EQ(std::stod(cell_of(report.tables[0], "at_end")), 1);
+  EXPECT_TRUE(well_formed(to_svg(report.figures.at(0).figures.at(0))));
+}
+
+TEST(Settings, AreNotComparedWhereSomeMethodStandsAlone) {
+  RunLog log = small_log();
+  add_cells(log, "builtin:room", {.integrator = "sppm radius=1"}, 3);
+  EXPECT_TRUE(settings_report(arrange(log)).tables.empty());
+}
+
+}  // namespace
+}  // namespace etendue
