@@ -47,7 +47,6 @@ enum class RecordFill : std::uint8_t { records, paths, closed_form, exact_values
 constexpr auto names_of(RecordFill) { return std::array{"records", "paths", "closed-form", "exact-values"}; }
 
 struct IrradianceCacheParams : CacheParams, CausticParams {
-  IrradianceCacheParams() { samples = 768; }
   int records = 0;
   bool overture = true;
   RecordFill fill = RecordFill::records;

@@ -22,7 +22,6 @@
 namespace etendue {
 
 struct RadianceCacheParams : RecordParams, CausticParams {
-  RadianceCacheParams() { samples = 512; }
   int order = 5;
   float left_out = 0.025f;
   int lobe_samples = 4;

@@ -16,7 +16,7 @@ namespace {
 constexpr double default_iterations = 64;
 constexpr double least_caustic_light = 0.003;  // of all light, above which it is looked at
 constexpr double rare_hits = 0.03;             // caustic hits over caustic light below which paths find too little of it
-constexpr double record_hits = 12.0 / 768;     // and where it is most of the light: a dozen among the rays of a record
+constexpr double record_hits = 4.0 / 256;      // and where it is most of the light: four among the rays of a record
 constexpr double sharp_caustics = 5;           // contrast from which radii must shrink everywhere
 constexpr double rays_for_sharp = 500;         // a pixel: with fewer, photons of sharp caustics are spots
 constexpr double few_photons = 0.5;            // of those emitted, that land on what is seen

@@ -30,10 +30,10 @@ TEST(CacheProgress, OvertureIsCoarseAndHasFewRaysButSome) {
   const CacheProgress progress;
   for (std::uint32_t i = 0; i < first; ++i) {
     EXPECT_GT(progress.accuracy_at(i), progress.accuracy_at(i + 1));
-    EXPECT_EQ(4 * progress.rays_at(i, 768), progress.rays_at(i + 1, 768));
+    EXPECT_EQ(4 * progress.rays_at(i, 256), progress.rays_at(i + 1, 256));
     EXPECT_LT(progress.weight_at(i), progress.weight_at(i + 1));
   }
-  EXPECT_EQ(progress.rays_at(first, 768), 768);
+  EXPECT_EQ(progress.rays_at(first, 256), 256);
   EXPECT_EQ(progress.rays_at(0, 64), 16);
   EXPECT_EQ(progress.rays_at(0, 5), 5);
 }
@@ -58,7 +58,7 @@ TEST(CacheProgress, WithoutRefinementNothingChanges) {
   for (const std::uint32_t i : {0u, 3u, 5u, 1000u}) {
     EXPECT_EQ(progress.accuracy_at(i), 0.1f);
     EXPECT_EQ(progress.passes_at(i), 1);
-    EXPECT_EQ(progress.rays_at(i, 768), 768);
+    EXPECT_EQ(progress.rays_at(i, 256), 256);
   }
 }
 
