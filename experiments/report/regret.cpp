@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::string_view chooser = "auto";
 constexpr double time_shares[] = {1.0 / 16, 1.0 / 4, 1};
+constexpr double least_error = 1e-8;  // images that are off by 1e-4 are level: rays' offsets alone can cost as much
 
 bool chooses(const Configuration& configuration) { return words_of(configuration.integrator).front() == chooser; }
 
@@ -44,9 +45,7 @@ struct Contest {
   std::optional<double> regret(const Configuration& configuration) const {
     const auto found = errors.find(&configuration);
     if (found == errors.end() || best == nullptr) return std::nullopt;
-    const double least = errors.at(best);
-    if (least > 0) return found->second / least;
-    return found->second > 0 ? infinity : 1;
+    return std::max(found->second, least_error) / std::max(errors.at(best), least_error);
   }
 };
 
@@ -101,7 +100,9 @@ std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>
   return losses;
 }
 
-std::string format_regret(double regret) { return regret < 100 ? fmt::format("{:.2f}", regret) : fmt::format("{:.1e}", regret); }
+std::string format_regret(double regret) {
+  return regret < 100 ? fmt::format("{:.2f}", regret) : fmt::format("{:.1e}", regret);
+}
 
 TableCell factor(std::optional<double> regret) {
   if (!regret) return {};
@@ -116,7 +117,10 @@ Table contests_table(const std::vector<Contest>& contests) {
   table.column("least_error", "its error", [](const Contest& c) { return c.errors.at(c.best); });
   table.column("chosen", "chosen", [](const Contest& c) { return c.chosen->any_cell()->chosen; });
   table.column("regret", "regret", [](const Contest& c) { return factor(c.regret(*c.chosen)); });
-  table.note("Regret is the error over the least that any one method has at that time, both geometric means over seeds.");
+  table.note(fmt::format(
+      "Regret is the error over the least that any one method has at that time, both geometric means over seeds and at "
+      "least {:.0e}.",
+      least_error));
   return table.take();
 }
 
@@ -128,6 +132,8 @@ Table losses_table(const std::vector<Loss>& losses) {
   table.column("without_image", "without an image", [](const Loss& loss) { return loss.missing; });
   return table.take();
 }
+
+constexpr double most_drawn = 100;
 
 // A panel a time, a row a scene, a mark a method: what the choice is among, and where it fell.
 Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Loss>& losses) {
@@ -141,7 +147,7 @@ Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Los
       const auto row = static_cast<double>(chart.rows.size());
       chart.rows.push_back(contest.scene->file_stem);
       for (const auto& [configuration, error] : contest.errors)
-        if (const auto regret = contest.regret(*configuration); regret && std::isfinite(*regret))
+        if (const auto regret = contest.regret(*configuration); regret && *regret <= most_drawn)
           series[key_of(*configuration)].points.emplace_back(*regret, row);
     }
     if (chart.rows.empty()) continue;
@@ -156,6 +162,7 @@ Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Los
       }
     figure.panels.push_back(std::move(chart));
   }
+  figure.notes = {fmt::format("Methods that err more than {:.0f} times as much as the best are left out.", most_drawn)};
   return figure;
 }
 

@@ -100,12 +100,17 @@ Table settings_table(const std::vector<MethodSettings>& methods) {
 // A panel a scene, a line a method.
 Figure settings_figure(const std::vector<MethodSettings>& methods) {
   Figure figure{.name = "settings", .title = "Error of defaults over the least of all settings"};
+  double most = 1.5;
+  for (const MethodSettings& method : methods)
+    for (const Shortfall& shortfall : method.shortfalls)
+      if (std::isfinite(shortfall.ratio)) most = std::max(most, shortfall.ratio);
   const SceneData* scene = nullptr;
   for (const MethodSettings& method : methods) {
     if (method.scene != scene) {
       scene = method.scene;
-      figure.panels.push_back(
-          {.title = scene->file_stem, .x = {"time [s]", Scale::log}, .y = {"error over the least", Scale::linear}});
+      figure.panels.push_back({.title = scene->file_stem,
+                               .x = {"time [s]", Scale::log},
+                               .y = {"error over the least", Scale::linear, Interval{0.9, 1.05 * most}}});
     }
     ChartSeries& line = figure.panels.back().series.emplace_back();
     line.key = line.label = method_of(*method.defaults);

@@ -62,6 +62,9 @@ std::string document(double width, double height, const std::string& title, cons
       width, height, escape_html(title), chart_file_css, chart_css, body);
 }
 
+// What the rows of one of several panels need.
+double rows_height(const Chart& chart) { return 84 + 15 * static_cast<double>(chart.rows.size()); }
+
 double plot_height(const Chart& chart) {
   return chart.rows.empty() ? 440 : 84 + 24 * static_cast<double>(std::max<std::size_t>(2, chart.rows.size()));
 }
@@ -93,7 +96,9 @@ Sheet single_plot(const Chart& chart) {
 }
 
 Sheet grid_of_plots(std::span<const Chart> panels) {
-  constexpr double panel_width = 380, panel_height = 300;
+  constexpr double panel_width = 380;
+  double panel_height = 300;
+  for (const Chart& panel : panels) panel_height = std::max(panel_height, rows_height(panel));
   const std::size_t columns = std::min<std::size_t>(3, panels.size());
   Sheet sheet{"", panel_width * static_cast<double>(columns) + 16, 0};
   double x = 16, y = 52;
@@ -145,7 +150,7 @@ std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels) {
 }
 
 std::string inline_svg(const Chart& chart, bool compact) {
-  const double width = compact ? 420 : 720, height = compact ? 310 : plot_height(chart);
+  const double width = compact ? 420 : 720, height = compact ? std::max(310.0, rows_height(chart)) : plot_height(chart);
   return fmt::format(
       "<svg class=\"chart\" viewBox=\"0 0 {:.0f} {:.0f}\" tabindex=\"0\" role=\"img\" aria-label=\"{}\" "
       "data-title=\"{}\" data-x=\"{}\" data-y=\"{}\"{}>\n{}</svg>\n",
