@@ -17,11 +17,8 @@ constexpr double default_iterations = 64;
 constexpr double least_caustic_light = 0.003;  // of all light, above which it is looked at
 constexpr double rare_hits = 0.03;             // caustic hits over caustic light below which paths find too little of it
 constexpr double record_hits = 4.0 / 256;      // and where it is most of the light: four among the rays of a record
-constexpr double sharp_caustics = 5;           // contrast from which radii must shrink everywhere
-constexpr double rays_for_sharp = 500;         // a pixel: with fewer, photons of sharp caustics are spots
-constexpr double few_photons = 0.5;            // of those emitted, that land on what is seen
-constexpr double rare_photons = 0.02;
-constexpr double certain = 10;  // so much more noise than all else, where few photons tell of them
+constexpr double rare_photons = 0.02;          // of those emitted, that land on what is seen
+constexpr double certain = 10;                 // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
 constexpr double entirely_even = 1.05;    // contrast of light that ends at borders alone
 constexpr double much_direct = 0.6;       // of the light: there is little to share,
@@ -61,8 +58,7 @@ class Chooser {
 
   std::string out_of_reach(const std::string& method) const {
     if (!caustics_are_hard()) return "";
-    return fmt::format("{}: {} leaves it {}; {} brings it", caustics(), method, found_.caustic_hits > 0 ? "noisy" : "out",
-                       found_.caustic_contrast >= sharp_caustics ? "sppm" : "cppm");
+    return fmt::format("{}: {} leaves it {}; cppm brings it", caustics(), method, found_.caustic_hits > 0 ? "noisy" : "out");
   }
 
  private:
@@ -103,21 +99,15 @@ class Chooser {
   MethodChoice for_caustics() const {
     const std::string light = caustics();
     if (bias_ == BiasAllowed::none) return {"bdpt", {}, light + ", and bdpt is the unbiased method that finds most of it"};
-    if (found_.caustic_contrast >= sharp_caustics && bias_ == BiasAllowed::any && context_.effort.error == 0 &&
-        rays_ < rays_for_sharp && found_.photons_seen < few_photons)
-      return cache("irradiance-cache",
-                   light + ", and in so little time the photons that land there are spots: a cache leaves most of it out");
-    if (found_.caustic_contrast >= sharp_caustics)
-      return {"sppm", {}, light + ", and it is sharp, so that the photons' radii must shrink"};
     if (found_.caustic_contrast < entirely_even && found_.surface < 1)
       return {"sppm", {}, light + ", and it is even up to borders in view, where radii would shrink late by a test"};
     if (bias_ == BiasAllowed::any && found_.caustic_contrast < even_caustics && found_.caustic_light < minor_caustics &&
         rays_ >= many_rays)
       return {"photon-cache", {}, light + ", it is even, and there is time for a map and records"};
-    return {"cppm", {}, light + ", and it is even enough for radii that shrink only where a test asks for it"};
+    return {"cppm", {}, light + ", and photons' radii need shrink only where a test finds it uneven"};
   }
 
-  // Where paths find the light behind specular surfaces, or have no time for it, photons of their own for it do not pay.
+  // Where paths find the light behind specular surfaces, photons of their own for it do not pay.
   MethodChoice cache(const std::string& name, std::string why) const {
     ParamMap params;
     if (context_.needs.caustic_map) params["caustic_map"] = {std::string(name_of(CausticMap::off)), {}};
