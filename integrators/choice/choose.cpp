@@ -23,7 +23,7 @@ constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
 constexpr double entirely_even = 1.05;    // contrast of light that ends at borders alone
 constexpr double much_direct = 0.6;       // of the light: there is little to share,
 constexpr double all_direct_noise = 0.9;  // if this share of what paths leave is the noise of direct light
-constexpr double little_noise = 0.1;      // of a path, below which records' own error outweighs it
+constexpr double little_noise = 0.2;      // of a path, below which records' own error outweighs it
 constexpr double no_noise = 1e-6;         // of an image: less than what stored light is off by
 constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing

@@ -65,6 +65,7 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:white-furnace", {{4, "path"}}},                                     // hardly a rough surface
       {"builtin:furnace", {{4, "path"}}},                                           // no noise at all,
       {"builtin:concentric-spheres", {{4, "hash-cache"}}},                          // little, of direct light,
+      {"builtin:cavity", {{1, "hash-cache"}, {4, "hash-cache"}}},                   // somewhat more,
       {"builtin:lambert-sphere-off-centre", {{4, "irradiance-cache"}}},             // and of indirect light
       {"builtin:water", {{4, "cppm"}}},                                             // all light through water, evenly
       {"builtin:edge", {{4, "sppm"}}},                                              // the same, up to a border in view
