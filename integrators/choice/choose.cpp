@@ -30,6 +30,8 @@ constexpr double mostly_caustic = 0.5;  // of the light: then what records gathe
 constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find,
 constexpr double known_well = 2e-4;     // unless there is time for records to know it as well as this
 constexpr double rays_per_record = 4000, fill_share = 0.2;
+constexpr double most_fill = 0.6;     // of the budget for records: beyond it hash-cache errs less,
+constexpr double fair_noise = 0.065;  // where paths leave no more than this
 
 double pixels_of(ivec2 resolution) { return static_cast<double>(resolution.x) * resolution.y; }
 
@@ -132,6 +134,11 @@ class Chooser {
     if (bias_ == BiasAllowed::vanishing)
       return cache("hash-cache", "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes");
     const std::string share = fill() < rays_ ? percent(fill() / rays_) : "more than all";
+    if (fill() > most_fill * rays_ && noise_of_paths() < fair_noise)
+      return cache("hash-cache",
+                   fmt::format("about {:.0f} records would take {} of the budget, and paths that share light through a hash "
+                               "grid need none",
+                               found_.records, share));
     if (!fills_soon())
       return cache("radiance-cache",
                    fmt::format("about {:.0f} records would take {} of the budget, and this cache traces the fewest rays for "

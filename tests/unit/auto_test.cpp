@@ -74,6 +74,8 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "irradiance-cache"}}},     // and less easily,
       {"builtin:veiled-lamp", {{4, "cppm"}}},                                       // and too seldom
       {"builtin:two-rooms", {{1, "hash-cache"}, {4, "irradiance-cache"}}},          // light through a door
+      {"builtin:mesh", {{1, "hash-cache"}, {4, "irradiance-cache"}}},               // too many records for a second,
+      {"builtin:keyhole", {{0.25, "radiance-cache"}}},                              // too few paths to share, either,
       {"builtin:cornell-box", {{1, "radiance-cache"}, {16, "irradiance-cache"}}}};  // records take time
   for (const auto& [name, choices] : expected) {
     Scene scene = load_scene(name);
