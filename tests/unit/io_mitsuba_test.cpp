@@ -307,6 +307,17 @@ TEST(MitsubaShapes, QuadricsAreKept) {
   EXPECT_EQ(std::get<Cylinder>(quadrics[2]).length, 2);
 }
 
+TEST(MitsubaShapes, TexturedQuadricsThatGlowAreMeshesWhereTurned) {
+  const auto lights = [](const std::string& turn) {
+    return read("<shape type=\"disk\"><transform name=\"to_world\">" + turn +
+                "</transform><emitter type=\"area\"/><bsdf type=\"diffuse\"><texture type=\"checkerboard\" "
+                "name=\"reflectance\"/></bsdf></shape>")
+        .lights.size();
+  };
+  EXPECT_EQ(lights("<translate x=\"1\"/>"), 1u);
+  EXPECT_GT(lights("<rotate z=\"1\" angle=\"30\"/>"), 100u) << "a quadric would lose the turn of its texture";
+}
+
 TEST(MitsubaNames, BothSpellingsAreOne) {
   for (const auto& [written, snake] : std::vector<std::pair<std::string, std::string>>{{"toWorld", "to_world"},
                                                                                        {"to_world", "to_world"},

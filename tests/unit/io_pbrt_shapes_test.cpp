@@ -2,6 +2,8 @@
 #include "accel/kernels/primitive_test.h"
 #include "tests/unit/io_pbrt_helpers.h"
 
+#include <algorithm>
+
 namespace etendue {
 namespace {
 
@@ -144,6 +146,25 @@ TEST(PbrtShapes, BrushedQuadricsKeepTheirAxes) {
   const vec2 turned = uv_from(world(brushed + "Rotate 90 1 0 0 Shape \"sphere\""), vec3(0, -2, 2));
   EXPECT_NEAR(turned.x, 0.25f, 1e-5f);
   EXPECT_NEAR(turned.y, 0.75f, 1e-5f);
+}
+
+// An instance cannot emit, and a quadric of the world has lost the axes that its coordinates count from.
+TEST(PbrtShapes, TexturedQuadricsThatGlowKeepPbrtsCoordinates) {
+  const std::string checks =
+      "Texture \"t\" \"spectrum\" \"checkerboard\" Material \"diffuse\" \"texture reflectance\" \"t\" "
+      "AreaLightSource \"diffuse\" ";
+  const Scene scene = world(checks + "Rotate 90 1 0 0 Shape \"sphere\"");
+  const Object& object = scene.objects[0];
+  EXPECT_EQ(scene.lights.size(), object.geometry.triangles.size());
+  const auto& positions = object.geometry.positions;
+  const vec3 place = std::sqrt(0.5f) * vec3(0, -1, 1);
+  const auto nearest = std::ranges::min_element(positions, {}, [&](const vec3& p) { return glm::length(p - place); });
+  ASSERT_NE(nearest, positions.end());
+  expect_near(*nearest, place);
+  const vec2 uv = object.uvs[static_cast<std::size_t>(nearest - positions.begin())];
+  EXPECT_NEAR(uv.x, 0.25f, 1e-5f);
+  EXPECT_NEAR(uv.y, 0.75f, 1e-5f);
+  EXPECT_EQ(world(checks + "Translate 1 0 0 Shape \"disk\"").lights.size(), 1u) << "whose axes are the world's";
 }
 
 TEST(PbrtShapes, ObjectsAreInstancedByName) {

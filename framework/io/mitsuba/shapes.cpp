@@ -213,11 +213,13 @@ void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, con
   const auto appearance = look(of, group, entry, true);
   if (!appearance) return;
   const bool glows_by_image = appearance->glow && appearance->glow->texture != no_id;
-  if (entry.relief || glows_by_image || (appearance->glow && !to_group.similarity_scale()))
-    return place(std::visit(MeshOfQuadric(), quadric), to_group, *appearance, of, group, of.title(), true);
+  const auto place_mesh = [&] {
+    place(std::visit(MeshOfQuadric(), quadric), to_group, *appearance, of, group, of.title(), true);
+  };
+  if (entry.relief || glows_by_image) return place_mesh();
   std::optional<Quadric> placed;
   try {
-    placed = placed_quadric(quadric, to_group, entry.textured && !appearance->glow);
+    placed = placed_quadric(quadric, to_group, entry.textured);
   } catch (const Error& e) {
     throw Error(of.where(), fmt::format("{}: {}", of.title(), e.what()));
   }
@@ -225,6 +227,7 @@ void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, con
     group.parts[0].builder.add(*placed, *appearance);
     return;
   }
+  if (appearance->glow) return place_mesh();  // no instance can emit
   Part part{{}, to_group, {}};
   part.builder.add(quadric, *appearance);
   if (!group.in_world) {

@@ -234,20 +234,20 @@ void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const 
   // pbrt's v runs up a sphere, ours down; mirrored, it is the same sphere.
   if (mirrored) t = t * Transform::scale({1, 1, -1});
   const bool glows = attributes_.glow && !open_definition_;
-  if (entry.field || entry.opacity || entry.relief || glows_by_image() || varying_alpha(params) ||
-      (glows && !t.similarity_scale()))
+  if (entry.field || entry.opacity || entry.relief || glows_by_image() || varying_alpha(params))
     return place_patch(patch, params);
+  std::optional<Quadric> placed;
+  try {
+    placed = placed_quadric(quadric, t, textured);
+  } catch (const Error& e) {
+    throw Error(params.where(), fmt::format("{}: {}", params.owner(), e.what()));
+  }
+  if (!placed && glows) return place_patch(patch, params);  // no instance can emit
   const float opacity = constant_opacity(params);
   if (opacity == 0) return;
   ShapeLook appearance =
       look(params, attributes_.reverse_orientation, scene_material(attributes_.material), constant_mask(opacity));
   Definition& definition = open_definition_ ? *open_definition_ : world_;
-  std::optional<Quadric> placed;
-  try {
-    placed = placed_quadric(quadric, t, textured && !appearance.glow);
-  } catch (const Error& e) {
-    throw Error(params.where(), fmt::format("{}: {}", params.owner(), e.what()));
-  }
   if (placed) {
     spread_power(appearance, quadric_area(*placed), 1);
     definition.parts[0].builder.add(*placed, appearance);
