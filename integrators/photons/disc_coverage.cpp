@@ -62,7 +62,9 @@ float DiscCoverage::covered(const RenderContext& context, const GatherPoint& at,
       !unoccluded(context, segment(at.origin(), ray.origin)))
     return 0;
   const float hit_x = aim.x + square((flatness * radius - hit.t) / radius), shape = kernel_shape(rules_.kernel, aim.x);
-  return hit_x < 1 && shape > 0 ? kernel_shape(rules_.kernel, hit_x) / (shape * facing) : 0;
+  if (!(hit_x < 1 && shape > 0)) return 0;
+  const float opacity = context.needs.masks ? std::min(context.scene.opacity_at(hit), 1.0f) : 1;  // as photons count there
+  return kernel_shape(rules_.kernel, hit_x) / (shape * facing * opacity);
 }
 
 float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u,

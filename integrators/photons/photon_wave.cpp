@@ -50,6 +50,18 @@ void PhotonWave::follow(std::uint32_t first) {
     for (; i < ends[event]; ++i) order_[places_[stored_[i].path - first]++] = {i, event};
 }
 
+// Divides what was stored by the opacity where it lies, as PhotonTracer does.
+void PhotonWave::count_for_all(std::span<StoredPhoton> stored) const {
+  static thread_local std::vector<std::uint32_t> of_path;  // its place among the states
+  for (std::uint32_t i = 0; i < states_.size(); ++i) {
+    const std::uint32_t path = states_[i].path % most_paths;
+    if (of_path.size() <= path) of_path.resize(path + 1);
+    of_path[path] = i;
+  }
+  for (StoredPhoton& photon : stored)
+    photon.power /= std::min(context_.scene.opacity_at(hits_[of_path[photon.path % most_paths]]), 1.0f);
+}
+
 void PhotonWave::meet(int scatterings) {
   const Scene& scene = context_.scene;
   const Object& world = scene.objects[0];
@@ -92,6 +104,7 @@ void PhotonWave::meet(int scatterings) {
     kernels.meet[scene.materials[material].index()](events);
   });
   stored_.resize(stored + events.stored_count);
+  if (context_.needs.masks) count_for_all(std::span(stored_).subspan(stored));
   states_.swap(next_states_);
   rays_.swap(next_rays_);
   states_.resize(events.going_on);

@@ -19,9 +19,8 @@ class PhotonWave {
   template <class Share, class Useful>
   void trace(const PathNumbers& numbers, std::uint32_t first, std::uint32_t last, const Share& share, Photons& out,
              const Useful& useful) {
-    constexpr std::uint32_t most = 1024;  // that go together
-    for (; first < last; first += most) {
-      draw(numbers, first, std::min(most, last - first));
+    for (; first < last; first += most_paths) {
+      draw(numbers, first, std::min(most_paths, last - first));
       for (std::uint32_t i = 0; i < starts_.size(); ++i) starts_[i].share = share(first + i, starts_[i].numbers);
       emit(numbers, first);
       follow(first);
@@ -38,6 +37,8 @@ class PhotonWave {
   }
 
  private:
+  static constexpr std::uint32_t most_paths = 1024;  // that go together
+
   struct Place {
     std::uint32_t at, event;
   };
@@ -49,6 +50,7 @@ class PhotonWave {
   void emit(const PathNumbers& numbers, std::uint32_t first);
   void follow(std::uint32_t first);
   void meet(int scatterings);  // one event of each photon under way
+  void count_for_all(std::span<StoredPhoton> stored) const;
 
   const RenderContext& context_;
   const RoughMaterials& rough_materials_;

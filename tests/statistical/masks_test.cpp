@@ -43,6 +43,22 @@ TEST(MaskedImages, AHalfTransparentPlateHalvesTheLight) {
   EXPECT_NEAR(mean_of(floor_under_plate(0.25f), "path", options) / open, 0.75, 0.03);
 }
 
+// The plate's underside in the light of the floor: a share of the photons stops there, and as large a share of camera rays.
+TEST(MaskedImages, PhotonsOnAHalfTransparentPlateStandForAll) {
+  Scene scene = floor_under_plate(0.5f);
+  scene.materials[1] = Diffuse{Rgb(0.8f)};
+  scene.camera.to_world = *Transform::look_at({0, 0.2f, 0.5f}, {0, 1, 0}, {0, 1, 0});
+  RenderOptions options;
+  options.resolution = {16, 16};
+  options.iterations = 64;
+  const double paths = mean_of(scene, "path", options);
+  EXPECT_GT(paths, 0.1);
+  for (const char* method : {"photon-map", "sppm"}) {
+    options.iterations = 16;
+    EXPECT_NEAR(mean_of(scene, method, options) / paths, 1, 0.04) << method;
+  }
+}
+
 TEST(MaskedImages, StructuresAgree) {
   RenderOptions options;
   options.resolution = {16, 16};
