@@ -26,6 +26,7 @@ struct LightVertex {
   Rgb power;    // W that arrives, for one path in total
   MisPartials mis{};
   std::int32_t events = 0;  // scattering events up to and with this vertex
+  float opacity = 1;        // of its surface, there: the share of light paths that it stops
   const LightTrail* trail = nullptr;
 };
 

@@ -27,7 +27,7 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
     const LightVertex& v = *vertices[order[i]];
     positions_[i] = v.point.position;
     const float cosine = std::max(std::abs(glm::dot(v.wo, v.point.normal)), least_cosine);
-    photons_[i] = {v.wo, v.flown, v.power / cosine, v.mis.vcm, v.mis.vm, v.events};
+    photons_[i] = {v.wo, v.flown, v.power / (cosine * v.opacity), v.mis.vcm, v.mis.vm, v.events};
     if (settings.correlation) followed_[i] = {v.trail->light, v.trail->part(v.events)};
   });
   query_ = context.make_points(structure);

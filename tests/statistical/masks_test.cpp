@@ -53,7 +53,7 @@ TEST(MaskedImages, PhotonsOnAHalfTransparentPlateStandForAll) {
   options.iterations = 64;
   const double paths = mean_of(scene, "path", options);
   EXPECT_GT(paths, 0.1);
-  for (const char* method : {"photon-map", "sppm"}) {
+  for (const char* method : {"photon-map", "sppm", "vcm"}) {
     options.iterations = 16;
     EXPECT_NEAR(mean_of(scene, method, options) / paths, 1, 0.04) << method;
   }
