@@ -68,8 +68,8 @@ class IrradianceCache final : public RecordCache {
   std::optional<RoughExtension> extension_;
   std::unique_ptr<CausticLight> caustics_;  // null: paths meet lights behind specular surfaces by chance
   bool by_closed_form_ = false;
-  int cached_below_ = 0;  // events before a point at which light is cached
-  Rgb kept_{1};           // share of a record's light that a limit of one event less would leave
+  int cached_below_ = 0;   // events before a point at which light is cached
+  std::vector<Rgb> kept_;  // see kept_below_limit
 };
 
 void IrradianceCache::prepare(RenderContext& context) {
@@ -106,9 +106,11 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (by_records) kept_ = kept_below_limit(context, first, seen, paths_to(max_depth_), params_.cache_direct, caustics_.get());
   start(context, settings, std::move(seen), by_closed_form_ ? 0 : params_.extra_samples);
   radiance_ = [this, by_records, &context](std::span<PathSample> paths, int depth) {
-    const TerminateInCache end(context.scene, *cache_, depth - 1, params_.cache_direct, kept_);
-    trace_paths(context, paths, depth, paths_to(max_depth_), params_.cache_direct, by_records ? &end : nullptr,
-                caustics_.get());
+    const auto level = static_cast<std::size_t>(depth - 1);
+    const std::optional<Rgb> kept = level < kept_.size() ? std::optional(kept_[level]) : std::nullopt;
+    const TerminateInCache end(context.scene, *cache_, depth - 1, params_.cache_direct, kept);
+    const bool ends = by_records && (kept || max_depth_ > shared_above);
+    trace_paths(context, paths, depth, paths_to(max_depth_), params_.cache_direct, ends ? &end : nullptr, caustics_.get());
   };
   fill_before(context);
 }

@@ -4,19 +4,23 @@
 // A record holds light of as many scattering events as its own depth leaves it, but where a path ends some of these events have
 // happened already: it would count paths that are longer than the depth limit allows. The share of a record's light that one
 // event less would leave hardly varies over a scene, because after some bounces light of any further event has nearly the same
-// distribution. So it is measured once, as a mean over a few points, and the record's light is multiplied by it. Beyond
-// `shared_above` events the limit no longer matters.
+// distribution. So it is measured once for each level of records, as a mean over a few points, and the record's light is
+// multiplied by it. Beyond `shared_above` events the limit no longer matters.
 #pragma once
 
 #include "integrators/caches/cache_fill.h"
 #include "integrators/paths/path.h"
 
+#include <optional>
+#include <vector>
+
 namespace etendue {
 
 class TerminateInCache final : public PathEnd {
  public:
-  // Ends paths in the level of `depth`. `cache_direct`: records hold direct light too. `kept`: see kept_below_limit.
-  TerminateInCache(const Scene& scene, const CacheLevels& cache, int depth, bool cache_direct, const Rgb& kept);
+  // Ends paths in the level of `depth`. `cache_direct`: records hold direct light too. `kept`: of that level, see
+  // kept_below_limit; none: the limit does not matter.
+  TerminateInCache(const Scene& scene, const CacheLevels& cache, int depth, bool cache_direct, const std::optional<Rgb>& kept);
 
   std::optional<Rgb> reflected(const SurfacePoint& point, const Diffuse& material, const vec3& wo, int depth) const override;
 
@@ -24,12 +28,14 @@ class TerminateInCache final : public PathEnd {
   const Scene& scene_;
   const CacheLevels& cache_;
   int depth_;
-  Rgb kept_;
+  std::optional<Rgb> kept_;
 };
 
-// The share of the irradiance at the points `seen` that a depth limit of one event less than paths.max_depth would leave, per
-// channel in [0, 1]; by path tracing from at most 64 of the points, with the same random numbers for both limits.
-Rgb kept_below_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen,
-                     const PathSettings& paths, bool cache_direct, const PathCaustics* caustics);
+// The share of the irradiance in records of each level that a depth limit of one event less than theirs would leave, per
+// channel in [0, 1]: those of level l have paths.max_depth - l. It is found by path tracing from at most 64 of the points
+// `seen`, with the same random numbers for all limits. Empty where the limit does not matter; levels are missing of which
+// nothing is seen, or where no light is found.
+std::vector<Rgb> kept_below_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen,
+                                  const PathSettings& paths, bool cache_direct, const PathCaustics* caustics);
 
 }  // namespace etendue

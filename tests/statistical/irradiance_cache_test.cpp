@@ -1,6 +1,7 @@
 // Irradiance gradients against differentiated closed forms; the cache against closed forms, its own order and threads.
 #include "framework/core/counters.h"
 #include "framework/core/sampler.h"
+#include "framework/scene/builder.h"
 #include "framework/scenes/exact.h"
 #include "integrators/caches/records/irradiance_records.h"
 #include "integrators/photons/cache_points.h"
@@ -276,6 +277,39 @@ TEST(IrradianceCache, MatchesClosedFormsWithinItsDeclaredBias) {
 
 TEST(IrradianceCache, DepthLimitTruncatesTheSeries) {
   testing::expect_truncated_series("irradiance-cache", options_for(512, 4), 4e-3);
+}
+
+// builtin:lambert-sphere, seen through a pane that lets light pass straight on, over the whole view or its left half.
+Scene sphere_behind_pane(bool whole) {
+  SceneBuilder b("pane");
+  b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(0.5f)}), std::nullopt, true);
+  b.light(PointLight{vec3(0), Rgb(1)});
+  const float side = 0.012f, right = whole ? side : 0;
+  b.mesh(quad({-side, -side, -0.49f}, {right, -side, -0.49f}, {right, side, -0.49f}, {-side, side, -0.49f}),
+         b.material(Dielectric{.eta = 1}));
+  b.camera({0, 0, -0.5f}, {0, 0, 1}, 70, {16, 16});
+  return b.finish();
+}
+
+TEST(IrradianceCache, DepthLimitHoldsBehindGlass) {
+  // The pane is an event of its own, so that light of at most d events has radiance (1 - 2^-(d - 1)) / pi behind it.
+  const auto mean = [](const Scene& scene, const char* method, int depth) {
+    RenderOptions options = options_for(128, 8);
+    options.resolution = {16, 16};
+    options.params["max_depth"] = {std::int64_t{depth}, {}};
+    options.params["caustic_map"] = {std::string("off"), {}};
+    const Image image = render(scene, method, options).image;
+    double sum = 0;
+    for (const dvec3& p : image.pixels) sum += p.x / static_cast<double>(image.pixels.size());
+    return sum * std::numbers::pi;
+  };
+  for (const char* method : {"irradiance-cache", "radiance-cache"})
+    for (int depth = 2; depth <= 5; ++depth) {
+      const double open = 1 - std::pow(0.5, depth), behind = 1 - std::pow(0.5, depth - 1);
+      EXPECT_NEAR(mean(sphere_behind_pane(true), method, depth) / behind, 1, 0.01) << method << ", depth " << depth;
+      EXPECT_NEAR(mean(sphere_behind_pane(false), method, depth) / (0.5 * (open + behind)), 1, 0.01)
+          << method << ", depth " << depth;
+    }
 }
 
 TEST(IrradianceCache, SameBitsAtAnyThreadCount) {
