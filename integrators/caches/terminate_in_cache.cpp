@@ -41,12 +41,15 @@ std::vector<Rgb> kept_below_limit(const RenderContext& context, const CacheSetti
   std::vector<dvec3> found(limits * some);
   parallel_for(found.size(), 1, [&](std::size_t i) {
     const std::uint64_t pixel = pixels[i / limits];
-    PathSettings limited = paths;
-    limited.max_depth -= static_cast<int>(i % limits);
+    // Events behind the paths are events less, to the caustic map as well; roulette begins as far on.
+    const auto behind = static_cast<int>(i % limits);
+    PathSettings settings_behind = paths;
+    settings_behind.roulette_depth += behind;
     const auto radiance = [&](std::span<PathSample> samples, int depth) {
-      trace_paths(context, samples, depth, limited, cache_direct, nullptr, caustics);
+      trace_paths(context, samples, depth, settings_behind, cache_direct, nullptr, caustics);
     };
-    found[i] = dvec3(sample_hemisphere(context, settings, seen[pixel], 1, hash_keys(pixel, 2u), 0, radiance).irradiance);
+    found[i] =
+        dvec3(sample_hemisphere(context, settings, seen[pixel], 1 + behind, hash_keys(pixel, 2u), 0, radiance).irradiance);
   });
   std::vector<dvec3> sums(limits, dvec3(0));
   for (std::size_t i = 0; i < found.size(); ++i) sums[i % limits] += found[i];
