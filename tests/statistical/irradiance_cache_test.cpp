@@ -181,6 +181,10 @@ TEST(IrradianceRecords, RecordInFrontOrTurnedAwayIsRefused) {
   EXPECT_TRUE(step.covered({0.1f, 0.35f, 0}, up)) << "a point above it";
   EXPECT_FALSE(step.covered({0.1f, 0.3f, 0}, -up)) << "the other side of a wall";
   EXPECT_FALSE(step.covered({0.1f, 0.3f, 0}, glm::normalize(vec3(1, 1, 0)))) << "45 degrees apart";
+  const IrradianceRecords coarse = records_of({{{0, 0.3f, 0}, up, 2, Rgb(1)}}, 2);
+  EXPECT_TRUE(coarse.covered({0.1f, 0.3f, 0}, glm::normalize(vec3(1, 0.1f, 0))));
+  EXPECT_FALSE(coarse.covered({0.1f, 0.3f, 0}, -up)) << "the other side of a wall, at the accuracy of first images";
+  EXPECT_FALSE(coarse.interpolate({0.1f, 0.3f, 0}, -up).has_value());
 }
 
 TEST(IrradianceRecords, GradientsAreOfTheIrradianceTowardsAPointAndANormal) {

@@ -7,7 +7,8 @@
 // to a point p with normal n ([Ward1988]'s weight, less its value at the rim so that records fade in and out without a step
 // ([Krivanek2009])); a is the accuracy asked for. [Tabellion2004] weighs by 1 - e / a, with e the greater of the two terms and
 // the normal's in units of ten degrees. A record in front of the point (on the side its normal faces) has seen other
-// surroundings and is rejected. Sums run in the order of ids, so a lookup depends only on the set of records.
+// surroundings and is rejected, and so is one that faces away, whatever the accuracy. Sums run in the order of ids, so a lookup
+// depends only on the set of records.
 //
 // Where the number of records is given rather than the accuracy, gaps between records cannot be filled with more of them: there
 // the record of least error answers alone, if that is below `stretch` times the accuracy.

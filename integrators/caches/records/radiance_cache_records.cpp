@@ -154,8 +154,9 @@ void RadianceRecords::add_shapes(std::vector<RecordShape>& shapes) const {
 
 float RadianceRecords::error(const Record& record, const vec3& position, const vec3& normal) const {
   const vec3 offset = position - record.position;
-  const float error = glm::length(offset) / record.validity_radius + safe_sqrt(1 - glm::dot(normal, record.frame.normal));
-  if (!(error < answers_)) return infinity;
+  const float cosine = glm::dot(normal, record.frame.normal);
+  const float error = glm::length(offset) / record.validity_radius + safe_sqrt(1 - cosine);
+  if (!(error < answers_) || cosine < 0) return infinity;  // as of irradiance records
   // In front by more than rounding and curvature explain.
   if (0.5f * glm::dot(offset, normal + record.frame.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.validity_radius)
     return infinity;
