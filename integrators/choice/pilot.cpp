@@ -229,6 +229,7 @@ PilotFindings run_pilot(const RenderContext& context) {
   const double before = rays_so_far();
   RenderContext small = context;
   small.resolution = pilot_resolution(context.resolution);
+  small.window = {};                                    // which is of the real image's pixels
   small.seed = hash_keys(context.seed, 0x70696c6f74u);  // of its own: nothing of the pilot is in the image
   PilotFindings findings;
   look_at_paths(small, findings);

@@ -40,6 +40,18 @@ TEST(Pilot, FindsTheSameAtAnyNumberOfThreads) {
   }
 }
 
+TEST(Pilot, FindsTheSameWhateverPartOfTheImageIsWanted) {
+  SceneContext stage(load_scene("builtin:cornell-box"), {256, 256}, 1);
+  with_threads(2, [&] {
+    const PilotFindings whole = run_pilot(stage.context);
+    stage.context.window = {{200, 200}, {256, 256}};
+    const PilotFindings part = run_pilot(stage.context);
+    EXPECT_GT(part.path_error, 0);
+    EXPECT_EQ(part.path_error, whole.path_error);
+    EXPECT_EQ(part.rays, whole.rays);
+  });
+}
+
 TEST(Pilot, TellsScenesApart) {
   const PilotFindings direct = choice_in("builtin:polygon-light", {4}).findings;
   EXPECT_EQ(direct.direct_light, 1);
