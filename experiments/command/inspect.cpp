@@ -88,6 +88,7 @@ Json advice_json(const Advice& advice, const InspectCommand& command) {
               {"photons_seen", f.photons_seen},
               {"direct_light", f.direct_light},
               {"caustic_light", f.caustic_light},
+              {"unmet_caustics", f.unmet_caustics},
               {"caustic_hits", f.caustic_hits},
               {"caustic_contrast", f.caustic_contrast},
               {"records", f.records}}},

@@ -46,7 +46,7 @@ class Chooser {
     if (context_.lights.empty() || found_.surface == 0)
       return {
           "path", {}, "no light reaches a rough surface that the camera sees, so that there is nothing to cache or to gather"};
-    if (caustics_are_hard()) return for_caustics();
+    if (caustics_are_hard() || caustics_are_unmet()) return for_caustics();
     if (noise_of_paths() < no_noise)
       return {"path", {}, "paths leave so little noise that nothing stored between them could have less error"};
     if ((found_.direct_light >= much_direct || photons_are_blind()) &&
@@ -59,8 +59,9 @@ class Chooser {
   }
 
   std::string out_of_reach(const std::string& method) const {
-    if (!caustics_are_hard()) return "";
-    return fmt::format("{}: {} leaves it {}; cppm brings it", caustics(), method, found_.caustic_hits > 0 ? "noisy" : "out");
+    if (!caustics_are_hard() && !caustics_are_unmet()) return "";
+    const bool noisy = found_.caustic_hits > 0 && !caustics_are_unmet();
+    return fmt::format("{}: {} leaves it {}; cppm brings it", caustics(), method, noisy ? "noisy" : "out");
   }
 
  private:
@@ -87,12 +88,23 @@ class Chooser {
     return noise >= (found_.caustic_photons >= fewest_caustics ? 1 : certain) * found_.path_error;
   }
 
+  // Light by way of specular surfaces from points, spots and directions, which paths leave out however well they meet that of
+  // other lights there.
+  bool caustics_are_unmet() const {
+    return context_.needs.caustic_map && found_.unmet_caustics >= least_caustic_light && !photons_are_blind();
+  }
+
   // Photons of which hardly any lie in view may all have landed beside it: paths see other light than they tell of.
   bool photons_are_blind() const {
     return found_.caustic_light >= mostly_caustic && found_.caustic_hits == 0 && found_.path_error > 0;
   }
 
   std::string caustics() const {
+    if (!caustics_are_hard())
+      return fmt::format(
+          "{} of the light on what is seen comes from points, spots or directions by way of specular surfaces, where "
+          "no path finds it",
+          percent(found_.unmet_caustics));
     return fmt::format("{} of the light on what is seen comes by way of specular surfaces, where {}",
                        percent(found_.caustic_light),
                        found_.caustic_hits > 0 ? "paths seldom find it" : "paths do not find it");
@@ -109,10 +121,12 @@ class Chooser {
     return {"cppm", {}, light + ", and photons' radii need shrink only where a test finds it uneven"};
   }
 
-  // Where paths find the light behind specular surfaces, photons of their own for it do not pay.
+  // Where paths find the light behind specular surfaces, photons of their own for it do not pay. That of points, spots and
+  // directions no path finds, however little of it there is.
   MethodChoice cache(const std::string& name, std::string why) const {
     ParamMap params;
-    if (context_.needs.caustic_map) params["caustic_map"] = {std::string(name_of(CausticMap::off)), {}};
+    if (context_.needs.caustic_map && !context_.lights.any_delta())
+      params["caustic_map"] = {std::string(name_of(CausticMap::off)), {}};
     return {name, std::move(params), std::move(why)};
   }
 

@@ -7,6 +7,7 @@
 #include "framework/transport/ray_tools.h"
 #include "integrators/paths/path.h"
 #include "integrators/photons/photon_camera_path.h"
+#include "integrators/photons/photon_path.h"
 #include "integrators/photons/visible_region.h"
 
 #include <cmath>
@@ -193,14 +194,48 @@ double contrast_of(const std::vector<vec3>& photons, double area) {
   return densities[densities.size() / 2] * area / static_cast<double>(photons.size());
 }
 
+// Photons by power, the same as trace_photons has them, and of each: is it from a light that no ray can meet?
+struct PilotPhotons {
+  Photons photons;
+  std::vector<std::uint8_t> unmet;
+};
+
+PilotPhotons trace_pilot_photons(const RenderContext& small, const RoughMaterials& rough, const PhotonPass& pass) {
+  if (!small.lights.any_delta()) {
+    PilotPhotons out{trace_photons(small, rough, pass), {}};
+    out.unmet.resize(out.photons.size(), 0);
+    return out;
+  }
+  const PathNumbers of_pass(small.seed, pass, pass.key);
+  std::vector<std::uint32_t> stored(pass.count);  // by path
+  std::vector<std::uint8_t> of_delta(pass.count);
+  PilotPhotons out;
+  out.photons = trace_in_chunks(pass.count, [&](std::uint32_t first, std::uint32_t last, Photons& traced) {
+    PhotonTracer tracer(small, rough, pass);
+    for (std::uint32_t i = first; i < last; ++i) {
+      SampledNumbers numbers(of_pass, i);
+      const EmissionNumbers u = numbers.emission();
+      const auto emitted = small.lights.emit(u[0], {u[1], u[2]}, {u[3], u[4]});
+      of_delta[i] = emitted && is_delta(small.scene.lights[emitted->light]) ? 1 : 0;
+      const std::size_t before = traced.size();
+      tracer.trace(numbers, 1 / static_cast<float>(pass.count), traced);
+      stored[i] = static_cast<std::uint32_t>(traced.size() - before);
+    }
+  });
+  for (std::uint32_t i = 0; i < pass.count; ++i) out.unmet.insert(out.unmet.end(), stored[i], of_delta[i]);
+  count(Counter::photons_emitted, pass.count);
+  count(Counter::photons_stored, out.photons.size());
+  return out;
+}
+
 void look_at_photons(const RenderContext& small, const RoughMaterials& rough, PilotFindings& findings) {
   if (small.lights.empty() || small.scene.bounds().empty()) return;
   const float diagonal = glm::length(small.scene.bounds().diagonal());
   const int depth = small.max_depth(0);
   const auto region = find_seen(small, rough, {4, depth, SamplerKind::independent, true}, 0.02f * diagonal);
-  const Photons photons = trace_photons(
+  const auto [photons, unmet] = trace_pilot_photons(
       small, rough, {photon_paths, hash_keys(small.seed, 3u), std::max(0, depth - 1), photon_any, SamplerKind::sobol});
-  double all = 0, direct = 0, caustic = 0;
+  double all = 0, direct = 0, caustic = 0, caustic_unmet = 0;
   std::size_t seen = 0;
   std::vector<vec3> caustics;
   for (std::size_t i = 0; i < photons.size(); ++i) {
@@ -211,6 +246,7 @@ void look_at_photons(const RenderContext& small, const RoughMaterials& rough, Pi
     if (photons.side[i].history & photon_direct) direct += power;
     if (!(photons.side[i].history & photon_caustic)) continue;
     caustic += power;
+    if (unmet[i] != 0) caustic_unmet += power;
     caustics.push_back(photons.position[i]);
   }
   findings.photons_seen = static_cast<double>(seen) / photon_paths;
@@ -218,6 +254,7 @@ void look_at_photons(const RenderContext& small, const RoughMaterials& rough, Pi
     findings.direct_light = direct / all;
     findings.caustic_photons = static_cast<double>(caustics.size());
     findings.caustic_light = caustic / all;
+    findings.unmet_caustics = caustic_unmet / all;
     findings.caustic_contrast = contrast_of(caustics, seen_area(small, rough, {1, depth, SamplerKind::independent, true}));
   }
 }

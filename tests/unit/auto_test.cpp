@@ -1,6 +1,7 @@
 // The method that chooses: what it chooses, that the choice repeats, and that the image is the chosen method's to the bit.
 #include "accel/scene/auto_structure.h"
 #include "experiments/config/method.h"
+#include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
@@ -33,9 +34,10 @@ Choice choice_in(const std::string& scene, const Effort& effort, int threads = 2
 TEST(Pilot, FindsTheSameAtAnyNumberOfThreads) {
   for (const char* scene : {"builtin:glass-caustic", "builtin:two-rooms"}) {
     const PilotFindings one = choice_in(scene, {4}, 1).findings, three = choice_in(scene, {4}, 3).findings;
-    for (const auto field : {&PilotFindings::path_error, &PilotFindings::direct_error, &PilotFindings::rays_per_path,
-                             &PilotFindings::caustic_light, &PilotFindings::caustic_hits, &PilotFindings::caustic_contrast,
-                             &PilotFindings::records, &PilotFindings::photons_seen, &PilotFindings::rays})
+    for (const auto field :
+         {&PilotFindings::path_error, &PilotFindings::direct_error, &PilotFindings::rays_per_path,
+          &PilotFindings::caustic_light, &PilotFindings::unmet_caustics, &PilotFindings::caustic_hits,
+          &PilotFindings::caustic_contrast, &PilotFindings::records, &PilotFindings::photons_seen, &PilotFindings::rays})
       EXPECT_EQ(one.*field, three.*field) << scene;
   }
 }
@@ -101,6 +103,33 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       }
     });
   }
+}
+
+// A ball of glass on a floor under sun and sky: paths meet the sky in the ball often, and the sun never.
+TEST(AutoChoice, LooksForTheCausticsOfASunBesideASky) {
+  const auto scene = [](bool sun) {
+    SceneBuilder b("sun and sky");
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+    b.quadric(Sphere{{0, 0.6f, 0}, 0.5f}, b.material(Dielectric{.eta = 1.5f}));
+    if (sun) b.light(DirectionalLight{.direction = glm::normalize(vec3(0.3f, -1, 0.2f)), .irradiance = Rgb(3)});
+    b.light(EnvironmentLight{.scale = Rgb(1), .size = ivec2(0), .texels = {}, .light_to_world = {}});
+    b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {64, 64});
+    return b.finish();
+  };
+  SceneContext stage(scene(true), {64, 64}, 1), sky_alone(scene(false), {64, 64}, 1);
+  stage.context.effort = sky_alone.context.effort = {4};
+  with_threads(2, [&] {
+    const PilotFindings findings = run_pilot(stage.context);
+    EXPECT_GT(findings.unmet_caustics, 0.005);
+    EXPECT_LT(findings.unmet_caustics, findings.caustic_light);
+    EXPECT_GT(findings.caustic_hits, 0);
+    const MethodChoice choice = choose_method(stage.context, findings);
+    EXPECT_NE(choice.name, "path");
+    EXPECT_FALSE(choice.params.contains("caustic_map")) << choice.name;
+    EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it out"), std::string::npos);
+    EXPECT_EQ(run_pilot(sky_alone.context).unmet_caustics, 0);
+    EXPECT_EQ(light_out_of_reach(sky_alone.context, "path"), "");
+  });
 }
 
 TEST(AutoChoice, IsUnbiasedWhereThatIsAskedFor) {
