@@ -96,7 +96,8 @@ class Chooser {
 
   // Photons of which hardly any lie in view may all have landed beside it: paths see other light than they tell of.
   bool photons_are_blind() const {
-    return found_.caustic_light >= mostly_caustic && found_.caustic_hits == 0 && found_.path_error > 0;
+    const double met = found_.caustic_light - found_.unmet_caustics;
+    return met >= mostly_caustic && found_.caustic_hits == 0 && found_.path_error > 0;
   }
 
   std::string caustics() const {
@@ -122,10 +123,12 @@ class Chooser {
   }
 
   // Where paths find the light behind specular surfaces, photons of their own for it do not pay. That of points, spots and
-  // directions no path finds, however little of it there is.
+  // directions no path finds, however little of it there is; and where no path of the pilot found what its photons tell of,
+  // the map is what brings it if they are right.
   MethodChoice cache(const std::string& name, std::string why) const {
     ParamMap params;
-    if (context_.needs.caustic_map && !context_.lights.any_delta())
+    const bool not_found = found_.caustic_light >= least_caustic_light && found_.caustic_hits == 0;
+    if (context_.needs.caustic_map && !context_.lights.any_delta() && !not_found)
       params["caustic_map"] = {std::string(name_of(CausticMap::off)), {}};
     return {name, std::move(params), std::move(why)};
   }

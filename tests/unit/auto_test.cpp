@@ -105,6 +105,48 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
   }
 }
 
+TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {
+  // Few photons of a pilot, or none, land in a small caustic.
+  PilotFindings findings;
+  findings.surface = findings.diffuse = findings.path_error = 1;
+  findings.direct_error = 0.01;
+  findings.records = 1000;
+  const auto leaves_them_to_paths = [&](const std::optional<Light>& light) {
+    Scene scene = load_scene("builtin:cornell-spheres");
+    if (light) scene.lights.push_back(*light);
+    const SceneContext stage(std::move(scene), {64, 64}, 1);
+    const MethodChoice choice = choose_method(stage.context, findings);
+    EXPECT_EQ(choice.name, "hash-cache");
+    return choice.params.contains("caustic_map");
+  };
+  EXPECT_TRUE(leaves_them_to_paths(std::nullopt));
+  EXPECT_FALSE(leaves_them_to_paths(PointLight{vec3(0), Rgb(1e-3f)}));
+  // The photons tell of light that no path of the pilot meets, and that is less than the noise of all else.
+  findings.caustic_light = 0.01;
+  findings.caustic_contrast = 0.1;
+  EXPECT_FALSE(leaves_them_to_paths(std::nullopt));
+  findings.caustic_hits = 0.01;
+  EXPECT_TRUE(leaves_them_to_paths(std::nullopt));
+}
+
+TEST(AutoChoice, BringsTheSunBehindAWindowThroughWhichPathsFindTheSky) {
+  PilotFindings findings;
+  findings.surface = findings.diffuse = findings.path_error = findings.direct_error = findings.rays_per_path = 1;
+  findings.records = 1000;
+  findings.photons_seen = 0.5;
+  findings.caustic_light = 0.8;
+  findings.caustic_contrast = 2;
+  findings.caustic_photons = 5000;
+  const SceneContext stage(load_scene("builtin:cornell-spheres"), {64, 64}, 1);
+  for (const double hits : {0.1, 0.0}) {  // of the sky, or of a lamp in the room besides
+    findings.caustic_hits = hits;
+    findings.unmet_caustics = 0;
+    EXPECT_NE(choose_method(stage.context, findings).name, "cppm") << hits;
+    findings.unmet_caustics = 0.7;
+    EXPECT_EQ(choose_method(stage.context, findings).name, "cppm") << hits;
+  }
+}
+
 // A ball of glass on a floor under sun and sky: paths meet the sky in the ball often, and the sun never.
 TEST(AutoChoice, LooksForTheCausticsOfASunBesideASky) {
   const auto scene = [](bool sun) {
