@@ -137,9 +137,12 @@ Expectation Vcm::expectation() const {
   }
   if (setting_ == Setting::light_trace && specular_)
     return {Bias::biased, -1, 1,
-            "specular surfaces are black: the method cannot sample paths that end on one before the camera"};
+            "specular surfaces are black: the method cannot sample paths that end on one before the camera",
+            "specular surfaces are black, and so is what is seen by way of them; bdpt brings it"};
   if (setting_ == Setting::bdpt && hidden_caustics_)
-    return {Bias::biased, -1, 1, "caustics of point, spot and directional lights are black where specular surfaces show them"};
+    return {Bias::biased, -1, 1, "caustics of point, spot and directional lights are black where specular surfaces show them",
+            "light of points, spots and directions that comes by way of specular surfaces is left out where they show it; vcm "
+            "brings it"};
   return {Bias::unbiased, -1, 0, ""};
 }
 

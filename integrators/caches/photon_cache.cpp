@@ -9,13 +9,22 @@ namespace {
 
 constexpr float kernel_noise = 4.0f / 3;  // variance of a density by n photons under Epanechnikov's kernel, times n
 
+Expectation expectation_of(const PhotonCacheParams& params) {
+  const std::string blur = "blur by the kernel's radius and loss at edges [Jensen2001]";
+  return {Bias::biased, -1, params.fill == PhotonFill::gather ? 0.05 : 0.1,
+          blur + (params.retrace && params.refine ? "; noise and interpolation error fall with iterations"
+                  : params.retrace                ? "; interpolation, and the records' own noise [Ward1988]"
+                                                  : "; interpolation, and the one map's own noise [Ward1988]")};
+}
+
 class PhotonCache final : public RecordCache {
  public:
   explicit PhotonCache(const PhotonCacheParams& params)
       : RecordCache(params, 0, params.fill == PhotonFill::gather ? params.samples : 1),
         params_(params),
         gathers_(params.fill == PhotonFill::gather),
-        maps_(params, "photon-cache") {
+        maps_(params, "photon-cache"),
+        expected_(expectation_of(params)) {
     if (!gathers_ && is_hessian(params.metric))
       throw Error(std::string("photon-cache: metric = ") + name_of(params.metric) +
                   ": fill = density has no hemisphere to take Hessians of; expected " +
@@ -23,7 +32,7 @@ class PhotonCache final : public RecordCache {
   }
 
   void prepare(RenderContext& context) override;
-  Expectation expectation() const override;
+  Expectation expectation() const override { return expected_; }
   // Records that every iteration makes anew are none to keep.
   bool savable() const override { return gathers_ || !params_.retrace; }
 
@@ -52,6 +61,7 @@ class PhotonCache final : public RecordCache {
   PhotonCacheParams params_;
   bool gathers_;
   PhotonMaps maps_;
+  Expectation expected_;
   std::uint32_t map_pass_ = 0;  // of the photons of the global map
   float map_share_ = 0;         // of the photons that it has; 0: none yet
 };
@@ -60,6 +70,7 @@ void PhotonCache::prepare(RenderContext& context) {
   context.choose_lights_by(params_.lights);
   max_depth_ = context.max_depth(params_.max_depth);
   maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_, true});
+  expected_ = expectation_in(context, maps_.rough_materials(), std::move(expected_));
   standing_.begin(context, has_overture() && gathers_);
   trace_map(context, 0);
   maps_.trace_caustics(context, params_.retrace ? round_of(0) : 0);
@@ -177,14 +188,6 @@ void PhotonCache::camera_sample(const RenderContext& context, float next_accurac
   };
   sample.sampled +=
       PhotonCameraPath{context, maps_.rough_materials(), max_depth_}(ray, sample.sampler, sample.sampler, at_rough_vertex);
-}
-
-Expectation PhotonCache::expectation() const {
-  const std::string blur = "blur by the kernel's radius and loss at edges [Jensen2001]";
-  return {Bias::biased, -1, gathers_ ? 0.05 : 0.1,
-          blur + (params_.retrace && params_.refine ? "; noise and interpolation error fall with iterations"
-                  : params_.retrace                 ? "; interpolation, and the records' own noise [Ward1988]"
-                                                    : "; interpolation, and the one map's own noise [Ward1988]")};
 }
 
 }  // namespace

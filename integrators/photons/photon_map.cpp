@@ -15,11 +15,11 @@ struct CameraSample {
 
 class PhotonMapping final : public Integrator {
  public:
-  explicit PhotonMapping(const PhotonMapParams& params) : params_(params), maps_(params, "photon-map") {}
+  explicit PhotonMapping(const PhotonMapParams& params);
 
   void prepare(RenderContext& context) override;
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
-  Expectation expectation() const override;
+  Expectation expectation() const override { return expected_; }
 
  private:
   void trace_maps(RenderContext& context, std::uint32_t pass);
@@ -29,15 +29,24 @@ class PhotonMapping final : public Integrator {
                 CameraSample& sample) const;
 
   PhotonMapParams params_;
+  Expectation expected_;
   int max_depth_ = 0;
   PhotonMaps maps_;
   DirectShares direct_;
 };
 
+PhotonMapping::PhotonMapping(const PhotonMapParams& params)
+    : params_(params),
+      expected_{Bias::biased, -1, 0.05,
+                params.retrace ? "blur by the kernel's radius and loss at edges [Jensen2001]; the maps' variance averages out"
+                               : "blur by the kernel's radius, loss at edges, and the one map's own noise [Jensen2001]"},
+      maps_(params, "photon-map") {}
+
 void PhotonMapping::prepare(RenderContext& context) {
   context.choose_lights_by(params_.lights);
   max_depth_ = context.max_depth(params_.max_depth);
   maps_.prepare(context, {params_.final_gather, max_depth_, params_.sampler});
+  expected_ = expectation_in(context, maps_.rough_materials(), std::move(expected_));
   direct_ = {walk(context), params_.sampler, params_.further_paths, true};
   trace_maps(context, 0);
 }
@@ -81,12 +90,6 @@ Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& p
   if (remaining < 1) return radiance;
   const FinalGather gather = maps_.gather(context, params_.final_gather, params_.gather_sampling == GatherSampling::photons);
   return radiance + gather(point, bsdf, wo, depth, sample.pixel, sample.iteration);
-}
-
-Expectation PhotonMapping::expectation() const {
-  return {Bias::biased, -1, 0.05,
-          params_.retrace ? "blur by the kernel's radius and loss at edges [Jensen2001]; the maps' variance averages out"
-                          : "blur by the kernel's radius, loss at edges, and the one map's own noise [Jensen2001]"};
 }
 
 }  // namespace

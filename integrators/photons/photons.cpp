@@ -159,6 +159,16 @@ bool gathers_coats(const RenderContext& context) {
   return context.needs.caustic_map && std::ranges::any_of(context.scene.lights, is_delta);
 }
 
+Expectation expectation_in(const RenderContext& context, const RoughMaterials& rough_materials, Expectation expected) {
+  if (!rough_materials.narrow_lobes() || !gathers_coats(context)) return expected;
+  expected.bias = Bias::biased;
+  expected.bias_bound = 1;
+  expected.left_out =
+      "light of points, spots and directions that comes by way of specular surfaces is left out on metals and frosted glass of "
+      "less roughness than carry_below; vcm brings it";
+  return expected;
+}
+
 Photons trace_photons(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
   if (context.lights.empty() || pass.count == 0 || pass.max_scatterings < 0) return {};
   if (pass.max_scatterings == 0 && !(pass.keep & photon_direct)) return {};  // the first that could be kept have scattered once

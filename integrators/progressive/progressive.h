@@ -177,6 +177,7 @@ class ProgressivePasses {
   }
 
   const VisiblePoints& points() const { return points_; }
+  const RoughMaterials& rough_materials() const { return *rough_materials_; }
   // A pixel has one state of the policy for its rough vertices, and another for the lobe tails of lobes on the way there.
   std::uint32_t kinds() const { return rough_materials_->narrow_lobes() && params_.lobe_tails == LobeTails::gathered ? 2 : 1; }
   std::size_t states(const RenderContext& context) const {
@@ -226,6 +227,7 @@ class ProgressivePhotonMapping final : public Integrator {
     context.choose_lights_by(passes_.lights());
     const auto timed = context.phases.measure("pilot");
     passes_.prepare(context);
+    expected_ = expectation_in(context, passes_.rough_materials(), std::move(expected_));
     InitialRadii radii = passes_.pilot(context);
     if (!radii.empty()) widest_reach_ = *std::max_element(radii.begin(), radii.end());
     policy_ = std::make_unique<Policy>(make_policy_(std::move(radii)));

@@ -77,8 +77,14 @@ TEST(CausticLight, OfTheSunLeavesNarrowMetalsFollowed) {
   for (Material& material : scene.materials)
     if (std::holds_alternative<Diffuse>(material)) material = Conductor{.alpha = vec2(0.05f)};
   scene.closed_form = {};
-  const Image image = render(scene, "photon-map", {.params = {}, .iterations = 1}).image;
-  EXPECT_EQ(relmse(image, Image(image.size)), 0);
+  for (const char* method : {"photon-map", "sppm", "photon-cache"}) {
+    const testing::Rendered rendered = render(scene, method, {.params = {}, .iterations = 1});
+    EXPECT_EQ(relmse(rendered.image, Image(rendered.image.size)), 0) << method;
+    EXPECT_EQ(rendered.expectation.bias, Bias::biased) << method;
+    EXPECT_NE(rendered.expectation.left_out, "") << method;
+    const auto on_chalk = render(load_scene("builtin:sunlit-field"), method, {.params = {}, .iterations = 1}).expectation;
+    EXPECT_EQ(on_chalk.left_out, "") << method;
+  }
 }
 
 // Glass, mirror and walls between which light goes on: the image is that of path tracing, which has no map.
