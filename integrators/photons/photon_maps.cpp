@@ -86,7 +86,9 @@ void PhotonMaps::mark_seen(const RenderContext& context) {
                                          : std::clamp(static_cast<float>(needed), 1e-3f * whole, whole);
   // Half as much again, for what lies between the samples of a pixel.
   seen_ = find_seen(context, *rough_materials_, options, 1.5f * reach);
-  if (gathers) gathered_ = find_seen(context, *rough_materials_, options, 1.5f * reach, std::min(use_.gather_rays, 16));
+  // Where the global map holds the caustics, these are looked up where the camera sees them.
+  if (gathers)
+    gathered_ = find_seen(context, *rough_materials_, options, 1.5f * reach, std::min(use_.gather_rays, 16), holds_caustics_);
   if (params_.emission == PhotonEmission::visibility) largest_radius_ = reach;  // beyond it there may be no photons
 }
 

@@ -118,7 +118,7 @@ double seen_area(const RenderContext& context, const RoughMaterials& rough_mater
 }
 
 std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const RoughMaterials& rough_materials,
-                                         const SeenOptions& options, float reach, int gather_rays) {
+                                         const SeenOptions& options, float reach, int gather_rays, bool with_ends) {
   auto region = std::make_unique<VisibleRegion>(context.scene.bounds(), reach);
   const Eye eye{context, rough_materials, options};
   // As GatherPoint::counts tests sides.
@@ -130,7 +130,8 @@ std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const Rou
   };
   for_camera_rays(context, options, [&](std::uint64_t, const Ray& ray, Sampler& sampler) {
     if (gather_rays == 0) return eye.look(ray, 0, sampler, mark);
-    eye.look(ray, 0, sampler, [&](const SurfacePoint& point, const Bsdf& bsdf, const Ray& last, float) {
+    eye.look(ray, 0, sampler, [&](const SurfacePoint& point, const Bsdf& bsdf, const Ray& last, float distance) {
+      if (with_ends) mark(point, bsdf, last, distance);
       for (int i = 0; i < gather_rays; ++i) {
         const BsdfSample scattered = Eye::scatter(bsdf, last, sampler);
         if (scattered && !scattered.specular) eye.look(spawn_ray(point, scattered.wi), 1, sampler, mark);

@@ -53,8 +53,8 @@ struct SeenOptions {
 double seen_area(const RenderContext& context, const RoughMaterials& rough_materials, const SeenOptions& options);
 
 // The region within `reach` of what these paths see; with `gather_rays` > 0, of what that many BSDF-sampled rays from there
-// see.
+// see, and of what the paths see themselves if `with_ends`.
 std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const RoughMaterials& rough_materials,
-                                         const SeenOptions& options, float reach, int gather_rays = 0);
+                                         const SeenOptions& options, float reach, int gather_rays = 0, bool with_ends = false);
 
 }  // namespace etendue

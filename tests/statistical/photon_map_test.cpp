@@ -309,6 +309,20 @@ TEST(PhotonMapping, CausticsHaveAMapOfTheirOwnWhereGatherRaysLookUpTheOther) {
   EXPECT_EQ(hash(box, "auto", 2), hash(box, "off", 2)) << "nothing makes caustics";
 }
 
+// The sun through a pane, on a field from which gather rays see nothing: all light is caustics that the camera sees.
+TEST(PhotonMapping, CausticsOfTheGlobalMapAreSeenWhereverGatherRaysLook) {
+  for (const char* emission : {"power", "importance", "visibility"}) {
+    RenderOptions options;
+    options.iterations = 1;
+    options.params = {{"final_gather", {std::int64_t{4}, {}}},
+                      {"photons", {std::int64_t{20000}, {}}},
+                      {"caustic_map", {std::string("off"), {}}},
+                      {"emission", {std::string(emission), {}}}};
+    const auto b = bias_over_seeds(load_scene("builtin:sunlit-field"), "photon-map", options, 3);
+    EXPECT_LT(std::abs(b.mean), 8 * b.deviation + 0.05) << emission << ": " << b.mean << " +- " << b.deviation;
+  }
+}
+
 // Sorting what every look-up finds by distance would take most of the time.
 TEST(PhotonMapping, MoreNeighboursThanPhotonsAreAllWithinTheRadius) {
   const Scene scene = load_scene("builtin:cornell-spheres");
