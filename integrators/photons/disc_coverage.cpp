@@ -125,7 +125,7 @@ void DiscCoverage::measure(const RenderContext& context, const PhotonMap& map, s
   probes.rays.clear();
   for_each(true, [&](const Disc& disc, const ivec2&) {
     Slot& s = slots_[disc.slot];
-    const bool whole = s.covered >= nearly_whole * s.whole;
+    const bool whole = !s.masked && s.covered >= nearly_whole * s.whole;
     if (whole && s.probes >= 32 && s.gathers++ % seldom != 0) return;
     const std::uint32_t count = s.probes == 0 ? 16 : whole ? 1 : s.probes < 64 ? 4 : 2;
     probes.discs.push_back({&disc, count});
@@ -147,9 +147,12 @@ void DiscCoverage::trace_together(const RenderContext& context, const PhotonMap&
   for (const auto& [disc, count] : discs) {
     const NearWalls walls = map.near_walls(disc->at, disc->radius);
     float sum = 0;
-    for (const std::size_t end = i + count; i < end; ++i)
-      if (hits[i]) sum += covered(context, disc->at, disc->radius, {rays[i], x[i]}, hits[i], points[i], walls);
     Slot& s = slots_[disc->slot];
+    for (const std::size_t end = i + count; i < end; ++i) {
+      if (!hits[i]) continue;
+      sum += covered(context, disc->at, disc->radius, {rays[i], x[i]}, hits[i], points[i], walls);
+      if (context.needs.masks) s.masked = s.masked || context.scene.opacity_at(hits[i]) < 1;
+    }
     s.whole += disc->weight;
     s.covered += disc->weight * (sum / static_cast<float>(count));
     s.probes += count;

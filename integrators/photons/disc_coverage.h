@@ -24,7 +24,8 @@
 // its block, and from the next iteration on those of the blocks about it, are measured: by points of one low-discrepancy
 // sequence, 16 in the first pass, then one per pass. Where part of the disc was found missing there are four per pass, and two
 // from the 64th pass on; where 32 probes found all of it, one in every 16th pass. What the trials found does not count, so that
-// the choice of what is measured biases nothing that is.
+// the choice of what is measured biases nothing that is. On a mask, which a share of the probes passes while the others count
+// for them, the sum scatters about the whole: to measure less where it happens to lie above would dim what is seen there.
 #pragma once
 
 #include "integrators/photons/photon_gather.h"
@@ -72,6 +73,7 @@ class DiscCoverage {
   struct Slot {
     double whole = 0, covered = 0;
     std::uint32_t probes = 0, gathers = 0;  // trials are not among the probes
+    bool masked = false;                    // a probe met a surface that lets rays through
   };
   // What is measured at a time: discs, and their probes one disc after the other.
   struct Probes {

@@ -43,11 +43,17 @@ TEST(MaskedImages, AHalfTransparentPlateHalvesTheLight) {
   EXPECT_NEAR(mean_of(floor_under_plate(0.25f), "path", options) / open, 0.75, 0.03);
 }
 
-// The plate's underside in the light of the floor: a share of the photons stops there, and as large a share of camera rays.
-TEST(MaskedImages, PhotonsOnAHalfTransparentPlateStandForAll) {
-  Scene scene = floor_under_plate(0.5f);
+// The plate's underside in the light of the floor.
+Scene under_plate(float opacity) {
+  Scene scene = floor_under_plate(opacity);
   scene.materials[1] = Diffuse{Rgb(0.8f)};
   scene.camera.to_world = *Transform::look_at({0, 0.2f, 0.5f}, {0, 1, 0}, {0, 1, 0});
+  return scene;
+}
+
+// A share of the photons stops there, and as large a share of camera rays.
+TEST(MaskedImages, PhotonsOnAHalfTransparentPlateStandForAll) {
+  const Scene scene = under_plate(0.5f);
   RenderOptions options;
   options.resolution = {16, 16};
   options.iterations = 64;
@@ -57,6 +63,17 @@ TEST(MaskedImages, PhotonsOnAHalfTransparentPlateStandForAll) {
     options.iterations = 16;
     EXPECT_NEAR(mean_of(scene, method, options) / paths, 1, 0.04) << method;
   }
+}
+
+// What probes find of discs scatters there, and is measured on and on.
+TEST(LongMaskedImages, DiscsOnAPlateAreWholeHoweverLongTheyAreMeasured) {
+  const Scene scene = under_plate(0.3f);
+  RenderOptions options;
+  options.resolution = {16, 16};
+  options.iterations = 1024;
+  const double paths = mean_of(scene, "path", options);
+  options.iterations = 256;
+  EXPECT_NEAR(mean_of(scene, "sppm", options) / paths, 1, 0.03);
 }
 
 TEST(MaskedImages, StructuresAgree) {
