@@ -116,14 +116,16 @@ void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
     auto value = radiance.begin();
     for_pixels(tile, [&](ivec2 pixel) {
       const std::size_t i = pixel_index(pixel, context.resolution);
-      const Rgb seen = *value++;
-      film.add(pixel, seen + Rgb(splats_[i]), index);
-      if (signed_.empty() || !is_finite(seen)) return;
+      const Rgb seen = *value++, splats(splats_[i]);
+      film.add(pixel, seen + splats, index);
+      if (signed_.empty()) return;
       Signed& so_far = signed_[i];
       const double weight = sample_weight(context, pixel, index);
-      so_far.seen += weight * dvec3(seen);
-      so_far.weights += weight;
-      so_far.splats += splats_[i];
+      if (is_finite(seen)) {
+        so_far.seen += weight * dvec3(seen);
+        so_far.weights += weight;
+      }
+      if (is_finite(splats)) so_far.splats += splats_[i];
       film.set(pixel, so_far.splats / (index + 1.0) + (so_far.weights != 0 ? so_far.seen / so_far.weights : dvec3(0)));
     });
   });

@@ -62,5 +62,18 @@ TEST(CacheProgress, WithoutRefinementNothingChanges) {
   }
 }
 
+// Under a filter with negative parts a pixel is set anew by each sample, and one that is not finite leaves it as it was.
+TEST(CachedLight, KeepsAPixelThatASampleSpoils) {
+  CachedLight light({1, 1}, false, 0, true);
+  Film film({1, 1});
+  light.begin(0, 1);
+  light.add(film, {0, 0}, Rgb(1), Rgb(2));
+  EXPECT_EQ(film.mean().pixels[0].x, 3);
+  light.begin(1, 1);
+  light.add(film, {0, 0}, Rgb(infinity), Rgb(0));
+  EXPECT_EQ(film.mean().pixels[0].x, 3);
+  EXPECT_EQ(film.non_finite_count(), 1u);
+}
+
 }  // namespace
 }  // namespace etendue

@@ -72,12 +72,18 @@ void CachedLight::begin(std::uint32_t iteration, double weight) {
 
 // The film averages equally, so it is given what makes its mean the weighted one.
 void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error, double weight) {
-  if (!is_finite(sampled + cached)) {
-    film.add(pixel, sampled + cached, iteration_);  // which counts it
-    return;
-  }
   const std::size_t i = pixel_index(pixel, film.resolution());
   dvec3& sum = sums_[i];
+  const auto show_signed = [&] {
+    const Signed& so_far = signed_[i];
+    const auto over = [](const dvec3& value, double by) { return by != 0 ? value / by : dvec3(0); };
+    film.set(pixel, over(so_far.sampled, so_far.of_sampled) + over(sum, so_far.of_cached));
+  };
+  if (!is_finite(sampled + cached)) {
+    film.add(pixel, sampled + cached, iteration_);  // which counts it
+    if (!signed_.empty()) show_signed();
+    return;
+  }
   const double t = iteration_ + 1.0;
   if (!scatter_.empty()) {
     Scatter& scatter = scatter_[i];
@@ -97,8 +103,7 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
     so_far.sampled += dvec3(sampled);
     so_far.of_sampled += weight;
     so_far.of_cached += weight_ * weight;
-    const auto over = [](const dvec3& value, double by) { return by != 0 ? value / by : dvec3(0); };
-    film.set(pixel, over(so_far.sampled, so_far.of_sampled) + over(sum, so_far.of_cached));
+    show_signed();
     return;
   }
   film.add(pixel, sampled + Rgb(t / (weights_before_ + weight_) * sum - mean_before), iteration_);
