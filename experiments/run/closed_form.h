@@ -1,4 +1,4 @@
-// A scene's closed form as an image: the exact radiance, averaged over each pixel as the box filter does.
+// A scene's closed form as an image: the exact radiance, averaged over each pixel by the scene's filter.
 #pragma once
 
 #include "framework/image/film.h"

@@ -130,7 +130,9 @@ std::optional<RenderedReference> ReferenceCache::find(const Scene& scene, ivec2 
     for (const auto& entry : fs::directory_iterator(directory, ignored)) {
       const auto size = parse_size(entry.path().filename().string(), start);
       if (!size) continue;
-      if (const auto k = multiple(*size, resolution)) candidates.emplace_back(*k, entry.path().string());
+      // A filter's radius counts in pixels, so that the mean of smaller ones is the pixel of another filter.
+      if (const auto k = multiple(*size, resolution); k && (*k == 1 || !scene.filter))
+        candidates.emplace_back(*k, entry.path().string());
     }
     std::ranges::sort(candidates);
     for (const auto& [k, path] : candidates) {

@@ -2,8 +2,8 @@
 // cache.
 //
 // A file is named for what it depends on, <scene hash>-d<depth>-<width>x<height>.exr, and carries how it was made. An image
-// whose sides are a whole multiple of those wanted serves as well: with the box filter a pixel's mean is the mean of its parts'
-// means.
+// whose sides are a whole multiple of those wanted serves as well where the scene has no filter but the box: a pixel's mean is
+// the mean of its parts' means then.
 #pragma once
 
 #include "framework/image/film.h"

@@ -6,6 +6,7 @@
 #include "framework/image/metrics.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/load_scene.h"
+#include "framework/scene/pixel_filter.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -137,6 +138,17 @@ TEST_F(ReferenceFiles, CachedOneOfFewerSamplesIsNotServed) {
   ASSERT_TRUE(found);
   EXPECT_GE(found->samples, 32u);
   EXPECT_FALSE(cache.find(scene, {16, 16}, found->samples + 1));
+}
+
+TEST_F(ReferenceFiles, LargerOneOfAFilteredSceneIsNotServed) {
+  Scene scene = load_scene("builtin:cornell-box");
+  const ReferenceCache cache({directory_});
+  for (const char* filter : {"box", "gaussian"}) {
+    scene.filter = make_pixel_filter(named_filter(filter));
+    ASSERT_TRUE(cache.store(scene, {Image({16, 16}), 0, 32, "a test", "agree"}));
+    EXPECT_TRUE(cache.find(scene, {16, 16}, 32)) << filter;
+    EXPECT_EQ(cache.find(scene, {4, 4}, 32).has_value(), !scene.filter) << filter;
+  }
 }
 
 TEST_F(ReferenceFiles, ClosedFormComesFirst) {
