@@ -23,7 +23,8 @@ struct RayEntry {
   std::string name, summary;
   std::vector<ParamInfo> params = {};
   bool available = true;  // false where the library it adapts was not built in
-  // Where the structure is a tree of boxes: its builder's binary tree over one geometry, before any layout. Empty elsewhere.
+  // Gives the builder's binary tree over one geometry, before any layout. It is empty for structures that are no trees of
+  // boxes.
   std::function<BinaryTree(const Geometry&, const ParamMap&)> tree = {};
   // Likewise the builder alone, over any boxes, for trees that change over time. These lie in the binary layout: another one in
   // the map is an error.

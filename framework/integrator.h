@@ -19,7 +19,8 @@
 
 namespace etendue {
 
-// Wall time split by phase: "build", "emit", "gather", "trace", "shade", "initial_pass"... Time inside no phase is "other".
+// Wall time split by phase: "build", "pilot", "learn", "initial_pass", "emit", "gather", "trace". Time inside no phase is
+// "other".
 class PhaseTimes {
  public:
   class Scope {

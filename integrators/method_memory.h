@@ -2,8 +2,8 @@
 //
 // Bytes per photon and per pixel were measured (tests/unit/memory_forecast_test.cpp holds the sums to the bytes): a photon
 // takes 46 bytes (Photons), and up to 115 while a map is built, its structure included; a pixel takes what the method notes of
-// it. What grows with what is found (cells, records, a guide) is that of a diffuse room after some dozens
-// of iterations. For `auto` it is the largest of what may be chosen.
+// it. What grows with what is found (cells, records, a guide) is that of a diffuse room after some dozens of iterations. For
+// `auto` it is the largest of what may be chosen.
 #pragma once
 
 #include "framework/core/params.h"

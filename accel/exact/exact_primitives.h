@@ -80,7 +80,7 @@ struct ExactLocalRay {
 std::optional<ExactCrossing> cross(const Geometry& geometry, std::uint32_t primitive, const ExactLocalRay& local, double rim);
 std::optional<ExactCrossing> cross(const InfinitePlane& plane, const ExactRay& ray);
 
-// Metres, from a point to the nearest of a segment or triangle.
+// The distance in metres from a point to the nearest point of a segment or triangle.
 double distance_to_segment(const dvec3& p, const dvec3& a, const dvec3& b);
 double distance_to_triangle(const dvec3& p, const dvec3& a, const dvec3& b, const dvec3& c);
 

@@ -135,7 +135,7 @@ class TraversalLimit {
   // `extent`: largest_coordinate of what the structure holds.
   TraversalLimit(const Ray& ray, float extent)
       : TraversalLimit(max_component(glm::abs(ray.origin)), extent, max_component(glm::abs(ray.direction))) {}
-  // From the largest components of a ray's origin and direction.
+  // `origin` and `direction` are the largest components of a ray's.
   TraversalLimit(float origin, float extent, float direction)
       : slack_(16 * std::numeric_limits<float>::epsilon() * (origin + extent) / direction) {}
 

@@ -19,7 +19,7 @@ inline double cell_slack(const Bounds& b) {
   return 16.0 * std::numeric_limits<float>::epsilon() * largest + std::numeric_limits<float>::denorm_min();
 }
 
-// Enlarged on all sides, within the range of float.
+// The box enlarged by `slack` on all sides, within the range of float.
 inline Bounds grown(const Bounds& b, double slack) {
   constexpr double most = std::numeric_limits<float>::max();
   Bounds g;
@@ -45,7 +45,7 @@ class ClippedPolygon {
     for (std::size_t i = 2; i < count_; ++i) sum += glm::cross(vertices_[i - 1] - vertices_[0], vertices_[i] - vertices_[0]);
     return 0.5 * glm::length(sum);
   }
-  // The extent along the axis; not of an empty one.
+  // The extent along the axis. The polygon must not be empty.
   dvec2 extent(int axis) const {
     dvec2 extent(vertices_[0][axis]);
     for (std::size_t i = 1; i < count_; ++i)

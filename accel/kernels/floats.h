@@ -58,7 +58,7 @@ using Vector = typename VectorOf<T, width>::type;
 #endif
 
 #if defined(__AVX2__)
-// Picks eight of sixteen.
+// Picks eight lanes of sixteen.
 [[gnu::always_inline]] inline Vector<float, 8> picked(Vector<float, 8> low, Vector<float, 8> high, const std::uint8_t* slots) {
   const __m256i which = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(slots)));
   return _mm256_blendv_ps(_mm256_permutevar8x32_ps(low, which), _mm256_permutevar8x32_ps(high, which),
@@ -107,7 +107,7 @@ struct Floats {
     low.store_anywhere(p);
     high.store_anywhere(p + half);
   }
-  // By lane, the one that `slots` names; and by the lanes of the first half alone.
+  // Each lane gets the one that `slots` names for it; pick_half does so for the lanes of the first half alone.
   Floats pick(const std::uint8_t* slots) const { return {pick_half(slots), pick_half(slots + half)}; }
   Half pick_half(const std::uint8_t* slots) const {
 #if defined(__AVX2__)

@@ -1,6 +1,6 @@
 // A leaf of `bvh16`: up to sixteen triangles over up to sixteen different vertices, tested together by SIMD instructions
 // (pack_query.h). Neighbours in a mesh share vertices, so each is stored, and moved into the ray's space, once; the triangles
-// pick theirs by a permutation of lanes. Ids ascend. Needles are known by a bit each: only where a ray meets one is the scalar
+// pick theirs by a permutation of lanes. Ids ascend. A bit marks each needle: only where a ray meets one is the scalar
 // test asked.
 #pragma once
 

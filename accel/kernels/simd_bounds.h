@@ -106,8 +106,8 @@ class SimdBounds {
     lower_ = smaller(lower_, b.lower_);
     upper_ = larger(upper_, b.upper_);
   }
-  // A plane in place of a bound along an axis. A box in memory that is changed so must not be loaded at once: a load wider than
-  // the store before it waits for that.
+  // Puts a plane in the place of a bound along an axis. A box in memory that was changed in this way must not be loaded at
+  // once: a load wider than the store before it waits for that.
   void set_lower(const AxisLanes& axis, float plane) { lower_ = axis.lower ? plane - FourFloats{} : lower_; }
   void set_upper(const AxisLanes& axis, float plane) { upper_ = axis.upper ? plane - FourFloats{} : upper_; }
   Bounds get() const {
@@ -116,9 +116,9 @@ class SimdBounds {
     std::memcpy(upper, &upper_, sizeof upper);
     return {{lower[0], lower[1], lower[2]}, {upper[1], upper[2], upper[3]}};
   }
-  // As Bounds::centre. The fourth lane does not count, but is finite where the box is.
+  // Computes what Bounds::centre does. The fourth lane does not count, but is finite where the box is.
   FourFloats centre() const { return 0.5f * lower_ + 0.5f * __builtin_shufflevector(upper_, upper_, 1, 2, 3, 3); }
-  // As Bounds::half_area, of a box that is not empty.
+  // Computes what Bounds::half_area does, of a box that is not empty.
   float half_area() const {
     const FourFloats extent = __builtin_shufflevector(upper_, upper_, 1, 2, 3, 0) - lower_, products = extent * yzx(extent);
     return products[0] + products[1] + products[2];

@@ -161,7 +161,7 @@ inline bool is_needle(const vec3& p0, const vec3& p1, const vec3& p2) {
 }
 
 // Distance and barycentrics of a needle, in double precision, where the test tells that the ray's line meets it. That is not
-// asked again, so that no ray passes between a needle and its neighbours. False for a ray in the triangle's plane.
+// asked again, so that no ray passes between a needle and its neighbours. A ray in the triangle's plane gives false.
 bool place_on_needle(const Ray& ray, const TriangleRay& shear, const vec3& p0, const vec3& p1, const vec3& p2, float& t_out,
                      vec2& uv_out);
 

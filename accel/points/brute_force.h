@@ -1,4 +1,4 @@
-// Brute force: tests every point in every query. The reference for the other point structures.
+// Brute force: tests every point in every query. It is the reference for the other point structures.
 #pragma once
 
 #include "accel/points/neighbourhood.h"

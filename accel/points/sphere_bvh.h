@@ -7,8 +7,8 @@
 // distance to a box adds up as a point's does, term for term, each rounded term no larger: pruning is exact without slack.
 //
 // The tree is packed ([Kamel1993], with the Morton curve in the place of Hilbert's): points in curve order, eight to a leaf,
-// eight nodes to a parent, level upon level, so that places are computed and no pointers are kept. Built in parallel,
-// deterministically. Coordinates should stay below 1e18.
+// eight nodes to a parent, level upon level, so that places are computed and no pointers are kept. It is built in
+// parallel, deterministically. Coordinates should stay below 1e18.
 #pragma once
 
 #include "accel/points/neighbourhood.h"

@@ -1,4 +1,4 @@
-// Brute force: tests every sphere in every query. The reference for the other record structures.
+// Brute force: tests every sphere in every query. It is the reference for the other record structures.
 #pragma once
 
 #include "accel/records/record_sphere.h"

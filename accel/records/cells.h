@@ -1,9 +1,10 @@
 // Cells that list every sphere which touches them: an octree, subdivided where that separates spheres, so that a query descends
 // to one cell and reads only its list.
 //
-// Expensive to fill, most of all where radii are alike, and cheap to query: for spheres that are queried many times more often
-// than inserted. A cell is cut when its list is longer than `width` spheres, unless they would fill most of its eighths or are
-// wider than it; so a sphere is listed in about ten cells of its own size, whatever the sizes of others near it.
+// They are expensive to fill, most of all where radii are alike, and cheap to query: they serve spheres that are queried many
+// times more often than inserted. A cell is cut when its list is longer than `width` spheres, unless they would fill most of
+// its eighths or are wider than it; so a sphere is listed in about ten cells of its own size, whatever the sizes of others near
+// it.
 //
 // Cells are counted in steps of one grid of 2^20 along each axis of the bounds. The step of a coordinate is found by monotone
 // float operations, for queries and for the faces of a sphere's box alike, which makes answers exact without slack. What lies

@@ -2,11 +2,10 @@
 // its plane is farther than that.
 //
 // kd-trees do not grow well, so there are several, each over twice as many spheres as the one before, and a few spheres in a
-// list
-// ([Bentley1980]'s logarithmic method). When the list is full, it and all trees up to the first that is missing become that
-// one. A sphere is thus rebuilt into a tree once for each doubling: insertion is cheap on average, but some take as long as
-// rebuilding everything. One large sphere causes visits of its ancestors' siblings too: this structure suits radii of similar
-// size.
+// list ([Bentley1980]'s logarithmic method). When the list is full, it and all trees up to the first that is missing become
+// that one. A sphere is thus rebuilt into a tree once for each doubling: insertion is cheap on average, but some take as long
+// as rebuilding everything. One large sphere causes visits of its ancestors' siblings too: this structure suits radii of
+// similar size.
 //
 // The trees are left-balanced, in heap order ([Jensen2001]). Pruning takes the float operations of the answer itself, rounding
 // is monotone, and so it is exact without slack.

@@ -64,7 +64,7 @@ class MemoryWatch {
   void check(std::uint64_t bytes) const {
     if (!allows(bytes)) throw OverMemory();
   }
-  // A part is finished and keeps so many bytes. Not from several threads at once.
+  // A part is finished and keeps so many bytes. Several threads must not call this at once.
   void keep(std::uint64_t bytes) { kept_ += bytes; }
 
  private:

@@ -1,5 +1,5 @@
-// Two levels: one structure per object, shared by its instances, under a binary tree over the instances' boxes. Built only for
-// scenes that have instances.
+// Two levels: one structure per object, shared by its instances, under a binary tree over the instances' boxes. They are built
+// only for scenes that have instances.
 //
 // A ray is moved into object space by the inverse transform; its direction is not renormalised, so t means the same on both
 // levels. The bottom may be any ray structure, the top any builder's tree.

@@ -1,5 +1,5 @@
 // Surfaces that let rays through: a structure's answer is passed where its mask does not stop the ray, and the ray is traced on
-// from there. Built only over scenes that have masks, so that no kernel knows of them and opaque scenes pay nothing.
+// from there. It is built only over scenes that have masks, so that no kernel knows of them and opaque scenes pay nothing.
 //
 // Each candidate is decided on its own: by the mask where that is 0 or 1, and in between by a hash of the ray, the primitive
 // and the distance, as pbrt-v4 does it. The share of rays that are stopped is then the opacity, whatever method asks, the same

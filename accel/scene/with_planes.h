@@ -1,5 +1,5 @@
 // Infinite planes beside any ray structure: they have no box, so they stand outside the tree and are tested first, which
-// already shortens the ray. Used only for scenes that have planes.
+// already shortens the ray. They are asked only in scenes that have planes.
 #pragma once
 
 #include "accel/kernels/queries.h"

@@ -1,6 +1,6 @@
-// Brute force without a copy: every primitive for every ray, read where the scene has it. The last resort where there is no
-// memory for anything else: it holds the ids of invalid primitives, of which most scenes have none. Slower than BruteForce,
-// which keeps copies side by side, with the same hits.
+// Brute force without a copy: every primitive for every ray, read where the scene has it. It is the last resort where there is
+// no memory for anything else: it holds the ids of invalid primitives, of which most scenes have none. It is slower than
+// BruteForce, which keeps copies side by side, and finds the same hits.
 #pragma once
 
 #include "accel/kernels/reference_test.h"

@@ -1,5 +1,5 @@
-// CGAL's AABB tree as a ray structure ([Alliez2022]): the baseline of those who come from geometry processing. Present where
-// the library was found. CGAL's AABB tree is GPL-3, and so is a program built with it (see ETENDUE_WITH_CGAL in
+// CGAL's AABB tree as a ray structure ([Alliez2022]): the baseline of those who come from geometry processing. It is present
+// where the library was found. CGAL's AABB tree is GPL-3, and so is a program built with it (see ETENDUE_WITH_CGAL in
 // CMakeLists.txt).
 //
 // Tree, box test and triangle test are CGAL's own, in its kernel Simple_cartesian<double>: no sign is computed exactly, and

@@ -1,6 +1,6 @@
 // Coarser meshes by edge collapse, as CGAL does it ([Cacciola2022]): always the edge whose removal costs least goes next, to
-// the place that keeps volume, boundary and area best ([Lindstrom1998]). Present where CGAL was found; GPL-3 like CGAL's tree
-// (cgal.h).
+// the place that keeps volume, boundary and area best ([Lindstrom1998]). It is present where CGAL was found, and under the
+// GPL-3 like CGAL's tree (cgal.h).
 //
 // Vertices at the same place are joined first. Triangles that would make the mesh non-manifold stay as they are. The same mesh
 // gives the same triangles each time.

@@ -1,4 +1,5 @@
-// Embree 3 as a ray structure: the baseline that every user asks for ([Wald2014]). Present where the library was found.
+// Embree 3 as a ray structure: the baseline that every user asks for ([Wald2014]). It is present where the library was
+// found.
 //
 // Triangles are copied into Embree's buffers, quadrics become user geometry with our own test, instances are Embree's own. What
 // it does not share with the other structures: ties in distance go to whichever primitive it tests last, and, unless `robust`,

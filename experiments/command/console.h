@@ -19,7 +19,7 @@ class Console {
   // One line that replaces itself, at most ten times a second; nothing where stderr is no terminal. What is too wide for the
   // terminal is shortened within its words.
   void status(const std::string& text);
-  // Of parts as many as fit, with what is left of the name behind them (report_text.h).
+  // Shows as many parts as fit, with what is left of the name behind them (report_text.h).
   void status(const std::vector<std::string>& parts, const std::string& name = "");
   void clear_status();
 

@@ -1,4 +1,4 @@
-// runs.jsonl: the truth of an experiment. Every table, chart and page is derived from it.
+// runs.jsonl, the log of an experiment. Every table, chart and page is derived from it.
 //
 // One JSON object a line, its "type" first, and last "xxh3", a checksum of the bytes before that key:
 //

@@ -22,7 +22,7 @@ struct FittedRate {
   std::string problem;  // why there is no fit
 };
 
-// One a law, scene and configuration, in the order of the laws. Keeps pointers into the log.
+// There is one for each law, scene and configuration, in the order of the laws. They keep pointers into the log.
 std::vector<FittedRate> fit_rates(const ReportData& data);
 
 Predictions exponent_predictions(const std::vector<FittedRate>& rates);

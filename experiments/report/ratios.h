@@ -20,7 +20,7 @@ struct FoundRatio {
   std::string problem;  // why there is no figure
 };
 
-// One a prediction, scene and configuration, in the order of the predictions. Keeps pointers into the log.
+// There is one for each prediction, scene and configuration, in the order of the predictions. They keep pointers into the log.
 std::vector<FoundRatio> find_ratios(const ReportData& data);
 
 // Methods are named by the parameters in which they differ. `order` says how many pairs of methods are in the order expected.

@@ -30,7 +30,7 @@ struct Configuration {
   std::size_t integrator_index = 0, accel_index = 0;  // over the whole log, in order of first appearance: colour and dash
   std::vector<Replicate> replicates;                  // cells that are done and have a checkpoint, by seed
   std::vector<const CellRecord*> failures;
-  // As reports call them, and as charts do (method_names.h).
+  // What reports call them, and what charts do (method_names.h).
   std::string shown_integrator = {}, shown_accel = {}, short_integrator = {}, short_accel = {};
 
   const CellRecord* any_cell() const;
@@ -96,7 +96,7 @@ std::string short_label(const ReportData& data, const Configuration& configurati
 // One replicate's metric; checkpoints at time 0, out of order or without the metric are left out.
 Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa);
 
-// The metric over replicates at a time: nothing before a replicate's first checkpoint, or after its last and its budget.
+// The metric over replicates at a time. There is none before a replicate's first checkpoint, or after its last and its budget.
 std::optional<Estimate> estimate_at(const Configuration& configuration, const std::string& metric, double time_s,
                                     bool with_sign = false);
 // Gives the metric of each replicate there; fewer than the replicates where some have no value.

@@ -1,5 +1,5 @@
-// How far methods' defaults are from the best of their own settings, at each time. Only where every method of the log stands
-// by its name alone and with other settings beside it.
+// How far methods' defaults are from the best of their own settings, at each time. A log has this only where every method
+// stands by its name alone and also with other settings.
 #pragma once
 
 #include "experiments/report/kind_report.h"
@@ -7,8 +7,8 @@
 
 namespace etendue {
 
-// From a 64th of each scene's common time (ReportData) on. Table `settings`: a row a scene and method, with the most that the
-// defaults' error is over the least of all settings; figure `settings`: that ratio over time.
+// Errors are compared from a 64th of each scene's common time (ReportData) on. The table `settings` has a row for each scene
+// and method, with the largest ratio of the defaults' error to the least of all settings; the figure has the ratio over time.
 KindReport settings_report(const ReportData& data);
 
 }  // namespace etendue

@@ -57,7 +57,7 @@ class LiveWindow {
  public:
   explicit LiveWindow(const Scene& scene) : brute_force_(static_cast<double>(brute_force_tests(scene))) {}
 
-  // Before the first iteration and after each.
+  // To be called before the first iteration and after each.
   void mark(double time_s, const CounterValues& counters, const SampledRays::Work& work);
   LiveFigures figures() const;
 

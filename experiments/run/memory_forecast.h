@@ -33,7 +33,7 @@ struct MemoryForecast {
   std::string text() const;  // "program and scene 20 MiB, structure 1.1 GiB, ..."
 };
 
-// Of a structure that is not `auto`. Throws Error for wrong parameters.
+// The structure must not be `auto`. Throws Error for wrong parameters.
 MemoryForecast forecast_memory(const Scene& scene, const SceneNeeds& needs, const Method& accel, const Method& integrator,
                                ivec2 resolution);
 

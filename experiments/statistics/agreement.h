@@ -7,12 +7,11 @@
 // A t-test believes the spread that it sees, and a pixel of few samples may not have seen the rare bright paths that carry part
 // of its mean: no test of means is valid for all distributions ([Bahadur1956]). What makes this one valid at any size is a
 // bound on the light that one path carries. If no path of N did something, its probability is below ln(1 / level) / N at that
-// level
-// ([Hanley1983]), so paths not yet seen can add at most `brightest` ln(1 / level) / N to the mean. A difference convicts only
-// where it exceeds the t-test's limit by more than that allowance of the darker estimator. Between the two the data cannot
+// level ([Hanley1983]), so paths not yet seen can add at most `brightest` ln(1 / level) / N to the mean. A difference convicts
+// only where it exceeds the t-test's limit by more than that allowance of the darker estimator. Between the two the data cannot
 // tell, and the verdict says how many samples could. The bound is the brightest light's radiance (paths are MIS-weighted with
-// each other so that none carries much more), or twice what the skewness of
-// the noise says of the rare samples in it, if that is larger: delta lights have no radiance.
+// each other so that none carries much more), or twice what the skewness of the noise says of the rare samples in it, if that
+// is larger: delta lights have no radiance.
 #pragma once
 
 #include "framework/image/film.h"

@@ -1,4 +1,4 @@
-// The azimuth as a polynomial without branches: inline, and several times as fast as the arc tangent of elementary.h.
+// The azimuth as a polynomial without branches, inline, in the place of the arc tangent of elementary.h.
 #pragma once
 
 #include "framework/core/vec.h"

@@ -1,4 +1,4 @@
-// Errors of input: what was wrong, where, what was expected. Thrown by libraries, reported by main (exit code 2).
+// Errors of input: what was wrong, where, what was expected. Libraries throw them, main reports them (exit code 2).
 #pragma once
 
 #include <span>

@@ -60,7 +60,7 @@ template <class T>
 using HugePageVector = std::vector<T, UnconstructedOnHugePages<T>>;
 
 // Asks for huge pages under memory that has not been touched yet, if it is large: a builder writes its arrays once, and mapping
-// thousands of small pages would take a tenth of its time.
+// thousands of small pages would take part of its time.
 inline void wish_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #if defined(__linux__)
   constexpr std::uintptr_t page = 2 << 20;

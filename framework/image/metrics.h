@@ -30,8 +30,8 @@ double flip(const Image& image, const Image& reference);  // throws Error where 
 struct Metric {
   std::string_view name, formula;
   double (*compute)(const Image&, const Image&);  // CHECKs equal sizes
-  // Of a metric that looks at pixels' surroundings: the error of each pixel, whose mean it is; null where none is looked at. It
-  // throws Error where a pixel is not finite, and costs so much that it is measured only where somebody asks for it.
+  // Gives the error of each pixel, whose mean is the metric, where the metric looks at pixels' surroundings; else it is null.
+  // It throws Error where a pixel is not finite, and costs so much that it is measured only where somebody asks for it.
   std::vector<double> (*errors)(const Image&, const Image&) = nullptr;
 
   bool on_request() const { return errors != nullptr; }

@@ -10,7 +10,7 @@ namespace etendue {
 
 enum class NormalDistribution : std::uint8_t { ggx, beckmann };
 
-// Of each lane. Few surfaces need what no instruction set has, and those take it one by one.
+// Calls the function for each lane. Few surfaces need what no instruction set has, and those take it lane by lane.
 template <class F, class Function>
 [[gnu::noinline]] F each_lane(F x, Function function) {
   F y = 0.0f;

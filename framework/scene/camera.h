@@ -19,7 +19,7 @@ struct Camera {
 
   bool is_parallel() const { return half_width > 0; }
 
-  // The ray through a point of the film in pixels ((0,0) is the top-left corner); `lens` in [0,1)^2. Direction unit.
+  // The ray through a point of the film in pixels ((0,0) is the top-left corner); `lens` in [0,1)^2. Its direction is unit.
   Ray ray(ivec2 resolution, const vec2& film, const vec2& lens) const;
 
   // A point seen from the lens, for light tracing: where it falls on the film and what a unit of radiance leaving it towards
@@ -40,7 +40,7 @@ struct Camera {
 
   // Half the image plane's extent at distance 1, as (x, y); that of a parallel view is the same at all distances.
   vec2 half_extent(ivec2 resolution) const;
-  // By how much half_extent grows up to a distance.
+  // The factor by which half_extent grows up to a distance.
   float spread(float distance) const { return is_parallel() ? 1 : distance; }
 };
 

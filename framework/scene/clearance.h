@@ -19,7 +19,8 @@ auto rounding_at(const V& position) {
   return (6 * unit_roundoff) * max_component(abs(position));
 }
 
-// Metres along the normal. `extent`: the largest coordinate that the tests of the primitive subtract, in metres.
+// The result is in metres along the normal. `extent`: the largest coordinate that the tests of the primitive subtract, in
+// metres.
 template <class V>
 auto clearance_of(const V& position, LaneOf<V> extent) {
   return rounding_at(position) + (12 * unit_roundoff) * extent;

@@ -24,8 +24,8 @@ struct PointLight {
   Rgb intensity{1};  // W/sr
 };
 
-// From full intensity to none: by a cubic of the cosine, as in pbrt-v4, its fourth power, as in pbrt-v3, or linearly in the
-// angle, as in Mitsuba.
+// Says how a spot fades from full intensity to none: by a cubic of the cosine, as in pbrt-v4, by its fourth power, as in
+// pbrt-v3, or linearly in the angle, as in Mitsuba.
 enum class SpotFade : std::uint8_t { cubic, quartic, linear };
 
 // Full intensity within cos_inner of the axis, falling to 0 at cos_outer.

@@ -34,7 +34,7 @@ struct FilterShape {
   float b = 1.0f / 3, c = 1.0f / 3;  // of mitchell
   float tau = 3;                     // of sinc, periods within the window
 
-  // Not scaled; `axis` 0 or 1.
+  // The value is not normalised; `axis` is 0 or 1.
   double at(double x, int axis) const;
   bool is_pixel() const { return kind == FilterKind::box && radius == vec2(0.5f); }
   std::string text() const;  // "gaussian of radius 1.5 x 1.5, sigma 0.5"

@@ -56,7 +56,7 @@ class AreaEmitter {
     return quadric_ || has_normals_ || texture_ != no_id || !scene_ ? nullptr : &triangle_;
   }
 
-  // Of the side that emits, where it is the same at each point: a triangle's or a disc's.
+  // The normal of the side that emits, where it is the same at each point: a triangle's or a disc's.
   std::optional<vec3> normal() const;
 
   // Uniform over the area.

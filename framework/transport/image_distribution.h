@@ -13,7 +13,7 @@ class ImageDistribution {
 
   bool empty() const { return density_.empty(); }
   vec2 sample(vec2 u) const;
-  // Over solid angle.
+  // The density is over solid angle.
   float pdf(const vec2& uv) const;
 
  private:

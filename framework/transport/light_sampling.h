@@ -86,11 +86,11 @@ class LightSampler {
 
   std::optional<LightSample> sample(const vec3& position, float u_light, const vec2& u) const;
   // The same, but u.x also chooses the light and is then rescaled to [0, 1): points that are stratified over the square are
-  // stratified over all lights together (under a rectangle of two triangles, a third to a fifth of the variance).
+  // stratified over all lights together.
   std::optional<LightSample> sample(const vec3& position, vec2 u) const;
   // Density with which `sample` would have found `point` on an emitting surface, seen from `position` along unit wi.
   float pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const;
-  // Likewise of an environment, all of them together.
+  // The same density for environments, all of them together.
   float environment_pdf(const vec3& wi) const { return environment_pdf(wi, direct()); }
   // Probability with which `sample` chooses a light at a position.
   float choice_probability(const vec3& position, std::uint32_t light) const;

@@ -13,9 +13,9 @@
 // root (its bit trail), by the same arithmetic as choosing it.
 //
 // Deviations: the distance is at least half the radius, not the radius, since points within a node lie nearer to its lights
-// than the radius says. What the receiver faces does not count, so that MIS knows a light's probability where a path hits it
-// from the point before alone; samples that go behind the surface are lost. No sum of several lights is taken at once (the
-// paper's splitting).
+// than the radius says. What the illuminated surface faces does not count, so that MIS knows a light's probability where a path
+// hits it from the point before alone; samples that go behind the surface are lost. No sum of several lights is taken at once
+// (the paper's splitting).
 #pragma once
 
 #include "framework/query.h"
@@ -46,7 +46,7 @@ class LightTree {
   explicit LightTree(std::span<const Emitter> lights);
 
   bool empty() const { return nodes_.empty(); }
-  // By u in [0, 1), which is rescaled to [0, 1) within the choice.
+  // Chooses by u in [0, 1), which is rescaled to [0, 1) within the choice.
   Chosen choose(const vec3& position, double& u) const;
   // With which `choose` takes this light.
   double probability(const vec3& position, std::uint32_t light) const;

@@ -3,7 +3,7 @@
 // integrators/bidirectional/vcm_mis.h.
 //
 //   light-trace   splats alone: particles from the lights, each vertex joined to the lens
-//   bdpt          all strategies but merging, weighed by the balance heuristic
+//   bdpt          all strategies but merging, weighted by the balance heuristic
 //   vcm           all strategies
 //
 // An iteration traces `paths` light paths, then one camera path a pixel. Camera path i is joined to the vertices of light path

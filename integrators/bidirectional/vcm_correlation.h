@@ -53,8 +53,8 @@ using Trail = std::span<const TrailVertex>;
 
 class PathDensities {
  public:
-  // What joins the ends of both parts. Per area: of finding the end of the light's part from the camera's, and the other way
-  // round. Per solid angle: of going on backwards along either part.
+  // Densities where the ends of both parts are joined. Per area they are those of finding the end of the light's part from the
+  // camera's, and the other way round; per solid angle, those of going on backwards along either part.
   struct Joint {
     float camera_finds = 0, light_finds = 0;
     float light_reverse = 0, camera_reverse = 0;

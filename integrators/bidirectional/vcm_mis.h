@@ -9,8 +9,8 @@
 // Every density is per area where it belongs to a vertex ("area") and per solid angle where it belongs to a direction.
 // Roulette is left out of the densities: survival depends on the throughput, and weights that all ignore it still sum to one.
 //
-// Deviation: delta lobes. The report takes their forward and reverse probabilities for equal; for refraction the densities of
-// the two directions differ by the solid angles they fill, which is accounted for here (scatter_specular).
+// Delta lobes are where this deviates. The report takes their forward and reverse probabilities for equal; for refraction the
+// densities of the two directions differ by the solid angles they fill, which is accounted for here (scatter_specular).
 #pragma once
 
 #include "framework/core/vec.h"
@@ -35,8 +35,8 @@ struct MisPartials {
   // At the lens: the only other strategy there is the splat, tried by each of the light paths. [Georgiev2012b] eq. 31-33.
   static MisPartials at_camera(float light_paths, float pdf_camera) { return {light_paths / pdf_camera, 0, 0}; }
 
-  // To the next vertex: from solid angle there to area here. The first vertex of a light path takes no distance: at_light has
-  // it.
+  // Goes to the next vertex: from solid angle there to area here. The first vertex of a light path takes no distance: at_light
+  // has it.
   void arrive(float distance_squared, float cos_in) {
     cos_in = std::max(cos_in, 1e-7f);  // 0 where a ray grazes the surface: absent strategies would give 0 / 0
     vcm *= distance_squared / cos_in;

@@ -4,7 +4,7 @@
 // chosen method's: the image has the bits that it would have under its own name with the same seed. `choice()` says which it
 // is, and why, in one sentence.
 //
-// Unbiased, consistent or biased as the chosen method.
+// It is unbiased, consistent or biased as the chosen method is.
 #pragma once
 
 #include "integrators/choice/choose.h"

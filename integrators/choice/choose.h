@@ -13,8 +13,9 @@ constexpr auto names_of(BiasAllowed) { return std::array{"any", "vanishing", "no
 // results/. The choice goes by that number wherever it is made, so that it depends on scene, seed and budget alone.
 inline constexpr double rays_per_second = 8e6;
 
-// The effort in rays a pixel: of a time, rays_per_second; of iterations, what as many paths take; of an error, as many paths
-// as reach it, or a tenth of them where photons or a cache stand for the rest. 64 iterations where nothing is stated.
+// The effort in rays a pixel: of a time, rays_per_second; of iterations, what as many paths take; of an error, a tenth of
+// what the paths take that would reach it, since photons or a cache stand for the rest. Of several the least counts; where
+// nothing is stated, it is that of 64 iterations.
 double rays_a_pixel(const Effort& effort, ivec2 resolution, const PilotFindings& findings);
 
 // Says that light on what is seen comes by way of specular surfaces, that the method finds it by chance alone, if at all, and

@@ -1,15 +1,16 @@
 // Practical path guiding: path tracing that learns where light comes from ([Mueller2017]).
 //
-// Blocks of 2, 4, 8, ... samples per pixel; each samples from a mixture of the BSDF and a spatio-directional tree (sd_tree.h)
-// of the light that the block before has seen, and trains the next. The first block is path tracing. All samples count towards
-// the image, blocks by the inverse of their variance (image_blocks.h). What paths do is in guided_paths.h.
+// It renders blocks of 2, 4, 8, ... samples per pixel; each samples from a mixture of the BSDF and a spatio-directional tree
+// (sd_tree.h) of the light that the block before has seen, and trains the next. The first block is path tracing. All samples
+// count towards the image, blocks by the inverse of their variance (image_blocks.h). What paths do is in guided_paths.h.
 //
 // Deviations from [Mueller2017]: the first block has 2 samples, so that its variance is known; blocks go on doubling as long as
 // the caller asks; a spatial leaf divides at 2,000 records, not 12,000, and directions at a fiftieth of the flux; light is
 // sampled directly too, and the tree learns what that leaves to BSDF and guide; the tree distinguishes normals, and learns
 // radiance times cosine with the help of a cache (sd_tree.h); roulette uses that cache. From [Mueller2019]: the learnt share of
 // BSDF sampling (by one sum per candidate, for the least variance), the combination of blocks and, if asked for, the stochastic
-// spatial filter; with leaves this small it costs more at edges than it saves in noise. Not its directional filter.
+// spatial filter; with leaves this small it costs more at edges than it saves in noise. The directional
+// filter is left out.
 //
 // Unbiased up to the depth limit, but for what image_blocks.h says of the weights, which no test finds (combination = mean or
 // last: exactly).

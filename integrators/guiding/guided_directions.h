@@ -60,7 +60,8 @@ class DirectionDensity {
   Sample sample(vec2 u) const;
 
  private:
-  // Of a number in [0, 1): `share` of it choose the lower half, and what is left is stretched to [0, 1) by one of `stretch`.
+  // Splits a number in [0, 1): `share` of it choose the lower half, and what is left is stretched to [0, 1) by one of
+  // `stretch`.
   struct Split {
     float share = 0.5f;
     std::array<float, 2> stretch{2, 2};

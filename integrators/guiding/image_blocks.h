@@ -1,13 +1,14 @@
 // One image from blocks of samples of different variance, for methods whose sampling improves as they learn.
 //
 // Block b holds 2, 4, 8, ... samples of each pixel. Blocks are added with weights inverse to the variance of one sample of
-// theirs ([Mueller2019], section 10.5.1: not one per pixel). Three deviations. The variance is relative, that of a square of 8
-// x 8 pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest pixels would
-// decide. And pixels are divided as a chessboard's fields, of which each colour has weights from the samples of the other:
-// weights from a pixel's own samples would count a block less that met light by a rare chance, and the image would lack such
-// light. What is left of this comes by way of the tree, which all pixels teach; `mean` and `last` have none of it. Nor does a
-// sample weigh less than one before it: few samples that met no such light tell nothing of their variance. A running block of
-// one sample takes the weight of the block before. In an image of one pixel, which has no other colour, all count alike.
+// theirs ([Mueller2019], section 10.5.1: not one per pixel). There are three deviations. The variance is relative, that of a
+// square of 8 x 8 pixels over its squared mean in all samples so far (plus a hundredth of the image's); else the brightest
+// pixels would decide. And pixels are divided as a chessboard's fields, of which each colour has weights from the samples of
+// the other: weights from a pixel's own samples would count a block less that met light by a rare chance, and the image would
+// lack such light. What is left of this comes by way of the tree, which all pixels teach; `mean` and `last` have none of it.
+// Nor does a sample weigh less than one before it: few samples that met no such light tell nothing of their variance. A running
+// block of one sample takes the weight of the block before. In an image of one pixel, which has no other colour, all count
+// alike.
 #pragma once
 
 #include "framework/image/film.h"

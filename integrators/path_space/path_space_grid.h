@@ -60,7 +60,8 @@ struct PathSpaceGridOptions {
 class PathSpaceGrid {
  public:
   // Two answers of a cell, after m and after n > m samples, have noise of correlation (m / n)^1.5: what the later one has of
-  // the first m samples weighs (m / n)^2 of the whole, and has sqrt(n / m) times the noise. Less where finer cells took over.
+  // the first m samples weighs (m / n)^2 of the whole, and has sqrt(n / m) times the noise. It is less where finer cells took
+  // over.
   static constexpr double forgetting = 1.5;
 
   PathSpaceGrid(const Bounds& bounds, const PathSpaceGridOptions& options);

@@ -203,7 +203,7 @@ RayLanes<F> sample_camera_rays(const CameraPaths& paths, const Vec2<F>& pixel, S
   return {ray.origin, ray.direction, infinity};
 }
 
-// Unit, in the world.
+// The direction is unit, in the world.
 template <class F>
 Vec3<F> hemisphere_direction(const HemispherePaths& paths, F ring, F sector, SamplerOf<F>& numbers) {
   const Vec2<F> u = numbers.get_2d();

@@ -49,7 +49,7 @@ class SampleShares {
   // The variance of the mean of the iterations so far, relative to each pixel's mean and so averaged over them; as if samples
   // were independent, and all iterations had the numbers of the last.
   double noise() const { return variance_ / std::max(iterations_, 1u); }
-  // Of an error of a pixel's luminance: its square over that of the pixel, likewise.
+  // The square of an error of a pixel's luminance over that of the pixel, likewise.
   float relative_square(std::size_t pixel, float error) const;
   // Relative standard deviation of a pixel's samples and its neighbours', as the last span was chosen by.
   float deviation(std::size_t pixel) const { return deviation_[pixel]; }

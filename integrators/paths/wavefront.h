@@ -26,7 +26,7 @@ class Wavefront {
     shadow_rays_.append() = shadow_ray;
   }
 
-  // Of a point that meet was given, while it runs.
+  // The hit of a point that meet was given, while it runs.
   const Hit& hit_of(const SurfacePoint& point) const { return hits_[static_cast<std::size_t>(&point - points_.data())]; }
 
   // Light samples that are worked out together, and come in before what else is gained.

@@ -24,11 +24,10 @@
 // they will be gathered.
 //
 //   power        all of the same power, wherever they go
-//   importance   by a guide over the numbers of emission, learned from a quarter of the paths:
-//   integrators/photons/emission_guide.h.
-//                Photons that are rare where they are not expected to matter are strong in turn; unbiased everywhere
-//   visibility   paths that store a photon in the region and no others, by Markov chains, all of about the same power:
-//                integrators/photons/photon_chains.h. Unbiased within the region; outside of it light is missing
+//   importance   by a guide over the numbers of emission, learned from a quarter of the paths (emission_guide.h). Photons that
+//                are rare where they are not expected to matter are strong in turn; unbiased everywhere
+//   visibility   paths that store a photon in the region and no others, by Markov chains, all of about the same power
+//                (photon_chains.h). Unbiased within the region; outside of it light is missing
 #pragma once
 
 #include "framework/integrator.h"

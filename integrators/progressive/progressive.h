@@ -4,8 +4,7 @@
 // (integrators/photons/photon_camera_path.h), and a pass of photons. At each rough vertex it takes
 //
 //   direct              next-event estimation, one light sample (direct = "sample"), or photons
-//   caustic, indirect   the pass's photons within the radius r_i that the method's policy gives
-//   (integrators/progressive/radius_policy.h)
+//   caustic, indirect   the pass's photons within the radius r_i that the method's policy gives (radius_policy.h)
 //
 // and emission as the camera path meets it: the same partition of paths as integrators/photons/photon_map.h, with one map for
 // caustic and indirect photons. Emission and direct light take further camera paths where they scatter more than photons do

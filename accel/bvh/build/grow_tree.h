@@ -41,7 +41,7 @@ struct Split {
 
 template <class S>
 concept Splitter = requires(S& s, const ItemRange& range, std::uint32_t position) {
-  // The best cut of the run, or none if a leaf is better. Never called for a single item.
+  // The best cut of the run, or none if a leaf is better. It is never called for a single item.
   { s.best(range) } -> std::same_as<std::optional<Split>>;
   // Cuts it into two runs of equal length (or lengths that differ by one), whatever the items.
   { s.halve(range) } -> std::same_as<Split>;

@@ -27,7 +27,7 @@ class MortonCode {
 
   std::uint64_t operator()(const vec3& point) const;
 
-  // The cell along each axis, of 2^21.
+  // The number of the cell along each axis, which has 2^21 of them.
   FourUnsigned cell(const vec3& point) const {
     return (FourUnsigned) __builtin_convertvector((0.5f * four(point) - origin_) * scale_, FourInts);
   }

@@ -1,6 +1,6 @@
 // PLOC: parallel locally-ordered clustering ([Meister2018]). Primitives lie along the Morton curve; each cluster looks for the
 // neighbour, at most `search_radius` places away, whose union with it has the least surface area, and those that chose each
-// other merge, over and over, until one is left. Near the quality of the full sweep, at a fraction of its time.
+// other merge, over and over, until one is left.
 //
 // Equally near neighbours go to the lowest place: then the first cluster of those that have the least distance of all is chosen
 // back by the one it chooses, so every round merges a pair at least. A round that merges too few (coincident boxes, boxes that

@@ -8,7 +8,7 @@
 
 namespace etendue {
 
-// Defaults as chosen by the motions of experiments/dynamic.toml.
+// The defaults were chosen by the motions of experiments/dynamic.toml.
 struct HybridParams {
   float changed_fraction = 0.1f;
   float sah_growth = 1.3f;

@@ -102,7 +102,7 @@ class CollapsePlan {
     std::uint32_t node, place;
   };
 
-  // Subtrees of up to so many primitives in parallel.
+  // Plans subtrees of up to so many primitives in parallel.
   void plan(std::uint32_t task_size) {
     nodes_ = uninitialised_on_huge_pages<Node>(tree_.nodes.size());
     shares_ = uninitialised_on_huge_pages<Shares>(tree_.nodes.size());

@@ -10,7 +10,7 @@ template <class Pack>
 struct PackTree {
   BinaryTree tree;  // its primitives are packs, one a leaf, from left to right; there is no list of them
   HugePageVector<Pack> packs;
-  // By pack: its triangles, and their area.
+  // Each pack has the number of its triangles here, and their area.
   UninitialisedArray<std::uint8_t> counts{};
   UninitialisedArray<float> areas{};
 };

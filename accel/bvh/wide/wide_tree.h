@@ -40,8 +40,8 @@ class WideRef {
 
 template <int width>
 struct alignas(64) WideNode {
-  // Lower x, y, z, then upper. An empty slot has lower = infinity and upper = -infinity, which only rays meet whose direction
-  // is too small to divide by along each axis.
+  // Lower x, y and z come first, then upper. An empty slot has lower = infinity and upper = -infinity, which only rays meet
+  // whose direction is too small to divide by along each axis.
   float planes[6][width];
   WideRef children[width];
 };

@@ -30,7 +30,7 @@ struct LedgerDecision {
 
 std::span<const LedgerDecision> ledger_decisions();
 
-// Scenes in the place of parameters.
+// Changes the scene, where no parameter switches the component.
 struct LedgerEdit {
   std::string name, text;
   std::string decision;  // that is switched

@@ -1,9 +1,7 @@
 // The part of an experiment that compares point or record structures: [points], over photons of the scenes and over squares
 // with a dense spot, or [records], over records where a camera sees the scenes (docs/experiment-file.md has the keys). A cell
-// is one (set, count, seed). Structures take turns within it, on one thread.
-//
-// Times point and record structures: medians of repetitions in which the structures take turns, on one thread. The answers of
-// all timed queries are compared between the structures.
+// is one (set, count, seed). Its times are medians of repetitions in which the structures take turns, on one thread, and the
+// answers of all timed queries are compared between the structures.
 #pragma once
 
 #include "experiments/config/config.h"

@@ -1,5 +1,5 @@
 // What a mean hides, by method and hazard: the tail of an image's pixels, how often an interval that seeds or the method itself
-// state does not hold the truth, and when the first image comes that is not nonsense.
+// state does not hold the right value, and when the first image comes that is not nonsense.
 #include "experiments/kinds/stress/stress_report.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"

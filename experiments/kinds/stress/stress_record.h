@@ -15,8 +15,8 @@ namespace etendue {
 struct StressPoint : SweepPoint {
   double bias = 0, bias_error = 0;  // relative error of the mean over seeds of the image's mean, and its standard error
   double peak = 0;                  // brightest pixel of any seed over the reference's brightest
-  // By seed: the tail index of the image (stress_figures.h); iterations and time of the first checkpoint at which relMSE is
-  // below sane_relmse, or, negative, of the last one where none is.
+  // Each has a value for each seed: the tail index of the image (stress_figures.h), and iterations and time of the first
+  // checkpoint at which relMSE is below sane_relmse. Where none is, they are those of the last one, negative.
   std::vector<double> tails = {}, sane_iterations = {}, sane_s = {};
   // The share of pixels whose error is beyond twice the standard error that the method states, on the mean over seeds; empty:
   // it states none.

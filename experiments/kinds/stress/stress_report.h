@@ -74,7 +74,7 @@ Table matrix_table(const StressMap& map, bool structures);
 Table thresholds_table(const StressMap& map);
 Table remedies_table(const std::vector<MendedCell>& cells);
 
-// By cell of the matrix: tails, coverage, and the time to the first sane image; and what that comes to.
+// A row for each cell of the matrix has tails, coverage and the time to the first sane image; notes sum them up.
 Table hidden_table(const StressMap& map);
 void add_hidden(const StressMap& map, KindReport& report);
 

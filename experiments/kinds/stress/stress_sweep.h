@@ -53,8 +53,8 @@ std::vector<SweepPoint> sweep(const SweepRange& range, double factor, const Expe
 bool is_failed(const SweepPoint& point, const Expected& holds);
 Threshold threshold_of(std::span<const SweepPoint> points, const Expected& holds);
 
-// By how much a remedy moved a threshold, as a factor of x towards harm, above 1 where it helps. An end that one of the two
-// holds to bounds the factor from one side only.
+// Says by how much a remedy moved a threshold, as a factor of x towards harm, which is above 1 where it helps. An end that one
+// of the two holds to bounds the factor from one side only.
 struct Mended {
   double factor = 1;
   Interval interval = {1, 1};

@@ -17,7 +17,7 @@ struct KeptImage {
   const Configuration* configuration;
   const Replicate* replicate;
 };
-// Of each integrator the lowest seed's image, of the first structure that kept one.
+// Each integrator gives the image of its lowest seed, with the first structure that kept one.
 std::vector<KeptImage> kept_images(const SceneData& scene);
 
 struct ComparisonChoice {

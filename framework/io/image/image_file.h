@@ -23,7 +23,7 @@ struct RgbImage {
 
   ivec2 size{0};
   std::vector<Rgb> texels;
-  // Texels that a file of floats holds as NaN or infinity; here they are 0. Their number, and column and row of the first ten.
+  // Texels that a file of floats holds as NaN or infinity are 0 here: their number, and column and row of the first ten.
   std::size_t not_finite = 0;
   std::vector<ivec2> first_not_finite = {};
 };

@@ -1,6 +1,7 @@
 // Holes in a mesh, where a texture says that it is not opaque.
 //
-// Surfaces are opaque here, so that what has an opacity below a half is cut away. Triangles are split along that line, seven
+// It serves surfaces of which rays cannot ask the opacity (accel/scene/with_masks.h), such as lights: what has an opacity below
+// a half is cut away. Triangles are split along that line, seven
 // times at most and less often where there are many of them.
 #pragma once
 
@@ -10,7 +11,7 @@
 
 namespace etendue {
 
-// At a vertex's texture coordinates and position, 0 to 1.
+// Gives the opacity at a vertex's texture coordinates and position, from 0 to 1.
 using Opacity = std::function<float(const vec2& uv, const vec3& position)>;
 
 void cut_away(TriangleMesh& mesh, const Opacity& opacity);

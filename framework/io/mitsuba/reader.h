@@ -251,7 +251,7 @@ class MitsubaReader {
   }
   static constexpr std::uint64_t most_visited = 1'000'000;
   std::uint64_t visited_ = 0;
-  // Of an object that is being read there is an entry without a value: references must not lead back to it.
+  // An object that is being read has an entry without a value, since references must not lead back to it.
   std::map<const XmlElement*, std::optional<std::uint32_t>> bsdfs_;
   std::map<const XmlElement*, std::optional<TextureValue>> textures_;
   std::map<std::pair<const XmlElement*, float>, std::uint32_t> scene_textures_;

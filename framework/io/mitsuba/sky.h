@@ -14,12 +14,12 @@ struct SunTime {
   float hour = 15;                                                 // of the time zone's clock, with its minutes
   float latitude = 35.6894f, longitude = 139.6917f, timezone = 9;  // degrees, and hours
 };
-// By [BlancoMuriel2001]. Up is +y, north -z and east +x.
+// The algorithm is that of [BlancoMuriel2001]. Up is +y, north -z and east +x.
 vec3 towards_sun(const SunTime& when);
 
 // 512 x 256 texels in the axes of an envmap of Mitsuba's: the caller sets light_to_world.
 EnvironmentLight preetham_sky(const vec3& towards_sun, float turbidity);
-// Of a surface that faces the sun, W/m^2, dimmed by air and haze.
+// The irradiance of a surface that faces the sun, in W/m^2, which air and haze have dimmed.
 Rgb sun_irradiance(const vec3& towards_sun, float turbidity);
 
 }  // namespace etendue

@@ -59,7 +59,7 @@ class PbrtParams {
 
   // The parameter exists but cannot be honoured: throws with the reason.
   void reject(std::string_view name, const std::string& reason) const;
-  // As reject where approximations are refused; else the parameter is known and `instead` is taken.
+  // Does what reject does where approximations are refused; else the parameter is known and `instead` is taken.
   void approximate(std::string_view name, const std::string& reason, const std::string& instead) const;
   // These are known and have no effect here.
   void ignore(std::initializer_list<std::string_view> names) const;

@@ -1,6 +1,6 @@
 // The state of reading a pbrt scene, and its directives. Internal to framework/io/pbrt/*.cpp, which split it by concept:
-// reader (files, attributes, transforms), options (camera, film), rendering (what the command line
-// decides), shapes, materials, textures, lights.
+// reader (files, attributes, transforms), options (camera, film), rendering (what the command line decides), shapes, materials,
+// textures, lights.
 #pragma once
 
 #include "framework/io/mesh/left_out.h"
@@ -16,7 +16,7 @@
 
 namespace etendue {
 
-// Of a dielectric's surface, straight on; and the index that has it.
+// The reflectance of a dielectric's surface seen straight on, and the index that has it.
 inline float normal_reflectance(float eta) { return square((eta - 1) / (eta + 1)); }
 inline float index_of_reflectance(float reflectance) {
   if (reflectance <= 1e-6f) return 1;
@@ -192,7 +192,8 @@ class PbrtReader {
   void height_field(const PbrtParams& params);
   void nurbs(const PbrtParams& params);
   float constant_opacity(const PbrtParams& params);
-  // Of what varies. Both may change the mesh: holes are cut into it where rays cannot be asked, and it gets coordinates.
+  // Adds the mask of an alpha that varies. Both may change the mesh: holes are cut into it where rays cannot be asked, and it
+  // gets coordinates.
   std::uint32_t add_mask(const PbrtParams& params, TriangleMesh& mesh, float constant);
   Field opacity_field(const PbrtParams& params, TextureEntry* alpha);
   TextureEntry* varying_alpha(const PbrtParams& params);

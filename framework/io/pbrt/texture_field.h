@@ -46,13 +46,13 @@ struct TextureMapping {
   vec2 at(const TexturePlace& place) const;
 };
 
-// The textures that are functions of their place alone: dots, uv, bilerp, fbm, wrinkled, windy, marble. Null for another type.
-// `colour(name, otherwise)` reads an operand.
+// The textures that are functions of their place alone: dots, uv, bilerp, fbm, wrinkled, windy, marble. Another type
+// gives null. `colour(name, otherwise)` reads an operand.
 using ReadOperand = std::function<Field(std::string_view name, const Rgb& otherwise)>;
 Field procedural_field(const std::string& type, const PbrtParams& params, const Transform& to_world, bool version3,
                        const ReadOperand& operand);
 Field checkerboard_field(const PbrtParams& params, const Transform& to_world, bool version3, const ReadOperand& operand);
-// By the angle between the surface and a direction ("directionmix").
+// Mixes by the angle between the surface and a direction ("directionmix").
 Field direction_mix_field(const PbrtParams& params, const Transform& to_world, const ReadOperand& operand);
 // An image under any mapping.
 Field image_field(ImageTexture image, const TextureMapping& mapping);
