@@ -195,8 +195,9 @@ CodeSince code_since_in_git(const std::string& root) {
   };
 }
 
-// No page quotes these tables, and `report` writes them: they would take a fiftieth of what is committed.
+// `report` writes these tables, and those too long for a reader: they would take a tenth of what is committed.
 const std::set<std::string_view> left_to_report{"counters", "phases"};
+constexpr std::size_t most_bytes = 45'000;
 
 std::map<std::string, std::string> derived_files(const std::string& root, const CodeSince& since) {
   const fs::path top(root);
@@ -207,9 +208,11 @@ std::map<std::string, std::string> derived_files(const std::string& root, const 
   std::map<std::string, LogChanges> moved;
   for (const std::string& folder : result_folders(root)) {
     const LogAnswers& answer = answers[folder] = answers_of((top / "results" / folder).string());
-    for (const Table& table : answer.tables)
-      if (!left_to_report.contains(table.name))
-        files[fmt::format("results/{}/tables/{}.md", folder, table.name)] = to_markdown(table);
+    for (const Table& table : answer.tables) {
+      std::string text = left_to_report.contains(table.name) ? "" : to_markdown(table);
+      if (!text.empty() && text.size() <= most_bytes)
+        files[fmt::format("results/{}/tables/{}.md", folder, table.name)] = std::move(text);
+    }
     for (const Figure& figure : answer.figures)
       if (const std::string chart = fmt::format("{}/charts/{}.svg", folder, figure.name); charts.erase(chart) > 0)
         files["results/" + chart] = to_svg(figure);
