@@ -78,6 +78,9 @@ struct RenderContext {
     const auto timed = phases.measure("build");
     lights.choose_by(choice, samples);
   }
+  // The share of rays that a surface stops where this one met it: what is stored there of those stands for all.
+  float stopped_share(const Hit& hit) const { return needs.masks ? scene.opacity_at(hit) : 1; }
+
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
   int max_depth(int requested) const { return requested > 0 ? requested : scene.max_depth.value_or(64); }
 };
@@ -142,7 +145,7 @@ struct IntegratorEntry {
   std::string name, summary;
   std::vector<ParamInfo> params;
   std::function<std::unique_ptr<Integrator>(const ParamMap&)> make;  // throws Error on bad parameters
-  double bytes_a_pixel = 0;  // that are kept of each beside the image, as measured
+  double bytes_a_pixel = 0;                                          // that are kept of each beside the image, as measured
 };
 
 // The row of a method that make(params) makes.

@@ -138,7 +138,7 @@ float Scene::opacity_at(const Hit& hit) const {
     const uvec3 v = object.geometry.triangles[hit.primitive];
     uv = (1 - hit.uv.x - hit.uv.y) * object.uvs[v.x] + hit.uv.x * object.uvs[v.y] + hit.uv.y * object.uvs[v.z];
   }
-  return mean_component(evaluate(textures[shape.mask], uv));
+  return std::clamp(mean_component(evaluate(textures[shape.mask], uv)), 0.0f, 1.0f);
 }
 
 std::uint64_t Scene::triangle_count() const {

@@ -116,8 +116,8 @@ struct Scene {
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const;
   // The shading normal with the relief of the triangle's shape, which has one.
   vec3 normal_of_relief(const Hit& hit, const vec3& normal, const vec3& shading_normal, const vec2& uv) const;
-  // The share of rays that the surface stops where this one met it. Below 0 it is none, above 1 all. What a structure of the
-  // scene answers has already been stopped (accel/scene/with_masks.h).
+  // The share of rays, from 0 to 1, that the surface stops where this one met it. What a structure of the scene answers has
+  // already been stopped (accel/scene/with_masks.h).
   float opacity_at(const Hit& hit) const;
   // For loops that call surface_at for one hit after another: at number `begun`, begins to load what the calls for hits a few
   // places further on will read. It is worth its time where the scene outgrows the nearest caches.

@@ -138,7 +138,7 @@ class LightPaths::Tracer {
         vertex.power = path.throughput;
         vertex.mis = path.mis;
         vertex.events = depth + 1;
-        vertex.opacity = context_.needs.masks ? std::min(context_.scene.opacity_at(memory_.wave.hit_of(point)), 1.0f) : 1;
+        vertex.opacity = context_.stopped_share(memory_.wave.hit_of(point));
         vertex.trail = trail;
       }
     }

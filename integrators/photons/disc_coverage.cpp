@@ -63,8 +63,7 @@ float DiscCoverage::covered(const RenderContext& context, const GatherPoint& at,
     return 0;
   const float hit_x = aim.x + square((flatness * radius - hit.t) / radius), shape = kernel_shape(rules_.kernel, aim.x);
   if (!(hit_x < 1 && shape > 0)) return 0;
-  const float opacity = context.needs.masks ? std::min(context.scene.opacity_at(hit), 1.0f) : 1;  // as photons count there
-  return kernel_shape(rules_.kernel, hit_x) / (shape * facing * opacity);
+  return kernel_shape(rules_.kernel, hit_x) / (shape * facing * context.stopped_share(hit));  // as photons count there
 }
 
 float DiscCoverage::probe(const RenderContext& context, const GatherPoint& at, float radius, const vec2& u,
@@ -151,7 +150,7 @@ void DiscCoverage::trace_together(const RenderContext& context, const PhotonMap&
     for (const std::size_t end = i + count; i < end; ++i) {
       if (!hits[i]) continue;
       sum += covered(context, disc->at, disc->radius, {rays[i], x[i]}, hits[i], points[i], walls);
-      if (context.needs.masks) s.masked = s.masked || context.scene.opacity_at(hits[i]) < 1;
+      s.masked = s.masked || context.stopped_share(hits[i]) < 1;
     }
     s.whole += disc->weight;
     s.covered += disc->weight * (sum / static_cast<float>(count));

@@ -53,8 +53,8 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;
     if (rough_materials_.stores(point.material) && stores(history)) {
       // A mask stops a share of the photons that arrive, which stand for all: it stops as large a share of camera rays again.
-      const float opacity = context_.needs.masks ? std::min(context_.scene.opacity_at(hit), 1.0f) : 1;
-      out.add(point.position, power / opacity, from, hit.t, normal, static_cast<PhotonHistory>(history), scatterings);
+      out.add(point.position, power / context_.stopped_share(hit), from, hit.t, normal, static_cast<PhotonHistory>(history),
+              scatterings);
       matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
     }
     if (scatterings >= pass_.max_scatterings) return matters;

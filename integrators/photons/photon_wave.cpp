@@ -58,8 +58,7 @@ void PhotonWave::count_for_all(std::span<StoredPhoton> stored) const {
     if (of_path.size() <= path) of_path.resize(path + 1);
     of_path[path] = i;
   }
-  for (StoredPhoton& photon : stored)
-    photon.power /= std::min(context_.scene.opacity_at(hits_[of_path[photon.path % most_paths]]), 1.0f);
+  for (StoredPhoton& photon : stored) photon.power /= context_.stopped_share(hits_[of_path[photon.path % most_paths]]);
 }
 
 void PhotonWave::meet(int scatterings) {
