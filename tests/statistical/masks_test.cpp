@@ -51,29 +51,24 @@ Scene under_plate(float opacity) {
   return scene;
 }
 
-// A share of the photons stops there, and as large a share of camera rays.
-TEST(MaskedImages, PhotonsOnAHalfTransparentPlateStandForAll) {
-  const Scene scene = under_plate(0.5f);
+double mean_under_plate(float opacity, const char* method, std::uint32_t iterations) {
   RenderOptions options;
   options.resolution = {16, 16};
-  options.iterations = 64;
-  const double paths = mean_of(scene, "path", options);
+  options.iterations = iterations;
+  return mean_of(under_plate(opacity), method, options);
+}
+
+// A share of the photons stops there, and as large a share of camera rays.
+TEST(MaskedImages, PhotonsOnAHalfTransparentPlateStandForAll) {
+  const double paths = mean_under_plate(0.5f, "path", 64);
   EXPECT_GT(paths, 0.1);
-  for (const char* method : {"photon-map", "sppm", "vcm"}) {
-    options.iterations = 16;
-    EXPECT_NEAR(mean_of(scene, method, options) / paths, 1, 0.04) << method;
-  }
+  for (const char* method : {"photon-map", "sppm", "vcm"})
+    EXPECT_NEAR(mean_under_plate(0.5f, method, 16) / paths, 1, 0.04) << method;
 }
 
 // What probes find of discs scatters there, and is measured on and on.
 TEST(LongMaskedImages, DiscsOnAPlateAreWholeHoweverLongTheyAreMeasured) {
-  const Scene scene = under_plate(0.3f);
-  RenderOptions options;
-  options.resolution = {16, 16};
-  options.iterations = 1024;
-  const double paths = mean_of(scene, "path", options);
-  options.iterations = 256;
-  EXPECT_NEAR(mean_of(scene, "sppm", options) / paths, 1, 0.03);
+  EXPECT_NEAR(mean_under_plate(0.3f, "sppm", 256) / mean_under_plate(0.3f, "path", 1024), 1, 0.03);
 }
 
 TEST(MaskedImages, StructuresAgree) {
