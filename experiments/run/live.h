@@ -57,7 +57,7 @@ class LiveWindow {
  public:
   explicit LiveWindow(const Scene& scene) : brute_force_(static_cast<double>(brute_force_tests(scene))) {}
 
-  // To be called before the first iteration and after each.
+  // It is called before the first iteration and after each.
   void mark(double time_s, const CounterValues& counters, const SampledRays::Work& work);
   LiveFigures figures() const;
 

@@ -90,7 +90,7 @@ class LightSampler {
   std::optional<LightSample> sample(const vec3& position, vec2 u) const;
   // Density with which `sample` would have found `point` on an emitting surface, seen from `position` along unit wi.
   float pdf(const vec3& position, const vec3& wi, const SurfacePoint& point) const;
-  // The same density for environments, all of them together.
+  // Gives the same density for environments, all of them together.
   float environment_pdf(const vec3& wi) const { return environment_pdf(wi, direct()); }
   // Probability with which `sample` chooses a light at a position.
   float choice_probability(const vec3& position, std::uint32_t light) const;

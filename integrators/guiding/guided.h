@@ -9,8 +9,8 @@
 // sampled directly too, and the tree learns what that leaves to BSDF and guide; the tree distinguishes normals, and learns
 // radiance times cosine with the help of a cache (sd_tree.h); roulette uses that cache. From [Mueller2019]: the learnt share of
 // BSDF sampling (by one sum per candidate, for the least variance), the combination of blocks and, if asked for, the stochastic
-// spatial filter; with leaves this small it costs more at edges than it saves in noise. The directional
-// filter is left out.
+// spatial filter; with leaves this small it costs more at edges than it saves in noise. The directional filter is
+// left out.
 //
 // Unbiased up to the depth limit, but for what image_blocks.h says of the weights, which no test finds (combination = mean or
 // last: exactly).

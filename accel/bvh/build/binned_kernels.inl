@@ -36,7 +36,7 @@ struct ItemBox {
 };
 
 // Takes a few items at a time, and finds the places of their bins before it writes any. So a processor that runs ahead soon knows
-// where each store goes, and which loads must wait for one, which takes about a fifth off this loop's time.
+// where each store goes, and which loads must wait for one.
 inline void add_items(const BinGrid& shared_grid, Bin* bins, std::size_t stride, const BuildItem* begin, const BuildItem* end) {
   const BinGrid grid = shared_grid;  // a copy that no store into the bins can reach
   static_assert(sizeof(Bin) == 64);

@@ -1,8 +1,7 @@
 // Holes in a mesh, where a texture says that it is not opaque.
 //
 // It serves surfaces of which rays cannot ask the opacity (accel/scene/with_masks.h), such as lights: what has an opacity below
-// a half is cut away. Triangles are split along that line, seven
-// times at most and less often where there are many of them.
+// a half is cut away. Triangles are split along that line, seven times at most and less often where there are many of them.
 #pragma once
 
 #include "framework/io/mesh/mesh.h"
