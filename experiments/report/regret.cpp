@@ -100,15 +100,6 @@ std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>
   return losses;
 }
 
-std::string format_regret(double regret) {
-  return regret < 100 ? fmt::format("{:.2f}", regret) : fmt::format("{:.1e}", regret);
-}
-
-TableCell factor(std::optional<double> regret) {
-  if (!regret) return {};
-  return std::isfinite(*regret) ? TableCell(*regret, format_regret(*regret) + "x") : TableCell("no image");
-}
-
 Table contests_table(const std::vector<Contest>& contests) {
   TableOf<Contest> table("regret", "Error over the least of all methods, by scene and time", contests);
   table.column("scene", "scene", [](const Contest& c) { return c.scene->name; });
@@ -116,7 +107,10 @@ Table contests_table(const std::vector<Contest>& contests) {
   table.column("best", "best", [](const Contest& c) { return NameCell(c.best->shown_integrator, c.best->integrator); });
   table.column("least_error", "its error", [](const Contest& c) { return c.errors.at(c.best); });
   table.column("chosen", "chosen", [](const Contest& c) { return c.chosen->any_cell()->chosen; });
-  table.column("regret", "regret", [](const Contest& c) { return factor(c.regret(*c.chosen)); });
+  table.column("regret", "regret", [](const Contest& c) {
+    const auto regret = c.regret(*c.chosen);
+    return regret ? times_cell(*regret) : TableCell();
+  });
   table.note(fmt::format(
       "Regret is the error over the least that any one method has at that time, both geometric means over seeds and at "
       "least {:.0e}.",
@@ -127,8 +121,8 @@ Table contests_table(const std::vector<Contest>& contests) {
 Table losses_table(const std::vector<Loss>& losses) {
   TableOf<Loss> table("regrets", "What always taking one method loses", losses);
   table.column("method", "method", [](const Loss& loss) { return NameCell(loss.shown, loss.name); });
-  table.column("median_regret", "median", [](const Loss& loss) { return factor(loss.middle()); });
-  table.column("worst_regret", "worst", [](const Loss& loss) { return factor(loss.worst()); });
+  table.column("median_regret", "median", [](const Loss& loss) { return times_cell(loss.middle()); });
+  table.column("worst_regret", "worst", [](const Loss& loss) { return times_cell(loss.worst()); });
   table.column("without_image", "without an image", [](const Loss& loss) { return loss.missing; });
   return table.take();
 }
@@ -178,7 +172,7 @@ KindReport regret_report(const ReportData& data) {
   const auto chosen = std::ranges::find_if(losses, &Loss::chooses);
   const auto next = std::ranges::find_if(losses, [](const Loss& loss) { return !loss.chooses; });
   const auto times = [](double regret) {
-    return std::isfinite(regret) ? format_regret(regret) + " times" : "without limit (no image by then)";
+    return std::isfinite(regret) ? format_factor(regret) + " times" : "without limit (no image by then)";
   };
   report.answer = fmt::format("{} errs {} as much as the best method at the median, {} at worst", chosen->shown,
                               times(chosen->middle()), times(chosen->worst()));

@@ -77,21 +77,17 @@ void find_shortfalls(MethodSettings& method, const std::string& metric) {
   }
 }
 
-TableCell ratio_cell(double ratio) {
-  return std::isfinite(ratio) ? TableCell(ratio, fmt::format("{:.2f}x", ratio)) : TableCell("no image");
-}
-
 Table settings_table(const std::vector<MethodSettings>& methods) {
   TableOf<MethodSettings> table("settings", "Error of defaults over the least of all settings", methods);
   table.column("scene", "scene", [](const MethodSettings& m) { return m.scene->name; });
   table.column("method", "method", [](const MethodSettings& m) { return method_of(*m.defaults); });
   table.column("settings", "settings", [](const MethodSettings& m) { return m.settings.size(); });
-  table.column("worst", "at worst", [](const MethodSettings& m) { return ratio_cell(m.worst().ratio); });
+  table.column("worst", "at worst", [](const MethodSettings& m) { return times_cell(m.worst().ratio); });
   table.column("worst_time_s", "at",
                [](const MethodSettings& m) { return TableCell(m.worst().time_s, format_seconds(m.worst().time_s)); });
   table.column("best_there", "best there",
                [](const MethodSettings& m) { return NameCell(m.worst().best->shown_integrator, m.worst().best->integrator); });
-  table.column("at_end", "at the end", [](const MethodSettings& m) { return ratio_cell(m.shortfalls.back().ratio); });
+  table.column("at_end", "at the end", [](const MethodSettings& m) { return times_cell(m.shortfalls.back().ratio); });
   table.note(fmt::format("Errors are compared at {} times, from a {}th of the time that all runs had on.",
                          halvings * steps_per_halving + 1, 1 << halvings));
   return table.take();

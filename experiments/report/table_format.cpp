@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace etendue {
@@ -95,6 +96,10 @@ struct Folds {
 
 TableCell::TableCell(double value) : TableCell(value, format_figure(value)) {}
 TableCell::TableCell(double value, std::string shown) : TableCell(std::move(shown), fmt::format("{}", value), value) {}
+TableCell times_cell(double factor) {
+  return std::isfinite(factor) ? TableCell(factor, format_factor(factor) + "x") : TableCell("no image");
+}
+
 TableCell TableCell::interval(double value, double low, double high) {
   return {value, fmt::format("{} ({})", format_figure(value), format_interval(low, high))};
 }

@@ -33,6 +33,9 @@ struct TableCell {
   static TableCell interval(double value, double low, double high);  // "1.2e-3 (1e-3–1.4e-3)"
 };
 
+// How many times the least error an error is, "1.23x"; infinite: there was no image to have one.
+TableCell times_cell(double factor);
+
 // A reader's column may gather what takes several for a program: "1.2e-3 (1e-3–1.4e-3)".
 enum class Audience : std::uint8_t { everyone, people, machines };
 

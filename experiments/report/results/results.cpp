@@ -70,6 +70,7 @@ Each row is an experiment of `experiments/` by the same name, its answer as its 
 again and writes this page; [docs/results.md](../docs/results.md) discusses them. The last column counts the commits since the
 log's that touched what the experiment measures: its file, the code of methods and structures, and that which times them. It
 says so of the day on which this page was written; `./etendue results --dry-run` says it of today.
+Tables of more than 45 kB are not kept here; `./etendue report results/NAME` writes all of them.
 
 | log | question | answer | commit | date | processor | instruction set | time it took | code since |
 |---|---|---|---|---|---|---|---|---|)";
