@@ -7,6 +7,7 @@
 #include "integrators/caches/terminate_in_cache.h"
 #include "integrators/paths/emission.h"
 #include "integrators/paths/wavefront.h"
+#include "integrators/pilot/caustic_need.h"
 
 #include <fmt/format.h>
 
@@ -55,6 +56,7 @@ class IrradianceCache final : public RecordCache {
   };
 
   Identity identity() const override;
+  CausticMap* caustic_map() override { return &params_.caustic_map; }
   void fill_by_closed_form(const RenderContext& context, CacheSettings& settings) const;
   void refine(RenderContext& context, std::uint32_t index) override;
   double photon_work() const override { return caustics_ ? EffortSplit::caustic_photon_work * caustics_->photons() : 0; }
@@ -96,9 +98,13 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (rough_) rough_->prepare(context, cached_below_, shares_levels());
   if (rough_ && !rough_->active()) rough_.reset();
   timed.reset();
-  if (!holds_all)
-    caustics_ = CausticLight::where_wanted(context, params_, max_depth_, sampler_, rough_ ? rough_->narrowest() : infinity);
-  if (caustics_) caustics_->trace(context, round_of(0));
+  const bool maps_caustics = !holds_all && wants_caustic_map(context, params_, enough_hits_of_records);
+  params_.caustic_map = maps_caustics ? CausticMap::on : CausticMap::off;
+  if (maps_caustics) {
+    const float narrow = rough_ ? rough_->narrowest() : infinity;
+    caustics_ = std::make_unique<CausticLight>(context, params_.caustic_photons, max_depth_, sampler_, narrow);
+    caustics_->trace(context, round_of(0));
+  }
   timed.emplace(context.phases, "initial_pass");
   const bool by_records = params_.fill == RecordFill::records;
   CacheSettings first = settings;
@@ -140,6 +146,7 @@ FileCache::Identity IrradianceCache::identity() const {
       "irradiance-cache", {}, {free_accuracy, "caustic_photons", "extra_samples", "lobe_samples", "refine", "structure"}, 2};
   own.params = extension_ ? extension_->params : param_texts(params_);
   if (extension_) own.integrator = extension_->integrator;
+  own.params["caustic_map"] = name_of(params_.caustic_map);
   return own;
 }
 

@@ -1,6 +1,6 @@
 #include "integrators/choice/choose.h"
 
-#include "integrators/photons/photon_maps.h"
+#include "integrators/pilot/caustic_need.h"
 
 #include <fmt/format.h>
 
@@ -14,11 +14,9 @@ namespace {
 // Where the lines are drawn comes from ten methods over 33 scenes, most of them at 48 x 48 and 128 x 128 pixels, which are hard
 // on caches and kind to them: records serve all pixels, a path one. experiments/auto.toml judges the lines by all methods.
 constexpr double default_iterations = 64;
-constexpr double least_caustic_light = 0.003;  // of all light, above which it is looked at
-constexpr double rare_hits = 0.03;             // caustic hits over caustic light below which paths find too little of it
-constexpr double record_hits = 4.0 / 256;      // and where it is most of the light: four among the rays of a record
-constexpr double rare_photons = 0.02;          // of those emitted, that land on what is seen
-constexpr double certain = 10;                 // so much more noise than all else, where few photons tell of them
+constexpr double rare_hits = 0.03;     // caustic hits over caustic light below which paths find too little of it
+constexpr double rare_photons = 0.02;  // of those emitted, that land on what is seen
+constexpr double certain = 10;         // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
 constexpr double entirely_even = 1.05;    // contrast of light that ends at borders alone
 constexpr double much_direct = 0.6;       // of the light: there is little to share,
@@ -75,13 +73,11 @@ class Chooser {
   double fill() const { return found_.records * rays_per_record / pixels_of(context_.resolution); }
   bool fills_soon() const { return fill() <= fill_share * rays_; }
 
-  double rare_hits_of(double light) const { return light >= mostly_caustic && fills_soon() ? record_hits : rare_hits * light; }
-
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
   // from.
   bool caustics_are_hard() const {
     const double light = found_.caustic_light;
-    if (!context_.needs.caustic_map || light < least_caustic_light || found_.caustic_hits >= rare_hits_of(light)) return false;
+    if (!context_.needs.caustic_map || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
     // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
     const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, 1.0 / 16384);
     if (photons_are_blind()) return false;
@@ -122,14 +118,12 @@ class Chooser {
     return {"cppm", {}, light + ", and photons' radii need shrink only where a test finds it uneven"};
   }
 
-  // Where paths find the light behind specular surfaces, photons of their own for it do not pay. That of points, spots and
-  // directions no path finds, however little of it there is; and where no path of the pilot found what its photons tell of,
-  // the map is what brings it if they are right.
   MethodChoice cache(const std::string& name, std::string why) const {
     ParamMap params;
-    const bool not_found = found_.caustic_light >= least_caustic_light && found_.caustic_hits == 0;
-    if (context_.needs.caustic_map && !context_.lights.any_delta() && !not_found)
-      params["caustic_map"] = {std::string(name_of(CausticMap::off)), {}};
+    const double enough = name == "hash-cache" ? enough_hits_of_cells : enough_hits_of_records;
+    if (context_.needs.caustic_map)
+      params["caustic_map"] = {
+          std::string(name_of(caustics_need_photons(context_, found_, enough) ? CausticMap::on : CausticMap::off)), {}};
     return {name, std::move(params), std::move(why)};
   }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "framework/integrator.h"
-#include "integrators/choice/pilot.h"
+#include "integrators/pilot/pilot.h"
 
 namespace etendue {
 

@@ -10,6 +10,7 @@
 #include "integrators/paths/path.h"
 #include "integrators/paths/wavefront.h"
 #include "integrators/photons/cache_points.h"
+#include "integrators/pilot/caustic_need.h"
 
 #include <optional>
 #include <utility>
@@ -73,7 +74,10 @@ class HashCache final : public Integrator, public FileCache {
     const ivec2 size = context.resolution;
     if (!grid_) make_grid(context);
     first_ = samples_;
-    caustics_ = CausticLight::where_wanted(context, params_, max_depth_, params_.sampler);
+    const bool maps_caustics = wants_caustic_map(context, params_, enough_hits_of_cells);
+    params_.caustic_map = maps_caustics ? CausticMap::on : CausticMap::off;
+    if (maps_caustics)
+      caustics_ = std::make_unique<CausticLight>(context, params_.caustic_photons, max_depth_, params_.sampler);
     pixels_.resize(path_tile_count(size));
     values_.resize(pixels_.size());
     cached_ = CachedLight(size, context.states_error, PathSpaceGrid::forgetting, has_signed_filter(context));
@@ -95,6 +99,7 @@ class HashCache final : public Integrator, public FileCache {
   Identity identity() const override {
     return {"hash-cache", param_texts(params_), {"caustic_photons", "enough", "finest", "light_samples"}, 4};
   }
+  CausticMap* caustic_map() override { return &params_.caustic_map; }
   void write(ByteWriter& body) const override {
     CHECK(grid_.has_value());
     body.add(samples_);

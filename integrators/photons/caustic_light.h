@@ -32,18 +32,16 @@ struct CausticParams {
 template <class Visitor>
 void describe_caustics(Visitor& v, CausticParams& p) {
   v.choice("caustic_map", p.caustic_map,
-           "of photons that come by way of specular surfaces; auto: where the scene needs it; off: paths meet lights behind "
-           "them by chance");
+           "of photons that come by way of specular surfaces; auto: where paths find their light too seldom; off: paths meet "
+           "lights behind them by chance");
   v.integer("caustic_photons", p.caustic_photons, 0, 2000000000, "photons",
             "emitted for that map in every iteration; 0: three for each pixel, but no fewer than 20,000");
 }
 
 class CausticLight final : public PathCaustics {
  public:
-  // Null where neither the scene needs a map nor the parameters ask for one. `narrow`: a GGX alpha above which no lobe's core
-  // is left to paths.
-  static std::unique_ptr<CausticLight> where_wanted(const RenderContext& context, const CausticParams& params, int max_depth,
-                                                    SamplerKind sampler, float narrow = infinity);
+  // `narrow`: a GGX alpha above which no lobe's core is left to paths.
+  CausticLight(const RenderContext& context, int caustic_photons, int max_depth, SamplerKind sampler, float narrow = infinity);
 
   int photons() const { return maps_.caustic_photons(); }  // emitted in an iteration
   // The photons of an iteration.
@@ -60,8 +58,6 @@ class CausticLight final : public PathCaustics {
   }
 
  private:
-  CausticLight(const PhotonMapsParams& params, int max_depth) : maps_(params, ""), max_depth_(max_depth) {}
-
   PhotonMaps maps_;
   int max_depth_;
   std::optional<RoughMaterials> lobes_;  // whose cores are left to paths; none: no lobe's

@@ -3,6 +3,7 @@
 #include "experiments/config/method.h"
 #include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
+#include "integrators/pilot/caustic_need.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 #include "tests/unit/harness_process.h"
@@ -85,7 +86,7 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:edge", {{4, "sppm"}}},                                              // the same, up to a border in view
       {"builtin:glass-caustic", {{0.25, "cppm"}, {1, "cppm"}, {16, "cppm"}}},       // a sharp caustic
       {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},   // mirrors that paths find the light in
-      {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "irradiance-cache"}}},     // and less easily,
+      {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "cppm"}}},                 // and less easily,
       {"builtin:veiled-lamp", {{4, "cppm"}}},                                       // and too seldom
       {"builtin:two-rooms", {{1, "hash-cache"}, {4, "irradiance-cache"}}},          // light through a door
       {"builtin:mesh", {{1, "hash-cache"}, {4, "irradiance-cache"}}},               // too many records for a second,
@@ -117,7 +118,7 @@ TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {
     const SceneContext stage(std::move(scene), {64, 64}, 1);
     const MethodChoice choice = choose_method(stage.context, findings);
     EXPECT_EQ(choice.name, "hash-cache");
-    return choice.params.contains("caustic_map");
+    return to_text(choice.params.at("caustic_map")) == "off";
   };
   EXPECT_TRUE(leaves_them_to_paths(std::nullopt));
   EXPECT_FALSE(leaves_them_to_paths(PointLight{vec3(0), Rgb(1e-3f)}));
@@ -127,6 +128,23 @@ TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {
   EXPECT_FALSE(leaves_them_to_paths(std::nullopt));
   findings.caustic_hits = 0.01;
   EXPECT_TRUE(leaves_them_to_paths(std::nullopt));
+}
+
+TEST(CausticNeed, IsThereWherePathsMeetTheLightTooSeldom) {
+  const auto wanted = [](const char* name, double enough_hits) {
+    const SceneContext stage(load_scene(name), {64, 64}, 1);
+    return wants_caustic_map(stage.context, {}, enough_hits);
+  };
+  for (const double enough : {enough_hits_of_records, enough_hits_of_cells}) {
+    for (const char* scene : {"builtin:cornell-spheres", "builtin:glass-caustic", "builtin:slit-light", "builtin:veiled-lamp",
+                              "builtin:water", "builtin:edge"})
+      EXPECT_TRUE(wanted(scene, enough)) << scene;
+    for (const char* scene : {"builtin:two-occluders", "builtin:thin-wall", "builtin:broad-light", "builtin:white-furnace",
+                              "builtin:cornell-box"})
+      EXPECT_FALSE(wanted(scene, enough)) << scene;
+  }
+  EXPECT_FALSE(wanted("builtin:black-surroundings", enough_hits_of_records));
+  EXPECT_TRUE(wanted("builtin:black-surroundings", enough_hits_of_cells));
 }
 
 TEST(AutoChoice, BringsTheSunBehindAWindowThroughWhichPathsFindTheSky) {
@@ -167,7 +185,8 @@ TEST(AutoChoice, LooksForTheCausticsOfASunBesideASky) {
     EXPECT_GT(findings.caustic_hits, 0);
     const MethodChoice choice = choose_method(stage.context, findings);
     EXPECT_NE(choice.name, "path");
-    EXPECT_FALSE(choice.params.contains("caustic_map")) << choice.name;
+    const auto map = choice.params.find("caustic_map");
+    EXPECT_TRUE(map == choice.params.end() || to_text(map->second) == "on") << choice.name;
     EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it out"), std::string::npos);
     EXPECT_EQ(run_pilot(sky_alone.context).unmet_caustics, 0);
     EXPECT_EQ(light_out_of_reach(sky_alone.context, "path"), "");

@@ -333,6 +333,22 @@ TEST(SavedCache, OfAGivenNumberOfRecordsKeepsThatNumber) {
   EXPECT_EQ(render_with(scene, params({{"records", "6"}}), 40, few.cache).records, few.records);
 }
 
+// Records of a file hold what reaches them with the map that was there when they were made, whatever this view would decide.
+TEST(SavedCache, KeepsWhatWasDecidedOfCaustics) {
+  const Scene scene = load_scene("builtin:thin-wall");
+  for (const char* method : {"irradiance-cache", "radiance-cache", "hash-cache"}) {
+    const auto with = [&](const char* map, const std::string& loaded = {}) {
+      return render_with(scene, {{"caustic_map", {std::string(map), {}}}}, 2, loaded, 1, ivec2(12), method);
+    };
+    for (const char* made : {"on", "off"}) {
+      const std::string cache = with(made).cache;
+      EXPECT_EQ(with("auto", cache).hash, with(made, cache).hash) << method << ' ' << made;
+    }
+    EXPECT_EQ(with("auto", with("auto").cache).hash, with("off", with("off").cache).hash) << method;
+    EXPECT_THROW(with("off", with("on").cache), Error) << method;
+  }
+}
+
 TEST(SavedCache, HasNoHolesAtACoarserAccuracy) {
   const Scene scene = load_scene("builtin:cornell-box");
   const CacheRun fine = render_with(scene, params({{"refine", "false"}, {"accuracy", "0.1"}}), 4);

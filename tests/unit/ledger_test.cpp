@@ -140,7 +140,7 @@ TEST_F(LedgerRun, WhatASceneDoesNotNeedChangesNoBit) {
   const auto records =
       run(replaced(base, "cornell-box", "lambert-sphere") +
           "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000, final_gather = 1 }\n"
-          "decided = \"caustic-map\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n"
+          "decided = \"caustic-map-of-records\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n"
           "[[ledger]]\ncomponent = \"tree\"\ndecided = \"light-tree\"\non = { lights = \"tree\" }\n"
           "off = { lights = \"power\" }\n"
           "[[ledger]]\ncomponent = \"level\"\nedit = \"second-level\"\n"
@@ -161,7 +161,7 @@ TEST_F(LedgerRun, WhatASceneNeedsChangesItsImage) {
   const auto records =
       run(replaced(base, "cornell-box", "water") +
           "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000, final_gather = 1 }\n"
-          "decided = \"caustic-map\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n");
+          "decided = \"caustic-map-of-records\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n");
   EXPECT_TRUE(records.at("map").on);
   EXPECT_EQ(records.at("map").switched, "photon-map caustic_map=off final_gather=1 photons=1000");
   for (const LedgerTrial& trial : records.at("map").trials) EXPECT_FALSE(trial.same_image);

@@ -4,6 +4,7 @@
 #include "experiments/kinds/structures/stage.h"
 #include "experiments/run/run_cell.h"
 #include "integrators/paths/path_choices.h"
+#include "integrators/pilot/caustic_need.h"
 
 #include <array>
 
@@ -17,19 +18,31 @@ std::string reason(const DecisionPlace& place, const char* what) {
   return "";
 }
 
-MadeDecision caustic_map(const DecisionPlace& place) { return {place.needs.caustic_map, reason(place, "caustic photon map")}; }
-
 MadeDecision light_tree(const DecisionPlace& place) {
   LightSampler lights(place.scene);
   lights.choose_by(LightChoice::by_need, DirectSamples::of_both);
   return {lights.choice() == LightChoice::tree, reason(place, "choice of lights")};
 }
 
-MisChoice mis_of(const DecisionPlace& place) {
+// What `decide` makes of the scene's context.
+template <class Decide>
+auto on_stage(const DecisionPlace& place, const Decide& decide) {
   const auto rays = find_ray_structure("auto", {}).make(place.scene, {});
   Stage stage(place.scene, *rays, place.resolution, 0);
-  stage.context().lights.choose_by(LightChoice::by_need, DirectSamples::of_both);
-  return choose_mis(stage.context());
+  return decide(stage.context());
+}
+
+MadeDecision caustic_map(const DecisionPlace& place, double enough_hits) {
+  const bool on = on_stage(place, [&](const RenderContext& context) { return wants_caustic_map(context, {}, enough_hits); });
+  const bool met = !on && place.needs.caustic_map;
+  return {on, met ? "paths meet the light behind specular surfaces" : reason(place, "caustic photon map")};
+}
+
+MisChoice mis_of(const DecisionPlace& place) {
+  return on_stage(place, [](RenderContext& context) {
+    context.lights.choose_by(LightChoice::by_need, DirectSamples::of_both);
+    return choose_mis(context);
+  });
 }
 
 MadeDecision both_samples(const DecisionPlace& place) {
@@ -53,9 +66,10 @@ MadeDecision structure(const DecisionPlace& place, const char* name) {
 
 std::span<const LedgerDecision> ledger_decisions() {
   static const std::array decisions{
-      LedgerDecision{"caustic-map",
-                     "whether methods whose light comes along paths from the camera take caustics from a map of photons",
-                     caustic_map},
+      LedgerDecision{"caustic-map-of-cells", "whether a hash grid's paths take caustics from a map of photons",
+                     [](const DecisionPlace& place) { return caustic_map(place, enough_hits_of_cells); }},
+      LedgerDecision{"caustic-map-of-records", "whether records and the paths to them take caustics from a map of photons",
+                     [](const DecisionPlace& place) { return caustic_map(place, enough_hits_of_records); }},
       LedgerDecision{"light-sampling", "whether paths take light samples of what rays can meet", light_samples},
       LedgerDecision{"light-tree", "whether light samples choose lights by a tree", light_tree},
       LedgerDecision{"multiple-importance-sampling", "whether paths find direct light by light and BSDF samples both",

@@ -11,7 +11,7 @@ namespace etendue {
 namespace {
 
 constexpr std::string_view magic = "etncache";
-constexpr std::uint32_t format = 3;
+constexpr std::uint32_t format = 4;
 constexpr std::size_t prologue_bytes = magic.size() + sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t);
 
 std::uint64_t checksum(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
@@ -120,6 +120,9 @@ std::string FileCache::save(const RenderContext& context) const {
 
 void FileCache::load(const RenderContext& context, std::string_view bytes, const Location& where) {
   const CacheFile file = open_cache_file(bytes, where);
+  const auto decided = file.key.params.find("caustic_map");
+  if (CausticMap* map = caustic_map(); map && *map == CausticMap::where_needed && decided != file.key.params.end())
+    *map = decided->second == name_of(CausticMap::on) ? CausticMap::on : CausticMap::off;
   const Identity own = identity();
   check_cache_key(file.key, key(context, own), own.free, where);
   ByteReader body(file.body, where);

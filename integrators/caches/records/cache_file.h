@@ -3,7 +3,7 @@
 // All numbers are little-endian; text is a u32 length and its bytes, without an end mark.
 //
 //   8 bytes   "etncache"
-//   u32       format, 3
+//   u32       format, 4
 //   u64       bytes of the whole file
 //   u64       XXH3 of all bytes that follow
 //   text      version of the program
@@ -21,6 +21,7 @@
 #pragma once
 
 #include "framework/integrator.h"
+#include "integrators/photons/photon_maps.h"
 
 #include <bit>
 #include <cstring>
@@ -138,6 +139,9 @@ class FileCache : public Cache {
     std::uint32_t format = 1;            // of the content: another one's files are refused
   };
   virtual Identity identity() const = 0;
+  // What a method decides by itself where it is `auto`, and what its cache holds depends on: loaded, it is as in the file. Null
+  // where there is no such parameter.
+  virtual CausticMap* caustic_map() { return nullptr; }
   virtual void write(ByteWriter& body) const = 0;
   // Throws Error where the body holds what no cache of the scene can. Bytes that are left over are refused afterwards.
   virtual void read(const RenderContext& context, ByteReader& body) = 0;

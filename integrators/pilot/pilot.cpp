@@ -1,4 +1,4 @@
-#include "integrators/choice/pilot.h"
+#include "integrators/pilot/pilot.h"
 
 #include "framework/core/counters.h"
 #include "framework/core/parallel.h"

@@ -1,0 +1,23 @@
+// Do caustics need a map of photons of their own beside paths?
+//
+// Light of points, spots and directions by way of specular surfaces does, since no ray can meet such lights. That of other lights
+// is brought by paths as well, with the more noise the more seldom they meet it: where they meet it soon, photons blur it and
+// take time for nothing (experiments/ledger.toml).
+#pragma once
+
+#include "integrators/photons/caustic_light.h"
+#include "integrators/pilot/pilot.h"
+
+namespace etendue {
+
+// Of the rays that leave a diffuse surface, so many must meet a light by way of specular surfaces where most light is such: four
+// of the 256 rays of a record, which many pixels share, and more of paths that share less.
+inline constexpr double enough_hits_of_records = 4.0 / 256, enough_hits_of_cells = 0.03;
+
+bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits);
+
+// Does a method with these parameters take a map? `auto` is decided by a pilot where the scene's needs do not tell, which has a
+// seed of its own, so that images of all seeds decide alike.
+bool wants_caustic_map(const RenderContext& context, const CausticParams& params, double enough_hits);
+
+}  // namespace etendue
