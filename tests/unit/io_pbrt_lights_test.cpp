@@ -76,6 +76,7 @@ TEST(PbrtLights, AreaLightsCoverTheirShapes) {
   }
   EXPECT_EQ(glowing, 2u) << "the first triangle and the sphere, not the second triangle";
   EXPECT_EQ(object.shape(1).first_light, no_id);
+  EXPECT_EQ(light_of<AreaLight>("Attribute \"light\" \"float scale\" 5 AreaLightSource \"diffuse\"").radiance, Rgb(5));
   EXPECT_ERROR(world("AreaLightSource \"diffuse\" \"string filename\" \"x.png\""), "cannot open 'x.png'");
 }
 

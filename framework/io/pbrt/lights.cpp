@@ -71,7 +71,8 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "AreaLightSource");
   require_known("AreaLightSource", "area light", type, where);
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  params.add_defaults(attributes_.defaults["light"]);
   Rgb radiance = emitted(params, "L", "power");
   const std::uint32_t texture = params.has("filename") ? image_of_light(lexer, params, radiance) : no_id;
   attributes_.glow = ShapeLook::Glow{radiance, params.boolean("twosided", false), texture};
