@@ -38,6 +38,10 @@ TEST(PbrtLights, DeltaLights) {
   const auto& old = std::get<SpotLight>(version3.lights.at(0));
   const float middle = math::acos(0.5f * (old.cos_inner + old.cos_outer));
   EXPECT_NEAR(spot_falloff(old, {math::sin(middle), 0, math::cos(middle)}), 1.0f / 16, 1e-3f);
+  const std::string scaled = "WorldBegin Translate 1 0 0 Scale 2 2 2 LightSource \"point\" \"point from\" [0 1 0] " + triangle;
+  const auto position = [](const Scene& scene) { return std::get<PointLight>(scene.lights.at(0)).position; };
+  expect_near(position(parse_pbrt("Film \"rgb\" " + scaled, "s.pbrt")), {1, 2, 0});
+  expect_near(position(parse_pbrt("Film \"image\" " + scaled, "s.pbrt")), {1, 1, 0});
   // pbrt's distant light shines from 'from' towards 'to'.
   const DirectionalLight distant = light_of<DirectionalLight>(
       "Rotate 90 1 0 0 LightSource \"distant\" \"point3 from\" [0 0 0] \"point3 to\" [0 0 5] \"rgb L\" [3 3 3]");

@@ -129,8 +129,11 @@ void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
     scene_.lights.push_back(std::move(*light));
 }
 
+// Version 3 adds 'from' to where the transform places the origin.
 Light PbrtReader::point_light(const PbrtParams& params) const {
-  return PointLight{.position = placed(params, ctm(), params.point("from", vec3(0))),
+  const vec3 from = params.point("from", vec3(0));
+  const Transform t = version3_ ? Transform::translate(from) * ctm() : ctm();
+  return PointLight{.position = placed(params, t, version3_ ? vec3(0) : from),
                     .intensity = emitted(params, "I", "power", 4 * pi)};
 }
 
