@@ -208,6 +208,16 @@ TEST(PbrtTextureFields, WhatDependsOnThePlaceIsBakedIntoAnAtlas) {
   };
   EXPECT_NEAR(height(""), 0, 1e-3f) << "version 4 takes z as it is, 1.5";
   EXPECT_NEAR(height("Film \"image\""), 1, 1e-3f) << "version 3 that of the direction, 0.5";
+  const auto first_colour = [](const std::string& film) {
+    const Scene scene = parse_pbrt(
+        film +
+            " WorldBegin Scale 2 2 2 Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3 Identity "
+            "Material \"matte\" \"texture Kd\" \"t\" Shape \"trianglemesh\" \"point3 P\" [.7 .2 .2  .8 .2 .2  .7 .3 .2]",
+        "s.pbrt");
+    return reflectance_at(scene, scene.objects[0].uvs.at(0)).x;
+  };
+  EXPECT_NEAR(first_colour(""), 1, 1e-3f) << "x is 0.35 in the texture's space";
+  EXPECT_NEAR(first_colour("Film \"image\""), 0, 1e-3f) << "version 3 takes it as 1.4";
   for (const char* solid :
        {"fbm", "wrinkled", "windy", "marble", "checkerboard\" \"integer dimension\" 3 \"string aamode\" \"none"})
     EXPECT_EQ(world("Texture \"t\" \"color\" \"" + std::string(solid) + "\" Material \"matte\" \"texture Kd\" \"t\" " + plane)

@@ -20,6 +20,9 @@ Field make_field(std::function<Rgb(const TexturePlace&)> at, bool uses_position)
   return std::make_shared<const TextureField>(TextureField{std::move(at), uses_position, 0, 1});
 }
 
+// Of solid textures. Version 3 looks them up by the transform itself where its inverse is meant (IdentityMapping3D).
+Transform solid_mapping(const Transform& to_world, bool version3) { return version3 ? to_world : to_world.inverse(); }
+
 bool is_even(float n) { return std::fmod(std::abs(n), 2.0f) == 0; }
 
 // A cell of the unit grid has a dot where noise says so, moved by noise within the cell.
@@ -142,7 +145,7 @@ Field procedural_field(const std::string& type, const PbrtParams& params, const 
           return glm::mix(glm::mix(f[0]->at(p), f[1]->at(p), st.x), glm::mix(f[2]->at(p), f[3]->at(p), st.x), st.y);
         });
   }
-  const Transform to_texture = to_world.inverse();
+  const Transform to_texture = solid_mapping(to_world, version3);
   const auto grey = [&](const std::function<float(const vec3&)>& value) {
     return make_field([=](const TexturePlace& place) { return Rgb(value(to_texture.point(place.position))); }, true);
   };
@@ -166,7 +169,7 @@ Field checkerboard_field(const PbrtParams& params, const Transform& to_world, bo
                         [](const vec2& st, const TexturePlace& place, std::span<const Field> f) {
                           return f[is_even(std::floor(st.x) + std::floor(st.y)) ? 0 : 1]->at(place);
                         });
-  const Transform to_texture = to_world.inverse();
+  const Transform to_texture = solid_mapping(to_world, version3);
   TextureField field = *combined_field(params, operands, [=](const TexturePlace& place, std::span<const Field> f) {
     const vec3 cell = glm::floor(to_texture.point(place.position));
     return f[is_even(cell.x + cell.y + cell.z) ? 0 : 1]->at(place);
