@@ -23,6 +23,19 @@ TEST(PbrtLights, NegativeTexelsAreClamped) {
   EXPECT_TRUE(warns(scene, "'sky.exr' holds NaN or infinity in 1 texels"));
 }
 
+TEST(PbrtLights, ImagesOfVersion3AreNotDecoded) {
+  const TestDirectory directory;
+  const std::uint8_t grey[3] = {51, 51, 51};
+  const auto png = encode_png(grey, {1, 1});
+  directory.write("sky.png", std::string(png.begin(), png.end()));
+  const auto texel = [&](const std::string& film) {
+    const std::string sky = " WorldBegin LightSource \"infinite\" \"string mapname\" \"sky.png\" ";
+    return std::get<EnvironmentLight>(parse_pbrt(film + sky + triangle, directory.path("s.pbrt")).lights.at(0)).texels.at(0);
+  };
+  expect_near(texel("Film \"image\""), Rgb(0.2f));
+  expect_near(texel("Film \"rgb\""), Rgb(0.0331f), 1e-4f);
+}
+
 TEST(PbrtLights, DeltaLights) {
   const PointLight point =
       light_of<PointLight>("Translate 1 0 0 LightSource \"point\" \"rgb I\" [1 2 3] \"float scale\" 2 \"point3 from\" [0 1 0]");

@@ -84,11 +84,17 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
   params.finish();
 }
 
+// Of lights, version 3 takes the integers of an image as they are.
+RgbImage PbrtReader::image_file_of_light(PbrtLexer& lexer, const PbrtParams& params, std::string_view param) {
+  const std::string file = params.string(param, "");
+  RgbImage image = files_.image(file, *lexer.file(), params.where(param), version3_ ? Encoding::linear : Encoding::srgb);
+  warn_of_not_finite(image, params.where(param), file);
+  return image;
+}
+
 // An image over (u, v), clamped at its edges as by version 4; its brightest channel becomes 1 and a factor of `radiance`.
 std::uint32_t PbrtReader::image_of_light(PbrtLexer& lexer, const PbrtParams& params, Rgb& radiance) {
-  const std::string file = params.string("filename", "");
-  RgbImage image = files_.image(file, *lexer.file(), params.where("filename"));
-  warn_of_not_finite(image, params.where("filename"), file);
+  RgbImage image = image_file_of_light(lexer, params, "filename");
   float most = 0;
   for (Rgb& texel : image.texels) {
     texel = glm::max(texel, Rgb(0));
@@ -142,7 +148,7 @@ Rgb PbrtReader::mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool s
   const std::string_view param = params.has("mapname") ? "mapname" : "filename";
   const std::string file = params.string(param, "");
   if (file.empty()) return Rgb(1);
-  const RgbImage image = files_.image(file, *lexer.file(), params.where(param));
+  const RgbImage image = image_file_of_light(lexer, params, param);
   const bool by_rows = sphere && image.size.x != image.size.y;
   dvec3 sum(0);
   double weights = 0;
@@ -217,8 +223,7 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
   }
   // Directions are looked up by the inverse; a transform that is no similarity would bend them unevenly.
   if (!ctm().similarity_scale()) params.fail(param, "stands under a transform that distorts directions");
-  RgbImage image = files_.image(file, *lexer.file(), params.where(param));
-  warn_of_not_finite(image, params.where(param), file);
+  RgbImage image = image_file_of_light(lexer, params, param);
   const bool square = image.size.x == image.size.y;
   if (version4 && !square)
     approximate(

@@ -280,6 +280,7 @@ class PbrtReader {
   Rgb emitted(const PbrtParams& params, std::string_view name, std::string_view photometric, float power_of_unit = 1) const;
   void light_source(PbrtLexer& lexer, const Token& token);
   void area_light_source(PbrtLexer& lexer, const Token& token);
+  RgbImage image_file_of_light(PbrtLexer& lexer, const PbrtParams& params, std::string_view param);
   std::uint32_t image_of_light(PbrtLexer& lexer, const PbrtParams& params, Rgb& radiance);
   Light point_light(const PbrtParams& params) const;
   Light spot_light(const PbrtParams& params) const;
