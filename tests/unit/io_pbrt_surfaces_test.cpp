@@ -280,6 +280,8 @@ TEST(PbrtImages, PortableFloatMapsAreRead) {
   EXPECT_EQ(image.texels.at(1), Rgb(0.25f, 0.5f, 0.75f));
   directory.write("grey.pfm", "Pf\n2 3\n-1.0\n" + bytes);
   EXPECT_EQ(std::get<ImageTexture>(read("grey.pfm").textures.at(0)).texels.at(4), Rgb(0.25f));
+  directory.write("half.pfm", "PF\n1 2\n-0.5\n" + bytes);
+  EXPECT_EQ(std::get<ImageTexture>(read("half.pfm").textures.at(0)).texels.at(0), Rgb(0.5f, 0, 0.0625f));
   directory.write("short.pfm", "PF\n2 2\n-1.0\n" + bytes);
   EXPECT_ERROR(read("short.pfm"), "announces 2 x 2 pixels");
   directory.write("bad.pfm", "PF\nx\n");

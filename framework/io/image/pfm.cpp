@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 namespace etendue {
@@ -42,13 +43,14 @@ RgbImage decode_pfm(std::string_view bytes) {
     throw Error(fmt::format("the header announces {} x {} pixels, in a file of {} bytes", header[0], header[1], bytes.size()));
   require_memory(static_cast<double>(pixels) * sizeof(Rgb), {}, "the image", "fewer pixels");
   image.texels.resize(pixels);
+  const auto scale = static_cast<float>(std::abs(header[2]));  // its sign tells the order of bytes
   for (int y = 0; y < image.size.y; ++y)
     for (int x = 0; x < image.size.x; ++x) {
       const auto width = static_cast<std::size_t>(image.size.x);
       const std::size_t at = begin + (static_cast<std::size_t>(image.size.y - 1 - y) * width + x) * channels * sizeof(float);
       Rgb& texel = image.texels[y * width + x];
       for (std::size_t c = 0; c < 3; ++c)
-        texel[static_cast<int>(c)] = float_at(bytes, at + (channels == 3 ? c * sizeof(float) : 0), header[2] > 0);
+        texel[static_cast<int>(c)] = scale * float_at(bytes, at + (channels == 3 ? c * sizeof(float) : 0), header[2] > 0);
     }
   return image;
 }
