@@ -148,6 +148,8 @@ TEST(MitsubaEmitters, AreReadAsOurs) {
   EXPECT_EQ(spot.fade, SpotFade::linear);
   expect_near(spot.direction, {0, -1, 0});
   EXPECT_NEAR(spot.cos_inner, std::cos(22.5f * pi / 180), 1e-5);
+  EXPECT_ERROR(read("<emitter type=\"spot\"><transform name=\"to_world\"><scale x=\"2\"/></transform></emitter>"),
+               "'to_world' distorts the cone");
   EXPECT_EQ(light_of<EnvironmentLight>("<emitter type=\"constant\"/>").scale, Rgb(1));
   EXPECT_ERROR(read("<emitter type=\"projector\"/>"), "is not supported");
   EXPECT_EQ(approximated(rectangle + "<emitter type=\"sunsky\"/>").lights.size(), 2u);

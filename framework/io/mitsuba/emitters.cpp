@@ -41,7 +41,7 @@ std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
       {"area", "in a shape; a texture as it is, of meshes where they have texture coordinates, else approximated by its mean",
        nullptr},
       {"point", "as it is", &R::point},
-      {"spot", "as it is; a texture approximated by its mean", &R::spot},
+      {"spot", "as it is; a texture approximated by its mean, an uneven scale by a round cone", &R::spot},
       {"directional", "as it is", &R::directional},
       {"constant", "as it is", &R::constant},
       {"envmap", "as it is", &R::environment},
@@ -99,6 +99,8 @@ void MitsubaReader::spot(const Properties& of) {
   const Transform t = of.transform("to_world");
   const float cutoff = of.number("cutoff_angle", 20, 1e-3f, 180), beam = of.number("beam_width", 0.75f * cutoff, 0, 180);
   if (beam > cutoff) of.fail("beam_width", fmt::format("is {}; expected no more than the cutoff angle, {}", beam, cutoff));
+  if (!t.similarity_scale())
+    approximate(of.where("to_world"), fmt::format("{}: 'to_world' distorts the cone", of.title()), "a round cone");
   add_light(of,
             SpotLight{.position = placed_point(of, t, vec3(0)),
                       .direction = unit(of, t.vector({0, 0, 1})),

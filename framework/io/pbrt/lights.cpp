@@ -184,11 +184,13 @@ Light PbrtReader::projection_light(PbrtLexer& lexer, const PbrtParams& params) {
                    .cos_inner = cosine};
 }
 
-Light PbrtReader::spot_light(const PbrtParams& params) const {
+Light PbrtReader::spot_light(const PbrtParams& params) {
   const vec3 from = params.point("from", vec3(0)), to = params.point("to", vec3(0, 0, 1));
   const float angle = params.number("coneangle", 30, 1e-3f, 180);
   const float delta = params.number("conedeltaangle", params.number("conedelta", std::min(5.0f, angle), 0, 180), 0, 180);
   if (delta > angle) params.fail("conedeltaangle", fmt::format("is {}; expected no more than coneangle, {}", delta, angle));
+  if (!ctm().similarity_scale())
+    approximate(params.where(), params.owner() + ": its transform distorts the cone", "a round cone");
   const float outer = math::cos(angle * degrees), inner = math::cos((angle - delta) * degrees);
   return SpotLight{.position = placed(params, ctm(), from),
                    .direction = unit_direction(params, ctm(), from, to),

@@ -283,7 +283,7 @@ class PbrtReader {
   RgbImage image_file_of_light(PbrtLexer& lexer, const PbrtParams& params, std::string_view param);
   std::uint32_t image_of_light(PbrtLexer& lexer, const PbrtParams& params, Rgb& radiance);
   Light point_light(const PbrtParams& params) const;
-  Light spot_light(const PbrtParams& params) const;
+  Light spot_light(const PbrtParams& params);
   Light distant_light(const PbrtParams& params) const;
   Light infinite_light(PbrtLexer& lexer, const PbrtParams& params);
   Light goniometric_light(PbrtLexer& lexer, const PbrtParams& params);

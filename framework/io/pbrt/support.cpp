@@ -85,7 +85,7 @@ constexpr PbrtSupport supported[] = {
     {"Texture", "ptex", "approximated: grey of 0.5"},
 
     {"LightSource", "point", "as it is; power"},
-    {"LightSource", "spot", "as it is; power"},
+    {"LightSource", "spot", "as it is; power; under a transform that distorts approximated: a round cone"},
     {"LightSource", "distant", "as it is; illuminance"},
     {"LightSource", "infinite", "constant, equirectangular or octahedral; a portal approximated: light from everywhere"},
     {"LightSource", "goniometric", "approximated: a point light of the same power"},
