@@ -309,13 +309,25 @@ TEST(MitsubaShapes, QuadricsAreKept) {
 
 TEST(MitsubaShapes, TexturedQuadricsThatGlowAreMeshesWhereTurned) {
   const auto lights = [](const std::string& turn) {
-    return read("<shape type=\"disk\"><transform name=\"to_world\">" + turn +
+    return read("<shape type=\"cylinder\"><transform name=\"to_world\">" + turn +
                 "</transform><emitter type=\"area\"/><bsdf type=\"diffuse\"><texture type=\"checkerboard\" "
                 "name=\"reflectance\"/></bsdf></shape>")
         .lights.size();
   };
   EXPECT_EQ(lights("<translate x=\"1\"/>"), 1u);
   EXPECT_GT(lights("<rotate z=\"1\" angle=\"30\"/>"), 100u) << "a quadric would lose the turn of its texture";
+}
+
+// Mitsuba's u is the radius and its v the angle; those of our disks are the angle and the way inwards.
+TEST(MitsubaShapes, TexturedDisksAreMeshesWithMitsubasCoordinates) {
+  const Scene scene =
+      read("<shape type=\"disk\"><bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\"/></bsdf></shape>");
+  const Object& object = scene.objects[0];
+  ASSERT_FALSE(object.uvs.empty());
+  for (std::size_t i = 0; i < object.uvs.size(); ++i) {
+    const float angle = 2 * pi * object.uvs[i].y;
+    expect_near(object.geometry.positions[i] + scene.origin, object.uvs[i].x * vec3(std::cos(angle), std::sin(angle), 0));
+  }
 }
 
 TEST(MitsubaNames, BothSpellingsAreOne) {

@@ -75,7 +75,7 @@ std::span<const MitsubaReader::ShapeType> MitsubaReader::shape_types() {
       {"rectangle", "as it is", &R::rectangle},
       {"cube", "as it is", &R::cube},
       {"sphere", "as it is", &R::sphere},
-      {"disk", "as it is", &R::disk},
+      {"disk", "as it is; with a texture a mesh", &R::disk},
       {"cylinder", "as it is", &R::cylinder},
       {"shapegroup", "as it is", &R::shape_group},
       {"instance", "as it is", &R::instance},
@@ -216,7 +216,8 @@ void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, con
   const auto place_mesh = [&] {
     place(std::visit(MeshOfQuadric(), quadric), to_group, *appearance, of, group, of.title(), true);
   };
-  if (entry.relief || glows_by_image) return place_mesh();
+  const bool polar = entry.textured && std::holds_alternative<Disk>(quadric);  // ours has u around and v inwards
+  if (entry.relief || glows_by_image || polar) return place_mesh();
   std::optional<Quadric> placed;
   try {
     placed = placed_quadric(quadric, to_group, entry.textured);
