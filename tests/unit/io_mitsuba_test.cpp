@@ -318,6 +318,17 @@ TEST(MitsubaShapes, TexturedQuadricsThatGlowAreMeshesWhereTurned) {
   EXPECT_GT(lights("<rotate z=\"1\" angle=\"30\"/>"), 100u) << "a quadric would lose the turn of its texture";
 }
 
+TEST(MitsubaShapes, SpheresOfVersion0ScaleTheirRadiusAlone) {
+  const std::string sphere = R"(<shape type="sphere"><point name="center" x="1" y="0" z="0"/><transform name="to_world">
+    <scale value="2"/><translate y="5"/></transform></shape>)";
+  for (const auto& [version, centre] : {std::pair("0.6.0", vec3(1, 5, 0)), std::pair("3.0.0", vec3(2, 5, 0))}) {
+    const Scene scene = read(sphere, version);
+    const Sphere& placed = std::get<Sphere>(scene.objects[0].geometry.quadrics.at(0));
+    expect_near(placed.centre + scene.origin, centre);
+    EXPECT_EQ(placed.radius, 2);
+  }
+}
+
 // Mitsuba's u is the radius and its v the angle; those of our disks are the angle and the way inwards.
 TEST(MitsubaShapes, TexturedDisksAreMeshesWithMitsubasCoordinates) {
   const Scene scene =

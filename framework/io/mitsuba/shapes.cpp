@@ -192,8 +192,10 @@ void MitsubaReader::rectangle(const Properties& of, Group& group) {
 void MitsubaReader::cube(const Properties& of, Group& group) { place(as_mesh(cube_faces()), of, group, of.title(), true); }
 
 void MitsubaReader::sphere(const Properties& of, Group& group) {
-  const vec3 centre = of.point("center", vec3(0));
-  const Transform t = of.transform("to_world") * Transform::translate(centre);
+  const Transform to_world = of.transform("to_world");
+  vec3 centre = of.point("center", vec3(0));
+  if (version0()) centre /= glm::length(to_world.vector({1, 0, 0}));  // there the scale is that of the radius alone
+  const Transform t = to_world * Transform::translate(centre);
   place(Sphere{vec3(0), of.number("radius", 1, 1e-30f)}, t, of, group);
 }
 
