@@ -174,7 +174,10 @@ TEST(PbrtTextureFields, WhatDependsOnUvIsBakedOverTheShapesRange) {
               "\" \"texture tex2\" \"t" + std::to_string(i - 1) + "\"\n";
   EXPECT_ERROR(world(nested), "is composed of more than 64 textures");
   const std::string halved = "Texture \"t\" \"color\" \"scale\" \"texture tex\" \"t\" \"rgb scale\" [.5 .5 .5]\n";
+  const std::string number = "Texture \"t\" \"float\" \"constant\" \"float value\" .25\n",
+                    by_number = "Texture \"t\" \"color\" \"scale\" \"texture tex\" \"t\" \"texture scale\" \"t\"\n";
   std::string scaled = "Texture \"t\" \"color\" \"uv\"\n";
+  expect_near(reflectance_at(world(scaled + number + by_number + use + plane), {0.5f, 1.75f}), {0.125f, 0.1875f, 0}, 1e-2f);
   expect_near(reflectance_at(world(scaled + halved + use + plane), {0.5f, 1.75f}), {0.25f, 0.375f, 0}, 1e-2f);
   for (int i = 0; i < 64; ++i) scaled += halved;
   EXPECT_ERROR(world(scaled), "is composed of more than 64 textures") << "by constants too, for every one nests calls deeper";

@@ -143,7 +143,9 @@ PbrtReader::TextureEntry PbrtReader::checker_texture(const PbrtParams& params, T
 PbrtReader::TextureEntry PbrtReader::scaled_texture(const PbrtParams& params, TextureMap& textures) {
   const bool version4 = params.has("tex") || params.has("scale");
   const std::string_view names[] = {version4 ? "tex" : "tex1", version4 ? "scale" : "tex2"};
-  auto a = operand(params, names[0], Rgb(1), textures), b = operand(params, names[1], Rgb(1), textures);
+  // Version 4 scales by numbers, colours too.
+  auto a = operand(params, names[0], Rgb(1), textures),
+       b = operand(params, names[1], Rgb(1), version4 ? float_textures_ : textures);
   if (const Rgb* first = std::get_if<Rgb>(&a)) {
     if (const Rgb* second = std::get_if<Rgb>(&b)) return {*first * *second};
     std::swap(a, b);
