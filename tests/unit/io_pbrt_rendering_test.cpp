@@ -76,6 +76,7 @@ TEST(PbrtRendering, FiltersAreThoseOfTheFilesVersion) {
             (FilterShape{.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0.25f}));
   EXPECT_EQ(filter("PixelFilter \"gaussian\"").radius, vec2(1.5f));
   EXPECT_EQ(filter("PixelFilter \"gaussian\" Film \"image\"").radius, vec2(2)) << "of version 3";
+  EXPECT_EQ(filter("PixelFilter \"gaussian\" \"float xwidth\" 3 Film \"image\"").radius, vec2(3, 2));
   EXPECT_FLOAT_EQ(filter("PixelFilter \"gaussian\" \"float alpha\" 8").sigma, 0.25f);
   EXPECT_EQ(filter("PixelFilter \"sinc\" \"float tau\" 2").tau, 2);
   EXPECT_ERROR(with("PixelFilter \"triangle\" \"float xradius\" 0"), "'xradius' is 0; expected 0.01 to 32");

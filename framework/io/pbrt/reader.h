@@ -317,7 +317,7 @@ class PbrtReader {
   };
   std::optional<DirectOnly> direct_only_;  // where an integrator shows no other light
   FilterShape filter_;
-  bool filter_by_version_ = false;  // its radius is that of a Gaussian in the file's version, which the film tells
+  glm::bvec2 filter_by_version_{false};  // its radius is that of a Gaussian in the file's version, which the film tells
   std::optional<CameraEntry> camera_;
   std::map<float, std::uint32_t> constant_masks_;  // in the scene, by opacity
   std::vector<MaterialEntry> materials_{MaterialEntry{.material = Diffuse{Rgb(0.5f)}, .textured = false, .scene_index = {}}};

@@ -152,10 +152,10 @@ void PbrtReader::pixel_filter(PbrtLexer& lexer, const Token& token) {
   for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool) { params.accept(name, kind); });
   constexpr float least = 0.01f, most = 32;
   FilterShape shape = named_filter(type);
-  filter_by_version_ = type == "gaussian";
-  for (const auto& [x, y] : {std::pair("xwidth", "ywidth"), std::pair("xradius", "yradius")}) {
-    filter_by_version_ = filter_by_version_ && !params.has(x) && !params.has(y);
-    shape.radius = {params.number(x, shape.radius.x, least, most), params.number(y, shape.radius.y, least, most)};
+  constexpr const char* names[2][2] = {{"xwidth", "xradius"}, {"ywidth", "yradius"}};
+  for (int axis = 0; axis < 2; ++axis) {
+    filter_by_version_[axis] = type == "gaussian" && !params.has(names[axis][0]) && !params.has(names[axis][1]);
+    for (const char* name : names[axis]) shape.radius[axis] = params.number(name, shape.radius[axis], least, most);
   }
   if (params.has("alpha")) shape.sigma = 1 / std::sqrt(2 * params.number("alpha", 2, 1e-4f, 1e4f));
   if (type == "gaussian") shape.sigma = params.number("sigma", shape.sigma, 1e-2f, 100);
