@@ -69,7 +69,7 @@ TEST(Pbrt, CameraLooksAlongItsTransform) {
   expect_near(ray.direction, {0, 0, -1});
   // pbrt's frame is left-handed: looking along -z with y up, +x lies to the left.
   EXPECT_LT(scene.camera.ray({8, 8}, {8, 4}, {0, 0}).direction.x, 0);
-  EXPECT_EQ(scene.resolution, ivec2(256, 256)) << "no Film: the scene's default";
+  EXPECT_EQ(scene.resolution, ivec2(1280, 720)) << "no Film: pbrt's default";
 }
 
 TEST(Pbrt, TransformsComposeAsPbrtHasThem) {
@@ -225,7 +225,7 @@ TEST(Pbrt, UnsupportedThingsAreNamed) {
 
 TEST(Pbrt, FilmAndCameraOptionsThatChangeTheImageAreChecked) {
   const auto with = [](const std::string& options) { return parse_pbrt(options + "\nWorldBegin\n" + triangle, "s.pbrt"); };
-  EXPECT_EQ(with("Camera \"perspective\" Film \"image\"").resolution, ivec2(640, 480));
+  EXPECT_EQ(with("Camera \"perspective\" Film \"image\"").resolution, ivec2(1280, 720));
   EXPECT_EQ(with("Camera \"perspective\" Film \"rgb\"").resolution, ivec2(1280, 720));
   const std::string film = "Film \"rgb\" \"integer xresolution\" 200 \"integer yresolution\" 100 ";
   EXPECT_EQ(with(film + "Camera \"perspective\" \"float screenwindow\" [-2 2 -1 1] \"float frameaspectratio\" 2").resolution,

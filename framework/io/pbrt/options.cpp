@@ -138,10 +138,8 @@ void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
     fail_unknown(where, "film", type, {"rgb", "image", "gbuffer", "spectral"});
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   version3_ = type == "image";
-  const ivec2 otherwise = type == "image" ? ivec2(640, 480) : ivec2(1280, 720);  // version 3's and 4's
-  scene_.resolution = {params.integer("xresolution", otherwise.x, 1, 65536),
-                       params.integer("yresolution", otherwise.y, 1, 65536)};
-
+  scene_.resolution = {params.integer("xresolution", default_resolution.x, 1, 65536),
+                       params.integer("yresolution", default_resolution.y, 1, 65536)};
   read_exposure(params);
   read_crop(params);
   for (const std::string_view clamp : {"maxcomponentvalue", "maxsampleluminance"})

@@ -29,10 +29,13 @@ inline constexpr float brightest = 1e12f;
 
 class PbrtReader {
  public:
-  PbrtReader(const std::string& path, const SceneReading& reading) : files_(path, reading) {}
+  PbrtReader(const std::string& path, const SceneReading& reading) : files_(path, reading) {
+    scene_.resolution = default_resolution;
+  }
   Scene read(std::string text);
 
  private:
+  static constexpr ivec2 default_resolution{1280, 720};  // of versions 3 and 4
   using Handler = void (PbrtReader::*)(PbrtLexer&, const Token&);
   enum class Phase : std::uint8_t { options, world, any };
   struct Directive {
