@@ -97,6 +97,9 @@ TEST(ImageFile, AlphaIsReadWhereItIsWanted) {
       {{"A", PixelType::half}, {"B", PixelType::half}, {"G", PixelType::half}, {"R", PixelType::half}}, {0, 0}, {1, 1});
   EXPECT_EQ(decode_image(exr, "i.exr", Encoding::alpha).texels.at(0), Rgb(1));
   EXPECT_EQ(decode_image(exr, "i.exr").texels.at(0), Rgb(0.5f));
+  const std::string chroma =
+      plain_exr({{"BY", PixelType::half}, {"RY", PixelType::half}, {"Y", PixelType::half}}, {0, 0}, {1, 1});
+  EXPECT_ERROR(decode_image(chroma, "i.exr"), "luminance and chroma, BY, RY, Y; expected channels R, G and B, or Y alone");
   const std::string after =
       plain_exr({{"@", PixelType::half}, {"A", PixelType::half}, {"Y", PixelType::single}}, {0, 0}, {1, 1});
   EXPECT_EQ(decode_image(after, "i.exr", Encoding::alpha).texels.at(0), Rgb(0.5f));

@@ -39,6 +39,8 @@ std::array<const char*, 3> find_channels(const Imf::ChannelList& channels, bool 
   const bool has_rgb = channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
   if (!has_rgb && !channels.findChannel("Y"))
     throw Error("expected channels R, G and B, or Y; found " + channel_names(channels));
+  if (!has_rgb && (channels.findChannel("RY") || channels.findChannel("BY")))
+    throw Error("luminance and chroma, " + channel_names(channels) + "; expected channels R, G and B, or Y alone");
   std::array<const char*, 3> found{"Y", "Y", "Y"};
   if (has_rgb) found = rgb_names;
   if (alpha) found.fill("A");
