@@ -341,6 +341,18 @@ TEST(MitsubaShapes, TexturedDisksAreMeshesWithMitsubasCoordinates) {
   }
 }
 
+TEST(MitsubaShapes, TrianglesWithoutTextureCoordinatesHaveMitsubas) {
+  const TestDirectory directory;
+  directory.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const auto uvs = [&](const std::string& inside) {
+    const std::string shape =
+        "<shape type=\"obj\"><string name=\"filename\" value=\"t.obj\"/><bsdf type=\"diffuse\">" + inside + "</bsdf></shape>";
+    return parse_mitsuba(scene_text(shape), directory.path("s.xml")).objects[0].uvs;
+  };
+  EXPECT_TRUE(uvs("").empty());
+  EXPECT_EQ(uvs("<texture type=\"checkerboard\" name=\"reflectance\"/>"), (std::vector<vec2>{{0, 0}, {1, 0}, {0, 1}}));
+}
+
 TEST(MitsubaNames, BothSpellingsAreOne) {
   for (const auto& [written, snake] : std::vector<std::pair<std::string, std::string>>{{"toWorld", "to_world"},
                                                                                        {"to_world", "to_world"},

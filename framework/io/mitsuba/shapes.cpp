@@ -144,6 +144,10 @@ void MitsubaReader::place(TriangleMesh mesh, const Transform& t, ShapeLook seen,
   if (seen.flip_normal)
     for (vec3& n : mesh.normals) n = -n;
   seen.flip_normal ^= outward && t.swaps_handedness();
+  if (mesh.uvs.empty() && (uses_uvs(scene_.materials[seen.material]) || seen.mask != no_id)) {
+    give_default_uvs(mesh);  // Mitsuba's are the weights of the second and the third corner
+    for (const uvec3& corners : mesh.triangles) mesh.uvs[corners.z] = {0, 1};
+  }
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(of.where(), warning);
   const std::size_t triangles = mesh.triangles.size();
