@@ -108,6 +108,16 @@ TEST(ExportedScenes, ImagesMayHaveTheirOwnGamma) {
                      "\"gamma 2.2\" Material \"diffuse\" \"texture reflectance\" \"t\" " +
                          triangle),
               Rgb(1, 0, blue));
+  const float half = 0.5f;  // floats are decoded by version 3 where it is told to, and only there
+  directory.write("half.pfm", "Pf\n1 1\n-1\n" + std::string(reinterpret_cast<const char*>(&half), sizeof half));
+  const auto of_floats = [&](const std::string& before, const std::string& gamma) {
+    return texels("s.pbrt", before + " WorldBegin Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"half.pfm\" " +
+                                gamma + " Material \"matte\" \"texture Kd\" \"t\" " + triangle);
+  };
+  const std::string told = "\"bool gamma\" \"true\"";
+  expect_near(of_floats("Film \"image\"", told), Rgb(0.21404f), 1e-4f);
+  expect_near(of_floats("Film \"image\"", ""), Rgb(0.5f));
+  expect_near(of_floats("", told), Rgb(0.5f));
   const auto mitsuba = [&](const std::string& inside) {
     return texels("s.xml", mts::scene_text(
                                "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture type=\"bitmap\" name=\"reflectance\">"

@@ -77,11 +77,13 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
                        .wrap_v = wrap};
   const float gamma = read_gamma(params);
   const Location named = params.where("filename");
-  RgbImage image = read_texels([&](Encoding encoding) { return files_.image(file, *lexer.file(), named, encoding); },
-                               [&] { return files_.read(file, *lexer.file(), named).bytes; }, gamma,
-                               !of_numbers ? TexelUse::colours
-                               : version3_ ? TexelUse::version3_numbers
-                                           : TexelUse::numbers);
+  const auto bytes = [&] { return files_.read(file, *lexer.file(), named).bytes; };
+  RgbImage image =
+      read_texels([&](Encoding encoding) { return files_.image(file, *lexer.file(), named, encoding); }, bytes, gamma,
+                  !of_numbers ? TexelUse::colours
+                  : version3_ ? TexelUse::version3_numbers
+                              : TexelUse::numbers);
+  if (version3_ && params.boolean("gamma", false) && holds_floats(bytes())) decode_gamma(image, 0);  // as it is told to
   warn_of_not_finite(image, params.where("filename"), file);
   if (params.string("filter", "bilinear") == "point")
     if (const int times = repeat_texels(image, params.where("filter")); times < 16)
