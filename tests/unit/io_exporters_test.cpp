@@ -141,7 +141,7 @@ TEST(ExportedScenes, AreaLightsMayStateTheirPower) {
               6 / (0.5f * pi) * Rgb(1, 2, 3), 1e-4f);
   expect_near(radiance(R"(Shape "bilinearmesh" "point3 P" [0 0 0 1 0 0 0 1 0 1 1 0])"), 6 / pi * Rgb(1, 2, 3), 1e-4f);
   const std::string uneven = R"(Shape "trianglemesh" "point3 P" [0 0 0 1 0 0 0 1 0 -2 0 0] "integer indices" [0 1 2 0 2 3])";
-  EXPECT_ERROR(radiance(uneven), "each of its triangles is a light of the same 'power'");
+  EXPECT_ERROR(radiance(uneven), "each of its faces is a light of the same 'power'");
   expect_near(radiance(uneven, true), 12 / (1.5f * pi) * Rgb(1, 2, 3), 1e-4f);
 }
 

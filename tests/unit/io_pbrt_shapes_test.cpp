@@ -167,6 +167,33 @@ TEST(PbrtShapes, TexturedQuadricsThatGlowKeepPbrtsCoordinates) {
   EXPECT_EQ(world(checks + "Translate 1 0 0 Shape \"disk\"").lights.size(), 1u) << "whose axes are the world's";
 }
 
+TEST(PbrtShapes, QuadrilateralsOfAPlyArePbrts) {
+  const TestDirectory directory;
+  const auto ply = [](const std::string& last_height) {
+    return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+           "property list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n2 2 0\n0 2 " +
+           last_height + "\n4 0 1 2 3\n";
+  };
+  directory.write("q.ply", ply("0"));
+  directory.write("bent.ply", ply("1"));
+  const auto read = [&](const std::string& film, const std::string& before, const std::string& file = "q.ply") {
+    return parse_pbrt(film + " WorldBegin " + before + " Shape \"plymesh\" \"string filename\" \"" + file + "\"",
+                      directory.path("s.pbrt"));
+  };
+  const std::string checks = "Texture \"t\" \"spectrum\" \"checkerboard\" Material \"matte\" \"texture Kd\" \"t\"";
+  const Scene version4 = read("", checks), version3 = read("Film \"image\"", checks);
+  const Object &patch = version4.objects[0], &pair = version3.objects[0];
+  ASSERT_EQ(patch.uvs.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(patch.uvs[i], 0.5f * vec2(patch.geometry.positions[i]));
+  EXPECT_EQ(pair.uvs, (std::vector<vec2>{{0, 0}, {1, 0}, {1, 1}, {1, 0}, {1, 1}, {0, 0}})) << "the second: corners 3, 0, 2";
+  EXPECT_TRUE(read("", "").objects[0].uvs.empty());
+  const Scene light = read("", "AreaLightSource \"diffuse\" \"float power\" 10");
+  EXPECT_NEAR(std::get<AreaLight>(light.lights.at(1)).radiance.x, 10 / (4 * pi), 1e-5f) << "one light, not one a triangle";
+  EXPECT_TRUE(warns(read("", "", "bent.ply"), "1 quadrilaterals are bent"));
+  EXPECT_FALSE(warns(version4, "bent"));
+  EXPECT_FALSE(warns(read("Film \"image\"", "", "bent.ply"), "bent"));
+}
+
 TEST(PbrtShapes, ObjectsAreInstancedByName) {
   const Scene scene = world("ObjectBegin \"o\" Translate 1 0 0 " + triangle +
                             "ObjectEnd\nTranslate 0 5 0 ObjectInstance \"o\" Scale 2 2 2 ObjectInstance \"o\"");

@@ -87,6 +87,7 @@ void give_default_uvs(TriangleMesh& mesh) {
     }
     apart.triangles.push_back(first + uvec3(0, 1, 2));
   }
+  apart.quads = std::move(mesh.quads);
   mesh = std::move(apart);
 }
 

@@ -3,6 +3,7 @@
 
 #include "framework/core/vec.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ struct TriangleMesh {
   std::vector<vec3> positions, normals;
   std::vector<vec2> uvs;
   std::vector<uvec3> triangles;
-  std::vector<std::string> warnings;  // what the file holds that was left out
+  std::vector<std::string> warnings;      // what the file holds that was left out
+  std::vector<std::uint32_t> quads = {};  // of each quadrilateral of a PLY the first of its two triangles
 
   // Without texture coordinates each triangle has those of pbrt.
   vec2 uv(const uvec3& triangle, int corner) const {

@@ -170,6 +170,7 @@ class BodyReader {
   void read_polygon(const Property& p, std::uint64_t face) {
     const std::uint64_t count = read_count(p);
     if (count < 3) ++left_out_;
+    if (count == 4) mesh_.quads.push_back(static_cast<std::uint32_t>(mesh_.triangles.size()));
     std::uint32_t first = 0, previous = 0;
     for (std::uint64_t i = 0; i < count; ++i) {
       const double index = source_.read(p.type);

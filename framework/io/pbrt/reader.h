@@ -208,6 +208,8 @@ class PbrtReader {
   void place_patch(const SurfacePatch& patch, const PbrtParams& params);
   bool glows_by_image() const;
   ShapeLook look(const PbrtParams& params, bool flip_normal, std::uint32_t material, std::uint32_t mask);
+  bool needs_uvs(const PbrtParams& params);
+  void give_uvs_of_quads(TriangleMesh& mesh) const;
   void spread_power(ShapeLook& look, double area, std::size_t shapes) const;
   void spread_power(ShapeLook& look, const TriangleMesh& mesh, const PbrtParams& params, std::size_t shapes);
   std::uint32_t material_on(TriangleMesh& mesh, const PbrtParams& params);

@@ -11,6 +11,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <numeric>
+
 namespace etendue {
 
 namespace {
@@ -26,6 +29,16 @@ TexturedRgb* reflectance_of(Material& material) {
   if (auto* diffuse = std::get_if<Diffuse>(&material)) return &diffuse->reflectance;
   if (auto* plastic = std::get_if<Plastic>(&material)) return &plastic->reflectance;
   return nullptr;
+}
+
+// Quadrilaterals of which a corner is off the others' plane by more than a hundredth of the diagonal.
+std::ptrdiff_t count_bent(const TriangleMesh& mesh) {
+  return std::count_if(mesh.quads.begin(), mesh.quads.end(), [&](std::uint32_t q) {
+    const uvec3 t = mesh.triangles[q];
+    const vec3 a = mesh.positions[t.x], d = mesh.positions[mesh.triangles[q + 1].z];
+    const vec3 normal = glm::cross(mesh.positions[t.y] - a, mesh.positions[t.z] - a);
+    return std::abs(glm::dot(normal, d - a)) > 0.01f * glm::length(normal) * glm::length(d - mesh.positions[t.y]);
+  });
 }
 
 }  // namespace
@@ -96,10 +109,13 @@ void PbrtReader::mesh_file(PbrtLexer& lexer, const PbrtParams& params) {
   const SceneFiles::File read = files_.read(file, *lexer.file(), params.where("filename"));
   const std::string extension = extension_of(file);
   try {
-    place(extension == ".obj"   ? parse_obj(read.bytes, read.path)
-          : extension == ".smf" ? parse_smf(read.bytes, read.path)
-                                : parse_ply(read.bytes, read.path),
-          params, "'" + file + "'");
+    TriangleMesh mesh = extension == ".obj"   ? parse_obj(read.bytes, read.path)
+                        : extension == ".smf" ? parse_smf(read.bytes, read.path)
+                                              : parse_ply(read.bytes, read.path);
+    if (const auto bent = version3_ ? 0 : count_bent(mesh))
+      warn(params.where("filename"),
+           fmt::format("{} quadrilaterals are bent: two triangles each, where pbrt-v4 has a bilinear patch", bent));
+    place(std::move(mesh), params, "'" + file + "'");
   } catch (const Error& e) {
     throw Error(params.where("filename"), e.what());
   }
@@ -126,20 +142,39 @@ void PbrtReader::spread_power(ShapeLook& look, double area, std::size_t shapes) 
 
 void PbrtReader::spread_power(ShapeLook& look, const TriangleMesh& mesh, const PbrtParams& params, std::size_t shapes) {
   if (!look.glow || !attributes_.glows_by_power) return;
-  double sum = 0, most = 0;
-  for (const uvec3& t : mesh.triangles) {
+  std::vector<double> areas;  // of triangles and quadrilaterals
+  auto quad = mesh.quads.begin();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const uvec3& t = mesh.triangles[i];
     const auto& p = mesh.positions;
     const double area = 0.5 * glm::length(glm::cross(dvec3(p[t[1]] - p[t[0]]), dvec3(p[t[2]] - p[t[0]])));
-    sum += area;
-    most = std::max(most, area);
+    if (quad != mesh.quads.end() && *quad + 1 == i) {
+      areas.back() += area;
+      ++quad;
+    } else {
+      areas.push_back(area);
+    }
   }
-  const auto triangles = static_cast<double>(mesh.triangles.size());
-  if (shapes != 1 && most > 1.001 * sum / triangles)
-    approximate(params.where(), params.owner() + ": each of its triangles is a light of the same 'power'",
+  const double sum = std::accumulate(areas.begin(), areas.end(), 0.0);
+  if (shapes != 1 && *std::max_element(areas.begin(), areas.end()) > 1.001 * sum / static_cast<double>(areas.size()))
+    approximate(params.where(), params.owner() + ": each of its faces is a light of the same 'power'",
                 "the same radiance all over, which adds up to as much");
-  spread_power(look, sum, shapes == 0 ? mesh.triangles.size() : shapes);
+  spread_power(look, sum, shapes == 0 ? areas.size() : shapes);
   if (!is_finite(look.glow->radiance) || max_component(look.glow->radiance) > brightest)
     throw Error(params.where(), fmt::format("{}: the radiance of its 'power' is beyond {:g}", params.owner(), brightest));
+}
+
+bool PbrtReader::needs_uvs(const PbrtParams& params) {
+  const MaterialEntry& entry = materials_[attributes_.material];
+  return entry.textured || entry.relief || entry.opacity || glows_by_image() || varying_alpha(params);
+}
+
+// Version 4 makes one patch of a quadrilateral, over the unit square; version 3 begins the second triangle at the last corner.
+void PbrtReader::give_uvs_of_quads(TriangleMesh& mesh) const {
+  give_default_uvs(mesh);
+  constexpr vec2 second[2][3] = {{{0, 0}, {1, 1}, {0, 1}}, {{1, 0}, {1, 1}, {0, 0}}};
+  for (const std::uint32_t q : mesh.quads)
+    for (int corner = 0; corner < 3; ++corner) mesh.uvs[mesh.triangles[q + 1][corner]] = second[version3_ ? 1 : 0][corner];
 }
 
 // Over the mesh's range of (u, v); an image that another shape has already serves again.
@@ -212,6 +247,7 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   for (vec3& n : mesh.normals) n = reverse ? -t.normal(n) : t.normal(n);
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(params.where(), warning);
+  if (mesh.uvs.empty() && !mesh.quads.empty() && needs_uvs(params)) give_uvs_of_quads(mesh);
   const std::uint32_t mask = add_mask(params, mesh, opacity);
   if (mesh.triangles.empty()) return;
   const std::uint32_t material = material_on(mesh, params);

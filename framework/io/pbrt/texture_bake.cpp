@@ -83,6 +83,7 @@ TriangleMesh in_atlas(TriangleMesh&& mesh, const Cell& cell, const ivec2& size) 
     }
     apart.triangles.push_back(static_cast<std::uint32_t>(3 * k) + uvec3(0, 1, 2));
   }
+  apart.quads = std::move(mesh.quads);
   return apart;
 }
 
