@@ -98,6 +98,13 @@ TEST(PbrtMaterials, GlassMirrorAndPlastic) {
   EXPECT_FLOAT_EQ(glass.eta, 1.6f);
   EXPECT_EQ(glass.transmit_tint, Rgb(0.5f, 1, 1));
   EXPECT_EQ(glass.alpha, 0) << "no roughness: smooth before the remapping";
+  const auto rough_glass = [](const std::string& film) {
+    return parse_pbrt(film + " WorldBegin Material \"glass\" \"float roughness\" .1 " + triangle, "s.pbrt");
+  };
+  EXPECT_GT(std::get<Dielectric>(rough_glass("").materials.at(0)).alpha, 0.1f);
+  EXPECT_EQ(std::get<Dielectric>(rough_glass("Film \"image\"").materials.at(0)).alpha, 0)
+      << "pbrt-v3 has it along u and v alone";
+  EXPECT_TRUE(warns(rough_glass("Film \"image\""), "'roughness' has no effect"));
   EXPECT_GT(material_of<Dielectric>("Material \"glass\" \"float uroughness\" .1 \"float vroughness\" .1").alpha, 0.1f);
   EXPECT_FLOAT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float roughness\" .25 \"float eta\" 1.33").alpha, 0.5f);
   EXPECT_FLOAT_EQ(material_of<Dielectric>("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"").eta, 1.5168f);

@@ -20,8 +20,14 @@ float version3_alpha(float roughness) {
 
 }  // namespace
 
-vec2 PbrtReader::roughness_alpha(const PbrtParams& params, float otherwise, bool version3) {
-  const float both = number(params, "roughness", otherwise, 0, 1);
+// `by_axis`: version 3 knows "uroughness" and "vroughness" of the material alone.
+vec2 PbrtReader::roughness_alpha(const PbrtParams& params, float otherwise, bool version3, bool by_axis) {
+  const bool has_both = !(by_axis && version3_);
+  const float both = has_both ? number(params, "roughness", otherwise, 0, 1) : otherwise;
+  if (!has_both && params.has("roughness"))
+    warn(params.where("roughness"),
+         params.owner() + ": 'roughness' has no effect, as in pbrt-v3, which expects 'uroughness' and 'vroughness'");
+  params.ignore({"roughness"});
   const vec2 roughness(number(params, "uroughness", both, 0, 1), number(params, "vroughness", both, 0, 1));
   vec2 alpha = roughness;
   if (params.boolean("remaproughness", true))
@@ -30,8 +36,8 @@ vec2 PbrtReader::roughness_alpha(const PbrtParams& params, float otherwise, bool
   return glm::max(alpha, vec2(1e-4f));
 }
 
-float PbrtReader::isotropic_alpha(const PbrtParams& params, float otherwise, bool version3) {
-  const vec2 alpha = roughness_alpha(params, otherwise, version3);
+float PbrtReader::isotropic_alpha(const PbrtParams& params, float otherwise, bool version3, bool by_axis) {
+  const vec2 alpha = roughness_alpha(params, otherwise, version3, by_axis);
   if (alpha.x != alpha.y)
     approximate(params.where(params.has("uroughness") ? "uroughness" : "vroughness"),
                 "a roughness that differs from the other: only conductors may be anisotropic",
@@ -104,9 +110,9 @@ Material PbrtReader::make_glass(const PbrtParams& params) {
   glass.transmit_tint = colour(params, "Kt", Rgb(1), ColourUse::reflectance);
   glass.eta = refractive_index(params, 0.1f);
   // Version 3 takes glass without roughness as smooth before it remaps.
-  bool rough = false;
-  for (const char* name : {"roughness", "uroughness", "vroughness"}) rough |= number(params, name, 0, 0, 1) > 0;
-  const float alpha = isotropic_alpha(params, 0, true);
+  bool rough = !version3_ && number(params, "roughness", 0, 0, 1) > 0;
+  for (const char* name : {"uroughness", "vroughness"}) rough |= number(params, name, 0, 0, 1) > 0;
+  const float alpha = isotropic_alpha(params, 0, true, true);
   glass.alpha = rough ? smooth_where_even(alpha, glass.eta) : 0;
   return glass;
 }

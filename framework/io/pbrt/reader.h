@@ -229,8 +229,8 @@ class PbrtReader {
   Material make_dielectric(const PbrtParams& params);
   Material make_plastic(const PbrtParams& params, MaterialEntry& entry);
   Material make_coated_diffuse(const PbrtParams& params, MaterialEntry& entry);
-  vec2 roughness_alpha(const PbrtParams& params, float otherwise, bool version3);
-  float isotropic_alpha(const PbrtParams& params, float otherwise, bool version3);
+  vec2 roughness_alpha(const PbrtParams& params, float otherwise, bool version3, bool by_axis = false);
+  float isotropic_alpha(const PbrtParams& params, float otherwise, bool version3, bool by_axis = false);
   float refractive_index(const PbrtParams& params, float least);
 
   // nearest_materials.cpp: what has no exact equal
