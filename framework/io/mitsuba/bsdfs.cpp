@@ -251,8 +251,8 @@ MitsubaReader::MaterialEntry MitsubaReader::thin_dielectric(const Properties& of
 }
 
 void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
-  // Version 3 has a mirror where nothing is said, earlier ones copper.
-  const std::string name = of.string("material", version_ >= 3 ? "none" : "Cu");
+  // Versions 2 and 3 have a mirror where nothing is said, earlier ones copper.
+  const std::string name = of.string("material", version0() ? "Cu" : "none");
   const float outside = refractive_index(of, "ext_eta", version0() ? "air" : "vacuum");
   if (of.has("eta") || of.has("k")) {
     metal.eta = colour(of, "eta", Rgb(0), ColourUse::index) / outside;
