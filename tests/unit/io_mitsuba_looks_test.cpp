@@ -131,6 +131,8 @@ TEST(MitsubaColours, AreLinearRgb) {
   EXPECT_ERROR(reflectance("<spectrum name=\"reflectance\" value=\"500:1, 400:1\"/>"), "wavelengths must increase");
   EXPECT_ERROR(reflectance("<rgb name=\"reflectance\" value=\"-1\"/>"), "has the component -1; expected 0 to 1");
   EXPECT_ERROR(reflectance("<srgb name=\"reflectance\" value=\"#ff80\"/>"), "expected #rrggbb");
+  const std::string hexadecimal = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"#336699\"/></bsdf>";
+  expect_near(material_of<Diffuse>(hexadecimal, "0.6.0").reflectance.constant, {0.2f, 0.4f, 0.6f});
   for (const auto& [version, ideal] : {std::pair("0.6.0", false), std::pair("2.0.0", true), std::pair("3.0.0", true)})
     EXPECT_EQ(material_of<Conductor>("<bsdf type=\"conductor\"/>", version).ideal, ideal) << version;
 }

@@ -16,7 +16,7 @@ float decoded(float encoded) { return encoded <= 0.04045f ? encoded / 12.92f : m
 
 Rgb decoded(const Rgb& c) { return {decoded(c.x), decoded(c.y), decoded(c.z)}; }
 
-// "#rrggbb"
+// "#rrggbb", as it stands
 Rgb hexadecimal(const XmlElement& element) {
   const std::string text = element.value("value");
   const bool digits = text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
@@ -25,7 +25,7 @@ Rgb hexadecimal(const XmlElement& element) {
   Rgb c;
   for (int i = 0; i < 3; ++i)
     c[i] = static_cast<float>(std::stoi(text.substr(1 + 2 * static_cast<std::size_t>(i), 2), nullptr, 16)) / 255;
-  return decoded(c);
+  return c;
 }
 
 Rgb triple(const XmlElement& element, std::string_view attribute) {
@@ -163,8 +163,8 @@ Rgb MitsubaReader::read_colour(const XmlElement& element, ColourUse use) {
     colour = hexadecimal(element);
   } else {
     colour = triple(element, "value");
-    if (element.tag == "srgb") colour = decoded(colour);
   }
+  if (element.tag == "srgb") colour = decoded(colour);
   const float most = use == ColourUse::light ? 1e12f : use == ColourUse::index ? 1000 : 1;
   if (use == ColourUse::reflectance && max_component(colour) > 1) {
     warn(element.where(),
