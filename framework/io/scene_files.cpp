@@ -30,18 +30,20 @@ bool lies_below(const fs::path& path, const fs::path& folder) {
 
 }  // namespace
 
-SceneFiles::SceneFiles(std::string first_file, const SceneReading& reading)
+SceneFiles::SceneFiles(std::string first_file, const SceneReading& reading, bool first_folder_first)
     : first_file_(std::move(first_file)),
       confined_(reading.confined),
+      first_folder_first_(first_folder_first),
       approximations_(reading.approximate),
       folder_(resolved(fs::path(first_file_).parent_path())) {}
 
 std::string SceneFiles::resolve(const std::string& name, const std::string& named_in) const {
   const fs::path beside = fs::path(named_in).parent_path() / name;  // `name` itself when absolute
-  std::error_code ignored;
-  if (fs::exists(beside, ignored)) return beside.string();
   const fs::path beside_first = fs::path(first_file_).parent_path() / name;
-  return fs::exists(beside_first, ignored) ? beside_first.string() : beside.string();
+  std::error_code ignored;
+  for (const fs::path& path : {first_folder_first_ ? beside_first : beside, beside_first})
+    if (fs::exists(path, ignored)) return path.string();
+  return beside.string();
 }
 
 void SceneFiles::check_place(const std::string& path, const std::string& name, const Location& where) {

@@ -33,7 +33,9 @@ class SceneFiles {
   static constexpr int most_nested_includes = 32;
   static constexpr std::uint64_t most_includes = 10'000, most_included_bytes = std::uint64_t{1} << 30;
 
-  SceneFiles(std::string first_file, const SceneReading& reading);
+  // `first_folder_first`: names are relative to the first file's folder, else to that of the file they stand in, not the other
+  // way round.
+  SceneFiles(std::string first_file, const SceneReading& reading, bool first_folder_first = false);
 
   const std::string& first_file() const { return first_file_; }
 
@@ -41,7 +43,7 @@ class SceneFiles {
     std::string path;  // as messages name it
     std::string bytes;
   };
-  // `name`: relative to the folder of the file `named_in`, else to that of the first file.
+  // `name`: relative to the folder of the file `named_in` or of the first file.
   File read(const std::string& name, const std::string& named_in, const Location& where);
   File include(const std::string& name, const std::string& named_in, const Location& where);
   RgbImage image(const std::string& name, const std::string& named_in, const Location& where,
@@ -60,7 +62,7 @@ class SceneFiles {
   void need_memory(std::uint64_t bytes, const std::string& name);
 
   std::string first_file_;
-  bool confined_;
+  bool confined_, first_folder_first_;
   Approximations approximations_;
   std::vector<std::string> told_;
   std::filesystem::path folder_;  // of the first file, symbolic links resolved

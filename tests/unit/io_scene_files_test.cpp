@@ -61,6 +61,18 @@ TEST(SceneFiles, FilesLargerThanTheMemoryAreRefused) {
                "needs about 4096 GiB");
 }
 
+// pbrt looks in the folder of the file it was given.
+TEST(SceneFiles, NamesInIncludedPbrtFilesAreThoseOfTheFirstFolder) {
+  const TestDirectory directory;
+  directory.write("a.pbrt", "LightSource \"point\" \"rgb I\" [1 1 1]");
+  directory.write("parts/a.pbrt", "LightSource \"point\" \"rgb I\" [2 2 2]");
+  directory.write("parts/b.pbrt", "LightSource \"point\" \"rgb I\" [3 3 3]");
+  directory.write("parts/both.pbrt", "Include \"a.pbrt\" Include \"b.pbrt\"");
+  const Scene scene = read_pbrt(directory.write("s.pbrt", "WorldBegin Include \"parts/both.pbrt\""));
+  EXPECT_EQ(std::get<PointLight>(scene.lights.at(0)).intensity, Rgb(1));
+  EXPECT_EQ(std::get<PointLight>(scene.lights.at(1)).intensity, Rgb(3)) << "where it is not there, beside the including file";
+}
+
 TEST(SceneFiles, IncludesAreCountedAndMeasured) {
   const TestDirectory directory;
   // Each file includes the next one twice: 2^30 includes.

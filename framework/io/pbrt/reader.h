@@ -29,7 +29,7 @@ inline constexpr float brightest = 1e12f;
 
 class PbrtReader {
  public:
-  PbrtReader(const std::string& path, const SceneReading& reading) : files_(path, reading) {
+  PbrtReader(const std::string& path, const SceneReading& reading) : files_(path, reading, true) {
     scene_.resolution = default_resolution;
   }
   Scene read(std::string text);
