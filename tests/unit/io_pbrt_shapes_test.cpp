@@ -194,6 +194,14 @@ TEST(PbrtShapes, QuadrilateralsOfAPlyArePbrts) {
   EXPECT_FALSE(warns(read("Film \"image\"", "", "bent.ply"), "bent"));
 }
 
+TEST(PbrtShapes, LightsThatAreMirroredQuadricsAreTold) {
+  const std::string disk = "Scale 1 1 -1 AreaLightSource \"diffuse\" ", two_sided = "\"bool twosided\" \"true\" ";
+  EXPECT_TRUE(warns(world(disk + "Shape \"disk\""), "under a mirroring transform pbrt shows the other side"));
+  EXPECT_TRUE(warns(world(disk + "Shape \"sphere\" \"float phimax\" 90"), "under a mirroring transform"));
+  EXPECT_FALSE(warns(world(disk + two_sided + "Shape \"disk\""), "mirroring"));
+  EXPECT_FALSE(warns(world(disk + triangle), "mirroring"));
+}
+
 TEST(PbrtShapes, ObjectsAreInstancedByName) {
   const Scene scene = world("ObjectBegin \"o\" Translate 1 0 0 " + triangle +
                             "ObjectEnd\nTranslate 0 5 0 ObjectInstance \"o\" Scale 2 2 2 ObjectInstance \"o\"");

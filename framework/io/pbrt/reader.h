@@ -27,6 +27,8 @@ inline float index_of_reflectance(float reflectance) {
 // W/(m^2 sr), W/sr or W/m^2, of a channel: its square, too, has room in single precision, and so has the power of a light.
 inline constexpr float brightest = 1e12f;
 
+struct PbrtQuadric;
+
 class PbrtReader {
  public:
   PbrtReader(const std::string& path, const SceneReading& reading) : files_(path, reading, true) {
@@ -187,6 +189,7 @@ class PbrtReader {
   void object_begin(PbrtLexer& lexer, const Token& token);
   void object_end(PbrtLexer& lexer, const Token& token);
   void object_instance(PbrtLexer& lexer, const Token& token);
+  void quadric(const PbrtQuadric& quadric, const PbrtParams& params);
   TriangleMesh triangle_mesh(const PbrtParams& params);
   void mesh_file(PbrtLexer& lexer, const PbrtParams& params);
   void subdivided_mesh(const PbrtParams& params);

@@ -63,12 +63,21 @@ void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
     height_field(params);
   else if (type == "nurbs")
     nurbs(params);
-  else if (const auto quadric = read_quadric(type, params); quadric->whole)
-    place(*quadric->whole, quadric->patch, params);
   else
-    place_patch(quadric->patch, params);
+    quadric(*read_quadric(type, params), params);
   params.ignore({"alpha", "shadowalpha"});
   params.finish();
+}
+
+void PbrtReader::quadric(const PbrtQuadric& quadric, const PbrtParams& params) {
+  if (attributes_.glow && !attributes_.glow->two_sided && ctm().swaps_handedness())
+    warn(params.where(), params.owner() +
+                             ": under a mirroring transform pbrt shows the other side of a light than it takes "
+                             "light from; here both are the latter");
+  if (quadric.whole)
+    place(*quadric.whole, quadric.patch, params);
+  else
+    place_patch(quadric.patch, params);
 }
 
 TriangleMesh PbrtReader::triangle_mesh(const PbrtParams& params) {
