@@ -329,6 +329,12 @@ TEST(MitsubaShapes, SpheresOfVersion0ScaleTheirRadiusAlone) {
   }
 }
 
+TEST(MitsubaShapes, MirroredSpheresAreInsideOutFromVersion2On) {
+  const std::string sphere = "<shape type=\"sphere\"><transform name=\"to_world\"><scale x=\"-1\"/></transform></shape>";
+  for (const auto& [version, inside_out] : {std::pair("0.6.0", false), std::pair("2.0.0", true), std::pair("3.0.0", true)})
+    EXPECT_EQ(read(sphere, version).objects[0].shapes.at(0).flip_normal, inside_out) << version;
+}
+
 // Mitsuba's u is the radius and its v the angle; those of our disks are the angle and the way inwards.
 TEST(MitsubaShapes, TexturedDisksAreMeshesWithMitsubasCoordinates) {
   const Scene scene =

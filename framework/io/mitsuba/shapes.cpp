@@ -216,8 +216,10 @@ void MitsubaReader::cylinder(const Properties& of, Group& group) {
 
 void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group) {
   MaterialEntry& entry = materials_[material_of(of)];
-  const auto appearance = look(of, group, entry, true);
+  auto appearance = look(of, group, entry, true);
   if (!appearance) return;
+  // From version 2 on a mirroring transform turns spheres inside out.
+  if (!version0() && std::holds_alternative<Sphere>(quadric)) appearance->flip_normal ^= to_group.swaps_handedness();
   const bool glows_by_image = appearance->glow && appearance->glow->texture != no_id;
   const auto place_mesh = [&] {
     place(std::visit(MeshOfQuadric(), quadric), to_group, *appearance, of, group, of.title(), true);
