@@ -24,7 +24,7 @@ std::string declaration_of(const CellRecord& cell) {
 std::vector<const Configuration*> exactly_measured(const ReportData& data) {
   std::vector<const Configuration*> configurations;
   for (const SceneData& scene : data.scenes)
-    if (scene.reference != nullptr && !(scene.reference->mse_floor > 0))
+    if (scene.reference != nullptr && is_exact(*scene.reference))
       for (const Configuration* configuration : scene.finished()) configurations.push_back(configuration);
   return configurations;
 }
@@ -48,6 +48,9 @@ std::vector<double> final_confidence(const Configuration& configuration, const s
 }
 
 }  // namespace
+
+bool is_exact(const ReferenceRecord& reference) { return reference.source.starts_with("closed form"); }
+bool knows_variance(const ReferenceRecord& reference) { return !reference.checks.starts_with("none"); }
 
 std::map<std::string, double> confidence_of(const Image& image, const Image& standard_error, const Image& reference) {
   CHECK(image.size == reference.size && image.size == standard_error.size);

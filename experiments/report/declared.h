@@ -11,6 +11,7 @@
 
 namespace etendue {
 
+struct ReferenceRecord;
 struct ReportData;
 
 // "within_1", "within_2": shares of the pixels, by luminance; "stated", "true": root mean squares of the standard error and of
@@ -21,5 +22,10 @@ std::map<std::string, double> confidence_of(const Image& image, const Image& sta
 Predictions confidence_predictions(const ReportData& data);
 
 Predictions bias_predictions(const ReportData& data);  // against what methods declare
+
+// Whether errors are measured against a closed form; and whether the reference's own variance is known, which that of an image
+// that the experiment gives is not.
+bool is_exact(const ReferenceRecord& reference);
+bool knows_variance(const ReferenceRecord& reference);
 
 }  // namespace etendue

@@ -1,4 +1,5 @@
 // The tables that list records as they are, and the summary at the end of a run.
+#include "experiments/report/declared.h"
 #include "experiments/report/rates.h"
 #include "experiments/report/ratios.h"
 #include "experiments/report/report_text.h"
@@ -19,7 +20,8 @@ Table references_table(const ReportData& data) {
   table.column("scene", "scene", &ReferenceRecord::scene);
   table.column("source", "source", &ReferenceRecord::source);
   table.column("size", "pixels", [](const ReferenceRecord& r) { return TableCell(fmt::format("{}×{}", r.width, r.height)); });
-  table.column("mse_floor", "own variance", &ReferenceRecord::mse_floor);
+  table.column("mse_floor", "own variance",
+               [](const ReferenceRecord& r) { return knows_variance(r) ? TableCell(r.mse_floor) : TableCell(); });
   table.column("floor_share", "of least mse", [&](const ReferenceRecord& r) {
     double share = 0;
     for (const SceneData& scene : data.scenes)

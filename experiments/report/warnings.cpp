@@ -1,4 +1,5 @@
 // What should keep a reader from believing a report: failures, a noisy reference, biases and rates that are not as declared.
+#include "experiments/report/declared.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/verdicts.h"
 #include "experiments/statistics/agreement.h"
@@ -35,6 +36,9 @@ void warn_of_references(const ReportData& data, Warnings& warnings) {
       if (!scene.finished().empty()) warn(warnings, "{}: the log holds no reference record.", scene.name);
       continue;
     }
+    if (!knows_variance(*scene.reference))
+      warn(warnings, "{}: nobody knows the variance of the reference, {}: none is subtracted, and no bias is judged by it.",
+           scene.name, scene.reference->source);
     if (scene.reference->checks.find(undecided) != std::string::npos)
       warn(warnings, "{}: the reference is unproven; {}.", scene.name, scene.reference->checks);
     if (const double share = floor_share(scene); share > floor_share_limit)

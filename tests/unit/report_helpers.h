@@ -66,7 +66,7 @@ inline ReferenceRecord reference(const std::string& scene, double floor = 0) {
   ReferenceRecord record;
   record.scene = scene;
   record.scene_hash = "hash";
-  record.source = "closed form";
+  record.source = floor > 0 ? "two estimators" : "closed form";
   record.mse_floor = floor;
   record.width = 8;
   record.height = 6;

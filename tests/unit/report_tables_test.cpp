@@ -361,7 +361,11 @@ TEST(BiasPredictions, JudgeMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors)
   log.manifests.push_back(manifest());
   log.references.push_back(reference("builtin:exact"));
   log.references.push_back(reference("builtin:rendered", 1e-6));
-  for (const char* scene : {"builtin:exact", "builtin:rendered"}) add_cells(log, scene, {.integrator = "sound"}, 10);
+  log.references.push_back(reference("given.pbrt"));
+  log.references.back().source = "given.exr";
+  log.references.back().checks = "none: given by the experiment, its variance unknown";
+  for (const char* scene : {"builtin:exact", "builtin:rendered", "given.pbrt"})
+    add_cells(log, scene, {.integrator = "sound"}, 10);
   add_cells(log, "builtin:exact", {.integrator = "dark"}, 10);
   add_cells(log, "builtin:exact", {.integrator = "rare"}, 2);
   for (CheckpointRecord& record : log.checkpoints)
@@ -377,6 +381,11 @@ TEST(BiasPredictions, JudgeMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors)
   for (CellRecord& cell : log.cells)
     if (cell.cell.integrator == "dark") cell.bias_bound = 0.03;
   EXPECT_EQ(bias_predictions(arrange(log)).rows[1].verdict, Verdict::confirmed);
+  const Table references = references_table(arrange(log));
+  EXPECT_EQ(references.rows[2][column(references, "mse_floor")].raw, "");
+  EXPECT_TRUE(std::ranges::any_of(warnings_of(arrange(log)), [](const std::string& warning) {
+    return warning.starts_with("given.pbrt: nobody knows the variance of the reference, given.exr");
+  }));
 }
 
 TEST(ConfidencePredictions, CountPixelsWithinTheStatedError) {
