@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 namespace etendue {
@@ -52,7 +53,7 @@ std::vector<ElsewhereRow> elsewhere_rows(const ReportData& data) {
       ElsewhereRow& row = rows.emplace_back(ElsewhereRow{&figure, &scene});
       for (const Configuration* configuration : scene.finished())
         if (const auto error = estimate_at(*configuration, figure.metric, figure.time_s, data.is_signed(figure.metric));
-            error && (row.best == nullptr || error->centre < row.error)) {
+            error && (row.best == nullptr || std::abs(error->centre) < std::abs(row.error))) {
           row.best = configuration;
           row.error = error->centre;
         }

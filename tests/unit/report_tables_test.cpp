@@ -388,6 +388,19 @@ TEST(BiasPredictions, JudgeMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors)
   }));
 }
 
+// The least of signed figures is none of errors.
+TEST(Elsewhere, BestBiasHereIsTheOneNearestToZero) {
+  RunLog log;
+  log.manifests.push_back(manifest());
+  for (const char* integrator : {"dark", "sound"}) add_cells(log, "room", {.integrator = integrator}, 3);
+  for (CheckpointRecord& record : log.checkpoints)
+    if (record.cell.integrator == "dark") record.metrics["bias"] = -0.3;
+  log.stated.elsewhere = {{"room", "a program", "path", "bias", "a machine", "a day", "a page", 1, 0.01}};
+  const Table table = elsewhere_table(arrange(log));
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0][column(table, "best")].raw, "sound");
+}
+
 TEST(ConfidencePredictions, CountPixelsWithinTheStatedError) {
   Image exact({2, 2}), image({2, 2}), stated({2, 2});
   stated.pixels = {dvec3(0.1), dvec3(0.1), dvec3(0.1), dvec3(0)};
