@@ -27,11 +27,14 @@ Method independent(const std::string& name, ParamMap params = {}) {
   return {name, std::move(params), {}};
 }
 
+std::ptrdiff_t undefined_pixels(const Image& image) {
+  return std::ranges::count_if(image.pixels, [](const dvec3& p) { return !std::isfinite(p.x + p.y + p.z); });
+}
+
 Reference from_closed_form(const ReferenceRequest& request) {
   Image image;
   with_threads(request.threads, [&] { image = integrate_closed_form(request.scene, request.resolution); });
-  const auto undefined = std::ranges::count_if(image.pixels, [](const dvec3& p) { return !std::isfinite(p.x + p.y + p.z); });
-  if (undefined > 0)
+  if (const auto undefined = undefined_pixels(image); undefined > 0)
     return {{},
             fmt::format("no reference of {}: its closed form has no finite value in {} of {} pixels; expected "
                         "reference = {{ samples = N }}, or a view that it holds for",
@@ -51,6 +54,13 @@ Reference from_file(const ReferenceRequest& request) {
   if (!reduced)
     throw Error(request.choice.where, fmt::format("{} is {} x {}; expected {} x {} or a whole multiple", path, size.x, size.y,
                                                   request.resolution.x, request.resolution.y));
+  if (size != request.resolution && request.scene.filter)
+    throw Error(request.choice.where,
+                fmt::format("{} is {} x {}, and means of its pixels are not filtered by the scene's {}; expected {} x {}", path,
+                            size.x, size.y, request.scene.filter->shape().text(), request.resolution.x, request.resolution.y));
+  if (const auto undefined = undefined_pixels(rendered.image); undefined > 0)
+    throw Error(request.choice.where, fmt::format("{} has no finite value in {} of {} pixels; expected one in each", path,
+                                                  undefined, rendered.image.pixels.size()));
   return {std::move(*reduced), {}};
 }
 
@@ -210,7 +220,9 @@ ReferenceRecord reference_record(const std::string& scene_name, const Scene& sce
           fmt::format("{:016x}", scene.hash()),
           rendered.source,
           file,
-          rendered.checks + (scene.filter ? "; pixels are filtered by a " + scene.filter->shape().text() : ""),
+          rendered.checks + (scene.filter && !rendered.checks.starts_with("none")
+                                 ? "; pixels are filtered by a " + scene.filter->shape().text()
+                                 : ""),
           rendered.mse_floor,
           rendered.image.size.x,
           rendered.image.size.y,

@@ -171,6 +171,16 @@ TEST_F(ReferenceFiles, GivenFileMustFit) {
   EXPECT_EQ(make(choice, {8, 8}).rendered.image.at(0, 0).x, 4);
   EXPECT_EQ(make(choice, {4, 4}).rendered.image.at(0, 0).x, 1);
   EXPECT_THROW(make(choice, {6, 6}), Error);
+  Scene filtered = load_scene("builtin:cornell-box");
+  filtered.filter = make_pixel_filter(named_filter("gaussian"));
+  const auto make_filtered = [&](ivec2 resolution) {
+    return make_reference({filtered, scene_needs(filtered), "filtered", resolution, choice, 1}, ReferenceCache({directory_}));
+  };
+  EXPECT_EQ(make_filtered({8, 8}).rendered.image.at(0, 0).x, 4);
+  EXPECT_THROW(make_filtered({4, 4}), Error) << "a mean is a box filter's";
+  image.at(1, 0).y = std::numeric_limits<double>::quiet_NaN();
+  write_exr(file, image);
+  EXPECT_THROW(make(choice, {8, 8}), Error) << "no error is measured against what is no number";
 }
 
 TEST_F(ReferenceFiles, DamagedCacheFileIsIgnored) {
