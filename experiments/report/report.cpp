@@ -94,8 +94,8 @@ std::vector<std::string> conflicting_scenes(const RunLog& merged, const std::vec
   std::vector<std::string> scenes;
   for (const ReferenceRecord& kept : merged.references) {
     const auto differs = [&](const ReferenceRecord& other) {
-      return other.scene == kept.scene &&
-             (other.scene_hash != kept.scene_hash || other.width != kept.width || other.height != kept.height);
+      return other.scene == kept.scene && (other.scene_hash != kept.scene_hash || other.width != kept.width ||
+                                           other.height != kept.height || other.stamp != kept.stamp);
     };
     const auto has_other = [&](const RunLog& log) { return std::ranges::any_of(log.references, differs); };
     if (std::ranges::any_of(logs, has_other)) scenes.push_back(kept.scene);

@@ -49,7 +49,9 @@ void warn_of_references(const ReportData& data, Warnings& warnings) {
            format_short(100 * floor_share_limit));
   }
   for (const std::string& scene : data.conflicts)
-    warn(warnings, "{}: the merged logs measured different versions or sizes of this scene; their errors are not comparable.",
+    warn(warnings,
+         "{}: the merged logs measured different versions or sizes of this scene, or against different references; their "
+         "errors are not comparable.",
          scene);
 }
 

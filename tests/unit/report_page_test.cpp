@@ -245,6 +245,10 @@ TEST_F(Report, ShowsImagesAndErrorMaps) {
   log.references[0].stamp = write_exr(a + "/ref.exr", flat(1));
   for (CellRecord& cell : log.cells) {
     cell.image = cell.cell.integrator + std::to_string(cell.cell.seed) + ".exr";
+  b.references[0] = reference("room");
+  b.references[0].stamp = {7, "another image"};
+  write_report({directory("a3", a), directory("b3", b)}, out());
+  EXPECT_NE(file_text(root_ / "out/report.html").find("against different references"), std::string::npos);
     cell.image_stamp = write_exr(a + "/" + cell.image, flat(cell.cell.integrator == "path" ? 1.1 : 1.3));
   }
   LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line()});
