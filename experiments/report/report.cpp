@@ -108,8 +108,9 @@ std::vector<std::string> repeated_cells(const std::vector<RunLog>& logs, const s
   std::vector<std::string> notes;
   std::set<CellName> known;
   for (std::size_t i = 0; i < logs.size(); ++i) {
-    const auto repeated = static_cast<std::size_t>(
-        std::ranges::count_if(logs[i].cells, [&](const CellRecord& record) { return !known.insert(record.cell).second; }));
+    std::size_t repeated = 0;
+    for (const CellRecord& record : logs[i].cells) repeated += !known.insert(record.cell).second;
+    for (const auto& record : logs[i].records) repeated += !known.insert(record->cell).second;
     if (repeated > 0)
       notes.push_back(
           fmt::format("{}: takes the place of {} of the directories before it", directories[i], counted(repeated, "cell")));

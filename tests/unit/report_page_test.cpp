@@ -1,3 +1,4 @@
+#include "experiments/kinds/claims/claims.h"
 #include "experiments/report/page/half_image.h"
 #include "experiments/report/page/html.h"
 #include "experiments/report/report.h"
@@ -148,6 +149,7 @@ class Report : public ::testing::Test {
         if (record.cell == cell.cell) lines.push_back(to_json_line(record));
       lines.push_back(to_json_line(cell));
     }
+    for (const auto& record : log.records) lines.push_back(record->line());
     writer.append(lines);
     return path.string();
   }
@@ -209,6 +211,14 @@ TEST_F(Report, CellsOfSeveralDirectoriesAreTold) {
   ASSERT_EQ(report.notes.size(), 1u);
   EXPECT_TRUE(report.notes[0].starts_with(b + ": takes the place of ")) << report.notes[0];
   EXPECT_TRUE(write_report({a}, out(), {.check_files = false}).notes.empty());
+  RunLog claims;
+  ClaimRecord claim;
+  claim.cell = {"room", "a measure", "claim-01", 1};
+  claim.status = "done";
+  claims.records.push_back(std::make_shared<ClaimRecord>(claim));
+  const auto other = write_report({directory("c", claims), directory("d", claims)}, out(), {.check_files = false});
+  ASSERT_EQ(other.notes.size(), 1u);
+  EXPECT_NE(other.notes[0].find("takes the place of 1 cell of"), std::string::npos) << other.notes[0];
 }
 
 TEST_F(Report, ChangedFilesAreToldAndWrittenAnew) {
@@ -235,6 +245,10 @@ TEST_F(Report, MergesShardsOfOneExperiment) {
   b.references[0].scene_hash = "changed";
   write_report({directory("a2", a), directory("b2", b)}, out());
   EXPECT_NE(file_text(root_ / "out/report.html").find("different versions"), std::string::npos);
+  b.references[0] = reference("room");
+  b.references[0].stamp = {7, "another image"};
+  write_report({directory("a3", a), directory("b3", b)}, out());
+  EXPECT_NE(file_text(root_ / "out/report.html").find("against different references"), std::string::npos);
 }
 
 TEST_F(Report, ShowsImagesAndErrorMaps) {
@@ -245,10 +259,6 @@ TEST_F(Report, ShowsImagesAndErrorMaps) {
   log.references[0].stamp = write_exr(a + "/ref.exr", flat(1));
   for (CellRecord& cell : log.cells) {
     cell.image = cell.cell.integrator + std::to_string(cell.cell.seed) + ".exr";
-  b.references[0] = reference("room");
-  b.references[0].stamp = {7, "another image"};
-  write_report({directory("a3", a), directory("b3", b)}, out());
-  EXPECT_NE(file_text(root_ / "out/report.html").find("against different references"), std::string::npos);
     cell.image_stamp = write_exr(a + "/" + cell.image, flat(cell.cell.integrator == "path" ? 1.1 : 1.3));
   }
   LogWriter((fs::path(directory("a", log)) / "runs.jsonl").string()).append({finished_line()});
