@@ -156,9 +156,29 @@ void warn_of_samples(const ReportData& data, Warnings& warnings) {
          places.empty() ? "" : " First: " + enumerate(places, "; ", most_told) + ".");
 }
 
+// Seeds that directories add to each other under one method's name.
+void warn_of_budgets(const ReportData& data, Warnings& warnings) {
+  std::map<std::string, const ManifestRecord*> manifests;
+  for (const ManifestRecord& manifest : data.log->manifests) manifests[manifest.id] = &manifest;
+  for (const Configuration* configuration : data.finished()) {
+    std::set<std::string> experiments;
+    std::set<std::pair<double, std::uint64_t>> budgets;  // seconds, or iterations
+    for (const Replicate& replicate : configuration->replicates)
+      if (const auto found = manifests.find(replicate.last()->manifest); found != manifests.end()) {
+        const double seconds = found->second->budget_s;
+        experiments.insert(found->second->experiment_hash);
+        budgets.emplace(seconds, seconds > 0 ? 0 : replicate.last()->iterations);
+      }
+    if (experiments.size() > 1 && budgets.size() > 1)
+      warn(warnings, "{}: seeds of {} are merged that had different budgets; averages over them are of none of these.",
+           configuration->scene, label(data, *configuration));
+  }
+}
+
 void warn_of_runs(const ReportData& data, Warnings& warnings) {
   if (data.failed > 0) warn(warnings, "{} of {} cells failed; they are listed below.", data.failed, data.failed + data.done);
   warn_of_samples(data, warnings);
+  warn_of_budgets(data, warnings);
   for (const StructureRecord& record : data.log->structures)
     if (record.disagreements > 0)
       warn(warnings, "{}: {} gave {} wrong answers to {} rays.", record.scene, record.structure, record.disagreements,

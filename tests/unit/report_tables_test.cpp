@@ -401,6 +401,28 @@ TEST(Elsewhere, BestBiasHereIsTheOneNearestToZero) {
   EXPECT_EQ(table.rows[0][column(table, "best")].raw, "sound");
 }
 
+TEST(Warnings, SeedsOfDifferentBudgetsAreTold) {
+  const auto told = [](const RunLog& log) {
+    return std::ranges::any_of(warnings_of(arrange(log)), [](const std::string& warning) {
+      return warning.find("different budgets") != std::string::npos;
+    });
+  };
+  RunLog log;
+  log.manifests = {manifest(), manifest()};
+  log.manifests[1].id = "n";
+  log.manifests[1].experiment_hash = "other";
+  const auto add = [&](std::uint64_t seed, int checkpoints, const char* manifest) {
+    add_cell(log, "room", {.checkpoints = checkpoints}, seed);
+    for (CheckpointRecord& record : log.checkpoints)
+      if (record.cell.seed == seed) record.manifest = manifest;
+  };
+  add(1, 4, "m");
+  add(2, 4, "n");
+  EXPECT_FALSE(told(log)) << "more seeds of one budget";
+  add(3, 6, "n");
+  EXPECT_TRUE(told(log));
+}
+
 TEST(ConfidencePredictions, CountPixelsWithinTheStatedError) {
   Image exact({2, 2}), image({2, 2}), stated({2, 2});
   stated.pixels = {dvec3(0.1), dvec3(0.1), dvec3(0.1), dvec3(0)};
