@@ -183,10 +183,11 @@ void warn_of_runs(const ReportData& data, Warnings& warnings) {
     if (record.disagreements > 0)
       warn(warnings, "{}: {} gave {} wrong answers to {} rays.", record.scene, record.structure, record.disagreements,
            record.checked);
-  std::set<std::tuple<std::string, int, std::string, std::string>> machines;
-  for (const ManifestRecord& m : data.log->manifests) machines.emplace(m.cpu, m.threads, m.commit, m.flags);
+  std::set<std::tuple<std::string, std::string, int, std::string, std::string>> machines;
+  for (const ManifestRecord& m : data.log->manifests) machines.emplace(m.cpu, m.isa, m.threads, m.commit, m.flags);
   if (machines.size() > 1)
-    warn(warnings, "{} different machines, thread counts or builds are merged here: compare times with care.", machines.size());
+    warn(warnings, "{} different machines, instruction sets, thread counts or builds are merged here: compare times with care.",
+         machines.size());
   if (data.done > 0 && data.most_seeds == 1)
     warn(warnings, "One seed for each configuration: there are no intervals, and an order between methods may be chance.");
   else if (data.most_seeds == 2)

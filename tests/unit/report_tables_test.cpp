@@ -423,6 +423,20 @@ TEST(Warnings, SeedsOfDifferentBudgetsAreTold) {
   EXPECT_TRUE(told(log));
 }
 
+TEST(Warnings, TimesOfDifferentInstructionSetsAreTold) {
+  RunLog log = small_log();
+  log.manifests[0].isa = "AVX2";
+  const auto told = [](const RunLog& of) {
+    return std::ranges::any_of(warnings_of(arrange(of)), [](const std::string& warning) {
+      return warning.starts_with("2 different machines, instruction");
+    });
+  };
+  log.manifests.push_back(log.manifests[0]);
+  EXPECT_FALSE(told(log));
+  log.manifests[1].isa = "AVX-512";
+  EXPECT_TRUE(told(log));
+}
+
 TEST(ConfidencePredictions, CountPixelsWithinTheStatedError) {
   Image exact({2, 2}), image({2, 2}), stated({2, 2});
   stated.pixels = {dvec3(0.1), dvec3(0.1), dvec3(0.1), dvec3(0)};

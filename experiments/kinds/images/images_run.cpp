@@ -109,9 +109,10 @@ class Execution {
   void narrate_resumption() {
     narrate_skipped(plan_, summary_.skipped, observer_);
     for (const ManifestRecord& other : directory_.earlier().manifests)
-      if (other.commit != manifest_.commit || other.cpu != manifest_.cpu || other.flags != manifest_.flags)
-        observer_.narrate(fmt::format("{}: some cells were run by {} on {}; --fresh runs all of them alike", plan_.directory,
-                                      other.commit, other.cpu));
+      if (other.commit != manifest_.commit || other.cpu != manifest_.cpu || other.isa != manifest_.isa ||
+          other.flags != manifest_.flags)
+        observer_.narrate(fmt::format("{}: some cells were run by {} on {} with {}; --fresh runs all of them alike",
+                                      plan_.directory, other.commit, other.cpu, other.isa));
   }
 
   // All of them before anything runs, so that a file that cannot be read is known at once, and so is one that has changed.
