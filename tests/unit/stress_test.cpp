@@ -319,5 +319,20 @@ TEST_F(StressRun, WritesMatrixPicturesAndPageAndResumes) {
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out/one/latex/matrix.tex"));  // which is drawn, not charted
 }
 
+// The lattice begins at six digits of the range's end.
+TEST_F(StressRun, StructuresAreMeasuredOverTheHarmlessEndHoweverManyDigitsItHas) {
+  for (const char* from : {"1", "1.0000001"})
+    write_file(std::string("from-") + from + ".toml",
+               "seeds = 1\nbudget = { samples = 1 }\nintegrators = [\"path\"]\n[[stress]]\nid = 1\nname = \"slivers\"\n"
+               "failure = \"f\"\nsource = \"s\"\nscene = \"builtin:slivers?aspect={x}\"\nx = \"aspect\"\nrange = [" +
+                   std::string(from) + ", 100]\nholds = { work = [0, 4] }\nstructures = [\"binned-sah\"]\n");
+  const auto figures = [&](const std::string& name) {
+    EXPECT_EQ(run({"run", name + ".toml", "--threads", "1"}).status, 0);
+    const std::string table = read_text_file(directory_ / ("out/" + name + "/tables/thresholds.csv"));
+    return table.substr(table.find("holds to the end"));
+  };
+  EXPECT_EQ(figures("from-1.0000001"), figures("from-1"));
+}
+
 }  // namespace
 }  // namespace etendue

@@ -239,7 +239,7 @@ class StressWork final : public RecordWork {
     const Scene scene = load_scene(with_variable(trial.scene, x), {plan_.config.path}, plan_.reading);
     const StructureHazard measured = measure_structure_hazard(scene, method_at(hazard, trial, x), plan_.config.seeds.front());
     const double value = hazard.figure->of_structure(measured);
-    if (x == hazard.range.from) harmless_ = value;
+    if (x == hazard.range.at(0)) harmless_ = value;
     record.disagreements += measured.wrong_answers;
     disagreements_ += measured.wrong_answers;
     StressPoint point;
