@@ -255,7 +255,7 @@ ArrivalMedian median_arrival(std::span<const Arrival> arrivals) {
   result.median = sorted[upper];
   if (result.median.kind != Arrival::Kind::never) {
     result.median.time = 0.5 * (sorted[lower].time + sorted[upper].time);
-    if (sorted[lower].kind == Arrival::Kind::at) result.median.kind = Arrival::Kind::at;
+    if (sorted[lower].kind == Arrival::Kind::before) result.median.kind = Arrival::Kind::before;
   }
   return result;
 }
