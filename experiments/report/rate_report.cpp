@@ -37,7 +37,12 @@ JudgedPrediction judged(const FittedRate& rate) {
   const RateFit& fit = *rate.fit;
   row.measure(fit.exponent, fit.exponent_interval);
   row.marks = fmt::format("{}{}", rate.seeds < enough_seeds ? " †" : "", is_wide(rate) ? " ‡" : "");
-  row.details.emplace_back("points", fit.points);
+  // What noise left above zero says nothing of what was below.
+  if (fit.dropped > 0 && row.verdict) row.verdict = Verdict::undecided;
+  row.details.emplace_back("points", fit.dropped == 0
+                                         ? TableCell(fit.points)
+                                         : TableCell(static_cast<double>(fit.points),
+                                                     fmt::format("{} of {}", fit.points, fit.points + fit.dropped)));
   row.details.emplace_back("window", fmt::format("{}–{}", format_short(fit.from), format_short(fit.to)));
   row.details.emplace_back("from", TableCell(fit.from));
   row.details.emplace_back("to", TableCell(fit.to));
@@ -140,6 +145,10 @@ Predictions exponent_predictions(const std::vector<FittedRate>& rates) {
   predictions.notes.push_back(
       "Exponents: weighted least squares in logarithms through the means over seeds, within the window; the interval is a 95 % "
       "bootstrap over seeds, each a whole trajectory, since the checkpoints of one run are autocorrelated.");
+  if (std::ranges::any_of(rates, [](const FittedRate& rate) { return rate.fit && rate.fit->dropped > 0; }))
+    predictions.notes.push_back(
+        "Of points in the window that are not above zero there is no logarithm: a fit to the others is too flat, and "
+        "undecided.");
   predictions.notes.push_back(
       fmt::format("{} † fewer than ten seeds. ‡ the interval is wider than half of theory's exponent, and says little.",
                   rates.size() == 1 ? "An interval of 95 % misses the truth by chance once in twenty."

@@ -172,6 +172,18 @@ TEST(Rates, LogOfKnownExponentsIsJudgedByThem) {
   }
 }
 
+// Below the reference's own noise an error comes out negative: noise decides which points are left.
+TEST(Rates, FitsThatLeavePointsOutAreUndecided) {
+  RunLog log = small_log();
+  log.references[0] = reference("builtin:room", 0.005);  // the MSE ends at 0.5 / 128
+  log.stated.predictions = {law("path", -1, "-1")};
+  const auto rates = fit_rates(arrange(log));
+  ASSERT_TRUE(rates.at(0).fit);
+  const Predictions predictions = exponent_predictions(rates);
+  EXPECT_EQ(predictions.rows.at(0).verdict, Verdict::undecided);
+  EXPECT_NE(to_markdown(predictions_table(predictions)).find("7 of 8"), std::string::npos);
+}
+
 TEST(Rates, ConfigurationsArePointsOfOneFit) {
   RunLog log;
   for (const int records : {100, 200, 400, 800}) {
