@@ -331,11 +331,12 @@ std::vector<LeadInterval> lead_intervals(const SceneData& scene, const std::stri
   }
   std::vector<LeadInterval> result;
   for (const double time : times) {
+    if (time > scene.common_time_s * (1 + 1e-9)) break;  // beyond it runs have ended that might have gone on
     std::size_t leader = curves.size();
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t c = 0; c < curves.size(); ++c) {
       if (curves[c].empty() || time < curves[c].x.front()) continue;
-      // What a run had when it ended it has from then on.
+      // What a run had when it ended it has until its time is over.
       const double error = value_at(curves[c], time).value_or(curves[c].y.back());
       if (error < least) {
         least = error;

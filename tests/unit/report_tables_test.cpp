@@ -111,6 +111,16 @@ TEST(ReportData, MeasuredRateIsTheDeclaredOne) {
   EXPECT_EQ(path->last_iteration, 128);
 }
 
+// The same curves, of which the better one ended sooner.
+TEST(ReportData, NobodyLeadsWhereOthersHaveEnded) {
+  RunLog log;
+  add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 1);        // until 12.8 s
+  add_cells(log, "room", {"slow", "sah", 0.1, 1, -0.9, 12}, 1);  // until 204.8 s
+  const auto rulers = lead_intervals(arrange(log).scenes[0], "relmse");
+  ASSERT_EQ(rulers.size(), 1u);
+  EXPECT_EQ(rulers[0].configuration, 0u);
+}
+
 TEST(ReportData, LeadPassesWhereTheCurvesCross) {
   RunLog log;  // 1/N against 0.25 N^(-1/2): they cross at N = 16, t = 1.6 s
   add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 1);
