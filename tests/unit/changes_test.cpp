@@ -41,6 +41,20 @@ TEST(Changes, FiguresWhoseIntervalsDoNotMeetHaveMoved) {
   EXPECT_NE(page.find(kept.sentence()), std::string::npos) << page;
 }
 
+// Where iterations end the runs, the scene's common time is that of the fastest program, and errors then go with it.
+TEST(Changes, ErrorsAtAnotherTimeAreNotCompared) {
+  const auto at = [](double time_s, double error) {
+    Table table{"final", "Errors", {}, {}, {}, {}};
+    const std::string then = "relmse_at_common_time_";
+    table.columns = {
+        {"method", "method", false}, {"common_time_s", ""}, {then + "mean", ""}, {then + "low", ""}, {then + "high", ""}};
+    table.rows.push_back({"sppm", time_s, error, 0.9 * error, 1.1 * error});
+    return std::vector{std::move(table)};
+  };
+  EXPECT_EQ(compare_tables(at(10, 1), at(10.01, 2)).size(), 1u);
+  EXPECT_TRUE(compare_tables(at(10, 1), at(5, 2)).empty());
+}
+
 TEST(Changes, ThoseByTheLargestFactorsAreKeptAndAllAreCounted) {
   std::vector<Row> before, after;
   for (int i = 0; i < 80; ++i) {

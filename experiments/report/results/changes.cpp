@@ -69,6 +69,15 @@ std::optional<FigureValue> figure_in(const std::vector<TableCell>& row, const Fi
   return is_known(centre) && is_known(low) && is_known(high) ? std::optional(FigureValue{*centre, *low, *high}) : std::nullopt;
 }
 
+// Errors at equal time move with that time where iterations and not the clock end the runs: a faster program has less of it.
+bool same_time(const std::string& key, const Table& now, const std::vector<TableCell>& row, const Table& then,
+               const std::vector<TableCell>& earlier) {
+  constexpr double slack = 0.01;
+  if (key.find("_at_common_time_") == std::string::npos) return true;
+  const auto a = column_of(now, "common_time_s"), b = column_of(then, "common_time_s");
+  return a && b && std::abs(row[*a].order.value_or(0) - earlier[*b].order.value_or(0)) <= slack * row[*a].order.value_or(0);
+}
+
 constexpr std::string_view first_word = "changes";  // of the data
 
 // The figures of a change in the order in which a line has them.
@@ -135,7 +144,7 @@ std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<
       if (same == rows.end() || nth >= same->second.size()) continue;
       for (const FigureColumns& columns : figure_columns(table))
         for (const FigureColumns& old : figure_columns(*before)) {
-          if (old.key != columns.key) continue;
+          if (old.key != columns.key || !same_time(old.key, table, row, *before, *same->second[nth])) continue;
           const auto value = figure_in(row, columns), earlier = figure_in(*same->second[nth], old);
           if (value && earlier)
             changes.push_back({table.name, name, columns.key, earlier->centre, value->centre, earlier->low, earlier->high,
