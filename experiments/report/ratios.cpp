@@ -175,6 +175,8 @@ Predictions ratio_predictions(const std::vector<FoundRatio>& ratios) {
       "intervals are 95 % bootstraps over seeds (none below three). Judged is on which side of 1 they lie, for an expected "
       "value "
       "is one of its source's own images.");
+  if (std::ranges::any_of(ratios, [](const FoundRatio& ratio) { return !ratio.prediction->region.empty(); }))
+    predictions.notes.push_back("In regions the reference's own noise is left in: it is known for the image as a whole.");
   predictions.order = order_of_ratios(ratios, names);
   return predictions;
 }

@@ -329,7 +329,9 @@ Table counters_table(const ReportData& data) {
   add("rays_per_s", "rays per second", true, [](const CheckpointRecord& r) {
     return r.time_s > 0 ? (count_of(r, "rays") + count_of(r, "shadow_rays")) / r.time_s : 0.0;
   });
-  table.note("Medians over seeds at the last checkpoint.");
+  table.note(
+      "Medians over seeds at the last checkpoint, of the whole work over all iterations and the whole time: preparation is "
+      "included.");
   return table.take();
 }
 

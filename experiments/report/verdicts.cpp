@@ -137,9 +137,9 @@ std::string throughput_text(const ReportData& data, const SceneData& scene) {
   std::vector<std::string> parts;
   for (const auto& [rate, accel] : ranked)
     parts.push_back(fmt::format("{} {}", data.shown_accels[accel], format_figure(rate / ranked.front().first)));
-  return fmt::format("Iterations per second, {} = 1, over {}: {}.", data.shown_accels[ranked.front().second],
-                     rates.size() == 1 ? "one integrator" : fmt::format("{} integrators", rates.size()),
-                     enumerate(parts, ", ", 12));
+  return fmt::format(
+      "Iterations per second of whole runs, building included, {} = 1, over {}: {}.", data.shown_accels[ranked.front().second],
+      rates.size() == 1 ? "one integrator" : fmt::format("{} integrators", rates.size()), enumerate(parts, ", ", 12));
 }
 
 struct LeadingStructures {
