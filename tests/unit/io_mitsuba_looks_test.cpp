@@ -154,6 +154,7 @@ TEST(MitsubaEmitters, AreReadAsOurs) {
   EXPECT_NEAR(spot.cos_inner, std::cos(22.5f * pi / 180), 1e-5);
   EXPECT_ERROR(read("<emitter type=\"spot\"><transform name=\"to_world\"><scale x=\"2\"/></transform></emitter>"),
                "'to_world' distorts the cone");
+  EXPECT_ERROR(read("<emitter type=\"spot\"><float name=\"cutoff_angle\" value=\"0.1\"/></emitter>"), "expected 0.3");
   EXPECT_EQ(light_of<EnvironmentLight>("<emitter type=\"constant\"/>").scale, Rgb(1));
   EXPECT_ERROR(read("<emitter type=\"projector\"/>"), "is not supported");
   EXPECT_EQ(approximated(rectangle + "<emitter type=\"sunsky\"/>").lights.size(), 2u);

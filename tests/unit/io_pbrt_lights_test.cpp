@@ -71,6 +71,7 @@ TEST(PbrtLights, DeltaLights) {
   EXPECT_ERROR(light_of<SpotLight>("LightSource \"spot\" \"float coneangle\" 10 \"float conedeltaangle\" 20"),
                "no more than coneangle");
   EXPECT_ERROR(light_of<SpotLight>("Scale 2 1 1 LightSource \"spot\""), "its transform distorts the cone");
+  EXPECT_ERROR(light_of<SpotLight>("LightSource \"spot\" \"float coneangle\" 0.1"), "expected 0.3");
   EXPECT_ERROR(light_of<DirectionalLight>("LightSource \"distant\" \"point3 to\" [0 0 0]"), "has no direction");
   EXPECT_ERROR(light_of<PointLight>("LightSource \"point\" \"rgb I\" [-1 0 0]"), "has the component -1");
   EXPECT_TRUE(warns(world("LightSource \"point\" \"rgb I\" [0 0 0]"), "is black"));

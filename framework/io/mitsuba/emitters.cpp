@@ -97,7 +97,8 @@ void MitsubaReader::spot(const Properties& of) {
   Rgb intensity = emitted(of, "intensity");
   if (of.has("texture")) intensity *= colour(of, "texture", Rgb(1), ColourUse::light);
   const Transform t = of.transform("to_world");
-  const float cutoff = of.number("cutoff_angle", 20, 1e-3f, 180), beam = of.number("beam_width", 0.75f * cutoff, 0, 180);
+  const float cutoff = of.number("cutoff_angle", 20, narrowest_spot, 180);
+  const float beam = of.number("beam_width", 0.75f * cutoff, 0, 180);
   if (beam > cutoff) of.fail("beam_width", fmt::format("is {}; expected no more than the cutoff angle, {}", beam, cutoff));
   if (!t.similarity_scale())
     approximate(of.where("to_world"), fmt::format("{}: 'to_world' distorts the cone", of.title()), "a round cone");

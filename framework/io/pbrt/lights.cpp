@@ -173,7 +173,7 @@ Light PbrtReader::goniometric_light(PbrtLexer& lexer, const PbrtParams& params) 
 Light PbrtReader::projection_light(PbrtLexer& lexer, const PbrtParams& params) {
   approximate(params.where(), "LightSource \"projection\": lights have no image",
               "a spot of its mean colour over the same solid angle");
-  const float half = math::tan(0.5f * params.number("fov", 45, 1e-2f, 170) * degrees);
+  const float half = math::tan(0.5f * params.number("fov", 45, 2 * narrowest_spot, 170) * degrees);
   const float solid_angle = 4 * math::asin(half * half / (1 + half * half));
   const float cosine = std::clamp(1 - solid_angle / (2 * pi), -0.99f, 0.9999999f);
   const float power_of_unit = 2 * pi * (1 - cosine);
@@ -186,7 +186,7 @@ Light PbrtReader::projection_light(PbrtLexer& lexer, const PbrtParams& params) {
 
 Light PbrtReader::spot_light(const PbrtParams& params) {
   const vec3 from = params.point("from", vec3(0)), to = params.point("to", vec3(0, 0, 1));
-  const float angle = params.number("coneangle", 30, 1e-3f, 180);
+  const float angle = params.number("coneangle", 30, narrowest_spot, 180);
   const float delta = params.number("conedeltaangle", params.number("conedelta", std::min(5.0f, angle), 0, 180), 0, 180);
   if (delta > angle) params.fail("conedeltaangle", fmt::format("is {}; expected no more than coneangle, {}", delta, angle));
   if (!ctm().similarity_scale())
