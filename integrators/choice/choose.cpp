@@ -93,7 +93,8 @@ class Chooser {
   // Photons of which hardly any lie in view may all have landed beside it: paths see other light than they tell of.
   bool photons_are_blind() const {
     const double met = found_.caustic_light - found_.unmet_caustics;
-    return met >= mostly_caustic && found_.caustic_hits == 0 && found_.path_error > 0;
+    return found_.caustic_photons < fewest_caustics && met >= mostly_caustic && found_.caustic_hits == 0 &&
+           found_.path_error > 0;
   }
 
   std::string caustics() const {

@@ -154,7 +154,7 @@ TEST(AutoChoice, BringsTheSunBehindAWindowThroughWhichPathsFindTheSky) {
   findings.photons_seen = 0.5;
   findings.caustic_light = 0.8;
   findings.caustic_contrast = 2;
-  findings.caustic_photons = 5000;
+  findings.caustic_photons = 100;
   const SceneContext stage(load_scene("builtin:cornell-spheres"), {64, 64}, 1);
   for (const double hits : {0.1, 0.0}) {  // of the sky, or of a lamp in the room besides
     findings.caustic_hits = hits;
@@ -191,6 +191,33 @@ TEST(AutoChoice, LooksForTheCausticsOfASunBesideASky) {
     EXPECT_EQ(run_pilot(sky_alone.context).unmet_caustics, 0);
     EXPECT_EQ(light_out_of_reach(sky_alone.context, "path"), "");
   });
+}
+
+// Most light is that of a lamp in a ball of glass, a hundredth of its size, which no path of a pilot meets. Beside it they see
+// a dim lamp, behind the ball too, or not there, or a sky.
+TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
+  enum class Dim { above, aside };
+  const auto scene = [](Dim dim) {
+    SceneBuilder b("bulb");
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+    const auto black = b.material(Diffuse{Rgb(0)});
+    b.quadric(Sphere{{0, 1, 0}, 0.001f}, black, Rgb(1e6f));
+    b.quadric(Sphere{{0, 1, 0}, 0.2f}, b.material(Dielectric{.eta = 1.5f}));
+    if (dim == Dim::above) b.mesh(quad({-1, 3, -1}, {1, 3, -1}, {1, 3, 1}, {-1, 3, 1}), black, Rgb(0.2f));
+    if (dim == Dim::aside) b.mesh(quad({-2, 0, -2}, {2, 0, -2}, {2, 0.1f, -2}, {-2, 0.1f, -2}), black, Rgb(1));
+    b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {64, 64});
+    return b.finish();
+  };
+  for (const Dim dim : {Dim::above, Dim::aside}) {
+    SceneContext stage(scene(dim), {32, 32}, 1);
+    stage.context.effort = {4};
+    with_threads(2, [&] {
+      const PilotFindings findings = run_pilot(stage.context);
+      EXPECT_GT(findings.path_error, 0);
+      EXPECT_EQ(choose_method(stage.context, findings).name, "cppm") << static_cast<int>(dim) << ' ' << findings.caustic_hits;
+      EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it"), std::string::npos) << static_cast<int>(dim);
+    });
+  }
 }
 
 TEST(AutoChoice, IsUnbiasedWhereThatIsAskedFor) {
