@@ -84,8 +84,8 @@ class Chooser {
     return noise >= (found_.caustic_photons >= fewest_caustics ? 1 : certain) * found_.path_error;
   }
 
-  // Light by way of specular surfaces from points, spots and directions, which paths leave out however well they meet that of
-  // other lights there.
+  // Light by way of specular surfaces that paths leave out however well they meet that of other lights there: from points,
+  // spots and directions, and from small lamps.
   bool caustics_are_unmet() const {
     return context_.needs.caustic_map && found_.unmet_caustics >= least_caustic_light && !photons_are_blind();
   }
@@ -100,8 +100,8 @@ class Chooser {
   std::string caustics() const {
     if (!caustics_are_hard())
       return fmt::format(
-          "{} of the light on what is seen comes from points, spots or directions by way of specular surfaces, where "
-          "no path finds it",
+          "{} of the light on what is seen comes from points, spots, directions or small lamps by way of specular surfaces, "
+          "where no path finds it",
           percent(found_.unmet_caustics));
     return fmt::format("{} of the light on what is seen comes by way of specular surfaces, where {}",
                        percent(found_.caustic_light),

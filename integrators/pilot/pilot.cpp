@@ -64,6 +64,7 @@ void look_at_paths(RenderContext& small, PilotFindings& findings) {
 // Of one pixel of the small image.
 struct Seen {
   int vertices = 0, diffuse = 0, by_specular = 0, probes = 0, caustics = 0;
+  float brightest = 0;          // luminance of what they find by way of specular surfaces
   double inverse_distance = 0;  // summed over the probes, 1/m
   double area = 0;              // of a real pixel's footprint, summed over the vertices, m^2
 };
@@ -91,6 +92,7 @@ class Vertices {
       records += records_a_pixel(seen);
       probes += seen.probes;
       caustics += seen.caustics;
+      brightest_ = std::max(brightest_, seen.brightest);
     }
     const auto small_pixels = static_cast<double>(seen_.size());
     findings.surface = std::min(1.0, vertices / (small_pixels * vertex_samples));
@@ -103,6 +105,8 @@ class Vertices {
   }
 
   const RoughMaterials& rough_materials() const { return rough_; }
+  // Luminance of the brightest light that probes met by way of specular surfaces; 0: they met none.
+  float brightest() const { return brightest_; }
 
  private:
   void look(ivec2 pixel) {
@@ -141,24 +145,27 @@ class Vertices {
     ++seen.probes;
     if (!hit) return;
     seen.inverse_distance += 1 / std::max<double>(hit.t, std::numeric_limits<float>::min());
-    if (finds_light_by_specular(ray, hit, probe)) ++seen.caustics;
+    if (const float light = light_by_specular(ray, hit, probe); light > 0) {
+      ++seen.caustics;
+      seen.brightest = std::max(seen.brightest, light);
+    }
   }
 
-  bool finds_light_by_specular(Ray ray, Hit hit, Sampler& sampler) const {
+  float light_by_specular(Ray ray, Hit hit, Sampler& sampler) const {
     constexpr int most_events = 8;
     for (int events = 0; events < most_events; ++events) {
-      if (!hit) return events > 0 && !is_black(small_.lights.environment(ray.direction));
+      if (!hit) return events > 0 ? luminance(small_.lights.environment(ray.direction)) : 0;
       const SurfacePoint point = small_.scene.surface_at(ray, hit);
-      if (events > 0 && !is_black(small_.lights.emitted(point, -ray.direction))) return true;
-      if (rough_(point.material)) return false;
+      if (const float light = luminance(small_.lights.emitted(point, -ray.direction)); events > 0 && light > 0) return light;
+      if (rough_(point.material)) return 0;
       const Bsdf bsdf(small_.scene, point);
       const float u_lobe = sampler.get_1d();
       const BsdfSample scattered = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
-      if (!scattered) return false;
+      if (!scattered) return 0;
       ray = spawn_ray(point, scattered.wi);
       hit = trace(small_, ray);
     }
-    return false;
+    return 0;
   }
 
   // A record serves as far as `record_accuracy` times the harmonic mean distance of what its hemisphere sees, and no less than
@@ -175,7 +182,7 @@ class Vertices {
   RoughMaterials rough_;
   std::vector<Image> groups_;
   std::vector<Seen> seen_;
-  float solid_angle_ = 0;
+  float solid_angle_ = 0, brightest_ = 0;
 };
 
 // The median density about a photon of those that fall on `area`, by its eighth neighbour, over the mean over the area.
@@ -194,21 +201,31 @@ double contrast_of(const std::vector<vec3>& photons, double area) {
   return densities[densities.size() / 2] * area / static_cast<double>(photons.size());
 }
 
-// Photons by power, the same as trace_photons has them, and of each: is it from a light that no ray can meet?
+// Photons by power, the same as trace_photons has them, and of each: is it from a light that no ray can meet, or far brighter
+// than the `brightest` that rays did meet (0: they met none, and tell nothing)? They would have met one as bright that brings
+// as much light.
 struct PilotPhotons {
   Photons photons;
   std::vector<std::uint8_t> unmet;
 };
 
-PilotPhotons trace_pilot_photons(const RenderContext& small, const RoughMaterials& rough, const PhotonPass& pass) {
-  if (!small.lights.any_delta()) {
+bool is_unmet(const Scene& scene, const LightRay& emitted, float brightest) {
+  constexpr float far_brighter = 4;
+  if (is_delta(scene.lights[emitted.light])) return true;
+  const float cosine = glm::dot(emitted.normal, emitted.ray.direction);
+  return brightest > 0 && luminance(emitted.power) * emitted.pdf > far_brighter * brightest * cosine;
+}
+
+PilotPhotons trace_pilot_photons(const RenderContext& small, const RoughMaterials& rough, float brightest,
+                                 const PhotonPass& pass) {
+  if (!small.lights.any_delta() && brightest == 0) {
     PilotPhotons out{trace_photons(small, rough, pass), {}};
     out.unmet.resize(out.photons.size(), 0);
     return out;
   }
   const PathNumbers of_pass(small.seed, pass, pass.key);
   std::vector<std::uint32_t> stored(pass.count);  // by path
-  std::vector<std::uint8_t> of_delta(pass.count);
+  std::vector<std::uint8_t> of_unmet(pass.count);
   PilotPhotons out;
   out.photons = trace_in_chunks(pass.count, [&](std::uint32_t first, std::uint32_t last, Photons& traced) {
     PhotonTracer tracer(small, rough, pass);
@@ -216,25 +233,27 @@ PilotPhotons trace_pilot_photons(const RenderContext& small, const RoughMaterial
       SampledNumbers numbers(of_pass, i);
       const EmissionNumbers u = numbers.emission();
       const auto emitted = small.lights.emit(u[0], {u[1], u[2]}, {u[3], u[4]});
-      of_delta[i] = emitted && is_delta(small.scene.lights[emitted->light]) ? 1 : 0;
+      of_unmet[i] = emitted && is_unmet(small.scene, *emitted, brightest) ? 1 : 0;
       const std::size_t before = traced.size();
       tracer.trace(numbers, 1 / static_cast<float>(pass.count), traced);
       stored[i] = static_cast<std::uint32_t>(traced.size() - before);
     }
   });
-  for (std::uint32_t i = 0; i < pass.count; ++i) out.unmet.insert(out.unmet.end(), stored[i], of_delta[i]);
+  for (std::uint32_t i = 0; i < pass.count; ++i) out.unmet.insert(out.unmet.end(), stored[i], of_unmet[i]);
   count(Counter::photons_emitted, pass.count);
   count(Counter::photons_stored, out.photons.size());
   return out;
 }
 
-void look_at_photons(const RenderContext& small, const RoughMaterials& rough, PilotFindings& findings) {
+void look_at_photons(const RenderContext& small, const Vertices& vertices, PilotFindings& findings) {
   if (small.lights.empty() || small.scene.bounds().empty()) return;
+  const RoughMaterials& rough = vertices.rough_materials();
   const float diagonal = glm::length(small.scene.bounds().diagonal());
   const int depth = small.max_depth(0);
   const auto region = find_seen(small, rough, {4, depth, SamplerKind::independent, true}, 0.02f * diagonal);
-  const auto [photons, unmet] = trace_pilot_photons(
-      small, rough, {photon_paths, hash_keys(small.seed, 3u), std::max(0, depth - 1), photon_any, SamplerKind::sobol});
+  const auto [photons, unmet] =
+      trace_pilot_photons(small, rough, vertices.brightest(),
+                          {photon_paths, hash_keys(small.seed, 3u), std::max(0, depth - 1), photon_any, SamplerKind::sobol});
   double all = 0, direct = 0, caustic = 0, caustic_unmet = 0;
   std::size_t seen = 0;
   std::vector<vec3> caustics;
@@ -273,7 +292,7 @@ PilotFindings run_pilot(const RenderContext& context) {
   small.choose_lights_by(LightChoice::by_need);  // paths may have left some to their BSDF samples
   Vertices vertices(small, context.resolution);
   vertices.look(findings, context.resolution);
-  look_at_photons(small, vertices.rough_materials(), findings);
+  look_at_photons(small, vertices, findings);
   findings.rays = rays_so_far() - before;
   return findings;
 }

@@ -35,7 +35,9 @@ struct PilotFindings {
   double caustic_light = 0;    // of the light that they bring there after specular events alone
   double direct_light = 0;     // and straight from a light
   double caustic_photons = 0;  // how many say so of the first
-  double unmet_caustics = 0;   // the part of it from points, spots and directions, which no path from the camera can meet
+  // The part of it that no path finds: from points, spots and directions, and from lights that are far brighter than any that
+  // paths met by way of specular surfaces.
+  double unmet_caustics = 0;
   // How likely a path from a diffuse vertex meets a light by way of specular events: that is how paths find caustics.
   double caustic_hits = 0;
   // How much denser caustic photons lie about one of them than they would if they lay evenly over what is seen.

@@ -196,7 +196,7 @@ TEST(AutoChoice, LooksForTheCausticsOfASunBesideASky) {
 // Most light is that of a lamp in a ball of glass, a hundredth of its size, which no path of a pilot meets. Beside it they see
 // a dim lamp, behind the ball too, or not there, or a sky.
 TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
-  enum class Dim { above, aside };
+  enum class Dim { above, aside, sky };
   const auto scene = [](Dim dim) {
     SceneBuilder b("bulb");
     b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
@@ -205,10 +205,11 @@ TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
     b.quadric(Sphere{{0, 1, 0}, 0.2f}, b.material(Dielectric{.eta = 1.5f}));
     if (dim == Dim::above) b.mesh(quad({-1, 3, -1}, {1, 3, -1}, {1, 3, 1}, {-1, 3, 1}), black, Rgb(0.2f));
     if (dim == Dim::aside) b.mesh(quad({-2, 0, -2}, {2, 0, -2}, {2, 0.1f, -2}, {-2, 0.1f, -2}), black, Rgb(1));
+    if (dim == Dim::sky) b.light(EnvironmentLight{.scale = Rgb(0.1f), .size = ivec2(0), .texels = {}, .light_to_world = {}});
     b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {64, 64});
     return b.finish();
   };
-  for (const Dim dim : {Dim::above, Dim::aside}) {
+  for (const Dim dim : {Dim::above, Dim::aside, Dim::sky}) {
     SceneContext stage(scene(dim), {32, 32}, 1);
     stage.context.effort = {4};
     with_threads(2, [&] {
