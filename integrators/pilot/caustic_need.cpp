@@ -8,8 +8,9 @@ bool caustics_need_photons(const RenderContext& context, const PilotFindings& fi
   if (!context.needs.caustic_map) return false;
   if (context.lights.any_delta()) return true;
   constexpr double rare_hits = 0.1;  // over the share of all light that comes by that way
-  return findings.caustic_light >= least_caustic_light &&
-         findings.caustic_hits < std::min(rare_hits * findings.caustic_light, enough_hits);
+  return findings.unmet_caustics >= least_caustic_light ||
+         (findings.caustic_light >= least_caustic_light &&
+          findings.caustic_hits < std::min(rare_hits * findings.caustic_light, enough_hits));
 }
 
 bool wants_caustic_map(const RenderContext& context, const CausticParams& params, double enough_hits) {

@@ -217,6 +217,7 @@ TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
       EXPECT_GT(findings.path_error, 0);
       EXPECT_EQ(choose_method(stage.context, findings).name, "cppm") << static_cast<int>(dim) << ' ' << findings.caustic_hits;
       EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it"), std::string::npos) << static_cast<int>(dim);
+      EXPECT_TRUE(wants_caustic_map(stage.context, {}, enough_hits_of_records)) << static_cast<int>(dim);
     });
   }
 }
