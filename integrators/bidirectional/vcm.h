@@ -14,7 +14,8 @@
 //
 // vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
 // memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
-// pass. There is one radius for the whole image, since weights along light paths depend on it. Hence discs cannot end at walls
+// pass: the fourth where light can reach specular surfaces, whose caustics merges find best, else the first, since there the
+// other strategies bring the same light without a blur. There is one radius for the whole image, since weights along light paths depend on it. Hence discs cannot end at walls
 // that hide a brighter part of the same floor, as those of progressive photon mapping do; instead each merge is tested by a
 // shadow ray (`wall_test`) and does not count if something is in the way. The weights, which assume whole discs, stay as they
 // are: the light lost at walls is of the order of r, as at all borders of a surface, and vanishes with it. There is no side
@@ -67,7 +68,7 @@ constexpr auto names_of(VcmMis) { return std::array{"balance", "correlation-awar
 
 struct VcmParams : BdptParams {
   float radius = 0;
-  int neighbours = 4;
+  int neighbours = 0;
   float alpha = 0.75f;
   bool wall_test = true;
   VcmMis mis = VcmMis::balance;
@@ -78,7 +79,8 @@ template <class Visitor>
 void describe(Visitor& v, VcmParams& p) {
   describe(v, static_cast<BdptParams&>(p));
   v.number("radius", p.radius, 0, 1e12, "m", "within which vertices are merged, at first; 0: from the light paths' density");
-  v.integer("neighbours", p.neighbours, 1, 1000000, "vertices", "of one iteration's light paths within the first radius");
+  v.integer("neighbours", p.neighbours, 0, 1000000, "vertices",
+            "of one iteration's light paths within the first radius; 0: 4 where light can reach specular surfaces, else 1");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
   v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");
   v.choice("mis", p.mis, "the MIS weights of strategies");

@@ -123,6 +123,7 @@ TEST(Vcm, RefusesMergesThroughWalls) {
   const auto mean = [&](const char* name, const decltype(ParamValue::value)& value) {
     RenderOptions options;
     options.resolution = {48, 48};
+    options.params["neighbours"] = {std::int64_t{4}, {}};
     options.params[name] = {value, {}};
     const Image image = render(scene, "vcm", options).image;
     return testing::block_means(image, 48).front().y;  // of the whole image
