@@ -16,6 +16,7 @@ namespace {
 constexpr double default_iterations = 64;
 constexpr double rare_hits = 0.03;     // caustic hits over caustic light below which paths find too little of it
 constexpr double rare_photons = 0.02;  // of those emitted, that land on what is seen
+constexpr double few_photons = 1 / 250.0;  // that they leave small things out
 constexpr double certain = 10;         // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
 constexpr double entirely_even = 1.05;    // contrast of light that ends at borders alone
@@ -185,9 +186,20 @@ MethodChoice choose_method(const RenderContext& context, const PilotFindings& fi
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
   constexpr std::array by_chance{"path", "guided"};
   constexpr std::array by_map{"irradiance-cache", "radiance-cache", "hash-cache"};
+  constexpr std::array by_light_paths{"light-trace", "vcm"};
+  constexpr std::array by_photons{"photon-map", "ppm", "sppm", "ppm-memoryless", "appm", "cppm", "photon-cache"};
   const auto is_among = [&](const auto& names) { return std::ranges::find(names, method) != names.end(); };
-  const auto map = params.find("caustic_map");
-  const bool without = is_among(by_map) && map != params.end() && to_text(map->second) == name_of(CausticMap::off);
+  const auto is_set = [&](const char* name, const char* value) {
+    const auto param = params.find(name);
+    return param != params.end() && to_text(param->second) == value;
+  };
+  if (is_among(by_light_paths) || (is_among(by_photons) && (!params.contains("emission") || is_set("emission", "power")))) {
+    const double seen = run_pilot(context).photons_seen;
+    if (!(seen > 0 && seen < few_photons)) return "";
+    return fmt::format("{}: one photon in {:.0f} lands where the camera sees it, too few for light and shadow of what is small; {}",
+                       method, 1 / seen, is_among(by_photons) ? "emission = \"visibility\" may guide them there, and bdpt needs none" : "bdpt needs none");
+  }
+  const bool without = is_among(by_map) && is_set("caustic_map", name_of(CausticMap::off));
   if (!context.needs.caustic_map || !(is_among(by_chance) || without)) return "";
   return Chooser(context, run_pilot(context), BiasAllowed::any).out_of_reach(method);
 }

@@ -19,8 +19,8 @@ inline constexpr double rays_per_second = 8e6;
 double rays_a_pixel(const Effort& effort, ivec2 resolution, const PilotFindings& findings);
 
 // Says that light on what is seen comes by way of specular surfaces, that the method finds it by chance alone, if at all, and
-// which method brings it; "" where the method, with its `params`, has photons or light paths, or there is no such light. Runs a
-// pilot where the scene needs one to tell.
+// which method brings it; of methods with photons or light paths, that hardly any of these land on what is seen, where their
+// `params` do not guide them. "" where neither holds. Runs a pilot where the scene needs one to tell.
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params = {});
 
 MethodChoice choose_method(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias = BiasAllowed::any);

@@ -267,6 +267,21 @@ TEST(LightOutOfReach, IsToldOfMethodsThatFindItByChance) {
   EXPECT_EQ(told("builtin:cornell-box", "path"), "");  // nothing specular
 }
 
+TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
+  const auto told = [](const std::string& scene, const std::string& method, const ParamMap& params = {}) {
+    SceneContext stage(load_scene(scene), {64, 64}, 1);
+    return light_out_of_reach(stage.context, method, params);
+  };
+  constexpr const char* wide = "builtin:sunlit-field?surroundings=64";
+  for (const char* method : {"photon-map", "sppm", "cppm", "photon-cache"}) {
+    EXPECT_NE(told(wide, method).find("emission = \"visibility\" may guide them"), std::string::npos) << method;
+    EXPECT_EQ(told(wide, method, {{"emission", {std::string("visibility"), {}}}}), "");
+    EXPECT_EQ(told("builtin:exterior", method), "") << method;
+  }
+  for (const char* method : {"vcm", "light-trace"}) EXPECT_NE(told(wide, method).find("bdpt needs none"), std::string::npos);
+  EXPECT_EQ(told(wide, "bdpt"), "");
+}
+
 TEST(AutoStructure, WeighsBuildingAgainstTracing) {
   const Scene mesh = load_scene("builtin:mesh"), box = load_scene("builtin:cornell-box");
   EXPECT_EQ(choose_structure(mesh, 1e5).name, "lbvh");
