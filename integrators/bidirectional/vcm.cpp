@@ -90,7 +90,9 @@ float Vcm::first_radius(const RenderContext& context) {
   for (const auto& point : seen)
     if (point) points.push_back(*point);
   light_paths_.trace(context, settings_, pilot_iteration, true);
-  const auto neighbours = static_cast<std::size_t>(params_.neighbours > 0 ? params_.neighbours : context.needs.caustic_map ? 4 : 1);
+  const auto neighbours = static_cast<std::size_t>(params_.neighbours > 0      ? params_.neighbours
+                                                   : context.needs.caustic_map ? 4
+                                                                               : 1);
   const float usual = VcmMerges::usual_distance(context, light_paths_, points, neighbours, params_.structure);
   return usual > 0 ? usual : 0.01f * glm::length(context.scene.bounds().diagonal());
 }
@@ -170,9 +172,9 @@ IntegratorEntry bdpt_entry() {
 }
 
 IntegratorEntry vcm_entry() {
-  return entry<VcmParams>(
-      "vcm", "vertex connection and merging: bidirectional path tracing and photon mapping, weighed together", Setting::vcm,
-      1050);
+  return entry<VcmParams>("vcm",
+                          "vertex connection and merging: bidirectional path tracing and photon mapping, weighed together",
+                          Setting::vcm, 1050);
 }
 
 }  // namespace etendue

@@ -15,11 +15,12 @@
 // vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
 // memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
 // pass: the fourth where light can reach specular surfaces, whose caustics merges find best, else the first, since there the
-// other strategies bring the same light without a blur. There is one radius for the whole image, since weights along light paths depend on it. Hence discs cannot end at walls
-// that hide a brighter part of the same floor, as those of progressive photon mapping do; instead each merge is tested by a
-// shadow ray (`wall_test`) and does not count if something is in the way. The weights, which assume whole discs, stay as they
-// are: the light lost at walls is of the order of r, as at all borders of a surface, and vanishes with it. There is no side
-// test: merges across a corner make up for what is lost beyond it, and a BSDF rejects light from behind.
+// other strategies bring the same light without a blur. There is one radius for the whole image, since weights along light
+// paths depend on it. Hence discs cannot end at walls that hide a brighter part of the same floor, as those of progressive
+// photon mapping do; instead each merge is tested by a shadow ray (`wall_test`) and does not count if something is in the way.
+// The weights, which assume whole discs, stay as they are: the light lost at walls is of the order of r, as at all borders of a
+// surface, and vanishes with it. There is no side test: merges across a corner make up for what is lost beyond it, and a BSDF
+// rejects light from behind.
 //
 // Merges that share a camera path are not independent. Weights that account for this (mis = "correlation-aware") are those of
 // integrators/bidirectional/vcm_correlation.h, the same but for these factors.

@@ -14,10 +14,10 @@ namespace {
 // Where the lines are drawn comes from ten methods over 33 scenes, most of them at 48 x 48 and 128 x 128 pixels, which are hard
 // on caches and kind to them: records serve all pixels, a path one. experiments/auto.toml judges the lines by all methods.
 constexpr double default_iterations = 64;
-constexpr double rare_hits = 0.03;     // caustic hits over caustic light below which paths find too little of it
-constexpr double rare_photons = 0.02;  // of those emitted, that land on what is seen
+constexpr double rare_hits = 0.03;         // caustic hits over caustic light below which paths find too little of it
+constexpr double rare_photons = 0.02;      // of those emitted, that land on what is seen
 constexpr double few_photons = 1 / 250.0;  // that they leave small things out
-constexpr double certain = 10;         // so much more noise than all else, where few photons tell of them
+constexpr double certain = 10;             // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
 constexpr double entirely_even = 1.05;    // contrast of light that ends at borders alone
 constexpr double much_direct = 0.6;       // of the light: there is little to share,
@@ -196,8 +196,10 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
   if (is_among(by_light_paths) || (is_among(by_photons) && (!params.contains("emission") || is_set("emission", "power")))) {
     const double seen = run_pilot(context).photons_seen;
     if (!(seen > 0 && seen < few_photons)) return "";
-    return fmt::format("{}: one photon in {:.0f} lands where the camera sees it, too few for light and shadow of what is small; {}",
-                       method, 1 / seen, is_among(by_photons) ? "emission = \"visibility\" may guide them there, and bdpt needs none" : "bdpt needs none");
+    return fmt::format(
+        "{}: one photon in {:.0f} lands where the camera sees it, too few for light and shadow of what is small; {}", method,
+        1 / seen,
+        is_among(by_photons) ? "emission = \"visibility\" may guide them there, and bdpt needs none" : "bdpt needs none");
   }
   const bool without = is_among(by_map) && is_set("caustic_map", name_of(CausticMap::off));
   if (!context.needs.caustic_map || !(is_among(by_chance) || without)) return "";

@@ -17,8 +17,8 @@
 namespace etendue {
 
 inline constexpr int pilot_pixels = 1024;
-inline constexpr std::size_t fewest_caustics = 128;  // of photons: fewer may have landed beside what is seen
-inline constexpr double least_caustic_light = 0.003; // of all light, above which it is looked at
+inline constexpr std::size_t fewest_caustics = 128;   // of photons: fewer may have landed beside what is seen
+inline constexpr double least_caustic_light = 0.003;  // of all light, above which it is looked at
 
 // Shares are in [0, 1].
 struct PilotFindings {
