@@ -48,18 +48,21 @@ DiscCoverage::Aim DiscCoverage::aim(const GatherPoint& at, float radius, const v
 float DiscCoverage::covered(const RenderContext& context, const GatherPoint& at, float radius, const Aim& aim, Hit hit,
                             SurfacePoint point, const NearWalls& walls) const {
   Ray ray = aim.ray;
+  float free_from = 0;  // along the ray: beneath what it passed
   for (int passed = 0; !rough_materials_.stores(point.material); ++passed) {
     if (passed == most_passed || !std::holds_alternative<Dielectric>(context.scene.materials[point.material])) return 0;
+    free_from = hit.t;
     ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
     hit = trace(context, ray);
     if (!hit) return 0;
     point = context.scene.surface_at(ray, hit);
   }
+  // Photons that flew from there are looked for half of the way up, as before_landing has it.
+  const vec3 end = free_from > 0 ? ray.at(0.5f * (free_from + hit.t)) : ray.origin;
   const float facing = std::abs(glm::dot(point.normal, at.normal()));
   if (facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
   // Behind a wall no photons count.
-  if (!walls.none() && walls.may_hide(point.position, [&] { return ray.origin; }) &&
-      !unoccluded(context, segment(at.origin(), ray.origin)))
+  if (!walls.none() && walls.may_hide(point.position, [&] { return end; }) && !unoccluded(context, segment(at.origin(), end)))
     return 0;
   const float hit_x = aim.x + square((flatness * radius - hit.t) / radius), shape = kernel_shape(rules_.kernel, aim.x);
   if (!(hit_x < 1 && shape > 0)) return 0;

@@ -54,6 +54,35 @@ TEST(ProgressivePhotons, SphereHasNoKernelBiasAtAnyRadius) {
     }
 }
 
+// A white floor under a sheet of tinted glass, uneven in many planes, that lies on it and does not refract: of a sky of
+// radiance 1 the floor has 0.9, and 0.81 is seen. What measures discs begins above the glass, beneath which photons end their
+// way.
+TEST(ProgressivePhotons, SeeAFloorCloseBeneathTintedGlass) {
+  SceneBuilder b("floor under glass");
+  b.mesh(quad({-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}), b.material(Diffuse{Rgb(1)}));
+  MeshData sheet;
+  constexpr unsigned cells = 20;
+  for (unsigned i = 0; i <= cells; ++i)
+    for (unsigned k = 0; k <= cells; ++k)
+      sheet.positions.emplace_back(0.2f * static_cast<float>(i) - 2, 0.2f * static_cast<float>(k) - 2,
+                                   0.01f + 0.001f * static_cast<float>((7 * i + 13 * k) % 5));
+  for (unsigned i = 0; i < cells; ++i)
+    for (unsigned k = 0; k < cells; ++k) {
+      const unsigned at = i * (cells + 1) + k, next = at + cells + 1;
+      sheet.triangles.emplace_back(at, next, next + 1);
+      sheet.triangles.emplace_back(at, next + 1, at + 1);
+    }
+  b.mesh(sheet, b.material(Dielectric{.eta = 1, .transmit_tint = Rgb(0.9f)}));
+  b.light(EnvironmentLight{.scale = Rgb(1), .size = ivec2(0), .texels = {}, .light_to_world = {}});
+  b.camera({0, 0, 3}, {0, 0, 0}, 20, {12, 12});
+  const Scene scene = b.finish();
+  for (const char* method : {"sppm", "appm", "cppm"}) {
+    RenderOptions options = options_for(4000, 8, {{"radius", {0.2, {}}}});
+    options.resolution = {12, 12};
+    EXPECT_NEAR(testing::block_means(render(scene, method, options).image, 12).front().y, 0.81, 0.02) << method;
+  }
+}
+
 // Photons on one facet, seen from the next one, count by the light that made them as dense as they are there: by the cosine at
 // the point that gathers, by 5 % too much. The facets' own differences, over which a kernel blurs, are 1 %.
 TEST(ProgressivePhotons, FacetsThatAreShadedRoundAreNotTooBright) {
