@@ -112,7 +112,7 @@ Rgb light_rgb(const SampledSpectrum& spectrum) {
   return of_unit_luminance([&](int w) { return spectrum.within(w); });
 }
 
-Rgb version3_light_rgb(const SampledSpectrum& spectrum) {
+Rgb version3_rgb(const SampledSpectrum& spectrum) {
   return mean_rgb([&](int w) { return spectrum.at(w); });
 }
 

@@ -80,6 +80,8 @@ TEST(PbrtMaterials, NamedMetalsHaveTheColoursOfMetals) {
       material_of<Conductor>("Material \"metal\" \"spectrum eta\" \"metal-Ag-eta\" \"spectrum k\" \"metal-Ag-k\"");
   expect_near(normal_reflectance(silver.eta, silver.k), {0.971f, 0.960f, 0.915f}, 0.01f);
   expect_near(normal_reflectance(metals()[3].eta, metals()[3].k), {0.953f, 0.639f, 0.538f}, 0.01f);
+  const Conductor version3 = material_of<Conductor>("Material \"metal\"");
+  expect_near(normal_reflectance(version3.eta, version3.k), {0.953f, 0.620f, 0.511f}, 0.01f);
   const Conductor tinted = material_of<Conductor>("Material \"conductor\" \"rgb reflectance\" [.9 .5 .1]");
   expect_near(normal_reflectance(tinted.eta, tinted.k), {0.9f, 0.5f, 0.1f});
   EXPECT_ERROR(material_of<Conductor>("Material \"conductor\" \"spectrum eta\" \"metal-Ax-eta\""),

@@ -41,8 +41,9 @@ SampledSpectrum parse_spectrum(std::string_view text, const std::string& path) {
 
 // In version 4 nothing lies beyond the ends. Indices go on there, for no surface has an index of 0.
 Rgb to_rgb(const SampledSpectrum& spectrum, ColourUse use, bool version3) {
-  if (use == ColourUse::light) return version3 ? version3_light_rgb(spectrum) : light_rgb(spectrum);
-  return version3 || use == ColourUse::index ? surface_rgb(spectrum) : bounded_surface_rgb(spectrum);
+  if (version3) return version3_rgb(spectrum);
+  if (use == ColourUse::light) return light_rgb(spectrum);
+  return use == ColourUse::index ? surface_rgb(spectrum) : bounded_surface_rgb(spectrum);
 }
 
 // May the name be that of a metal's index?
@@ -119,6 +120,11 @@ std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use, bool
   Rgb colour;
   if (param->type == "spectrum") {
     colour = spectrum_colour(*param, use, version3);
+    if (use == ColourUse::reflectance && version3 && max_component(colour) > 1) {
+      files_->warn(where(name), fmt::format("'{}' is {:.4g} in a channel, under light of equal energy: clamped to 1", name,
+                                            max_component(colour)));
+      colour = glm::min(colour, Rgb(1));
+    }
   } else if (param->type == "blackbody") {
     colour = blackbody_colour(*param, use);
   } else if (param->type == "rgb" || param->type == "xyz") {

@@ -81,7 +81,9 @@ Material PbrtReader::make_diffuse(const PbrtParams& params, std::string_view nam
 
 Material PbrtReader::make_conductor(const PbrtParams& params, bool version3) {
   Conductor conductor;
-  const MetalIndex& copper = metals()[3];
+  // pbrt-v3 integrates the index of its copper like any spectrum.
+  const MetalIndex copper =
+      version3 ? MetalIndex{"Cu", {0.200438f, 0.924033f, 1.102212f}, {3.912949f, 2.452848f, 2.142188f}} : metals()[3];
   conductor.eta = params.colour("eta", ColourUse::index, version3_).value_or(copper.eta);
   conductor.k = params.colour("k", ColourUse::index, version3_).value_or(copper.k);
   if (!version3 && params.has("reflectance")) {
