@@ -20,20 +20,31 @@
 namespace etendue {
 
 // Wall time split by phase: "build", "pilot", "learn", "initial_pass", "emit", "gather", "trace". Time inside no phase is
-// "other".
+// "other". A phase that is measured within another is taken from it, so that no time counts twice.
 class PhaseTimes {
  public:
   class Scope {
    public:
-    Scope(PhaseTimes& times, const char* phase) : times_(times), phase_(phase), start_(Clock::now()) {}
-    ~Scope() { times_.seconds_[phase_] += std::chrono::duration<double>(Clock::now() - start_).count(); }
+    Scope(PhaseTimes& times, const char* phase) : times_(times), phase_(phase), outer_(times.innermost_), start_(Clock::now()) {
+      if (outer_) outer_->add_until(start_);
+      times_.innermost_ = this;
+    }
+    ~Scope() {
+      const Clock::time_point now = Clock::now();
+      add_until(now);
+      times_.innermost_ = outer_;
+      if (outer_) outer_->start_ = now;
+    }
     Scope(const Scope&) = delete;
     Scope& operator=(const Scope&) = delete;
 
    private:
     using Clock = std::chrono::steady_clock;
+    void add_until(Clock::time_point now) { times_.seconds_[phase_] += std::chrono::duration<double>(now - start_).count(); }
+
     PhaseTimes& times_;
     const char* phase_;
+    Scope* outer_;
     Clock::time_point start_;
   };
 
@@ -42,6 +53,7 @@ class PhaseTimes {
 
  private:
   std::map<std::string, double> seconds_;
+  Scope* innermost_ = nullptr;
 };
 
 // How far the caller means to take a method; 0: it does not say. For methods that choose by it: none owns a clock.

@@ -89,7 +89,10 @@ float Vcm::first_radius(const RenderContext& context) {
   std::vector<vec3> points;
   for (const auto& point : seen)
     if (point) points.push_back(*point);
-  light_paths_.trace(context, settings_, pilot_iteration, true);
+  {
+    const auto emitting = context.phases.measure("emit");
+    light_paths_.trace(context, settings_, pilot_iteration, true);
+  }
   const auto neighbours = static_cast<std::size_t>(params_.neighbours > 0      ? params_.neighbours
                                                    : context.needs.caustic_map ? 4
                                                                                : 1);

@@ -41,7 +41,7 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
   pass.emission = PhotonEmission::power;
   PhotonMap map;
-  build(context, map, trace_photons(context, *rough_materials_, pass), Edges::disc);
+  build(context, map, trace(context, pass), Edges::disc);
   const float wanted = 0.007f * glm::length(context.scene.bounds().diagonal());
   if (!(wanted > 0)) return fewest_photons;
   const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;

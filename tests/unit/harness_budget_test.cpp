@@ -108,6 +108,19 @@ TEST_F(RunCell, CheckpointsHoldWhatTheyMust) {
   EXPECT_EQ(result.expectation.bias, Bias::unbiased);
 }
 
+// The pilot of progressive photon mapping emits photons, builds a map and gathers.
+TEST_F(RunCell, PhasesWithinPhasesCountOnce) {
+  for (const char* method : {"appm", "photon-cache"}) {
+    method_ = {method, {}, {}};
+    const CheckpointRecord end = run(samples(1)).checkpoints.back();
+    double phases = 0;
+    for (const auto& [phase, time] : end.phases_s) phases += time;
+    EXPECT_NEAR(phases, end.time_s, 1e-6 + 1e-3 * end.time_s) << method;
+    EXPECT_GT(end.phases_s.at("pilot"), 0) << method;
+    EXPECT_GT(end.phases_s.at("emit"), 0) << method;
+  }
+}
+
 TEST_F(RunCell, ImageDependsOnTheSeedAndNotOnTheThreads) {
   const CellResult one = run(samples(4), nullptr, 1), three = run(samples(4), nullptr, 3);
   EXPECT_EQ(one.image_hash, three.image_hash);
