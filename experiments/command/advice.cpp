@@ -63,12 +63,25 @@ void find_hazards(const RenderContext& context, Advice& advice) {
 
 // --- a short render, twice ---
 
+// The relMSE of one of two images by noise. What light there is at a pixel is read from those about it, in both images: its own
+// mean is large where a rare bright path met it, and small in all the pixels that such paths have not met yet.
 double noise_of(const Image& a, const Image& b) {
+  constexpr int side = 16;
   double sum = 0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    const dvec3 mean = 0.5 * (a.pixels[i] + b.pixels[i]), difference = a.pixels[i] - b.pixels[i];
-    for (int c = 0; c < 3; ++c) sum += 0.5 * difference[c] * difference[c] / (mean[c] * mean[c] + relmse_epsilon);
-  }
+  for (int y = 0; y < a.size.y; y += side)
+    for (int x = 0; x < a.size.x; x += side) {
+      const ivec2 begin(x, y), end = glm::min(begin + side, a.size);
+      const Image of_a = part_of(a, begin, end), of_b = part_of(b, begin, end);
+      dvec3 light(0);
+      for (std::size_t i = 0; i < of_a.pixels.size(); ++i) light += of_a.pixels[i] + of_b.pixels[i];
+      const double others = std::max(1.0, 2.0 * static_cast<double>(of_a.pixels.size() - 1));
+      for (std::size_t i = 0; i < of_a.pixels.size(); ++i) {
+        const dvec3 own = of_a.pixels[i] + of_b.pixels[i], difference = of_a.pixels[i] - of_b.pixels[i];
+        const dvec3 level = (light - own) / others;
+        const dvec3 errors = difference * difference / (level * level + relmse_epsilon);
+        sum += 0.5 * (errors.x + errors.y + errors.z);
+      }
+    }
   return sum / (3 * static_cast<double>(a.pixels.size()));
 }
 

@@ -15,7 +15,7 @@ namespace etendue {
 
 // What two short renders with different seeds tell of a method. Their difference is its noise; its bias shows in neither.
 struct MeasuredNoise {
-  double relmse = 0;
+  double relmse = 0;  // of one of them
   double iterations = 0, prepare_s = 0, iteration_s = 0;
   double exponent = -1;  // of the error over iterations, as the method declares it
   std::uint64_t memory_bytes = 0;

@@ -317,6 +317,16 @@ TEST_F(AutoRender, IsAdvisedByInspect) {
   EXPECT_EQ(run({"inspect", "builtin:water", "--time", "4s"}).status, 2);
 }
 
+// One of a thousand lamps lights what is seen: pixels that have met it are as bright as the others are dark, and one iteration
+// has a relMSE of some 400.
+TEST_F(AutoRender, AdviceKnowsTheNoiseOfWhatFewPixelsHaveMet) {
+  const Outcome outcome =
+      run({"inspect", "builtin:many-lamps?lamps=1000", "--pilot", "--time", "0.2s", "--json", "--threads", "1"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto trial = nlohmann::json::parse(outcome.out)["advice"]["trial"];
+  EXPECT_GT(trial["relmse"].get<double>() * trial["iterations"].get<double>(), 100);
+}
+
 TEST_F(AutoRender, IsTheChosenMethodToTheBitAtAnyNumberOfThreads) {
   const std::vector<std::string> shared{"render", "builtin:cornell-spheres", "--resolution", "24x24", "--spp", "3", "--json"};
   const auto render = [&](std::vector<std::string> more) {
