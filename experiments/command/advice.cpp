@@ -89,20 +89,21 @@ std::optional<MeasuredNoise> try_out(const Scene& scene, const SceneNeeds& needs
   const Method accel{advice.structure.name, advice.structure.params}, method{advice.method.name, advice.method.params};
   Budget budget;
   budget.time_s = trial_s;
-  const auto render = [&](std::uint64_t seed, const Budget& of) {
-    return run_cell(CellTask{scene, needs, accel, method, seed, scene.resolution, of, threads});
-  };
-  const CellResult one = render(1, budget);
+  const CellResult one = run_cell({scene, needs, accel, method, 1, scene.resolution, budget, threads});
+  // The other goes on to a second iteration at least: the first alone does not tell its time from that of preparation.
+  const std::uint64_t iterations = one.checkpoints.back().iterations;
   Budget same;
-  same.samples = one.checkpoints.back().iterations;
-  const CellResult two = render(2, same);
-  const CheckpointRecord &first = one.checkpoints.front(), &last = one.checkpoints.back();
-  MeasuredNoise noise{noise_of(one.image, two.image), static_cast<double>(last.iterations)};
-  const double more = noise.iterations - static_cast<double>(first.iterations);
-  noise.iteration_s = more > 0 ? (last.time_s - first.time_s) / more : last.time_s / noise.iterations;
-  noise.prepare_s = std::max(0.0, last.time_s - noise.iterations * noise.iteration_s);
+  same.samples = std::max<std::uint64_t>(2, iterations);
+  CellTask again{scene, needs, accel, method, 2, scene.resolution, same, threads};
+  again.keep_images = iterations == 1;
+  const CellResult two = run_cell(again);
+  const Image& other = iterations == 1 ? two.checkpoint_images.front() : two.image;
+  const CheckpointRecord &first = two.checkpoints.front(), &last = two.checkpoints.back();
+  MeasuredNoise noise{noise_of(one.image, other), static_cast<double>(iterations)};
+  noise.iteration_s = (last.time_s - first.time_s) / static_cast<double>(last.iterations - first.iterations);
+  noise.prepare_s = std::max(0.0, first.time_s - noise.iteration_s);
   noise.exponent = std::min(one.expectation.mse_exponent, -0.1);
-  noise.memory_bytes = std::max(last.peak_memory_bytes, two.checkpoints.back().peak_memory_bytes);
+  noise.memory_bytes = std::max(one.checkpoints.back().peak_memory_bytes, last.peak_memory_bytes);
   return noise.relmse > 0 ? std::optional(noise) : std::nullopt;
 }
 
