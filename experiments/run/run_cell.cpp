@@ -130,9 +130,11 @@ class CellRunner {
     result_.image_hash = hash_of(result_.image);
     result_.non_finite = film_.non_finite();
     if (task_.finished) task_.finished(*integrator, context, result_);
-    if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, task_.integrator.name, task_.integrator.params);
+    const std::string& method = result_.chosen ? result_.chosen->name : task_.integrator.name;
+    if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, method, task_.integrator.params);
     if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && result_.out_of_reach.empty())
-      result_.out_of_reach = fmt::format("{}: {}", result_.chosen ? result_.chosen->name : task_.integrator.name, left_out);
+      result_.out_of_reach = fmt::format("{}: {}", method, left_out);
+    if (result_.out_of_reach.empty()) result_.out_of_reach = surfaces_mixed(context, method);
     return std::move(result_);
   }
 

@@ -1,11 +1,14 @@
 #include "integrators/choice/choose.h"
 
+#include "framework/core/parallel.h"
+#include "framework/transport/ray_tools.h"
 #include "integrators/pilot/caustic_need.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 namespace etendue {
 
@@ -204,6 +207,34 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
   const bool without = is_among(by_map) && is_set("caustic_map", name_of(CausticMap::off));
   if (!context.needs.caustic_map || !(is_among(by_chance) || without)) return "";
   return Chooser(context, run_pilot(context), BiasAllowed::any).out_of_reach(method);
+}
+
+std::string surfaces_mixed(const RenderContext& context, const std::string& method) {
+  constexpr std::array keeps_apart{"path", "light-trace", "bdpt", "guided", "hash-cache"};
+  constexpr int lines = 32;
+  constexpr double fewest = 0.01;
+  if (!context.needs.masks || std::ranges::find(keeps_apart, method) != keeps_apart.end()) return "";
+  const float near = 0.01f * glm::length(context.scene.bounds().diagonal());
+  const auto lets_through = [&](const Hit& hit) { return std::abs(context.stopped_share(hit) - 0.5f) < 0.48f; };
+  std::vector<int> mixed(lines * lines);
+  parallel_for(mixed.size(), 16, [&](std::size_t i) {
+    const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
+    const Ray ray = context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, vec2(0.5f));
+    const Hit seen = trace(context, ray);
+    if (!seen) return;
+    const SurfacePoint point = context.scene.surface_at(ray, seen);
+    for (const vec3& side : {point.normal, -point.normal}) {
+      const Hit other = trace(context, spawn_ray(point, side, near));
+      if (other && (lets_through(seen) || lets_through(other))) mixed[i] = 1;
+    }
+  });
+  const double share = std::accumulate(mixed.begin(), mixed.end(), 0.0) / static_cast<double>(mixed.size());
+  if (share < fewest) return "";
+  return fmt::format(
+      "{} of what is seen are surfaces less than 1 % of the scene's size apart of which one lets a part of the light through: "
+      "{} "
+      "may take light on one for light on the other; path keeps them apart",
+      percent(share), method);
 }
 
 }  // namespace etendue

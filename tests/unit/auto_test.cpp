@@ -282,6 +282,28 @@ TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
   EXPECT_EQ(told(wide, "bdpt"), "");
 }
 
+TEST(SurfacesMixed, AreToldWhereASheetThatLetsLightThroughLiesOnAFloor) {
+  const auto told = [](float opacity, float height, const char* method) {
+    SceneBuilder b("decal");
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+    b.mesh(quad({-1, height, 1}, {1, height, 1}, {1, height, -1}, {-1, height, -1}), b.material(Diffuse{Rgb(0.5f)}));
+    b.light(PointLight{{0, 2, 0}, Rgb(1)});
+    b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {16, 16});
+    Scene scene = b.finish();
+    scene.textures.push_back(ImageTexture{.size = {1, 1}, .texels = {Rgb(opacity)}});
+    scene.objects[0].shapes[1].mask = 0;
+    SceneContext stage(std::move(scene), {16, 16}, 1);
+    std::string text;
+    with_threads(2, [&] { text = surfaces_mixed(stage.context, method); });
+    return text;
+  };
+  for (const char* method : {"photon-map", "sppm", "vcm", "irradiance-cache"})
+    EXPECT_NE(told(0.5f, 0.001f, method).find("path keeps them apart"), std::string::npos) << method;
+  EXPECT_EQ(told(0.5f, 0.001f, "path"), "");
+  EXPECT_EQ(told(1, 0.001f, "sppm"), "");
+  EXPECT_EQ(told(0.5f, 1, "sppm"), "");
+}
+
 TEST(AutoStructure, WeighsBuildingAgainstTracing) {
   const Scene mesh = load_scene("builtin:mesh"), box = load_scene("builtin:cornell-box");
   EXPECT_EQ(choose_structure(mesh, 1e5).name, "lbvh");
