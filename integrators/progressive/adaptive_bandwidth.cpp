@@ -39,20 +39,20 @@ GatherDisc AdaptiveBandwidth::disc(const GatherSite& site) const {
   const Pixel& p = pixels_[site.pixel];
   const float n = p.passes + 1, widest = p.first * math::pow(n, -0.1f);
   if (p.passes == 0) return GatherDisc(widest);
-  const float laplacian_squared = (p.laplacian * p.laplacian - p.laplacian_variance) / square(p.passes);
-  const float squared_bias = 6 * square(kappa_) * laplacian_squared * n;
-  const float c = p.c / p.passes;
-  const float best = squared_bias > 0 ? math::pow(c / squared_bias, 1.0f / 6) : widest;
+  const double laplacian_squared = (p.laplacian * p.laplacian - p.laplacian_variance) / square(p.passes);
+  const double squared_bias = 6 * square(kappa_) * laplacian_squared * n;
+  const double c = p.c / p.passes;
+  const float best = squared_bias > 0 ? static_cast<float>(math::pow(c / squared_bias, 1.0 / 6)) : widest;
   return {std::clamp(best, narrowest * p.first * math::pow(n, -1.0f / 6), widest), widest};
 }
 
 void AdaptiveBandwidth::update(std::size_t pixel, std::uint32_t, const Observed& observed) {
   Pixel& p = pixels_[pixel];
-  const float factor = 48 * inv_pi * square(observed.per_reach_squared_);
+  const double per_reach_squared = observed.per_reach_squared_, factor = 48 * inv_pi * per_reach_squared * per_reach_squared;
   p.passes += 1;
-  p.c += observed.squares * roughness_ * square(inv_pi) / observed.radius_squared_;
+  p.c += observed.squares * (roughness_ * square(inv_pi)) / observed.radius_squared_;
   p.laplacian += observed.laplacian * factor;
-  p.laplacian_variance += observed.laplacian_variance * square(factor);
+  p.laplacian_variance += observed.laplacian_variance * (factor * factor);
 }
 
 }  // namespace etendue

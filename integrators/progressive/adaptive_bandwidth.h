@@ -34,14 +34,15 @@ class AdaptiveBandwidth {
     void begin(const GatherDisc& disc, const GatherPoint& at, const Rgb& throughput);
     void add(const Rgb& reflected, const vec3& /*offset*/, float distance_squared) {
       const float l = luminance(reflected * throughput_), x = distance_squared * per_reach_squared_;
-      const float curvature = l * (1 - x) * (3 * x - 1);
+      const double curvature = l * (1 - x) * (3 * x - 1);
       laplacian += curvature;
       laplacian_variance += curvature * curvature;
-      squares += distance_squared <= radius_squared_ ? l * l : 0;
+      squares += distance_squared <= radius_squared_ ? double{l} * l : 0;
     }
 
-    // Without the factors 48 / (pi h^4), its square, and 1 / (pi r)^2 for the box kernel.
-    float laplacian = 0, laplacian_variance = 0, squares = 0;
+    // Without the factors 48 / (pi h^4), its square, and 1 / (pi r)^2 for the box kernel. Squares, and powers of lengths, are
+    // double: floats would not hold them in small scenes.
+    double laplacian = 0, laplacian_variance = 0, squares = 0;
     float radius_squared_ = 0, per_reach_squared_ = 0;
 
    private:
@@ -55,9 +56,9 @@ class AdaptiveBandwidth {
 
  private:
   struct Pixel {
-    float first;                                         // r_1
-    float passes = 0;                                    // in which the pixel gathered
-    float c = 0, laplacian = 0, laplacian_variance = 0;  // sums over the passes
+    float first;                                          // r_1
+    float passes = 0;                                     // in which the pixel gathered
+    double c = 0, laplacian = 0, laplacian_variance = 0;  // sums over the passes
   };
 
   std::vector<Pixel> pixels_;

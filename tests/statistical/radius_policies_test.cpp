@@ -214,6 +214,28 @@ TEST(AdaptiveBandwidth, FindsTheRadiusThatBalancesVarianceAndCurvature) {
   EXPECT_NEAR(bias / (1.5 * radius * radius), 1, 0.15) << "and a little for the first, wide ones";
 }
 
+TEST(AdaptiveBandwidth, FindsTheSameRadiusInAnyUnitOfLength) {
+  const UniformPhotons map(1, 1, 1);
+  const auto radius = [&](float unit) {
+    AdaptiveBandwidth policy(InitialRadii{1.2f * unit}, Kernel::box);
+    for (std::uint32_t pass = 0; pass < 100; ++pass) {
+      const GatherDisc disc = policy.disc(map.site(pass));
+      AdaptiveBandwidth::Observed observed;
+      observed.begin(disc, map.site(pass).at, Rgb(1));
+      for (int x = -10; x <= 10; ++x)
+        for (int y = -10; y <= 10; ++y) {
+          const float d2 = 0.01f * static_cast<float>(x * x + y * y);
+          if (d2 * square(unit) <= square(disc.reach))
+            observed.add(Rgb((1 + 2 * d2) * square(unit)), vec3(0), d2 * square(unit));
+        }
+      policy.update(0, pass, observed);
+    }
+    return policy.disc(map.site(100)).radius / unit;
+  };
+  EXPECT_LT(radius(1), 0.5f);
+  for (const float unit : {0x1p-20f, 0x1p20f}) EXPECT_NEAR(radius(unit) / radius(1), 1, 1e-4) << unit;
+}
+
 TEST(ChiSquaredRadius, RefusesEvenCountsAsOftenAsStated) {
   constexpr int trials = 20000;
   for (const int photons : {ChiSquaredRadius::first_count, 600})
