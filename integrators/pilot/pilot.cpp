@@ -19,6 +19,7 @@ namespace {
 constexpr float narrow_lobes = 0.25f;  // GGX alpha: as PhotonMapsParams::carry_below by default
 constexpr int path_groups = 8, paths_a_group = 2, vertex_samples = 8;
 constexpr std::uint32_t photon_paths = 16384;
+constexpr double unknown_contrast = 2;   // of caustics that no photons tell of: neither even nor sharp
 constexpr float record_accuracy = 0.2f;  // as CacheParams::accuracy by default
 
 double rays_so_far() {
@@ -65,6 +66,8 @@ void look_at_paths(RenderContext& small, PilotFindings& findings) {
 struct Seen {
   int vertices = 0, diffuse = 0, by_specular = 0, probes = 0, caustics = 0;
   float brightest = 0;          // luminance of what they find by way of specular surfaces
+  double light = 0;             // luminance of what the samples find, summed,
+  double behind_glass = 0;      // and of what they would if glass bent no light of points, spots and directions
   double inverse_distance = 0;  // summed over the probes, 1/m
   double area = 0;              // of a real pixel's footprint, summed over the vertices, m^2
 };
@@ -84,7 +87,7 @@ class Vertices {
   void look(PilotFindings& findings, ivec2 real_resolution) {
     parallel_pixels(small_.resolution, [&](ivec2 pixel) { look(pixel); });
     findings.direct_error = error_of_one(groups_, 1);
-    double vertices = 0, diffuse = 0, by_specular = 0, records = 0, probes = 0, caustics = 0;
+    double vertices = 0, diffuse = 0, by_specular = 0, records = 0, probes = 0, caustics = 0, light = 0, behind_glass = 0;
     for (const Seen& seen : seen_) {
       vertices += seen.vertices;
       diffuse += seen.diffuse;
@@ -93,6 +96,8 @@ class Vertices {
       probes += seen.probes;
       caustics += seen.caustics;
       brightest_ = std::max(brightest_, seen.brightest);
+      light += seen.light;
+      behind_glass += seen.behind_glass;
     }
     const auto small_pixels = static_cast<double>(seen_.size());
     findings.surface = std::min(1.0, vertices / (small_pixels * vertex_samples));
@@ -101,12 +106,15 @@ class Vertices {
       findings.by_specular = by_specular / vertices;
     }
     if (probes > 0) findings.caustic_hits = caustics / probes;
+    if (behind_glass > 0) behind_glass_ = behind_glass / (light + behind_glass);
     findings.records = records * static_cast<double>(real_resolution.x) * real_resolution.y / small_pixels;
   }
 
   const RoughMaterials& rough_materials() const { return rough_; }
   // Luminance of the brightest light that probes met by way of specular surfaces; 0: they met none.
   float brightest() const { return brightest_; }
+  // Share of the light that comes straight through glass from points, spots and directions, if glass bent none of it.
+  double behind_glass() const { return behind_glass_; }
 
  private:
   void look(ivec2 pixel) {
@@ -122,11 +130,14 @@ class Vertices {
       const Rgb rest = path(
           ray, way, light,
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float distance) {
+            if (small_.lights.any_delta())
+              seen_[key].behind_glass += luminance(throughput * through_glass(point, bsdf, wo, light));
             direct += throughput * direct_light(small_, point, bsdf, wo, light, MisMode::light);
             note(seen_[key], point, bsdf, wo, depth, distance, probe);
           });
       const Rgb value = direct + rest;
       groups_[index].at(pixel.x, pixel.y) = is_finite(value) ? dvec3(value) : dvec3(0);
+      if (is_finite(value)) seen_[key].light += luminance(value);
     }
   }
 
@@ -149,6 +160,22 @@ class Vertices {
       ++seen.caustics;
       seen.brightest = std::max(seen.brightest, light);
     }
+  }
+
+  // What the next light sample sends from a point, spot or direction that glass alone hides.
+  Rgb through_glass(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler sampler) const {
+    constexpr int most_passed = 8;
+    const auto light = small_.lights.sample(ray_origin(point, wo), sampler.get_2d());
+    if (!light || !light->delta || !bsdf.has_non_specular()) return Rgb(0);
+    Ray ray = shadow_ray(point, *light);
+    for (int passed = 0; passed <= most_passed; ++passed) {
+      const Hit hit = trace(small_, ray);
+      if (!hit) return passed > 0 ? bsdf.evaluate(wo, light->wi) * light->radiance / light->pdf_solid_angle : Rgb(0);
+      const Material& material = small_.scene.materials[small_.scene.surface_at(ray, hit).material];
+      if (!std::holds_alternative<Dielectric>(material) || has_non_specular(material)) return Rgb(0);
+      ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
+    }
+    return Rgb(0);
   }
 
   float light_by_specular(Ray ray, Hit hit, Sampler& sampler) const {
@@ -183,6 +210,7 @@ class Vertices {
   std::vector<Image> groups_;
   std::vector<Seen> seen_;
   float solid_angle_ = 0, brightest_ = 0;
+  double behind_glass_ = 0;
 };
 
 // The median density about a photon of those that fall on `area`, by its eighth neighbour, over the mean over the area.
@@ -275,6 +303,12 @@ void look_at_photons(const RenderContext& small, const Vertices& vertices, Pilot
     findings.caustic_light = caustic / all;
     findings.unmet_caustics = caustic_unmet / all;
     findings.caustic_contrast = contrast_of(caustics, seen_area(small, rough, {1, depth, SamplerKind::independent, true}));
+  }
+  // Where hardly any photon comes through a window, straight rays tell about how much light does.
+  if (caustics.size() < fewest_caustics && vertices.behind_glass() > findings.unmet_caustics) {
+    findings.unmet_caustics = vertices.behind_glass();
+    findings.caustic_light = std::max(findings.caustic_light, findings.unmet_caustics);
+    findings.caustic_contrast = unknown_contrast;
   }
 }
 

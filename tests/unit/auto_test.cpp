@@ -222,6 +222,25 @@ TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
   }
 }
 
+// A room with a pane in a wide field in the sun: of the pilot's photons hardly any falls through it.
+TEST(AutoChoice, BringsTheSunThroughAWindowThatPhotonsMiss) {
+  SceneBuilder b("window");
+  const auto grey = b.material(Diffuse{Rgb(0.6f)});
+  b.mesh(quad({-300, -0.01f, 300}, {300, -0.01f, 300}, {300, -0.01f, -300}, {-300, -0.01f, -300}), grey);
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), grey);
+  for (const float y : {3.0f, 2.9f}) b.mesh(quad({-2, y, -1}, {2, y, -1}, {2, y, 2}, {-2, y, 2}), grey);
+  b.mesh(quad({-2, 3, -2}, {2, 3, -2}, {2, 3, -1}, {-2, 3, -1}), b.material(Dielectric{.eta = 1.5f}));
+  b.light(DirectionalLight{.direction = glm::normalize(vec3(0.1f, -1, 0.2f)), .irradiance = Rgb(3)});
+  b.light(PointLight{{0, 2, 1}, Rgb(0.1f)});
+  b.camera({0, 2, 1.5f}, {0, 0, -0.5f}, 50, {32, 32});
+  SceneContext stage(b.finish(), {32, 32}, 1);
+  stage.context.effort = {4};
+  with_threads(2, [&] {
+    EXPECT_EQ(choose_method(stage.context, run_pilot(stage.context)).name, "cppm");
+    EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it out"), std::string::npos);
+  });
+}
+
 TEST(AutoChoice, IsUnbiasedWhereThatIsAskedFor) {
   for (const char* scene : {"builtin:cornell-box", "builtin:glass-caustic", "builtin:water", "builtin:two-rooms"})
     for (const double seconds : {1.0, 16.0}) {
