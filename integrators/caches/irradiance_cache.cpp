@@ -154,7 +154,7 @@ void IrradianceCache::refine(RenderContext& context, std::uint32_t index) {
   if (caustics_ && index > 0) caustics_->trace(context, round_of(index));
   if (!params_.refine) return;
   const auto timed = context.phases.measure("initial_pass");
-  refine_records(context, false, progress_.passes_at(stage()));
+  refine_records(context, false, progress_.passes_at(stage(), standing_.spacing()));
 }
 
 // Adds the light that a cached surface reflects by its records; false where none covers it.

@@ -85,12 +85,14 @@ void RecordCache::fill_before(const RenderContext& context) {
 
 void RecordCache::refine_records(const RenderContext& context, bool anew, double passes) {
   if (filled_stage_ == stage() && !anew) return;
-  const float accuracy = records_wanted_ > 0 ? cache_->accuracy() : progress_.accuracy_at(stage());
+  const float accuracy = records_wanted_ > 0 ? cache_->accuracy() : progress_.accuracy_at(standing_.spacing());
   if (anew || (has_overture() && stage() <= CacheProgress::overture_stages)) {
     clear(context);
     take_rays();
     fill(context, accuracy);
   } else {
+    // A step of the overture's accuracy that comes late is a large one.
+    if (accuracy < cache_->accuracy() && standing_.spacing() <= CacheProgress::overture_stages) fill(context, accuracy);
     cache_->refine(context, radiance_, accuracy, passes, wanted_, stage());
     if (rough_) rough_->refine(context, radiance_, accuracy, passes, wanted_rough_, stage());
   }
@@ -102,10 +104,14 @@ void RecordCache::refine_records(const RenderContext& context, bool anew, double
 // Whether the iteration begins with the next stage.
 void RecordCache::choose_stage(std::uint32_t index) {
   if (!progress_.refines) return;
-  if (made_anew())
-    standing_.enter(progress_.stage_after(round_of(index)));
-  else if (index > 0 && split_.next_to_records())
-    standing_.enter(stage() + 1);
+  if (made_anew()) {
+    const std::uint32_t next = progress_.stage_after(round_of(index));
+    standing_.enter(next, next);
+  } else if (index > 0 && split_.next_to_records()) {
+    // Rays do not lower the noise of photons that records have in common.
+    const bool finer = records_wanted_ > 0 || photon_record_work() > 0 || split_.next_to_neighbours(cache_->accuracy());
+    standing_.enter(stage() + 1, standing_.spacing() + (finer ? 1 : 0));
+  }
 }
 
 // After an iteration: what it and the records have taken so far, and what errors they leave.
@@ -132,7 +138,7 @@ void RecordCache::iteration(RenderContext& context, std::uint32_t index, Film& f
   if (progress_.refines) standing_.reached(round + 1);
   const auto timed = context.phases.measure("gather");
   const bool fixed = records_wanted_ > 0;
-  const float next_accuracy = fixed ? infinity : progress_.accuracy_at(stage() + 1);
+  const float next_accuracy = fixed ? infinity : progress_.accuracy_at(standing_.spacing() + 1);
   cached_.begin(index, fixed ? 1 : progress_.weight_at(stage()));
   parallel_tiles(context.resolution, tile_size, [&](const Tile& tile) {
     static thread_local std::vector<CameraSample> samples;  // for its memory

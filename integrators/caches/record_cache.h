@@ -3,10 +3,10 @@
 //
 // A coarse cache of few rays gives the first image; it is refined by stages (integrators/caches/records/cache_progress.h), each
 // of which begins when it lowers the error by more than as much work on camera samples would. Each iteration renders samples of
-// each pixel and notes where the accuracy of the next stage is not met, which begins with more passes over the hemispheres of
-// the records there are and new records there. What the cache adds to a pixel is averaged, the first stages with less weight.
-// Pixels that scatter take more camera samples than others (integrators/paths/sample_shares.h). Without `refine` the cache is
-// filled before the first iteration and stays as it is.
+// each pixel and notes where the next accuracy is not met. A stage begins with more passes over the hemispheres of the records
+// there are and, unless noise outweighs their error of interpolation, with new records there. What the cache adds to a pixel is
+// averaged, the first stages with less weight. Pixels that scatter take more camera samples than others
+// (integrators/paths/sample_shares.h). Without `refine` the cache is filled before the first iteration and stays as it is.
 //
 // A cache can be saved and loaded (integrators/caches/records/record_file.h). Loaded records serve any view of the same scene;
 // what they do not cover gets new ones. The refinement goes on at the stage where it stood, but for what was noted since that
@@ -42,8 +42,9 @@ void describe_records(Visitor& v, RecordParams& p) {
   v.integer("samples", p.samples, 1, 100000000, "rays", "over the hemisphere of a record, per pass");
   v.number("min_spacing", p.min_spacing, 0, 1000, "pixels", "a record serves at least this far");
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "and at most this far");
-  v.number("extra_samples", p.extra_samples, 0, 31, "camera samples",
-           "beyond one per pixel and iteration, at most on the mean: as many for each, or given to the pixels that scatter most");
+  v.number(
+      "extra_samples", p.extra_samples, 0, 31, "camera samples",
+      "beyond one per pixel and iteration, at most on the mean: as many for each, or given to the pixels that scatter most");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("sampler", p.sampler, "random numbers");
   describe_lights(v, p.lights);

@@ -1,5 +1,7 @@
 #include "integrators/caches/records/cache_progress.h"
 
+#include "integrators/caches/records/record_file.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -51,6 +53,37 @@ TEST(EffortSplit, GoesWhereTheSameWorkLowersTheErrorMore) {
   EXPECT_FALSE(EffortSplit{}.next_to_records());
   // Records whose rays missed all light state no error.
   EXPECT_TRUE((EffortSplit{.record_work = 1, .sample_work = 10, .record_error = 0, .sample_error = 1}.next_to_records()));
+}
+
+// The same rays go over fewer records, of which there are as many as the accuracy's square is small.
+TEST(CacheProgress, AtTheAccuracyOfAnEarlierStageRecordsHaveMorePasses) {
+  const CacheProgress progress;
+  for (const std::uint32_t spacing : {first, first + 7, first + 40}) {
+    const std::uint32_t stage = spacing + 20;
+    const double fewer = std::pow(progress.accuracy_at(spacing) / progress.accuracy_at(stage), 2.0f);
+    EXPECT_NEAR(progress.passes_at(stage, spacing) / progress.passes_at(stage), fewer, 1e-4 * fewer);
+  }
+  EXPECT_EQ(progress.passes_at(first, 0), 1);  // in the overture records have what rays there are
+}
+
+TEST(CacheStanding, LoadedRecordsKeepASpacingOfTheirRefinement) {
+  const CacheProgress progress, finer{.accuracy = 0.1f};
+  CacheStanding saved, loaded;
+  saved.enter(first + 30, first + 12);
+  ByteWriter file;
+  saved.write(file, progress.accuracy_at(saved.spacing()));
+  ByteReader in(file.bytes, {});
+  loaded.read(in);
+  EXPECT_EQ(loaded.accuracy_wanted(progress), progress.accuracy_at(first + 12));
+  EXPECT_EQ(loaded.spacing(), first + 12);
+  EXPECT_EQ(loaded.accuracy_wanted(finer), finer.accuracy_at(first + 30));  // another one is asked for
+  EXPECT_EQ(loaded.spacing(), first + 30);
+}
+
+TEST(EffortSplit, NoisyRecordsGetRaysBeforeNeighbours) {
+  EXPECT_FALSE(EffortSplit{.record_error = 0.05}.next_to_neighbours(0.4f));
+  EXPECT_TRUE(EffortSplit{.record_error = 0.05}.next_to_neighbours(0.8f));
+  EXPECT_TRUE(EffortSplit{.record_error = 1e-3}.next_to_neighbours(0.4f));
 }
 
 TEST(CacheProgress, WithoutRefinementNothingChanges) {

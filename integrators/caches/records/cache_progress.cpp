@@ -30,7 +30,9 @@ double CacheProgress::time_at(std::uint32_t stage) const {
   return step < pass_step() ? math::exp2(step / steps_per_doubling) : time_of(pass_by_pass + step - pass_step());
 }
 
-double CacheProgress::passes_at(std::uint32_t stage) const { return refines ? passes_of(time_at(stage)) : 1; }
+double CacheProgress::passes_at(std::uint32_t stage, std::uint32_t spacing) const {
+  return refines ? passes_of(time_at(spacing)) * (time_at(stage) / time_at(spacing)) : 1;
+}
 
 float CacheProgress::share_at(std::uint32_t stage) const {
   return refines && stage < overture_stages ? math::exp2(-2.0f * static_cast<float>(overture_stages - stage)) : 1;

@@ -8,6 +8,11 @@
 // steps, ten per doubling, and from 22 passes on so that each step adds one pass. Records change only at steps, because
 // recomputing the validity radius of all of them costs as much as tracing some passes.
 //
+// Where light is rare, its noise outweighs the error of interpolation for long, and the work of a stage goes into rays alone:
+// the accuracy stays that of an earlier stage while records state a squared error above c times the fourth power of it.
+// ([Ward1988]'s error of a record is of first order; with gradients interpolation errs by its square, and the squared error by
+// the fourth power.)
+//
 // An iteration begins with the next stage if that lowers the error by more than as much work on camera samples would. Let S be
 // the variance that the camera samples so far leave in a pixel and C the squared error that records state. Both fall about in
 // proportion to the work w_s and w_c that made them, so the next bit of work is worth more in the cache where
@@ -29,7 +34,9 @@ struct CacheProgress {
   static constexpr float overlap = 1.25f;              // at most, within that accuracy (irradiance_records.h)
 
   double time_at(std::uint32_t stage) const;
-  double passes_at(std::uint32_t stage) const;          // over a record's hemisphere
+  // Over a record's hemisphere, if the accuracy is that of the stage, or still that of an earlier one, `spacing`.
+  double passes_at(std::uint32_t stage) const { return passes_at(stage, stage); }
+  double passes_at(std::uint32_t stage, std::uint32_t spacing) const;
   int rays_at(std::uint32_t stage, int samples) const;  // of a pass
   float share_at(std::uint32_t stage) const;            // of the rays, and of the photons that they meet
   float accuracy_at(std::uint32_t stage) const;
@@ -48,6 +55,7 @@ struct EffortSplit {
   static constexpr double photon_work = 5, caustic_photon_work = 3;  // of one that is emitted, its part of the map included
 
   static constexpr double least_share = 0.125;  // of the samples' work, whatever records state: they may have missed all light
+  static constexpr double worth_neighbours = 0.25;  // c; a quarter of it changes keyhole's error by 8 % at most
 
   double record_work = 0, sample_work = 0;    // in camera samples
   double record_error = 0, sample_error = 0;  // relative mean squares
@@ -55,6 +63,8 @@ struct EffortSplit {
   bool next_to_records() const {
     return record_error * sample_work > sample_error * record_work || least_share * sample_work > record_work;
   }
+  // Does a stage that goes to records make them finer? Else it traces more rays over those there are.
+  bool next_to_neighbours(float accuracy) const { return record_error < worth_neighbours * square(square(accuracy)); }
 };
 
 // What a cache takes the luminance of one of its answers to be off by.

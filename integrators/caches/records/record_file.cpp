@@ -48,10 +48,15 @@ void CacheStanding::begin(const RenderContext& context, bool has_overture) {
   first_round_ = rounds_;
   cut_short_ = loaded_ && !has_overture && stage_ < CacheProgress::overture_stages;
   if (!has_overture) stage_ = std::max(stage_, CacheProgress::overture_stages);
+  spacing_ = stage_;
 }
 
-float CacheStanding::accuracy_wanted(const CacheProgress& progress) const {
-  return progress.refines ? progress.accuracy_at(stage_) : std::min(accuracy_, progress.accuracy);
+float CacheStanding::accuracy_wanted(const CacheProgress& progress) {
+  if (!progress.refines) return std::min(accuracy_, progress.accuracy);
+  std::uint32_t spacing = 0;
+  while (spacing < stage_ && progress.accuracy_at(spacing) > accuracy_) ++spacing;
+  spacing_ = !cut_short_ && progress.accuracy_at(spacing) == accuracy_ ? spacing : stage_;
+  return progress.accuracy_at(spacing_);
 }
 
 }  // namespace etendue

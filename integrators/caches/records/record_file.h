@@ -39,17 +39,18 @@ class CacheStanding {
   std::uint32_t first_round() const { return first_round_; }
   void reached(std::uint32_t rounds) { rounds_ = rounds; }
   std::uint32_t stage() const { return stage_; }
-  void enter(std::uint32_t stage) { stage_ = stage; }
+  std::uint32_t spacing() const { return spacing_; }  // the stage whose accuracy records have
+  void enter(std::uint32_t stage, std::uint32_t spacing) { stage_ = stage, spacing_ = spacing; }
   bool cut_short() const { return cut_short_; }  // loaded records have fewer rays than the stage's
-  // The accuracy that loaded records must have before the next round.
-  float accuracy_wanted(const CacheProgress& progress) const;
+  // The accuracy that loaded records must have before the next round. Those that have one of a refinement's keep that.
+  float accuracy_wanted(const CacheProgress& progress);
   // Is there anything that loaded records may not cover? What is covered is not visited again, so that a cache without
   // refinement is the same whether loaded or new.
   bool needs_filling(float accuracy) const { return !same_view_ || accuracy != accuracy_; }
 
  private:
   std::uint64_t view_ = 0, key_salt_ = 0;
-  std::uint32_t rounds_ = 0, first_round_ = 0, stage_ = 0;
+  std::uint32_t rounds_ = 0, first_round_ = 0, stage_ = 0, spacing_ = 0;
   float accuracy_ = 0;
   bool loaded_ = false, same_view_ = false, cut_short_ = false;
 };
