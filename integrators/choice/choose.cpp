@@ -155,10 +155,6 @@ class Chooser {
                    fmt::format("about {:.0f} records would take {} of the budget, and paths that share light through a hash "
                                "grid need none",
                                found_.records, share));
-    if (!fills_soon())
-      return cache("radiance-cache",
-                   fmt::format("about {:.0f} records would take {} of the budget, and this cache's serve rough surfaces too",
-                               found_.records, share));
     return cache("irradiance-cache",
                  fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of "
                              "the budget",
