@@ -40,6 +40,26 @@ TEST(RecordPlacement, SpacingsHoldAtTheAccuracyThatIsFound) {
   EXPECT_NEAR(farthest(0.06), 0.06f, 1e-4f);
 }
 
+// Records that few rays show light get more rays first; where light is easy to find they lie as close as the schedule has them.
+TEST(RecordPlacement, RecordsStayCoarseWhereTheirNoiseIsMostOfTheError) {
+  const auto discs_in = [](const char* name, const ParamMap& params, int threads) {
+    SceneContext scene(load_scene(name), {64, 64});
+    const auto integrator = find_integrator("irradiance-cache", {}).make(params);
+    Film film({64, 64});
+    with_threads(threads, [&] {
+      integrator->prepare(scene.context);
+      for (std::uint32_t i = 0; i < 8; ++i) integrator->iteration(scene.context, i, film);
+    });
+    return integrator->cache()->record_shapes();
+  };
+  const ParamMap full{{"refine", {false, {}}}, {"accuracy", {0.4, {}}}};
+  const std::vector<RecordShape> rare = discs_in("builtin:keyhole", {}, 1), threads = discs_in("builtin:keyhole", {}, 3);
+  EXPECT_LT(rare.size(), 0.6 * static_cast<double>(discs_in("builtin:keyhole", full, 2).size()));
+  EXPECT_EQ(discs_in("builtin:cornell-box", {}, 2).size(), discs_in("builtin:cornell-box", full, 2).size());
+  ASSERT_EQ(threads.size(), rare.size());
+  for (std::size_t i = 0; i < rare.size(); ++i) EXPECT_EQ(threads[i].position, rare[i].position);
+}
+
 TEST(RecordPlacement, RowByRowEachRecordLiesOutsideThoseBefore) {
   ParamMap params = cheap(150);
   params["overture"] = {false, {}};
