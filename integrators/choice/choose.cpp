@@ -31,7 +31,7 @@ constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
 constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find,
 constexpr double known_well = 2e-4;     // unless there is time for records to know it as well as this
-constexpr double rays_per_record = 4000, fill_share = 0.2;
+constexpr double rays_per_record = 4000;
 constexpr double most_fill = 0.6;     // of the budget for records: beyond it hash-cache errs less,
 constexpr double fair_noise = 0.065;  // where paths leave no more than this
 
@@ -75,7 +75,6 @@ class Chooser {
 
   // So many rays a pixel fill a cache.
   double fill() const { return found_.records * rays_per_record / pixels_of(context_.resolution); }
-  bool fills_soon() const { return fill() <= fill_share * rays_; }
 
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
   // from.
