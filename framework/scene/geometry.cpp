@@ -6,8 +6,11 @@ namespace etendue {
 
 namespace {
 
-// Extent of a disk of unit radius along each axis: sqrt(1 - n_i^2).
-vec3 disk_extent(const vec3& n) { return {safe_sqrt(1 - n.x * n.x), safe_sqrt(1 - n.y * n.y), safe_sqrt(1 - n.z * n.z)}; }
+// Extent of a disk of unit radius along each axis: sqrt(1 - n_i^2), but by the other two components, lest rounding lose a small
+// tilt.
+vec3 disk_extent(const vec3& n) {
+  return {glm::length(vec2(n.y, n.z)), glm::length(vec2(n.z, n.x)), glm::length(vec2(n.x, n.y))};
+}
 
 // Rounding in the extent must not cut off the surface: two ulp of the largest coordinate.
 Bounds padded(Bounds b) {

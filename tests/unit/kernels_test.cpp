@@ -58,6 +58,23 @@ TEST(Quadrics, AnnulusHasAHole) {
   EXPECT_TRUE(intersect_quadric({.origin = {0.7f, 1, 0}, .direction = {0, -1, 0}}, ring, infinity, t, uv));
 }
 
+TEST(Quadrics, BoxesHoldDisksAndCylindersTiltedLittle) {
+  for (const float tilt : {1e-1f, 1e-2f, 1e-3f, 2e-4f, 1e-5f})
+    for (int axis = 0; axis < 3; ++axis) {
+      vec3 n(0.6f * tilt, 0.8f * tilt, 0.3f * tilt);
+      n[axis] = 1;
+      n = glm::normalize(n);
+      const Bounds disk = quadric_bounds(Disk{vec3(0), 1, n}), cylinder = quadric_bounds(Cylinder{vec3(0), 1, n, 1e-6f, true});
+      const dvec3 normal = glm::normalize(dvec3(n)), any = normal.x * normal.x < 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+      const dvec3 tangent = glm::normalize(glm::cross(normal, any)), bitangent = glm::cross(normal, tangent);
+      for (int i = 0; i < 64; ++i) {
+        const dvec3 p = std::cos(0.1 * i) * tangent + std::sin(0.1 * i) * bitangent;
+        for (const Bounds& box : {disk, cylinder})
+          for (int k = 0; k < 3; ++k) EXPECT_TRUE(box.lower[k] <= p[k] && p[k] <= box.upper[k]) << tilt << " along " << k;
+      }
+    }
+}
+
 TEST(SlabTest, OriginOnAFaceAndZeroComponentsLoseNothing) {
   const Bounds box{vec3(0), vec3(1)};
   for (const float zero : {0.0f, -0.0f}) {
